@@ -1,0 +1,69 @@
+"""brushgs: trained 3D Gaussian Splatting scenes, painted with brush strokes, on the CPU.
+
+The public names live in the modules listed in `_HOME` and are imported at first use, so that
+`import brushgs` (and with it `brushgs --help`) costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from brushgs.errors import SceneError, SceneWarning
+    from brushgs.io import load, load_cameras, save
+    from brushgs.passes.cluster import cluster
+    from brushgs.passes.prune import prune
+    from brushgs.project import project
+    from brushgs.raster.ops import rasterize, render
+    from brushgs.scene import Boxes, Camera, Frame, Gaussians
+    from brushgs.textures import StrokeTexture
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "Boxes": "scene",
+    "Camera": "scene",
+    "Frame": "scene",
+    "Gaussians": "scene",
+    "SceneError": "errors",
+    "SceneWarning": "errors",
+    "StrokeTexture": "textures",
+    "cluster": "passes.cluster",
+    "load": "io",
+    "load_cameras": "io",
+    "project": "project",
+    "prune": "passes.prune",
+    "rasterize": "raster.ops",
+    "render": "raster.ops",
+    "save": "io",
+}
+
+__all__ = [
+    "Boxes",
+    "Camera",
+    "Frame",
+    "Gaussians",
+    "SceneError",
+    "SceneWarning",
+    "StrokeTexture",
+    "cluster",
+    "load",
+    "load_cameras",
+    "project",
+    "prune",
+    "rasterize",
+    "render",
+    "save",
+]
+
+
+def __getattr__(name: str) -> object:
+    """Import a public name from its home at first use (PEP 562)."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'brushgs' has no attribute {name!r}")
+    value = getattr(import_module(f"brushgs.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,38 @@
+// Which instruction set the kernels run on, and the threads they run in.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <thread>
+#include <vector>
+
+namespace brushgs {
+
+enum class Isa { baseline, avx2, avx512 };
+
+// The best instruction set of this processor, unless the environment variable BRUSHGS_ISA
+// (baseline, avx2 or avx512) asks for a lesser one. Read once.
+Isa best_isa();
+
+const char* isa_name(Isa isa);
+
+// Calls `work(item)` once for every item in [0, count), spread over `num_threads` threads; items are
+// taken one by one, so uneven items balance. `work` must not throw, and what it writes must depend on the
+// item alone: then results do not depend on the number of threads.
+// Threads are made per call (some 20 us each): a pool that waits would break on fork, and one that
+// spins slows everything else on a busy machine.
+template <class Work>
+void parallel_for(std::size_t count, int num_threads, const Work& work) {
+    std::atomic<std::size_t> next{0};
+    const auto drain = [&] {
+        for (std::size_t item = next++; item < count; item = next++) work(item);
+    };
+    const auto wanted = static_cast<std::size_t>(num_threads > 1 ? num_threads : 1);
+    const std::size_t num_helpers = (wanted < count ? wanted : (count > 0 ? count : 1)) - 1;
+    std::vector<std::jthread> helpers;
+    helpers.reserve(num_helpers);
+    for (std::size_t i = 0; i < num_helpers; ++i) helpers.emplace_back(drain);
+    drain();
+}
+
+}  // namespace brushgs

@@ -1,0 +1,1 @@
+#include "brushgs/cpu.hpp"

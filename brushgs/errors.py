@@ -1,0 +1,19 @@
+"""The errors and warnings that brushgs raises by name; everything else is ValueError or TypeError."""
+
+from pathlib import Path
+
+
+class SceneError(ValueError):
+    """A file that cannot be used as asked: one sentence with the file, what is wrong and the cure.
+
+    Attributes:
+        path: the file at fault.
+    """
+
+    def __init__(self, path: str | Path, message: str) -> None:
+        self.path = Path(path)
+        super().__init__(f"{self.path}: {message}")
+
+
+class SceneWarning(UserWarning):
+    """A file that is usable after something in it was left out; the sentence says what and how much."""

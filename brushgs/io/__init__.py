@@ -1,0 +1,1 @@
+"""Files become Gaussians, cameras and stroke images; Gaussians and frames become files."""

@@ -1,0 +1,1 @@
+"""Passes turn Gaussians into Gaussians, fewer and larger: the strokes in space."""

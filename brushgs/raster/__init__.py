@@ -1,0 +1,1 @@
+"""Boxes and a stroke texture become a frame."""

@@ -1,0 +1,297 @@
+"""The values that travel through brushgs: Gaussians, Camera, Boxes and Frame.
+
+Each is a frozen set of NumPy columns, checked once where it is made, so that no later step needs to
+doubt it. Conventions (used everywhere): quaternions are w, x, y, z; camera axes x right, y down,
+z forward; `viewmat` takes world to camera on column vectors; the centre of the pixel in row i and
+column j lies at (j + 0.5, i + 0.5); colours are display-encoded, as the scene was trained; angles in
+radians from +x towards +y.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from brushgs.shapes import Array, check
+
+SH_TERMS = {1: 0, 4: 1, 9: 2, 16: 3}  # number of spherical-harmonic terms -> degree
+
+
+@dataclass(frozen=True, eq=False)
+class Gaussians:
+    """N anisotropic 3D Gaussians with view-dependent colour: a scene, or the strokes made of one.
+
+    All columns share one dtype, float32 or float64, and become read-only views: no copy is made of
+    arrays that are already contiguous.
+
+    Attributes:
+        means: [N, 3] centres, world units, finite.
+        quats: [N, 4] rotations as w, x, y, z; any non-zero length, normalised where used.
+        scales: [N, 3] standard deviations along the own axes, world units, >= 0.
+        opacities: [N] 0 to 1.
+        sh: [N, k, 3] spherical-harmonic coefficients of RGB, k = (degree + 1)^2 in 1, 4, 9, 16; the
+            colour seen is max(0, 0.5 + sum of coefficient x basis). Source: Kerbl et al. 2023.
+
+    Raises:
+        TypeError: if a column is not a float32 or float64 array, or dtypes differ.
+        ValueError: if a shape is wrong or a value is outside the range above; names column and row.
+    """
+
+    means: Array  # [N, 3]
+    quats: Array  # [N, 4]
+    scales: Array  # [N, 3]
+    opacities: Array  # [N]
+    sh: Array  # [N, k, 3]
+
+    def __post_init__(self) -> None:
+        _freeze_floats("Gaussians", self)
+        sizes = check(
+            "Gaussians",
+            means=(self.means, "N 3"),
+            quats=(self.quats, "N 4"),
+            scales=(self.scales, "N 3"),
+            opacities=(self.opacities, "N"),
+            sh=(self.sh, "N k 3"),
+        )
+        if sizes["k"] not in SH_TERMS:
+            raise ValueError(f"Gaussians: sh must have 1, 4, 9 or 16 terms, got {sizes['k']}")
+        _check_finite("Gaussians", self)
+        _check_rows("Gaussians", "scales", "be >= 0", (self.scales < 0).any(axis=1))
+        outside = (self.opacities < 0) | (self.opacities > 1)
+        _check_rows("Gaussians", "opacities", "lie in 0 to 1 (decoded, not logits)", outside)
+        _check_rows("Gaussians", "quats", "have a length above zero", ~self.quats.any(axis=1))
+
+    def __len__(self) -> int:
+        return len(self.means)
+
+    @property
+    def sh_degree(self) -> int:
+        """Degree of the spherical harmonics, 0 to 3."""
+        return SH_TERMS[self.sh.shape[1]]
+
+    def take(self, rows: NDArray[np.integer[Any]] | NDArray[np.bool_] | slice) -> "Gaussians":
+        """The rows chosen by an index array, a mask or a slice, in that order."""
+        return Gaussians(
+            self.means[rows], self.quats[rows], self.scales[rows], self.opacities[rows], self.sh[rows]
+        )
+
+    def astype(self, dtype: type[np.floating[Any]]) -> "Gaussians":
+        """The same Gaussians with all columns as float32 or float64."""
+        return Gaussians(*(getattr(self, f.name).astype(dtype, copy=False) for f in fields(self)))
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """One pinhole camera.
+
+    Attributes:
+        viewmat: [4, 4] camera from world, rigid (rotation and translation, no scale), float64.
+        K: [3, 3] pinhole intrinsics in pixels, without skew, float64.
+        width: image width in pixels, >= 1.
+        height: image height in pixels, >= 1.
+        near: camera z in world units at or below which Gaussians are left out, > 0.
+
+    Raises:
+        ValueError: if a shape or value breaks the rules above.
+    """
+
+    viewmat: NDArray[np.float64]  # [4, 4]
+    K: NDArray[np.float64]  # [3, 3]
+    width: int
+    height: int
+    near: float = 0.01
+
+    def __post_init__(self) -> None:
+        viewmat = np.array(self.viewmat, dtype=np.float64)
+        K = np.array(self.K, dtype=np.float64)
+        check("Camera", viewmat=(viewmat, "4 4"), K=(K, "3 3"))
+        for name, matrix in (("viewmat", viewmat), ("K", K)):
+            if not np.isfinite(matrix).all():
+                raise ValueError(f"Camera: {name} must be finite, got {matrix.tolist()}")
+            matrix.flags.writeable = False
+            object.__setattr__(self, name, matrix)
+        rotation = viewmat[:3, :3]
+        is_rotation = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) and np.linalg.det(rotation) > 0
+        if not is_rotation or not np.array_equal(viewmat[3], (0, 0, 0, 1)):
+            raise ValueError("Camera: viewmat must be a rotation and a translation; remove scale and mirroring")
+        if K[0, 0] <= 0 or K[1, 1] <= 0 or K[0, 1] != 0 or K[1, 0] != 0 or not np.array_equal(K[2], (0, 0, 1)):
+            raise ValueError(f"Camera: K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got {K.tolist()}")
+        if self.width < 1 or self.height < 1:
+            raise ValueError(f"Camera: size must be at least 1x1, got {self.width}x{self.height}")
+        if not self.near > 0:
+            raise ValueError(f"Camera: near must be > 0, got {self.near}")
+
+    @classmethod
+    def look_at(
+        cls,
+        eye: ArrayLike,
+        target: ArrayLike,
+        up: ArrayLike = (0.0, -1.0, 0.0),
+        *,
+        width: int,
+        height: int,
+        fov_y: float = np.radians(50.0),
+        near: float = 0.01,
+    ) -> "Camera":
+        """A camera at `eye` that looks at `target`, with `up` pointing up in the picture.
+
+        Args:
+            eye: [3] camera centre, world units.
+            target: [3] point in the middle of the picture, world units.
+            up: [3] direction in the world, any length. Where it is parallel to the view another
+                axis takes its place.
+            width: pixels.
+            height: pixels.
+            fov_y: vertical field of view, radians, in (0, pi).
+            near: world units, > 0.
+
+        Raises:
+            ValueError: if `eye` and `target` coincide or `fov_y` is out of range.
+        """
+        eye, target, up = (np.asarray(v, dtype=np.float64) for v in (eye, target, up))
+        forward = target - eye
+        distance = np.linalg.norm(forward)
+        if not distance > 0 or not np.isfinite(distance):
+            raise ValueError(f"Camera: eye and target must differ, got {eye.tolist()} and {target.tolist()}")
+        if not 0 < fov_y < np.pi:
+            raise ValueError(f"Camera: fov_y must be in (0, pi) radians, got {fov_y}")
+        forward = forward / distance
+        right = np.cross(forward, up)
+        if np.linalg.norm(right) < 1e-9 * max(np.linalg.norm(up), 1e-300):
+            right = np.cross(forward, np.eye(3)[np.argmin(np.abs(forward))])
+        right = right / np.linalg.norm(right)
+        viewmat = np.eye(4)
+        viewmat[:3, :3] = right, np.cross(forward, right), forward
+        viewmat[:3, 3] = -viewmat[:3, :3] @ eye
+        focal = 0.5 * height / np.tan(0.5 * fov_y)
+        K = np.array([[focal, 0.0, 0.5 * width], [0.0, focal, 0.5 * height], [0.0, 0.0, 1.0]])
+        return cls(viewmat, K, width, height, near)
+
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """[3] camera centre in world units."""
+        return np.asarray(-self.viewmat[:3, :3].T @ self.viewmat[:3, 3])
+
+    def resized(self, width: int, height: int) -> "Camera":
+        """The same view in another size: the vertical field of view stays, the sides are cut or grow."""
+        factor = height / self.height
+        K = self.K.copy()
+        K[:2, :2] *= factor
+        K[0, 2] = 0.5 * width + (K[0, 2] - 0.5 * self.width) * factor
+        K[1, 2] *= factor
+        return replace(self, K=K, width=width, height=height)
+
+
+@dataclass(frozen=True, eq=False)
+class Boxes:
+    """M oriented rectangles on the image plane, one a stroke, nearest first.
+
+    Attributes:
+        centers: [M, 2] (x, y), pixels.
+        half_extents: [M, 2] (along u, along v), pixels, >= 0.
+        angles: [M] direction of the u axis, radians from +x towards +y; v = (-sin, cos).
+        depths: [M] camera z of the centre, world units, ascending.
+        colors: [M, 3] RGB, >= 0, display-encoded.
+        opacities: [M] 0 to 1.
+        ids: [M] int32, the Gaussian (row) behind each box.
+
+    Raises:
+        TypeError: if a column has another dtype.
+        ValueError: if a shape is wrong or the depths descend.
+    """
+
+    centers: Array  # [M, 2]
+    half_extents: Array  # [M, 2]
+    angles: Array  # [M]
+    depths: Array  # [M]
+    colors: Array  # [M, 3]
+    opacities: Array  # [M]
+    ids: NDArray[np.int32]  # [M]
+
+    def __post_init__(self) -> None:
+        _freeze_floats("Boxes", self, except_for=("ids",))
+        if self.ids.dtype != np.int32:
+            raise TypeError(f"Boxes: ids must be int32, got {self.ids.dtype}")
+        check(
+            "Boxes",
+            centers=(self.centers, "M 2"),
+            half_extents=(self.half_extents, "M 2"),
+            angles=(self.angles, "M"),
+            depths=(self.depths, "M"),
+            colors=(self.colors, "M 3"),
+            opacities=(self.opacities, "M"),
+            ids=(self.ids, "M"),
+        )
+        _check_finite("Boxes", self)
+        _check_rows("Boxes", "depths", "ascend: sort by depth", np.diff(self.depths) < 0)
+
+    def __len__(self) -> int:
+        return len(self.centers)
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One picture.
+
+    Attributes:
+        rgb: [H, W, 3] colour premultiplied by alpha, display-encoded, float32 or float64.
+        alpha: [H, W] 1 - what still shines through, 0 to 1.
+        depth: [H, W] alpha-weighted mean camera z, 0 where nothing is painted; None if not asked for.
+    """
+
+    rgb: Array  # [H, W, 3]
+    alpha: Array  # [H, W]
+    depth: Array | None = None  # [H, W]
+
+    def over(self, background: Sequence[float] | Array) -> Array:
+        """The picture on a background, [H, W, 3].
+
+        Args:
+            background: one RGB colour or an [H, W, 3] array, display-encoded, 0 to 1.
+        """
+        ground = np.asarray(background, dtype=self.rgb.dtype)
+        if ground.shape not in ((3,), self.rgb.shape):
+            raise ValueError(
+                f"over: background must have shape [3] or {list(self.rgb.shape)}, got {list(ground.shape)}"
+            )
+        return np.asarray(self.rgb + (1 - self.alpha[..., None]) * ground)
+
+
+def _freeze_floats(where: str, value: Any, except_for: tuple[str, ...] = ()) -> None:
+    """Make every column of a frozen dataclass contiguous and read-only; all must share one float dtype."""
+    dtypes = {}
+    for field in fields(value):
+        column = getattr(value, field.name)
+        if not isinstance(column, np.ndarray):
+            raise TypeError(f"{where}: {field.name} must be a NumPy array, got {type(column).__name__}")
+        if field.name not in except_for:
+            dtypes[field.name] = column.dtype
+        column = np.ascontiguousarray(column).view()
+        column.flags.writeable = False
+        object.__setattr__(value, field.name, column)
+    name, dtype = next(iter(dtypes.items()))
+    if dtype not in (np.float32, np.float64):
+        raise TypeError(f"{where}: {name} must be float32 or float64, got {dtype}")
+    for other, other_dtype in dtypes.items():
+        if other_dtype != dtype:
+            raise TypeError(f"{where}: {other} must be {dtype} like {name}, got {other_dtype}")
+
+
+def _check_finite(where: str, value: Any) -> None:
+    """Refuse NaN and infinity by column and row. A finite sum proves a column finite without a mask."""
+    for field in fields(value):
+        column = getattr(value, field.name)
+        with np.errstate(over="ignore", invalid="ignore"):
+            is_finite = np.isfinite(column.sum())
+        if not is_finite:
+            _check_rows(where, field.name, "be finite", ~np.isfinite(column).reshape(len(column), -1).all(axis=1))
+
+
+def _check_rows(where: str, name: str, rule: str, is_bad: NDArray[np.bool_]) -> None:
+    """Raise ValueError that names how many rows break the rule and the first of them."""
+    if is_bad.any():
+        raise ValueError(
+            f"{where}: {name} must {rule}, got {np.count_nonzero(is_bad)} other rows, first at {np.argmax(is_bad)}"
+        )

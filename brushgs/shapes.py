@@ -1,0 +1,40 @@
+"""One check of argument shapes by letter, so that equal letters must agree across arguments."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.floating[Any]]  # float32 or float64
+
+
+def check(where: str, **arrays: tuple[NDArray[Any], str]) -> dict[str, int]:
+    """Check the shapes of named arrays against specifications such as "M 3".
+
+    Args:
+        where: name of the function or class that asks; it opens the error message.
+        **arrays: name -> (array, specification). A specification is a row of dimensions parted by
+            spaces; a number must match exactly, a letter must be the same wherever it occurs.
+
+    Returns:
+        The size of each letter.
+
+    Raises:
+        TypeError: if an argument is not a NumPy array.
+        ValueError: if a shape does not match, in one sentence with the expected and the actual shape.
+    """
+    sizes: dict[str, int] = {}
+    for name, (array, specification) in arrays.items():
+        if not isinstance(array, np.ndarray):
+            raise TypeError(f"{where}: {name} must be a NumPy array, got {type(array).__name__}")
+        letters = specification.split()
+        is_match = array.ndim == len(letters)
+        for letter, size in zip(letters, array.shape, strict=False):
+            wanted = int(letter) if letter.isdigit() else sizes.setdefault(letter, size)
+            is_match = is_match and wanted == size
+        if not is_match:
+            wanted_shape = ", ".join(
+                f"{d}={sizes[d]}" if d in sizes and not d.isdigit() else d for d in letters
+            )
+            raise ValueError(f"{where}: {name} must have shape [{wanted_shape}], got {list(array.shape)}")
+    return sizes
