@@ -167,6 +167,7 @@ def down(level, coverage):
 
     alpha = mean(coverage)
     grey = (mean(level * coverage) + 1e-3 * 0.5) / (alpha + 1e-3)
+    grey = np.where(alpha < 0.5 / 255, 0.5, grey)
     return np.dstack([grey, grey, grey, alpha]).clip(0, 1)
 
 

@@ -384,19 +384,14 @@ def draw(name):
 
 def write(name, folder):
     """Draw `name` and write it into `folder` as 8-bit PNG."""
-    pixels = draw(name)
+    pixels = np.ascontiguousarray(np.rint(draw(name) * 255).astype(np.uint8))
     path = Path(folder) / f"{name}.png"
     spec = OpenImageIO.ImageSpec(pixels.shape[1], pixels.shape[0], 4, OpenImageIO.UINT8)
     spec.attribute("oiio:UnassociatedAlpha", 1)
     spec.attribute("png:compressionLevel", 9)
     out = OpenImageIO.ImageOutput.create(str(path))
-    if (
-        not out
-        or not out.open(str(path), spec)
-        or not out.write_image(np.rint(pixels * 255).astype(np.uint8))
-    ):
-        raise OSError(f"{path}: cannot be written: {OpenImageIO.geterror()}")
-    out.close()
+    if not (out and out.open(str(path), spec) and out.write_image(pixels) and out.close()):
+        raise OSError(f"{path}: cannot be written ({OpenImageIO.geterror()}); check the folder")
     return path
 
 
