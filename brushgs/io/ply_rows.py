@@ -122,7 +122,8 @@ class _AsciiRows:
         self._path, self._element, self._next = path, element, 0
         file.seek(header.data_offset)
         raw: Any = file
-        self._lines = (line for line in io.BufferedReader(raw) if not line.isspace())
+        self._text = io.BufferedReader(raw)  # held, for it would close the file when it goes
+        self._lines = (line for line in self._text if not line.isspace())
         for other in header.elements:
             if other is element:
                 break
