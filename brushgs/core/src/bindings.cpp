@@ -5,7 +5,10 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+
 #include "brushgs/cpu.hpp"
+#include "brushgs/project.hpp"
 #include "brushgs/raster.hpp"
 
 namespace nb = nanobind;
@@ -13,11 +16,64 @@ using namespace nb::literals;
 
 namespace {
 
+// A C-contiguous array that is read, or written; the Python layer has checked the shapes.
 template <class T, std::size_t rank>
 using In = nb::ndarray<const T, nb::ndim<rank>, nb::c_contig, nb::device::cpu>;
 template <class T, std::size_t rank>
 using Out = nb::ndarray<T, nb::ndim<rank>, nb::c_contig, nb::device::cpu>;
 
+
+// Hands memory over to a NumPy array of shape [rows, width], or [rows] where width is 0.
+template <class T>
+nb::object to_numpy(std::unique_ptr<T[]> values, std::size_t rows, std::size_t width = 0) {
+    const nb::capsule owner(values.get(), [](void* p) noexcept { delete[] static_cast<T*>(p); });
+    const std::size_t shape[2] = {rows, width};
+    return nb::cast(nb::ndarray<nb::numpy, T>(values.release(), width == 0 ? 1 : 2, shape, owner));
+}
+
+template <class T>
+nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
+                  In<double, 2> viewmat, In<double, 2> K, int width, int height, double near,
+                  double num_sigmas, double low_pass, int sh_degree, int num_threads) {
+    const brushgs::GaussianColumns<T> gaussians{means.data(),     quats.data(), scales.data(), opacities.data(),
+                                                sh.data(),        means.shape(0), sh.shape(1)};
+    brushgs::ProjectParams params{.viewmat = {},
+                                  .fx = K(0, 0),
+                                  .fy = K(1, 1),
+                                  .cx = K(0, 2),
+                                  .cy = K(1, 2),
+                                  .width = static_cast<double>(width),
+                                  .height = static_cast<double>(height),
+                                  .near = near,
+                                  .num_sigmas = num_sigmas,
+                                  .low_pass = low_pass,
+                                  .sh_degree = sh_degree,
+                                  .num_threads = num_threads};
+    std::copy_n(viewmat.data(), 12, params.viewmat);
+    brushgs::BoxColumns<T> boxes;
+    {
+        const nb::gil_scoped_release without_gil;
+        boxes = brushgs::project(gaussians, params);
+    }
+    const auto& culled = boxes.culled;
+    return nb::make_tuple(
+        nb::make_tuple(to_numpy(std::move(boxes.centers), boxes.count, 2),
+                       to_numpy(std::move(boxes.half_extents), boxes.count, 2),
+                       to_numpy(std::move(boxes.angles), boxes.count), to_numpy(std::move(boxes.depths), boxes.count),
+                       to_numpy(std::move(boxes.colors), boxes.count, 3),
+                       to_numpy(std::move(boxes.opacities), boxes.count), to_numpy(std::move(boxes.ids), boxes.count)),
+        nb::make_tuple(culled.behind_near, culled.not_finite, culled.faint, culled.outside));
+}
+
+template <class T>
+void def_project(nb::module_& m) {
+    m.def("project", &project<T>, nb::arg("means").noconvert(), nb::arg("quats").noconvert(),
+          nb::arg("scales").noconvert(), nb::arg("opacities").noconvert(), nb::arg("sh").noconvert(),
+          nb::arg("viewmat").noconvert(), nb::arg("K").noconvert(), nb::arg("width"), nb::arg("height"),
+          nb::arg("near"), nb::arg("num_sigmas"), nb::arg("low_pass"), nb::arg("sh_degree"), nb::arg("num_threads"),
+          "Columns of the boxes, nearest first, and the counts (behind_near, not_finite, faint, outside) of the "
+          "Gaussians that have none.");
+}
 
 template <class T>
 void rasterize(brushgs::Kernel kernel, int num_threads, In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles,
@@ -34,7 +90,7 @@ void rasterize(brushgs::Kernel kernel, int num_threads, In<T, 2> centers, In<T, 
     params.num_threads = num_threads;
     params.levels = levels;
     params.level_of_box = {level_of_box.data(), level_of_box.size()};
-    const brushgs::BoxColumns<T> boxes{centers.shape(0), centers.data(), half_extents.data(), angles.data(),
+    const brushgs::BoxView<T> boxes{centers.shape(0), centers.data(), half_extents.data(), angles.data(),
                                        depths.data(),    colors.data(),  opacities.data()};
     const brushgs::Picture<T> picture{rgb.data(), alpha.data(), depth ? depth->data() : nullptr};
     nb::gil_scoped_release release;
@@ -61,7 +117,7 @@ auto choose_levels(In<T, 2> half_extents, In<double, 1> bounds_u, In<double, 1> 
 }
 
 template <class T>
-void bind_rasterize(nb::module_& m) {
+void def_rasterize(nb::module_& m) {
     m.def("rasterize", &rasterize<T>, "kernel"_a, "num_threads"_a, "centers"_a.noconvert(),
           "half_extents"_a.noconvert(), "angles"_a.noconvert(), "depths"_a.noconvert(), "colors"_a.noconvert(),
           "opacities"_a.noconvert(), "pairs"_a.noconvert(), "sizes"_a.noconvert(), "reaches"_a.noconvert(), "level_of_box"_a.noconvert(),
@@ -85,6 +141,8 @@ NB_MODULE(_core, m) {
         .value("nearest", brushgs::Kernel::nearest)
         .value("gaussian", brushgs::Kernel::gaussian)
         .value("ellipse", brushgs::Kernel::ellipse);
-    bind_rasterize<float>(m);
-    bind_rasterize<double>(m);
+    def_project<float>(m);
+    def_project<double>(m);
+    def_rasterize<float>(m);
+    def_rasterize<double>(m);
 }

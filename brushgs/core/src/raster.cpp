@@ -107,7 +107,7 @@ struct Binner {
 // Records for all boxes, and for every tile the records that reach it. Chunks of boxes are counted apart and
 // laid end to end within each tile, so a list is in stroke order however many threads there are.
 template <class T>
-TileLists make_tiles(const RasterParams& params, const Kernels<T>& kernels, const BoxColumns<T>& boxes,
+TileLists make_tiles(const RasterParams& params, const Kernels<T>& kernels, const BoxView<T>& boxes,
                      std::vector<Record<T>>& records) {
     TileLists tiles;
     tiles.columns = (params.width + tile_width - 1) / tile_width;
@@ -174,7 +174,7 @@ LevelChoice choose_levels(std::size_t count, const T* half_extents, std::span<co
 }
 
 template <class T>
-void rasterize(const RasterParams& params, const BoxColumns<T>& boxes, const Picture<T>& picture) {
+void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture) {
     const Kernels<T> kernels;
     std::vector<Record<T>> records(boxes.count);
     const TileLists tiles = make_tiles(params, kernels, boxes, records);
@@ -190,7 +190,7 @@ void rasterize(const RasterParams& params, const BoxColumns<T>& boxes, const Pic
 template LevelChoice choose_levels<float>(std::size_t, const float*, std::span<const double>, std::span<const double>);
 template LevelChoice choose_levels<double>(std::size_t, const double*, std::span<const double>,
                                            std::span<const double>);
-template void rasterize<float>(const RasterParams&, const BoxColumns<float>&, const Picture<float>&);
-template void rasterize<double>(const RasterParams&, const BoxColumns<double>&, const Picture<double>&);
+template void rasterize<float>(const RasterParams&, const BoxView<float>&, const Picture<float>&);
+template void rasterize<double>(const RasterParams&, const BoxView<double>&, const Picture<double>&);
 
 }  // namespace brushgs

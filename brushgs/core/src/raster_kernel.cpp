@@ -44,7 +44,7 @@ double visible_sigmas(double opacity) {
 }
 
 template <class T>
-void make_record(const RasterParams& params, const BoxColumns<T>& boxes, std::size_t i, SinCos axis, Record<T>& record) {
+void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_t i, SinCos axis, Record<T>& record) {
     record.left = record.top = 0;
     record.right = record.bottom = -1;
     const double half_u = static_cast<double>(boxes.half_extents[2 * i]);
@@ -107,7 +107,7 @@ void make_record(const RasterParams& params, const BoxColumns<T>& boxes, std::si
 }  // namespace
 
 template <class T>
-void make_records(const RasterParams& params, const BoxColumns<T>& boxes, std::size_t begin, std::size_t end,
+void make_records(const RasterParams& params, const BoxView<T>& boxes, std::size_t begin, std::size_t end,
                   Record<T>* records) {
     constexpr std::size_t group = 64;  // one pass of vector trigonometry, small enough for the stack
     for (std::size_t first = begin; first < end; first += group) {
@@ -419,7 +419,7 @@ void paint_tile(const RasterParams& params, const Record<T>* records, const std:
 }
 
 #define BRUSHGS_INSTANTIATE(T)                                                                                     \
-    template void make_records<T>(const RasterParams&, const BoxColumns<T>&, std::size_t, std::size_t, Record<T>*); \
+    template void make_records<T>(const RasterParams&, const BoxView<T>&, std::size_t, std::size_t, Record<T>*); \
     template void paint_tile<T>(const RasterParams&, const Record<T>*, const std::uint32_t*, std::size_t, int, int, \
                                 const Picture<T>&);
 BRUSHGS_INSTANTIATE(float)

@@ -26,7 +26,7 @@ enum class Kernel { bilinear, nearest, gaussian, ellipse };
 
 // M boxes, nearest first; layout as in brushgs.Boxes.
 template <class T>
-struct BoxColumns {
+struct BoxView {
     std::size_t count;        // M
     const T* centers;         // [M, 2] pixels
     const T* half_extents;    // [M, 2] pixels
@@ -99,13 +99,13 @@ LevelChoice choose_levels(std::size_t count, const T* half_extents, std::span<co
 
 // Paint. The picture does not depend on `num_threads`, bit for bit.
 template <class T>
-void rasterize(const RasterParams& params, const BoxColumns<T>& boxes, const Picture<T>& picture);
+void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture);
 
 // Implemented once per instruction set, in raster_kernel.cpp.
 #define BRUSHGS_DECLARE_RASTER_KERNELS(isa)                                                             \
     namespace isa {                                                                                     \
     template <class T>                                                                                  \
-    void make_records(const RasterParams&, const BoxColumns<T>&, std::size_t begin, std::size_t end,    \
+    void make_records(const RasterParams&, const BoxView<T>&, std::size_t begin, std::size_t end,    \
                       Record<T>* records);                                                              \
     template <class T>                                                                                  \
     void paint_tile(const RasterParams&, const Record<T>* records, const std::uint32_t* ids,            \
