@@ -5,15 +5,17 @@ read into a buffer that is used again, so a file never lies in memory beside wha
 what follows finds the block still in the cache.
 """
 
-import io
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
-from typing import Any, BinaryIO, Protocol
+from typing import BinaryIO, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.errors import SceneError
+from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.ply_header import Element, Header
 
 
@@ -54,6 +56,17 @@ def check_size(path: Path, header: Header, element: Element, size: int) -> None:
         )
 
 
+def warn_of_surplus(path: Path, header: Header, size: int) -> None:
+    """Warn of bytes that no element accounts for: the sign of a count or a transfer gone wrong."""
+    if header.is_ascii or any(element.lists for element in header.elements):
+        return
+    end = header.data_offset + sum(element.count * element.dtype.itemsize for element in header.elements)
+    if size > end:
+        message = f"{path}: {size - end} bytes after the last row were left out"
+        doubt = "if the picture looks wrong, the file was changed in transfer: get it again in binary mode"
+        warnings.warn(SceneWarning(f"{message}; {doubt}"), stacklevel=4)
+
+
 def data_start(path: Path, header: Header, element: Element) -> int:
     """Byte at which the rows of an element of a binary file begin.
 
@@ -75,14 +88,18 @@ def data_start(path: Path, header: Header, element: Element) -> int:
     return start
 
 
-def open_rows(path: Path, file: BinaryIO, header: Header, element: Element, block_rows: int) -> Rows:
+@contextmanager
+def open_rows(path: Path, header: Header, element: Element, block_rows: int) -> Iterator[Rows]:
     """A reader of the rows of `element`, at most `block_rows` at a time.
 
-    Each reader needs a file object of its own. An ASCII reader must be asked for rows in order.
+    It has a file object of its own, so readers in several threads do not meet. An ASCII reader must
+    be asked for rows in order.
     """
-    if header.is_ascii:
-        return _AsciiRows(path, file, header, element)
-    return _BinaryRows(path, file, header, element, block_rows)
+    with path.open("rb", buffering=-1 if header.is_ascii else 0) as file:
+        if header.is_ascii:
+            yield _AsciiRows(path, file, header, element)
+        else:
+            yield _BinaryRows(path, file, header, element, block_rows)
 
 
 class _BinaryRows:
@@ -109,8 +126,7 @@ class _AsciiRows:
     def __init__(self, path: Path, file: BinaryIO, header: Header, element: Element) -> None:
         self._path, self._element, self._next = path, element, 0
         file.seek(header.data_offset)
-        raw: Any = file
-        self._lines = (line for line in io.BufferedReader(raw) if not line.isspace())
+        self._lines = (line for line in file if not line.isspace())
         for other in header.elements:
             if other is element:
                 break
