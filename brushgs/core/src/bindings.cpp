@@ -9,6 +9,12 @@
 
 namespace nb = nanobind;
 
+#if defined(__clang__)
+#define BRUSHGS_COMPILER "Clang " __clang_version__
+#else
+#define BRUSHGS_COMPILER "GCC " __VERSION__
+#endif
+
 namespace {
 
 // A C-contiguous NumPy array that is read; the Python layer has checked the shapes.
@@ -78,6 +84,14 @@ NB_MODULE(_core, m) {
     m.doc() = "The compiled core of brushgs; use the functions of the package instead.";
     m.def("isa", [] { return brushgs::isa_name(brushgs::best_isa()); },
           "Name of the instruction set in use: avx512, avx2 or baseline.");
+    m.def("build", [] {
+#if defined(NDEBUG) && defined(__OPTIMIZE__)
+        constexpr bool is_optimised = true;
+#else
+        constexpr bool is_optimised = false;
+#endif
+        return nb::make_tuple(BRUSHGS_COMPILER, is_optimised);
+    }, "Compiler of the core, and whether it optimised; for benchmarks.");
     def_project<float>(m);
     def_project<double>(m);
 }
