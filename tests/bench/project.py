@@ -85,9 +85,10 @@ def check(gaussians: Gaussians) -> None:
         )
 
 
-def measure(
-    calls: dict[str, Callable[[], object]], repeat: int
-) -> dict[str, tuple[list[float], list[float]]]:
+Times = tuple[list[float], list[float]]  # milliseconds of wall clock and of CPU
+
+
+def measure(calls: dict[str, Callable[[], object]], repeat: int) -> dict[str, Times]:
     """Milliseconds of wall clock and of CPU of each call, interleaved, after one that is not counted."""
     times: dict[str, Times] = {name: ([], []) for name in calls}
     for turn in range(repeat + 1):
