@@ -53,8 +53,8 @@ class Body:
 def bodies(num: int, rng: Generator) -> Iterator[Body]:
     """All bodies, about `num` points in all."""
     share = num / 50_000
-    yield _wall(int(2200 * share), rng)
-    yield _table(int(9500 * share), rng)
+    yield _wall(int(3200 * share), rng)
+    yield _table(int(11000 * share), rng)
     yield _cloth(int(9000 * share), rng)
     yield from _jug(int(7000 * share), rng)
     yield _bottle(int(3800 * share))
@@ -88,7 +88,7 @@ def mix(a: ArrayLike, b: ArrayLike, t: Floats) -> Floats:
 
 def _wall(num: int, rng: Generator) -> Body:
     """A plastered wall behind the table: in shade on the left, lit on the right, ragged at its rim."""
-    flat = sheet((-7.5, -7.5), (7.5, 1.2), lambda x, z: np.zeros_like(x), num)
+    flat = sheet((-11.0, -8.0), (9.0, 1.2), lambda x, z: np.zeros_like(x), num)
     patch = flat.moved((0, 0, 4.2), turn((1, 0, 0), -np.pi / 2))
     patch = Patch(
         patch.points, np.tile([0.0, 0.0, -1.0], (num, 1)), patch.tangents, patch.spacing, patch.coords
@@ -99,13 +99,13 @@ def _wall(num: int, rng: Generator) -> Body:
     albedo = mix(
         (0.006, 0.006, 0.0055), (0.105, 0.082, 0.040), 0.05 + 1.05 * pool + 0.35 * mottle * (0.3 + pool)
     )
-    rim = np.hypot(x / 7.3, (y + 2.5) / 5.2) + 0.05 * ripple(patch.points[:, :2], rng, 2.0)
+    rim = np.hypot((x + 1.0) / 9.6, (y + 2.5) / 5.6) + 0.05 * ripple(patch.points[:, :2], rng, 2.0)
     return Body(patch, albedo, stretch=1.5, size=1.7, opacity=np.clip((1.02 - rim) * 8, 0, 0.98))
 
 
 def _table(num: int, rng: Generator) -> Body:
     """Dark planks, grain along x, a round rim lost in the ground."""
-    patch = sheet((-6.8, -4.4), (6.8, 4.3), lambda x, z: np.zeros_like(x), num)
+    patch = sheet((-8.0, -4.6), (7.4, 4.3), lambda x, z: np.zeros_like(x), num)
     x, z = patch.coords.T
     plank = np.floor((z + 10.15) / 1.45)
     hue = np.sin(plank * 12.9898) * 0.5 + 0.5
@@ -114,7 +114,7 @@ def _table(num: int, rng: Generator) -> Body:
     albedo = mix((0.022, 0.009, 0.004), (0.120, 0.048, 0.018), 0.30 + 0.3 * hue + 0.2 * grain)
     gap = np.abs((z + 10.15) / 1.45 - np.round((z + 10.15) / 1.45)) * 1.45 < 0.035
     albedo[gap] *= 0.25
-    rim = np.hypot(x / 6.6, z / 4.3) + 0.02 * ripple(patch.coords, rng, 3.0)
+    rim = np.hypot((x + 0.3) / 7.4, z / 4.5) + 0.02 * ripple(patch.coords, rng, 3.0)
     return Body(patch, albedo, 0.16, 9.0, stretch=2.2, size=1.35, opacity=np.clip((1.0 - rim) * 14, 0, 0.97))
 
 
