@@ -1,1 +1,162 @@
+// The frame of `project`: picks the kernel, spreads rows over threads, sorts by depth, writes the columns.
+#include "brushgs/project.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
 #include "brushgs/cpu.hpp"
+#include "brushgs/project_kernel.hpp"
+
+namespace brushgs {
+
+namespace {
+
+constexpr std::size_t kRowsPerItem = 4096;     // work handed to a thread at a time, some 100 us
+constexpr std::size_t kThreadsPayOff = 20000;  // below, starting threads costs more than they save
+constexpr int kMaxDigitBits = 12;              // of the radix sort: 4096 buckets stay in the second-level cache
+
+// A box in the sort: positive floating-point numbers are ordered like their bits.
+template <class T>
+struct SortEntry {
+    using Key = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+    Key key;
+    std::uint32_t position;  // of the record, in the order of the rows
+};
+
+template <class T>
+std::size_t project_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin,
+                         std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
+#ifdef BRUSHGS_X86
+    switch (best_isa()) {
+        case Isa::avx512: return avx512::project_rows(gaussians, params, begin, end, boxes, culled);
+        case Isa::avx2: return avx2::project_rows(gaussians, params, begin, end, boxes, culled);
+        default: break;
+    }
+#endif
+    return baseline::project_rows(gaussians, params, begin, end, boxes, culled);
+}
+
+// Half-open range `item` of `count` things dealt out in `num_items` parts of nearly equal size.
+struct Range {
+    std::size_t begin, end;
+};
+Range part_of(std::size_t count, std::size_t item, std::size_t num_items) {
+    return {count * item / num_items, count * (item + 1) / num_items};
+}
+
+// One stable pass of the radix sort, by `digit_bits` of key - smallest from bit `shift` on.
+template <class Entry>
+void radix_pass(const std::vector<Entry>& from, std::vector<Entry>& to, typename Entry::Key smallest, int shift,
+                int digit_bits, int num_threads) {
+    const std::size_t num_parts = static_cast<std::size_t>(num_threads), num_digits = std::size_t{1} << digit_bits;
+    const auto digit_of = [=](const Entry& entry) {
+        return static_cast<std::size_t>((entry.key - smallest) >> shift) & (num_digits - 1);
+    };
+    std::vector<std::uint32_t> starts(num_parts * num_digits);  // counts first
+    parallel_for(num_parts, num_threads, [&](std::size_t part) {
+        std::uint32_t* counts = starts.data() + part * num_digits;
+        const Range range = part_of(from.size(), part, num_parts);
+        for (std::size_t i = range.begin; i < range.end; ++i) ++counts[digit_of(from[i])];
+    });
+    std::uint32_t start = 0;
+    for (std::size_t digit = 0; digit < num_digits; ++digit)
+        for (std::size_t part = 0; part < num_parts; ++part)
+            start += std::exchange(starts[part * num_digits + digit], start);
+    parallel_for(num_parts, num_threads, [&](std::size_t part) {
+        std::uint32_t* next = starts.data() + part * num_digits;
+        const Range range = part_of(from.size(), part, num_parts);
+        for (std::size_t i = range.begin; i < range.end; ++i) to[next[digit_of(from[i])]++] = from[i];
+    });
+}
+
+// Sorts by key, equal keys in the order they have.
+template <class Entry>
+void radix_sort(std::vector<Entry>& entries, int num_threads) {
+    if (entries.empty()) return;
+    const auto [low, high] = std::ranges::minmax_element(entries, {}, &Entry::key);
+    const auto smallest = low->key;  // subtracted: depths of one scene share their leading bits
+    const int key_bits = static_cast<int>(std::bit_width(high->key - smallest));
+    const int num_passes = (key_bits + kMaxDigitBits - 1) / kMaxDigitBits;
+    std::vector<Entry> other(entries.size());
+    for (int pass = 0; pass < num_passes; ++pass) {
+        const int shift = key_bits * pass / num_passes, next_shift = key_bits * (pass + 1) / num_passes;
+        radix_pass(entries, other, smallest, shift, next_shift - shift, num_threads);
+        entries.swap(other);
+    }
+}
+
+template <class T>
+BoxColumns<T> allocate(std::size_t count) {
+    return {count,
+            std::make_unique_for_overwrite<T[]>(2 * count),
+            std::make_unique_for_overwrite<T[]>(2 * count),
+            std::make_unique_for_overwrite<T[]>(count),
+            std::make_unique_for_overwrite<T[]>(count),
+            std::make_unique_for_overwrite<T[]>(3 * count),
+            std::make_unique_for_overwrite<T[]>(count),
+            std::make_unique_for_overwrite<std::int32_t[]>(count),
+            {}};
+}
+
+template <class T>
+void write_row(const BoxRecord<T>& box, std::size_t row, const BoxColumns<T>& columns) {
+    std::copy_n(box.center, 2, &columns.centers[2 * row]);
+    std::copy_n(box.half_extents, 2, &columns.half_extents[2 * row]);
+    columns.angles[row] = box.angle;
+    columns.depths[row] = box.depth;
+    std::copy_n(box.color, 3, &columns.colors[3 * row]);
+    columns.opacities[row] = box.opacity;
+    columns.ids[row] = box.id;
+}
+
+}  // namespace
+
+template <class T>
+BoxColumns<T> project(const GaussianColumns<T>& gaussians, const ProjectParams& params) {
+    const int num_threads = gaussians.count < kThreadsPayOff ? 1 : params.num_threads;
+    const std::size_t num_items = (gaussians.count + kRowsPerItem - 1) / kRowsPerItem;
+
+    // Every item has room for all its rows, so that none waits for the counts of those before it.
+    const auto records = std::make_unique_for_overwrite<BoxRecord<T>[]>(gaussians.count);
+    std::vector<std::size_t> num_boxes(num_items);
+    std::vector<ProjectCounts> culled(num_items);
+    parallel_for(num_items, num_threads, [&](std::size_t item) {
+        const std::size_t begin = item * kRowsPerItem, end = std::min(begin + kRowsPerItem, gaussians.count);
+        num_boxes[item] = project_rows(gaussians, params, begin, end, &records[begin], culled[item]);
+    });
+
+    std::vector<std::size_t> starts(num_items + 1);
+    std::partial_sum(num_boxes.begin(), num_boxes.end(), starts.begin() + 1);
+    std::vector<SortEntry<T>> entries(starts.back());
+    parallel_for(num_items, num_threads, [&](std::size_t item) {
+        for (std::size_t i = 0; i < num_boxes[item]; ++i) {
+            const std::size_t position = item * kRowsPerItem + i;
+            entries[starts[item] + i] = {std::bit_cast<typename SortEntry<T>::Key>(records[position].depth),
+                                         static_cast<std::uint32_t>(position)};
+        }
+    });
+    radix_sort(entries, num_threads);
+
+    BoxColumns<T> columns = allocate<T>(entries.size());
+    for (const ProjectCounts& counts : culled) {
+        columns.culled.behind_near += counts.behind_near;
+        columns.culled.not_finite += counts.not_finite;
+        columns.culled.faint += counts.faint;
+        columns.culled.outside += counts.outside;
+    }
+    parallel_for(num_items, num_threads, [&](std::size_t item) {
+        const Range range = part_of(entries.size(), item, num_items);
+        for (std::size_t row = range.begin; row < range.end; ++row)
+            write_row(records[entries[row].position], row, columns);
+    });
+    return columns;
+}
+
+template BoxColumns<float> project(const GaussianColumns<float>&, const ProjectParams&);
+template BoxColumns<double> project(const GaussianColumns<double>&, const ProjectParams&);
+
+}  // namespace brushgs

@@ -1,0 +1,62 @@
+// Gaussians in the world -> oriented boxes on the image plane, nearest first.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+namespace brushgs {
+
+template <class T>
+struct GaussianColumns {
+    const T* means;      // [count, 3] world units
+    const T* quats;      // [count, 4] w, x, y, z; any length above zero
+    const T* scales;     // [count, 3] standard deviations, world units
+    const T* opacities;  // [count] 0 to 1
+    const T* sh;         // [count, sh_terms, 3]
+    std::size_t count;
+    std::size_t sh_terms;  // stored per Gaussian: 1, 4, 9 or 16
+};
+
+struct ProjectParams {
+    double viewmat[12];  // camera from world, the first three rows of [4, 4]
+    double fx, fy;       // focal lengths, pixels
+    double cx, cy;       // principal point, pixels
+    double width, height;
+    double near;        // world units: camera z at or below it is left out
+    double num_sigmas;  // half extent of a box in standard deviations
+    double low_pass;    // added to the projected covariance, pixels squared
+    int sh_degree;      // bands evaluated: 0 to 3, at most those stored
+    int num_threads;
+};
+
+// Why Gaussians have no box; each is counted once, under the first reason that holds.
+struct ProjectCounts {
+    std::size_t behind_near = 0;  // camera z <= near
+    std::size_t not_finite = 0;   // some value of the box does not fit the scalar
+    std::size_t faint = 0;        // opacity under 1/255: the rasteriser would skip every fragment
+    std::size_t outside = 0;      // no common area with the image
+};
+
+// One box on its way through the sort; the fields of `Boxes` in brushgs/scene.py.
+template <class T>
+struct BoxRecord {
+    T center[2], half_extents[2], angle, depth, color[3], opacity;
+    std::int32_t id;
+};
+
+// The columns of `Boxes`, each of exactly `count` rows.
+template <class T>
+struct BoxColumns {
+    std::size_t count = 0;
+    std::unique_ptr<T[]> centers, half_extents, angles, depths, colors, opacities;
+    std::unique_ptr<std::int32_t[]> ids;
+    ProjectCounts culled;
+};
+
+// The boxes of all Gaussians that can paint, by depth, ties by row. The result does not depend on
+// `num_threads`, bit for bit. There must be fewer than 2^31 Gaussians.
+template <class T>
+BoxColumns<T> project(const GaussianColumns<T>& gaussians, const ProjectParams& params);
+
+}  // namespace brushgs

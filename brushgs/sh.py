@@ -1,0 +1,77 @@
+"""Real spherical harmonics as 3D Gaussian Splatting orders and signs them.
+
+A colour seen from unit direction d (from the camera to the Gaussian, world frame) is
+max(0, 0.5 + sum over terms of coefficient x basis(d)). Terms stand by degree l, then order m from -l to l.
+Source: Kerbl et al. 2023; Sloan 2008, Stupid Spherical Harmonics Tricks, appendix A2 (with the
+Condon-Shortley sign).
+"""
+
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.scene import Gaussians
+from brushgs.shapes import Array
+
+_ROWS_AT_A_TIME = 4096  # a band in use shows up in the first rows: the others need not be read
+
+_used_degrees: WeakKeyDictionary[Gaussians, int] = WeakKeyDictionary()
+
+
+def sh_basis(directions: Array, degree: int) -> NDArray[np.float64]:
+    """Values of the (degree + 1)^2 basis functions in some directions.
+
+    Args:
+        directions: [M, 3] unit vectors.
+        degree: 0 to 3.
+
+    Returns:
+        [M, (degree + 1)^2] float64.
+    """
+    x, y, z = np.asarray(directions, dtype=np.float64).T
+    pi = np.pi
+    terms = [
+        np.full_like(x, np.sqrt(1 / (4 * pi))),
+        -np.sqrt(3 / (4 * pi)) * y,
+        np.sqrt(3 / (4 * pi)) * z,
+        -np.sqrt(3 / (4 * pi)) * x,
+        np.sqrt(15 / (4 * pi)) * x * y,
+        -np.sqrt(15 / (4 * pi)) * y * z,
+        np.sqrt(5 / (16 * pi)) * (2 * z * z - x * x - y * y),
+        -np.sqrt(15 / (4 * pi)) * x * z,
+        np.sqrt(15 / (16 * pi)) * (x * x - y * y),
+        -np.sqrt(35 / (32 * pi)) * y * (3 * x * x - y * y),
+        np.sqrt(105 / (4 * pi)) * x * y * z,
+        -np.sqrt(21 / (32 * pi)) * y * (4 * z * z - x * x - y * y),
+        np.sqrt(7 / (16 * pi)) * z * (2 * z * z - 3 * x * x - 3 * y * y),
+        -np.sqrt(21 / (32 * pi)) * x * (4 * z * z - x * x - y * y),
+        np.sqrt(105 / (16 * pi)) * z * (x * x - y * y),
+        -np.sqrt(35 / (32 * pi)) * x * (x * x - 3 * y * y),
+    ]
+    return np.stack(terms[: (degree + 1) ** 2], axis=1)
+
+
+def used_sh_degree(gaussians: Gaussians) -> int:
+    """The highest degree with a coefficient other than zero, 0 to 3: bands above it cannot change a colour.
+
+    Looked up once per scene and remembered as long as the scene lives: rows are read only until the highest
+    stored band is seen in use, all of them where it is empty.
+    """
+    known = _used_degrees.get(gaussians)
+    if known is None:
+        known = _used_degrees[gaussians] = _find_used_degree(gaussians)
+    return known
+
+
+def _find_used_degree(gaussians: Gaussians) -> int:
+    used = 0
+    for start in range(0, len(gaussians), _ROWS_AT_A_TIME):
+        rows = gaussians.sh[start : start + _ROWS_AT_A_TIME]
+        for degree in range(gaussians.sh_degree, used, -1):
+            if rows[:, degree**2 : (degree + 1) ** 2].any():
+                used = degree
+                break
+        if used == gaussians.sh_degree:
+            break
+    return used

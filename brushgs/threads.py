@@ -1,0 +1,31 @@
+"""How many threads the compiled core runs in, decided in one place."""
+
+import operator
+import os
+
+
+def num_threads_or_default(num_threads: int | None) -> int:
+    """The number of threads asked for; without one, as many as there are CPUs this process may use.
+
+    Results never depend on it.
+
+    Args:
+        num_threads: at least 1, or None.
+
+    Raises:
+        TypeError: if `num_threads` is not an integer.
+        ValueError: if `num_threads` is below 1.
+    """
+    if num_threads is None:
+        if hasattr(os, "sched_getaffinity"):  # Linux: a container or `taskset` may leave fewer than there are
+            return len(os.sched_getaffinity(0))
+        return os.cpu_count() or 1
+    try:
+        num_threads = operator.index(num_threads)
+    except TypeError:
+        raise TypeError(
+            f"num_threads must be an integer or None, got {type(num_threads).__name__}; leave it out for all CPUs"
+        ) from None
+    if num_threads < 1:
+        raise ValueError(f"num_threads must be at least 1, got {num_threads}; leave it out for all CPUs")
+    return num_threads
