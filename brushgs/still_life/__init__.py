@@ -26,6 +26,7 @@ from brushgs.still_life.surfaces import Floats, unit
 
 NUM_GAUSSIANS = 50_000
 COVER = 0.62  # standard deviation over point spacing: neighbours close the surface without blurring it
+SH_CONSTANT = 0.5 / np.sqrt(np.pi)  # the basis function of degree 0
 FLATNESS = 0.12  # thickness over width of a Gaussian
 SIZE_SPREAD = 0.28  # log-normal spread of sizes, as training leaves it
 
@@ -93,7 +94,7 @@ def _gaussians_of(body: Body, number: int, blockers: Blockers, rng: Generator) -
 def _view_dependent(body: Body, matt: Floats, lamp: Floats) -> Floats:
     """Spherical harmonics [n, 16, 3] of the colour: matt light and the lamp's mirror image."""
     sh = np.zeros((len(matt), 16, 3))
-    sh[:, 0] = (encode(matt) - 0.5) / 0.28209479177387814
+    sh[:, 0] = (encode(matt) - 0.5) / SH_CONSTANT
     shiny = np.flatnonzero((lamp.max(axis=1) > 1e-3) & (body.gloss > 0))
     if len(shiny):
         dome = view_dome()

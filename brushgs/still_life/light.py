@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.sh import sh_basis
 from brushgs.still_life.surfaces import GOLDEN_ANGLE, Floats, unit
 
 TO_LAMP = unit((-0.62, -0.68, -0.52))  # from upper left, before the picture plane
@@ -95,39 +96,11 @@ def fit_views(colors: Floats, dome: Floats) -> Floats:
     Ridge least squares over the dome; the constant term is not held back. A Gaussian is looked at
     along minus the direction to the camera, which is what the basis takes.
     """
-    basis = sh_basis(-dome)
+    basis = sh_basis(-dome, degree=3)
     penalty = RIDGE * len(dome) * np.eye(16) / (4 * np.pi)
     penalty[0, 0] = 0
     solve = np.linalg.solve(basis.T @ basis + penalty, basis.T)  # [16, V]
     return np.asarray(np.einsum("kv,vnc->nkc", solve, colors - 0.5, optimize=True))
-
-
-def sh_basis(directions: Floats) -> Floats:
-    """[D, 16] real spherical harmonics to degree 3 of unit directions, in the order and sign of 3DGS.
-
-    Source: Kerbl et al. 2023, after Green 2003.
-    """
-    x, y, z = directions.T
-    xx, yy, zz = x * x, y * y, z * z
-    terms = [
-        np.full_like(x, 0.28209479177387814),
-        -0.4886025119029199 * y,
-        0.4886025119029199 * z,
-        -0.4886025119029199 * x,
-        1.0925484305920792 * x * y,
-        -1.0925484305920792 * y * z,
-        0.31539156525252005 * (2 * zz - xx - yy),
-        -1.0925484305920792 * x * z,
-        0.5462742152960396 * (xx - yy),
-        -0.5900435899266435 * y * (3 * xx - yy),
-        2.890611442640554 * x * y * z,
-        -0.4570457994644658 * y * (4 * zz - xx - yy),
-        0.3731763325901154 * z * (2 * zz - 3 * xx - 3 * yy),
-        -0.4570457994644658 * x * (4 * zz - xx - yy),
-        1.445305721320277 * z * (xx - yy),
-        -0.5900435899266435 * x * (xx - 3 * yy),
-    ]
-    return np.stack(terms, axis=1)
 
 
 def _smoothstep(x: Floats) -> Floats:
