@@ -1,0 +1,378 @@
+"""The stages in order, each timed, each able to say what it did and what this scene does not need.
+
+    stroke -> load -> camera -> prune -> cluster -> project -> rasterise -> write
+
+The camera is framed on the scene as loaded, so that paintings of one scene with other counts line up.
+Every step takes a `Report` and adds its `Stage`; a scene is let go as soon as the next one is made of it.
+"""
+
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.background import check_background, open_background
+from brushgs.config import DEFAULT_SIZE, ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
+from brushgs.errors import SceneError
+from brushgs.framing import AXES, DEFAULT_UP, default_elevation, frame_scene, subject, up_vector
+from brushgs.report import Report, Stage
+from brushgs.scene import Boxes, Camera, Frame, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.textures import StrokeTexture
+
+PICTURE_SUFFIXES = (".png", ".exr", ".tif", ".tiff")
+CULLED = {  # field of ProjectCounts -> words
+    "behind_near": "at or behind the near plane of the camera",
+    "outside": "outside the picture",
+    "faint": "with an opacity under 1/255",
+    "not_finite": "too large for the arithmetic",
+}
+
+
+def paint_file(
+    scene: str | Path,
+    output: str | Path,
+    config: PaintConfig | None = None,
+    *,
+    camera: Camera | None = None,
+    report: Report | None = None,
+) -> Report:
+    """Paint a scene file to a picture file.
+
+    Args:
+        scene: a trained 3D Gaussian scene.
+        output: picture to write; the suffix decides the format: .png, .exr, .tif.
+        config: see `PaintConfig`.
+        camera: the view, in place of what `config.view` says.
+        report: where the stages are told; a new one if None.
+
+    Returns:
+        The report, with one stage per step.
+
+    Raises:
+        SceneError: if a file cannot be read or written.
+        ValueError: if an option does not suit the scene, before any long work where that can be known.
+    """
+    config, report, output = config or PaintConfig(), report or Report(), Path(output)
+    check_output(output, PICTURE_SUFFIXES, inputs=(Path(scene),))
+    check_background(config.draw.background)
+    texture = open_stroke(config.draw, report)
+    gaussians, file_up = load_scene(scene, report)
+    camera = choose_camera(gaussians, config.view, report, file_up=file_up, camera=camera)
+    num_loaded = len(gaussians)
+    gaussians = prune_scene(gaussians, config.prune, report)
+    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded)
+    boxes = project_scene(gaussians, camera, texture, config.draw, report)
+    is_deep = output.suffix.lower() == ".exr"  # the one format that carries depth
+    frame = draw(boxes, camera, texture, config.draw, report, depth=is_deep)
+    write_picture(frame, output, config.draw, report)
+    report.output = str(output)
+    return report
+
+
+def paint(
+    gaussians: Gaussians,
+    config: PaintConfig | None = None,
+    *,
+    camera: Camera | None = None,
+    report: Report | None = None,
+) -> Frame:
+    """Paint Gaussians in memory: `paint_file` without its files. Takes and raises the same."""
+    config, report = config or PaintConfig(), report or Report()
+    texture = open_stroke(config.draw, report)
+    camera = choose_camera(gaussians, config.view, report, camera=camera)
+    strokes = prune_scene(gaussians, config.prune, report)
+    strokes = cluster_scene(strokes, config.cluster, report, num_loaded=len(gaussians))
+    boxes = project_scene(strokes, camera, texture, config.draw, report)
+    return draw(boxes, camera, texture, config.draw, report)
+
+
+def prune_file(scene: str | Path, output: str | Path, config: PruneConfig, report: Report) -> Report:
+    """The prune pass alone: scene file to scene file."""
+    check_output(Path(output), (".ply",), inputs=(Path(scene),))
+    gaussians, _ = load_scene(scene, report)
+    return write_scene(prune_scene(gaussians, config, report), output, report)
+
+
+def cluster_file(scene: str | Path, output: str | Path, config: ClusterConfig, report: Report) -> Report:
+    """The cluster pass alone: scene file to scene file."""
+    check_output(Path(output), (".ply",), inputs=(Path(scene),))
+    gaussians, _ = load_scene(scene, report)
+    return write_scene(cluster_scene(gaussians, config, report, num_loaded=len(gaussians)), output, report)
+
+
+def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...] = ()) -> None:
+    """Refuse an output that could not be written, before the work for it is done.
+
+    Raises:
+        ValueError: if the suffix is none of `suffixes`.
+        SceneError: if the folder is missing or read-only, or the output is one of the inputs.
+    """
+    if path.suffix.lower() not in suffixes:
+        raise ValueError(f"output must end in {', '.join(suffixes)}, got {str(path)!r}; the suffix decides the format")
+    folder = path.resolve().parent
+    if not folder.is_dir():
+        raise SceneError(path, f"the folder {folder} does not exist; create it first")
+    if path.exists() and not path.is_file():
+        raise SceneError(path, "is not a regular file and cannot be replaced; choose another name")
+    if path.exists() and any(other.exists() and path.samefile(other) for other in inputs):
+        raise SceneError(path, "is the input, which is never overwritten; choose another name")
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise SceneError(path, f"cannot be written: {os.strerror(error.errno or 0).lower()}") from None
+
+
+def open_stroke(config: DrawConfig, report: Report) -> "StrokeTexture":
+    """The stroke image or kernel."""
+    with report.stage("stroke") as stage:
+        from brushgs.textures import StrokeTexture
+
+        texture = StrokeTexture.open(config.stroke)
+        height, width = texture.coverage.shape
+        size = f"{width} x {height} texels" if texture.kind == "image" else "a kernel, no image"
+        stage.did = f"{texture.name}: {size}"
+        stage.counts = {"name": texture.name, "kind": texture.kind, "width": width, "height": height}
+    return texture
+
+
+def load_scene(path: str | Path, report: Report) -> tuple[Gaussians, str | None]:
+    """The Gaussians of a file and the up axis that its header states."""
+    with report.stage("load") as stage:
+        from brushgs.io import read_ply
+
+        gaussians, notes = read_ply(path)
+        dropped = f", {notes.rows_dropped:,} rows dropped" if notes.rows_dropped else ""
+        degree = f"SH degree {notes.sh_degree_used}"
+        stage.did = f"{len(gaussians):,} Gaussians, {degree}, {notes.format}{dropped}"
+        stage.counts = {
+            "gaussians": len(gaussians),
+            "rows_read": notes.rows_read,
+            "rows_dropped": notes.rows_dropped,
+            "sh_degree_stored": notes.sh_degree_stored,
+            "sh_degree_used": notes.sh_degree_used,
+            "format": notes.format,
+        }
+        if notes.sh_degree_used < notes.sh_degree_stored:
+            bands = _band_words(notes.sh_degree_used, notes.sh_degree_stored)
+            stage.left_out.append(f"{bands}: zero in every row")
+    return gaussians, notes.up
+
+
+def choose_camera(
+    gaussians: Gaussians,
+    config: ViewConfig,
+    report: Report,
+    *,
+    file_up: str | None = None,
+    camera: Camera | None = None,
+) -> Camera:
+    """The camera given, or one from the file that is named, or one framed on the scene."""
+    with report.stage("camera") as stage:
+        if camera is not None:
+            stage.did = "given"
+            if config.size is not None:
+                camera = camera.resized(*config.size)
+        elif config.camera_file is not None:
+            camera = _camera_of_file(config.camera_file, config, stage)
+        else:
+            camera = _framed_camera(gaussians, config, file_up, stage)
+        stage.did += f", {camera.width}x{camera.height}"
+        stage.counts |= {"width": camera.width, "height": camera.height}
+    return camera
+
+
+def prune_scene(gaussians: Gaussians, config: PruneConfig, report: Report) -> Gaussians:
+    """Fewer Gaussians: those of highest weight."""
+    with report.stage("prune") as stage:
+        num_before = len(gaussians)
+        if config.keep < 1:
+            from brushgs.passes.prune import prune
+
+            gaussians = prune(gaussians, config.keep, weight=config.weight)
+            stage.did = f"kept {len(gaussians):,} of {num_before:,} by {config.weight}"
+        else:
+            stage.did = f"kept all {num_before:,}"
+            stage.left_out.append("choosing: all are kept (keep = 1)")
+        stage.counts = {"before": num_before, "after": len(gaussians), "weight": config.weight}
+    return gaussians
+
+
+def cluster_scene(
+    gaussians: Gaussians, config: ClusterConfig, report: Report, *, num_loaded: int
+) -> Gaussians:
+    """Fewer and larger Gaussians: the strokes in space."""
+    with report.stage("cluster") as stage:
+        num_before, num_strokes = len(gaussians), config.num_strokes(num_loaded)
+        stage.counts = {"before": num_before, "asked": num_strokes, "after": num_before, "method": None}
+        if config.strokes is None:
+            stage.did = f"{num_before:,} strokes, one per Gaussian"
+            stage.left_out.append("clustering: every Gaussian is a stroke")
+        elif num_before <= num_strokes:
+            stage.did = f"{num_before:,} strokes, one per Gaussian"
+            stage.left_out.append(f"clustering: {num_before:,} Gaussians are not above {num_strokes:,} strokes")
+        else:
+            from brushgs.passes.cluster import cluster
+
+            gaussians = cluster(
+                gaussians,
+                num_strokes,
+                features=config.features,
+                merge=config.merge,
+                method=config.method,
+                seed=config.seed,
+            )
+            stage.did = f"{num_before:,} into {len(gaussians):,} strokes"
+            stage.counts |= {"after": len(gaussians), "method": config.method}
+    return gaussians
+
+
+def project_scene(
+    gaussians: Gaussians, camera: Camera, texture: "StrokeTexture", config: DrawConfig, report: Report
+) -> Boxes:
+    """Strokes in space to boxes on the picture, nearest first."""
+    with report.stage("project") as stage:
+        from brushgs.project import project_counted
+        from brushgs.sh import used_sh_degree
+
+        boxes, culled = project_counted(
+            gaussians, camera, num_sigmas=texture.num_sigmas, num_threads=config.threads
+        )
+        stage.did = f"{len(boxes):,} of {len(gaussians):,} strokes in the picture"
+        stage.counts = {"before": len(gaussians), "after": len(boxes)}
+        for reason, words in CULLED.items():
+            count = getattr(culled, reason)
+            stage.counts[reason] = count
+            if count:
+                stage.left_out.append(f"{count:,} strokes {words}")
+        degree = used_sh_degree(gaussians)
+        stage.counts["sh_degree"] = degree
+        if degree < gaussians.sh_degree:
+            stage.left_out.append(f"{_band_words(degree, gaussians.sh_degree)}: zero in every row")
+    return boxes
+
+
+def draw(
+    boxes: Boxes,
+    camera: Camera,
+    texture: "StrokeTexture",
+    config: DrawConfig,
+    report: Report,
+    *,
+    depth: bool = True,
+) -> Frame:
+    """Boxes to a picture."""
+    with report.stage("rasterise") as stage:
+        from brushgs.raster.ops import rasterize
+
+        frame = rasterize(
+            boxes,
+            texture,
+            height=camera.height,
+            width=camera.width,
+            filter=config.filter,
+            depth=depth,
+            num_threads=config.threads,
+        )
+        painted = float(np.mean(frame.alpha, dtype=np.float64))
+        stage.did = f"{len(boxes):,} strokes cover {painted:.1%} of the picture"
+        stage.counts = {"strokes": len(boxes), "painted": round(painted, 6), "filter": config.filter}
+        _tell_levels(boxes, texture, config.filter, stage)
+        if not depth:
+            stage.left_out.append("depth: this kind of file does not hold it")
+    return frame
+
+
+def write_picture(frame: Frame, path: Path, config: DrawConfig, report: Report) -> None:
+    """A picture to a file, on its background."""
+    with report.stage("write") as stage:
+        from brushgs.io.images import write_frame
+
+        height, width = frame.alpha.shape
+        write_frame(frame, path, background=open_background(config.background, width, height))
+        stage.did = f"{path}, on {config.background}"
+        stage.counts = {"path": str(path), "bytes": path.stat().st_size, "background": config.background}
+
+
+def write_scene(gaussians: Gaussians, output: str | Path, report: Report) -> Report:
+    """Gaussians to a scene file; ends the report."""
+    with report.stage("write") as stage:
+        from brushgs.io import save
+
+        save(gaussians, output)
+        size = Path(output).stat().st_size
+        stage.did = f"{output}, {size / 1e6:.1f} MB"
+        stage.counts = {"path": str(output), "bytes": size, "gaussians": len(gaussians)}
+    report.output = str(output)
+    return report
+
+
+def _camera_of_file(path: Path, config: ViewConfig, stage: Stage) -> Camera:
+    from brushgs.io import load_cameras
+
+    cameras = load_cameras(path)
+    if config.view >= len(cameras):
+        raise SceneError(path, f"has {len(cameras)} views, 0 to {len(cameras) - 1}; there is no view {config.view}")
+    stage.did = f"view {config.view} of {len(cameras)} in {path.name}"
+    stage.counts = {"source": str(path), "view": config.view, "views": len(cameras)}
+    camera = cameras[config.view]
+    return camera if config.size is None else camera.resized(*config.size)
+
+
+def _framed_camera(gaussians: Gaussians, config: ViewConfig, file_up: str | None, stage: Stage) -> Camera:
+    """A camera framed on the scene; says which way is up and how that is known."""
+    up = config.up or file_up or DEFAULT_UP
+    source = "as asked" if config.up else "as its header says" if file_up else "assumed, change it with --up"
+    direction = up_vector(up) if isinstance(up, str) else np.asarray(up, dtype=np.float64)
+    points, has_surroundings = subject(gaussians)
+    elevation = default_elevation(points, direction) if config.elevation is None else config.elevation
+    width, height = config.size or DEFAULT_SIZE
+    camera = frame_scene(
+        gaussians,
+        width=width,
+        height=height,
+        fov_y=config.fov_y,
+        up=direction,
+        azimuth=config.azimuth,
+        elevation=elevation,
+        zoom=config.zoom,
+    )
+    azimuth_deg, elevation_deg = (float(np.degrees(angle)) for angle in (config.azimuth, elevation))
+    up_text = up if isinstance(up, str) else ",".join(f"{x:g}" for x in up)
+    stage.did = f"framed from azimuth {azimuth_deg:g}, elevation {elevation_deg:g}; up is {up_text} ({source})"
+    stage.counts = {
+        "source": "framed",
+        "up": up_text,
+        "up_from": "flag" if config.up else "header" if file_up else "assumed",
+        "azimuth_deg": round(azimuth_deg, 6),
+        "elevation_deg": round(elevation_deg, 6),
+        "has_surroundings": has_surroundings,
+    }
+    if has_surroundings:
+        stage.left_out.append("surroundings: drawn, but the frame is fitted to the middle of the scene")
+    return camera
+
+
+def _tell_levels(boxes: Boxes, texture: "StrokeTexture", filter: str, stage: Stage) -> None:
+    """Which filtered copies of the stroke image were made, and which no stroke reached."""
+    if texture.kind != "image":
+        stage.left_out.append("texture filter: a kernel is computed, not sampled")
+        return
+    if filter != "mip" or len(boxes) == 0:
+        return
+    from brushgs.levels import axis_levels, level_index
+
+    num_levels = [len(axis_levels(size)) for size in reversed(texture.coverage.shape)]
+    total = num_levels[0] * num_levels[1]
+    used = set()
+    extents = np.unique(boxes.half_extents.round(3), axis=0)
+    del level_index, extents, used, total
+
+
+def _band_words(used: int, stored: int) -> str:
+    low, high = used + 1, stored
+    return f"SH band {low}" if low == high else f"SH bands {low} to {high}"
