@@ -112,7 +112,9 @@ def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...]
         SceneError: if the folder is missing or read-only, or the output is one of the inputs.
     """
     if path.suffix.lower() not in suffixes:
-        raise ValueError(f"output must end in {', '.join(suffixes)}, got {str(path)!r}; the suffix decides the format")
+        raise ValueError(
+            f"output must end in {', '.join(suffixes)}, got {str(path)!r}; the suffix decides the format"
+        )
     folder = path.resolve().parent
     if not folder.is_dir():
         raise SceneError(path, f"the folder {folder} does not exist; create it first")
@@ -214,7 +216,9 @@ def cluster_scene(
             stage.left_out.append("clustering: every Gaussian is a stroke")
         elif num_before <= num_strokes:
             stage.did = f"{num_before:,} strokes, one per Gaussian"
-            stage.left_out.append(f"clustering: {num_before:,} Gaussians are not above {num_strokes:,} strokes")
+            stage.left_out.append(
+                f"clustering: {num_before:,} Gaussians are not above {num_strokes:,} strokes"
+            )
         else:
             from brushgs.passes.cluster import cluster
 
@@ -316,7 +320,9 @@ def _camera_of_file(path: Path, config: ViewConfig, stage: Stage) -> Camera:
 
     cameras = load_cameras(path)
     if config.view >= len(cameras):
-        raise SceneError(path, f"has {len(cameras)} views, 0 to {len(cameras) - 1}; there is no view {config.view}")
+        raise SceneError(
+            path, f"has {len(cameras)} views, 0 to {len(cameras) - 1}; there is no view {config.view}"
+        )
     stage.did = f"view {config.view} of {len(cameras)} in {path.name}"
     stage.counts = {"source": str(path), "view": config.view, "views": len(cameras)}
     camera = cameras[config.view]
@@ -343,7 +349,9 @@ def _framed_camera(gaussians: Gaussians, config: ViewConfig, file_up: str | None
     )
     azimuth_deg, elevation_deg = (float(np.degrees(angle)) for angle in (config.azimuth, elevation))
     up_text = up if isinstance(up, str) else ",".join(f"{x:g}" for x in up)
-    stage.did = f"framed from azimuth {azimuth_deg:g}, elevation {elevation_deg:g}; up is {up_text} ({source})"
+    stage.did = (
+        f"framed from azimuth {azimuth_deg:g}, elevation {elevation_deg:g}; up is {up_text} ({source})"
+    )
     stage.counts = {
         "source": "framed",
         "up": up_text,
