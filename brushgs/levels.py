@@ -7,8 +7,7 @@ serves which size and what its texels are; which strokes use it is the rasterise
 
 How to draw a box of half extents (h_u, h_v) pixels with the mip filter:
 
-1. per axis, with n texels: `footprint = (n - 1) / (2 h)`, texels of the source in one pixel;
-   `k = level_index(footprint, len(axis_levels(n)))`;
+1. per axis, with n texels: `k = level_index(h, n)`;
 2. `texels = level_coverage(coverage, k_u, k_v)`, uint8 [v.num_texels, u.num_texels];
 3. sample it like a source image (t = 0 and 1 on the centres of the outermost texels, bilinear, 0 outside)
    in a box whose half extents are `h_u * u.scale` and `h_v * v.scale`, the centre and angle unchanged.
@@ -47,21 +46,13 @@ class AxisLevel:
         num_texels: texels along the axis, margins included.
         scale: length of the box that these texels span, relative to the stroke's box, >= 1.
         footprint: source texels in the pixel that the level was filtered for; 0 for the source itself.
+        largest_box: half extent, in pixels, of the largest box that the level serves.
     """
 
     num_texels: int
     scale: float
     footprint: float
-
-
-def level_index(footprint: float, num_levels: int) -> int:
-    """The level that serves a pixel of `footprint` source texels: 0 is the source, larger is coarser.
-
-    Level k >= 1 serves footprints from 0.85 x 2^((k - 1)/2) up to 0.85 x 2^(k/2), the last one all above.
-    """
-    if not footprint >= FIRST_FOOTPRINT:
-        return 0
-    return int(min(num_levels - 1, 1 + np.floor(LEVELS_PER_OCTAVE * np.log2(footprint / FIRST_FOOTPRINT))))
+    largest_box: float
 
 
 @lru_cache(maxsize=64)
@@ -73,15 +64,29 @@ def axis_levels(num_texels: int) -> tuple[AxisLevel, ...]:
     """
     if num_texels < 1:
         raise ValueError(f"axis_levels: num_texels must be at least 1, got {num_texels}")
-    levels = [AxisLevel(num_texels, 1.0, 0.0)]
+    levels = [AxisLevel(num_texels, 1.0, 0.0, np.inf)]
     smallest = FIRST_FOOTPRINT  # the footprint from which on the level is used
     while num_texels > 1 and smallest <= (num_texels - 1) / SHORTEST_BOX:
         footprint = smallest * 2 ** (0.5 / LEVELS_PER_OCTAVE)
         steps = min(num_texels - 1, int(np.ceil(TEXELS_PER_PIXEL * (num_texels - 1) / smallest)))
         margin = int(np.ceil(MARGIN_PIXELS * footprint * steps / (num_texels - 1)))
-        levels.append(AxisLevel(steps + 1 + 2 * margin, 1 + 2 * margin / steps, footprint))
+        largest_box = (num_texels - 1) / (2 * smallest)
+        levels.append(AxisLevel(steps + 1 + 2 * margin, 1 + 2 * margin / steps, footprint, largest_box))
         smallest *= 2 ** (1 / LEVELS_PER_OCTAVE)
     return tuple(levels)
+
+
+@lru_cache(maxsize=64)
+def level_bounds(num_texels: int) -> NDArray[np.float64]:
+    """The largest half extents, in pixels, that levels 1, 2, ... serve, descending; read-only."""
+    bounds = np.array([level.largest_box for level in axis_levels(num_texels)[1:]])
+    bounds.flags.writeable = False
+    return bounds
+
+
+def level_index(half_extent: float, num_texels: int) -> int:
+    """The level that serves a box of this half extent in pixels: 0 is the source, larger is coarser."""
+    return int(np.count_nonzero(half_extent <= level_bounds(num_texels)))
 
 
 def level_coverage(coverage: NDArray[np.uint8], level_u: int, level_v: int) -> NDArray[np.uint8]:

@@ -41,8 +41,7 @@ def sample_level(texels, half_extents, angle, center, size):
     """One sample a pixel of the level that serves this box, in the way the module's docstring says."""
     height, width = texels.shape
     u, v = axis_levels(width), axis_levels(height)
-    k_u = level_index((width - 1) / (2 * half_extents[0]), len(u))
-    k_v = level_index((height - 1) / (2 * half_extents[1]), len(v))
+    k_u, k_v = level_index(half_extents[0], width), level_index(half_extents[1], height)
     box = half_extents * (u[k_u].scale, v[k_v].scale)
     return sample(level_coverage(texels, k_u, k_v), box, angle, center, size, 1)
 
@@ -74,8 +73,9 @@ def test_levels_leave_a_quarter_of_the_error_of_bilinear(shortest, longest, is_s
 
 def test_a_magnified_stroke_uses_its_source():
     coverage = bristles()
-    assert level_index(0.0, 20) == 0
-    assert level_index(FIRST_FOOTPRINT * 0.999, 20) == 0
+    assert level_index(np.inf, 256) == 0
+    assert level_index(255 / (2 * FIRST_FOOTPRINT * 0.999), 256) == 0
+    assert level_index(255 / (2 * FIRST_FOOTPRINT * 1.001), 256) == 1
     assert level_coverage(coverage, 0, 0) is coverage
     assert axis_levels(256)[0].scale == 1
 
@@ -84,17 +84,15 @@ def test_a_magnified_stroke_uses_its_source():
 def test_every_footprint_has_a_level_that_keeps_enough_texels(num_texels):
     levels = axis_levels(num_texels)
     for footprint in np.geomspace(FIRST_FOOTPRINT, (num_texels - 1) / 0.25, 100):
-        level = levels[level_index(footprint, len(levels))]
+        level = levels[level_index((num_texels - 1) / (2 * footprint), num_texels)]
         texels_per_pixel = (level.num_texels - 1) / level.scale * footprint / (num_texels - 1)
         assert texels_per_pixel > min(1.69, 0.99 * footprint)
         assert level.footprint / footprint < 2**0.26
         assert footprint / level.footprint < 2**0.26
 
 
-def test_footprints_beyond_the_last_level_use_the_last_level():
-    levels = axis_levels(8)
-    assert level_index(1e30, len(levels)) == len(levels) - 1
-    assert level_index(np.inf, 2) == 1
+def test_boxes_below_the_last_level_use_the_last_level():
+    assert level_index(1e-30, 8) == level_index(0.0, 8) == len(axis_levels(8)) - 1
 
 
 def test_one_texel_has_only_itself():

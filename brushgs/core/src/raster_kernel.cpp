@@ -1,1 +1,429 @@
+// The hot loops of the rasteriser, compiled once per instruction set (see CMakeLists.txt).
+#include "brushgs/raster.hpp"
 
+#include <cmath>
+
+#include "brushgs/lanes.hpp"
+#include "brushgs/trig.hpp"
+
+namespace brushgs::BRUSHGS_ISA {
+
+namespace {
+
+constexpr int block_size = 4;                                    // pixels; a block has 4 x 4 of them
+constexpr int block_pixels = block_size * block_size;
+constexpr int block_columns = tile_width / block_size;           // 8
+constexpr int block_rows = tile_height / block_size;             // 4
+constexpr int num_blocks = block_columns * block_rows;           // 32: a tile's blocks fit a 32-bit mask
+static_assert(num_blocks == 32);
+
+constexpr double gaussian_sigmas = 3.0;  // the built-in Gaussian fills its box at 3 standard deviations
+constexpr double min_extent = 1e-12;     // pixels: anything thinner holds no pixel centre
+
+template <class T>
+T clamped(T x, T low, T high) {
+    return x < low ? low : (x > high ? high : x);
+}
+
+// Scale from pixels to the kernel's own unit (texels, standard deviations or half axes), along one axis.
+struct AxisMap {
+    double scale;   // units per pixel
+    double middle;  // coordinate of the box centre
+    double reach;   // painted half length, in half extents
+};
+
+AxisMap image_axis(double half_extent, int texels, double reach) {
+    const double last = texels - 1;
+    return {0.5 * last / (reach * half_extent), 0.5 * last, reach};
+}
+
+// A Gaussian of little opacity falls under the skip threshold inside its box: paint no further than that.
+double visible_sigmas(double opacity) {
+    const double sigmas = std::sqrt(2 * std::log(opacity / min_alpha)) * (1 + 1e-6);
+    return sigmas < gaussian_sigmas ? sigmas : gaussian_sigmas;
+}
+
+template <class T>
+void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_t i, SinCos axis, Record<T>& record) {
+    record.left = record.top = 0;
+    record.right = record.bottom = -1;
+    const double half_u = static_cast<double>(boxes.half_extents[2 * i]);
+    const double half_v = static_cast<double>(boxes.half_extents[2 * i + 1]);
+    const double opacity = static_cast<double>(boxes.opacities[i]);
+    if (!(half_u > min_extent && half_v > min_extent) || opacity < min_alpha) return;
+
+    const bool is_image = params.kernel == Kernel::bilinear || params.kernel == Kernel::nearest;
+    AxisMap u, v;
+    double limit = 1;
+    record.level = 0;
+    if (is_image) {
+        record.level = params.level_of_box.empty() ? 0 : params.level_of_box[i];
+        const Level& level = params.levels[static_cast<std::size_t>(record.level)];
+        u = image_axis(half_u, level.columns, level.reach_u);
+        v = image_axis(half_v, level.rows, level.reach_v);
+    } else if (params.kernel == Kernel::gaussian) {
+        limit = visible_sigmas(opacity);
+        u = {gaussian_sigmas / half_u, 0, limit / gaussian_sigmas};
+        v = {gaussian_sigmas / half_v, 0, limit / gaussian_sigmas};
+    } else {
+        u = {1 / half_u, 0, 1};
+        v = {1 / half_v, 0, 1};
+    }
+
+    const double center_x = static_cast<double>(boxes.centers[2 * i]);
+    const double center_y = static_cast<double>(boxes.centers[2 * i + 1]);
+    const double reach_x = std::fabs(axis.cos) * half_u * u.reach + std::fabs(axis.sin) * half_v * v.reach;
+    const double reach_y = std::fabs(axis.sin) * half_u * u.reach + std::fabs(axis.cos) * half_v * v.reach;
+    const double left = std::ceil(clamped(center_x - reach_x - 0.5, 0.0, 1e5));
+    const double top = std::ceil(clamped(center_y - reach_y - 0.5, 0.0, 1e5));
+    const double right = std::floor(clamped(center_x + reach_x - 0.5, -1.0, params.width - 1.0));
+    const double bottom = std::floor(clamped(center_y + reach_y - 0.5, -1.0, params.height - 1.0));
+    if (!(left <= right && top <= bottom)) return;
+    record.left = static_cast<std::int16_t>(left);
+    record.top = static_cast<std::int16_t>(top);
+    record.right = static_cast<std::int16_t>(right);
+    record.bottom = static_cast<std::int16_t>(bottom);
+
+    const double anchor_x = std::floor(clamped(center_x, 0.0, static_cast<double>(params.width))) + 0.5;
+    const double anchor_y = std::floor(clamped(center_y, 0.0, static_cast<double>(params.height))) + 0.5;
+    const double du_dx = axis.cos * u.scale, du_dy = axis.sin * u.scale;
+    const double dv_dx = -axis.sin * v.scale, dv_dy = axis.cos * v.scale;
+    record.anchor_x = static_cast<T>(anchor_x);
+    record.anchor_y = static_cast<T>(anchor_y);
+    record.offset_u = static_cast<T>(u.middle + du_dx * (anchor_x - center_x) + du_dy * (anchor_y - center_y));
+    record.offset_v = static_cast<T>(v.middle + dv_dx * (anchor_x - center_x) + dv_dy * (anchor_y - center_y));
+    record.du_dx = static_cast<T>(du_dx);
+    record.du_dy = static_cast<T>(du_dy);
+    record.dv_dx = static_cast<T>(dv_dx);
+    record.dv_dy = static_cast<T>(dv_dy);
+    record.red = boxes.colors[3 * i];
+    record.green = boxes.colors[3 * i + 1];
+    record.blue = boxes.colors[3 * i + 2];
+    record.opacity = static_cast<T>(is_image ? opacity / 255 : opacity);
+    record.depth = boxes.depths[i];
+    record.limit = static_cast<T>(limit);
+}
+
+}  // namespace
+
+template <class T>
+void make_records(const RasterParams& params, const BoxView<T>& boxes, std::size_t begin, std::size_t end,
+                  Record<T>* records) {
+    constexpr std::size_t group = 64;  // one pass of vector trigonometry, small enough for the stack
+    for (std::size_t first = begin; first < end; first += group) {
+        const std::size_t count = end - first < group ? end - first : group;
+        double sines[group], cosines[group], angles[group] = {};
+        for (std::size_t k = 0; k < count; ++k) angles[k] = static_cast<double>(boxes.angles[first + k]);
+        for (std::size_t k = 0; k < group; ++k) {
+            const SinCos axis = sincos_of(angles[k]);
+            sines[k] = axis.sin;
+            cosines[k] = axis.cos;
+        }
+        for (std::size_t k = 0; k < count; ++k)
+            make_record(params, boxes, first + k, {sines[k], cosines[k]}, records[first + k]);
+    }
+}
+
+namespace {
+
+// The pixels of one tile while it is painted: planes of 4 x 4 blocks, so that a block is one run of memory.
+template <class T>
+struct TileState {
+    alignas(64) T transmittance[num_blocks][block_pixels];
+    alignas(64) T red[num_blocks][block_pixels];
+    alignas(64) T green[num_blocks][block_pixels];
+    alignas(64) T blue[num_blocks][block_pixels];
+    alignas(64) T depth[num_blocks][block_pixels];
+    std::uint16_t alive[num_blocks];  // pixels that still let light through
+    std::uint32_t alive_blocks;
+
+    void start(int num_columns, int num_rows, bool with_depth) {
+        __builtin_memset(red, 0, sizeof red);
+        __builtin_memset(green, 0, sizeof green);
+        __builtin_memset(blue, 0, sizeof blue);
+        if (with_depth) __builtin_memset(depth, 0, sizeof depth);
+        T* all = transmittance[0];
+        for (int i = 0; i < num_blocks * block_pixels; ++i) all[i] = 1;
+        alive_blocks = 0xFFFFFFFFu;
+        __builtin_memset(alive, 0xFF, sizeof alive);
+        if (num_columns >= tile_width && num_rows >= tile_height) return;
+        for (int b = 0; b < num_blocks; ++b) {  // at the picture's edge: pixels beyond it are finished already
+            unsigned pixels = 0;
+            for (int p = 0; p < block_pixels; ++p) {
+                const int x = b % block_columns * block_size + p % block_size;
+                const int y = b / block_columns * block_size + p / block_size;
+                if (x < num_columns && y < num_rows) pixels |= 1u << p;
+            }
+            alive[b] = static_cast<std::uint16_t>(pixels);
+            if (pixels == 0) alive_blocks &= ~(1u << b);
+        }
+    }
+};
+
+// Blocks of the tile whose pixels overlap the record's pixel bounds.
+template <class T>
+std::uint32_t blocks_in_bounds(const Record<T>& record, int x0, int y0) {
+    const int first_column = (record.left > x0 ? record.left - x0 : 0) / block_size;
+    const int last_column = (record.right < x0 + tile_width - 1 ? record.right - x0 : tile_width - 1) / block_size;
+    const int first_row = (record.top > y0 ? record.top - y0 : 0) / block_size;
+    const int last_row = (record.bottom < y0 + tile_height - 1 ? record.bottom - y0 : tile_height - 1) / block_size;
+    const std::uint32_t row = (0xFFu >> (block_columns - 1 - (last_column - first_column))) << first_column;
+    const std::uint32_t rows = (0xFFFFFFFFu >> (8 * (block_rows - 1 - (last_row - first_row)))) << (8 * first_row);
+    return row * 0x01010101u & rows;
+}
+
+// 2^x for x <= 0, to the precision of T.
+template <class T>
+[[gnu::always_inline]] inline auto exp2_negative(typename Lanes<T>::Real x) {
+    using L = Lanes<T>;
+    constexpr int degree = sizeof(T) == 4 ? 6 : 13;  // Taylor on |f| <= 1/2: below 2e-7 and 1e-17
+    constexpr double ln2 = 0.693147180559945309417;
+    const auto n = L::whole(x - L::set(T(0.5)));
+    const auto f = x - n;
+    double coefficient[degree + 1];
+    coefficient[0] = 1;
+    for (int k = 1; k <= degree; ++k) coefficient[k] = coefficient[k - 1] * ln2 / k;
+    auto sum = L::set(static_cast<T>(coefficient[degree]));
+    for (int k = degree - 1; k >= 0; --k) sum = sum * f + L::set(static_cast<T>(coefficient[k]));
+    return sum * L::exp2_of_whole(n);
+}
+
+// A constant of the tile loop: where each pixel of a block, and each block of a tile, lies (pixels).
+template <class T>
+struct Offsets {
+    alignas(64) T pixel_x[block_pixels], pixel_y[block_pixels], block_x[num_blocks], block_y[num_blocks];
+
+    constexpr Offsets() : pixel_x(), pixel_y(), block_x(), block_y() {
+        for (int p = 0; p < block_pixels; ++p) {
+            pixel_x[p] = static_cast<T>(p % block_size);
+            pixel_y[p] = static_cast<T>(p / block_size);
+        }
+        for (int b = 0; b < num_blocks; ++b) {
+            block_x[b] = static_cast<T>(b % block_columns * block_size);
+            block_y[b] = static_cast<T>(b / block_columns * block_size);
+        }
+    }
+};
+template <class T>
+constexpr Offsets<T> offsets{};
+
+// How one kernel turns (u, v) into coverage, and between which coordinates a box lies.
+template <class T, Kernel kernel>
+struct Sampler {
+    using L = Lanes<T>;
+    using Real = typename L::Real;
+    static constexpr bool is_image = kernel == Kernel::bilinear || kernel == Kernel::nearest;
+    Real low_u, high_u, low_v, high_v;
+    const std::uint16_t* pairs = nullptr;
+    Real stride;
+
+    [[gnu::always_inline]] inline Sampler(const RasterParams& params, const Record<T>& record) {
+        if constexpr (is_image) {
+            const Level& level = params.levels[static_cast<std::size_t>(record.level)];
+            low_u = low_v = L::set(0);
+            high_u = L::set(static_cast<T>(level.columns - 1));
+            high_v = L::set(static_cast<T>(level.rows - 1));
+            pairs = level.pairs;
+            stride = L::set(static_cast<T>(level.columns));
+        } else {
+            low_u = low_v = L::set(-record.limit);
+            high_u = high_v = L::set(record.limit);
+            stride = L::set(0);
+        }
+    }
+
+    [[gnu::always_inline]] inline auto inside(Real u, Real v) const {
+        return L::both(L::both(L::less(low_u, u), L::less(u, high_u)), L::both(L::less(low_v, v), L::less(v, high_v)));
+    }
+
+    // Images: 0 to 255, others 0 to 1. Defined where `mask` is set.
+    [[gnu::always_inline]] inline Real coverage(Real u, Real v, typename L::Mask mask) const {
+        if constexpr (is_image) {
+            const Real column = L::whole(u), row = L::whole(v);
+            const auto quad = L::gather(pairs, L::truncate(row * stride + column), mask);
+            Real fu = u - column, fv = v - row;
+            if constexpr (kernel == Kernel::nearest) {
+                fu = L::select(L::less(fu, L::set(T(0.5))), L::set(0), L::set(1));
+                fv = L::select(L::less(fv, L::set(T(0.5))), L::set(0), L::set(1));
+            }
+            const Real c00 = L::template byte<0>(quad), c10 = L::template byte<1>(quad);
+            const Real c01 = L::template byte<2>(quad), c11 = L::template byte<3>(quad);
+            const Real upper = c00 + fu * (c01 - c00);
+            const Real lower = c10 + fu * (c11 - c10);
+            return upper + fv * (lower - upper);
+        } else if constexpr (kernel == Kernel::gaussian) {
+            constexpr double half_log2_e = 0.5 * 1.44269504088896340736;
+            return exp2_negative<T>((u * u + v * v) * L::set(static_cast<T>(-half_log2_e)));
+        } else {
+            return L::select(L::less(u * u + v * v, L::set(1)), L::set(1), L::set(0));
+        }
+    }
+};
+
+template <class T, Kernel kernel, bool with_depth>
+void blend_record(const RasterParams& params, const Record<T>& record, int x0, int y0, TileState<T>& tile) {
+    using L = Lanes<T>;
+    using Real = typename L::Real;
+    constexpr int W = L::width;
+    std::uint32_t blocks = blocks_in_bounds(record, x0, y0) & tile.alive_blocks;
+    if (blocks == 0) return;
+
+    const Sampler<T, kernel> sampler(params, record);
+    const T dx = static_cast<T>(x0) + T(0.5) - record.anchor_x;
+    const T dy = static_cast<T>(y0) + T(0.5) - record.anchor_y;
+    const Real tile_u = L::set(record.offset_u + (record.du_dx * dx + record.du_dy * dy));
+    const Real tile_v = L::set(record.offset_v + (record.dv_dx * dx + record.dv_dy * dy));
+    const Real du_dx = L::set(record.du_dx), du_dy = L::set(record.du_dy);
+    const Real dv_dx = L::set(record.dv_dx), dv_dy = L::set(record.dv_dy);
+
+    // Separating axes: a block lies beside the box when its pixel centres all lie beyond one of its sides.
+    constexpr T to_middle = (block_size - 1) / T(2);
+    const Real middle_u = L::set(to_middle * (record.du_dx + record.du_dy));
+    const Real middle_v = L::set(to_middle * (record.dv_dx + record.dv_dy));
+    const Real spread_u = L::set(to_middle * (std::fabs(record.du_dx) + std::fabs(record.du_dy)));
+    const Real spread_v = L::set(to_middle * (std::fabs(record.dv_dx) + std::fabs(record.dv_dy)));
+    alignas(64) T block_u[num_blocks], block_v[num_blocks];
+    std::uint32_t overlapping = 0;
+    for (int first = 0; first < num_blocks; first += W) {
+        const Real bx = L::load(offsets<T>.block_x + first), by = L::load(offsets<T>.block_y + first);
+        const Real u = tile_u + (du_dx * bx + du_dy * by);
+        const Real v = tile_v + (dv_dx * bx + dv_dy * by);
+        L::store(block_u + first, u);
+        L::store(block_v + first, v);
+        const Real mu = u + middle_u, mv = v + middle_v;
+        const auto along_u = L::both(L::less(sampler.low_u - spread_u, mu), L::less(mu, sampler.high_u + spread_u));
+        const auto along_v = L::both(L::less(sampler.low_v - spread_v, mv), L::less(mv, sampler.high_v + spread_v));
+        overlapping |= L::bits(L::both(along_u, along_v)) << first;
+    }
+    blocks &= overlapping;
+
+    Real lane_u[block_pixels / W], lane_v[block_pixels / W];
+    for (int part = 0; part < block_pixels / W; ++part) {
+        const Real px = L::load(offsets<T>.pixel_x + part * W), py = L::load(offsets<T>.pixel_y + part * W);
+        lane_u[part] = du_dx * px + du_dy * py;
+        lane_v[part] = dv_dx * px + dv_dy * py;
+    }
+    const Real opacity = L::set(record.opacity), depth = L::set(record.depth);
+    const Real red = L::set(record.red), green = L::set(record.green), blue = L::set(record.blue);
+
+    for (; blocks != 0; blocks &= blocks - 1) {
+        const int b = __builtin_ctz(blocks);
+        unsigned finished = 0;
+        for (int part = 0; part < block_pixels / W; ++part) {
+            const int lane = part * W;
+            const Real u = L::set(block_u[b]) + lane_u[part];
+            const Real v = L::set(block_v[b]) + lane_v[part];
+            const auto inside = L::both(sampler.inside(u, v), L::from_bits(static_cast<unsigned>(tile.alive[b]) >> lane));
+            const Real alpha = L::min(opacity * sampler.coverage(u, v, inside), L::set(static_cast<T>(max_alpha)));
+            const auto painted = L::without(inside, L::less(alpha, L::set(static_cast<T>(min_alpha))));
+            const Real before = L::load(tile.transmittance[b] + lane);
+            const Real full = before * alpha;
+            const auto stops = L::both(painted, L::less(before - full, L::set(static_cast<T>(min_transmittance))));
+            const Real weight = L::select(L::without(painted, stops), full, L::set(0));
+            L::store(tile.transmittance[b] + lane, before - weight);
+            L::store(tile.red[b] + lane, L::load(tile.red[b] + lane) + weight * red);
+            L::store(tile.green[b] + lane, L::load(tile.green[b] + lane) + weight * green);
+            L::store(tile.blue[b] + lane, L::load(tile.blue[b] + lane) + weight * blue);
+            if constexpr (with_depth) L::store(tile.depth[b] + lane, L::load(tile.depth[b] + lane) + weight * depth);
+            finished |= L::bits(stops) << lane;
+        }
+        tile.alive[b] = static_cast<std::uint16_t>(tile.alive[b] & ~finished);
+        if (tile.alive[b] == 0) tile.alive_blocks &= ~(1u << b);
+    }
+}
+
+// Four pixels of one row of a block: three runs of four become twelve interleaved values.
+template <class T>
+[[gnu::always_inline]] inline void interleave(const T* red, const T* green, const T* blue, T* rgb) {
+    using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
+    Four r, g, b;
+    __builtin_memcpy(&r, red, sizeof r);
+    __builtin_memcpy(&g, green, sizeof g);
+    __builtin_memcpy(&b, blue, sizeof b);
+    const Four rg = __builtin_shufflevector(r, g, 0, 4, 1, 5), rg_high = __builtin_shufflevector(r, g, 2, 6, 3, 7);
+    const Four first = __builtin_shufflevector(rg, b, 0, 1, 4, 2);
+    const Four second = __builtin_shufflevector(__builtin_shufflevector(rg, b, 3, 5, 3, 5), rg_high, 0, 1, 4, 5);
+    const Four third = __builtin_shufflevector(rg_high, b, 6, 2, 3, 7);
+    __builtin_memcpy(rgb, &first, sizeof first);
+    __builtin_memcpy(rgb + 4, &second, sizeof second);
+    __builtin_memcpy(rgb + 8, &third, sizeof third);
+}
+
+template <class T>
+void write_row(const TileState<T>& tile, int y, int num_columns, T* rgb, T* alpha, T* depth) {
+    const int first_block = y / block_size * block_columns, first_pixel = y % block_size * block_size;
+    for (int x = 0; x < num_columns; x += block_size) {
+        const int b = first_block + x / block_size;
+        T colors[3 * block_size], alphas[block_size], depths[block_size];
+        const bool is_whole = x + block_size <= num_columns;
+        interleave(tile.red[b] + first_pixel, tile.green[b] + first_pixel, tile.blue[b] + first_pixel,
+                   is_whole ? rgb + 3 * x : colors);
+        T* to_alpha = is_whole ? alpha + x : alphas;
+        T* to_depth = depth == nullptr || !is_whole ? depths : depth + x;
+        for (int i = 0; i < block_size; ++i) to_alpha[i] = 1 - tile.transmittance[b][first_pixel + i];
+        if (depth != nullptr)
+            for (int i = 0; i < block_size; ++i)
+                to_depth[i] = to_alpha[i] > 0 ? tile.depth[b][first_pixel + i] / to_alpha[i] : 0;
+        for (int i = 0; !is_whole && x + i < num_columns; ++i) {
+            for (int channel = 0; channel < 3; ++channel) rgb[3 * (x + i) + channel] = colors[3 * i + channel];
+            alpha[x + i] = alphas[i];
+            if (depth != nullptr) depth[x + i] = depths[i];
+        }
+    }
+}
+
+template <class T>
+void write_tile(const RasterParams& params, const TileState<T>& tile, int x0, int y0, const Picture<T>& picture) {
+    const int num_columns = params.width - x0 < tile_width ? params.width - x0 : tile_width;
+    const int num_rows = params.height - y0 < tile_height ? params.height - y0 : tile_height;
+    for (int y = 0; y < num_rows; ++y) {
+        const std::size_t first = static_cast<std::size_t>(y0 + y) * static_cast<std::size_t>(params.width) +
+                                  static_cast<std::size_t>(x0);
+        write_row(tile, y, num_columns, picture.rgb + 3 * first, picture.alpha + first,
+                  picture.depth == nullptr ? nullptr : picture.depth + first);
+    }
+}
+
+template <class T, Kernel kernel, bool with_depth>
+void blend_all(const RasterParams& params, const Record<T>* records, const std::uint32_t* ids, std::size_t num_ids,
+               int x0, int y0, TileState<T>& tile) {
+    for (std::size_t i = 0; i < num_ids && tile.alive_blocks != 0; ++i)
+        blend_record<T, kernel, with_depth>(params, records[ids[i]], x0, y0, tile);
+}
+
+template <class T, Kernel kernel>
+void blend_with(const RasterParams& params, const Record<T>* records, const std::uint32_t* ids, std::size_t num_ids,
+                int x0, int y0, TileState<T>& tile, bool with_depth) {
+    if (with_depth)
+        blend_all<T, kernel, true>(params, records, ids, num_ids, x0, y0, tile);
+    else
+        blend_all<T, kernel, false>(params, records, ids, num_ids, x0, y0, tile);
+}
+
+}  // namespace
+
+template <class T>
+void paint_tile(const RasterParams& params, const Record<T>* records, const std::uint32_t* ids, std::size_t num_ids,
+                int tile_x, int tile_y, const Picture<T>& picture) {
+    const int x0 = tile_x * tile_width, y0 = tile_y * tile_height;
+    TileState<T> tile;
+    const bool with_depth = picture.depth != nullptr;
+    tile.start(params.width - x0, params.height - y0, with_depth);
+    switch (params.kernel) {
+        case Kernel::bilinear: blend_with<T, Kernel::bilinear>(params, records, ids, num_ids, x0, y0, tile, with_depth); break;
+        case Kernel::nearest: blend_with<T, Kernel::nearest>(params, records, ids, num_ids, x0, y0, tile, with_depth); break;
+        case Kernel::gaussian: blend_with<T, Kernel::gaussian>(params, records, ids, num_ids, x0, y0, tile, with_depth); break;
+        case Kernel::ellipse: blend_with<T, Kernel::ellipse>(params, records, ids, num_ids, x0, y0, tile, with_depth); break;
+    }
+    write_tile(params, tile, x0, y0, picture);
+}
+
+#define BRUSHGS_INSTANTIATE(T)                                                                                     \
+    template void make_records<T>(const RasterParams&, const BoxView<T>&, std::size_t, std::size_t, Record<T>*); \
+    template void paint_tile<T>(const RasterParams&, const Record<T>*, const std::uint32_t*, std::size_t, int, int, \
+                                const Picture<T>&);
+BRUSHGS_INSTANTIATE(float)
+BRUSHGS_INSTANTIATE(double)
+#undef BRUSHGS_INSTANTIATE
+
+}  // namespace brushgs::BRUSHGS_ISA

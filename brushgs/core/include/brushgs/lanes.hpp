@@ -1,0 +1,161 @@
+// Vectors of W scalars and the few operations on them that the kernels need, per instruction set.
+//
+// Arithmetic (+ - * /) works on `Real` directly: the compiler's vector types have it. What differs between
+// instruction sets (masks, selection, conversion, gather) is a static function of `Lanes<T>`. Every operation
+// rounds the same way everywhere, so pictures do not depend on the instruction set.
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+#if defined(__AVX2__)
+#include <immintrin.h>
+#endif
+
+namespace brushgs::BRUSHGS_ISA {
+
+#define BRUSHGS_INLINE [[gnu::always_inline]] static inline
+
+// Any compiler with vector extensions, any scalar. A mask is an integer vector, all bits set where true.
+template <class T, int W>
+struct GenericLanes {
+    static constexpr int width = W;
+    using Word = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
+    using Real [[gnu::vector_size(W * sizeof(T))]] = T;
+    using Int [[gnu::vector_size(W * sizeof(T))]] = Word;
+    using Mask = Int;
+
+    BRUSHGS_INLINE Real set(T x) { return x - Real{}; }
+    BRUSHGS_INLINE Real load(const T* p) {
+        Real x;
+        __builtin_memcpy(&x, p, sizeof x);
+        return x;
+    }
+    BRUSHGS_INLINE void store(T* p, Real x) { __builtin_memcpy(p, &x, sizeof x); }
+    BRUSHGS_INLINE Mask less(Real a, Real b) { return a < b; }
+    BRUSHGS_INLINE Mask both(Mask a, Mask b) { return a & b; }
+    BRUSHGS_INLINE Mask without(Mask a, Mask b) { return a & ~b; }
+    BRUSHGS_INLINE Real select(Mask m, Real a, Real b) { return m ? a : b; }
+    BRUSHGS_INLINE Real min(Real a, Real b) { return a < b ? a : b; }
+    BRUSHGS_INLINE unsigned bits(Mask m) {
+        unsigned result = 0;
+        for (int i = 0; i < W; ++i) result |= (m[i] ? 1u : 0u) << i;
+        return result;
+    }
+    BRUSHGS_INLINE Mask from_bits(unsigned bits) {
+        Mask m{};
+        for (int i = 0; i < W; ++i) m[i] = (bits >> i & 1u) ? -1 : 0;
+        return m;
+    }
+    BRUSHGS_INLINE Int truncate(Real x) { return __builtin_convertvector(x, Int); }
+    BRUSHGS_INLINE Real whole(Real x) { return __builtin_convertvector(truncate(x), Real); }
+    // Four bytes from table[index] on, where m is set.
+    BRUSHGS_INLINE Int gather(const std::uint16_t* table, Int index, Mask m) {
+        Int result{};
+        for (int i = 0; i < W; ++i) {
+            if (!m[i]) continue;
+            std::uint32_t word;
+            __builtin_memcpy(&word, table + index[i], sizeof word);
+            result[i] = static_cast<Word>(word);
+        }
+        return result;
+    }
+    template <int k>
+    BRUSHGS_INLINE Real byte(Int x) {
+        return __builtin_convertvector((x >> (8 * k)) & 255, Real);
+    }
+    // 2^n for whole n in the range of normal numbers.
+    BRUSHGS_INLINE Real exp2_of_whole(Real n) {
+        constexpr Word bias = sizeof(T) == 4 ? 127 : 1023;
+        constexpr int mantissa = sizeof(T) == 4 ? 23 : 52;
+        const Int raised = (truncate(n) + bias) << mantissa;
+        Real result;
+        __builtin_memcpy(&result, &raised, sizeof result);
+        return result;
+    }
+};
+
+// The width of the generic lanes: 16 bytes is what every 64-bit processor has.
+template <class T>
+struct Lanes : GenericLanes<T, 16 / sizeof(T)> {};
+
+#if defined(__AVX512F__)
+
+template <>
+struct Lanes<float> {
+    static constexpr int width = 16;
+    using Real = __m512;
+    using Int = __m512i;
+    using Mask = __mmask16;
+
+    BRUSHGS_INLINE Real set(float x) { return _mm512_set1_ps(x); }
+    BRUSHGS_INLINE Real load(const float* p) { return _mm512_loadu_ps(p); }
+    BRUSHGS_INLINE void store(float* p, Real x) { _mm512_storeu_ps(p, x); }
+    BRUSHGS_INLINE Mask less(Real a, Real b) { return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ); }
+    BRUSHGS_INLINE Mask both(Mask a, Mask b) { return _kand_mask16(a, b); }
+    BRUSHGS_INLINE Mask without(Mask a, Mask b) { return _kandn_mask16(b, a); }
+    BRUSHGS_INLINE Real select(Mask m, Real a, Real b) { return _mm512_mask_blend_ps(m, b, a); }
+    BRUSHGS_INLINE Real min(Real a, Real b) { return _mm512_min_ps(a, b); }
+    BRUSHGS_INLINE unsigned bits(Mask m) { return _cvtmask16_u32(m); }
+    BRUSHGS_INLINE Mask from_bits(unsigned bits) { return _cvtu32_mask16(bits); }
+    BRUSHGS_INLINE Int truncate(Real x) { return _mm512_cvttps_epi32(x); }
+    BRUSHGS_INLINE Real whole(Real x) { return _mm512_roundscale_ps(x, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC); }
+    BRUSHGS_INLINE Int gather(const std::uint16_t* table, Int index, Mask m) {
+        return _mm512_mask_i32gather_epi32(_mm512_setzero_si512(), m, index, table, 2);
+    }
+    template <int k>
+    BRUSHGS_INLINE Real byte(Int x) {
+        const Int shifted = k == 0 ? x : _mm512_srli_epi32(x, 8 * k);
+        return _mm512_cvtepi32_ps(k == 3 ? shifted : _mm512_and_si512(shifted, _mm512_set1_epi32(255)));
+    }
+    BRUSHGS_INLINE Real exp2_of_whole(Real n) {
+        const Int biased = _mm512_add_epi32(_mm512_cvttps_epi32(n), _mm512_set1_epi32(127));
+        return _mm512_castsi512_ps(_mm512_slli_epi32(biased, 23));
+    }
+};
+
+#elif defined(__AVX2__)
+
+template <>
+struct Lanes<float> {
+    static constexpr int width = 8;
+    using Real = __m256;
+    using Int = __m256i;
+    using Mask = __m256;
+
+    BRUSHGS_INLINE Real set(float x) { return _mm256_set1_ps(x); }
+    BRUSHGS_INLINE Real load(const float* p) { return _mm256_loadu_ps(p); }
+    BRUSHGS_INLINE void store(float* p, Real x) { _mm256_storeu_ps(p, x); }
+    BRUSHGS_INLINE Mask less(Real a, Real b) { return _mm256_cmp_ps(a, b, _CMP_LT_OQ); }
+    BRUSHGS_INLINE Mask both(Mask a, Mask b) { return _mm256_and_ps(a, b); }
+    BRUSHGS_INLINE Mask without(Mask a, Mask b) { return _mm256_andnot_ps(b, a); }
+    BRUSHGS_INLINE Real select(Mask m, Real a, Real b) { return _mm256_blendv_ps(b, a, m); }
+    BRUSHGS_INLINE Real min(Real a, Real b) { return _mm256_min_ps(a, b); }
+    BRUSHGS_INLINE unsigned bits(Mask m) { return static_cast<unsigned>(_mm256_movemask_ps(m)); }
+    BRUSHGS_INLINE Mask from_bits(unsigned bits) {
+        const Int bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+        const Int spread = _mm256_and_si256(_mm256_set1_epi32(static_cast<int>(bits)), bit);
+        return _mm256_castsi256_ps(_mm256_cmpeq_epi32(spread, bit));
+    }
+    BRUSHGS_INLINE Int truncate(Real x) { return _mm256_cvttps_epi32(x); }
+    BRUSHGS_INLINE Real whole(Real x) { return _mm256_round_ps(x, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC); }
+    BRUSHGS_INLINE Int gather(const std::uint16_t* table, Int index, Mask m) {
+        return _mm256_mask_i32gather_epi32(_mm256_setzero_si256(), reinterpret_cast<const int*>(table), index,
+                                           _mm256_castps_si256(m), 2);
+    }
+    template <int k>
+    BRUSHGS_INLINE Real byte(Int x) {
+        const Int shifted = k == 0 ? x : _mm256_srli_epi32(x, 8 * k);
+        return _mm256_cvtepi32_ps(k == 3 ? shifted : _mm256_and_si256(shifted, _mm256_set1_epi32(255)));
+    }
+    BRUSHGS_INLINE Real exp2_of_whole(Real n) {
+        const Int biased = _mm256_add_epi32(_mm256_cvttps_epi32(n), _mm256_set1_epi32(127));
+        return _mm256_castsi256_ps(_mm256_slli_epi32(biased, 23));
+    }
+};
+
+#endif
+
+#undef BRUSHGS_INLINE
+
+}  // namespace brushgs::BRUSHGS_ISA

@@ -1,0 +1,119 @@
+// Boxes and a stroke texture become a picture: strokes are blended front to back, tile by tile.
+//
+// The definition is brushgs/raster/reference.py; this is the same, fast. In short:
+//   1. every box becomes a record: the affine map from pixel to texel, and the tiles it overlaps;
+//   2. every tile gets the list of its records, in stroke order (two passes: count, then fill);
+//   3. every tile is painted alone, in 4 x 4 pixel blocks, until no pixel lets light through.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace brushgs {
+
+constexpr int tile_width = 32;   // pixels; measured best, together with the height (8 x 4 blocks: 32 bits)
+constexpr int tile_height = 16;  // pixels
+
+constexpr double max_alpha = 0.99;           // no stroke is quite opaque (Kerbl et al. 2023)
+constexpr double min_alpha = 1.0 / 255.0;    // fainter fragments are skipped
+// A pixel is finished before its transmittance falls under 1e-4. Two strokes of full paint leave exactly that
+// (0.01 x 0.01), so the bound stands a hair below: rounding must not decide about them.
+constexpr double min_transmittance = 1e-4 * (1 - 1e-5);
+
+enum class Kernel { bilinear, nearest, gaussian, ellipse };
+
+// M boxes, nearest first; layout as in brushgs.Boxes.
+template <class T>
+struct BoxView {
+    std::size_t count;        // M
+    const T* centers;         // [M, 2] pixels
+    const T* half_extents;    // [M, 2] pixels
+    const T* angles;          // [M] radians
+    const T* depths;          // [M] world units
+    const T* colors;          // [M, 3]
+    const T* opacities;       // [M]
+};
+
+// One pre-filtered version of the stroke image. Entry (row i, column j) of `pairs` packs the 8-bit texels (i, j)
+// and (i + 1, j), low byte first; so the four bytes from there on are the 2 x 2 texels of a bilinear sample, and
+// one load gets them (half the memory of packing all four: more of it stays in cache). The last row is paired
+// with itself, and one more entry stands at the very end.
+struct Level {
+    const std::uint16_t* pairs;  // [rows * columns + 1]
+    int columns;                 // >= 2
+    int rows;                    // >= 2
+    double reach_u;              // the level spans -reach to reach of the box's half extent; 1: just the box
+    double reach_v;
+};
+
+struct RasterParams {
+    Kernel kernel;
+    int width;                           // pixels
+    int height;                          // pixels
+    int num_threads;                     // >= 1
+    std::span<const Level> levels;       // images only: at least one
+    std::span<const std::uint16_t> level_of_box;  // [M] row of `levels`; empty: all use levels[0]
+};
+
+template <class T>
+struct Picture {
+    T* rgb;    // [H, W, 3] premultiplied
+    T* alpha;  // [H, W]
+    T* depth;  // [H, W] or null
+};
+
+// What one stroke needs at every pixel: texel = offset + gradient . (pixel centre - anchor). The anchor is a
+// whole pixel in or beside the picture, so that differences stay exact however far away the centre lies.
+template <class T>
+struct Record {
+    T anchor_x, anchor_y;    // pixels, at +0.5
+    T offset_u, offset_v;    // texels (Gaussian: standard deviations; ellipse: half axes) at the anchor
+    T du_dx, du_dy, dv_dx, dv_dy;
+    T red, green, blue;
+    T opacity;               // images: per texel unit, that is / 255
+    T depth;
+    T limit;                 // analytic kernels: |u| and |v| of anything visible stay below this
+    std::int32_t level;      // images: row of `levels`
+    std::int16_t left, top, right, bottom;  // pixels of the picture that the box may cover; empty: right < left
+};
+
+// Records of tile t: ids[starts[t]] to ids[starts[t + 1]], in stroke order.
+struct TileLists {
+    int columns, rows;
+    std::vector<std::uint32_t> starts;
+    std::vector<std::uint32_t> ids;
+};
+
+// The pre-filtered level that each box needs: along each axis the number of `bounds` (half extents in pixels,
+// descending) that the box does not exceed; both in one code, level_u * (size of bounds_v + 1) + level_v.
+struct LevelChoice {
+    std::vector<std::uint16_t> used;    // codes in use, ascending
+    std::vector<std::uint16_t> of_box;  // [M] row of `used`
+};
+
+template <class T>
+LevelChoice choose_levels(std::size_t count, const T* half_extents, std::span<const double> bounds_u,
+                          std::span<const double> bounds_v);
+
+// Paint. The picture does not depend on `num_threads`, bit for bit.
+template <class T>
+void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture);
+
+// Implemented once per instruction set, in raster_kernel.cpp.
+#define BRUSHGS_DECLARE_RASTER_KERNELS(isa)                                                             \
+    namespace isa {                                                                                     \
+    template <class T>                                                                                  \
+    void make_records(const RasterParams&, const BoxView<T>&, std::size_t begin, std::size_t end,    \
+                      Record<T>* records);                                                              \
+    template <class T>                                                                                  \
+    void paint_tile(const RasterParams&, const Record<T>* records, const std::uint32_t* ids,            \
+                    std::size_t num_ids, int tile_x, int tile_y, const Picture<T>&);                    \
+    }
+BRUSHGS_DECLARE_RASTER_KERNELS(baseline)
+BRUSHGS_DECLARE_RASTER_KERNELS(avx2)
+BRUSHGS_DECLARE_RASTER_KERNELS(avx512)
+#undef BRUSHGS_DECLARE_RASTER_KERNELS
+
+}  // namespace brushgs
