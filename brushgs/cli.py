@@ -160,6 +160,8 @@ def _text(value: object) -> str:
         return "  ".join(_text(item) for item in value)
     if isinstance(value, float):
         return f"{value:.4g}"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     return f"{value:,}" if isinstance(value, int) else str(value)
 
 

@@ -366,19 +366,24 @@ def _framed_camera(gaussians: Gaussians, config: ViewConfig, file_up: str | None
 
 
 def _tell_levels(boxes: Boxes, texture: "StrokeTexture", filter: str, stage: Stage) -> None:
-    """Which filtered copies of the stroke image were made, and which no stroke reached."""
+    """How many filtered copies of the stroke image no stroke reaches: they are not made."""
     if texture.kind != "image":
         stage.left_out.append("texture filter: a kernel is computed, not sampled")
         return
     if filter != "mip" or len(boxes) == 0:
         return
-    from brushgs.levels import axis_levels, level_index
+    from brushgs.levels import level_bounds
 
-    num_levels = [len(axis_levels(size)) for size in reversed(texture.coverage.shape)]
-    total = num_levels[0] * num_levels[1]
-    used = set()
-    extents = np.unique(boxes.half_extents.round(3), axis=0)
-    del level_index, extents, used, total
+    bounds = [level_bounds(size) for size in reversed(texture.coverage.shape)]
+    total = (len(bounds[0]) + 1) * (len(bounds[1]) + 1)
+    levels = [
+        np.searchsorted(-of_axis, -extents, side="right")
+        for of_axis, extents in zip(bounds, boxes.half_extents.T, strict=True)
+    ]
+    used = len(np.unique(levels[0] * (len(bounds[1]) + 1) + levels[1]))
+    stage.counts |= {"mip_levels": total, "mip_levels_used": used}
+    if used < total:
+        stage.left_out.append(f"{total - used} of {total} mip levels: no stroke is of their size")
 
 
 def _band_words(used: int, stored: int) -> str:
