@@ -240,7 +240,7 @@ def _add_prune(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--weight",
         choices=get_args(Weight),
-        help="what counts: 'contribution' = opacity x area (default), 'paper' = times luminance, as published",
+        help="what counts: 'contribution' = opacity x area (default), or 'paper' = also x luminance",
     )
 
 
@@ -264,7 +264,7 @@ def _add_cluster(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--merge",
         choices=get_args(Merge),
-        help="how Gaussians become one: 'cover' keeps the area they paint (default), 'paper' takes plain means",
+        help="how Gaussians become one: 'cover' keeps the area they paint (default), 'paper' plain means",
     )
     parser.add_argument(
         "--method",

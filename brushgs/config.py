@@ -58,10 +58,10 @@ class ClusterConfig:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        if self.strokes is None:
+            return
         is_share = isinstance(self.strokes, float)
-        if self.strokes is not None and (
-            not 0 < self.strokes <= 1 if is_share else self.strokes < 1  # type: ignore[operator]
-        ):
+        if not (0 < self.strokes <= 1 if is_share else self.strokes >= 1):
             raise ValueError(f"strokes must be a count >= 1 or a share in (0, 100 %], got {self.strokes}")
 
     def num_strokes(self, num_gaussians: int) -> int:

@@ -16,7 +16,7 @@ import numpy as np
 from brushgs.background import check_background, open_background
 from brushgs.config import DEFAULT_SIZE, ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
 from brushgs.errors import SceneError
-from brushgs.framing import AXES, DEFAULT_UP, default_elevation, frame_scene, subject, up_vector
+from brushgs.framing import DEFAULT_UP, default_elevation, frame_scene, subject, up_vector
 from brushgs.report import Report, Stage
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 

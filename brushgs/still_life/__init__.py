@@ -25,7 +25,7 @@ from brushgs.still_life.light import (
 from brushgs.still_life.surfaces import Floats, unit
 
 NUM_GAUSSIANS = 50_000
-COVER = 0.62  # standard deviation over point spacing: neighbours close the surface without blurring it
+COVER = 0.67  # standard deviation over point spacing: neighbours close the surface without blurring it
 SH_CONSTANT = 0.5 / np.sqrt(np.pi)  # the basis function of degree 0
 FLATNESS = 0.12  # thickness over width of a Gaussian
 SIZE_SPREAD = 0.28  # log-normal spread of sizes, as training leaves it
