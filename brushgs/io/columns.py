@@ -7,7 +7,6 @@ which are closed in place at the end, so that a scene never lies in memory twice
 
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, fields
 
@@ -93,6 +92,8 @@ def fill(
     Returns:
         The rows that can be drawn, in order, as views of `columns`, and what was left out.
     """
+    from concurrent.futures import ThreadPoolExecutor
+
     num_rows = len(columns.means)
     num_threads = 1 if is_sequential else _count_threads(num_rows)
     blocks_per_thread = -(-num_rows // (num_threads * block_rows))

@@ -8,6 +8,7 @@ from brushgs.io.identify import open_ply
 from brushgs.io.inria_ply import check_is_scene, read_inria
 from brushgs.io.notes import LoadNotes
 from brushgs.io.ply_header import parse_header
+from brushgs.io.ply_rows import warn_of_surplus
 from brushgs.scene import SH_TERMS, Gaussians
 
 
@@ -47,6 +48,7 @@ def read_ply(path: str | Path) -> tuple[Gaussians, LoadNotes]:
         check_is_scene(path, header, vertex)
         layout, read = "PLY", read_inria
     columns, dropped, num_terms_stored = read(path, header, vertex, size)
+    warn_of_surplus(path, header, size)
     dropped.report(path, vertex.count)
     gaussians = columns.gaussians()
     notes = LoadNotes(

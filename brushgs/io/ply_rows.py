@@ -6,6 +6,7 @@ what follows finds the block still in the cache.
 """
 
 import io
+import warnings
 from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol
@@ -13,7 +14,7 @@ from typing import Any, BinaryIO, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.errors import SceneError
+from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.ply_header import Element, Header
 
 
@@ -52,6 +53,17 @@ def check_size(path: Path, header: Header, element: Element, size: int) -> None:
             f"is cut off: of {element.count} rows of element {element.name!r} {whole} are whole and"
             f" {at_least}{missing} bytes are missing; copy or export it again",
         )
+
+
+def warn_of_surplus(path: Path, header: Header, size: int) -> None:
+    """Warn of bytes that no element accounts for: the sign of a count or a transfer gone wrong."""
+    if header.is_ascii or any(element.lists for element in header.elements):
+        return
+    end = header.data_offset + sum(element.count * element.dtype.itemsize for element in header.elements)
+    if size > end:
+        message = f"{path}: {size - end} bytes after the last row were left out"
+        doubt = "if the picture looks wrong, the file was changed in transfer: get it again in binary mode"
+        warnings.warn(SceneWarning(f"{message}; {doubt}"), stacklevel=4)
 
 
 def data_start(path: Path, header: Header, element: Element) -> int:
