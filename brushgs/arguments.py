@@ -166,9 +166,10 @@ def _is_plain(args: Namespace) -> bool:
     return getattr(args, "stroke", None) == "gaussian"
 
 
-def draw_config(args: Namespace, preset: Any = PRESETS["default"]) -> DrawConfig:
-    """How strokes are drawn."""
-    return DrawConfig(**_chosen(args, preset, "stroke", "filter", "background", "threads"))
+def draw_config(args: Namespace, preset: Any = PRESETS["default"], background: str = "white") -> DrawConfig:
+    """How strokes are drawn, on `background` unless the flags say else."""
+    chosen = _chosen(args, preset, "stroke", "filter", "background", "threads")
+    return DrawConfig(**{"background": background} | chosen)
 
 
 def view_config(args: Namespace) -> ViewConfig:
@@ -221,7 +222,8 @@ def _add_draw(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--background",
         metavar="GROUND",
-        help="white (default), black, transparent, '#rrggbb', or an image file scaled to fill the picture",
+        help="white (default; toned in the demo), black, transparent, '#rrggbb', or an image file scaled to "
+        "fill the picture",
     )
     parser.add_argument(
         "--threads",

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 EXIT_FAULT, EXIT_INPUT, EXIT_STOPPED = 1, 2, 130
 DEMO_SIZE = (1200, 900)
+DEMO_GROUND = "#2e2113"  # painters tone a canvas: what strokes leave open stays warm and dark
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -107,7 +108,7 @@ def _demo(args: Namespace) -> None:
 
         paint_demo(
             args.output,
-            draw=arguments.draw_config(args),
+            draw=arguments.draw_config(args, background=DEMO_GROUND),
             cluster=arguments.cluster_config(args),
             size=args.size or DEMO_SIZE,
             report=report,

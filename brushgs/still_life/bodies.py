@@ -70,7 +70,7 @@ def bodies(num: int, rng: Generator) -> Iterator[Body]:
     yield from _pear(int(2600 * share), rng)
     yield _lemon(int(1500 * share), rng)
     yield from _grapes(int(200 * share), rng)
-    yield from _knife(int(900 * share), rng)
+    yield from _knife(int(280 * share), rng)
 
 
 def ripple(coords: Floats, rng: Generator, frequency: float, terms: int = 7) -> Floats:
@@ -301,7 +301,7 @@ def _knife(num: int, rng: Generator) -> Iterator[Body]:
     spacing = np.full(num, np.sqrt(0.14 * np.linalg.norm(tip - heel) / num))
     blade = Patch(points, normals, np.tile(along, (num, 1)), spacing, np.stack([t, s], axis=1))
     yield Body(blade, np.tile([0.30, 0.31, 0.33], (num, 1)), 1.1, 16.0, stretch=1.6)
-    few = max(num // 60, 4)  # the edge: needles more than a hundred times as long as thick
+    few = max(num // 20, 4)  # the edge: needles more than a hundred times as long as thick
     t = (np.arange(few) + 0.5) / few
     edge = heel + t[:, None] * 0.9 * (tip - heel) - 0.085 * across
     normals = np.tile(unit(-0.4 * across - (0, 1, 0)), (few, 1))
