@@ -42,7 +42,9 @@ angle = st.floats(-3.2, 3.2)
     size=st.sampled_from([(640, 480), (100, 700), (1280, 72)]),
     up=st.sampled_from(sorted(AXES)),
 )
-def test_the_whole_subject_is_in_the_picture_and_fills_it_in_one_direction(azimuth, elevation, fov_y, size, up):
+def test_the_whole_subject_is_in_the_picture_and_fills_it_in_one_direction(
+    azimuth, elevation, fov_y, size, up
+):
     scene = cloud(box(center=(3, -4, 5)))
     camera = frame_scene(
         scene, width=size[0], height=size[1], fov_y=fov_y, up=AXES[up], azimuth=azimuth, elevation=elevation
@@ -152,7 +154,13 @@ def test_large_scenes_are_framed_like_a_sample_of_them():
 
 @pytest.mark.parametrize(
     ("text", "vector"),
-    [("-y", (0, -1, 0)), ("+Z", (0, 0, 1)), ("z", (0, 0, 1)), ("0,-2,0", (0, -1, 0)), (" 0 3 4 ", (0, 0.6, 0.8))],
+    [
+        ("-y", (0, -1, 0)),
+        ("+Z", (0, 0, 1)),
+        ("z", (0, 0, 1)),
+        ("0,-2,0", (0, -1, 0)),
+        (" 0 3 4 ", (0, 0.6, 0.8)),
+    ],
 )
 def test_up_vector_reads_axes_and_numbers(text, vector):
     np.testing.assert_allclose(up_vector(text), vector)
@@ -160,7 +168,7 @@ def test_up_vector_reads_axes_and_numbers(text, vector):
 
 @pytest.mark.parametrize("text", ["", "up", "+w", "0,0,0", "1,2", "1,2,3,4", "nan,0,1", "inf,0,0"])
 def test_up_vector_refuses_the_rest(text):
-    with pytest.raises(ValueError, match="up must be one of .* or three numbers"):
+    with pytest.raises(ValueError, match=r"up must be one of .* or three numbers"):
         up_vector(text)
 
 

@@ -38,7 +38,9 @@ def package_imports(path):
                     yield alias.name.split(".")[1]
 
 
-SOURCES = sorted(p for p in PACKAGE.rglob("*.py") if p != PACKAGE / "__init__.py" and "strokes" not in p.parts)
+SOURCES = sorted(
+    p for p in PACKAGE.rglob("*.py") if p != PACKAGE / "__init__.py" and "strokes" not in p.parts
+)
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(PACKAGE)))

@@ -306,7 +306,7 @@ def _knife(num: int, rng: Generator) -> Iterator[Body]:
     edge = heel + t[:, None] * 0.9 * (tip - heel) - 0.085 * across
     normals = np.tile(unit(-0.4 * across - (0, 1, 0)), (few, 1))
     needles = Patch(edge, normals, np.tile(along, (few, 1)), np.full(few, 0.012), np.stack([t, t], axis=1))
-    yield Body(needles, np.tile([0.75, 0.74, 0.70], (few, 1)), 1.0, 12.0, stretch=120.0)
+    yield Body(needles, np.tile([0.75, 0.74, 0.70], (few, 1)), 1.0, 12.0, stretch=200.0)
     curve = np.linspace(heel - 0.02 * along, heel - 0.95 * along, 20)
     handle = tube(curve, 0.085 + 0.03 * np.sin(np.linspace(0, 3, 20)), num)
     balls = np.array([(*heel - along * d, 0.14, 0.1, 0.14) for d in (0.15, 0.45, 0.75)])
