@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -302,6 +303,7 @@ def test_info_tells_what_a_scene_holds(scene, capsys):
 
 def test_the_demo_says_where_the_picture_is(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("brushgs.demo.still_life", partial(still_life, 4000))
     code, out, err = run(capsys, "demo", "--stroke", "gaussian", "--size", "64x48")
     assert (code, out) == (0, "brushgs-demo/still_life-gaussian.png\n")
     assert "a still life of" in err

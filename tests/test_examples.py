@@ -2,16 +2,21 @@
 
 import runpy
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
 
+import brushgs.still_life
 from brushgs.io.images import read_image
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
 
 def run(name, *words, monkeypatch):
+    """Run an example as its own program, on a small still life."""
+    small = partial(brushgs.still_life.still_life, 4000)
+    monkeypatch.setattr(brushgs.still_life, "still_life", small)
     monkeypatch.setattr(sys, "argv", [name, *map(str, words)])
     runpy.run_path(str(EXAMPLES / name), run_name="__main__")
 
