@@ -154,7 +154,7 @@ def finish(rng, thickness, *, dryness=0.25, soft=0.25, floor=0.1, opacity=2.1, r
     touch = smoothstep(0, 1, (thickness - floor - dryness * tooth) / soft)
     coverage = touch * (1 - np.exp(-opacity * thickness.clip(0))) / (1 - np.exp(-opacity * 1.6))
     level = 0.5 + relief * (thickness / (thickness + 0.8) - 0.1) + 0.08 * (0.5 - tooth) * np.exp(-thickness)
-    level += 0.012 * noise(rng, thickness.shape, 0.6 * SUPERSAMPLE)
+    level += 0.006 * noise(rng, thickness.shape, 0.6 * SUPERSAMPLE)
     return down(level, coverage.clip(0, 1))
 
 
@@ -167,6 +167,7 @@ def down(level, coverage):
 
     alpha = mean(coverage)
     grey = (mean(level * coverage) + 1e-3 * 0.5) / (alpha + 1e-3)
+    grey = np.where(alpha < 0.5 / 255, 0.5, grey)
     return np.dstack([grey, grey, grey, alpha]).clip(0, 1)
 
 

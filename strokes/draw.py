@@ -31,7 +31,7 @@ from scipy.ndimage import gaussian_filter1d
 
 def flat(rng):
     """The all-round brush: even, ragged where it lifts."""
-    brush = Brush(load_spread=0.42, start=0.03, round_start=0.035, end=0.06, round_end=0.03)
+    brush = Brush(load_spread=0.5, start=0.04, round_start=0.04, end=0.09, round_end=0.04, load=1.05)
     s, t = straight(96)
     return finish(rng, lay(sheet(rng, brush), s, t * (1.02 + 0.012 * noise(rng, t.shape, (60, 90)))))
 
@@ -43,7 +43,7 @@ def filbert(rng):
         """Half width along the stroke."""
         return 0.45 + 0.55 * round_head(s, 0.3) - 0.55 * smoothstep(0.5, 1.0, s)
 
-    brush = Brush(load_spread=0.45, start=0.014, end=0.035, round_start=0.12, round_end=0.08, pile=0.3)
+    brush = Brush(load_spread=0.5, start=0.02, end=0.05, round_start=0.12, round_end=0.08, pile=0.3)
     return finish(rng, lay(sheet(rng, brush), *straight(100, shape, bow=0.03)))
 
 
@@ -169,14 +169,14 @@ def dab(rng):
     brush = Brush(
         num_bristles=120,
         bristle=0.017,
-        start=0.025,
-        end=0.06,
+        start=0.03,
+        end=0.09,
         round_start=0.24,
         round_end=0.2,
         pile=0.55,
         bead=0.5,
         load=1.1,
-        load_spread=0.38,
+        load_spread=0.45,
         runs_dry=(0.85, 1.4),
         wobble=0.016,
     )
@@ -384,19 +384,14 @@ def draw(name):
 
 def write(name, folder):
     """Draw `name` and write it into `folder` as 8-bit PNG."""
-    pixels = draw(name)
+    pixels = np.ascontiguousarray(np.rint(draw(name) * 255).astype(np.uint8))
     path = Path(folder) / f"{name}.png"
     spec = OpenImageIO.ImageSpec(pixels.shape[1], pixels.shape[0], 4, OpenImageIO.UINT8)
     spec.attribute("oiio:UnassociatedAlpha", 1)
     spec.attribute("png:compressionLevel", 9)
     out = OpenImageIO.ImageOutput.create(str(path))
-    if (
-        not out
-        or not out.open(str(path), spec)
-        or not out.write_image(np.rint(pixels * 255).astype(np.uint8))
-    ):
-        raise OSError(f"{path}: cannot be written: {OpenImageIO.geterror()}")
-    out.close()
+    if not (out and out.open(str(path), spec) and out.write_image(pixels) and out.close()):
+        raise OSError(f"{path}: cannot be written ({OpenImageIO.geterror()}); check the folder")
     return path
 
 

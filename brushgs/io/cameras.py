@@ -70,7 +70,7 @@ def load_cameras(path: str | Path) -> list[Camera]:
     cameras = []
     for index, frame in enumerate(frames):
         if not isinstance(frame, dict):
-            raise SceneError(path, f"frame {index} must be an object, got {json.dumps(frame)[:40]}")
+            raise SceneError(path, f"frame {index}: must be an object, got {json.dumps(frame)[:40]}")
         cameras.append(read(_Frame(path, index, frame, shared)))
     _warn_of_distortion(path, shared, frames)
     return cameras
@@ -216,16 +216,15 @@ def _from_opengl(frame: _Frame, name: str, K: tuple[float, ...], size: tuple[flo
 
 def _warn_of_distortion(path: Path, shared: Json, frames: list[Json]) -> None:
     """Warn once of lens distortion, which is left out."""
-    sources = [shared, *frames]
-    found = {
-        name: source[name]
-        for source in sources
-        for name in _DISTORTION
-        if isinstance(source.get(name), float) and source[name]
-    }
+    found = {}
+    for source in (shared, *frames):
+        for name in _DISTORTION:
+            value = source.get(name)
+            if isinstance(value, int | float) and value:
+                found.setdefault(name, value)
     if not found:
         return
-    model = next((source["camera_model"] for source in sources if "camera_model" in source), "OPENCV")
+    model = next((s["camera_model"] for s in (shared, *frames) if "camera_model" in s), "OPENCV")
     listed = ", ".join(f"{name} = {found[name]:g}" for name in _DISTORTION if name in found)
     message = f"the distortion of camera model {model} was left out ({listed}); pictures are a pinhole's"
     warnings.warn(SceneWarning(f"{path}: {message}"), stacklevel=3)

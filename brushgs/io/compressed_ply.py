@@ -70,11 +70,9 @@ def read_compressed(path: Path, header: Header, vertex: Element, size: int) -> t
     @contextmanager
     def open_decoder() -> Iterator[Decoder]:
         with ExitStack() as stack:
-            file = stack.enter_context(path.open("rb", buffering=0))
-            packed = open_rows(path, file, header, vertex, _BLOCK_ROWS)
+            packed = stack.enter_context(open_rows(path, header, vertex, _BLOCK_ROWS))
             if rest is not None:
-                file = stack.enter_context(path.open("rb", buffering=0))
-                rest_rows = open_rows(path, file, header, rest, _BLOCK_ROWS)
+                rest_rows = stack.enter_context(open_rows(path, header, rest, _BLOCK_ROWS))
 
             def decode(start: int, stop: int, out: Columns) -> None:
                 _decode(packed.read(start, stop), ranges, start, out)
@@ -104,8 +102,8 @@ def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[s
             f"must have a chunk for {_CHUNK_ROWS} Gaussians, got {chunk.count} for {num_rows}; export again",
         )
     check_size(path, header, chunk, size)
-    with path.open("rb", buffering=0) as file:
-        rows = open_rows(path, file, header, chunk, chunk.count).read(0, chunk.count)
+    with open_rows(path, header, chunk, chunk.count) as reader:
+        rows = reader.read(0, chunk.count)
     ranges = {}
     for kind, axes in (
         ("position", ("x", "y", "z")),

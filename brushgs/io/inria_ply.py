@@ -97,8 +97,7 @@ def read_inria(path: Path, header: Header, vertex: Element, size: int) -> tuple[
 
     @contextmanager
     def open_decoder() -> Iterator[Decoder]:
-        with path.open("rb", buffering=0) as file:
-            rows = open_rows(path, file, header, vertex, block_rows)
+        with open_rows(path, header, vertex, block_rows) as rows:
             yield lambda start, stop, out: plan.decode(rows.read(start, stop), out)
 
     columns, dropped = fill(
@@ -188,8 +187,7 @@ def _count_used_terms(path: Path, header: Header, vertex: Element, num_terms: in
     Reading stops where the highest band proves to be in use: for most scenes that is the first block.
     """
     used = 1
-    with path.open("rb", buffering=0) as file:
-        rows = open_rows(path, file, header, vertex, block_rows)
+    with open_rows(path, header, vertex, block_rows) as rows:
         for start in range(0, vertex.count, block_rows):
             if used == num_terms:
                 break

@@ -5,11 +5,12 @@ read into a buffer that is used again, so a file never lies in memory beside wha
 what follows finds the block still in the cache.
 """
 
-import io
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
-from typing import Any, BinaryIO, Protocol
+from typing import BinaryIO, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,14 +88,18 @@ def data_start(path: Path, header: Header, element: Element) -> int:
     return start
 
 
-def open_rows(path: Path, file: BinaryIO, header: Header, element: Element, block_rows: int) -> Rows:
+@contextmanager
+def open_rows(path: Path, header: Header, element: Element, block_rows: int) -> Iterator[Rows]:
     """A reader of the rows of `element`, at most `block_rows` at a time.
 
-    Each reader needs a file object of its own. An ASCII reader must be asked for rows in order.
+    It has a file object of its own, so readers in several threads do not meet. An ASCII reader must
+    be asked for rows in order.
     """
-    if header.is_ascii:
-        return _AsciiRows(path, file, header, element)
-    return _BinaryRows(path, file, header, element, block_rows)
+    with path.open("rb", buffering=-1 if header.is_ascii else 0) as file:
+        if header.is_ascii:
+            yield _AsciiRows(path, file, header, element)
+        else:
+            yield _BinaryRows(path, file, header, element, block_rows)
 
 
 class _BinaryRows:
@@ -121,8 +126,7 @@ class _AsciiRows:
     def __init__(self, path: Path, file: BinaryIO, header: Header, element: Element) -> None:
         self._path, self._element, self._next = path, element, 0
         file.seek(header.data_offset)
-        raw: Any = file
-        self._lines = (line for line in io.BufferedReader(raw) if not line.isspace())
+        self._lines = (line for line in file if not line.isspace())
         for other in header.elements:
             if other is element:
                 break

@@ -15,7 +15,14 @@ def scene_columns(num_rows: int, degree: int = 0, seed: int = 0) -> dict[str, np
     """Properties of a scene as a trainer writes them: name -> values, in the usual order."""
     rng = np.random.default_rng([20250612, seed])
     rest = 3 * ((degree + 1) ** 2 - 1)
-    names = [*"xyz", "nx", "ny", "nz", *(f"f_dc_{i}" for i in range(3)), *(f"f_rest_{i}" for i in range(rest))]
+    names = [
+        *"xyz",
+        "nx",
+        "ny",
+        "nz",
+        *(f"f_dc_{i}" for i in range(3)),
+        *(f"f_rest_{i}" for i in range(rest)),
+    ]
     names += ["opacity", *(f"scale_{i}" for i in range(3)), *(f"rot_{i}" for i in range(4))]
     columns = {name: rng.normal(size=num_rows).astype(np.float32) for name in names}
     for index in range(3):

@@ -81,7 +81,9 @@ def test_columns_may_be_float64_or_whole_numbers(tmp_path: Path, encoding: str) 
 def test_the_header_may_end_its_lines_in_any_way(tmp_path: Path, newline: str) -> None:
     columns = scene_columns(5)
     columns["x"] = np.frombuffer(b"\n\r\n\n" * 5, dtype="<f4")  # data that begins like a line end
-    path = write_scene(tmp_path / "a.ply", columns, comments=["comment hello", "obj_info 1 2"], newline=newline)
+    path = write_scene(
+        tmp_path / "a.ply", columns, comments=["comment hello", "obj_info 1 2"], newline=newline
+    )
     assert_is(load(path), decoded(columns))
 
 
@@ -151,8 +153,17 @@ def test_extreme_logits_are_sound_at_both_ends(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("y", np.nan), ("z", np.inf), ("rot_2", -np.inf), ("scale_0", np.inf), ("scale_2", np.nan), ("scale_1", 100)]
-    + [("opacity", np.nan), ("f_dc_1", np.nan), ("f_rest_40", np.inf)],
+    [
+        ("y", np.nan),
+        ("z", np.inf),
+        ("rot_2", -np.inf),
+        ("scale_0", np.inf),
+        ("scale_2", np.nan),
+        ("scale_1", 100),
+        ("opacity", np.nan),
+        ("f_dc_1", np.nan),
+        ("f_rest_40", np.inf),
+    ],
 )
 def test_a_row_that_cannot_be_drawn_is_left_out_and_named(tmp_path: Path, name: str, value: float) -> None:
     columns = scene_columns(50, degree=3)
@@ -208,7 +219,9 @@ def test_a_scene_without_one_good_row_is_refused(tmp_path: Path) -> None:
     columns = scene_columns(5)
     columns["scale_0"][:] = np.nan
     path = write_scene(tmp_path / "a.ply", columns)
-    with pytest.raises(SceneError, match=r"a\.ply: no row of 5 can be used: 5 hold .*; export the scene again"):
+    with pytest.raises(
+        SceneError, match=r"a\.ply: no row of 5 can be used: 5 hold .*; export the scene again"
+    ):
         load(path)
 
 
@@ -225,7 +238,9 @@ def test_blocks_and_threads_do_not_change_what_is_read(
     monkeypatch.setattr(brushgs.io.inria_ply, "_BLOCK_BYTES", 41 * 37)
     monkeypatch.setattr(brushgs.io.columns, "_count_threads", lambda num_rows: num_threads)
     first = min(bad[:100])
-    with pytest.warns(SceneWarning, match=rf"300 of 1000 rows .* 100 hold .* \(first: row {first}, x = nan\)"):
+    with pytest.warns(
+        SceneWarning, match=rf"300 of 1000 rows .* 100 hold .* \(first: row {first}, x = nan\)"
+    ):
         gaussians = load(path)
     assert_is(gaussians, {k: np.delete(v, bad, axis=0) for k, v in decoded(columns).items()})
 
@@ -234,5 +249,7 @@ def test_bytes_after_the_last_row_are_left_out_with_a_warning(tmp_path: Path) ->
     columns = scene_columns(5)
     path = write_scene(tmp_path / "a.ply", columns)
     path.write_bytes(path.read_bytes() + b"12345")
-    with pytest.warns(SceneWarning, match="5 bytes after the last row were left out; .* get it again in binary"):
+    with pytest.warns(
+        SceneWarning, match="5 bytes after the last row were left out; .* get it again in binary"
+    ):
         assert_is(load(path), decoded(columns))
