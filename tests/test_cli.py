@@ -383,3 +383,39 @@ def test_a_real_ctrl_c_leaves_nothing_behind(tmp_path):
         err = process.stderr.read()
     assert process.returncode == 130
     assert err == "brushgs: stopped\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminal")
+def test_a_terminal_sees_a_bar_for_each_stage_and_a_pipe_does_not(made, tmp_path):
+    import pty
+
+    words = ["render", made, "--stroke", "gaussian", "--size", "32x24"]
+    with brushgs(*words, cwd=tmp_path) as process:
+        _, piped = process.communicate()
+    assert "\x1b" not in piped
+    assert piped.count("rasterise") == 1
+
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "brushgs", *map(str, words)]
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "TERM": "xterm", "COLUMNS": "100"}
+    with subprocess.Popen(
+        command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=theirs
+    ) as process:
+        os.close(theirs)
+        shown = b""
+        while chunk := _read(ours):
+            shown += chunk
+    os.close(ours)
+    assert process.returncode == 0
+    bars, table = shown.decode().split("what it did")
+    assert "\u2501" in bars  # the line that a bar is drawn with
+    assert "rasterise" in bars
+    assert "total" in table
+
+
+def _read(terminal):
+    """What a terminal shows next; nothing once its other end is closed."""
+    try:
+        return os.read(terminal, 65536)
+    except OSError:
+        return b""

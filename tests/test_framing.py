@@ -3,8 +3,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import brushgs as bg
 from brushgs.framing import AXES, MARGIN, default_elevation, frame_scene, subject, up_vector
 from brushgs.scene import Gaussians
+from tests.scenes import real_scene
 
 
 def cloud(points, opacity=0.9):
@@ -190,3 +192,29 @@ def test_frame_scene_refuses_what_makes_no_view(options, sentence):
 def test_an_empty_scene_cannot_be_framed():
     with pytest.raises(ValueError, match="at least one row"):
         frame_scene(cloud(np.zeros((0, 3))), width=64, height=64)
+
+
+@pytest.mark.parametrize(
+    ("name", "up"),
+    [
+        ("koala.ply", "-y"),
+        ("derived/truck.ply", "-y"),
+        ("derived/chair.ply", "+z"),
+        ("derived/skull_sh3.ply", "-y"),
+        ("derived/campsite.ply", "-y"),
+        ("derived/playbot_sh2.ply", "-y"),
+        ("biker.compressed.ply", "-y"),
+        ("sunflower_tile.ply", "+z"),
+        ("rubber_toy_cloud.ply", "+y"),
+    ],
+)
+def test_the_subject_of_a_real_scene_is_in_the_middle_and_large(name, up):
+    scene = bg.load(real_scene(name))
+    camera = frame_scene(scene, width=96, height=72, up=up_vector(up))
+    alpha = bg.render(scene, camera, bg.StrokeTexture.open("gaussian")).alpha
+    assert 0.05 < alpha.mean() < 0.9
+    rows, columns = np.indices(alpha.shape)
+    assert 0.3 < (alpha * rows).sum() / alpha.sum() / 72 < 0.7
+    assert 0.3 < (alpha * columns).sum() / alpha.sum() / 96 < 0.7
+    solid = alpha > 0.5
+    assert max(solid.any(axis=0).mean(), solid.any(axis=1).mean()) > 0.75
