@@ -4,8 +4,9 @@ from pathlib import Path
 
 from brushgs.config import ClusterConfig, DrawConfig, PaintConfig, PruneConfig
 from brushgs.errors import SceneError
-from brushgs.pipeline import check_output, paint_file, write_scene
+from brushgs.pipeline import check_output, paint_file
 from brushgs.report import Report
+from brushgs.stages import write_scene
 from brushgs.still_life import still_life, still_life_camera
 
 SCENE_NAME = "still_life.ply"

@@ -15,7 +15,7 @@ LAYERS = [
     ["sh", "levels", "textures", "io", "framing"],
     ["passes", "project", "still_life", "background"],
     ["raster"],
-    ["report", "describe", "pipeline"],
+    ["report", "describe", "stages", "pipeline"],
     ["demo", "arguments", "cli"],
     ["__main__"],
 ]

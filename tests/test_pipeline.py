@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs import pipeline
+from brushgs import pipeline, stages
 from brushgs.config import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
 from brushgs.demo import paint_demo
 from brushgs.describe import describe
@@ -55,7 +55,7 @@ def test_the_stages_run_in_order_and_their_counts_fit_together(scene, tmp_path):
     assert counts["cluster"]["before"] == counts["prune"]["after"]
     assert counts["prune"]["after"] == pytest.approx(0.7 * counts["prune"]["before"], abs=1)
     assert counts["project"]["before"] == counts["cluster"]["after"] <= 200
-    culled = sum(counts["project"][reason] for reason in pipeline.CULLED)
+    culled = sum(counts["project"][reason] for reason in stages.CULLED)
     assert counts["project"]["before"] == counts["project"]["after"] + culled
     assert counts["write"]["bytes"] == (tmp_path / "a.png").stat().st_size
     assert all(stage.did and stage.seconds >= 0 for stage in report.stages)
@@ -81,8 +81,8 @@ def test_the_camera_does_not_depend_on_how_many_strokes_are_painted(scene):
     cameras = []
     for strokes in (10, 1000):
         report = Report()
-        loaded, up = pipeline.load_scene(scene, report)
-        cameras.append(pipeline.choose_camera(loaded, SMALL, report, file_up=up))
+        loaded, up = stages.load_scene(scene, report)
+        cameras.append(stages.choose_camera(loaded, SMALL, report, file_up=up))
         paint(loaded, config(strokes=strokes), camera=cameras[-1])
     np.testing.assert_array_equal(cameras[0].viewmat, cameras[1].viewmat)
 
@@ -142,7 +142,7 @@ def test_mip_levels_that_no_stroke_reaches_are_counted(gaussians):
     camera = still_life_camera(width=64, height=48)
     boxes = bg.project(gaussians, camera)
     report = Report()
-    pipeline.draw(boxes, camera, texture, DrawConfig(), report)
+    stages.draw(boxes, camera, texture, DrawConfig(), report)
     rows, columns = texture.coverage.shape
     pairs = {(level_index(u, columns), level_index(v, rows)) for u, v in boxes.half_extents}
     counts = report.stages[0].counts
@@ -236,7 +236,7 @@ def test_the_camera_stage_says_which_way_is_up_and_why(gaussians):
         (None, (0.0, 0.0, 1.0), "up is 0,0,1 (as asked)"),
     ):
         report = Report()
-        camera = pipeline.choose_camera(gaussians, ViewConfig(up=asked), report, file_up=file_up)
+        camera = stages.choose_camera(gaussians, ViewConfig(up=asked), report, file_up=file_up)
         assert did in report.stages[0].did
         assert (camera.width, camera.height) == (1280, 720)
 
