@@ -192,18 +192,19 @@ def _fit(points: NDArray[np.float64], tangents: NDArray[np.float64]) -> tuple[ND
     middle = np.median(z)
     size = max(float(np.ptp(points, axis=0).max()), 1e-6 * float(np.abs(points).max()), 1e-9)
     eye_z = min(float((-(high + low) / (2 * tangents)).min()), middle - 0.5 * size)
-    return np.array([*_center(xy, z - eye_z), eye_z]), float(middle - eye_z)
+    depths = z[:, 0] - eye_z
+    return np.array([*(_center(column, depths) for column in xy.T), eye_z]), float(middle - eye_z)
 
 
-def _center(xy: NDArray[np.float64], depths: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[2] place of the eye from which the outermost points lie equally far from the middle of the picture.
+def _center(x: NDArray[np.float64], depths: NDArray[np.float64]) -> float:
+    """Place of the eye on an axis from which the outermost points lie equally far from the middle.
 
     Found by bisection: the sum of the two outermost slopes falls as the eye moves on.
     """
-    low, high = xy.min(axis=0), xy.max(axis=0)
-    for _ in range(24):
+    slopes, per_step = x / depths, 1 / depths
+    low, high = float(x.min()), float(x.max())
+    for _ in range(30):
         eye = 0.5 * (low + high)
-        slopes = (xy - eye) / depths
-        is_short = slopes.max(axis=0) + slopes.min(axis=0) > 0
-        low, high = np.where(is_short, eye, low), np.where(is_short, high, eye)
-    return np.asarray(0.5 * (low + high))
+        seen = slopes - eye * per_step
+        low, high = (eye, high) if seen.max() + seen.min() > 0 else (low, eye)
+    return 0.5 * (low + high)
