@@ -301,9 +301,9 @@ def splatter(rng):
         reach = (u / stretch) ** 2 + (v / taper) ** 2
         return (np.clip(1 - reach / (2.6 * radius**2), 0, 1) / (1 - 1 / 2.6)) ** 2
 
-    origin = np.array([0.43, 0.39])
+    origin = np.array([0.45, 0.39])
     for _ in range(34):
-        angle, distance = rng.uniform(-np.pi, np.pi), 0.2 * np.sqrt(rng.random())
+        angle, distance = rng.uniform(-np.pi, np.pi), 0.235 * np.sqrt(rng.random())
         field += drop(
             origin + distance * np.array([1.25 * np.cos(angle), np.sin(angle)]), rng.uniform(0.05, 0.09)
         )
@@ -317,7 +317,7 @@ def splatter(rng):
             )
         else:
             reach, size, stretch = (
-                0.24 + rng.gamma(2.0, 0.07),
+                0.26 + rng.gamma(2.0, 0.05),
                 0.0025 + 0.017 * rng.random() ** 4,
                 rng.uniform(1, 2.2),
             )
