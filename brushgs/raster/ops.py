@@ -102,9 +102,10 @@ def rasterize(
             raise ValueError(f"rasterize: {name} must be in 1 to {MAX_SIDE} pixels, got {side}")
     threads = num_threads_or_default(num_threads)
     levels = _levels_for(boxes, texture, filter)
-    rgb = np.empty((height, width, 3), boxes.centers.dtype)
-    alpha = np.empty((height, width), boxes.centers.dtype)
-    z = np.empty((height, width), boxes.centers.dtype) if depth else None
+    is_single = boxes.centers.dtype == np.float32
+    new_plane = _core.new_plane_float32 if is_single else _core.new_plane_float64
+    rgb, alpha = new_plane([height, width, 3]), new_plane([height, width])
+    z = new_plane([height, width]) if depth else None
     _core.rasterize(
         _kernel_of(texture, filter),
         threads,

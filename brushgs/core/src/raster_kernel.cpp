@@ -393,18 +393,20 @@ template <class T>
     __builtin_memcpy(rgb + 8, &third, sizeof third);
 }
 
-// Four pixels of a row from a block, to pixel x of the row; the first `count` of them.
+// Four pixels of a row of a block; `depth` may be null.
 template <class T>
-[[gnu::always_inline]] inline void write_four(const TileState<T>& tile, int b, int p, int x, std::size_t count, T* rgb,
-                                              T* alpha, T* depth) {
-    T colors[3 * block_size], alphas[block_size], depths[block_size];
-    interleave(tile.red[b] + p, tile.green[b] + p, tile.blue[b] + p, colors);
-    for (int i = 0; i < block_size; ++i) alphas[i] = 1 - tile.transmittance[b][p + i];
-    __builtin_memcpy(rgb + 3 * x, colors, 3 * count * sizeof(T));
-    __builtin_memcpy(alpha + x, alphas, count * sizeof(T));
+[[gnu::always_inline]] inline void write_four(const TileState<T>& tile, int b, int p, T* rgb, T* alpha, T* depth) {
+    using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
+    interleave(tile.red[b] + p, tile.green[b] + p, tile.blue[b] + p, rgb);
+    Four transmittance;
+    __builtin_memcpy(&transmittance, tile.transmittance[b] + p, sizeof transmittance);
+    const Four opaque = T(1) - transmittance;
+    __builtin_memcpy(alpha, &opaque, sizeof opaque);
     if (depth == nullptr) return;
-    for (int i = 0; i < block_size; ++i) depths[i] = alphas[i] > 0 ? tile.depth[b][p + i] / alphas[i] : 0;
-    __builtin_memcpy(depth + x, depths, count * sizeof(T));
+    Four sum;
+    __builtin_memcpy(&sum, tile.depth[b] + p, sizeof sum);
+    const Four mean = opaque > 0 ? sum / opaque : Four{};
+    __builtin_memcpy(depth, &mean, sizeof mean);
 }
 
 // `num_columns` pixels of row y of the tile, to wherever they belong.
@@ -412,10 +414,16 @@ template <class T>
 void write_row(const TileState<T>& tile, int y, int num_columns, T* rgb, T* alpha, T* depth) {
     const int first_block = y / block_size * block_columns, p = y % block_size * block_size;
     int x = 0;
-    for (; x + block_size <= num_columns; x += block_size)  // four is known here: the copies become plain stores
-        write_four(tile, first_block + x / block_size, p, x, block_size, rgb, alpha, depth);
-    if (x < num_columns)
-        write_four(tile, first_block + x / block_size, p, x, static_cast<std::size_t>(num_columns - x), rgb, alpha, depth);
+    for (; x + block_size <= num_columns; x += block_size)
+        write_four(tile, first_block + x / block_size, p, rgb + 3 * x, alpha + x, depth == nullptr ? nullptr : depth + x);
+    if (x == num_columns) return;
+    T colors[3 * block_size], alphas[block_size], depths[block_size];  // the picture ends within a block
+    write_four(tile, first_block + x / block_size, p, colors, alphas, depths);
+    for (int i = 0; x < num_columns; ++x, ++i) {
+        for (int channel = 0; channel < 3; ++channel) rgb[3 * x + channel] = colors[3 * i + channel];
+        alpha[x] = alphas[i];
+        if (depth != nullptr) depth[x] = depths[i];
+    }
 }
 
 template <class T>
