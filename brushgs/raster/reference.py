@@ -96,7 +96,9 @@ def _major_axis(M: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where(angles <= -np.pi / 2 + DIRECTION_NOISE, np.pi / 2, angles)
 
 
-def rasterize(boxes: Boxes, texture: StrokeTexture, *, height: int, width: int, filter: Filter = "mip") -> Frame:
+def rasterize(
+    boxes: Boxes, texture: StrokeTexture, *, height: int, width: int, filter: Filter = "mip"
+) -> Frame:
     """Paint boxes, nearest first; arguments and result as `brushgs.rasterize`, always in float64.
 
     Source: Xiang et al. 2025, 3.4 (texture mapping); Kerbl et al. 2023 (blending and its thresholds).
@@ -117,7 +119,9 @@ def rasterize(boxes: Boxes, texture: StrokeTexture, *, height: int, width: int, 
         s = (np.cos(angle) * (x - center[0]) + np.sin(angle) * (y - center[1])) / half[0]
         t = (np.cos(angle) * (y - center[1]) - np.sin(angle) * (x - center[0])) / half[1]
         is_inside = (np.abs(s) < 1) & (np.abs(t) < 1)
-        alpha = np.where(is_inside, np.minimum(MAX_ALPHA, opacity * _sample(texture, coverage, s, t, filter)), 0)
+        alpha = np.where(
+            is_inside, np.minimum(MAX_ALPHA, opacity * _sample(texture, coverage, s, t, filter)), 0
+        )
         is_painted = is_open[window] & (alpha >= MIN_ALPHA)
         is_last = is_painted & (transmittance[window] * (1 - alpha) < MIN_TRANSMITTANCE)
         weight = np.where(is_painted & ~is_last, alpha * transmittance[window], 0)

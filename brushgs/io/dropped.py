@@ -1,0 +1,143 @@
+"""Rows of a scene file that cannot be drawn: found, left out, and told of in one sentence."""
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError, SceneWarning
+
+F32 = NDArray[np.float32]
+_MAX_LOG = np.log(np.finfo(np.float32).max)  # a log-scale above overflows float32
+
+
+class Block(Protocol):
+    """Raw values of some rows: `Columns` before `activate`."""
+
+    means: F32
+    quats: F32
+    scales: F32
+    opacities: F32
+    sh: F32
+
+    def move(self, rows: NDArray[np.bool_] | slice, start: int) -> None:
+        """Copy the rows chosen to `start` and after."""
+
+
+@dataclass
+class Dropped:
+    """Rows of the file that were left out.
+
+    Attributes:
+        num_broken: rows with NaN, or infinity where it has no meaning.
+        broken: the first of them: row, column, value.
+        num_unrotated: other rows whose quaternion is zero.
+        unrotated: the first of them.
+    """
+
+    num_broken: int = 0
+    broken: tuple[int, str, float] | None = None
+    num_unrotated: int = 0
+    unrotated: int | None = None
+
+    @property
+    def num_rows(self) -> int:
+        """All rows left out."""
+        return self.num_broken + self.num_unrotated
+
+    def add(self, later: "Dropped") -> None:
+        """Add what was found further down the file."""
+        self.num_broken += later.num_broken
+        self.num_unrotated += later.num_unrotated
+        self.broken = self.broken or later.broken
+        self.unrotated = later.unrotated if self.unrotated is None else self.unrotated
+
+    def report(self, path: Path, num_rows: int) -> None:
+        """Warn once of all rows left out.
+
+        Raises:
+            SceneError: if no row is left.
+        """
+        reasons = []
+        if self.broken is not None:
+            row, name, value = self.broken
+            what = f"hold values that cannot be drawn (first: row {row}, {name} = {value:g})"
+            reasons.append(f"{self.num_broken} {what}")
+        if self.unrotated is not None:
+            what = f"have an all-zero rotation, as padding has (first: row {self.unrotated})"
+            reasons.append(f"{self.num_unrotated} {what}")
+        if not reasons:
+            return
+        because = " and ".join(reasons)
+        if self.num_rows == num_rows:
+            raise SceneError(path, f"no row of {num_rows} can be used: {because}; export the scene again")
+        message = f"{path}: {self.num_rows} of {num_rows} rows were left out: {because}"
+        warnings.warn(SceneWarning(message), stacklevel=3)
+
+
+def drop_faults(block: Block, first_row: int, num_rest: int) -> Dropped:
+    """Move the rows that can be drawn to the front of a block of raw values.
+
+    Args:
+        block: some rows as the file has them: log-scales, and logits or opacities.
+        first_row: row of the file that the block begins with.
+        num_rest: f_rest coefficients per channel in the file, for the names of columns.
+
+    Returns:
+        What was left out.
+    """
+    if _is_sound(block):
+        return Dropped()
+    broken = np.zeros(len(block.means), dtype=bool)
+    first: tuple[int, str, float] | None = None
+    for name, column, is_bad in _find_faults(block, num_rest):
+        if is_bad.any() and (first is None or np.argmax(is_bad) < first[0]):
+            row = int(np.argmax(is_bad))
+            first = row, name, float(column[row])
+        broken |= is_bad
+    unrotated = ~block.quats.any(axis=1) & ~broken
+    is_bad = broken | unrotated
+    if not is_bad.any():
+        return Dropped()
+    block.move(~is_bad, 0)
+    return Dropped(
+        int(np.count_nonzero(broken)),
+        None if first is None else (first[0] + first_row, *first[1:]),
+        int(np.count_nonzero(unrotated)),
+        first_row + int(np.argmax(unrotated)) if unrotated.any() else None,
+    )
+
+
+def _is_sound(block: Block) -> bool:
+    """Whether every row can be drawn; False may only mean that a closer look is needed.
+
+    The largest and smallest value of a column show NaN and infinity without a mask of its size.
+    """
+    columns = block.means, block.quats, block.scales, block.opacities, block.sh
+    with np.errstate(all="ignore"):
+        ends = [end for column in columns for end in (column.max(), column.min())]
+        is_sound = np.isfinite(ends).all() and block.scales.max() < _MAX_LOG
+    return bool(is_sound and (block.quats[:, 0].all() or block.quats.any(axis=1).all()))
+
+
+def _find_faults(block: Block, num_rest: int) -> Iterator[tuple[str, F32, NDArray[np.bool_]]]:
+    """Name, values and mask of broken rows of each column as the file names it.
+
+    A log-scale of -infinity is a scale of 0, a logit of infinity an opacity of 1 or 0: both are right.
+    """
+    for index, name in enumerate("xyz"):
+        yield name, block.means[:, index], ~np.isfinite(block.means[:, index])
+    for index in range(4):
+        yield f"rot_{index}", block.quats[:, index], ~np.isfinite(block.quats[:, index])
+    for index in range(3):
+        yield f"scale_{index}", block.scales[:, index], ~(block.scales[:, index] < _MAX_LOG)
+    yield "opacity", block.opacities, np.isnan(block.opacities)
+    for channel in range(3):
+        for term in range(block.sh.shape[1]):
+            column = block.sh[:, term, channel]
+            name = f"f_rest_{channel * num_rest + term - 1}" if term else f"f_dc_{channel}"
+            yield name, column, ~np.isfinite(column)

@@ -1,0 +1,187 @@
+"""Pictures in and out through OpenImageIO: PNG, TIFF, EXR, and whatever else it reads.
+
+Inside brushgs pictures are display-encoded float32 in 0 to 1. Files that hold linear light (EXR) are
+converted at this border. Left to itself OpenImageIO multiplies colour by alpha on reading, in 8 bits,
+and divides on writing; here it is told not to, so that straight colours survive to the bit.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError
+from brushgs.io.atomic import replacing
+from brushgs.io.srgb import linear_from_srgb, srgb_from_linear
+from brushgs.scene import Frame
+from brushgs.shapes import Array
+
+if TYPE_CHECKING:
+    import OpenImageIO
+
+F32 = NDArray[np.float32]
+Background = Sequence[float] | Array | None
+
+_FORMATS = {".png": "png", ".tif": "tiff", ".tiff": "tiff", ".exr": "openexr"}
+_LINEAR_FORMATS = ("openexr", "hdr")
+_MAX_PIXELS = 8192 * 8192  # read as float RGBA this takes 1 GiB; larger ones are taken for a trap
+# Without a date of its own OpenImageIO writes the time of day into TIFF and EXR.
+_NO_DATE = "0000:00:00 00:00:00"
+# A frame of a painting compresses in a fifth of the time of level 6, and is a tenth larger.
+_PNG_LEVEL = 2
+_PNG_FILTER = 64  # predict a pixel as the mean of its left and upper neighbour
+_ZIP_LEVEL = 2
+
+
+def read_image(path: str | Path) -> F32:
+    """Read a picture of any format that OpenImageIO knows.
+
+    Returns:
+        [H, W, C] display-encoded values in 0 to 1 with straight (unassociated) alpha, upright; C is 1
+        (grey), 2 (grey and alpha), 3 (RGB) or 4 (RGBA). Depth and other extra channels are left out.
+
+    Raises:
+        SceneError: if there is no such file, it is no picture, is damaged, holds values that are not
+            finite, or has more than 8192 x 8192 pixels (judged by its header, before it is read).
+    """
+    import OpenImageIO
+
+    path = Path(path)
+    if not path.is_file():
+        raise SceneError(path, "there is no such picture; check the path")
+    straight = OpenImageIO.ImageSpec()
+    straight.attribute("oiio:UnassociatedAlpha", 1)
+    source = OpenImageIO.ImageInput.open(str(path), straight)
+    if source is None:
+        raise SceneError(
+            path, f"cannot be read as a picture ({_reason(OpenImageIO.geterror())}); convert it to PNG"
+        )
+    try:
+        spec = source.spec()
+        if spec.width * spec.height > _MAX_PIXELS:
+            size = f"{spec.width}x{spec.height}"
+            raise SceneError(path, f"must have at most {_MAX_PIXELS} pixels, got {size}; scale it down")
+        pixels = source.read_image(OpenImageIO.FLOAT)
+        if pixels is None:
+            raise SceneError(path, f"is damaged ({_reason(source.geterror())}); get it again")
+        return _upright(_display_encoded(path, pixels, spec, source.format_name()), spec)
+    finally:
+        source.close()
+
+
+def _display_encoded(path: Path, pixels: F32, spec: "OpenImageIO.ImageSpec", format_name: str) -> F32:
+    """Colour and alpha as `read_image` returns them, from pixels as the file has them."""
+    if not np.isfinite(pixels).all():
+        raise SceneError(path, "holds NaN or infinity; write it again with finite values")
+    has_alpha = spec.alpha_channel >= 0
+    others = [i for i in range(spec.nchannels) if i not in (spec.alpha_channel, spec.z_channel)]
+    color = pixels[..., others[:3] if len(others) >= 3 else others[:1]]
+    alpha = pixels[..., [spec.alpha_channel]] if has_alpha else None
+    if alpha is not None and not spec.get_int_attribute("oiio:UnassociatedAlpha"):
+        color = np.divide(color, alpha, out=np.zeros_like(color), where=alpha > 0)
+    if format_name in _LINEAR_FORMATS:
+        color = srgb_from_linear(color)
+    whole = color if alpha is None else np.concatenate([color, alpha], axis=-1)
+    return np.ascontiguousarray(np.clip(whole, 0, 1), dtype=np.float32)
+
+
+def _upright(pixels: F32, spec: "OpenImageIO.ImageSpec") -> F32:
+    """Turn a picture as its camera held it (Exif orientation 1 to 8)."""
+    orientation = spec.get_int_attribute("Orientation", 1)
+    if orientation in (5, 6, 7, 8):
+        pixels = pixels.transpose(1, 0, 2)
+    if orientation in (3, 4, 7, 8):
+        pixels = pixels[::-1]
+    if orientation in (2, 3, 6, 7):
+        pixels = pixels[:, ::-1]
+    return np.ascontiguousarray(pixels)
+
+
+def write_frame(frame: Frame, path: str | Path, background: Background = None) -> None:
+    """Write a frame; the suffix decides: .png (8 bit), .tif, .tiff (16 bit), .exr (float).
+
+    PNG and TIFF are display-encoded, with straight alpha if there is no background. EXR holds linear
+    light, premultiplied as EXR asks for, and the depth as channel Z if the frame has one. Equal frames
+    give equal bytes.
+
+    Args:
+        frame: the picture.
+        path: the name of the file; it appears when it is complete.
+        background: None keeps the transparency; one RGB colour or an [H, W, 3] array, display-encoded,
+            is put behind the picture, which is then written without alpha.
+
+    Raises:
+        ValueError: if the suffix is none of the above or the background does not fit.
+        SceneError: if the file cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in _FORMATS:
+        known = ", ".join(_FORMATS)
+        raise ValueError(
+            f"write_frame: path must end in one of {known}, got {str(path)!r}; change the suffix"
+        )
+    straight = _straight(frame) if background is None else frame.over(background)
+    if suffix == ".exr":
+        _write(path, "openexr", *_exr_pixels(straight, frame, is_opaque=background is not None))
+        return
+    whole = (
+        straight if background is not None else np.concatenate([straight, frame.alpha[..., None]], axis=-1)
+    )
+    dtype = np.uint8 if suffix == ".png" else np.uint16
+    names = ("R", "G", "B", "A")[: whole.shape[-1]]
+    _write(path, _FORMATS[suffix], quantise(whole, dtype), names)
+
+
+def quantise(values: Array, dtype: type[np.unsignedinteger[Any]]) -> NDArray[np.unsignedinteger[Any]]:
+    """Values 0 to 1 as whole numbers of the full range of `dtype`, halves rounded up, the rest clipped."""
+    return np.asarray(np.clip(values, 0, 1) * np.iinfo(dtype).max + 0.5).astype(dtype)
+
+
+def _straight(frame: Frame) -> Array:
+    """[H, W, 3] colour not multiplied by alpha; 0 where nothing is painted."""
+    alpha = frame.alpha[..., None]
+    return np.divide(frame.rgb, alpha, out=np.zeros_like(frame.rgb), where=alpha > 0)
+
+
+def _exr_pixels(straight: Array, frame: Frame, *, is_opaque: bool) -> tuple[F32, tuple[str, ...]]:
+    """Linear light and what goes with it, and the names of the channels."""
+    linear = linear_from_srgb(straight)
+    if is_opaque:
+        parts, names = [linear], ["R", "G", "B"]
+    else:
+        alpha = frame.alpha[..., None]
+        parts, names = [linear * alpha, alpha], ["R", "G", "B", "A"]
+    if frame.depth is not None:
+        parts.append(frame.depth[..., None])
+        names.append("Z")
+    return np.concatenate(parts, axis=-1).astype(np.float32), tuple(names)
+
+
+def _write(path: str | Path, format_name: str, pixels: NDArray[Any], names: tuple[str, ...]) -> None:
+    """Write pixels as they are."""
+    import OpenImageIO
+
+    height, width, num_channels = pixels.shape
+    spec = OpenImageIO.ImageSpec(width, height, num_channels, pixels.dtype.name.replace("float32", "float"))
+    spec.channelnames = names
+    spec.alpha_channel = names.index("A") if "A" in names else -1
+    spec.z_channel = names.index("Z") if "Z" in names else -1
+    if format_name != "openexr":
+        spec.attribute("oiio:UnassociatedAlpha", 1)
+    spec.attribute("DateTime", _NO_DATE)
+    spec.attribute("png:compressionLevel", _PNG_LEVEL)
+    spec.attribute("png:filter", _PNG_FILTER)
+    spec.attribute("tiff:zipquality", _ZIP_LEVEL)
+    out = OpenImageIO.ImageOutput.create(format_name)
+    assert out is not None, "the formats offered are part of every build of OpenImageIO"
+    with replacing(path) as temporary:
+        is_written = out.open(str(temporary), spec) and out.write_image(np.ascontiguousarray(pixels))
+        if not (out.close() and is_written):
+            raise SceneError(path, f"cannot be written ({_reason(out.geterror())}); check the disk")
+
+
+def _reason(text: str) -> str:
+    """First line of a message of OpenImageIO."""
+    return text.strip().splitlines()[0] if text.strip() else "no reason given"

@@ -1,0 +1,69 @@
+"""Trained 3D Gaussian scenes in PLY files, in any of their layouts."""
+
+from pathlib import Path
+
+from brushgs.errors import SceneError
+from brushgs.io.compressed_ply import is_compressed, read_compressed
+from brushgs.io.identify import open_ply
+from brushgs.io.inria_ply import check_is_scene, read_inria
+from brushgs.io.notes import LoadNotes
+from brushgs.io.ply_header import parse_header
+from brushgs.io.ply_rows import warn_of_surplus
+from brushgs.scene import SH_TERMS, Gaussians
+
+
+def read_ply(path: str | Path) -> tuple[Gaussians, LoadNotes]:
+    """Read a trained 3D Gaussian scene from a PLY file.
+
+    Read are the Inria layout (properties in any order and of any scalar type, spherical harmonics of
+    degree 0 to 3, with or without normals, ASCII or binary of either byte order) and the compressed
+    layout of PlayCanvas and SuperSplat. Rows with NaN, with infinity where it has no meaning, or with
+    an all-zero rotation are left out with a SceneWarning. Bands of spherical harmonics that are zero
+    in every row are left out, which changes no picture.
+
+    Args:
+        path: the file; its content decides, not its suffix.
+
+    Returns:
+        The Gaussians as float32 in the order of the file, and what was found and left out.
+
+    Raises:
+        SceneError: if the file is not such a scene, is damaged, or no row of it can be drawn.
+    """
+    path = Path(path)
+    with open_ply(path) as file:
+        header = parse_header(file, path)
+        size = file.seek(0, 2)
+    vertex = header.find("vertex")
+    if vertex is None:
+        names = ", ".join(element.name for element in header.elements) or "none"
+        raise SceneError(path, f"has no element 'vertex' among: {names}; export it as a 3D Gaussian scene")
+    if vertex.count == 0:
+        raise SceneError(
+            path, "holds no Gaussians: its header says 'element vertex 0'; export the scene again"
+        )
+    if is_compressed(header):
+        layout, read = "compressed PLY", read_compressed
+    else:
+        check_is_scene(path, header, vertex)
+        layout, read = "PLY", read_inria
+    columns, dropped, num_terms_stored = read(path, header, vertex, size)
+    warn_of_surplus(path, header, size)
+    dropped.report(path, vertex.count)
+    gaussians = columns.gaussians()
+    notes = LoadNotes(
+        format=f"{layout}, {_ENCODINGS[header.encoding]}",
+        rows_read=vertex.count,
+        rows_dropped=dropped.num_rows,
+        sh_degree_stored=SH_TERMS[num_terms_stored],
+        sh_degree_used=gaussians.sh_degree,
+        up=header.up,
+    )
+    return gaussians, notes
+
+
+_ENCODINGS = {
+    "ascii": "ASCII",
+    "binary_little_endian": "binary little-endian",
+    "binary_big_endian": "binary big-endian",
+}

@@ -1,0 +1,158 @@
+"""The header of a PLY file: elements, properties, comments, and where the data begins."""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from brushgs.errors import SceneError
+
+_TYPES = {
+    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1",
+    "short": "i2", "int16": "i2", "ushort": "u2", "uint16": "u2",
+    "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
+    "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
+}  # fmt: skip
+_BYTE_ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
+_MAX_HEADER = 1 << 20  # bytes; real headers have 2 KiB, so a megabyte without an end is no header
+_UP = re.compile(r"\b(?:vertical|up)[ _-]?axis\s*[:=]?\s*([+-]?)([xyz])\b", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Element:
+    """One table of the file.
+
+    Attributes:
+        name: "vertex", "face", "chunk", ...
+        count: number of rows, >= 0; only a claim until held against the size of the file.
+        dtype: one field per scalar property, packed, in the byte order of the file.
+        lists: names of the properties that are lists; with any, the row size varies.
+    """
+
+    name: str
+    count: int
+    dtype: np.dtype[Any]
+    lists: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the scalar properties, in the order of the file."""
+        return self.dtype.names or ()
+
+
+@dataclass(frozen=True)
+class Header:
+    """What a PLY header states.
+
+    Attributes:
+        encoding: "ascii", "binary_little_endian" or "binary_big_endian".
+        elements: in the order of the file.
+        data_offset: byte at which the first row begins.
+        up: axis that a comment names as up, "+x" to "-z", or None.
+    """
+
+    encoding: str
+    elements: tuple[Element, ...]
+    data_offset: int
+    up: str | None
+
+    @property
+    def is_ascii(self) -> bool:
+        """Whether rows are lines of text."""
+        return self.encoding == "ascii"
+
+    def find(self, name: str) -> Element | None:
+        """The element of that name, or None."""
+        return next((element for element in self.elements if element.name == name), None)
+
+
+@dataclass
+class _Draft:
+    """A header while its lines come in."""
+
+    path: Path
+    encoding: str = ""
+    elements: list[Element] = field(default_factory=list)
+    properties: list[tuple[str, str]] = field(default_factory=list)  # of the element being read
+    lists: list[str] = field(default_factory=list)
+    up: str | None = None
+
+    def close_element(self) -> None:
+        """Give the element read last its properties."""
+        if self.elements:
+            last = self.elements.pop()
+            dtype = np.dtype(list(self.properties))
+            self.elements.append(Element(last.name, last.count, dtype, tuple(self.lists)))
+        self.properties, self.lists = [], []
+
+
+def parse_header(file: BinaryIO, path: Path) -> Header:
+    """Read the header of a PLY file that stands at its first byte.
+
+    Lines may end in LF, CR LF or CR.
+
+    Raises:
+        SceneError: if the header has no end or a line of it cannot be understood; names the line.
+    """
+    begin = file.read(_MAX_HEADER)
+    newline = b"\r\n" if begin.startswith(b"ply\r\n") else begin[3:4]
+    end = begin.find(newline + b"end_header" + newline)
+    if end < 0:
+        raise SceneError(
+            path, "the header has no 'end_header' line; the file is cut off or damaged: get it again"
+        )
+    draft = _Draft(path)
+    for line in begin[:end].decode("latin-1").split(newline.decode())[1:]:
+        _read_line(draft, line)
+    draft.close_element()
+    if not draft.encoding:
+        raise SceneError(path, "the header has no 'format' line; the file is damaged: get it again")
+    offset = end + 2 * len(newline) + len(b"end_header")
+    return Header(draft.encoding, tuple(draft.elements), offset, draft.up)
+
+
+def _read_line(draft: _Draft, line: str) -> None:
+    """Add what one header line says."""
+    match line.split():
+        case []:
+            pass
+        case ["comment" | "obj_info", *_]:
+            if axis := _UP.search(line):
+                draft.up = (axis[1] or "+") + axis[2].lower()
+        case ["format", encoding, _] if encoding in _BYTE_ORDERS and not draft.elements:
+            draft.encoding = encoding
+        case ["element", name, count]:
+            draft.close_element()
+            draft.elements.append(Element(name, _read_count(draft.path, name, count), np.dtype([])))
+        case ["property", "list", _, _, name] if draft.elements:
+            draft.lists.append(name)
+        case ["property", type_name, name] if draft.elements:
+            _add_property(draft, type_name, name)
+        case _:
+            raise SceneError(
+                draft.path, f"the header line {line[:80]!r} is not PLY; the file is damaged: get it again"
+            )
+
+
+def _read_count(path: Path, name: str, count: str) -> int:
+    """The number of rows of an element."""
+    if not (count.isascii() and count.isdigit()):
+        raise SceneError(
+            path, f"element {name!r} must have a whole number of rows, got {count[:40]!r}; export it again"
+        )
+    return int(count[:40])
+
+
+def _add_property(draft: _Draft, type_name: str, name: str) -> None:
+    """Add one scalar column to the element being read."""
+    if type_name not in _TYPES:
+        known = ", ".join(t for t in _TYPES if not t[-1].isdigit())
+        raise SceneError(
+            draft.path, f"property {name!r} has the unknown type {type_name!r}; write it as one of {known}"
+        )
+    if any(name == other for other, _ in draft.properties):
+        raise SceneError(draft.path, f"property {name!r} stands twice in the header; export it again")
+    order = _BYTE_ORDERS.get(draft.encoding, "=")
+    draft.properties.append((name, "f8" if draft.encoding == "ascii" else order + _TYPES[type_name]))

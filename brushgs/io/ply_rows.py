@@ -1,0 +1,171 @@
+"""Rows of one element of a PLY file, block by block, in any of the three encodings.
+
+A block is a structured array with one field per scalar property. Blocks of a few hundred KiB are
+read into a buffer that is used again, so a file never lies in memory beside what is made of it, and
+what follows finds the block still in the cache.
+"""
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+from typing import BinaryIO, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError, SceneWarning
+from brushgs.io.ply_header import Element, Header
+
+
+class Rows(Protocol):
+    """Reads rows of one element; a block holds until the next call of `read`."""
+
+    def read(self, start: int, stop: int) -> NDArray[np.void]:
+        """Rows `start` to `stop`, the last not included."""
+
+
+def check_size(path: Path, header: Header, element: Element, size: int) -> None:
+    """Hold the counts of a header against the size of the file, before memory is asked for.
+
+    Args:
+        path: the file, for the message.
+        header: its header.
+        element: the element that will be read.
+        size: bytes of the whole file.
+
+    Raises:
+        SceneError: if the file is too short for the rows of `element`; says how many are whole and
+            how many bytes are missing.
+    """
+    if header.is_ascii:
+        # Every value takes a digit and a blank or newline; the last newline may be missing.
+        start, row_size = header.data_offset, max(2 * len(element.names), 1)
+        size += 1
+    else:
+        start, row_size = data_start(path, header, element), element.dtype.itemsize
+    missing = start + element.count * row_size - size
+    if missing > 0:
+        whole = max(size - start, 0) // max(row_size, 1)
+        at_least = "at least " if header.is_ascii else ""
+        raise SceneError(
+            path,
+            f"is cut off: of {element.count} rows of element {element.name!r} {whole} are whole and"
+            f" {at_least}{missing} bytes are missing; copy or export it again",
+        )
+
+
+def warn_of_surplus(path: Path, header: Header, size: int) -> None:
+    """Warn of bytes that no element accounts for: the sign of a count or a transfer gone wrong."""
+    if header.is_ascii or any(element.lists for element in header.elements):
+        return
+    end = header.data_offset + sum(element.count * element.dtype.itemsize for element in header.elements)
+    if size > end:
+        message = f"{path}: {size - end} bytes after the last row were left out"
+        doubt = "if the picture looks wrong, the file was changed in transfer: get it again in binary mode"
+        warnings.warn(SceneWarning(f"{message}; {doubt}"), stacklevel=4)
+
+
+def data_start(path: Path, header: Header, element: Element) -> int:
+    """Byte at which the rows of an element of a binary file begin.
+
+    Raises:
+        SceneError: if a list, whose length only its data tells, stands before or in the element.
+    """
+    start = header.data_offset
+    for other in header.elements:
+        if other.lists and (other.count or other is element):
+            place = "in" if other is element else "before"
+            raise SceneError(
+                path,
+                f"has the list property {other.lists[0]!r} of element {other.name!r} {place} element"
+                f" {element.name!r}, so its rows cannot be found; export it without lists",
+            )
+        if other is element:
+            break
+        start += other.count * other.dtype.itemsize
+    return start
+
+
+@contextmanager
+def open_rows(path: Path, header: Header, element: Element, block_rows: int) -> Iterator[Rows]:
+    """A reader of the rows of `element`, at most `block_rows` at a time.
+
+    It has a file object of its own, so readers in several threads do not meet. An ASCII reader must
+    be asked for rows in order.
+    """
+    with path.open("rb", buffering=-1 if header.is_ascii else 0) as file:
+        if header.is_ascii:
+            yield _AsciiRows(path, file, header, element)
+        else:
+            yield _BinaryRows(path, file, header, element, block_rows)
+
+
+class _BinaryRows:
+    def __init__(self, path: Path, file: BinaryIO, header: Header, element: Element, block_rows: int) -> None:
+        self._path, self._file, self._element = path, file, element
+        self._start = data_start(path, header, element)
+        self._buffer = np.empty(block_rows, dtype=element.dtype)
+
+    def read(self, start: int, stop: int) -> NDArray[np.void]:
+        row_size = self._element.dtype.itemsize
+        self._file.seek(self._start + start * row_size)
+        block = self._buffer[: stop - start]
+        target = memoryview(block.view(np.uint8).data)
+        done = 0
+        while done < len(target):
+            count = self._file.readinto(target[done:])  # type: ignore[attr-defined]
+            if not count:
+                raise SceneError(self._path, "became shorter while it was read; load it when it is complete")
+            done += count
+        return block
+
+
+class _AsciiRows:
+    def __init__(self, path: Path, file: BinaryIO, header: Header, element: Element) -> None:
+        self._path, self._element, self._next = path, element, 0
+        file.seek(header.data_offset)
+        self._lines = (line for line in file if not line.isspace())
+        for other in header.elements:
+            if other is element:
+                break
+            for _ in islice(self._lines, other.count):
+                pass
+
+    def read(self, start: int, stop: int) -> NDArray[np.void]:
+        assert start == self._next, "lines of text can only be read in order"
+        self._next = stop
+        lines = list(islice(self._lines, stop - start))
+        if len(lines) < stop - start:
+            raise SceneError(
+                self._path,
+                f"is cut off: it ends after row {start + len(lines)} of {self._element.count} rows of"
+                f" element {self._element.name!r}; copy or export it again",
+            )
+        width = len(self._element.names)
+        tokens = b" ".join(lines).split()
+        try:
+            values = np.array(list(map(float, tokens)))
+        except ValueError:
+            raise self._find_fault(lines, start) from None
+        if len(values) != width * len(lines):
+            raise self._find_fault(lines, start)
+        return values.view(self._element.dtype)
+
+    def _find_fault(self, lines: list[bytes], start: int) -> SceneError:
+        """What is wrong with the first line that is not a row of numbers."""
+        names = self._element.names
+        for row, line in enumerate(lines, start):
+            tokens = line.split()
+            if len(tokens) != len(names):
+                fault = f"has {len(tokens)} values where the header names {len(names)} properties"
+                return SceneError(self._path, f"row {row} {fault}; export it again")
+            for name, token in zip(names, tokens, strict=True):
+                try:
+                    float(token)
+                except ValueError:
+                    text = token[:40].decode("latin-1")
+                    fault = f"has {text!r} in column {name!r}, which is not a number"
+                    return SceneError(self._path, f"row {row} {fault}; export it again")
+        raise AssertionError("no line at fault")

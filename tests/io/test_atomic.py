@@ -1,0 +1,70 @@
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from brushgs import SceneError
+from brushgs.io.atomic import replacing
+
+
+def test_the_file_appears_whole_and_nothing_else_is_left(tmp_path: Path) -> None:
+    target = tmp_path / "a.png"
+    with replacing(target) as temporary:
+        temporary.write_text("new")
+        assert not target.exists()
+        assert (temporary.parent, temporary.suffix) == (tmp_path, ".png")
+    assert target.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+def test_after_a_failure_the_old_file_stands_and_nothing_else(
+    tmp_path: Path, error: type[BaseException]
+) -> None:
+    target = tmp_path / "a.png"
+    target.write_text("old")
+
+    def fail() -> None:
+        with replacing(target) as temporary:
+            temporary.write_text("half")
+            raise error
+
+    with pytest.raises(error):
+        fail()
+    assert target.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_new_file_has_the_usual_rights(tmp_path: Path) -> None:
+    (tmp_path / "plain").write_text("")
+    with replacing(tmp_path / "a.png"):
+        pass
+    rights = [stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("plain", "a.png")]
+    assert rights[0] == rights[1]
+
+
+def test_a_link_stays_a_link(tmp_path: Path) -> None:
+    (tmp_path / "real.png").write_text("old")
+    (tmp_path / "link.png").symlink_to(tmp_path / "real.png")
+    with replacing(tmp_path / "link.png") as temporary:
+        temporary.write_text("new")
+    assert (tmp_path / "link.png").is_symlink()
+    assert (tmp_path / "real.png").read_text() == "new"
+
+
+@pytest.mark.parametrize("name", [".", os.devnull])
+def test_folders_and_devices_are_not_replaced(tmp_path: Path, name: str) -> None:
+    with pytest.raises(SceneError, match="is not a regular file and cannot be replaced; choose another name"):
+        replacing(tmp_path / name).__enter__()
+
+
+def test_a_missing_folder_is_named(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"the folder .*nowhere does not exist; create it first"):
+        replacing(tmp_path / "nowhere" / "a.png").__enter__()
+
+
+def test_a_folder_that_cannot_be_written_to_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(SceneError, match=r"cannot be written \(Not a directory\); choose another folder"):
+        replacing(tmp_path / "file" / "a.png").__enter__()

@@ -1,0 +1,259 @@
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs.io.identify
+from brushgs import SceneError
+from brushgs.io import load
+from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
+
+FACES = (b"element face 2\nproperty list uchar int vertex_indices\n", (b"\x03" + b"\0" * 12) * 2)
+
+
+def refuse(path: Path, sentence: str) -> None:
+    """Loading must fail with this sentence, which begins with the path and is a single line."""
+    with pytest.raises(SceneError, match=sentence) as caught:
+        load(path)
+    assert caught.value.path == path
+    assert str(caught.value).startswith(f"{path}: ")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_file(tmp_path: Path) -> None:
+    refuse(tmp_path / "a.ply", "there is no such file; check the path")
+
+
+def test_a_folder(tmp_path: Path) -> None:
+    refuse(tmp_path, r"is a folder; name the \.ply file inside it")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
+def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
+    path = write_scene(tmp_path / "a.ply", scene_columns(3))
+    path.chmod(0)
+    refuse(path, "may not be read; change its permissions")
+
+
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [
+        (PermissionError(13, "Permission denied"), "may not be read"),
+        (OSError(5, "I/O error"), r"\(I/O error\)"),
+    ],
+)
+def test_errors_of_the_system_are_told_in_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: OSError, sentence: str
+) -> None:
+    def fail(*args: object, **kwargs: object) -> None:
+        raise error
+
+    monkeypatch.setattr(brushgs.io.identify.Path, "open", fail)
+    refuse(tmp_path / "a.ply", sentence)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "sentence"),
+    [
+        ("a.ply", b"", "is empty; copy or download it again"),
+        (
+            "a.ply",
+            b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n",
+            "LFS pointer.* run 'git lfs pull'",
+        ),
+        ("a.ply", b"<!DOCTYPE html><html>", "is a web page or XML, not a scene"),
+        ("a.ply", b"\xef\xbb\xbf\n<html>", "is a web page or XML, not a scene"),
+        (
+            "a.sog",
+            b"PK\x03\x04abc",
+            r"is a zip bundle .*; convert it to \.ply first, for example with SuperSplat",
+        ),
+        ("a.spz", b"\x1f\x8b\x08", r"is gzip data .*; convert it to \.ply first"),
+        ("a.spz", b"NGSP\x04", r"is an \.spz scene, which is not read; convert it"),
+        ("a.glb", b"glTF\x02", r"is a glTF model.*; export the splats as \.ply"),
+        ("a.splat", b"\0" * 64, r"is a \.splat scene, which is not read; convert it"),
+        ("a.KSPLAT", b"\0" * 64, r"is a \.ksplat scene, which is not read; convert it"),
+        (
+            "a.ply",
+            b"\0" * 64,
+            r"is not a PLY file: it must begin with 'ply', got b'.*'; export the scene as \.ply",
+        ),
+        ("a.ply", b"plywood", "is not a PLY file"),
+    ],
+)
+def test_a_file_of_another_kind_is_named(tmp_path: Path, name: str, content: bytes, sentence: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(content)
+    refuse(path, sentence)
+
+
+def test_a_ply_under_another_name_is_read(tmp_path: Path) -> None:
+    assert len(load(write_scene(tmp_path / "a.splat", scene_columns(3)))) == 3
+
+
+HEAD = "ply\nformat binary_little_endian 1.0\n"
+
+
+@pytest.mark.parametrize(
+    ("header", "sentence"),
+    [
+        ("ply\nformat ascii 1.0\nelement vertex 1\n", "the header has no 'end_header' line; .* get it again"),
+        ("ply\nelement vertex 1\nend_header\n", "the header has no 'format' line; .* get it again"),
+        ("ply\nformat middle_endian 1.0\nend_header\n", "header line 'format middle_endian 1.0' is not PLY"),
+        (HEAD + "property float x\nend_header\n", "header line 'property float x' is not PLY"),
+        (
+            HEAD + "element vertex 1\nsomething\nend_header\n",
+            "header line 'something' is not PLY; the file is damaged",
+        ),
+        (
+            HEAD + "element vertex -1\nend_header\n",
+            "element 'vertex' must have a whole number of rows, got '-1'",
+        ),
+        (
+            HEAD + "element vertex 1e18\nend_header\n",
+            "must have a whole number of rows, got '1e18'; export it again",
+        ),
+        (HEAD + "element vertex many\nend_header\n", "must have a whole number of rows, got 'many'"),
+        (
+            HEAD + "element vertex 1\nproperty quad x\nend_header\n",
+            "'x' has the unknown type 'quad'; write .* double",
+        ),
+        (
+            HEAD + "element vertex 1\n" + "property float x\n" * 2 + "end_header\n",
+            "'x' stands twice in the header",
+        ),
+        (
+            HEAD + "element points 1\nproperty float x\nend_header\n",
+            "no element 'vertex' among: points; export it",
+        ),
+        (HEAD + "end_header\n", "no element 'vertex' among: none"),
+        (
+            HEAD + "element vertex 0\nproperty float x\nend_header\n",
+            "holds no Gaussians: .* 'element vertex 0'",
+        ),
+    ],
+)
+def test_a_header_that_makes_no_sense(tmp_path: Path, header: str, sentence: str) -> None:
+    path = tmp_path / "a.ply"
+    path.write_text(header)
+    refuse(path, sentence)
+
+
+@pytest.mark.parametrize("count", [10**18, 10**30, 1_500_000_000])
+@pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian"])
+def test_an_absurd_count_is_refused_before_memory_is_asked_for(
+    tmp_path: Path, count: int, encoding: str
+) -> None:
+    path = write_scene(tmp_path / "a.ply", scene_columns(3), encoding, count=count)
+    refuse(
+        path, rf"is cut off: of {count} rows of element 'vertex' \d+ are whole and .*\d+ bytes are missing"
+    )
+
+
+@pytest.mark.parametrize("encoding", ["binary_little_endian", "binary_big_endian"])
+def test_a_binary_file_cut_off_says_how_many_rows_and_bytes(tmp_path: Path, encoding: str) -> None:
+    path = write_scene(tmp_path / "a.ply", scene_columns(50), encoding)
+    path.write_bytes(path.read_bytes()[:-75])  # a row has 17 * 4 = 68 bytes
+    refuse(
+        path, "of 50 rows of element 'vertex' 48 are whole and 75 bytes are missing; copy or export it again"
+    )
+
+
+def test_an_ascii_file_cut_off_says_after_which_row(tmp_path: Path) -> None:
+    path = write_scene(tmp_path / "a.ply", scene_columns(50), "ascii")
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join(lines[:-3]))
+    refuse(path, "is cut off: it ends after row 47 of 50 rows of element 'vertex'; copy or export it again")
+
+
+def test_a_word_in_an_ascii_file_is_named_with_row_and_column(tmp_path: Path) -> None:
+    path = write_scene(tmp_path / "a.ply", scene_columns(50), "ascii")
+    lines = path.read_text().splitlines()
+    begin = lines.index("end_header") + 1
+    tokens = lines[begin + 12].split()
+    tokens[2] = "1,5"
+    lines[begin + 12] = " ".join(tokens)
+    path.write_text("\n".join(lines))
+    refuse(path, "row 12 has '1,5' in column 'z', which is not a number; export it again")
+
+
+@pytest.mark.parametrize(("change", "found"), [(" 1.0", 18), ("", 16)])
+def test_an_ascii_row_of_another_length_is_named(tmp_path: Path, change: str, found: int) -> None:
+    path = write_scene(tmp_path / "a.ply", scene_columns(50), "ascii")
+    lines = path.read_text().splitlines()
+    row = lines.index("end_header") + 1 + 7
+    lines[row] = lines[row] + change if change else " ".join(lines[row].split()[:-1])
+    path.write_text("\n".join(lines))
+    refuse(path, f"row 7 has {found} values where the header names 17 properties; export it again")
+
+
+def test_a_file_that_shrinks_while_it_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write_scene(tmp_path / "a.ply", scene_columns(50))
+    monkeypatch.setattr(
+        "brushgs.io.inria_ply.check_size", lambda *args: path.write_bytes(path.read_bytes()[:-75])
+    )
+    refuse(path, "became shorter while it was read; load it when it is complete")
+
+
+def test_a_mesh(tmp_path: Path) -> None:
+    vertex = element_bytes("vertex", {name: np.zeros(3) for name in "xyz"})
+    refuse(
+        write_ply_file(tmp_path / "a.ply", [vertex, FACES]),
+        r"is a mesh \(2 faces\), not a 3D Gaussian scene; train",
+    )
+
+
+def test_a_plain_point_cloud(tmp_path: Path) -> None:
+    columns = {name: np.zeros(3) for name in ("x", "y", "z", "red", "green", "blue")}
+    path = write_scene(tmp_path / "a.ply", columns, types={"red": "uchar", "green": "uchar", "blue": "uchar"})
+    refuse(path, "is a plain point cloud without scales and rotations; train it as a 3DGS scene first")
+
+
+@pytest.mark.parametrize("name", ["x", "f_dc_1", "opacity", "scale_2", "rot_3"])
+def test_a_missing_property_is_named(tmp_path: Path, name: str) -> None:
+    columns = scene_columns(3)
+    del columns[name]
+    path = write_scene(tmp_path / "a.ply", columns)
+    refuse(path, f"no property '{name}' among 16 read; export it as a 3D Gaussian scene")
+
+
+def test_a_property_that_is_a_list(tmp_path: Path) -> None:
+    columns = scene_columns(3)
+    del columns["rot_0"]
+    header, data = element_bytes("vertex", columns)
+    path = write_ply_file(tmp_path / "a.ply", [(header + b"property list uchar float rot_0\n", data)])
+    refuse(path, "property 'rot_0' is a list; export it as a 3D Gaussian scene")
+
+
+@pytest.mark.parametrize(("place", "elements"), [("before", 2), ("in", 1)])
+def test_a_list_before_or_in_the_gaussians_is_refused_by_name(
+    tmp_path: Path, place: str, elements: int
+) -> None:
+    header, data = element_bytes("vertex", scene_columns(3))
+    if place == "in":
+        header += b"property list uchar int vertex_indices\n"
+    path = write_ply_file(tmp_path / "a.ply", [FACES, (header, data)][-elements:])
+    other = "face" if place == "before" else "vertex"
+    what = f"the list property 'vertex_indices' of element '{other}' {place} element 'vertex'"
+    refuse(path, f"{what}, so its rows cannot be found; export it without lists")
+
+
+@pytest.mark.parametrize("count", [3, 10, 44, 72])
+def test_f_rest_that_are_no_whole_bands(tmp_path: Path, count: int) -> None:
+    columns = scene_columns(3)
+    columns.update({f"f_rest_{index}": np.zeros(3) for index in range(count)})
+    refuse(
+        write_scene(tmp_path / "a.ply", columns),
+        rf"must have 0, 9, 24 or 45 f_rest .*, got {count}; export it",
+    )
+
+
+def test_f_rest_with_a_gap(tmp_path: Path) -> None:
+    columns = scene_columns(3, degree=1)
+    columns["f_rest_11"] = columns.pop("f_rest_4")
+    refuse(
+        write_scene(tmp_path / "a.ply", columns),
+        re.escape("got 9 and no 'f_rest_4'; export it with whole bands"),
+    )

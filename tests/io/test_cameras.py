@@ -1,0 +1,194 @@
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from brushgs import Camera, SceneError, SceneWarning
+from brushgs.io import load_cameras
+
+# A camera at (1, 2, 3) that looks along world +x; its picture has world +z up.
+FORWARD, RIGHT, UP = np.array([1.0, 0, 0]), np.array([0, -1.0, 0]), np.array([0, 0, 1.0])
+POSITION = [1.0, 2.0, 3.0]
+CV_ROTATION = np.stack([RIGHT, -UP, FORWARD], 1).tolist()  # world from camera; x right, y down, z forward
+GL_MATRIX = np.eye(4)
+GL_MATRIX[:3] = np.stack([RIGHT, UP, -FORWARD, np.array(POSITION)], 1)  # x right, y up, z backward
+
+INRIA = {
+    "id": 0,
+    "width": 640,
+    "height": 480,
+    "position": POSITION,
+    "rotation": CV_ROTATION,
+    "fx": 500,
+    "fy": 510,
+}
+BLENDER = {"camera_angle_x": 2 * np.arctan(0.5), "frames": [{"transform_matrix": GL_MATRIX.tolist()}]}
+NERFSTUDIO = {
+    "w": 640, "h": 480, "fl_x": 500, "fl_y": 510, "cx": 300, "cy": 250, "camera_model": "OPENCV",
+    "frames": [{"file_path": "a.jpg", "transform_matrix": GL_MATRIX.tolist()}],
+}  # fmt: skip
+CAMERA_PATH = {
+    "render_width": 640, "render_height": 480, "camera_type": "perspective",
+    "camera_path": [{"camera_to_world": GL_MATRIX.ravel().tolist(), "fov": 90.0, "aspect": 1.0}],
+}  # fmt: skip
+FILES = {"inria": [INRIA], "blender": BLENDER, "nerfstudio": NERFSTUDIO, "camera_path": CAMERA_PATH}
+
+
+def write(tmp_path: Path, content: object) -> Path:
+    path = tmp_path / "cameras.json"
+    path.write_text(json.dumps(content))
+    return path
+
+
+def load_one(tmp_path: Path, content: object) -> Camera:
+    (camera,) = load_cameras(write(tmp_path, content))
+    return camera
+
+
+def changed(content: Any, **fields: object) -> Any:
+    """A copy of the content of a file with other fields in its only frame."""
+    content = json.loads(json.dumps(content))
+    frame = (
+        content[0]
+        if isinstance(content, list)
+        else content[next(k for k in content if k in ("frames", "camera_path"))][0]
+    )
+    frame.update(fields)
+    return content
+
+
+@pytest.mark.parametrize("kind", FILES)
+def test_every_kind_of_file_gives_the_same_pose(tmp_path: Path, kind: str) -> None:
+    camera = load_one(tmp_path, FILES[kind])
+    np.testing.assert_allclose(camera.position, POSITION, atol=1e-12)
+    np.testing.assert_allclose(camera.viewmat[:3, :3], [RIGHT, -UP, FORWARD], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("kind", "K", "size"),
+    [
+        ("inria", (500, 510, 320, 240), (640, 480)),
+        ("blender", (800, 800, 400, 400), (800, 800)),
+        ("nerfstudio", (500, 510, 300, 250), (640, 480)),
+        ("camera_path", (240, 240, 320, 240), (640, 480)),
+    ],
+)
+def test_every_kind_of_file_gives_its_intrinsics(
+    tmp_path: Path, kind: str, K: tuple[float, ...], size: tuple[int, int]
+) -> None:
+    camera = load_one(tmp_path, FILES[kind])
+    assert (camera.K[0, 0], camera.K[1, 1], camera.K[0, 2], camera.K[1, 2]) == pytest.approx(K)
+    assert (camera.width, camera.height) == size
+
+
+def test_intrinsics_of_a_frame_go_before_those_of_the_file(tmp_path: Path) -> None:
+    camera = load_one(tmp_path, changed(NERFSTUDIO, fl_x=700.0, w=100))
+    assert (camera.K[0, 0], camera.width, camera.height) == (700, 100, 480)
+
+
+def test_a_missing_principal_point_is_the_middle_and_a_missing_fl_y_is_fl_x(tmp_path: Path) -> None:
+    content = {k: v for k, v in NERFSTUDIO.items() if k not in ("cx", "cy", "fl_y")}
+    assert load_one(tmp_path, content).K.tolist() == [[500, 0, 320], [0, 500, 240], [0, 0, 1]]
+
+
+def test_a_vertical_angle_is_used_where_there_is_no_fl_y(tmp_path: Path) -> None:
+    camera = load_one(tmp_path, BLENDER | {"camera_angle_y": np.pi / 2, "w": 640, "h": 480})
+    assert (camera.K[0, 0], camera.K[1, 1]) == pytest.approx((640, 240))
+
+
+def test_a_matrix_may_have_three_rows(tmp_path: Path) -> None:
+    camera = load_one(tmp_path, changed(BLENDER, transform_matrix=GL_MATRIX[:3].tolist()))
+    np.testing.assert_allclose(camera.position, POSITION)
+
+
+def test_cameras_keep_the_order_of_the_file(tmp_path: Path) -> None:
+    content = [INRIA | {"id": 9 - i, "img_name": str(9 - i), "position": [i, 0, 0]} for i in range(5)]
+    positions = [camera.position[0] for camera in load_cameras(write(tmp_path, content))]
+    assert positions == pytest.approx([0, 1, 2, 3, 4])
+
+
+def test_rounded_rotations_become_rotations(tmp_path: Path) -> None:
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    camera = load_one(tmp_path, changed([INRIA], rotation=np.round(turn, 3).tolist()))
+    rotation = camera.viewmat[:3, :3]
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(rotation.T, turn, atol=2e-3)
+
+
+@pytest.mark.parametrize(("model", "name"), [("OPENCV", "OPENCV"), ("OPENCV_FISHEYE", "OPENCV_FISHEYE")])
+def test_distortion_is_left_out_with_one_warning(tmp_path: Path, model: str, name: str) -> None:
+    content = NERFSTUDIO | {"camera_model": model, "k1": 0.1, "k2": 0.0, "p2": -0.02}
+    what = rf"cameras\.json: the distortion of camera model {name} was left out \(k1 = 0\.1, p2 = -0\.02\)"
+    with pytest.warns(SceneWarning, match=what) as caught:
+        load_cameras(write(tmp_path, content))
+    assert len(caught) == 1
+
+
+def test_distortion_in_a_frame_is_told_too(tmp_path: Path) -> None:
+    with pytest.warns(SceneWarning, match=r"left out \(k1 = 1\)"):
+        load_cameras(write(tmp_path, changed(NERFSTUDIO, k1=1)))
+
+
+def test_a_file_without_distortion_gives_no_warning(tmp_path: Path) -> None:
+    load_cameras(write(tmp_path, NERFSTUDIO | {"k1": 0.0, "p1": 0}))
+
+
+def test_a_missing_file(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"nothing\.json: there is no such file; check the path"):
+        load_cameras(tmp_path / "nothing.json")
+
+
+def test_a_folder(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"cannot be read \(Is a directory\); check the path"):
+        load_cameras(tmp_path)
+
+
+@pytest.mark.parametrize("content", [b"{", b"\xff\xfe", b"[" * 100_000, b""])
+def test_a_file_that_is_not_json(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "cameras.json"
+    path.write_bytes(content)
+    with pytest.raises(SceneError, match=r"is not JSON .*; give a cameras\.json or transforms\.json"):
+        load_cameras(path)
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (3, "is no camera file: it has neither a list of cameras, 'frames' nor 'camera_path'"),
+        ({"a": 1}, "is no camera file"),
+        ([], "holds no cameras; export it again"),
+        ({"frames": {}}, "holds no cameras"),
+        ([INRIA, 3], "frame 1: must be an object, got 3"),
+        ([INRIA, {}], "frame 1: no field 'width'; export the cameras again"),
+        ([INRIA, INRIA | {"fx": "wide"}], "frame 1: 'fx' must be a finite number, got \"wide\""),
+        ([INRIA, INRIA | {"fx": True}], "frame 1: 'fx' must be a finite number, got true"),
+        ([INRIA | {"fy": float("nan")}], "frame 0: 'fy' must be a finite number, got NaN"),
+        ([INRIA | {"height": -480}], "frame 0: 'height' must be above 0, got -480"),
+        ([INRIA | {"width": 0.4}], "frame 0: Camera: size must be at least 1x1, got 0x480"),
+        ([INRIA | {"position": [1, 2]}], r"frame 0: 'position' must hold 3 finite numbers, got \[1, 2\]"),
+        ([INRIA | {"position": [1, 2, "x"]}], "frame 0: 'position' must hold numbers only"),
+        ([INRIA | {"rotation": (2 * np.eye(3)).tolist()}], "must not scale or mirror, got axes 2, 2, 2 long"),
+        ([INRIA | {"rotation": np.diag([1, 1, -1]).tolist()}], "got axes 1, 1, 1 long and mirrored"),
+        (
+            {"frames": [{"transform_matrix": GL_MATRIX.tolist()}]},
+            "frame 0: neither 'fl_x' nor 'camera_angle_x'",
+        ),
+        (BLENDER | {"camera_angle_x": 4}, "frame 0: 'camera_angle_x' must be below half a turn, got 4"),
+        (BLENDER | {"frames": [{}]}, "frame 0: no field 'transform_matrix'; export the cameras again"),
+        (changed(BLENDER, transform_matrix=[1, 2]), "'transform_matrix' must hold 4x4 finite numbers"),
+        (
+            BLENDER | {"camera_model": "EQUIRECTANGULAR"},
+            "camera_model must be a pinhole model such as OPENCV",
+        ),
+        (changed(CAMERA_PATH, fov=180), "frame 0: 'fov' must be below half a turn, got 180"),
+        (CAMERA_PATH | {"camera_type": "equirectangular"}, "frame 0: camera_type must be perspective, got"),
+    ],
+)
+def test_a_field_at_fault_is_named_with_its_frame(tmp_path: Path, content: object, sentence: str) -> None:
+    path = write(tmp_path, content)
+    with pytest.raises(SceneError, match=sentence) as caught:
+        load_cameras(path)
+    assert str(caught.value).startswith(f"{path}: ")

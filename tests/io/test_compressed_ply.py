@@ -1,0 +1,226 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs.io.columns
+from brushgs import SceneError, SceneWarning
+from brushgs.io import load, read_ply
+from tests.io.ply_maker import element_bytes, write_ply_file
+
+SH_C0 = 0.5 / np.sqrt(np.pi)
+PACKED = dict.fromkeys(("packed_position", "packed_rotation", "packed_scale", "packed_color"), "uint")
+
+
+def pack(values: np.ndarray, low: np.ndarray, high: np.ndarray, bits: tuple[int, ...]) -> np.ndarray:
+    """[n, c] values in their ranges -> [n] words, first column in the highest bits."""
+    words = np.zeros(len(values), dtype=np.int64)
+    span = np.where(high > low, high - low, 1)
+    for column, width in enumerate(bits):
+        largest = 2**width - 1
+        words = words << width | np.rint((values - low)[:, column] / span[:, column] * largest).astype(
+            np.int64
+        )
+    return words
+
+
+def pack_quats(quats: np.ndarray) -> np.ndarray:
+    words = np.empty(len(quats), dtype=np.int64)
+    for row, quat in enumerate(quats / np.linalg.norm(quats, axis=1, keepdims=True)):
+        largest = int(np.argmax(np.abs(quat)))
+        small = np.delete(quat * np.sign(quat[largest]), largest)
+        word = largest
+        for value in small:
+            word = word << 10 | int(np.rint((value / np.sqrt(2) + 0.5) * 1023))
+        words[row] = word
+    return words
+
+
+def make(num_rows: int, degree: int = 0, seed: int = 0) -> dict[str, np.ndarray]:
+    rng = np.random.default_rng([20250612, seed])
+    return {
+        "means": rng.normal(size=(num_rows, 3)) * 3,
+        "log_scales": rng.normal(-4, 1, size=(num_rows, 3)),
+        "quats": rng.normal(size=(num_rows, 4)),
+        "colors": rng.normal(0.5, 0.4, size=(num_rows, 3)),
+        "opacities": rng.random(num_rows),
+        "rest": rng.uniform(-3.9, 3.9, size=(num_rows, 3 * ((degree + 1) ** 2 - 1))),
+    }
+
+
+def encode(
+    path: Path,
+    scene: dict[str, np.ndarray],
+    *,
+    color_ranges: bool = True,
+    encoding: str = "binary_little_endian",
+) -> Path:
+    """Write a scene in the compressed layout."""
+    num_rows = len(scene["means"])
+    num_chunks = -(-num_rows // 256)
+    ranges: dict[str, np.ndarray] = {}
+    packed = {}
+    columns = [("means", "packed_position", ["x", "y", "z"], (11, 10, 11))]
+    columns += [("log_scales", "packed_scale", ["scale_x", "scale_y", "scale_z"], (11, 10, 11))]
+    columns += [("colors", "packed_color", ["r", "g", "b"], (8, 8, 8))]
+    for source, target, axes, bits in columns:
+        values = scene[source]
+        parts = [values[256 * i : 256 * (i + 1)] for i in range(num_chunks)]
+        low, high = (np.array([getattr(part, end)(axis=0) for part in parts]) for end in ("min", "max"))
+        if source == "colors" and not color_ranges:
+            low, high, values = np.zeros_like(low), np.ones_like(high), np.clip(values, 0, 1)
+        else:
+            for end, limit in (("min", low), ("max", high)):
+                ranges.update(
+                    {f"{end}_{axis}": limit[:, i].astype(np.float32) for i, axis in enumerate(axes)}
+                )
+        chunk = np.arange(num_rows) // 256
+        packed[target] = pack(values, low[chunk], high[chunk], bits)
+    packed["packed_color"] = packed["packed_color"] << 8 | np.rint(scene["opacities"] * 255).astype(np.int64)
+    packed["packed_rotation"] = pack_quats(scene["quats"])
+    elements = [
+        element_bytes("chunk", ranges, encoding),
+        element_bytes("vertex", {name: packed[name] for name in PACKED}, encoding, PACKED),
+    ]
+    if scene["rest"].shape[1]:
+        names = [f"f_rest_{i}" for i in range(scene["rest"].shape[1])]
+        stored = np.clip((scene["rest"] / 8 + 0.5) * 256, 0, 255).astype(np.uint8)
+        rest = dict(zip(names, stored.T, strict=True))
+        elements.append(element_bytes("sh", rest, encoding, dict.fromkeys(names, "uchar")))
+    return write_ply_file(path, elements, encoding)
+
+
+@pytest.mark.parametrize("num_rows", [1, 256, 257, 5000])
+@pytest.mark.parametrize("color_ranges", [True, False])
+def test_what_is_encoded_is_decoded_within_the_steps_of_the_format(
+    tmp_path: Path, num_rows: int, color_ranges: bool
+) -> None:
+    scene = make(num_rows)
+    gaussians, notes = read_ply(encode(tmp_path / "a.ply", scene, color_ranges=color_ranges))
+    chunk = np.arange(num_rows) // 256
+    for name, actual, bits in (
+        ("means", gaussians.means, (11, 10, 11)),
+        ("log_scales", np.log(gaussians.scales), (11, 10, 11)),
+        ("colors", 0.5 + SH_C0 * gaussians.sh[:, 0], (8, 8, 8)),
+    ):
+        expected = scene[name]
+        span = np.array([np.ptp(expected[chunk == i], axis=0) for i in range(chunk[-1] + 1)])[chunk]
+        if name == "colors" and not color_ranges:
+            expected, span = np.clip(expected, 0, 1), np.ones_like(span)
+        step = span / (2.0 ** np.array(bits) - 1)
+        assert (np.abs(actual - expected) <= 0.5 * step + 2e-6 * (1 + np.abs(expected))).all(), name
+    assert np.abs(gaussians.opacities - scene["opacities"]).max() <= 0.5 / 255 + 1e-6
+    unit = scene["quats"] / np.linalg.norm(scene["quats"], axis=1, keepdims=True)
+    # Half a step of each of three components, and what follows from them for the fourth.
+    assert (1 - np.abs((unit * gaussians.quats).sum(axis=1))).max() < 3e-6
+    np.testing.assert_allclose(np.linalg.norm(gaussians.quats, axis=1), 1, atol=1e-6)
+    assert (notes.format, notes.rows_read) == ("compressed PLY, binary little-endian", num_rows)
+
+
+@pytest.mark.parametrize("largest", range(4))
+def test_every_component_of_a_quaternion_may_be_the_largest(tmp_path: Path, largest: int) -> None:
+    scene = make(1)
+    quat = np.array([0.1, -0.2, 0.3, -0.15])
+    quat[largest] = 0.9
+    scene["quats"] = quat[None] / np.linalg.norm(quat)
+    quats = load(encode(tmp_path / "a.ply", scene)).quats
+    np.testing.assert_allclose(quats, scene["quats"], atol=1e-3)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_spherical_harmonics_come_from_their_own_element(tmp_path: Path, degree: int) -> None:
+    scene = make(700, degree)
+    gaussians, notes = read_ply(encode(tmp_path / "a.ply", scene))
+    num_rest = (degree + 1) ** 2 - 1
+    expected = scene["rest"].reshape(700, 3, num_rest).transpose(0, 2, 1)
+    assert np.abs(gaussians.sh[:, 1:] - expected).max() <= 0.5 * 8 / 256 + 1e-6
+    assert (notes.sh_degree_stored, notes.sh_degree_used) == (degree, degree)
+
+
+def test_the_ends_of_the_range_of_spherical_harmonics_are_exact(tmp_path: Path) -> None:
+    scene = make(2, degree=1)
+    scene["rest"][:] = [[-4], [4]]
+    assert load(encode(tmp_path / "a.ply", scene)).sh[:, 1:].reshape(2, 9).tolist() == [[-4] * 9, [4] * 9]
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary_big_endian"])
+def test_the_other_encodings_read_alike(tmp_path: Path, encoding: str) -> None:
+    scene = make(300, degree=1)
+    first, second = (
+        load(encode(tmp_path / f"{e}.ply", scene, encoding=e)) for e in ("binary_little_endian", encoding)
+    )
+    for name in ("means", "quats", "scales", "opacities", "sh"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
+
+
+def test_threads_do_not_change_what_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = encode(tmp_path / "a.ply", make(10_000, degree=1))
+    monkeypatch.setattr(brushgs.io.columns, "_count_threads", lambda num_rows: 1)
+    one = load(path)
+    monkeypatch.setattr(brushgs.io.columns, "_count_threads", lambda num_rows: 3)
+    three = load(path)
+    for name in ("means", "quats", "scales", "opacities", "sh"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(three, name))
+
+
+def test_a_chunk_with_nan_takes_its_rows_along(tmp_path: Path) -> None:
+    scene = make(600)
+    scene["means"][300] = np.nan
+    with np.errstate(invalid="ignore"):
+        path = encode(tmp_path / "a.ply", scene)
+    with pytest.warns(SceneWarning, match=r"256 of 600 rows .* \(first: row 256, x = nan\)"):
+        assert len(load(path)) == 344
+
+
+def cut(path: Path, old: bytes, new: bytes) -> Path:
+    content = path.read_bytes()
+    assert old in content
+    path.write_bytes(content.replace(old, new, 1))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        (
+            b"uint packed_scale",
+            b"uint packed_other",
+            "no property 'packed_scale' among 4 read; export it again",
+        ),
+        (
+            b"float max_scale_y",
+            b"float maximum_a_y",
+            "no property 'max_scale_y' in element 'chunk'; export it again",
+        ),
+        (b"float max_g", b"float maxig", "no property 'max_g' in element 'chunk'; export it again"),
+        (
+            b"element chunk 3",
+            b"element chunk 2",
+            "must have a chunk for 256 Gaussians, got 2 for 600; export",
+        ),
+        (b"element sh 600", b"element sh 500", "element 'sh' must have 600 rows, got 500; export it again"),
+        (
+            b"element vertex 600",
+            b"element vertex 100000000",
+            "is cut off: of 100000000 rows of element 'vertex'",
+        ),
+        (
+            b"element chunk 3",
+            b"element chunk 300000000",
+            r"is cut off: of \d+ rows of element '(chunk|vertex)'",
+        ),
+    ],
+)
+def test_a_damaged_file_is_refused(tmp_path: Path, old: bytes, new: bytes, sentence: str) -> None:
+    path = cut(encode(tmp_path / "a.ply", make(600, degree=1)), old, new)
+    with pytest.raises(SceneError, match=sentence):
+        load(path)
+
+
+def test_a_file_cut_off_in_its_spherical_harmonics_is_refused(tmp_path: Path) -> None:
+    path = encode(tmp_path / "a.ply", make(600, degree=1))
+    path.write_bytes(path.read_bytes()[:-20])
+    with pytest.raises(
+        SceneError, match="of 600 rows of element 'sh' 597 are whole and 20 bytes are missing"
+    ):
+        load(path)

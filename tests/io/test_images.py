@@ -1,0 +1,294 @@
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import brushgs as bg
+from brushgs import Frame, SceneError
+from brushgs.io.images import quantise, read_image, write_frame
+from brushgs.io.srgb import linear_from_srgb, srgb_from_linear
+
+
+def make_frame(height: int = 5, width: int = 7, *, depth: bool = False) -> Frame:
+    """A frame with every kind of alpha: none, full and between."""
+    rng = np.random.default_rng(7)
+    alpha = rng.random((height, width)).astype(np.float32)
+    alpha[0], alpha[1] = 0, 1
+    rgb = (rng.random((height, width, 3)) * alpha[..., None]).astype(np.float32)
+    return Frame(rgb, alpha, 1 + alpha if depth else None)
+
+
+def straight(frame: Frame) -> np.ndarray:
+    with np.errstate(invalid="ignore"):
+        return np.nan_to_num(frame.rgb / frame.alpha[..., None])
+
+
+def png(width: int, height: int, depth: int, kind: int, rows: bytes, extra: bytes = b"") -> bytes:
+    """A PNG made by hand; `rows` begin with a filter byte each."""
+
+    def chunk(name: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+
+    head = struct.pack(">IIBBBBB", width, height, depth, kind, 0, 0, 0)
+    return (
+        b"\x89PNG\r\n\x1a\n"
+        + chunk(b"IHDR", head)
+        + extra
+        + chunk(b"IDAT", zlib.compress(rows))
+        + chunk(b"IEND", b"")
+    )
+
+
+def palette_chunk(colors: bytes) -> bytes:
+    return struct.pack(">I", len(colors)) + b"PLTE" + colors + struct.pack(">I", zlib.crc32(b"PLTE" + colors))
+
+
+# ---- writing
+
+
+@pytest.mark.parametrize(("suffix", "largest"), [(".png", 255), (".tif", 65535), (".tiff", 65535)])
+def test_a_frame_keeps_its_straight_colours_and_alpha(tmp_path: Path, suffix: str, largest: int) -> None:
+    frame = make_frame()
+    write_frame(frame, tmp_path / f"a{suffix}")
+    pixels = read_image(tmp_path / f"a{suffix}")
+    assert pixels.shape == (5, 7, 4)
+    np.testing.assert_allclose(pixels[..., 3], frame.alpha, atol=0.5001 / largest)
+    np.testing.assert_allclose(pixels[..., :3], straight(frame), atol=0.5001 / largest)
+
+
+def test_exr_holds_premultiplied_linear_light_and_depth_as_float(tmp_path: Path) -> None:
+    frame = make_frame(depth=True)
+    write_frame(frame, tmp_path / "a.exr")
+    source = OpenImageIO.ImageInput.open(str(tmp_path / "a.exr"))
+    spec = source.spec()
+    assert spec.channelnames == ("R", "G", "B", "A", "Z")
+    assert (str(spec.format), spec.alpha_channel, spec.z_channel) == ("float", 3, 4)
+    pixels = source.read_image(OpenImageIO.FLOAT)
+    source.close()
+    expected = linear_from_srgb(straight(frame)) * frame.alpha[..., None]
+    np.testing.assert_allclose(pixels[..., :3], expected, atol=1e-6)
+    np.testing.assert_array_equal(pixels[..., 3], frame.alpha)
+    np.testing.assert_array_equal(pixels[..., 4], frame.depth)
+
+
+def test_exr_reads_back_as_display_encoded_straight_colour(tmp_path: Path) -> None:
+    frame = make_frame(depth=True)
+    write_frame(frame, tmp_path / "a.exr")
+    pixels = read_image(tmp_path / "a.exr")
+    assert pixels.shape == (5, 7, 4)
+    np.testing.assert_allclose(pixels[..., :3], straight(frame), atol=1e-5)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr"])
+def test_a_frame_on_a_background_has_no_alpha(tmp_path: Path, suffix: str) -> None:
+    frame = make_frame(depth=True)
+    ground = np.random.default_rng(1).random((5, 7, 3)).astype(np.float32)
+    for background in ((1.0, 0.5, 0.0), ground):
+        write_frame(frame, tmp_path / f"a{suffix}", background=background)
+        pixels = read_image(tmp_path / f"a{suffix}")
+        assert pixels.shape == (5, 7, 3)
+        np.testing.assert_allclose(pixels, frame.over(background), atol=0.5001 / 255)
+
+
+def test_colours_beyond_white_survive_in_exr_and_are_clipped_elsewhere(tmp_path: Path) -> None:
+    frame = Frame(np.full((2, 2, 3), 1.5, np.float32), np.ones((2, 2), np.float32))
+    write_frame(frame, tmp_path / "a.png")
+    assert read_image(tmp_path / "a.png").max() == 1
+    write_frame(frame, tmp_path / "a.exr")
+    source = OpenImageIO.ImageInput.open(str(tmp_path / "a.exr"))
+    assert source.read_image(OpenImageIO.FLOAT)[0, 0, 0] == pytest.approx(((1.5 + 0.055) / 1.055) ** 2.4)
+    source.close()
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr"])
+def test_equal_frames_give_equal_bytes_at_any_time_of_day(
+    tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_frame(make_frame(depth=True), tmp_path / f"a{suffix}")
+    content = (tmp_path / f"a{suffix}").read_bytes()
+    monkeypatch.setenv("TZ", "Pacific/Kiritimati")
+    assert b"20" + b"26:" not in content  # no date of this century is in it
+    write_frame(make_frame(depth=True), tmp_path / f"b{suffix}")
+    assert (tmp_path / f"b{suffix}").read_bytes() == content
+    assert b"0000:00:00 00:00:00" in content or suffix == ".png"
+
+
+@given(st.floats(-0.5, 1.5, width=32))
+def test_halves_are_rounded_up_and_the_rest_is_clipped(value: float) -> None:
+    expected = int(np.floor(np.float32(min(max(value, 0), 1)) * np.float32(255) + np.float32(0.5)))
+    assert quantise(np.array([value], np.float32), np.uint8).tolist() == [expected]
+
+
+def test_half_of_a_step_is_rounded_up() -> None:
+    assert quantise(np.array([0.5 / 255, 1.5 / 255, 0.5]), np.uint8).tolist() == [1, 2, 128]
+
+
+def test_the_sides_of_a_picture_may_be_one_pixel(tmp_path: Path) -> None:
+    for suffix in (".png", ".tif", ".exr"):
+        write_frame(make_frame(2, 1), tmp_path / f"a{suffix}")
+        assert read_image(tmp_path / f"a{suffix}").shape == (2, 1, 4)
+
+
+def test_an_unknown_suffix_is_refused_with_those_known(tmp_path: Path) -> None:
+    with pytest.raises(
+        ValueError, match=r"must end in one of \.png, \.tif, \.tiff, \.exr, got '.*a\.bmp'; change"
+    ):
+        write_frame(make_frame(), tmp_path / "a.bmp")
+
+
+def test_a_background_of_another_size_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"background must have shape \[3\] or \[5, 7, 3\], got \[2, 2, 3\]"):
+        write_frame(make_frame(), tmp_path / "a.png", background=np.zeros((2, 2, 3)))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failed_write_is_told_and_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Broken:
+        def open(self, *args: object) -> bool:
+            return False
+
+        def close(self) -> bool:
+            return True
+
+        def geterror(self) -> str:
+            return "disk full\nmore"
+
+    monkeypatch.setattr(OpenImageIO.ImageOutput, "create", lambda name: Broken())
+    with pytest.raises(SceneError, match=r"a\.png: cannot be written \(disk full\); check the disk"):
+        write_frame(make_frame(), tmp_path / "a.png")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_save_writes_frames_by_suffix(tmp_path: Path) -> None:
+    bg.save(make_frame(), tmp_path / "a.PNG")
+    assert read_image(tmp_path / "a.PNG").shape == (5, 7, 4)
+
+
+# ---- reading
+
+
+def test_straight_colours_are_read_to_the_bit_even_where_alpha_is_zero(tmp_path: Path) -> None:
+    rgba = np.random.default_rng(2).integers(0, 256, (4, 4, 4), dtype=np.uint8)
+    rgba[0, :, 3] = 0
+    rows = b"".join(b"\0" + row.tobytes() for row in rgba)
+    (tmp_path / "a.png").write_bytes(png(4, 4, 8, 6, rows))
+    pixels = read_image(tmp_path / "a.png")
+    assert pixels.dtype == np.float32
+    np.testing.assert_array_equal(np.rint(pixels * 255), rgba)
+
+
+@pytest.mark.parametrize(
+    ("kind", "num_channels", "channels"),
+    [(0, 1, "grey"), (4, 2, "grey and alpha"), (2, 3, "RGB"), (6, 4, "RGBA")],
+)
+@pytest.mark.parametrize("depth", [8, 16])
+def test_png_of_every_kind_and_depth(
+    tmp_path: Path, kind: int, num_channels: int, channels: str, depth: int
+) -> None:
+    largest = 2**depth - 1
+    values = np.random.default_rng(3).integers(0, largest + 1, (3, 5, num_channels))
+    rows = b"".join(b"\0" + row.astype(">u2" if depth == 16 else "u1").tobytes() for row in values)
+    (tmp_path / "a.png").write_bytes(png(5, 3, depth, kind, rows))
+    pixels = read_image(tmp_path / "a.png")
+    assert pixels.shape == (3, 5, num_channels), channels
+    np.testing.assert_allclose(pixels, values / largest, atol=1e-6)
+
+
+def test_png_with_one_bit_and_with_a_palette(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_bytes(png(8, 1, 1, 0, b"\0\xa5"))
+    assert read_image(tmp_path / "a.png")[0, :, 0].tolist() == [1, 0, 1, 0, 0, 1, 0, 1]
+    (tmp_path / "b.png").write_bytes(
+        png(2, 1, 8, 3, b"\0\x01\x00", palette_chunk(bytes([255, 0, 51, 0, 102, 255])))
+    )
+    np.testing.assert_allclose(read_image(tmp_path / "b.png")[0], [[0, 0.4, 1], [1, 0, 0.2]], atol=1e-6)
+
+
+def write_raw(path: Path, pixels: np.ndarray, **attributes: object) -> Path:
+    """A file written by OpenImageIO with its own defaults."""
+    height, width, num_channels = pixels.shape
+    spec = OpenImageIO.ImageSpec(width, height, num_channels, pixels.dtype.name.replace("float32", "float"))
+    for name, value in attributes.items():
+        spec.attribute(name, value)
+    out = OpenImageIO.ImageOutput.create(str(path))
+    assert out.open(str(path), spec), out.geterror()
+    assert out.write_image(pixels), out.geterror()
+    out.close()
+    return path
+
+
+def test_jpeg_is_read_and_turned_upright(tmp_path: Path) -> None:
+    pixels = np.zeros((16, 32, 3), np.uint8)
+    pixels[:, :16] = 255  # the left half is white
+    upright = {
+        1: (0, "left"),
+        3: (0, "right"),
+        6: (1, "top"),
+        8: (1, "bottom"),
+        2: (0, "right"),
+        5: (1, "top"),
+    }
+    for orientation, (is_turned, side) in upright.items():
+        image = read_image(write_raw(tmp_path / "a.jpg", pixels, Orientation=orientation))
+        assert image.shape == ((32, 16, 3) if is_turned else (16, 32, 3)), orientation
+        height, width, _ = image.shape
+        white = {"left": image[:, : width // 2], "right": image[:, width // 2 :]}
+        white |= {"top": image[: height // 2], "bottom": image[height // 2 :]}
+        assert white[side].mean() > 0.95, orientation
+        assert image.mean() < 0.55
+
+
+def test_associated_alpha_is_taken_out(tmp_path: Path) -> None:
+    pixels = np.full((2, 2, 4), 0.25, np.float32)
+    pixels[..., 3] = 0.5
+    image = read_image(write_raw(tmp_path / "a.tif", pixels))
+    np.testing.assert_allclose(image[0, 0], [0.5, 0.5, 0.5, 0.5], atol=1e-6)
+
+
+def test_values_outside_0_to_1_are_clipped(tmp_path: Path) -> None:
+    image = read_image(write_raw(tmp_path / "a.tif", np.array([[[-1.0], [2.0]]], np.float32)))
+    assert image.ravel().tolist() == [0, 1]
+
+
+def test_a_missing_picture(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"a\.png: there is no such picture; check the path"):
+        read_image(tmp_path / "a.png")
+
+
+def test_a_file_that_is_no_picture(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_text("hello")
+    with pytest.raises(SceneError, match=r"cannot be read as a picture \(.*\); convert it to PNG"):
+        read_image(tmp_path / "a.png")
+
+
+def test_a_damaged_picture(tmp_path: Path) -> None:
+    noise = np.random.default_rng(4).integers(0, 256, (64, 64, 3), dtype=np.uint8)
+    content = write_raw(tmp_path / "a.png", noise).read_bytes()
+    (tmp_path / "a.png").write_bytes(content[: len(content) // 2])
+    with pytest.raises(SceneError, match=r"is damaged \(.*\); get it again"):
+        read_image(tmp_path / "a.png")
+
+
+def test_a_picture_with_nan(tmp_path: Path) -> None:
+    path = write_raw(tmp_path / "a.exr", np.full((2, 2, 3), np.nan, np.float32))
+    with pytest.raises(SceneError, match="holds NaN or infinity; write it again with finite values"):
+        read_image(path)
+
+
+def test_a_huge_picture_is_refused_by_its_header(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_bytes(png(10_000, 10_000, 8, 6, b"\0"))
+    with pytest.raises(SceneError, match="must have at most 67108864 pixels, got 10000x10000; scale it down"):
+        read_image(tmp_path / "a.png")
+
+
+# ---- linear light
+
+
+def test_linear_light_and_back() -> None:
+    values = np.linspace(-0.5, 4, 1001)
+    np.testing.assert_allclose(srgb_from_linear(linear_from_srgb(values)), values, atol=1e-6)
+    assert linear_from_srgb(np.array([0.0, 0.5, 1.0])) == pytest.approx([0, 0.21404114, 1])

@@ -1,0 +1,255 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs.io.columns
+import brushgs.io.inria_ply
+from brushgs import Gaussians, SceneError, SceneWarning
+from brushgs.io import load, read_ply
+from tests.io.ply_maker import decoded, element_bytes, scene_columns, write_ply_file, write_scene
+
+# exp and the logistic function in float32: a few units in the last place.
+RTOL = 4 * np.finfo(np.float32).eps
+
+
+def assert_is(gaussians: Gaussians, expected: dict[str, np.ndarray]) -> None:
+    for name, values in expected.items():
+        actual = getattr(gaussians, name)
+        assert actual.dtype == np.float32
+        rtol = RTOL if name in ("scales", "opacities") else 0
+        np.testing.assert_allclose(actual, values, rtol=rtol, atol=0, err_msg=name)
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+@pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_a_scene_reads_as_it_is_defined(tmp_path: Path, degree: int, encoding: str) -> None:
+    columns = scene_columns(50, degree)
+    gaussians, notes = read_ply(write_scene(tmp_path / "a.ply", columns, encoding))
+    assert_is(gaussians, decoded(columns))
+    assert (notes.rows_read, notes.rows_dropped, notes.up) == (50, 0, None)
+    assert (notes.sh_degree_stored, notes.sh_degree_used) == (degree, degree)
+
+
+def test_notes_name_the_format(tmp_path: Path) -> None:
+    path = write_scene(tmp_path / "a.ply", scene_columns(3), "binary_big_endian")
+    assert read_ply(path)[1].format == "PLY, binary big-endian"
+
+
+def test_f_rest_is_stored_channel_by_channel(tmp_path: Path) -> None:
+    columns = scene_columns(2, degree=1)
+    for index in range(9):
+        columns[f"f_rest_{index}"][:] = index + 1
+    sh = load(write_scene(tmp_path / "a.ply", columns)).sh
+    np.testing.assert_array_equal(sh[0, 1:], [[1, 4, 7], [2, 5, 8], [3, 6, 9]])
+
+
+@pytest.mark.parametrize("order", ["alphabetical", "reversed", "shuffled"])
+def test_properties_are_found_by_name_in_any_order(tmp_path: Path, order: str) -> None:
+    columns = scene_columns(50, degree=3)
+    names = {
+        "alphabetical": sorted(columns),
+        "reversed": list(columns)[::-1],
+        "shuffled": np.random.default_rng(5).permutation(list(columns)).tolist(),
+    }[order]
+    path = write_scene(tmp_path / "a.ply", {name: columns[name] for name in names})
+    assert_is(load(path), decoded(columns))
+
+
+def test_normals_may_be_missing_and_extra_properties_of_any_type_are_passed_over(tmp_path: Path) -> None:
+    columns = scene_columns(20, degree=1)
+    expected = decoded(columns)
+    kinds = ["char", "uchar", "short", "ushort", "int", "uint", "double"]
+    mixed = {}
+    for index, (name, values) in enumerate(columns.items()):
+        if name not in ("nx", "ny", "nz"):
+            mixed[name] = values
+            mixed[f"extra_{index}"] = np.arange(20)
+    types = {f"extra_{index}": kinds[index % 7] for index in range(len(columns))}
+    assert_is(load(write_scene(tmp_path / "a.ply", mixed, types=types)), expected)
+
+
+@pytest.mark.parametrize("encoding", ["binary_little_endian", "binary_big_endian"])
+def test_columns_may_be_float64_or_whole_numbers(tmp_path: Path, encoding: str) -> None:
+    columns = scene_columns(20)
+    columns["x"] = np.arange(20) - 7
+    types = {"x": "short", "y": "double", "scale_1": "double", "opacity": "double", "rot_3": "double"}
+    assert_is(load(write_scene(tmp_path / "a.ply", columns, encoding, types)), decoded(columns))
+
+
+@pytest.mark.parametrize("newline", ["\n", "\r\n", "\r"])
+def test_the_header_may_end_its_lines_in_any_way(tmp_path: Path, newline: str) -> None:
+    columns = scene_columns(5)
+    columns["x"] = np.frombuffer(b"\n\r\n\n" * 5, dtype="<f4")  # data that begins like a line end
+    path = write_scene(
+        tmp_path / "a.ply", columns, comments=["comment hello", "obj_info 1 2"], newline=newline
+    )
+    assert_is(load(path), decoded(columns))
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian"])
+def test_elements_before_and_after_the_gaussians_are_passed_over(tmp_path: Path, encoding: str) -> None:
+    columns = scene_columns(5)
+    camera = element_bytes("camera", {"a": np.arange(3.0), "b": np.arange(3)}, encoding, {"b": "uchar"})
+    vertex = element_bytes("vertex", columns, encoding)
+    faces = b"element face 1\nproperty list uchar int vertex_indices\n"
+    data = b"3 0 1 2\n" if encoding == "ascii" else b"\x03" + b"\0" * 12
+    path = write_ply_file(tmp_path / "a.ply", [camera, vertex, (faces, data)], encoding)
+    assert_is(load(path), decoded(columns))
+
+
+def test_blank_lines_in_ascii_are_passed_over(tmp_path: Path) -> None:
+    columns = scene_columns(5)
+    header, data = element_bytes("vertex", columns, "ascii")
+    path = write_ply_file(tmp_path / "a.ply", [(header, b"\n" + data.replace(b"\n", b" \n\n"))], "ascii")
+    assert_is(load(path), decoded(columns))
+
+
+def test_bands_that_are_zero_everywhere_are_left_out(tmp_path: Path) -> None:
+    columns = scene_columns(50, degree=3)
+    full = decoded(columns)["sh"]
+    for used, num_terms in ((2, 9), (1, 4), (0, 1)):
+        for channel in range(3):
+            for term in range(num_terms, 16):
+                columns[f"f_rest_{channel * 15 + term - 1}"][:] = 0
+        gaussians, notes = read_ply(write_scene(tmp_path / "a.ply", columns))
+        assert (notes.sh_degree_stored, notes.sh_degree_used, gaussians.sh_degree) == (3, used, used)
+        np.testing.assert_array_equal(gaussians.sh, full[:, :num_terms])
+
+
+def test_one_value_in_the_last_row_keeps_its_band(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(brushgs.io.inria_ply, "_BLOCK_BYTES", 1000)
+    columns = {k: v * 0 if k.startswith("f_rest") else v for k, v in scene_columns(50, degree=3).items()}
+    columns["f_rest_22"][49] = 1  # green, eighth term: degree 2
+    gaussians, notes = read_ply(write_scene(tmp_path / "a.ply", columns))
+    assert notes.sh_degree_used == 2
+    assert np.flatnonzero(gaussians.sh[:, 1:]).tolist() == [(49 * 8 + 7) * 3 + 1]
+
+
+@pytest.mark.parametrize(
+    ("comment", "up"),
+    [("comment Vertical Axis: z", "+z"), ("comment up axis = -Y", "-y"), ("obj_info up_axis x", "+x")],
+)
+def test_a_comment_may_state_the_axis_that_points_up(tmp_path: Path, comment: str, up: str) -> None:
+    assert read_ply(write_scene(tmp_path / "a.ply", scene_columns(3), comments=[comment]))[1].up == up
+
+
+def test_infinite_logs_that_mean_something_are_read_as_what_they_mean(tmp_path: Path) -> None:
+    columns = scene_columns(3)
+    columns["opacity"][:] = np.inf, -np.inf, 0
+    columns["scale_1"][:] = -np.inf, -200, 0
+    gaussians, notes = read_ply(write_scene(tmp_path / "a.ply", columns))
+    assert gaussians.opacities.tolist() == [1, 0, 0.5]
+    assert gaussians.scales[:, 1].tolist() == [0, 0, 1]
+    assert notes.rows_dropped == 0
+
+
+def test_extreme_logits_are_sound_at_both_ends(tmp_path: Path) -> None:
+    columns = scene_columns(4)
+    columns["opacity"][:] = -80, -20, 20, 120
+    opacities = load(write_scene(tmp_path / "a.ply", columns)).opacities
+    np.testing.assert_allclose(opacities, [np.exp(-80.0), np.exp(-20.0), 1, 1], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("y", np.nan),
+        ("z", np.inf),
+        ("rot_2", -np.inf),
+        ("scale_0", np.inf),
+        ("scale_2", np.nan),
+        ("scale_1", 100),
+        ("opacity", np.nan),
+        ("f_dc_1", np.nan),
+        ("f_rest_40", np.inf),
+    ],
+)
+def test_a_row_that_cannot_be_drawn_is_left_out_and_named(tmp_path: Path, name: str, value: float) -> None:
+    columns = scene_columns(50, degree=3)
+    columns[name][[7, 31]] = value
+    path = write_scene(tmp_path / "a.ply", columns)
+    what = rf"a\.ply: 2 of 50 rows were left out: 2 hold .* \(first: row 7, {name} = {value:g}\)"
+    with pytest.warns(SceneWarning, match=what):
+        gaussians, notes = read_ply(path)
+    assert (notes.rows_read, notes.rows_dropped) == (50, 2)
+    assert_is(gaussians, {k: np.delete(v, [7, 31], axis=0) for k, v in decoded(columns).items()})
+
+
+def test_the_column_at_fault_has_its_name_in_the_file_though_bands_were_left_out(tmp_path: Path) -> None:
+    columns = {k: v * 0 if k.startswith("f_rest") else v for k, v in scene_columns(5, degree=3).items()}
+    columns["f_rest_16"][:] = 1, 1, np.nan, 1, 1  # green, second term of degree 1
+    path = write_scene(tmp_path / "a.ply", columns)
+    with pytest.warns(SceneWarning, match="first: row 2, f_rest_16 = nan"):
+        assert load(path).sh_degree == 1
+
+
+def test_values_beyond_float32_count_as_infinite(tmp_path: Path) -> None:
+    columns = scene_columns(5)
+    columns["x"] = np.array([0, 1e300, 0, 0, 0])
+    path = write_scene(tmp_path / "a.ply", columns, types={"x": "double"})
+    with pytest.warns(SceneWarning, match="1 of 5 rows"):
+        assert len(load(path)) == 4
+
+
+def test_nan_in_a_column_that_is_not_used_does_no_harm(tmp_path: Path) -> None:
+    columns = scene_columns(5)
+    columns["nx"][:] = np.nan
+    assert len(load(write_scene(tmp_path / "a.ply", columns))) == 5
+
+
+def test_padding_rows_are_left_out_and_told_apart_from_broken_ones(tmp_path: Path) -> None:
+    columns = scene_columns(50)
+    for values in columns.values():
+        values[20:40] = 0
+    columns["x"][3] = np.nan
+    path = write_scene(tmp_path / "a.ply", columns)
+    what = r"21 of 50 rows .*: 1 hold .* and 20 have an all-zero rotation, as padding has \(first: row 20\)"
+    with pytest.warns(SceneWarning, match=what):
+        assert len(load(path)) == 29
+
+
+def test_a_rotation_with_w_zero_is_no_padding(tmp_path: Path) -> None:
+    columns = scene_columns(5)
+    columns["rot_0"][:] = 0
+    assert len(load(write_scene(tmp_path / "a.ply", columns))) == 5
+
+
+def test_a_scene_without_one_good_row_is_refused(tmp_path: Path) -> None:
+    columns = scene_columns(5)
+    columns["scale_0"][:] = np.nan
+    path = write_scene(tmp_path / "a.ply", columns)
+    with pytest.raises(
+        SceneError, match=r"a\.ply: no row of 5 can be used: 5 hold .*; export the scene again"
+    ):
+        load(path)
+
+
+@pytest.mark.parametrize("num_threads", [1, 2, 4])
+def test_blocks_and_threads_do_not_change_what_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, num_threads: int
+) -> None:
+    columns = scene_columns(1000, degree=2)
+    bad = np.random.default_rng(1).permutation(1000)[:300]
+    columns["x"][bad[:100]] = np.nan
+    for index in range(4):
+        columns[f"rot_{index}"][bad[100:]] = 0
+    path = write_scene(tmp_path / "a.ply", columns)
+    monkeypatch.setattr(brushgs.io.inria_ply, "_BLOCK_BYTES", 41 * 37)
+    monkeypatch.setattr(brushgs.io.columns, "_count_threads", lambda num_rows: num_threads)
+    first = min(bad[:100])
+    with pytest.warns(
+        SceneWarning, match=rf"300 of 1000 rows .* 100 hold .* \(first: row {first}, x = nan\)"
+    ):
+        gaussians = load(path)
+    assert_is(gaussians, {k: np.delete(v, bad, axis=0) for k, v in decoded(columns).items()})
+
+
+def test_bytes_after_the_last_row_are_left_out_with_a_warning(tmp_path: Path) -> None:
+    columns = scene_columns(5)
+    path = write_scene(tmp_path / "a.ply", columns)
+    path.write_bytes(path.read_bytes() + b"12345")
+    with pytest.warns(
+        SceneWarning, match="5 bytes after the last row were left out; .* get it again in binary"
+    ):
+        assert_is(load(path), decoded(columns))

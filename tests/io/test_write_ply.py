@@ -1,0 +1,150 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+import brushgs as bg
+from brushgs import Gaussians
+from tests.io.ply_maker import scene_columns, write_scene
+
+EPS = np.finfo(np.float32).eps
+
+
+def make(num_rows: int, num_terms: int = 1, seed: int = 0, dtype: type = np.float32) -> Gaussians:
+    rng = np.random.default_rng([20250612, seed])
+    arrays = (
+        rng.normal(size=(num_rows, 3)),
+        rng.normal(size=(num_rows, 4)),
+        np.exp(rng.normal(-4, 2, size=(num_rows, 3))),
+        rng.random(num_rows),
+        rng.normal(size=(num_rows, num_terms, 3)),
+    )
+    return Gaussians(*(array.astype(dtype) for array in arrays))
+
+
+def assert_same(read: Gaussians, written: Gaussians) -> None:
+    """Equal within what float32 logs can tell apart: an error of half an ulp of the log is relative."""
+    for name in ("means", "quats", "sh"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(written, name), err_msg=name)
+    with np.errstate(divide="ignore"):
+        logs = np.clip(np.abs(np.log(written.scales.astype(np.float64))), 1, 104)
+    error = np.abs(read.scales - written.scales.astype(np.float64))
+    assert (error <= 2 * EPS * logs * written.scales + np.finfo(np.float32).smallest_subnormal).all()
+    # d opacity = opacity (1 - opacity) d logit <= 0.25 x ulp(logit): below 0.23 x logit x eps near 0.5.
+    np.testing.assert_allclose(read.opacities, written.opacities, rtol=0, atol=2 * EPS)
+
+
+@pytest.mark.parametrize("num_terms", [1, 4, 9, 16])
+def test_what_is_written_reads_back(tmp_path: Path, num_terms: int) -> None:
+    gaussians = make(1000, num_terms)
+    bg.save(gaussians, tmp_path / "a.ply")
+    assert_same(bg.load(tmp_path / "a.ply"), gaussians)
+
+
+def test_the_layout_is_the_usual_one(tmp_path: Path) -> None:
+    bg.save(make(3, 16), tmp_path / "a.ply")
+    header = (tmp_path / "a.ply").read_bytes().split(b"end_header\n")[0].decode()
+    names = [line.split()[2] for line in header.splitlines() if line.startswith("property float ")]
+    assert names == list(scene_columns(1, degree=3))
+    assert header.startswith("ply\nformat binary_little_endian 1.0\nelement vertex 3\n")
+
+
+def test_a_scene_without_view_dependence_has_no_f_rest(tmp_path: Path) -> None:
+    bg.save(make(3), tmp_path / "a.ply")
+    assert b"f_rest" not in (tmp_path / "a.ply").read_bytes()
+
+
+def test_a_file_in_the_usual_layout_survives_load_and_save_nearly_to_the_bit(tmp_path: Path) -> None:
+    columns = scene_columns(200, degree=2)
+    path = write_scene(tmp_path / "a.ply", columns)
+    bg.save(bg.load(path), tmp_path / "b.ply")
+    before, after = (
+        np.frombuffer(p.read_bytes()[-200 * 41 * 4 :], "<f4") for p in (path, tmp_path / "b.ply")
+    )
+    is_normal = np.tile(np.isin(np.arange(41), (3, 4, 5)), 200)
+    np.testing.assert_allclose(after[~is_normal], before[~is_normal], rtol=1e-6, atol=1e-6)
+
+
+values = st.floats(-1e6, 1e6, width=32)
+quats = st.tuples(*[st.floats(-4, 4, width=32)] * 4).filter(any)
+scales = st.one_of(st.just(0.0), st.floats(0, float(np.finfo(np.float32).max), width=32))
+opacities = st.one_of(st.just(0.0), st.just(1.0), st.floats(0, 1, width=32))
+rows = st.tuples(st.tuples(values, values, values), quats, st.tuples(scales, scales, scales), opacities)
+LARGEST = float(np.finfo(np.float32).max)
+TINIEST = float(np.finfo(np.float32).smallest_subnormal)
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(rows, min_size=1, max_size=5))
+@example([((0, 0, 0), (0, 0, 0, TINIEST), (LARGEST, 0, TINIEST), 1.0)])
+@example([((0, 0, 0), (1, 0, 0, 0), (1, 1, 1), float(np.nextafter(np.float32(1), 0)))])
+def test_any_scene_reads_back_and_no_infinity_is_written(tmp_path: Path, scene: list[tuple]) -> None:
+    columns = [np.array(column, dtype=np.float32) for column in zip(*scene, strict=True)]
+    gaussians = Gaussians(*columns, np.zeros((len(scene), 1, 3), np.float32))
+    bg.save(gaussians, tmp_path / "a.ply")
+    stored = np.frombuffer((tmp_path / "a.ply").read_bytes()[-len(scene) * 68 :], "<f4")
+    assert np.isfinite(stored).all()
+    read = bg.load(tmp_path / "a.ply")
+    assert len(read) == len(scene)
+    is_huge = gaussians.scales > 3.4e38  # within 0.1 % of the largest float32, whose log was lowered
+    np.testing.assert_allclose(read.scales[is_huge], gaussians.scales[is_huge], rtol=1e-3)
+    assert ((read.scales == 0) == (gaussians.scales == 0))[gaussians.scales > 1e-40].all()
+    huge = np.where(is_huge, 1, gaussians.scales).astype(np.float32)
+    with_ones = Gaussians(read.means, read.quats, np.where(is_huge, 1, read.scales), read.opacities, read.sh)
+    assert_same(with_ones, Gaussians(*columns[:2], huge, columns[3], gaussians.sh))
+
+
+def test_opacity_0_and_1_and_scale_0_read_back_as_they_are(tmp_path: Path) -> None:
+    base = make(2)
+    scales = base.scales.copy()
+    scales[0] = 0
+    opacities = np.array([0, 1], np.float32)
+    bg.save(Gaussians(base.means, base.quats, scales, opacities, base.sh), tmp_path / "a.ply")
+    read = bg.load(tmp_path / "a.ply")
+    assert read.opacities.tolist() == [0, 1]
+    assert read.scales[0].tolist() == [0, 0, 0]
+
+
+def test_float64_is_written_as_float32_and_its_tiny_quaternions_keep_their_direction(tmp_path: Path) -> None:
+    gaussians = make(10, 4, dtype=np.float64)
+    tiny = Gaussians(
+        gaussians.means,
+        gaussians.quats * 1e-60,
+        *(getattr(gaussians, n) for n in ("scales", "opacities", "sh")),
+    )
+    bg.save(tiny, tmp_path / "a.ply")
+    read = bg.load(tmp_path / "a.ply")
+    directions = [q / np.linalg.norm(q, axis=1, keepdims=True) for q in (read.quats, gaussians.quats)]
+    np.testing.assert_allclose(*directions, rtol=1e-6)
+    np.testing.assert_array_equal(read.means, gaussians.means.astype(np.float32))
+
+
+def test_values_that_do_not_fit_float32_are_refused_by_name(tmp_path: Path) -> None:
+    gaussians = make(2, dtype=np.float64)
+    big = Gaussians(
+        gaussians.means * 1e60, *(getattr(gaussians, n) for n in ("quats", "scales", "opacities", "sh"))
+    )
+    with pytest.raises(
+        ValueError, match="save: means must fit float32, got larger values; shrink the scene first"
+    ):
+        bg.save(big, tmp_path / "a.ply")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_empty_scene_is_not_written(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="save: gaussians must have at least one row, got 0"):
+        bg.save(make(2).take(slice(0, 0)), tmp_path / "a.ply")
+
+
+def test_gaussians_go_to_ply_only(tmp_path: Path) -> None:
+    with pytest.raises(
+        ValueError, match=r"save: Gaussians must go to a \.ply file, got '.*a\.splat'; change the suffix"
+    ):
+        bg.save(make(2), tmp_path / "a.splat")
+
+
+def test_only_gaussians_and_frames_can_be_saved(tmp_path: Path) -> None:
+    with pytest.raises(TypeError, match="save: value must be Gaussians or a Frame, got int"):
+        bg.save(3, tmp_path / "a.ply")  # type: ignore[arg-type]
