@@ -305,6 +305,5 @@ def _check_finite(where: str, value: Any) -> None:
 def _check_rows(where: str, name: str, rule: str, is_bad: NDArray[np.bool_]) -> None:
     """Raise ValueError that names how many rows break the rule and the first of them."""
     if is_bad.any():
-        raise ValueError(
-            f"{where}: {name} must {rule}, got {np.count_nonzero(is_bad)} other rows, first at {np.argmax(is_bad)}"
-        )
+        num_bad, first = np.count_nonzero(is_bad), np.argmax(is_bad)
+        raise ValueError(f"{where}: {name} must {rule}, got {num_bad} other rows, first at {first}")
