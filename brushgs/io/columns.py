@@ -5,7 +5,6 @@ files. What a block holds is checked while it lies in the cache; rows that canno
 which are closed in place at the end, so that a scene never lies in memory twice.
 """
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, fields
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 
 from brushgs.io.dropped import Dropped, drop_faults
 from brushgs.scene import Gaussians
+from brushgs.threads import num_threads_or_default
 
 F32 = NDArray[np.float32]
 _ROWS_PER_THREAD = 100_000  # below this, a thread costs more than it brings
@@ -119,8 +119,7 @@ def fill(
 
 
 def _count_threads(num_rows: int) -> int:
-    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return max(1, min(available, _MAX_THREADS, num_rows // _ROWS_PER_THREAD))
+    return max(1, min(num_threads_or_default(None), _MAX_THREADS, num_rows // _ROWS_PER_THREAD))
 
 
 def _close_gaps(columns: Columns, blocks: Iterator[tuple[int, int, Dropped]]) -> tuple[Columns, Dropped]:

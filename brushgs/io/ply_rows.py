@@ -64,7 +64,7 @@ def warn_of_surplus(path: Path, header: Header, size: int) -> None:
     if size > end:
         message = f"{path}: {size - end} bytes after the last row were left out"
         doubt = "if the picture looks wrong, the file was changed in transfer: get it again in binary mode"
-        warnings.warn(SceneWarning(f"{message}; {doubt}"), stacklevel=4)
+        warnings.warn(SceneWarning(f"{message}; {doubt}"), stacklevel=3)
 
 
 def data_start(path: Path, header: Header, element: Element) -> int:

@@ -30,6 +30,11 @@ def test_a_folder(tmp_path: Path) -> None:
     refuse(tmp_path, r"is a folder; name the \.ply file inside it")
 
 
+def test_a_pipe(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "a.ply")
+    refuse(tmp_path / "a.ply", "is a pipe or device, which cannot be read twice; save it to a file first")
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
 def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
     path = write_scene(tmp_path / "a.ply", scene_columns(3))

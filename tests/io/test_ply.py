@@ -245,6 +245,20 @@ def test_blocks_and_threads_do_not_change_what_is_read(
     assert_is(gaussians, {k: np.delete(v, bad, axis=0) for k, v in decoded(columns).items()})
 
 
+def test_scales_and_opacities_stored_without_log_and_logit_are_told(tmp_path: Path) -> None:
+    columns = scene_columns(50)
+    for index in range(3):
+        columns[f"scale_{index}"] = np.exp(columns[f"scale_{index}"])
+    columns["opacity"] = np.random.default_rng(1).random(50).astype(np.float32)
+    path = write_scene(tmp_path / "a.ply", columns)
+    with pytest.warns(
+        SceneWarning, match=r"a\.ply: scales and opacities seem to be stored as they are, .*; export"
+    ):
+        load(path)
+    columns["opacity"][7] = 1.1
+    load(write_scene(tmp_path / "b.ply", columns))  # one logit above 1 proves them to be logits
+
+
 def test_bytes_after_the_last_row_are_left_out_with_a_warning(tmp_path: Path) -> None:
     columns = scene_columns(5)
     path = write_scene(tmp_path / "a.ply", columns)
