@@ -92,7 +92,6 @@ def read_inria(path: Path, header: Header, vertex: Element, size: int) -> tuple[
     check_size(path, header, vertex, size)
     block_rows = max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
     num_used = _count_used_terms(path, header, vertex, num_terms, block_rows)
-
     plan = _Plan(vertex.dtype, num_terms, num_used)
 
     @contextmanager

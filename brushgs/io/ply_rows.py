@@ -1,10 +1,11 @@
 """Rows of one element of a PLY file, block by block, in any of the three encodings.
 
-A block is a structured array with one field per scalar property. Blocks of a few hundred KiB are
-read into a buffer that is used again, so a file never lies in memory beside what is made of it, and
-what follows finds the block still in the cache.
+A block is a structured array with one field per scalar property. Blocks are read into
+a buffer that is used again, so a file never lies in memory beside what is made of it, and what follows
+finds the block still in the cache.
 """
 
+import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -130,7 +131,7 @@ class _AsciiRows:
         for other in header.elements:
             if other is element:
                 break
-            for _ in islice(self._lines, other.count):
+            for _ in islice(self._lines, min(other.count, sys.maxsize)):
                 pass
 
     def read(self, start: int, stop: int) -> NDArray[np.void]:

@@ -194,6 +194,14 @@ def test_an_ascii_row_of_another_length_is_named(tmp_path: Path, change: str, fo
     refuse(path, f"row 7 has {found} values where the header names 17 properties; export it again")
 
 
+@pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian"])
+def test_an_absurd_count_before_the_gaussians(tmp_path: Path, encoding: str) -> None:
+    camera = element_bytes("camera", {"a": np.arange(3.0)}, encoding, count=10**30)
+    vertex = element_bytes("vertex", scene_columns(3), encoding)
+    path = write_ply_file(tmp_path / "a.ply", [camera, vertex], encoding)
+    refuse(path, "is cut off: .* rows of element 'vertex'.*; copy or export it again")
+
+
 def test_a_file_that_shrinks_while_it_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_scene(tmp_path / "a.ply", scene_columns(50))
     monkeypatch.setattr(
