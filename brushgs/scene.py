@@ -118,8 +118,16 @@ class Camera:
         rotation = viewmat[:3, :3]
         is_rotation = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) and np.linalg.det(rotation) > 0
         if not is_rotation or not np.array_equal(viewmat[3], (0, 0, 0, 1)):
-            raise ValueError("Camera: viewmat must be a rotation and a translation; remove scale and mirroring")
-        if K[0, 0] <= 0 or K[1, 1] <= 0 or K[0, 1] != 0 or K[1, 0] != 0 or not np.array_equal(K[2], (0, 0, 1)):
+            raise ValueError(
+                "Camera: viewmat must be a rotation and a translation; remove scale and mirroring"
+            )
+        if (
+            K[0, 0] <= 0
+            or K[1, 1] <= 0
+            or K[0, 1] != 0
+            or K[1, 0] != 0
+            or not np.array_equal(K[2], (0, 0, 1))
+        ):
             raise ValueError(f"Camera: K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got {K.tolist()}")
         if self.width < 1 or self.height < 1:
             raise ValueError(f"Camera: size must be at least 1x1, got {self.width}x{self.height}")
@@ -289,7 +297,9 @@ def _check_finite(where: str, value: Any) -> None:
         with np.errstate(over="ignore", invalid="ignore"):
             is_finite = np.isfinite(column.sum())
         if not is_finite:
-            _check_rows(where, field.name, "be finite", ~np.isfinite(column).reshape(len(column), -1).all(axis=1))
+            _check_rows(
+                where, field.name, "be finite", ~np.isfinite(column).reshape(len(column), -1).all(axis=1)
+            )
 
 
 def _check_rows(where: str, name: str, rule: str, is_bad: NDArray[np.bool_]) -> None:

@@ -23,6 +23,7 @@ KERNEL_SIGMAS = {"gaussian": 3.0, "ellipse": 2.0, "image": 2.0}
 LONG_SIDE = 256  # texels of a stroke image that are kept: more is not seen below 4K pictures
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)  # Rec. 709
 OPAQUE = 254.5 / 255  # an alpha channel nowhere below this says nothing
+CANVAS = 0.5  # height of what is not painted
 BLANK = 0.02  # coverage read from luminance below this is paper grain or JPEG noise
 
 
@@ -159,7 +160,7 @@ class StrokeTexture:
         small = _average(coverage, shape)
         if height is not None:  # paint counts by how much of it there is
             relief = _average(height[crop] * coverage, shape) / np.maximum(small, 1e-6)
-            height = np.clip(relief, 0, 1).astype(np.float32)
+            height = np.where(small > 0, np.clip(relief, 0, 1), np.float32(CANVAS))
         return cls("image", name, np.rint(np.clip(small, 0, 1) * 255).astype(np.uint8), height)
 
 

@@ -14,6 +14,8 @@ namespace {
 
 constexpr std::size_t kBlock = 64;  // Gaussians at a time: their columns stay in the first-level cache
 
+constexpr std::size_t kRowsAhead = 32;  // of the harmonics, asked for early: most of what is read
+
 constexpr double kHalfPi = 1.57079632679489661923;
 constexpr double kQuarterPi = 0.78539816339744830962;
 constexpr double kTanEighthPi = 0.41421356237309504880;
@@ -39,9 +41,9 @@ constexpr std::size_t kNumFates = 5;
 // One value per Gaussian of a block, structure of arrays.
 using Lanes = double[kBlock];
 
-struct Block {
-    alignas(64) Lanes mean[3], quat[4], scale[3], opacity;                   // read
-    alignas(64) Lanes center[2], half_extents[2], angle, depth, fate;        // made; 
+struct alignas(64) Block {
+    Lanes mean[3], quat[4], scale[3], opacity;                           // read
+    Lanes center[2], half_extents[2], angle, depth, direction[3], fate;  // made; directions from the camera
 };
 
 inline std::size_t index(double fate) { return static_cast<std::size_t>(fate); }
@@ -85,8 +87,11 @@ void load(const GaussianColumns<T>& gaussians, std::size_t first, std::size_t co
 
 // Fills the second half of `block` from the first, for Gaussians whose boxes are stored as `T`.
 template <class T>
-void place(const ProjectParams& p, Block& block) {
+void place(const ProjectParams& params, Block& block) {
+    const ProjectParams p = params;  // a local copy cannot overlap the lanes: that frees the vectoriser
     const double* w = p.viewmat;
+    double eye[3];  // camera centre in the world, -R^T t
+    for (int k = 0; k < 3; ++k) eye[k] = -(w[k] * w[3] + w[4 + k] * w[7] + w[8 + k] * w[11]);
     const double limit_x = kClamp * 0.5 * p.width / p.fx, limit_y = kClamp * 0.5 * p.height / p.fy;
     for (std::size_t i = 0; i < kBlock; ++i) {
         const double x = block.mean[0][i], y = block.mean[1][i], z = block.mean[2][i];
@@ -101,10 +106,12 @@ void place(const ProjectParams& p, Block& block) {
         const double jx[3] = {w[0] - at_x * w[8], w[1] - at_x * w[9], w[2] - at_x * w[10]};
         const double jy[3] = {w[4] - at_y * w[8], w[5] - at_y * w[9], w[6] - at_y * w[10]};
 
-        // Divided by the largest component first, so that no length over- or underflows.
         double qw = block.quat[0][i], qx = block.quat[1][i], qy = block.quat[2][i], qz = block.quat[3][i];
-        const double longest = larger(larger(absolute(qw), absolute(qx)), larger(absolute(qy), absolute(qz)));
-        qw /= longest, qx /= longest, qy /= longest, qz /= longest;
+        if constexpr (sizeof(T) == sizeof(double)) {  // squares of float quaternions cannot leave the range
+            const double longest =
+                larger(larger(absolute(qw), absolute(qx)), larger(absolute(qy), absolute(qz)));
+            qw /= longest, qx /= longest, qy /= longest, qz /= longest;
+        }
         const double s = 2 / (qw * qw + qx * qx + qy * qy + qz * qz);
         const double axes[3][3] = {  // the columns of the rotation: the own axes of the Gaussian
             {1 - s * (qy * qy + qz * qz), s * (qx * qy + qw * qz), s * (qx * qz - qw * qy)},
@@ -127,12 +134,15 @@ void place(const ProjectParams& p, Block& block) {
         // The major axis, theta = 1/2 atan2(2 b, a - c), as a rotation that makes the rows of M orthogonal:
         // theta is atan(t) if a >= c, else a quarter turn less that, with the sign of b.
         const double spread = __builtin_sqrt(difference * difference + twice_b * twice_b);
-        const bool is_round = !(spread > kDirectionNoise * sum);
-        const double tangent = is_round ? 0.0 : absolute(twice_b) / (spread + absolute(difference));
-        const double t = tangent < kDirectionNoise ? 0.0 : tangent;
+        const double least_spread = kDirectionNoise * sum;
+        const double lean = spread > least_spread ? difference : 0.0;
+        const double tangent = absolute(twice_b) / (spread + absolute(difference));
+        double t = spread > least_spread ? tangent : 0.0;
+        t = t > kDirectionNoise ? t : 0.0;
         const double large = 1 / __builtin_sqrt(1 + t * t), small = t * large;
-        const bool is_steep = difference < 0 && !is_round;
-        const double sign = twice_b < 0 && t > 0 ? -1.0 : 1.0;
+        const bool is_steep = lean < 0;
+        const double signed_one = twice_b < 0 ? -1.0 : 1.0;
+        const double sign = t > 0 ? signed_one : 1.0;
         const double cosine = is_steep ? small : large;
         const double sine = sign * (is_steep ? large : small);
         const double turn = arctangent(t);
@@ -149,18 +159,27 @@ void place(const ProjectParams& p, Block& block) {
         const double half_u = p.num_sigmas * __builtin_sqrt(major);
         const double half_v = p.num_sigmas * __builtin_sqrt(minor);
 
-        // The upright rectangle around the box, against the image.
+        // Outside: the upright rectangle around the box and the image have no area in common.
         const double reach_x = cosine * half_u + absolute(sine) * half_v;
         const double reach_y = absolute(sine) * half_u + cosine * half_v;
-        const bool is_inside = center_x + reach_x > 0 && center_x - reach_x < p.width &&
-                               center_y + reach_y > 0 && center_y - reach_y < p.height &&
-                               half_u > 0 && half_v > 0;
-        const double largest = absolute(center_x) + absolute(center_y) + half_u + half_v + depth;
-        double fate = is_inside ? kKept : kOutside;
+        double fate = kKept;
+        fate = center_x + reach_x > 0 ? fate : kOutside;
+        fate = center_y + reach_y > 0 ? fate : kOutside;
+        fate = center_x - reach_x < p.width ? fate : kOutside;
+        fate = center_y - reach_y < p.height ? fate : kOutside;
+        fate = half_u > 0 ? fate : kOutside;
+        fate = half_v > 0 ? fate : kOutside;
         fate = block.opacity[i] < kLeastAlpha ? kFaint : fate;
-        fate = largest <= kLargest<T> && spread <= kLargest<double> ? fate : kNotFinite;
+        const double largest = absolute(center_x) + absolute(center_y) + half_u + half_v + depth;
+        fate = largest <= kLargest<T> ? fate : kNotFinite;
+        fate = spread <= kLargest<double> ? fate : kNotFinite;
         fate = depth <= p.near ? kBehindNear : fate;
 
+        const double dx = x - eye[0], dy = y - eye[1], dz = z - eye[2];
+        const double inverse_distance = 1 / __builtin_sqrt(dx * dx + dy * dy + dz * dz);
+        block.direction[0][i] = dx * inverse_distance;
+        block.direction[1][i] = dy * inverse_distance;
+        block.direction[2][i] = dz * inverse_distance;
         block.center[0][i] = center_x;
         block.center[1][i] = center_y;
         block.half_extents[0][i] = half_u;
@@ -224,32 +243,25 @@ inline void add_terms(const T* sh, const T* basis, T* color) {
         for (int c = 0; c < 3; ++c) color[c] += basis[num_terms - 1] * sh[3 * (num_terms - 1) + c];
 }
 
-// The colour that the Gaussian in lane `i` shows to `eye`; unclamped, so that what is not finite can be told.
-template <int degree, class T>
-inline void shade(const T* sh, const double* eye, const Block& block, std::size_t i, T* color) {
-    // Divided by the depth, no square of a distance over- or underflows the scalar.
-    const double inverse_depth = 1 / block.depth[i];
-    const T x = static_cast<T>((block.mean[0][i] - eye[0]) * inverse_depth);
-    const T y = static_cast<T>((block.mean[1][i] - eye[1]) * inverse_depth);
-    const T z = static_cast<T>((block.mean[2][i] - eye[2]) * inverse_depth);
-    const T inverse_length = 1 / static_cast<T>(__builtin_sqrt(x * x + y * y + z * z));
-    T basis[(degree + 1) * (degree + 1)];
-    sh_basis<degree>(x * inverse_length, y * inverse_length, z * inverse_length, basis);
-    add_terms<degree>(sh, basis, color);
-    for (int c = 0; c < 3; ++c) color[c] += T(0.5);
-}
-
 // Writes the boxes of the block that are kept to `boxes`; returns how many.
 template <int degree, class T>
-std::size_t store(const GaussianColumns<T>& gaussians, const double* eye, std::size_t first,
-                  std::size_t count, const Block& block, BoxRecord<T>* boxes, std::size_t* fates) {
+std::size_t store(const GaussianColumns<T>& gaussians, std::size_t first, std::size_t count,
+                  const Block& block, BoxRecord<T>* boxes, std::size_t* fates) {
+    constexpr std::size_t stride = degree == 0 ? 1 : (degree == 1 ? 4 : 16);
+    alignas(64) T basis[kBlock * stride];
+    for (std::size_t i = 0; i < kBlock; ++i)
+        sh_basis<degree>(static_cast<T>(block.direction[0][i]), static_cast<T>(block.direction[1][i]),
+                         static_cast<T>(block.direction[2][i]), basis + stride * i);
     std::size_t num_boxes = 0;
     for (std::size_t i = 0; i < count; ++i) {
+        const T* ahead = gaussians.sh + 3 * gaussians.sh_terms * (first + i + kRowsAhead);
+        for (std::size_t k = 0; k < 3 * (degree + 1) * (degree + 1); k += 64 / sizeof(T)) __builtin_prefetch(ahead + k);
         ++fates[index(block.fate[i])];
         if (block.fate[i] != kKept) continue;
         BoxRecord<T>& box = boxes[num_boxes];
         T color[3];
-        shade<degree>(gaussians.sh + 3 * gaussians.sh_terms * (first + i), eye, block, i, color);
+        add_terms<degree>(gaussians.sh + 3 * gaussians.sh_terms * (first + i), basis + stride * i, color);
+        for (int c = 0; c < 3; ++c) color[c] += T(0.5);
         if (!(absolute(color[0]) + absolute(color[1]) + absolute(color[2]) <= kLargest<T>)) {
             --fates[index(kKept)], ++fates[index(kNotFinite)];
             continue;
@@ -271,16 +283,13 @@ std::size_t store(const GaussianColumns<T>& gaussians, const double* eye, std::s
 template <int degree, class T>
 std::size_t run(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin,
                 std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
-    const double* w = params.viewmat;
-    double eye[3];  // camera centre in the world, -R^T t
-    for (int k = 0; k < 3; ++k) eye[k] = -(w[k] * w[3] + w[4 + k] * w[7] + w[8 + k] * w[11]);
     std::size_t num_boxes = 0, fates[kNumFates] = {};
     Block block{};
     for (std::size_t first = begin; first < end; first += kBlock) {
         const std::size_t count = end - first < kBlock ? end - first : kBlock;
         load(gaussians, first, count, block);
         place<T>(params, block);
-        num_boxes += store<degree>(gaussians, eye, first, count, block, boxes + num_boxes, fates);
+        num_boxes += store<degree>(gaussians, first, count, block, boxes + num_boxes, fates);
     }
     culled.behind_near += fates[index(kBehindNear)];
     culled.not_finite += fates[index(kNotFinite)];

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "brushgs/cpu.hpp"
 
@@ -11,7 +12,7 @@ namespace brushgs {
 namespace {
 
 // Below this many boxes a second thread costs more than it saves in the stages before painting.
-constexpr std::size_t parallel_from = 20000;
+constexpr std::size_t parallel_from = 4000;
 
 template <class T>
 struct Kernels {
@@ -31,116 +32,115 @@ struct Kernels {
     }
 };
 
-// The outline of a box, for the question which tiles of a row it reaches.
-struct Outline {
-    double center_x, center_y, cos, sin, half_u, half_v;
+// The right and left ends of a box within a row of tiles.
+class RowSpans {
+public:
+    explicit RowSpans(const Outline& o)
+        : cos_(o.cos), sin_(o.sin), center_x_(o.center_x), center_y_(o.center_y), reach_u_(o.reach_u + slack),
+          reach_v_(o.reach_v + slack), slope_sign_(o.sin * o.cos < 0 ? -1.0 : 1.0),
+          per_cos_(1 / std::max(std::fabs(cos_), tiny)), per_sin_(1 / std::max(std::fabs(sin_), tiny)),
+          reach_y_(std::fabs(sin_) * reach_u_ + std::fabs(cos_) * reach_v_),
+          corner_y_((cos_ < 0 ? -sin_ : sin_) * reach_u_ - (sin_ < 0 ? -cos_ : cos_) * reach_v_) {}
 
-    // Largest x - center_x at which the line y = center_y + dy is inside the box.
+    // Ends of the box on the rows of pixels with centres `top` to `bottom`; false where it does not reach them.
+    // The box is convex: it extends furthest right on the row nearest to its rightmost corner.
+    bool find(double top, double bottom, double& left, double& right) const {
+        const double low = std::max(top - center_y_, -reach_y_), high = std::min(bottom - center_y_, reach_y_);
+        if (low > high) return false;
+        right = center_x_ + right_at(std::clamp(corner_y_, low, high));
+        left = center_x_ - right_at(-std::clamp(-corner_y_, low, high));
+        return true;
+    }
+
+private:
+    static constexpr double slack = 1e-2;  // pixels; painting decides, this must only never leave out a tile
+    static constexpr double tiny = 1e-12;
+
+    // Largest x - center_x inside the box on the line y = center_y + dy.
     double right_at(double dy) const {
-        const double by_u = (half_u - std::copysign(sin, sin * cos) * dy) / std::max(std::fabs(cos), 1e-300);
-        const double by_v = (half_v + std::copysign(cos, sin * cos) * dy) / std::max(std::fabs(sin), 1e-300);
+        const double by_u = (reach_u_ - slope_sign_ * std::fabs(sin_) * dy) * per_cos_;
+        const double by_v = (reach_v_ + slope_sign_ * std::fabs(cos_) * dy) * per_sin_;
         return std::min(by_u, by_v);
     }
+
+    double cos_, sin_, center_x_, center_y_, reach_u_, reach_v_, slope_sign_, per_cos_, per_sin_, reach_y_, corner_y_;
 };
 
 // Calls visit(tile) for the tiles whose pixel centres may lie inside the record's box, row by row.
 template <class T, class Visit>
-void for_each_tile(const Record<T>& r, double high_u, double high_v, bool is_centred, int columns, const Visit& visit) {
+void for_each_tile(const Record<T>& r, const Outline& outline, int columns, const Visit& visit) {
     if (r.right < r.left) return;
     const int first_column = r.left / tile_width, last_column = r.right / tile_width;
     const int first_row = r.top / tile_height, last_row = r.bottom / tile_height;
-    const bool is_exact = first_column == last_column || first_row == last_row;
-    if (is_exact && (last_column - first_column) + (last_row - first_row) <= 1) {
+    if (first_row == last_row || first_column == last_column) {  // a strip: the bounds are exact
         for (int row = first_row; row <= last_row; ++row)
             for (int column = first_column; column <= last_column; ++column) visit(row * columns + column);
         return;
     }
-    // Back from the record to the box: gradients are (cos, sin) and (-sin, cos) times a scale each.
-    const double scale_u = std::hypot(static_cast<double>(r.du_dx), static_cast<double>(r.du_dy));
-    const double scale_v = std::hypot(static_cast<double>(r.dv_dx), static_cast<double>(r.dv_dy));
-    const double cos = static_cast<double>(r.du_dx) / scale_u, sin = static_cast<double>(r.du_dy) / scale_u;
-    const double middle_u = is_centred ? 0 : 0.5 * high_u, middle_v = is_centred ? 0 : 0.5 * high_v;
-    const double to_u = (middle_u - static_cast<double>(r.offset_u)) / scale_u;
-    const double to_v = (middle_v - static_cast<double>(r.offset_v)) / scale_v;
-    const double slack = 1e-3;  // pixels: the paint loop decides; this must only never leave out a tile it needs
-    const Outline box{static_cast<double>(r.anchor_x) + cos * to_u - sin * to_v,
-                      static_cast<double>(r.anchor_y) + sin * to_u + cos * to_v,
-                      cos,
-                      sin,
-                      (is_centred ? high_u : middle_u) / scale_u + slack,
-                      (is_centred ? high_v : middle_v) / scale_v + slack};
-    const double reach_y = std::fabs(sin) * box.half_u + std::fabs(cos) * box.half_v;
-    // The outermost corner on the right; the box is convex, so within a row the point nearest to it reaches furthest.
-    const double corner_y = std::copysign(1.0, cos) * sin * box.half_u - std::copysign(1.0, sin) * cos * box.half_v;
+    const RowSpans spans(outline);
     for (int row = first_row; row <= last_row; ++row) {
-        const double low = std::max(row * tile_height + 0.5 - box.center_y, -reach_y);
-        const double high = std::min((row + 1) * tile_height - 0.5 - box.center_y, reach_y);
-        if (low > high) continue;
-        const double right = box.center_x + box.right_at(std::clamp(corner_y, low, high));
-        const double left = box.center_x - box.right_at(-std::clamp(-corner_y, low, high));
-        const double first = std::ceil((left - (tile_width - 0.5)) / tile_width);
-        const double last = std::floor((right - 0.5) / tile_width);
-        const int from = static_cast<int>(std::max(first, static_cast<double>(first_column)));
-        const int to = static_cast<int>(std::min(last, static_cast<double>(last_column)));
-        for (int column = from; column <= to; ++column) visit(row * columns + column);
+        double left, right;
+        if (!spans.find(row * tile_height + 0.5, (row + 1) * tile_height - 0.5, left, right)) continue;
+        const int from = static_cast<int>(std::max(left + 0.5, 0.0) * (1.0 / tile_width));
+        const int to = static_cast<int>(std::clamp(right - 0.5, -1.0 * tile_width, 1e5) * (1.0 / tile_width));
+        for (int column = std::max(from, first_column); column <= std::min(to, last_column); ++column)
+            visit(row * columns + column);
     }
 }
 
-template <class T>
-struct Binner {
-    const RasterParams& params;
-    const std::vector<Record<T>>& records;
-    int columns;
-
-    template <class Visit>
-    void visit_tiles(std::size_t i, const Visit& visit) const {
-        const Record<T>& r = records[i];
-        if (params.levels.empty()) {
-            for_each_tile(r, static_cast<double>(r.limit), static_cast<double>(r.limit), true, columns, visit);
-        } else {
-            const Level& level = params.levels[static_cast<std::size_t>(r.level)];
-            for_each_tile(r, level.columns - 1.0, level.rows - 1.0, false, columns, visit);
-        }
-    }
+// The tiles that a run of boxes reaches, in stroke order.
+struct Chunk {
+    std::size_t begin, end;               // boxes
+    std::vector<std::uint32_t> visits;    // tiles, those of one box after those of another
+    std::vector<std::uint32_t> num_visits;  // of each box
+    std::vector<std::uint32_t> places;    // per tile: first how many visits, then where the next id belongs
 };
 
 // Records for all boxes, and for every tile the records that reach it. Chunks of boxes are counted apart and
 // laid end to end within each tile, so a list is in stroke order however many threads there are.
 template <class T>
 TileLists make_tiles(const RasterParams& params, const Kernels<T>& kernels, const BoxView<T>& boxes,
-                     std::vector<Record<T>>& records) {
+                     Record<T>* records) {
     TileLists tiles;
     tiles.columns = (params.width + tile_width - 1) / tile_width;
     tiles.rows = (params.height + tile_height - 1) / tile_height;
     const auto num_tiles = static_cast<std::size_t>(tiles.columns) * static_cast<std::size_t>(tiles.rows);
     const int num_threads = boxes.count < parallel_from ? 1 : params.num_threads;
-    const std::size_t num_chunks = num_threads > 1 ? static_cast<std::size_t>(4 * num_threads) : 1;
-    const auto chunk_begin = [&](std::size_t chunk) { return boxes.count * chunk / num_chunks; };
-    const Binner<T> binner{params, records, tiles.columns};
+    std::vector<Chunk> chunks(num_threads > 1 ? static_cast<std::size_t>(4 * num_threads) : 1);
 
-    std::vector<std::uint32_t> next(num_chunks * num_tiles, 0);  // first the counts, then where to write
-    parallel_for(num_chunks, num_threads, [&](std::size_t chunk) {
-        kernels.make_records(params, boxes, chunk_begin(chunk), chunk_begin(chunk + 1), records.data());
-        std::uint32_t* counts = next.data() + chunk * num_tiles;
-        for (std::size_t i = chunk_begin(chunk); i < chunk_begin(chunk + 1); ++i)
-            binner.visit_tiles(i, [&](int tile) { ++counts[tile]; });
+    parallel_for(chunks.size(), num_threads, [&](std::size_t c) {
+        Chunk& chunk = chunks[c];
+        chunk.begin = boxes.count * c / chunks.size();
+        chunk.end = boxes.count * (c + 1) / chunks.size();
+        const std::size_t count = chunk.end - chunk.begin;
+        const auto outlines = std::make_unique_for_overwrite<Outline[]>(count);
+        kernels.make_records(params, boxes, chunk.begin, chunk.end, records, outlines.get());
+        chunk.places.assign(num_tiles, 0);
+        chunk.num_visits.resize(count);
+        chunk.visits.reserve(4 * count);
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::size_t before = chunk.visits.size();
+            for_each_tile(records[chunk.begin + i], outlines[i], tiles.columns, [&](int tile) {
+                chunk.visits.push_back(static_cast<std::uint32_t>(tile));
+                ++chunk.places[static_cast<std::size_t>(tile)];
+            });
+            chunk.num_visits[i] = static_cast<std::uint32_t>(chunk.visits.size() - before);
+        }
     });
     tiles.starts.resize(num_tiles + 1);
     std::uint32_t total = 0;
     for (std::size_t tile = 0; tile < num_tiles; ++tile) {
         tiles.starts[tile] = total;
-        for (std::size_t chunk = 0; chunk < num_chunks; ++chunk) {
-            const std::uint32_t count = next[chunk * num_tiles + tile];
-            next[chunk * num_tiles + tile] = total;
-            total += count;
-        }
+        for (Chunk& chunk : chunks) total += std::exchange(chunk.places[tile], total);
     }
     tiles.starts[num_tiles] = total;
-    tiles.ids.resize(total);
-    parallel_for(num_chunks, num_threads, [&](std::size_t chunk) {
-        std::uint32_t* places = next.data() + chunk * num_tiles;
-        for (std::size_t i = chunk_begin(chunk); i < chunk_begin(chunk + 1); ++i)
-            binner.visit_tiles(i, [&](int tile) { tiles.ids[places[tile]++] = static_cast<std::uint32_t>(i); });
+    tiles.ids = std::make_unique_for_overwrite<std::uint32_t[]>(total);
+    parallel_for(chunks.size(), num_threads, [&](std::size_t c) {
+        Chunk& chunk = chunks[c];
+        const std::uint32_t* tile = chunk.visits.data();
+        for (std::size_t i = chunk.begin; i < chunk.end; ++i)
+            for (std::uint32_t k = chunk.num_visits[i - chunk.begin]; k > 0; --k, ++tile)
+                tiles.ids[chunk.places[*tile]++] = static_cast<std::uint32_t>(i);
     });
     return tiles;
 }
@@ -176,13 +176,14 @@ LevelChoice choose_levels(std::size_t count, const T* half_extents, std::span<co
 template <class T>
 void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture) {
     const Kernels<T> kernels;
-    std::vector<Record<T>> records(boxes.count);
+    const auto storage = std::make_unique_for_overwrite<Record<T>[]>(boxes.count);
+    Record<T>* records = storage.get();
     const TileLists tiles = make_tiles(params, kernels, boxes, records);
     const auto num_tiles = static_cast<std::size_t>(tiles.columns) * static_cast<std::size_t>(tiles.rows);
     parallel_for(num_tiles, params.num_threads, [&](std::size_t tile) {
         const std::uint32_t first = tiles.starts[tile];
         const int column = static_cast<int>(tile) % tiles.columns, row = static_cast<int>(tile) / tiles.columns;
-        kernels.paint_tile(params, records.data(), tiles.ids.data() + first, tiles.starts[tile + 1] - first, column,
+        kernels.paint_tile(params, records, tiles.ids.get() + first, tiles.starts[tile + 1] - first, column,
                            row, picture);
     });
 }

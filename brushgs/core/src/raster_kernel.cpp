@@ -44,7 +44,8 @@ double visible_sigmas(double opacity) {
 }
 
 template <class T>
-void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_t i, SinCos axis, Record<T>& record) {
+void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_t i, SinCos axis, Record<T>& record,
+                 Outline& outline) {
     record.left = record.top = 0;
     record.right = record.bottom = -1;
     const double half_u = static_cast<double>(boxes.half_extents[2 * i]);
@@ -72,8 +73,9 @@ void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_
 
     const double center_x = static_cast<double>(boxes.centers[2 * i]);
     const double center_y = static_cast<double>(boxes.centers[2 * i + 1]);
-    const double reach_x = std::fabs(axis.cos) * half_u * u.reach + std::fabs(axis.sin) * half_v * v.reach;
-    const double reach_y = std::fabs(axis.sin) * half_u * u.reach + std::fabs(axis.cos) * half_v * v.reach;
+    const double reach_u = half_u * u.reach, reach_v = half_v * v.reach;
+    const double reach_x = std::fabs(axis.cos) * reach_u + std::fabs(axis.sin) * reach_v;
+    const double reach_y = std::fabs(axis.sin) * reach_u + std::fabs(axis.cos) * reach_v;
     const double left = std::ceil(clamped(center_x - reach_x - 0.5, 0.0, 1e5));
     const double top = std::ceil(clamped(center_y - reach_y - 0.5, 0.0, 1e5));
     const double right = std::floor(clamped(center_x + reach_x - 0.5, -1.0, params.width - 1.0));
@@ -88,8 +90,8 @@ void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_
     const double anchor_y = std::floor(clamped(center_y, 0.0, static_cast<double>(params.height))) + 0.5;
     const double du_dx = axis.cos * u.scale, du_dy = axis.sin * u.scale;
     const double dv_dx = -axis.sin * v.scale, dv_dy = axis.cos * v.scale;
-    record.anchor_x = static_cast<T>(anchor_x);
-    record.anchor_y = static_cast<T>(anchor_y);
+    record.anchor_x = static_cast<std::int16_t>(anchor_x);
+    record.anchor_y = static_cast<std::int16_t>(anchor_y);
     record.offset_u = static_cast<T>(u.middle + du_dx * (anchor_x - center_x) + du_dy * (anchor_y - center_y));
     record.offset_v = static_cast<T>(v.middle + dv_dx * (anchor_x - center_x) + dv_dy * (anchor_y - center_y));
     record.du_dx = static_cast<T>(du_dx);
@@ -102,13 +104,15 @@ void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_
     record.opacity = static_cast<T>(is_image ? opacity / 255 : opacity);
     record.depth = boxes.depths[i];
     record.limit = static_cast<T>(limit);
+    outline = {static_cast<float>(center_x), static_cast<float>(center_y), static_cast<float>(axis.cos),
+               static_cast<float>(axis.sin), static_cast<float>(reach_u),  static_cast<float>(reach_v)};
 }
 
 }  // namespace
 
 template <class T>
 void make_records(const RasterParams& params, const BoxView<T>& boxes, std::size_t begin, std::size_t end,
-                  Record<T>* records) {
+                  Record<T>* records, Outline* outlines) {
     constexpr std::size_t group = 64;  // one pass of vector trigonometry, small enough for the stack
     for (std::size_t first = begin; first < end; first += group) {
         const std::size_t count = end - first < group ? end - first : group;
@@ -120,7 +124,8 @@ void make_records(const RasterParams& params, const BoxView<T>& boxes, std::size
             cosines[k] = axis.cos;
         }
         for (std::size_t k = 0; k < count; ++k)
-            make_record(params, boxes, first + k, {sines[k], cosines[k]}, records[first + k]);
+            make_record(params, boxes, first + k, {sines[k], cosines[k]}, records[first + k],
+                        outlines[first - begin + k]);
     }
 }
 
@@ -184,7 +189,7 @@ template <class T>
     coefficient[0] = 1;
     for (int k = 1; k <= degree; ++k) coefficient[k] = coefficient[k - 1] * ln2 / k;
     auto sum = L::set(static_cast<T>(coefficient[degree]));
-    for (int k = degree - 1; k >= 0; --k) sum = sum * f + L::set(static_cast<T>(coefficient[k]));
+    for (int k = degree - 1; k >= 0; --k) sum = L::multiply_add(sum, f, L::set(static_cast<T>(coefficient[k])));
     return sum * L::exp2_of_whole(n);
 }
 
@@ -232,76 +237,110 @@ struct Sampler {
         }
     }
 
-    [[gnu::always_inline]] inline auto inside(Real u, Real v) const {
-        return L::both(L::both(L::less(low_u, u), L::less(u, high_u)), L::both(L::less(low_v, v), L::less(v, high_v)));
+    // Move the sides of the box outwards.
+    [[gnu::always_inline]] inline void widen(Real along_u, Real along_v) {
+        low_u = low_u - along_u;
+        high_u = high_u + along_u;
+        low_v = low_v - along_v;
+        high_v = high_v + along_v;
+    }
+
+    // Those of `mask` that lie strictly inside the box.
+    [[gnu::always_inline]] inline auto inside(typename L::Mask mask, Real u, Real v) const {
+        mask = L::less(L::less(mask, low_u, u), u, high_u);
+        return L::less(L::less(mask, low_v, v), v, high_v);
     }
 
     // Images: 0 to 255, others 0 to 1. Defined where `mask` is set.
     [[gnu::always_inline]] inline Real coverage(Real u, Real v, typename L::Mask mask) const {
         if constexpr (is_image) {
             const Real column = L::whole(u), row = L::whole(v);
-            const auto quad = L::gather(pairs, L::truncate(row * stride + column), mask);
+            const auto quad = L::gather(pairs, L::truncate(L::multiply_add(row, stride, column)), mask);
             Real fu = u - column, fv = v - row;
             if constexpr (kernel == Kernel::nearest) {
-                fu = L::select(L::less(fu, L::set(T(0.5))), L::set(0), L::set(1));
-                fv = L::select(L::less(fv, L::set(T(0.5))), L::set(0), L::set(1));
+                const auto all = L::from_bits(~0u);
+                fu = L::where(L::at_least(all, fu, L::set(T(0.5))), L::set(1));
+                fv = L::where(L::at_least(all, fv, L::set(T(0.5))), L::set(1));
             }
             const Real c00 = L::template byte<0>(quad), c10 = L::template byte<1>(quad);
             const Real c01 = L::template byte<2>(quad), c11 = L::template byte<3>(quad);
-            const Real upper = c00 + fu * (c01 - c00);
-            const Real lower = c10 + fu * (c11 - c10);
-            return upper + fv * (lower - upper);
+            const Real upper = L::multiply_add(fu, c01 - c00, c00);
+            const Real lower = L::multiply_add(fu, c11 - c10, c10);
+            return L::multiply_add(fv, lower - upper, upper);
         } else if constexpr (kernel == Kernel::gaussian) {
             constexpr double half_log2_e = 0.5 * 1.44269504088896340736;
             return exp2_negative<T>((u * u + v * v) * L::set(static_cast<T>(-half_log2_e)));
         } else {
-            return L::select(L::less(u * u + v * v, L::set(1)), L::set(1), L::set(0));
+            return L::where(L::less(mask, u * u + v * v, L::set(1)), L::set(1));
         }
     }
 };
 
+// Texel coordinates at the first pixel of each block of a tile, and which of the blocks meet the box.
+template <class T>
+struct BlockCoordinates {
+    using L = Lanes<T>;
+    using Real = typename L::Real;
+    alignas(64) T u[num_blocks];
+    alignas(64) T v[num_blocks];
+
+    // Below this many blocks it is cheaper to paint one in vain than to test them all.
+    static constexpr int worth_testing = 4;
+
+    template <class Sampler>
+    [[gnu::always_inline]] inline std::uint32_t find(const Record<T>& record, const Sampler& sampler, int x0, int y0,
+                                                     std::uint32_t blocks) {
+        const T dx = static_cast<T>(x0 - record.anchor_x), dy = static_cast<T>(y0 - record.anchor_y);
+        const T tile_u = record.offset_u + (record.du_dx * dx + record.du_dy * dy);
+        const T tile_v = record.offset_v + (record.dv_dx * dx + record.dv_dy * dy);
+        if (__builtin_popcount(blocks) < worth_testing) {
+            for (std::uint32_t rest = blocks; rest != 0; rest &= rest - 1) {
+                const int b = __builtin_ctz(rest);
+                u[b] = tile_u + (record.du_dx * offsets<T>.block_x[b] + record.du_dy * offsets<T>.block_y[b]);
+                v[b] = tile_v + (record.dv_dx * offsets<T>.block_x[b] + record.dv_dy * offsets<T>.block_y[b]);
+            }
+            return blocks;
+        }
+        // Separating axes: a block lies beside the box when its pixel centres all lie beyond one of its sides.
+        constexpr T to_middle = (block_size - 1) / T(2);
+        const Real middle_u = L::set(to_middle * (record.du_dx + record.du_dy));
+        const Real middle_v = L::set(to_middle * (record.dv_dx + record.dv_dy));
+        Sampler widened = sampler;
+        widened.widen(L::set(to_middle * (std::fabs(record.du_dx) + std::fabs(record.du_dy))),
+                      L::set(to_middle * (std::fabs(record.dv_dx) + std::fabs(record.dv_dy))));
+        const Real du_dx = L::set(record.du_dx), du_dy = L::set(record.du_dy);
+        const Real dv_dx = L::set(record.dv_dx), dv_dy = L::set(record.dv_dy);
+        std::uint32_t overlapping = 0;
+        for (int first = 0; first < num_blocks; first += L::width) {
+            const Real bx = L::load(offsets<T>.block_x + first), by = L::load(offsets<T>.block_y + first);
+            const Real block_u = L::set(tile_u) + (du_dx * bx + du_dy * by);
+            const Real block_v = L::set(tile_v) + (dv_dx * bx + dv_dy * by);
+            L::store(u + first, block_u);
+            L::store(v + first, block_v);
+            const auto meets = widened.inside(L::from_bits(blocks >> first), block_u + middle_u, block_v + middle_v);
+            overlapping |= L::bits(meets) << first;
+        }
+        return overlapping;
+    }
+};
+
 template <class T, Kernel kernel, bool with_depth>
-void blend_record(const RasterParams& params, const Record<T>& record, int x0, int y0, TileState<T>& tile) {
+[[gnu::always_inline]] inline void blend_record(const RasterParams& params, const Record<T>& record, int x0, int y0,
+                                                TileState<T>& tile) {
     using L = Lanes<T>;
     using Real = typename L::Real;
     constexpr int W = L::width;
     std::uint32_t blocks = blocks_in_bounds(record, x0, y0) & tile.alive_blocks;
     if (blocks == 0) return;
-
     const Sampler<T, kernel> sampler(params, record);
-    const T dx = static_cast<T>(x0) + T(0.5) - record.anchor_x;
-    const T dy = static_cast<T>(y0) + T(0.5) - record.anchor_y;
-    const Real tile_u = L::set(record.offset_u + (record.du_dx * dx + record.du_dy * dy));
-    const Real tile_v = L::set(record.offset_v + (record.dv_dx * dx + record.dv_dy * dy));
-    const Real du_dx = L::set(record.du_dx), du_dy = L::set(record.du_dy);
-    const Real dv_dx = L::set(record.dv_dx), dv_dy = L::set(record.dv_dy);
-
-    // Separating axes: a block lies beside the box when its pixel centres all lie beyond one of its sides.
-    constexpr T to_middle = (block_size - 1) / T(2);
-    const Real middle_u = L::set(to_middle * (record.du_dx + record.du_dy));
-    const Real middle_v = L::set(to_middle * (record.dv_dx + record.dv_dy));
-    const Real spread_u = L::set(to_middle * (std::fabs(record.du_dx) + std::fabs(record.du_dy)));
-    const Real spread_v = L::set(to_middle * (std::fabs(record.dv_dx) + std::fabs(record.dv_dy)));
-    alignas(64) T block_u[num_blocks], block_v[num_blocks];
-    std::uint32_t overlapping = 0;
-    for (int first = 0; first < num_blocks; first += W) {
-        const Real bx = L::load(offsets<T>.block_x + first), by = L::load(offsets<T>.block_y + first);
-        const Real u = tile_u + (du_dx * bx + du_dy * by);
-        const Real v = tile_v + (dv_dx * bx + dv_dy * by);
-        L::store(block_u + first, u);
-        L::store(block_v + first, v);
-        const Real mu = u + middle_u, mv = v + middle_v;
-        const auto along_u = L::both(L::less(sampler.low_u - spread_u, mu), L::less(mu, sampler.high_u + spread_u));
-        const auto along_v = L::both(L::less(sampler.low_v - spread_v, mv), L::less(mv, sampler.high_v + spread_v));
-        overlapping |= L::bits(L::both(along_u, along_v)) << first;
-    }
-    blocks &= overlapping;
+    BlockCoordinates<T> block;
+    blocks = block.find(record, sampler, x0, y0, blocks);
 
     Real lane_u[block_pixels / W], lane_v[block_pixels / W];
     for (int part = 0; part < block_pixels / W; ++part) {
         const Real px = L::load(offsets<T>.pixel_x + part * W), py = L::load(offsets<T>.pixel_y + part * W);
-        lane_u[part] = du_dx * px + du_dy * py;
-        lane_v[part] = dv_dx * px + dv_dy * py;
+        lane_u[part] = L::set(record.du_dx) * px + L::set(record.du_dy) * py;
+        lane_v[part] = L::set(record.dv_dx) * px + L::set(record.dv_dy) * py;
     }
     const Real opacity = L::set(record.opacity), depth = L::set(record.depth);
     const Real red = L::set(record.red), green = L::set(record.green), blue = L::set(record.blue);
@@ -311,24 +350,29 @@ void blend_record(const RasterParams& params, const Record<T>& record, int x0, i
         unsigned finished = 0;
         for (int part = 0; part < block_pixels / W; ++part) {
             const int lane = part * W;
-            const Real u = L::set(block_u[b]) + lane_u[part];
-            const Real v = L::set(block_v[b]) + lane_v[part];
-            const auto inside = L::both(sampler.inside(u, v), L::from_bits(static_cast<unsigned>(tile.alive[b]) >> lane));
+            const Real u = L::set(block.u[b]) + lane_u[part];
+            const Real v = L::set(block.v[b]) + lane_v[part];
+            const auto inside = sampler.inside(L::from_bits(static_cast<unsigned>(tile.alive[b]) >> lane), u, v);
             const Real alpha = L::min(opacity * sampler.coverage(u, v, inside), L::set(static_cast<T>(max_alpha)));
-            const auto painted = L::without(inside, L::less(alpha, L::set(static_cast<T>(min_alpha))));
+            const auto painted = L::at_least(inside, alpha, L::set(static_cast<T>(min_alpha)));
             const Real before = L::load(tile.transmittance[b] + lane);
             const Real full = before * alpha;
-            const auto stops = L::both(painted, L::less(before - full, L::set(static_cast<T>(min_transmittance))));
-            const Real weight = L::select(L::without(painted, stops), full, L::set(0));
-            L::store(tile.transmittance[b] + lane, before - weight);
-            L::store(tile.red[b] + lane, L::load(tile.red[b] + lane) + weight * red);
-            L::store(tile.green[b] + lane, L::load(tile.green[b] + lane) + weight * green);
-            L::store(tile.blue[b] + lane, L::load(tile.blue[b] + lane) + weight * blue);
-            if constexpr (with_depth) L::store(tile.depth[b] + lane, L::load(tile.depth[b] + lane) + weight * depth);
-            finished |= L::bits(stops) << lane;
+            const Real after = before - full;
+            const auto kept = L::at_least(painted, after, L::set(static_cast<T>(min_transmittance)));
+            const Real weight = L::where(kept, full);
+            L::store(tile.transmittance[b] + lane, L::select(kept, after, before));
+            const auto add = [&](T* plane, Real value) {
+                L::store(plane + lane, L::multiply_add(weight, value, L::load(plane + lane)));
+            };
+            add(tile.red[b], red);
+            add(tile.green[b], green);
+            add(tile.blue[b], blue);
+            if constexpr (with_depth) add(tile.depth[b], depth);
+            finished |= (L::bits(painted) & ~L::bits(kept)) << lane;
         }
-        tile.alive[b] = static_cast<std::uint16_t>(tile.alive[b] & ~finished);
-        if (tile.alive[b] == 0) tile.alive_blocks &= ~(1u << b);
+        const unsigned alive = tile.alive[b] & ~finished;  // no branch: it would be taken often and known late
+        tile.alive[b] = static_cast<std::uint16_t>(alive);
+        tile.alive_blocks &= ~((alive == 0 ? 1u : 0u) << b);
     }
 }
 
@@ -349,27 +393,29 @@ template <class T>
     __builtin_memcpy(rgb + 8, &third, sizeof third);
 }
 
+// Four pixels of a row from a block, to pixel x of the row; the first `count` of them.
+template <class T>
+[[gnu::always_inline]] inline void write_four(const TileState<T>& tile, int b, int p, int x, std::size_t count, T* rgb,
+                                              T* alpha, T* depth) {
+    T colors[3 * block_size], alphas[block_size], depths[block_size];
+    interleave(tile.red[b] + p, tile.green[b] + p, tile.blue[b] + p, colors);
+    for (int i = 0; i < block_size; ++i) alphas[i] = 1 - tile.transmittance[b][p + i];
+    __builtin_memcpy(rgb + 3 * x, colors, 3 * count * sizeof(T));
+    __builtin_memcpy(alpha + x, alphas, count * sizeof(T));
+    if (depth == nullptr) return;
+    for (int i = 0; i < block_size; ++i) depths[i] = alphas[i] > 0 ? tile.depth[b][p + i] / alphas[i] : 0;
+    __builtin_memcpy(depth + x, depths, count * sizeof(T));
+}
+
+// `num_columns` pixels of row y of the tile, to wherever they belong.
 template <class T>
 void write_row(const TileState<T>& tile, int y, int num_columns, T* rgb, T* alpha, T* depth) {
-    const int first_block = y / block_size * block_columns, first_pixel = y % block_size * block_size;
-    for (int x = 0; x < num_columns; x += block_size) {
-        const int b = first_block + x / block_size;
-        T colors[3 * block_size], alphas[block_size], depths[block_size];
-        const bool is_whole = x + block_size <= num_columns;
-        interleave(tile.red[b] + first_pixel, tile.green[b] + first_pixel, tile.blue[b] + first_pixel,
-                   is_whole ? rgb + 3 * x : colors);
-        T* to_alpha = is_whole ? alpha + x : alphas;
-        T* to_depth = depth == nullptr || !is_whole ? depths : depth + x;
-        for (int i = 0; i < block_size; ++i) to_alpha[i] = 1 - tile.transmittance[b][first_pixel + i];
-        if (depth != nullptr)
-            for (int i = 0; i < block_size; ++i)
-                to_depth[i] = to_alpha[i] > 0 ? tile.depth[b][first_pixel + i] / to_alpha[i] : 0;
-        for (int i = 0; !is_whole && x + i < num_columns; ++i) {
-            for (int channel = 0; channel < 3; ++channel) rgb[3 * (x + i) + channel] = colors[3 * i + channel];
-            alpha[x + i] = alphas[i];
-            if (depth != nullptr) depth[x + i] = depths[i];
-        }
-    }
+    const int first_block = y / block_size * block_columns, p = y % block_size * block_size;
+    int x = 0;
+    for (; x + block_size <= num_columns; x += block_size)  // four is known here: the copies become plain stores
+        write_four(tile, first_block + x / block_size, p, x, block_size, rgb, alpha, depth);
+    if (x < num_columns)
+        write_four(tile, first_block + x / block_size, p, x, static_cast<std::size_t>(num_columns - x), rgb, alpha, depth);
 }
 
 template <class T>
@@ -387,8 +433,11 @@ void write_tile(const RasterParams& params, const TileState<T>& tile, int x0, in
 template <class T, Kernel kernel, bool with_depth>
 void blend_all(const RasterParams& params, const Record<T>* records, const std::uint32_t* ids, std::size_t num_ids,
                int x0, int y0, TileState<T>& tile) {
-    for (std::size_t i = 0; i < num_ids && tile.alive_blocks != 0; ++i)
+    constexpr std::size_t ahead = 4;  // records lie in depth order: those of a tile are far apart in memory
+    for (std::size_t i = 0; i < num_ids && tile.alive_blocks != 0; ++i) {
+        __builtin_prefetch(&records[ids[i + ahead < num_ids ? i + ahead : i]]);
         blend_record<T, kernel, with_depth>(params, records[ids[i]], x0, y0, tile);
+    }
 }
 
 template <class T, Kernel kernel>
@@ -419,7 +468,8 @@ void paint_tile(const RasterParams& params, const Record<T>* records, const std:
 }
 
 #define BRUSHGS_INSTANTIATE(T)                                                                                     \
-    template void make_records<T>(const RasterParams&, const BoxView<T>&, std::size_t, std::size_t, Record<T>*); \
+    template void make_records<T>(const RasterParams&, const BoxView<T>&, std::size_t, std::size_t, Record<T>*, \
+                                  Outline*);                                                                        \
     template void paint_tile<T>(const RasterParams&, const Record<T>*, const std::uint32_t*, std::size_t, int, int, \
                                 const Picture<T>&);
 BRUSHGS_INSTANTIATE(float)

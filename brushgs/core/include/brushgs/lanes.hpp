@@ -32,10 +32,11 @@ struct GenericLanes {
         return x;
     }
     BRUSHGS_INLINE void store(T* p, Real x) { __builtin_memcpy(p, &x, sizeof x); }
-    BRUSHGS_INLINE Mask less(Real a, Real b) { return a < b; }
-    BRUSHGS_INLINE Mask both(Mask a, Mask b) { return a & b; }
-    BRUSHGS_INLINE Mask without(Mask a, Mask b) { return a & ~b; }
+    BRUSHGS_INLINE Real multiply_add(Real a, Real b, Real c) { return a * b + c; }
+    BRUSHGS_INLINE Mask less(Mask m, Real a, Real b) { return m & (a < b); }
+    BRUSHGS_INLINE Mask at_least(Mask m, Real a, Real b) { return m & (a >= b); }
     BRUSHGS_INLINE Real select(Mask m, Real a, Real b) { return m ? a : b; }
+    BRUSHGS_INLINE Real where(Mask m, Real a) { return m ? a : Real{}; }
     BRUSHGS_INLINE Real min(Real a, Real b) { return a < b ? a : b; }
     BRUSHGS_INLINE unsigned bits(Mask m) {
         unsigned result = 0;
@@ -91,10 +92,11 @@ struct Lanes<float> {
     BRUSHGS_INLINE Real set(float x) { return _mm512_set1_ps(x); }
     BRUSHGS_INLINE Real load(const float* p) { return _mm512_loadu_ps(p); }
     BRUSHGS_INLINE void store(float* p, Real x) { _mm512_storeu_ps(p, x); }
-    BRUSHGS_INLINE Mask less(Real a, Real b) { return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ); }
-    BRUSHGS_INLINE Mask both(Mask a, Mask b) { return _kand_mask16(a, b); }
-    BRUSHGS_INLINE Mask without(Mask a, Mask b) { return _kandn_mask16(b, a); }
+    BRUSHGS_INLINE Real multiply_add(Real a, Real b, Real c) { return _mm512_fmadd_ps(a, b, c); }
+    BRUSHGS_INLINE Mask less(Mask m, Real a, Real b) { return _mm512_mask_cmp_ps_mask(m, a, b, _CMP_LT_OQ); }
+    BRUSHGS_INLINE Mask at_least(Mask m, Real a, Real b) { return _mm512_mask_cmp_ps_mask(m, a, b, _CMP_GE_OQ); }
     BRUSHGS_INLINE Real select(Mask m, Real a, Real b) { return _mm512_mask_blend_ps(m, b, a); }
+    BRUSHGS_INLINE Real where(Mask m, Real a) { return _mm512_maskz_mov_ps(m, a); }
     BRUSHGS_INLINE Real min(Real a, Real b) { return _mm512_min_ps(a, b); }
     BRUSHGS_INLINE unsigned bits(Mask m) { return _cvtmask16_u32(m); }
     BRUSHGS_INLINE Mask from_bits(unsigned bits) { return _cvtu32_mask16(bits); }
@@ -105,8 +107,8 @@ struct Lanes<float> {
     }
     template <int k>
     BRUSHGS_INLINE Real byte(Int x) {
-        const Int shifted = k == 0 ? x : _mm512_srli_epi32(x, 8 * k);
-        return _mm512_cvtepi32_ps(k == 3 ? shifted : _mm512_and_si512(shifted, _mm512_set1_epi32(255)));
+        const __m128i pick = _mm_setr_epi8(k, -1, -1, -1, k + 4, -1, -1, -1, k + 8, -1, -1, -1, k + 12, -1, -1, -1);
+        return _mm512_cvtepi32_ps(_mm512_shuffle_epi8(x, _mm512_broadcast_i32x4(pick)));
     }
     BRUSHGS_INLINE Real exp2_of_whole(Real n) {
         const Int biased = _mm512_add_epi32(_mm512_cvttps_epi32(n), _mm512_set1_epi32(127));
@@ -126,10 +128,11 @@ struct Lanes<float> {
     BRUSHGS_INLINE Real set(float x) { return _mm256_set1_ps(x); }
     BRUSHGS_INLINE Real load(const float* p) { return _mm256_loadu_ps(p); }
     BRUSHGS_INLINE void store(float* p, Real x) { _mm256_storeu_ps(p, x); }
-    BRUSHGS_INLINE Mask less(Real a, Real b) { return _mm256_cmp_ps(a, b, _CMP_LT_OQ); }
-    BRUSHGS_INLINE Mask both(Mask a, Mask b) { return _mm256_and_ps(a, b); }
-    BRUSHGS_INLINE Mask without(Mask a, Mask b) { return _mm256_andnot_ps(b, a); }
+    BRUSHGS_INLINE Real multiply_add(Real a, Real b, Real c) { return _mm256_fmadd_ps(a, b, c); }
+    BRUSHGS_INLINE Mask less(Mask m, Real a, Real b) { return _mm256_and_ps(m, _mm256_cmp_ps(a, b, _CMP_LT_OQ)); }
+    BRUSHGS_INLINE Mask at_least(Mask m, Real a, Real b) { return _mm256_and_ps(m, _mm256_cmp_ps(a, b, _CMP_GE_OQ)); }
     BRUSHGS_INLINE Real select(Mask m, Real a, Real b) { return _mm256_blendv_ps(b, a, m); }
+    BRUSHGS_INLINE Real where(Mask m, Real a) { return _mm256_and_ps(m, a); }
     BRUSHGS_INLINE Real min(Real a, Real b) { return _mm256_min_ps(a, b); }
     BRUSHGS_INLINE unsigned bits(Mask m) { return static_cast<unsigned>(_mm256_movemask_ps(m)); }
     BRUSHGS_INLINE Mask from_bits(unsigned bits) {
@@ -145,8 +148,8 @@ struct Lanes<float> {
     }
     template <int k>
     BRUSHGS_INLINE Real byte(Int x) {
-        const Int shifted = k == 0 ? x : _mm256_srli_epi32(x, 8 * k);
-        return _mm256_cvtepi32_ps(k == 3 ? shifted : _mm256_and_si256(shifted, _mm256_set1_epi32(255)));
+        const __m128i pick = _mm_setr_epi8(k, -1, -1, -1, k + 4, -1, -1, -1, k + 8, -1, -1, -1, k + 12, -1, -1, -1);
+        return _mm256_cvtepi32_ps(_mm256_shuffle_epi8(x, _mm256_broadcastsi128_si256(pick)));
     }
     BRUSHGS_INLINE Real exp2_of_whole(Real n) {
         const Int biased = _mm256_add_epi32(_mm256_cvttps_epi32(n), _mm256_set1_epi32(127));

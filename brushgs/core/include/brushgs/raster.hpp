@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -64,26 +65,34 @@ struct Picture {
     T* depth;  // [H, W] or null
 };
 
-// What one stroke needs at every pixel: texel = offset + gradient . (pixel centre - anchor). The anchor is a
-// whole pixel in or beside the picture, so that differences stay exact however far away the centre lies.
+// What one stroke needs at every pixel: texel = offset + gradient . (pixel - anchor). The anchor is a whole pixel
+// in or beside the picture, so that differences stay exact however far away the box centre lies. One cache line.
 template <class T>
-struct Record {
-    T anchor_x, anchor_y;    // pixels, at +0.5
-    T offset_u, offset_v;    // texels (Gaussian: standard deviations; ellipse: half axes) at the anchor
+struct alignas(64) Record {
+    T offset_u, offset_v;  // texels (Gaussian: standard deviations; ellipse: half axes) at the anchor's centre
     T du_dx, du_dy, dv_dx, dv_dy;
     T red, green, blue;
-    T opacity;               // images: per texel unit, that is / 255
+    T opacity;  // images: per texel unit, that is / 255
     T depth;
-    T limit;                 // analytic kernels: |u| and |v| of anything visible stay below this
-    std::int32_t level;      // images: row of `levels`
+    T limit;                                // analytic kernels: |u| and |v| of anything visible stay below this
+    std::int32_t level;                     // images: row of `levels`
+    std::int16_t anchor_x, anchor_y;        // pixels
     std::int16_t left, top, right, bottom;  // pixels of the picture that the box may cover; empty: right < left
+};
+static_assert(sizeof(Record<float>) == 64);
+
+// The outline of a painted box, for the question which tiles it reaches.
+struct Outline {
+    float center_x, center_y;  // pixels
+    float cos, sin;            // of the u axis
+    float reach_u, reach_v;    // painted half lengths, pixels
 };
 
 // Records of tile t: ids[starts[t]] to ids[starts[t + 1]], in stroke order.
 struct TileLists {
     int columns, rows;
     std::vector<std::uint32_t> starts;
-    std::vector<std::uint32_t> ids;
+    std::unique_ptr<std::uint32_t[]> ids;
 };
 
 // The pre-filtered level that each box needs: along each axis the number of `bounds` (half extents in pixels,
@@ -101,12 +110,13 @@ LevelChoice choose_levels(std::size_t count, const T* half_extents, std::span<co
 template <class T>
 void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture);
 
-// Implemented once per instruction set, in raster_kernel.cpp.
+// Implemented once per instruction set, in raster_kernel.cpp. Boxes begin to end become records[begin...] and
+// outlines[0...].
 #define BRUSHGS_DECLARE_RASTER_KERNELS(isa)                                                             \
     namespace isa {                                                                                     \
     template <class T>                                                                                  \
     void make_records(const RasterParams&, const BoxView<T>&, std::size_t begin, std::size_t end,    \
-                      Record<T>* records);                                                              \
+                      Record<T>* records, Outline* outlines);                                           \
     template <class T>                                                                                  \
     void paint_tile(const RasterParams&, const Record<T>* records, const std::uint32_t* ids,            \
                     std::size_t num_ids, int tile_x, int tile_y, const Picture<T>&);                    \
