@@ -133,15 +133,14 @@ class _Plan:
 
     def decode(self, rows: NDArray[np.void], out: Columns) -> None:
         """Sort the properties of some rows into columns, as float32."""
-        with np.errstate(over="ignore"):  # what float32 cannot hold becomes infinity and is found there
-            _copy(rows, self.means, out.means)
-            _copy(rows, self.quats, out.quats)
-            _copy(rows, self.scales, out.scales)
-            _copy(rows, self.opacities, out.opacities[:, None])
-            _copy(rows, self.colors, out.sh[:, 0])
-            for channel, runs in enumerate(self.rest):
-                # A channel at a time: the inner loop is 15 long and not 3, which takes a third of the time.
-                _copy(rows, runs, out.sh[:, 1:, channel])
+        _copy(rows, self.means, out.means)
+        _copy(rows, self.quats, out.quats)
+        _copy(rows, self.scales, out.scales)
+        _copy(rows, self.opacities, out.opacities[:, None])
+        _copy(rows, self.colors, out.sh[:, 0])
+        for channel, runs in enumerate(self.rest):
+            # A channel at a time: the inner loop is 15 long and not 3, which takes a third of the time.
+            _copy(rows, runs, out.sh[:, 1:, channel])
 
 
 def _find_runs(dtype: np.dtype[Any], names: tuple[str, ...]) -> list[_Run]:
@@ -197,7 +196,8 @@ def _count_used_terms(path: Path, header: Header, vertex: Element, num_terms: in
             channels = [_names_of_rest(channel, num_terms, start, stop) for channel in range(3)]
             bands[stop] = [run for names in channels for run in _find_runs(vertex.dtype, names)]
     used = 1
-    with open_rows(path, header, vertex, block_rows) as rows:
+    # A NaN that signals is a value, not a reason to warn.
+    with np.errstate(all="ignore"), open_rows(path, header, vertex, block_rows) as rows:
         for start in range(0, vertex.count, block_rows):
             if used == num_terms:
                 break

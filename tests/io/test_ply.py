@@ -192,6 +192,14 @@ def test_values_beyond_float32_count_as_infinite(tmp_path: Path) -> None:
         assert len(load(path)) == 4
 
 
+def test_a_nan_that_signals_is_as_broken_as_any_other(tmp_path: Path) -> None:
+    columns = scene_columns(5, degree=1)
+    for name in ("rot_1", "f_rest_3"):
+        columns[name].view(np.uint32)[2] = 0x7FA00000
+    with pytest.warns(SceneWarning, match=r"1 of 5 rows .* \(first: row 2, rot_1 = nan\)"):
+        assert len(load(write_scene(tmp_path / "a.ply", columns))) == 4
+
+
 def test_nan_in_a_column_that_is_not_used_does_no_harm(tmp_path: Path) -> None:
     columns = scene_columns(5)
     columns["nx"][:] = np.nan
