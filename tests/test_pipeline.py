@@ -280,7 +280,7 @@ def test_a_background_that_is_no_picture_is_refused_before_the_work(scene, tmp_p
     (tmp_path / "ground.png").write_text("no picture")
     report = Report()
     draw = DrawConfig(stroke="ellipse", background=str(tmp_path / "ground.png"))
-    with pytest.raises(bg.SceneError, match="ground.png"):
+    with pytest.raises(bg.SceneError, match=r"ground\.png"):
         paint_file(scene, tmp_path / "a.png", config(draw=draw), report=report)
     assert "prune" not in [stage.name for stage in report.stages]
     assert not (tmp_path / "a.png").exists()
