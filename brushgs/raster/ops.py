@@ -165,7 +165,7 @@ _cache: WeakKeyDictionary[StrokeTexture, dict[tuple[int, int], _Packed]] = WeakK
 
 
 def _packed(texture: StrokeTexture, level_u: int, level_v: int) -> _Packed:
-    """One level as the core reads it (each texel paired with the one below), and its (columns, rows). Made once."""
+    """One level as the core reads it, each texel paired with the one below, and its (columns, rows)."""
     of_texture = _cache.setdefault(texture, {})
     if (level_u, level_v) not in of_texture:
         texels = level_coverage(texture.coverage, level_u, level_v).astype(np.uint16)
