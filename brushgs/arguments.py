@@ -242,7 +242,7 @@ def _add_prune(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--weight",
         choices=get_args(Weight),
-        help="what counts: 'contribution' = opacity x area (default), or 'paper' = also x luminance",
+        help="what counts: 'contribution' to pictures: opacity, area, not being hidden (default); 'paper': intensity",
     )
 
 

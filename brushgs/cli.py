@@ -173,7 +173,7 @@ def _text(value: object) -> str:
 def _beside(scene: Path, ending: str, suffix: str) -> Path:
     """Name of an output in the current folder: koala.ply, swirl -> koala-swirl.png."""
     stem = scene.stem.removesuffix(".compressed")
-    return Path(f"{stem}-{ending}{suffix}")
+    return Path(f"{stem}-{'_'.join(ending.split())}{suffix}")
 
 
 COMMANDS = {

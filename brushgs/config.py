@@ -26,7 +26,7 @@ class PruneConfig:
 
     Attributes:
         keep: share of the Gaussians that stays, in (0, 1]; those of highest weight.
-        weight: "contribution" (opacity x area) or "paper" (the published intensity).
+        weight: "contribution" or "paper" (the published intensity), see `prune`.
     """
 
     keep: float = 0.7

@@ -1,6 +1,6 @@
 """The stages in order, each timed, each able to say what it did and what this scene does not need.
 
-    stroke -> load -> camera -> prune -> cluster -> project -> rasterise -> write
+    stroke -> load -> camera (-> background) -> prune -> cluster -> project -> rasterise -> write
 
 The camera is framed on the scene as loaded, so that paintings of one scene with other counts line up.
 Every step takes a `Report` and adds its `Stage`; a scene is let go as soon as the next one is made of it.
@@ -20,6 +20,7 @@ from brushgs.stages import (
     cluster_scene,
     draw,
     load_scene,
+    open_ground,
     open_stroke,
     project_scene,
     prune_scene,
@@ -60,13 +61,14 @@ def paint_file(
     texture = open_stroke(config.draw, report)
     gaussians, file_up = load_scene(scene, report)
     camera = choose_camera(gaussians, config.view, report, file_up=file_up, camera=camera)
+    ground = open_ground(config.draw, camera, report)
     num_loaded = len(gaussians)
     gaussians = prune_scene(gaussians, config.prune, report)
     gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded)
     boxes = project_scene(gaussians, camera, texture, config.draw, report)
     is_deep = output.suffix.lower() == ".exr"  # the one format that carries depth
     frame = draw(boxes, camera, texture, config.draw, report, depth=is_deep)
-    write_picture(frame, output, config.draw, report)
+    write_picture(frame, output, ground, config.draw, report)
     report.output = str(output)
     return report
 

@@ -4,14 +4,15 @@ A stage takes all it needs as arguments and imports what is heavy only when it r
 `pipeline`'s business.
 """
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.background import open_background
+from brushgs.background import Ground, open_background
 from brushgs.config import DEFAULT_SIZE, ClusterConfig, DrawConfig, PruneConfig, ViewConfig
-from brushgs.errors import SceneError
+from brushgs.errors import SceneError, SceneWarning
 from brushgs.framing import DEFAULT_UP, default_elevation, frame_scene, subject, up_vector
 from brushgs.report import Report, Stage
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
@@ -151,6 +152,9 @@ def project_scene(
             stage.counts[reason] = count
             if count:
                 stage.left_out.append(f"{count:,} strokes {words}")
+        if len(boxes) == 0:
+            sentence = "no stroke is in the picture; check that the camera and the scene belong together"
+            warnings.warn(SceneWarning(sentence), stacklevel=2)
         degree = used_sh_degree(gaussians)
         stage.counts["sh_degree"] = degree
         if degree < gaussians.sh_degree:
@@ -189,13 +193,23 @@ def draw(
     return frame
 
 
-def write_picture(frame: Frame, path: Path, config: DrawConfig, report: Report) -> None:
+def open_ground(config: DrawConfig, camera: Camera, report: Report) -> Ground:
+    """The background of a picture; a stage of its own only where an image is read."""
+    if not Path(config.background).is_file():
+        return open_background(config.background, camera.width, camera.height)
+    with report.stage("background") as stage:
+        ground = open_background(config.background, camera.width, camera.height)
+        stage.did = f"{config.background}, scaled to fill the picture"
+        stage.counts = {"path": config.background}
+    return ground
+
+
+def write_picture(frame: Frame, path: Path, ground: Ground, config: DrawConfig, report: Report) -> None:
     """A picture to a file, on its background."""
     with report.stage("write") as stage:
         from brushgs.io.images import write_frame
 
-        height, width = frame.alpha.shape
-        write_frame(frame, path, background=open_background(config.background, width, height))
+        write_frame(frame, path, background=ground)
         stage.did = f"{path}, on {config.background}"
         stage.counts = {"path": str(path), "bytes": path.stat().st_size, "background": config.background}
 
@@ -207,7 +221,7 @@ def write_scene(gaussians: Gaussians, output: str | Path, report: Report) -> Rep
 
         save(gaussians, output)
         size = Path(output).stat().st_size
-        stage.did = f"{output}, {size / 1e6:.1f} MB"
+        stage.did = f"{output}, {size / 1e6:,.1f} MB" if size >= 1e6 else f"{output}, {size / 1e3:,.0f} kB"
         stage.counts = {"path": str(output), "bytes": size, "gaussians": len(gaussians)}
     report.output = str(output)
     return report

@@ -70,6 +70,10 @@ def test_render_names_its_output_prints_the_path_and_a_table(scene, capsys):
     assert names() == ["pears-ellipse.png"]
 
 
+def test_the_name_of_an_output_has_no_spaces(scene, capsys):
+    assert run(capsys, "render", scene, *SMALL, "--stroke", "Dry Brush")[1] == "pears-Dry_Brush.png\n"
+
+
 def test_quiet_says_nothing(scene, capsys):
     assert run(capsys, "render", scene, *SMALL, "--quiet") == (0, "", "")
     assert Path("pears-ellipse.png").is_file()

@@ -197,10 +197,11 @@ def test_an_image_as_background_fills_the_picture(scene, tmp_path):
     bg.save(bg.Frame(ground, np.ones((10, 30), np.float32)), tmp_path / "ground.png")
     view = ViewConfig(size=(40, 40), zoom=0.05)
     draw = DrawConfig(stroke="ellipse", background=str(tmp_path / "ground.png"))
-    paint_file(scene, tmp_path / "a.png", config(view=view, draw=draw))
+    report = paint_file(scene, tmp_path / "a.png", config(view=view, draw=draw))
     pixels = read_image(tmp_path / "a.png")
     assert pixels[0, :15].max() < 0.05
     assert pixels[0, 25:].min() > 0.95
+    assert stage(report, "background").counts == {"path": str(tmp_path / "ground.png")}
 
 
 def test_a_camera_file_gives_the_view_and_its_size(scene, tmp_path):
@@ -273,6 +274,23 @@ def test_a_folder_that_refuses_is_found_before_the_work(tmp_path, monkeypatch):
 def test_a_background_that_means_nothing_is_refused_before_the_work(tmp_path, ground):
     with pytest.raises(ValueError, match="background must be white, black, transparent, #rrggbb or an image"):
         paint_file(tmp_path / "none.ply", tmp_path / "a.png", config(draw=DrawConfig(background=ground)))
+
+
+def test_a_background_that_is_no_picture_is_refused_before_the_work(scene, tmp_path):
+    (tmp_path / "ground.png").write_text("no picture")
+    report = Report()
+    draw = DrawConfig(stroke="ellipse", background=str(tmp_path / "ground.png"))
+    with pytest.raises(bg.SceneError, match=r"ground\.png"):
+        paint_file(scene, tmp_path / "a.png", config(draw=draw), report=report)
+    assert "prune" not in [stage.name for stage in report.stages]
+    assert not (tmp_path / "a.png").exists()
+
+
+def test_a_view_that_sees_nothing_is_painted_with_a_warning(gaussians):
+    away = bg.Camera.look_at((0, 0, -50), (0, 0, -100), width=8, height=6)
+    with pytest.warns(bg.SceneWarning, match="no stroke is in the picture"):
+        frame = paint(gaussians, config(strokes=None), camera=away)
+    assert not frame.alpha.any()
 
 
 def test_passes_stand_alone(scene, tmp_path):

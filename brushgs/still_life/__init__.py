@@ -28,6 +28,7 @@ NUM_GAUSSIANS = 50_000
 COVER = 0.67  # standard deviation over point spacing: neighbours close the surface without blurring it
 SH_CONSTANT = 0.5 / np.sqrt(np.pi)  # the basis function of degree 0
 FLATNESS = 0.12  # thickness over width of a Gaussian
+JITTER = 0.25  # along the surface, over point spacing: an even pattern would show as a weave
 SIZE_SPREAD = 0.28  # log-normal spread of sizes, as training leaves it
 
 
@@ -88,7 +89,10 @@ def _gaussians_of(body: Body, number: int, blockers: Blockers, rng: Generator) -
     size = COVER * body.size * patch.spacing * np.exp(rng.normal(0, SIZE_SPREAD, len(patch)))
     scales = size[:, None] * np.array([np.sqrt(body.stretch), 1 / np.sqrt(body.stretch), FLATNESS])
     opacities = np.broadcast_to(body.opacity, len(patch)) * rng.uniform(0.93, 1.0, len(patch))
-    return patch.points, _frames(patch.normals, patch.tangents), scales, opacities, sh
+    across = np.cross(patch.normals, patch.tangents)
+    shifts = JITTER * patch.spacing[:, None] * rng.normal(size=(len(patch), 2))
+    means = patch.points + shifts[:, :1] * patch.tangents + shifts[:, 1:] * across
+    return means, _frames(patch.normals, patch.tangents), scales, opacities, sh
 
 
 def _view_dependent(body: Body, matt: Floats, lamp: Floats) -> Floats:

@@ -285,7 +285,7 @@ struct BlockCoordinates {
     alignas(64) T v[num_blocks];
 
     // Below this many blocks it is cheaper to paint one in vain than to test them all.
-    static constexpr int worth_testing = 4;
+    static constexpr int worth_testing = 2;
 
     template <class Sampler>
     [[gnu::always_inline]] inline std::uint32_t find(const Record<T>& record, const Sampler& sampler, int x0, int y0,
@@ -345,16 +345,26 @@ template <class T, Kernel kernel, bool with_depth>
     const Real opacity = L::set(record.opacity), depth = L::set(record.depth);
     const Real red = L::set(record.red), green = L::set(record.green), blue = L::set(record.blue);
 
-    for (; blocks != 0; blocks &= blocks - 1) {
-        const int b = __builtin_ctz(blocks);
-        unsigned finished = 0;
+    // Two passes over the blocks: what a gather makes wait is then only the first, and that has few instructions.
+    alignas(64) T alphas[num_blocks][block_pixels];
+    for (std::uint32_t rest = blocks; rest != 0; rest &= rest - 1) {
+        const int b = __builtin_ctz(rest);
         for (int part = 0; part < block_pixels / W; ++part) {
             const int lane = part * W;
             const Real u = L::set(block.u[b]) + lane_u[part];
             const Real v = L::set(block.v[b]) + lane_v[part];
             const auto inside = sampler.inside(L::from_bits(static_cast<unsigned>(tile.alive[b]) >> lane), u, v);
             const Real alpha = L::min(opacity * sampler.coverage(u, v, inside), L::set(static_cast<T>(max_alpha)));
-            const auto painted = L::at_least(inside, alpha, L::set(static_cast<T>(min_alpha)));
+            L::store(alphas[b] + lane, L::where(inside, alpha));
+        }
+    }
+    for (; blocks != 0; blocks &= blocks - 1) {
+        const int b = __builtin_ctz(blocks);
+        unsigned finished = 0;
+        for (int part = 0; part < block_pixels / W; ++part) {
+            const int lane = part * W;
+            const Real alpha = L::load(alphas[b] + lane);
+            const auto painted = L::at_least(L::from_bits(~0u), alpha, L::set(static_cast<T>(min_alpha)));
             const Real before = L::load(tile.transmittance[b] + lane);
             const Real full = before * alpha;
             const Real after = before - full;
