@@ -242,7 +242,7 @@ def _add_prune(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--weight",
         choices=get_args(Weight),
-        help="what counts: 'contribution' to pictures: opacity, area, not being hidden (default); 'paper': intensity",
+        help="what counts: 'contribution' to pictures by opacity, area, visibility (default), or 'paper'",
     )
 
 
