@@ -58,10 +58,13 @@ class Gaussians:
         if sizes["k"] not in SH_TERMS:
             raise ValueError(f"Gaussians: sh must have 1, 4, 9 or 16 terms, got {sizes['k']}")
         _check_finite("Gaussians", self)
-        _check_rows("Gaussians", "scales", "be >= 0", (self.scales < 0).any(axis=1))
+        # The masks of rows are made only where a cheap look at all values at once finds a fault.
+        if self.scales.min(initial=0) < 0:
+            _check_rows("Gaussians", "scales", "be >= 0", np.any(self.scales < 0, axis=1))
         outside = (self.opacities < 0) | (self.opacities > 1)
         _check_rows("Gaussians", "opacities", "lie in 0 to 1 (decoded, not logits)", outside)
-        _check_rows("Gaussians", "quats", "have a length above zero", ~self.quats.any(axis=1))
+        if not self.quats[:, 0].all():
+            _check_rows("Gaussians", "quats", "have a length above zero", ~self.quats.any(axis=1))
 
     def __len__(self) -> int:
         return len(self.means)
@@ -302,6 +305,5 @@ def _check_finite(where: str, value: Any) -> None:
 def _check_rows(where: str, name: str, rule: str, is_bad: NDArray[np.bool_]) -> None:
     """Raise ValueError that names how many rows break the rule and the first of them."""
     if is_bad.any():
-        raise ValueError(
-            f"{where}: {name} must {rule}, got {np.count_nonzero(is_bad)} other rows, first at {np.argmax(is_bad)}"
-        )
+        num_bad, first = np.count_nonzero(is_bad), np.argmax(is_bad)
+        raise ValueError(f"{where}: {name} must {rule}, got {num_bad} other rows, first at {first}")

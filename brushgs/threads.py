@@ -23,9 +23,8 @@ def num_threads_or_default(num_threads: int | None) -> int:
     try:
         num_threads = operator.index(num_threads)
     except TypeError:
-        raise TypeError(
-            f"num_threads must be an integer or None, got {type(num_threads).__name__}; leave it out for all CPUs"
-        ) from None
+        kind = type(num_threads).__name__
+        raise TypeError(f"num_threads must be an integer, got {kind}; leave it out for every CPU") from None
     if num_threads < 1:
-        raise ValueError(f"num_threads must be at least 1, got {num_threads}; leave it out for all CPUs")
+        raise ValueError(f"num_threads must be at least 1, got {num_threads}; leave it out for every CPU")
     return num_threads

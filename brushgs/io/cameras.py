@@ -9,16 +9,14 @@ import json
 import math
 import warnings
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgs.errors import SceneError, SceneWarning
+from brushgs.io.camera_frame import CameraFrame, Json
 from brushgs.scene import Camera
 
 _CV_FROM_GL = np.diag([1.0, -1.0, -1.0])  # x right, y up, z backward -> x right, y down, z forward
-_NEAR_RIGID = 1e-2  # rotations this close to orthonormal were rounded, not scaled
 _BLENDER_SIZE = 800  # pixels; transforms.json of the NeRF-synthetic scenes leaves their size out
 _DISTORTION = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
 _PINHOLES = (
@@ -30,8 +28,6 @@ _PINHOLES = (
     "OPENCV_FISHEYE",
     "FULL_OPENCV",
 )
-
-Json = dict[str, Any]
 
 
 def load_cameras(path: str | Path) -> list[Camera]:
@@ -71,14 +67,15 @@ def load_cameras(path: str | Path) -> list[Camera]:
     for index, frame in enumerate(frames):
         if not isinstance(frame, dict):
             raise SceneError(path, f"frame {index}: must be an object, got {json.dumps(frame)[:40]}")
-        cameras.append(read(_Frame(path, index, frame, shared)))
+        cameras.append(read(CameraFrame(path, index, frame, shared)))
     _warn_of_distortion(path, shared, frames)
     return cameras
 
 
 def _read_json(path: Path) -> object:
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        # Every number as a float: one of a thousand digits is then infinite, and refused as such.
+        return json.loads(path.read_text(encoding="utf-8"), parse_int=float)
     except FileNotFoundError:
         raise SceneError(path, "there is no such file; check the path") from None
     except OSError as error:
@@ -87,96 +84,14 @@ def _read_json(path: Path) -> object:
         raise SceneError(path, f"is not JSON ({error}); give a cameras.json or transforms.json") from None
 
 
-class _Frame:
-    """One frame of a camera file; fields are looked up in the frame, then in what all frames share."""
-
-    def __init__(self, path: Path, index: int, own: Json, shared: Json) -> None:
-        self.path, self.index, self.own, self.shared = path, index, own, shared
-
-    def fail(self, message: str) -> SceneError:
-        """An error that names the frame."""
-        return SceneError(self.path, f"frame {self.index}: {message}")
-
-    def find(self, name: str) -> object:
-        """A field, or None."""
-        return self.own.get(name, self.shared.get(name))
-
-    def number(self, name: str, default: float | None = None) -> float:
-        """A finite number."""
-        value = self.find(name)
-        if value is None and default is not None:
-            return default
-        if value is None:
-            raise self.fail(f"no field {name!r}; export the cameras again")
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise self.fail(f"{name!r} must be a finite number, got {json.dumps(value)[:40]}")
-        return float(value)
-
-    def positive(self, name: str, default: float | None = None) -> float:
-        """A number above zero."""
-        value = self.number(name, default)
-        if value <= 0:
-            raise self.fail(f"{name!r} must be above 0, got {value:g}")
-        return value
-
-    def angle(self, name: str, unit: float = 1.0) -> float:
-        """A field of view in radians; `unit` is one unit of the field."""
-        value = self.positive(name) * unit
-        if value >= math.pi:
-            raise self.fail(f"{name!r} must be below half a turn, got {value / unit:g}")
-        return value
-
-    def array(self, name: str, *shape: int) -> NDArray[np.float64]:
-        """Finite numbers in the shape given; nested or not."""
-        value = self.find(name)
-        if value is None:
-            raise self.fail(f"no field {name!r}; export the cameras again")
-        try:
-            array = np.array(value, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise self.fail(f"{name!r} must hold numbers only") from None
-        if array.size != math.prod(shape) or not np.isfinite(array).all():
-            size = "x".join(map(str, shape))
-            raise self.fail(f"{name!r} must hold {size} finite numbers, got {json.dumps(value)[:60]}")
-        return array.reshape(shape)
-
-    def camera(
-        self,
-        world_from_cam: NDArray[np.float64],
-        position: NDArray[np.float64],
-        K: tuple[float, ...],
-        size: tuple[float, float],
-    ) -> Camera:
-        """The camera with a rotation freed of rounding; K is fx, fy, cx, cy."""
-        rotation = self.rigid(world_from_cam)
-        viewmat = np.eye(4)
-        viewmat[:3, :3] = rotation.T
-        viewmat[:3, 3] = -rotation.T @ position
-        fx, fy, cx, cy = K
-        matrix = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
-        try:
-            return Camera(viewmat, matrix, round(size[0]), round(size[1]))
-        except ValueError as error:
-            raise self.fail(str(error)) from None
-
-    def rigid(self, rotation: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The nearest rotation to a matrix that is almost one."""
-        left, stretch, right = np.linalg.svd(rotation)
-        if np.abs(stretch - 1).max() > _NEAR_RIGID or np.linalg.det(rotation) < 0:
-            found = ", ".join(f"{value:.4g}" for value in stretch)
-            mirrored = " and mirrored" if np.linalg.det(rotation) < 0 else ""
-            raise self.fail(f"the rotation must not scale or mirror, got axes {found} long{mirrored}")
-        return np.asarray(left @ right)
-
-
-def _read_inria(frame: _Frame) -> Camera:
+def _read_inria(frame: CameraFrame) -> Camera:
     """One entry of `cameras.json`; the principal point is the middle of the picture."""
     width, height = frame.positive("width"), frame.positive("height")
     K = frame.positive("fx"), frame.positive("fy"), width / 2, height / 2
     return frame.camera(frame.array("rotation", 3, 3), frame.array("position", 3), K, (width, height))
 
 
-def _read_transforms(frame: _Frame) -> Camera:
+def _read_transforms(frame: CameraFrame) -> Camera:
     """One frame of `transforms.json`; intrinsics stand in the frame or beside all frames."""
     model = frame.find("camera_model")
     if model is not None and model not in _PINHOLES:
@@ -196,7 +111,7 @@ def _read_transforms(frame: _Frame) -> Camera:
     return _from_opengl(frame, "transform_matrix", K, (width, height))
 
 
-def _read_path_frame(frame: _Frame) -> Camera:
+def _read_path_frame(frame: CameraFrame) -> Camera:
     """One pose of a nerfstudio camera path; `fov` is vertical and in degrees."""
     kind = frame.find("camera_type")
     if kind not in (None, "perspective"):
@@ -206,7 +121,7 @@ def _read_path_frame(frame: _Frame) -> Camera:
     return _from_opengl(frame, "camera_to_world", (focal, focal, width / 2, height / 2), (width, height))
 
 
-def _from_opengl(frame: _Frame, name: str, K: tuple[float, ...], size: tuple[float, float]) -> Camera:
+def _from_opengl(frame: CameraFrame, name: str, K: tuple[float, ...], size: tuple[float, float]) -> Camera:
     """A camera from a camera-to-world matrix with x right, y up, z backward; rows first, 3x4 or 4x4."""
     value = frame.find(name)
     num_rows = 3 if np.size(np.array(value, dtype=object)) == 12 else 4
@@ -216,7 +131,7 @@ def _from_opengl(frame: _Frame, name: str, K: tuple[float, ...], size: tuple[flo
 
 def _warn_of_distortion(path: Path, shared: Json, frames: list[Json]) -> None:
     """Warn once of lens distortion, which is left out."""
-    found = {}
+    found: dict[str, float] = {}
     for source in (shared, *frames):
         for name in _DISTORTION:
             value = source.get(name)

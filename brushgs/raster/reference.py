@@ -11,6 +11,7 @@ from brushgs.levels import axis_levels, level_coverage, level_index
 from brushgs.raster.constants import GAUSSIAN_SIGMAS, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE, Filter
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.sh import sh_basis
+from brushgs.shapes import Array
 from brushgs.textures import StrokeTexture
 
 F64 = NDArray[np.float64]
@@ -22,14 +23,16 @@ DIRECTION_NOISE = 1e-14  # directions are known to this; below, an ellipse is ro
 def project(gaussians: Gaussians, camera: Camera, *, num_sigmas: float = 2.0, low_pass: float = 0.3) -> Boxes:
     """`brushgs.project`, in float64 whatever the dtype of the scene."""
     scene = gaussians.astype(np.float64)
+    means, scales, opacities, sh = (
+        np.asarray(column, np.float64) for column in (scene.means, scene.scales, scene.opacities, scene.sh)
+    )
     W = camera.viewmat[:3, :3]
-    t = scene.means @ W.T + camera.viewmat[:3, 3]
-    ids = np.flatnonzero((t[:, 2] > camera.near) & (scene.opacities >= MIN_ALPHA)).astype(np.int32)
-    scene, t = scene.take(ids), t[ids]
+    t = means @ W.T + camera.viewmat[:3, 3]
+    ids = np.flatnonzero((t[:, 2] > camera.near) & (opacities >= MIN_ALPHA)).astype(np.int32)
+    t = t[ids]
 
-    M = (
-        _jacobian(t, camera) @ W @ rotation_matrices(scene.quats) * scene.scales[:, None, :]
-    )  # J W R S, [M, 2, 3]
+    J, R, S = jacobian(t, camera), rotation_matrices(scene.quats[ids]), scales[ids, None, :]
+    M = J @ W @ R * S  # [M, 2, 3], pixels per standard deviation
     angles = _major_axis(M)
     u = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     v = np.stack([-u[:, 1], u[:, 0]], axis=1)
@@ -37,22 +40,30 @@ def project(gaussians: Gaussians, camera: Camera, *, num_sigmas: float = 2.0, lo
     half_extents = num_sigmas * np.stack(deviations, axis=1)
     centers = t[:, :2] / t[:, 2:] * np.diag(camera.K)[:2] + camera.K[:2, 2]
 
-    reach = np.abs(u) * half_extents[:, :1] + np.abs(v) * half_extents[:, 1:]
-    is_outside = (centers + reach <= 0) | (centers - reach >= (camera.width, camera.height))
-    is_empty = (half_extents <= 0).any(axis=1)
-    directions = scene.means - camera.position
+    directions = means[ids] - camera.position
     directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    shades = np.einsum("nk,nkc->nc", sh_basis(directions, scene.sh_degree), scene.sh)
+    shades = np.einsum("nk,nkc->nc", sh_basis(directions, scene.sh_degree), sh[ids])
     colors = np.maximum(0, 0.5 + shades)
 
-    kept = np.flatnonzero(~is_outside.any(axis=1) & ~is_empty)
+    reach = np.abs(u) * half_extents[:, :1] + np.abs(v) * half_extents[:, 1:]
+    is_outside = (centers + reach <= 0) | (centers - reach >= (camera.width, camera.height))
+    is_empty = half_extents <= 0
+    kept = np.flatnonzero(~(is_outside | is_empty).any(axis=1))
     kept = kept[np.argsort(t[kept, 2], kind="stable")]
-    columns = (centers, half_extents, angles, t[:, 2], colors, scene.opacities, ids)
-    return Boxes(*(column[kept] for column in columns))
+    return Boxes(
+        centers[kept],
+        half_extents[kept],
+        angles[kept],
+        t[kept, 2],
+        colors[kept],
+        opacities[ids[kept]],
+        ids[kept],
+    )
 
 
-def rotation_matrices(quats: NDArray[np.float64]) -> NDArray[np.float64]:
+def rotation_matrices(quats: Array) -> NDArray[np.float64]:
     """[N, 3, 3] rotations of quaternions [N, 4] w, x, y, z of any length above zero."""
+    quats = np.asarray(quats, np.float64)
     quats = quats / np.abs(quats).max(axis=1, keepdims=True)  # squares of any length stay in range
     w, x, y, z = (quats / np.linalg.norm(quats, axis=1, keepdims=True)).T
     rows = [
@@ -63,7 +74,7 @@ def rotation_matrices(quats: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.moveaxis(np.array(rows), 2, 0)
 
 
-def _jacobian(t: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+def jacobian(t: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
     """[M, 2, 3] derivative of the pixel by camera coordinates t, at most a little outside the view."""
     fx, fy = camera.K[0, 0], camera.K[1, 1]
     limit_x, limit_y = CLAMP * camera.width / (2 * fx), CLAMP * camera.height / (2 * fy)

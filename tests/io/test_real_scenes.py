@@ -106,11 +106,11 @@ def test_a_real_camera_file_has_its_known_cameras(
 def test_real_cameras_see_their_scene(cameras: str, scene: str, share: float) -> None:
     """Wrong handedness or a transposed rotation turns cameras away: then next to nothing is in view.
 
-    Measured: 0.782, 0.995, 0.995, 0.732 of the Gaussians.
+    Measured over all views: 0.782, 0.995, 0.995, 0.732 of the Gaussians.
     """
     means = load(real_scene(scene)).means.astype(np.float64)
     seen = []
-    for camera in load_cameras(real_scene(cameras)):
+    for camera in load_cameras(real_scene(cameras))[::10]:
         x, y, z = camera.viewmat[:3, :3] @ means.T + camera.viewmat[:3, 3:]
         u, v = camera.K[:2] @ np.stack([x, y, z]) / z
         seen.append(np.mean((z > 0) & (u > 0) & (u < camera.width) & (v > 0) & (v < camera.height)))

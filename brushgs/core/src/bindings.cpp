@@ -8,11 +8,18 @@
 #include <algorithm>
 
 #include "brushgs/cpu.hpp"
+#include "brushgs/frame_pool.hpp"
 #include "brushgs/project.hpp"
 #include "brushgs/raster.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
+
+#if defined(__clang__)
+#define BRUSHGS_COMPILER "Clang " __clang_version__
+#else
+#define BRUSHGS_COMPILER "GCC " __VERSION__
+#endif
 
 namespace {
 
@@ -23,20 +30,24 @@ template <class T, std::size_t rank>
 using Out = nb::ndarray<T, nb::ndim<rank>, nb::c_contig, nb::device::cpu>;
 
 
-// Hands memory over to a NumPy array of shape [rows, width], or [rows] where width is 0.
+// A column of shape [rows, width], or [rows] where width is 0, in memory that lives as long as `owner`.
 template <class T>
-nb::object to_numpy(std::unique_ptr<T[]> values, std::size_t rows, std::size_t width = 0) {
-    const nb::capsule owner(values.get(), [](void* p) noexcept { delete[] static_cast<T*>(p); });
+nb::object column(T* values, std::size_t rows, std::size_t width, const nb::capsule& owner) {
     const std::size_t shape[2] = {rows, width};
-    return nb::cast(nb::ndarray<nb::numpy, T>(values.release(), width == 0 ? 1 : 2, shape, owner));
+    return nb::cast(nb::ndarray<nb::numpy, T>(values, width == 0 ? 1 : 2, shape, owner));
 }
 
 template <class T>
 nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
                   In<double, 2> viewmat, In<double, 2> K, int width, int height, double near,
                   double num_sigmas, double low_pass, int sh_degree, int num_threads) {
-    const brushgs::GaussianColumns<T> gaussians{means.data(),     quats.data(), scales.data(), opacities.data(),
-                                                sh.data(),        means.shape(0), sh.shape(1)};
+    const brushgs::GaussianColumns<T> gaussians{.means = means.data(),
+                                                .quats = quats.data(),
+                                                .scales = scales.data(),
+                                                .opacities = opacities.data(),
+                                                .sh = sh.data(),
+                                                .count = means.shape(0),
+                                                .sh_terms = sh.shape(1)};
     brushgs::ProjectParams params{.viewmat = {},
                                   .fx = K(0, 0),
                                   .fy = K(1, 1),
@@ -55,14 +66,15 @@ nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opac
         const nb::gil_scoped_release without_gil;
         boxes = brushgs::project(gaussians, params);
     }
-    const auto& culled = boxes.culled;
+    const std::size_t count = boxes.count;
+    const nb::capsule owner(boxes.memory.release(), [](void* memory) noexcept { brushgs::Free{}(memory); });
     return nb::make_tuple(
-        nb::make_tuple(to_numpy(std::move(boxes.centers), boxes.count, 2),
-                       to_numpy(std::move(boxes.half_extents), boxes.count, 2),
-                       to_numpy(std::move(boxes.angles), boxes.count), to_numpy(std::move(boxes.depths), boxes.count),
-                       to_numpy(std::move(boxes.colors), boxes.count, 3),
-                       to_numpy(std::move(boxes.opacities), boxes.count), to_numpy(std::move(boxes.ids), boxes.count)),
-        nb::make_tuple(culled.behind_near, culled.not_finite, culled.faint, culled.outside));
+        nb::make_tuple(column(boxes.centers, count, 2, owner), column(boxes.half_extents, count, 2, owner),
+                       column(boxes.angles, count, 0, owner), column(boxes.depths, count, 0, owner),
+                       column(boxes.colors, count, 3, owner), column(boxes.opacities, count, 0, owner),
+                       column(boxes.ids, count, 0, owner)),
+        nb::make_tuple(boxes.culled.behind_near, boxes.culled.not_finite, boxes.culled.faint,
+                       boxes.culled.outside));
 }
 
 template <class T>
@@ -73,6 +85,24 @@ void def_project(nb::module_& m) {
           nb::arg("near"), nb::arg("num_sigmas"), nb::arg("low_pass"), nb::arg("sh_degree"), nb::arg("num_threads"),
           "Columns of the boxes, nearest first, and the counts (behind_near, not_finite, faint, outside) of the "
           "Gaussians that have none.");
+}
+
+// An uninitialised array from the frame pool, to which its memory returns.
+template <class T>
+nb::ndarray<nb::numpy, T> new_plane(const std::vector<std::size_t>& shape) {
+    struct Block {
+        void* memory;
+        std::size_t bytes;
+    };
+    std::size_t bytes = sizeof(T);
+    for (const std::size_t side : shape) bytes *= side;
+    auto* block = new Block{brushgs::FramePool::instance().take(bytes), bytes};
+    const nb::capsule owner(block, [](void* p) noexcept {
+        auto* done = static_cast<Block*>(p);
+        brushgs::FramePool::instance().give_back(done->memory, done->bytes);
+        delete done;
+    });
+    return {block->memory, shape.size(), shape.data(), owner};
 }
 
 template <class T>
@@ -136,6 +166,14 @@ NB_MODULE(_core, m) {
     m.doc() = "The compiled core of brushgs; use the functions of the package instead.";
     m.def("isa", [] { return brushgs::isa_name(brushgs::best_isa()); },
           "Name of the instruction set in use: avx512, avx2 or baseline.");
+    m.def("build", [] {
+#if defined(NDEBUG) && defined(__OPTIMIZE__)
+        constexpr bool is_optimised = true;
+#else
+        constexpr bool is_optimised = false;
+#endif
+        return nb::make_tuple(BRUSHGS_COMPILER, is_optimised);
+    }, "Compiler of the core, and whether it optimised; for benchmarks.");
     nb::enum_<brushgs::Kernel>(m, "Kernel", "What a box is filled with.")
         .value("bilinear", brushgs::Kernel::bilinear)
         .value("nearest", brushgs::Kernel::nearest)
@@ -143,6 +181,8 @@ NB_MODULE(_core, m) {
         .value("ellipse", brushgs::Kernel::ellipse);
     def_project<float>(m);
     def_project<double>(m);
+    m.def("new_plane_float32", &new_plane<float>, "shape"_a, "An uninitialised array for a frame.");
+    m.def("new_plane_float64", &new_plane<double>, "shape"_a, "An uninitialised array for a frame.");
     def_rasterize<float>(m);
     def_rasterize<double>(m);
 }

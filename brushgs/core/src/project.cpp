@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <span>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -16,8 +17,9 @@ namespace brushgs {
 namespace {
 
 constexpr std::size_t kRowsPerItem = 4096;     // work handed to a thread at a time, some 100 us
-constexpr std::size_t kThreadsPayOff = 20000;  // below, starting threads costs more than they save
-constexpr int kMaxDigitBits = 12;              // of the radix sort: 4096 buckets stay in the second-level cache
+constexpr std::size_t kRowsPerThread = 10000;  // with fewer, starting a thread costs more than it saves
+constexpr std::size_t kRowsAhead = 16;         // records asked for early: they lie anywhere in memory
+constexpr int kMaxDigitBits = 12;              // of the radix sort: 4096 buckets stay in the cache
 
 // A box in the sort: positive floating-point numbers are ordered like their bits.
 template <class T>
@@ -27,9 +29,29 @@ struct SortEntry {
     std::uint32_t position;  // of the record, in the order of the rows
 };
 
+// Memory that a thread keeps from frame to frame: pages fresh from the system cost more time than what is
+// computed in them. Grows to the largest frame, 60 bytes a float Gaussian in all.
+template <class Value>
+class Scratch {
+public:
+    std::span<Value> take(std::size_t count) {
+        if (capacity_ < count) {
+            values_.reset();  // before the larger one is made
+            capacity_ = 0;
+            values_ = make_buffer<Value>(count);
+            capacity_ = count;
+        }
+        return {values_.get(), count};
+    }
+
+private:
+    Buffer<Value> values_;
+    std::size_t capacity_ = 0;
+};
+
 template <class T>
-std::size_t project_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin,
-                         std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
+std::size_t project_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params,
+                         std::size_t begin, std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
 #ifdef BRUSHGS_X86
     switch (best_isa()) {
         case Isa::avx512: return avx512::project_rows(gaussians, params, begin, end, boxes, culled);
@@ -50,9 +72,10 @@ Range part_of(std::size_t count, std::size_t item, std::size_t num_items) {
 
 // One stable pass of the radix sort, by `digit_bits` of key - smallest from bit `shift` on.
 template <class Entry>
-void radix_pass(const std::vector<Entry>& from, std::vector<Entry>& to, typename Entry::Key smallest, int shift,
+void radix_pass(std::span<const Entry> from, std::span<Entry> to, typename Entry::Key smallest, int shift,
                 int digit_bits, int num_threads) {
-    const std::size_t num_parts = static_cast<std::size_t>(num_threads), num_digits = std::size_t{1} << digit_bits;
+    const auto num_parts = static_cast<std::size_t>(num_threads);
+    const std::size_t num_digits = std::size_t{1} << digit_bits;
     const auto digit_of = [=](const Entry& entry) {
         return static_cast<std::size_t>((entry.key - smallest) >> shift) & (num_digits - 1);
     };
@@ -73,33 +96,42 @@ void radix_pass(const std::vector<Entry>& from, std::vector<Entry>& to, typename
     });
 }
 
-// Sorts by key, equal keys in the order they have.
+// Sorts by key, equal keys in the order they have; returns the sorted one of the two halves of memory.
 template <class Entry>
-void radix_sort(std::vector<Entry>& entries, int num_threads) {
-    if (entries.empty()) return;
+std::span<const Entry> radix_sort(std::span<Entry> entries, std::span<Entry> other, int num_threads) {
+    if (entries.empty()) return entries;
     const auto [low, high] = std::ranges::minmax_element(entries, {}, &Entry::key);
     const auto smallest = low->key;  // subtracted: depths of one scene share their leading bits
     const int key_bits = static_cast<int>(std::bit_width(high->key - smallest));
     const int num_passes = (key_bits + kMaxDigitBits - 1) / kMaxDigitBits;
-    std::vector<Entry> other(entries.size());
     for (int pass = 0; pass < num_passes; ++pass) {
         const int shift = key_bits * pass / num_passes, next_shift = key_bits * (pass + 1) / num_passes;
-        radix_pass(entries, other, smallest, shift, next_shift - shift, num_threads);
-        entries.swap(other);
+        radix_pass<Entry>(entries, other, smallest, shift, next_shift - shift, num_threads);
+        std::swap(entries, other);
     }
+    return entries;
 }
 
 template <class T>
 BoxColumns<T> allocate(std::size_t count) {
-    return {count,
-            std::make_unique_for_overwrite<T[]>(2 * count),
-            std::make_unique_for_overwrite<T[]>(2 * count),
-            std::make_unique_for_overwrite<T[]>(count),
-            std::make_unique_for_overwrite<T[]>(count),
-            std::make_unique_for_overwrite<T[]>(3 * count),
-            std::make_unique_for_overwrite<T[]>(count),
-            std::make_unique_for_overwrite<std::int32_t[]>(count),
-            {}};
+    // Columns start on cache lines.
+    constexpr std::size_t line = 64;
+    const auto padded = [](std::size_t bytes) { return (bytes + line - 1) / line * line; };
+    const std::size_t one = padded(count * sizeof(T)), two = padded(2 * count * sizeof(T)),
+                      three = padded(3 * count * sizeof(T)), ids = padded(count * sizeof(std::int32_t));
+    BoxColumns<T> columns{};
+    columns.count = count;
+    columns.memory = make_buffer<std::byte>(3 * one + 2 * two + three + ids);
+    std::byte* next = columns.memory.get();
+    const auto column = [&next](std::size_t bytes) { return std::exchange(next, next + bytes); };
+    columns.centers = reinterpret_cast<T*>(column(two));
+    columns.half_extents = reinterpret_cast<T*>(column(two));
+    columns.angles = reinterpret_cast<T*>(column(one));
+    columns.depths = reinterpret_cast<T*>(column(one));
+    columns.colors = reinterpret_cast<T*>(column(three));
+    columns.opacities = reinterpret_cast<T*>(column(one));
+    columns.ids = reinterpret_cast<std::int32_t*>(column(ids));
+    return columns;
 }
 
 template <class T>
@@ -117,11 +149,13 @@ void write_row(const BoxRecord<T>& box, std::size_t row, const BoxColumns<T>& co
 
 template <class T>
 BoxColumns<T> project(const GaussianColumns<T>& gaussians, const ProjectParams& params) {
-    const int num_threads = gaussians.count < kThreadsPayOff ? 1 : params.num_threads;
+    const std::size_t most_threads = std::max<std::size_t>(gaussians.count / kRowsPerThread, 1);
+    const int num_threads = std::min(params.num_threads, static_cast<int>(most_threads));
     const std::size_t num_items = (gaussians.count + kRowsPerItem - 1) / kRowsPerItem;
 
     // Every item has room for all its rows, so that none waits for the counts of those before it.
-    const auto records = std::make_unique_for_overwrite<BoxRecord<T>[]>(gaussians.count);
+    thread_local Scratch<BoxRecord<T>> record_memory;
+    const std::span<BoxRecord<T>> records = record_memory.take(gaussians.count);
     std::vector<std::size_t> num_boxes(num_items);
     std::vector<ProjectCounts> culled(num_items);
     parallel_for(num_items, num_threads, [&](std::size_t item) {
@@ -131,7 +165,9 @@ BoxColumns<T> project(const GaussianColumns<T>& gaussians, const ProjectParams& 
 
     std::vector<std::size_t> starts(num_items + 1);
     std::partial_sum(num_boxes.begin(), num_boxes.end(), starts.begin() + 1);
-    std::vector<SortEntry<T>> entries(starts.back());
+    thread_local Scratch<SortEntry<T>> entry_memory;
+    const std::size_t count = starts.back();
+    const std::span<SortEntry<T>> entries = entry_memory.take(2 * count).first(count);
     parallel_for(num_items, num_threads, [&](std::size_t item) {
         for (std::size_t i = 0; i < num_boxes[item]; ++i) {
             const std::size_t position = item * kRowsPerItem + i;
@@ -139,9 +175,9 @@ BoxColumns<T> project(const GaussianColumns<T>& gaussians, const ProjectParams& 
                                          static_cast<std::uint32_t>(position)};
         }
     });
-    radix_sort(entries, num_threads);
+    const auto sorted = radix_sort<SortEntry<T>>(entries, {entries.data() + count, count}, num_threads);
 
-    BoxColumns<T> columns = allocate<T>(entries.size());
+    BoxColumns<T> columns = allocate<T>(count);
     for (const ProjectCounts& counts : culled) {
         columns.culled.behind_near += counts.behind_near;
         columns.culled.not_finite += counts.not_finite;
@@ -149,9 +185,13 @@ BoxColumns<T> project(const GaussianColumns<T>& gaussians, const ProjectParams& 
         columns.culled.outside += counts.outside;
     }
     parallel_for(num_items, num_threads, [&](std::size_t item) {
-        const Range range = part_of(entries.size(), item, num_items);
-        for (std::size_t row = range.begin; row < range.end; ++row)
-            write_row(records[entries[row].position], row, columns);
+        const Range range = part_of(count, item, num_items);
+        for (std::size_t row = range.begin; row < range.end; ++row) {
+            const BoxRecord<T>& ahead = records[sorted[std::min(row + kRowsAhead, count - 1)].position];
+            __builtin_prefetch(&ahead);
+            __builtin_prefetch(&ahead.id);
+            write_row(records[sorted[row].position], row, columns);
+        }
     });
     return columns;
 }

@@ -12,7 +12,8 @@ namespace brushgs::BRUSHGS_ISA {
 
 namespace {
 
-constexpr std::size_t kBlock = 64;  // Gaussians at a time: their columns stay in the first-level cache
+constexpr std::size_t kBlock = 64;      // Gaussians at a time: their columns stay in the first-level cache
+constexpr std::size_t kRowsAhead = 32;  // of coefficients, asked for early: they are most of what is read
 
 constexpr double kHalfPi = 1.57079632679489661923;
 constexpr double kQuarterPi = 0.78539816339744830962;
@@ -39,9 +40,9 @@ constexpr std::size_t kNumFates = 5;
 // One value per Gaussian of a block, structure of arrays.
 using Lanes = double[kBlock];
 
-struct Block {
-    alignas(64) Lanes mean[3], quat[4], scale[3], opacity;                   // read
-    alignas(64) Lanes center[2], half_extents[2], angle, depth, fate;        // made; 
+struct alignas(64) Block {
+    Lanes mean[3], quat[4], scale[3], opacity;                           // read
+    Lanes center[2], half_extents[2], angle, depth, direction[3], fate;  // made; directions from the camera
 };
 
 inline std::size_t index(double fate) { return static_cast<std::size_t>(fate); }
@@ -83,10 +84,53 @@ void load(const GaussianColumns<T>& gaussians, std::size_t first, std::size_t co
     for (std::size_t i = 0; i < count; ++i) block.opacity[i] = gaussians.opacities[first + i];
 }
 
-// Fills the second half of `block` from the first, for Gaussians whose boxes are stored as `T`.
+// The own axes of a Gaussian, columns of its rotation; the quaternion, stored as T, has any length above zero.
 template <class T>
-void place(const ProjectParams& p, Block& block) {
+inline void own_axes(double qw, double qx, double qy, double qz, double axes[3][3]) {
+    if constexpr (sizeof(T) == sizeof(double)) {  // squares of float quaternions cannot leave the range
+        const double longest =
+            larger(larger(absolute(qw), absolute(qx)), larger(absolute(qy), absolute(qz)));
+        qw /= longest, qx /= longest, qy /= longest, qz /= longest;
+    }
+    const double s = 2 / (qw * qw + qx * qx + qy * qy + qz * qz);
+    axes[0][0] = 1 - s * (qy * qy + qz * qz);
+    axes[0][1] = s * (qx * qy + qw * qz);
+    axes[0][2] = s * (qx * qz - qw * qy);
+    axes[1][0] = s * (qx * qy - qw * qz);
+    axes[1][1] = 1 - s * (qx * qx + qz * qz);
+    axes[1][2] = s * (qy * qz + qw * qx);
+    axes[2][0] = s * (qx * qz + qw * qy);
+    axes[2][1] = s * (qy * qz - qw * qx);
+    axes[2][2] = 1 - s * (qx * qx + qy * qy);
+}
+
+struct Direction {
+    double cosine, sine, angle;
+};
+
+// The major axis of the covariance (a, b; b, c), theta = 1/2 atan2(2 b, a - c), in (-pi/2, pi/2]: atan(t)
+// where a >= c, else a quarter turn less that, with the sign of b. `spread` is hypot(a - c, 2 b), `sum` a + c.
+inline Direction major_axis(double difference, double twice_b, double spread, double sum) {
+    const double least_spread = kDirectionNoise * sum;
+    const double lean = spread > least_spread ? difference : 0.0;
+    const double tangent = absolute(twice_b) / (spread + absolute(difference));
+    double t = spread > least_spread ? tangent : 0.0;
+    t = t > kDirectionNoise ? t : 0.0;
+    const double large = 1 / __builtin_sqrt(1 + t * t), small = t * large, turn = arctangent(t);
+    const bool is_steep = lean < 0;
+    const double signed_one = twice_b < 0 ? -1.0 : 1.0;
+    const double sign = t > 0 ? signed_one : 1.0;
+    const double sine = is_steep ? large : small, angle = is_steep ? kHalfPi - turn : turn;
+    return {is_steep ? small : large, sign * sine, sign * angle};
+}
+
+// Fills the second half of `block` from the first, for Gaussians whose boxes are stored as T.
+template <class T>
+void place(const ProjectParams& params, Block& block) {
+    const ProjectParams p = params;  // a local copy cannot overlap the lanes: that frees the vectoriser
     const double* w = p.viewmat;
+    double eye[3];  // camera centre in the world, -R^T t
+    for (int k = 0; k < 3; ++k) eye[k] = -(w[k] * w[3] + w[4 + k] * w[7] + w[8 + k] * w[11]);
     const double limit_x = kClamp * 0.5 * p.width / p.fx, limit_y = kClamp * 0.5 * p.height / p.fy;
     for (std::size_t i = 0; i < kBlock; ++i) {
         const double x = block.mean[0][i], y = block.mean[1][i], z = block.mean[2][i];
@@ -101,20 +145,10 @@ void place(const ProjectParams& p, Block& block) {
         const double jx[3] = {w[0] - at_x * w[8], w[1] - at_x * w[9], w[2] - at_x * w[10]};
         const double jy[3] = {w[4] - at_y * w[8], w[5] - at_y * w[9], w[6] - at_y * w[10]};
 
-        // Divided by the largest component first, so that no length over- or underflows.
-        double qw = block.quat[0][i], qx = block.quat[1][i], qy = block.quat[2][i], qz = block.quat[3][i];
-        const double longest = larger(larger(absolute(qw), absolute(qx)), larger(absolute(qy), absolute(qz)));
-        qw /= longest, qx /= longest, qy /= longest, qz /= longest;
-        const double s = 2 / (qw * qw + qx * qx + qy * qy + qz * qz);
-        const double axes[3][3] = {  // the columns of the rotation: the own axes of the Gaussian
-            {1 - s * (qy * qy + qz * qz), s * (qx * qy + qw * qz), s * (qx * qz - qw * qy)},
-            {s * (qx * qy - qw * qz), 1 - s * (qx * qx + qz * qz), s * (qy * qz + qw * qx)},
-            {s * (qx * qz + qw * qy), s * (qy * qz - qw * qx), 1 - s * (qx * qx + qy * qy)},
-        };
-
-        // M = J W R S, pixels per standard deviation. M M^T, (a, b; b, c), enters only as a - c and 2 b.
-        double mx[3], my[3], sum = 0, difference = 0, twice_b = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
+        // M = J W R S, pixels per standard deviation. M M^T enters only as a - c and 2 b.
+        double axes[3][3], mx[3], my[3], sum = 0, difference = 0, twice_b = 0;
+        own_axes<T>(block.quat[0][i], block.quat[1][i], block.quat[2][i], block.quat[3][i], axes);
+        for (int k = 0; k < 3; ++k) {
             const double* axis = axes[k];
             const double scale = block.scale[k][i] * inverse_depth;
             mx[k] = p.fx * scale * (jx[0] * axis[0] + jx[1] * axis[1] + jx[2] * axis[2]);
@@ -123,49 +157,47 @@ void place(const ProjectParams& p, Block& block) {
             difference += (mx[k] - my[k]) * (mx[k] + my[k]);
             twice_b += 2 * mx[k] * my[k];
         }
-
-        // The major axis, theta = 1/2 atan2(2 b, a - c), as a rotation that makes the rows of M orthogonal:
-        // theta is atan(t) if a >= c, else a quarter turn less that, with the sign of b.
         const double spread = __builtin_sqrt(difference * difference + twice_b * twice_b);
-        const bool is_round = !(spread > kDirectionNoise * sum);
-        const double tangent = is_round ? 0.0 : absolute(twice_b) / (spread + absolute(difference));
-        const double t = tangent < kDirectionNoise ? 0.0 : tangent;
-        const double large = 1 / __builtin_sqrt(1 + t * t), small = t * large;
-        const bool is_steep = difference < 0 && !is_round;
-        const double sign = twice_b < 0 && t > 0 ? -1.0 : 1.0;
-        const double cosine = is_steep ? small : large;
-        const double sine = sign * (is_steep ? large : small);
-        const double turn = arctangent(t);
-        const double angle = sign * (is_steep ? kHalfPi - turn : turn);
+        const Direction u = major_axis(difference, twice_b, spread, sum);
 
         // |w^T M| along each axis keeps its digits for needles, where the small root of the covariance's
         // characteristic equation is a difference of large numbers.
         double major = p.low_pass, minor = p.low_pass;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const double along = cosine * mx[k] + sine * my[k], across = cosine * my[k] - sine * mx[k];
+        for (int k = 0; k < 3; ++k) {
+            const double along = u.cosine * mx[k] + u.sine * my[k];
+            const double across = u.cosine * my[k] - u.sine * mx[k];
             major += along * along;
             minor += across * across;
         }
         const double half_u = p.num_sigmas * __builtin_sqrt(major);
         const double half_v = p.num_sigmas * __builtin_sqrt(minor);
 
-        // The upright rectangle around the box, against the image.
-        const double reach_x = cosine * half_u + absolute(sine) * half_v;
-        const double reach_y = absolute(sine) * half_u + cosine * half_v;
-        const bool is_inside = center_x + reach_x > 0 && center_x - reach_x < p.width &&
-                               center_y + reach_y > 0 && center_y - reach_y < p.height &&
-                               half_u > 0 && half_v > 0;
-        const double largest = absolute(center_x) + absolute(center_y) + half_u + half_v + depth;
-        double fate = is_inside ? kKept : kOutside;
+        // Outside: the upright rectangle around the box and the image have no area in common.
+        const double reach_x = u.cosine * half_u + absolute(u.sine) * half_v;
+        const double reach_y = absolute(u.sine) * half_u + u.cosine * half_v;
+        double fate = kKept;
+        fate = center_x + reach_x > 0 ? fate : kOutside;
+        fate = center_y + reach_y > 0 ? fate : kOutside;
+        fate = center_x - reach_x < p.width ? fate : kOutside;
+        fate = center_y - reach_y < p.height ? fate : kOutside;
+        fate = half_u > 0 ? fate : kOutside;
+        fate = half_v > 0 ? fate : kOutside;
         fate = block.opacity[i] < kLeastAlpha ? kFaint : fate;
-        fate = largest <= kLargest<T> && spread <= kLargest<double> ? fate : kNotFinite;
+        const double largest = absolute(center_x) + absolute(center_y) + half_u + half_v + depth;
+        fate = largest <= kLargest<T> ? fate : kNotFinite;
+        fate = spread <= kLargest<double> ? fate : kNotFinite;
         fate = depth <= p.near ? kBehindNear : fate;
 
+        const double dx = x - eye[0], dy = y - eye[1], dz = z - eye[2];
+        const double inverse_distance = 1 / __builtin_sqrt(dx * dx + dy * dy + dz * dz);
+        block.direction[0][i] = dx * inverse_distance;
+        block.direction[1][i] = dy * inverse_distance;
+        block.direction[2][i] = dz * inverse_distance;
         block.center[0][i] = center_x;
         block.center[1][i] = center_y;
         block.half_extents[0][i] = half_u;
         block.half_extents[1][i] = half_v;
-        block.angle[i] = angle;
+        block.angle[i] = u.angle;
         block.depth[i] = depth;
         block.fate[i] = fate;
     }
@@ -224,46 +256,62 @@ inline void add_terms(const T* sh, const T* basis, T* color) {
         for (int c = 0; c < 3; ++c) color[c] += basis[num_terms - 1] * sh[3 * (num_terms - 1) + c];
 }
 
-// The colour that the Gaussian in lane `i` shows to `eye`; unclamped, so that what is not finite can be told.
-template <int degree, class T>
-inline void shade(const T* sh, const double* eye, const Block& block, std::size_t i, T* color) {
-    // Divided by the depth, no square of a distance over- or underflows the scalar.
-    const double inverse_depth = 1 / block.depth[i];
-    const T x = static_cast<T>((block.mean[0][i] - eye[0]) * inverse_depth);
-    const T y = static_cast<T>((block.mean[1][i] - eye[1]) * inverse_depth);
-    const T z = static_cast<T>((block.mean[2][i] - eye[2]) * inverse_depth);
-    const T inverse_length = 1 / static_cast<T>(__builtin_sqrt(x * x + y * y + z * z));
-    T basis[(degree + 1) * (degree + 1)];
-    sh_basis<degree>(x * inverse_length, y * inverse_length, z * inverse_length, basis);
-    add_terms<degree>(sh, basis, color);
-    for (int c = 0; c < 3; ++c) color[c] += T(0.5);
+// Lists the lanes under `count` that are kept, counts what becomes of all, and returns how many are kept.
+inline std::size_t choose(const Block& block, std::size_t count, std::size_t* lanes, std::size_t* fates) {
+    std::size_t num_kept = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        lanes[num_kept] = i;
+        num_kept += block.fate[i] == kKept;
+        ++fates[index(block.fate[i])];
+    }
+    return num_kept;
+}
+
+// The fields of lane `i` but the colour, rounded to T.
+template <class T>
+inline void fill(const Block& block, std::size_t i, std::size_t row, BoxRecord<T>& box) {
+    for (int k = 0; k < 2; ++k) box.center[k] = static_cast<T>(block.center[k][i]);
+    for (int k = 0; k < 2; ++k) box.half_extents[k] = static_cast<T>(block.half_extents[k][i]);
+    // Rounding may reach -pi/2, which is the same line as +pi/2, the one in the range.
+    const T angle = static_cast<T>(block.angle[i]);
+    box.angle = angle <= -static_cast<T>(kHalfPi) ? static_cast<T>(kHalfPi) : angle;
+    box.depth = static_cast<T>(block.depth[i]);
+    box.opacity = static_cast<T>(block.opacity[i]);
+    box.id = static_cast<std::int32_t>(row);
 }
 
 // Writes the boxes of the block that are kept to `boxes`; returns how many.
 template <int degree, class T>
-std::size_t store(const GaussianColumns<T>& gaussians, const double* eye, std::size_t first,
-                  std::size_t count, const Block& block, BoxRecord<T>* boxes, std::size_t* fates) {
+std::size_t store(const GaussianColumns<T>& gaussians, std::size_t first, std::size_t count,
+                  const Block& block, BoxRecord<T>* boxes, std::size_t* fates) {
+    constexpr std::size_t row_values = 3 * (degree + 1) * (degree + 1), line = 64 / sizeof(T);
+    const T* sh = gaussians.sh + 3 * gaussians.sh_terms * first;
+    const std::size_t sh_stride = 3 * gaussians.sh_terms;
+    std::size_t lanes[kBlock];
+    const std::size_t num_kept = choose(block, count, lanes, fates);
+
+    constexpr std::size_t stride = degree == 0 ? 1 : (degree == 1 ? 4 : 16);
+    alignas(64) T basis[kBlock * stride];
+    for (std::size_t i = 0; i < kBlock; ++i)
+        sh_basis<degree>(static_cast<T>(block.direction[0][i]), static_cast<T>(block.direction[1][i]),
+                         static_cast<T>(block.direction[2][i]), basis + stride * i);
+
     std::size_t num_boxes = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-        ++fates[index(block.fate[i])];
-        if (block.fate[i] != kKept) continue;
-        BoxRecord<T>& box = boxes[num_boxes];
+    for (std::size_t j = 0; j < num_kept; ++j) {
+        const std::size_t i = lanes[j];
+        // A guess: where this row is kept, those a little further mostly are.
+        const T* ahead = sh + sh_stride * (i + kRowsAhead);
+        for (std::size_t k = 0; k < row_values; k += line) __builtin_prefetch(ahead + k);
         T color[3];
-        shade<degree>(gaussians.sh + 3 * gaussians.sh_terms * (first + i), eye, block, i, color);
+        add_terms<degree>(sh + sh_stride * i, basis + stride * i, color);
+        for (int c = 0; c < 3; ++c) color[c] += T(0.5);
         if (!(absolute(color[0]) + absolute(color[1]) + absolute(color[2]) <= kLargest<T>)) {
             --fates[index(kKept)], ++fates[index(kNotFinite)];
             continue;
         }
+        BoxRecord<T>& box = boxes[num_boxes++];
         for (int c = 0; c < 3; ++c) box.color[c] = color[c] > 0 ? color[c] : 0;
-        for (int k = 0; k < 2; ++k) box.center[k] = static_cast<T>(block.center[k][i]);
-        for (int k = 0; k < 2; ++k) box.half_extents[k] = static_cast<T>(block.half_extents[k][i]);
-        // Rounding to T may reach -pi/2, which is the same line as +pi/2, the one in the range.
-        const T angle = static_cast<T>(block.angle[i]);
-        box.angle = angle <= -static_cast<T>(kHalfPi) ? static_cast<T>(kHalfPi) : angle;
-        box.depth = static_cast<T>(block.depth[i]);
-        box.opacity = static_cast<T>(block.opacity[i]);
-        box.id = static_cast<std::int32_t>(first + i);
-        ++num_boxes;
+        fill(block, i, first + i, box);
     }
     return num_boxes;
 }
@@ -271,16 +319,13 @@ std::size_t store(const GaussianColumns<T>& gaussians, const double* eye, std::s
 template <int degree, class T>
 std::size_t run(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin,
                 std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
-    const double* w = params.viewmat;
-    double eye[3];  // camera centre in the world, -R^T t
-    for (int k = 0; k < 3; ++k) eye[k] = -(w[k] * w[3] + w[4 + k] * w[7] + w[8 + k] * w[11]);
     std::size_t num_boxes = 0, fates[kNumFates] = {};
     Block block{};
     for (std::size_t first = begin; first < end; first += kBlock) {
         const std::size_t count = end - first < kBlock ? end - first : kBlock;
         load(gaussians, first, count, block);
         place<T>(params, block);
-        num_boxes += store<degree>(gaussians, eye, first, count, block, boxes + num_boxes, fates);
+        num_boxes += store<degree>(gaussians, first, count, block, boxes + num_boxes, fates);
     }
     culled.behind_near += fates[index(kBehindNear)];
     culled.not_finite += fates[index(kNotFinite)];
@@ -302,8 +347,8 @@ std::size_t run(const GaussianColumns<T>& gaussians, const ProjectParams& params
 
 }  // namespace
 
-std::size_t project_rows(const GaussianColumns<float>& gaussians, const ProjectParams& params, std::size_t begin,
-                         std::size_t end, BoxRecord<float>* boxes, ProjectCounts& culled) {
+std::size_t project_rows(const GaussianColumns<float>& gaussians, const ProjectParams& params,
+                         std::size_t begin, std::size_t end, BoxRecord<float>* boxes, ProjectCounts& culled) {
     return run(gaussians, params, begin, end, boxes, culled);
 }
 

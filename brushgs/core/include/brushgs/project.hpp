@@ -3,7 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
+
+#include "brushgs/memory.hpp"
 
 namespace brushgs {
 
@@ -45,12 +46,13 @@ struct BoxRecord {
     std::int32_t id;
 };
 
-// The columns of `Boxes`, each of exactly `count` rows.
+// The columns of `Boxes`, each of exactly `count` rows, in one piece of memory.
 template <class T>
 struct BoxColumns {
     std::size_t count = 0;
-    std::unique_ptr<T[]> centers, half_extents, angles, depths, colors, opacities;
-    std::unique_ptr<std::int32_t[]> ids;
+    T *centers, *half_extents, *angles, *depths, *colors, *opacities;
+    std::int32_t* ids;
+    Buffer<std::byte> memory;
     ProjectCounts culled;
 };
 
