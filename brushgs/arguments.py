@@ -271,7 +271,7 @@ def _add_cluster(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         choices=get_args(Method),
-        help="clustering: 'auto' by size (default), 'minibatch' as published, 'kdtree' for many strokes",
+        help="k-means: 'auto' by size (default), 'lloyd' in exact steps, 'minibatch' as published",
     )
     parser.add_argument("--seed", type=_count_from(0), help="seed of the clustering, 0 or more, default 0")
 

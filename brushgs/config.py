@@ -15,7 +15,7 @@ DEFAULT_SIZE = (1280, 720)
 Weight = Literal["contribution", "paper"]
 Features = Literal["balanced", "paper"]
 Merge = Literal["cover", "paper"]
-Method = Literal["auto", "minibatch", "kdtree"]
+Method = Literal["auto", "minibatch", "lloyd"]
 Filter = Literal["mip", "bilinear", "nearest"]
 Up = str | tuple[float, float, float]
 
@@ -47,8 +47,8 @@ class ClusterConfig:
             float, or None for one stroke per Gaussian.
         features: "balanced" or "paper", see `cluster`.
         merge: "cover" or "paper", see `cluster`.
-        method: "auto", "minibatch" or "kdtree", see `cluster`.
-        seed: of all the chance in it.
+        method: "auto", "minibatch" or "lloyd", see `cluster`.
+        seed: of all the chance in it, 0 to 2^32 - 1.
     """
 
     strokes: int | float | None = DEFAULT_STROKES
@@ -58,6 +58,8 @@ class ClusterConfig:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        if not 0 <= self.seed < 2**32:
+            raise ValueError(f"seed must be 0 to 4294967295, got {self.seed}")
         if self.strokes is None:
             return
         is_share = isinstance(self.strokes, float)
