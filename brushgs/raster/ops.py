@@ -1,6 +1,6 @@
 """Boxes become frames: the public functions over the compiled rasteriser."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -103,7 +103,7 @@ def rasterize(
     threads = num_threads_or_default(num_threads)
     levels = _levels_for(boxes, texture, filter)
     is_single = boxes.centers.dtype == np.float32
-    new_plane = _core.new_plane_float32 if is_single else _core.new_plane_float64
+    new_plane: Any = _core.new_plane_float32 if is_single else _core.new_plane_float64
     rgb, alpha = new_plane([height, width, 3]), new_plane([height, width])
     z = new_plane([height, width]) if depth else None
     _core.rasterize(

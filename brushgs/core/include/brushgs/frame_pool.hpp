@@ -7,9 +7,10 @@
 #include <cstddef>
 #include <cstdlib>
 #include <mutex>
-#include <new>
 #include <utility>
 #include <vector>
+
+#include "brushgs/memory.hpp"
 
 namespace brushgs {
 
@@ -31,9 +32,7 @@ public:
                 return memory;
             }
         }
-        void* memory = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
-        if (memory == nullptr) throw std::bad_alloc();
-        return memory;
+        return make_buffer<std::byte>(bytes).release();
     }
 
     void give_back(void* memory, std::size_t bytes) noexcept {
@@ -46,7 +45,6 @@ public:
     }
 
 private:
-    static constexpr std::size_t alignment = 64;
     static constexpr std::size_t max_kept = 3;  // colour, alpha and depth of one frame
 
     struct Block {
