@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "brushgs"
 LAYERS = [
     ["errors", "shapes", "config", "threads"],
     ["scene"],
-    ["sh", "levels", "textures", "io", "framing"],
+    ["sh", "quats", "levels", "textures", "io", "framing"],
     ["passes", "project", "still_life", "background"],
     ["raster"],
     ["report", "describe", "stages", "pipeline"],
