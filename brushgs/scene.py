@@ -9,6 +9,7 @@ radians from +x towards +y.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from math import radians
 from typing import Any
 
 import numpy as np
@@ -61,7 +62,7 @@ class Gaussians:
         # The masks of rows are made only where a cheap look at all values at once finds a fault.
         if self.scales.min(initial=0) < 0:
             _check_rows("Gaussians", "scales", "be >= 0", np.any(self.scales < 0, axis=1))
-        outside = (self.opacities < 0) | (self.opacities > 1)
+        outside = np.logical_or(self.opacities < 0, self.opacities > 1)
         _check_rows("Gaussians", "opacities", "lie in 0 to 1 (decoded, not logits)", outside)
         if not self.quats[:, 0].all():
             _check_rows("Gaussians", "quats", "have a length above zero", ~self.quats.any(axis=1))
@@ -143,7 +144,7 @@ class Camera:
         *,
         width: int,
         height: int,
-        fov_y: float = np.radians(50.0),
+        fov_y: float = radians(50.0),
         near: float = 0.01,
     ) -> "Camera":
         """A camera at `eye` that looks at `target`, with `up` pointing up in the picture.
@@ -170,7 +171,7 @@ class Camera:
             raise ValueError(f"Camera: fov_y must be in (0, pi) radians, got {fov_y}")
         forward = forward / distance
         right = np.cross(forward, up)
-        if np.linalg.norm(right) < 1e-9 * max(np.linalg.norm(up), 1e-300):
+        if np.linalg.norm(right) < 1e-9 * np.linalg.norm(up) + 1e-300:
             right = np.cross(forward, np.eye(3)[np.argmin(np.abs(forward))])
         right = right / np.linalg.norm(right)
         viewmat = np.eye(4)
@@ -305,6 +306,5 @@ def _check_finite(where: str, value: Any) -> None:
 def _check_rows(where: str, name: str, rule: str, is_bad: NDArray[np.bool_]) -> None:
     """Raise ValueError that names how many rows break the rule and the first of them."""
     if is_bad.any():
-        raise ValueError(
-            f"{where}: {name} must {rule}, got {np.count_nonzero(is_bad)} other rows, first at {np.argmax(is_bad)}"
-        )
+        num_bad, first = np.count_nonzero(is_bad), np.argmax(is_bad)
+        raise ValueError(f"{where}: {name} must {rule}, got {num_bad} other rows, first at {first}")

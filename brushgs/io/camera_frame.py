@@ -94,8 +94,10 @@ class CameraFrame:
     def rigid(self, rotation: NDArray[np.float64]) -> NDArray[np.float64]:
         """The nearest rotation to a matrix that is almost one."""
         left, stretch, right = np.linalg.svd(rotation)
-        if np.abs(stretch - 1).max() > _NEAR_RIGID or np.linalg.det(rotation) < 0:
-            found = ", ".join(f"{value:.4g}" for value in stretch)
-            mirrored = " and mirrored" if np.linalg.det(rotation) < 0 else ""
-            raise self.fail(f"the rotation must not scale or mirror, got axes {found} long{mirrored}")
-        return np.asarray(left @ right)
+        nearest = np.asarray(left @ right)
+        is_mirrored = np.linalg.det(nearest) < 0
+        if np.abs(stretch - 1).max() > _NEAR_RIGID or is_mirrored:
+            found = ", ".join(f"{value:.4g}" for value in stretch) + " long"
+            found += " and mirrored" if is_mirrored else ""
+            raise self.fail(f"the rotation must not scale or mirror, got axes {found}")
+        return nearest

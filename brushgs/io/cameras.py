@@ -74,7 +74,8 @@ def load_cameras(path: str | Path) -> list[Camera]:
 
 def _read_json(path: Path) -> object:
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        # Every number as a float: one of a thousand digits is then infinite, and refused as such.
+        return json.loads(path.read_text(encoding="utf-8"), parse_int=float)
     except FileNotFoundError:
         raise SceneError(path, "there is no such file; check the path") from None
     except OSError as error:

@@ -5,7 +5,6 @@ files. What a block holds is checked while it lies in the cache; rows that canno
 which are closed in place at the end, so that a scene never lies in memory twice.
 """
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, fields
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 
 from brushgs.io.dropped import Dropped, drop_faults
 from brushgs.scene import Gaussians
+from brushgs.threads import num_threads_or_default
 
 F32 = NDArray[np.float32]
 _ROWS_PER_THREAD = 100_000  # below this, a thread costs more than it brings
@@ -53,13 +53,12 @@ class Columns:
 
         1 / (1 + exp(-x)) is sound at both ends: an exp that overflows gives 0, infinity gives 1.
         """
-        with np.errstate(over="ignore", under="ignore"):
-            np.exp(self.scales, out=self.scales)
-            if is_logit:
-                np.negative(self.opacities, out=self.opacities)
-                np.exp(self.opacities, out=self.opacities)
-                self.opacities += 1
-                np.reciprocal(self.opacities, out=self.opacities)
+        np.exp(self.scales, out=self.scales)
+        if is_logit:
+            np.negative(self.opacities, out=self.opacities)
+            np.exp(self.opacities, out=self.opacities)
+            self.opacities += 1
+            np.reciprocal(self.opacities, out=self.opacities)
 
     def gaussians(self) -> Gaussians:
         """The finished scene, without a copy."""
@@ -83,7 +82,7 @@ def fill(
     Args:
         columns: as many rows as the file has.
         open_decoder: gives a function that decodes rows `start` to `stop` of the file into the
-            columns handed to it; called once per thread.
+            columns handed to it; called once per thread, with floating-point warnings off.
         block_rows: rows decoded at a time.
         num_rest: f_rest coefficients per channel in the file, for the names of columns.
         is_sequential: the decoder must be called in order, so by one thread.
@@ -102,7 +101,8 @@ def fill(
         first = part * blocks_per_thread * block_rows
         last = min(first + blocks_per_thread * block_rows, num_rows)
         done = []
-        with open_decoder() as decode:
+        # Values beyond float32 become infinity and NaN stays NaN: both are looked for below.
+        with np.errstate(all="ignore"), open_decoder() as decode:
             for start in range(first, last, block_rows):
                 stop = min(start + block_rows, last)
                 block = columns.part(start, stop)
@@ -119,8 +119,7 @@ def fill(
 
 
 def _count_threads(num_rows: int) -> int:
-    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return max(1, min(available, _MAX_THREADS, num_rows // _ROWS_PER_THREAD))
+    return max(1, min(num_threads_or_default(None), _MAX_THREADS, num_rows // _ROWS_PER_THREAD))
 
 
 def _close_gaps(columns: Columns, blocks: Iterator[tuple[int, int, Dropped]]) -> tuple[Columns, Dropped]:

@@ -117,10 +117,9 @@ def _is_sound(block: Block) -> bool:
 
     The largest and smallest value of a column show NaN and infinity without a mask of its size.
     """
-    columns = block.means, block.quats, block.scales, block.opacities, block.sh
-    with np.errstate(all="ignore"):
-        ends = [end for column in columns for end in (column.max(), column.min())]
-        is_sound = np.isfinite(ends).all() and block.scales.max() < _MAX_LOG
+    ends = [end for column in (block.means, block.quats, block.sh) for end in (column.max(), column.min())]
+    is_sound = np.isfinite(ends).all() and block.scales.max() < _MAX_LOG
+    is_sound = is_sound and not np.isnan(block.opacities.max())
     return bool(is_sound and (block.quats[:, 0].all() or block.quats.any(axis=1).all()))
 
 

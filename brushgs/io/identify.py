@@ -31,6 +31,8 @@ def open_ply(path: str | Path) -> BinaryIO:
             is and what to do.
     """
     path = Path(path)
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise SceneError(path, "is a pipe or device, which cannot be read twice; save it to a file first")
     try:
         file = path.open("rb", buffering=0)
     except FileNotFoundError:

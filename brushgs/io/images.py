@@ -29,9 +29,10 @@ _LINEAR_FORMATS = ("openexr", "hdr")
 _MAX_PIXELS = 8192 * 8192  # read as float RGBA this takes 1 GiB; larger ones are taken for a trap
 # Without a date of its own OpenImageIO writes the time of day into TIFF and EXR.
 _NO_DATE = "0000:00:00 00:00:00"
-# A frame of a painting compresses in a fifth of the time of level 6, and is a tenth larger.
-_PNG_LEVEL = 2
-_PNG_FILTER = 64  # predict a pixel as the mean of its left and upper neighbour
+# Renders of koala at 1280x720: a third to a half of the time of libpng's defaults (level 6, all
+# filters), files at most 4 % larger. The filter predicts a pixel as the mean of its left and upper one.
+_PNG_LEVEL = 4
+_PNG_FILTER = 64
 _ZIP_LEVEL = 2
 
 
@@ -170,10 +171,12 @@ def _write(path: str | Path, format_name: str, pixels: NDArray[Any], names: tupl
     spec.z_channel = names.index("Z") if "Z" in names else -1
     if format_name != "openexr":
         spec.attribute("oiio:UnassociatedAlpha", 1)
-    spec.attribute("DateTime", _NO_DATE)
-    spec.attribute("png:compressionLevel", _PNG_LEVEL)
-    spec.attribute("png:filter", _PNG_FILTER)
-    spec.attribute("tiff:zipquality", _ZIP_LEVEL)
+    if format_name == "png":
+        spec.attribute("png:compressionLevel", _PNG_LEVEL)
+        spec.attribute("png:filter", _PNG_FILTER)
+    else:
+        spec.attribute("DateTime", _NO_DATE)
+        spec.attribute("tiff:zipquality", _ZIP_LEVEL)
     out = OpenImageIO.ImageOutput.create(format_name)
     assert out is not None, "the formats offered are part of every build of OpenImageIO"
     with replacing(path) as temporary:

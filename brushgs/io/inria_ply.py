@@ -92,7 +92,6 @@ def read_inria(path: Path, header: Header, vertex: Element, size: int) -> tuple[
     check_size(path, header, vertex, size)
     block_rows = max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
     num_used = _count_used_terms(path, header, vertex, num_terms, block_rows)
-
     plan = _Plan(vertex.dtype, num_terms, num_used)
 
     @contextmanager
@@ -134,15 +133,14 @@ class _Plan:
 
     def decode(self, rows: NDArray[np.void], out: Columns) -> None:
         """Sort the properties of some rows into columns, as float32."""
-        with np.errstate(over="ignore"):  # what float32 cannot hold becomes infinity and is found there
-            _copy(rows, self.means, out.means)
-            _copy(rows, self.quats, out.quats)
-            _copy(rows, self.scales, out.scales)
-            _copy(rows, self.opacities, out.opacities[:, None])
-            _copy(rows, self.colors, out.sh[:, 0])
-            for channel, runs in enumerate(self.rest):
-                # A channel at a time: the inner loop is 15 long and not 3, which takes a third of the time.
-                _copy(rows, runs, out.sh[:, 1:, channel])
+        _copy(rows, self.means, out.means)
+        _copy(rows, self.quats, out.quats)
+        _copy(rows, self.scales, out.scales)
+        _copy(rows, self.opacities, out.opacities[:, None])
+        _copy(rows, self.colors, out.sh[:, 0])
+        for channel, runs in enumerate(self.rest):
+            # A channel at a time: the inner loop is 15 long and not 3, which takes a third of the time.
+            _copy(rows, runs, out.sh[:, 1:, channel])
 
 
 def _find_runs(dtype: np.dtype[Any], names: tuple[str, ...]) -> list[_Run]:
@@ -166,13 +164,18 @@ def _find_runs(dtype: np.dtype[Any], names: tuple[str, ...]) -> list[_Run]:
 def _copy(rows: NDArray[np.void], runs: list[_Run], out: NDArray[np.float32]) -> None:
     """Copy the properties of some rows to the columns of `out`."""
     for run in runs:
-        width = run.columns.stop - run.columns.start
-        view = np.ndarray((len(rows), width), run.dtype, rows.data, run.offset, (rows.itemsize, run.step))
-        if width >= _LONG_RUN:
+        view = _view(rows, run)
+        if view.shape[1] >= _LONG_RUN:
             out[:, run.columns] = view
             continue
-        for index in range(width):
+        for index in range(view.shape[1]):
             out[:, run.columns.start + index] = view[:, index]
+
+
+def _view(rows: NDArray[np.void], run: _Run) -> NDArray[Any]:
+    """The properties of a run, [rows, properties]."""
+    width = run.columns.stop - run.columns.start
+    return np.ndarray((len(rows), width), run.dtype, rows.data, run.offset, (rows.itemsize, run.step))
 
 
 def _names_of_rest(channel: int, num_terms: int, start: int, stop: int) -> tuple[str, ...]:
@@ -186,21 +189,21 @@ def _count_used_terms(path: Path, header: Header, vertex: Element, num_terms: in
 
     Reading stops where the highest band proves to be in use: for most scenes that is the first block.
     """
+    bands = {}  # number of terms up to and with a band -> where it lies in a row
+    for degree in (3, 2, 1):
+        start, stop = degree**2, (degree + 1) ** 2
+        if stop <= num_terms:
+            channels = [_names_of_rest(channel, num_terms, start, stop) for channel in range(3)]
+            bands[stop] = [run for names in channels for run in _find_runs(vertex.dtype, names)]
     used = 1
-    with open_rows(path, header, vertex, block_rows) as rows:
+    # A NaN that signals is a value, not a reason to warn.
+    with np.errstate(all="ignore"), open_rows(path, header, vertex, block_rows) as rows:
         for start in range(0, vertex.count, block_rows):
             if used == num_terms:
                 break
             block = rows.read(start, min(start + block_rows, vertex.count))
-            for degree in (3, 2, 1):
-                start_term, stop_term = degree**2, (degree + 1) ** 2
-                if used < stop_term <= num_terms and _is_any_set(block, num_terms, start_term, stop_term):
-                    used = stop_term
-                    break
+            higher = [stop for stop in bands if stop > used]
+            used = next(
+                (stop for stop in higher if any(_view(block, run).any() for run in bands[stop])), used
+            )
     return used
-
-
-def _is_any_set(rows: NDArray[np.void], num_terms: int, start: int, stop: int) -> bool:
-    """Whether terms `start` to `stop` hold anything but zeros."""
-    names = [name for channel in range(3) for name in _names_of_rest(channel, num_terms, start, stop)]
-    return any(rows[name].any() for name in names)

@@ -1,8 +1,9 @@
 """Trained 3D Gaussian scenes in PLY files, in any of their layouts."""
 
+import warnings
 from pathlib import Path
 
-from brushgs.errors import SceneError
+from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.compressed_ply import is_compressed, read_compressed
 from brushgs.io.identify import open_ply
 from brushgs.io.inria_ply import check_is_scene, read_inria
@@ -51,6 +52,7 @@ def read_ply(path: str | Path) -> tuple[Gaussians, LoadNotes]:
     warn_of_surplus(path, header, size)
     dropped.report(path, vertex.count)
     gaussians = columns.gaussians()
+    _warn_if_decoded(path, gaussians)
     notes = LoadNotes(
         format=f"{layout}, {_ENCODINGS[header.encoding]}",
         rows_read=vertex.count,
@@ -62,6 +64,20 @@ def read_ply(path: str | Path) -> tuple[Gaussians, LoadNotes]:
     return gaussians, notes
 
 
+def _warn_if_decoded(path: Path, gaussians: Gaussians) -> None:
+    """Warn of a file that seems to hold scales and opacities where their logs and logits belong.
+
+    Read as a log, a scale is at least 1; read as a logit, an opacity lies in 0.5 to 0.7311. No trained
+    scene has all of its rows there.
+    """
+    low, high = gaussians.opacities.min(), gaussians.opacities.max()
+    if low >= 0.5 and high <= _SIGMOID_OF_1 and gaussians.scales.min() >= 1:
+        message = "scales and opacities seem to be stored as they are, so the picture will be a fog"
+        cure = "export the logs of the scales and the logits of the opacities"
+        warnings.warn(SceneWarning(f"{path}: {message}; {cure}"), stacklevel=3)
+
+
+_SIGMOID_OF_1 = 0.7310587
 _ENCODINGS = {
     "ascii": "ASCII",
     "binary_little_endian": "binary little-endian",

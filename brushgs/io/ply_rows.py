@@ -1,10 +1,11 @@
 """Rows of one element of a PLY file, block by block, in any of the three encodings.
 
-A block is a structured array with one field per scalar property. Blocks of a few hundred KiB are
-read into a buffer that is used again, so a file never lies in memory beside what is made of it, and
-what follows finds the block still in the cache.
+A block is a structured array with one field per scalar property. Blocks are read into
+a buffer that is used again, so a file never lies in memory beside what is made of it, and what follows
+finds the block still in the cache.
 """
 
+import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -64,7 +65,7 @@ def warn_of_surplus(path: Path, header: Header, size: int) -> None:
     if size > end:
         message = f"{path}: {size - end} bytes after the last row were left out"
         doubt = "if the picture looks wrong, the file was changed in transfer: get it again in binary mode"
-        warnings.warn(SceneWarning(f"{message}; {doubt}"), stacklevel=4)
+        warnings.warn(SceneWarning(f"{message}; {doubt}"), stacklevel=3)
 
 
 def data_start(path: Path, header: Header, element: Element) -> int:
@@ -130,7 +131,7 @@ class _AsciiRows:
         for other in header.elements:
             if other is element:
                 break
-            for _ in islice(self._lines, other.count):
+            for _ in islice(self._lines, min(other.count, sys.maxsize)):
                 pass
 
     def read(self, start: int, stop: int) -> NDArray[np.void]:

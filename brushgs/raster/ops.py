@@ -1,6 +1,6 @@
 """Boxes become frames: the public functions over the compiled rasteriser."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -102,9 +102,10 @@ def rasterize(
             raise ValueError(f"rasterize: {name} must be in 1 to {MAX_SIDE} pixels, got {side}")
     threads = num_threads_or_default(num_threads)
     levels = _levels_for(boxes, texture, filter)
-    rgb = np.empty((height, width, 3), boxes.centers.dtype)
-    alpha = np.empty((height, width), boxes.centers.dtype)
-    z = np.empty((height, width), boxes.centers.dtype) if depth else None
+    is_single = boxes.centers.dtype == np.float32
+    new_plane: Any = _core.new_plane_float32 if is_single else _core.new_plane_float64
+    rgb, alpha = new_plane([height, width, 3]), new_plane([height, width])
+    z = new_plane([height, width]) if depth else None
     _core.rasterize(
         _kernel_of(texture, filter),
         threads,
@@ -164,7 +165,7 @@ _cache: WeakKeyDictionary[StrokeTexture, dict[tuple[int, int], _Packed]] = WeakK
 
 
 def _packed(texture: StrokeTexture, level_u: int, level_v: int) -> _Packed:
-    """One level as the core reads it, and its (columns, rows): each texel paired with the one below. Made once."""
+    """One level as the core reads it, each texel paired with the one below, and its (columns, rows)."""
     of_texture = _cache.setdefault(texture, {})
     if (level_u, level_v) not in of_texture:
         texels = level_coverage(texture.coverage, level_u, level_v).astype(np.uint16)

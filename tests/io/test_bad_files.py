@@ -30,6 +30,11 @@ def test_a_folder(tmp_path: Path) -> None:
     refuse(tmp_path, r"is a folder; name the \.ply file inside it")
 
 
+def test_a_pipe(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "a.ply")
+    refuse(tmp_path / "a.ply", "is a pipe or device, which cannot be read twice; save it to a file first")
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
 def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
     path = write_scene(tmp_path / "a.ply", scene_columns(3))
@@ -187,6 +192,14 @@ def test_an_ascii_row_of_another_length_is_named(tmp_path: Path, change: str, fo
     lines[row] = lines[row] + change if change else " ".join(lines[row].split()[:-1])
     path.write_text("\n".join(lines))
     refuse(path, f"row 7 has {found} values where the header names 17 properties; export it again")
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian"])
+def test_an_absurd_count_before_the_gaussians(tmp_path: Path, encoding: str) -> None:
+    camera = element_bytes("camera", {"a": np.arange(3.0)}, encoding, count=10**30)
+    vertex = element_bytes("vertex", scene_columns(3), encoding)
+    path = write_ply_file(tmp_path / "a.ply", [camera, vertex], encoding)
+    refuse(path, "is cut off: .* rows of element 'vertex'.*; copy or export it again")
 
 
 def test_a_file_that_shrinks_while_it_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,3 +1,4 @@
+import re
 import struct
 import zlib
 from pathlib import Path
@@ -105,17 +106,16 @@ def test_colours_beyond_white_survive_in_exr_and_are_clipped_elsewhere(tmp_path:
     source.close()
 
 
-@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr"])
-def test_equal_frames_give_equal_bytes_at_any_time_of_day(
-    tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("suffix", "num_dates"), [(".png", 0), (".tif", 2), (".exr", 1)])
+def test_equal_frames_give_equal_bytes_and_no_file_holds_the_time_of_day(
+    tmp_path: Path, suffix: str, num_dates: int
 ) -> None:
-    write_frame(make_frame(depth=True), tmp_path / f"a{suffix}")
+    for name in ("a", "b"):
+        write_frame(make_frame(depth=True), tmp_path / f"{name}{suffix}")
     content = (tmp_path / f"a{suffix}").read_bytes()
-    monkeypatch.setenv("TZ", "Pacific/Kiritimati")
-    assert b"20" + b"26:" not in content  # no date of this century is in it
-    write_frame(make_frame(depth=True), tmp_path / f"b{suffix}")
     assert (tmp_path / f"b{suffix}").read_bytes() == content
-    assert b"0000:00:00 00:00:00" in content or suffix == ".png"
+    dates = re.findall(rb"\d{4}[:-]\d\d[:-]\d\d[ T]\d\d:\d\d:\d\d", content)
+    assert dates == [b"0000:00:00 00:00:00"] * num_dates
 
 
 @given(st.floats(-0.5, 1.5, width=32))

@@ -192,6 +192,14 @@ def test_values_beyond_float32_count_as_infinite(tmp_path: Path) -> None:
         assert len(load(path)) == 4
 
 
+def test_a_nan_that_signals_is_as_broken_as_any_other(tmp_path: Path) -> None:
+    columns = scene_columns(5, degree=1)
+    for name in ("rot_1", "f_rest_3"):
+        columns[name].view(np.uint32)[2] = 0x7FA00000
+    with pytest.warns(SceneWarning, match=r"1 of 5 rows .* \(first: row 2, rot_1 = nan\)"):
+        assert len(load(write_scene(tmp_path / "a.ply", columns))) == 4
+
+
 def test_nan_in_a_column_that_is_not_used_does_no_harm(tmp_path: Path) -> None:
     columns = scene_columns(5)
     columns["nx"][:] = np.nan
@@ -243,6 +251,20 @@ def test_blocks_and_threads_do_not_change_what_is_read(
     ):
         gaussians = load(path)
     assert_is(gaussians, {k: np.delete(v, bad, axis=0) for k, v in decoded(columns).items()})
+
+
+def test_scales_and_opacities_stored_without_log_and_logit_are_told(tmp_path: Path) -> None:
+    columns = scene_columns(50)
+    for index in range(3):
+        columns[f"scale_{index}"] = np.exp(columns[f"scale_{index}"])
+    columns["opacity"] = np.random.default_rng(1).random(50).astype(np.float32)
+    path = write_scene(tmp_path / "a.ply", columns)
+    with pytest.warns(
+        SceneWarning, match=r"a\.ply: scales and opacities seem to be stored as they are, .*; export"
+    ):
+        load(path)
+    columns["opacity"][7] = 1.1
+    load(write_scene(tmp_path / "b.ply", columns))  # one logit above 1 proves them to be logits
 
 
 def test_bytes_after_the_last_row_are_left_out_with_a_warning(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "brushgs/cpu.hpp"
+#include "brushgs/frame_pool.hpp"
 #include "brushgs/project.hpp"
 #include "brushgs/raster.hpp"
 
@@ -86,6 +87,24 @@ void def_project(nb::module_& m) {
           "Gaussians that have none.");
 }
 
+// An uninitialised array from the frame pool, to which its memory returns.
+template <class T>
+nb::ndarray<nb::numpy, T> new_plane(const std::vector<std::size_t>& shape) {
+    struct Block {
+        void* memory;
+        std::size_t bytes;
+    };
+    std::size_t bytes = sizeof(T);
+    for (const std::size_t side : shape) bytes *= side;
+    auto* block = new Block{brushgs::FramePool::instance().take(bytes), bytes};
+    const nb::capsule owner(block, [](void* p) noexcept {
+        auto* done = static_cast<Block*>(p);
+        brushgs::FramePool::instance().give_back(done->memory, done->bytes);
+        delete done;
+    });
+    return {block->memory, shape.size(), shape.data(), owner};
+}
+
 template <class T>
 void rasterize(brushgs::Kernel kernel, int num_threads, In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles,
                In<T, 1> depths, In<T, 2> colors, In<T, 1> opacities, const std::vector<In<std::uint16_t, 1>>& pairs,
@@ -162,6 +181,8 @@ NB_MODULE(_core, m) {
         .value("ellipse", brushgs::Kernel::ellipse);
     def_project<float>(m);
     def_project<double>(m);
+    m.def("new_plane_float32", &new_plane<float>, "shape"_a, "An uninitialised array for a frame.");
+    m.def("new_plane_float64", &new_plane<double>, "shape"_a, "An uninitialised array for a frame.");
     def_rasterize<float>(m);
     def_rasterize<double>(m);
 }

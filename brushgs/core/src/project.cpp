@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kRowsPerItem = 4096;     // work handed to a thread at a time, some 100 us
 constexpr std::size_t kRowsPerThread = 10000;  // with fewer, starting a thread costs more than it saves
 constexpr std::size_t kRowsAhead = 16;         // records asked for early: they lie anywhere in memory
-constexpr int kMaxDigitBits = 12;              // of the radix sort: 4096 buckets stay in the second-level cache
+constexpr int kMaxDigitBits = 12;              // of the radix sort: 4096 buckets stay in the cache
 
 // A box in the sort: positive floating-point numbers are ordered like their bits.
 template <class T>
@@ -50,8 +50,8 @@ private:
 };
 
 template <class T>
-std::size_t project_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin,
-                         std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
+std::size_t project_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params,
+                         std::size_t begin, std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
 #ifdef BRUSHGS_X86
     switch (best_isa()) {
         case Isa::avx512: return avx512::project_rows(gaussians, params, begin, end, boxes, culled);
@@ -74,7 +74,8 @@ Range part_of(std::size_t count, std::size_t item, std::size_t num_items) {
 template <class Entry>
 void radix_pass(std::span<const Entry> from, std::span<Entry> to, typename Entry::Key smallest, int shift,
                 int digit_bits, int num_threads) {
-    const std::size_t num_parts = static_cast<std::size_t>(num_threads), num_digits = std::size_t{1} << digit_bits;
+    const auto num_parts = static_cast<std::size_t>(num_threads);
+    const std::size_t num_digits = std::size_t{1} << digit_bits;
     const auto digit_of = [=](const Entry& entry) {
         return static_cast<std::size_t>((entry.key - smallest) >> shift) & (num_digits - 1);
     };
@@ -149,7 +150,7 @@ void write_row(const BoxRecord<T>& box, std::size_t row, const BoxColumns<T>& co
 template <class T>
 BoxColumns<T> project(const GaussianColumns<T>& gaussians, const ProjectParams& params) {
     const std::size_t most_threads = std::max<std::size_t>(gaussians.count / kRowsPerThread, 1);
-    const auto num_threads = static_cast<int>(std::min(static_cast<std::size_t>(params.num_threads), most_threads));
+    const int num_threads = std::min(params.num_threads, static_cast<int>(most_threads));
     const std::size_t num_items = (gaussians.count + kRowsPerItem - 1) / kRowsPerItem;
 
     // Every item has room for all its rows, so that none waits for the counts of those before it.

@@ -12,9 +12,8 @@ namespace brushgs::BRUSHGS_ISA {
 
 namespace {
 
-constexpr std::size_t kBlock = 64;  // Gaussians at a time: their columns stay in the first-level cache
-
-constexpr std::size_t kRowsAhead = 32;  // of the harmonics, asked for early: most of what is read
+constexpr std::size_t kBlock = 64;      // Gaussians at a time: their columns stay in the first-level cache
+constexpr std::size_t kRowsAhead = 32;  // of coefficients, asked for early: they are most of what is read
 
 constexpr double kHalfPi = 1.57079632679489661923;
 constexpr double kQuarterPi = 0.78539816339744830962;
@@ -85,7 +84,47 @@ void load(const GaussianColumns<T>& gaussians, std::size_t first, std::size_t co
     for (std::size_t i = 0; i < count; ++i) block.opacity[i] = gaussians.opacities[first + i];
 }
 
-// Fills the second half of `block` from the first, for Gaussians whose boxes are stored as `T`.
+// The own axes of a Gaussian, columns of its rotation; the quaternion, stored as T, has any length above zero.
+template <class T>
+inline void own_axes(double qw, double qx, double qy, double qz, double axes[3][3]) {
+    if constexpr (sizeof(T) == sizeof(double)) {  // squares of float quaternions cannot leave the range
+        const double longest =
+            larger(larger(absolute(qw), absolute(qx)), larger(absolute(qy), absolute(qz)));
+        qw /= longest, qx /= longest, qy /= longest, qz /= longest;
+    }
+    const double s = 2 / (qw * qw + qx * qx + qy * qy + qz * qz);
+    axes[0][0] = 1 - s * (qy * qy + qz * qz);
+    axes[0][1] = s * (qx * qy + qw * qz);
+    axes[0][2] = s * (qx * qz - qw * qy);
+    axes[1][0] = s * (qx * qy - qw * qz);
+    axes[1][1] = 1 - s * (qx * qx + qz * qz);
+    axes[1][2] = s * (qy * qz + qw * qx);
+    axes[2][0] = s * (qx * qz + qw * qy);
+    axes[2][1] = s * (qy * qz - qw * qx);
+    axes[2][2] = 1 - s * (qx * qx + qy * qy);
+}
+
+struct Direction {
+    double cosine, sine, angle;
+};
+
+// The major axis of the covariance (a, b; b, c), theta = 1/2 atan2(2 b, a - c), in (-pi/2, pi/2]: atan(t)
+// where a >= c, else a quarter turn less that, with the sign of b. `spread` is hypot(a - c, 2 b), `sum` a + c.
+inline Direction major_axis(double difference, double twice_b, double spread, double sum) {
+    const double least_spread = kDirectionNoise * sum;
+    const double lean = spread > least_spread ? difference : 0.0;
+    const double tangent = absolute(twice_b) / (spread + absolute(difference));
+    double t = spread > least_spread ? tangent : 0.0;
+    t = t > kDirectionNoise ? t : 0.0;
+    const double large = 1 / __builtin_sqrt(1 + t * t), small = t * large, turn = arctangent(t);
+    const bool is_steep = lean < 0;
+    const double signed_one = twice_b < 0 ? -1.0 : 1.0;
+    const double sign = t > 0 ? signed_one : 1.0;
+    const double sine = is_steep ? large : small, angle = is_steep ? kHalfPi - turn : turn;
+    return {is_steep ? small : large, sign * sine, sign * angle};
+}
+
+// Fills the second half of `block` from the first, for Gaussians whose boxes are stored as T.
 template <class T>
 void place(const ProjectParams& params, Block& block) {
     const ProjectParams p = params;  // a local copy cannot overlap the lanes: that frees the vectoriser
@@ -106,22 +145,10 @@ void place(const ProjectParams& params, Block& block) {
         const double jx[3] = {w[0] - at_x * w[8], w[1] - at_x * w[9], w[2] - at_x * w[10]};
         const double jy[3] = {w[4] - at_y * w[8], w[5] - at_y * w[9], w[6] - at_y * w[10]};
 
-        double qw = block.quat[0][i], qx = block.quat[1][i], qy = block.quat[2][i], qz = block.quat[3][i];
-        if constexpr (sizeof(T) == sizeof(double)) {  // squares of float quaternions cannot leave the range
-            const double longest =
-                larger(larger(absolute(qw), absolute(qx)), larger(absolute(qy), absolute(qz)));
-            qw /= longest, qx /= longest, qy /= longest, qz /= longest;
-        }
-        const double s = 2 / (qw * qw + qx * qx + qy * qy + qz * qz);
-        const double axes[3][3] = {  // the columns of the rotation: the own axes of the Gaussian
-            {1 - s * (qy * qy + qz * qz), s * (qx * qy + qw * qz), s * (qx * qz - qw * qy)},
-            {s * (qx * qy - qw * qz), 1 - s * (qx * qx + qz * qz), s * (qy * qz + qw * qx)},
-            {s * (qx * qz + qw * qy), s * (qy * qz - qw * qx), 1 - s * (qx * qx + qy * qy)},
-        };
-
-        // M = J W R S, pixels per standard deviation. M M^T, (a, b; b, c), enters only as a - c and 2 b.
-        double mx[3], my[3], sum = 0, difference = 0, twice_b = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
+        // M = J W R S, pixels per standard deviation. M M^T enters only as a - c and 2 b.
+        double axes[3][3], mx[3], my[3], sum = 0, difference = 0, twice_b = 0;
+        own_axes<T>(block.quat[0][i], block.quat[1][i], block.quat[2][i], block.quat[3][i], axes);
+        for (int k = 0; k < 3; ++k) {
             const double* axis = axes[k];
             const double scale = block.scale[k][i] * inverse_depth;
             mx[k] = p.fx * scale * (jx[0] * axis[0] + jx[1] * axis[1] + jx[2] * axis[2]);
@@ -130,29 +157,15 @@ void place(const ProjectParams& params, Block& block) {
             difference += (mx[k] - my[k]) * (mx[k] + my[k]);
             twice_b += 2 * mx[k] * my[k];
         }
-
-        // The major axis, theta = 1/2 atan2(2 b, a - c), as a rotation that makes the rows of M orthogonal:
-        // theta is atan(t) if a >= c, else a quarter turn less that, with the sign of b.
         const double spread = __builtin_sqrt(difference * difference + twice_b * twice_b);
-        const double least_spread = kDirectionNoise * sum;
-        const double lean = spread > least_spread ? difference : 0.0;
-        const double tangent = absolute(twice_b) / (spread + absolute(difference));
-        double t = spread > least_spread ? tangent : 0.0;
-        t = t > kDirectionNoise ? t : 0.0;
-        const double large = 1 / __builtin_sqrt(1 + t * t), small = t * large;
-        const bool is_steep = lean < 0;
-        const double signed_one = twice_b < 0 ? -1.0 : 1.0;
-        const double sign = t > 0 ? signed_one : 1.0;
-        const double cosine = is_steep ? small : large;
-        const double sine = sign * (is_steep ? large : small);
-        const double turn = arctangent(t);
-        const double angle = sign * (is_steep ? kHalfPi - turn : turn);
+        const Direction u = major_axis(difference, twice_b, spread, sum);
 
         // |w^T M| along each axis keeps its digits for needles, where the small root of the covariance's
         // characteristic equation is a difference of large numbers.
         double major = p.low_pass, minor = p.low_pass;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const double along = cosine * mx[k] + sine * my[k], across = cosine * my[k] - sine * mx[k];
+        for (int k = 0; k < 3; ++k) {
+            const double along = u.cosine * mx[k] + u.sine * my[k];
+            const double across = u.cosine * my[k] - u.sine * mx[k];
             major += along * along;
             minor += across * across;
         }
@@ -160,8 +173,8 @@ void place(const ProjectParams& params, Block& block) {
         const double half_v = p.num_sigmas * __builtin_sqrt(minor);
 
         // Outside: the upright rectangle around the box and the image have no area in common.
-        const double reach_x = cosine * half_u + absolute(sine) * half_v;
-        const double reach_y = absolute(sine) * half_u + cosine * half_v;
+        const double reach_x = u.cosine * half_u + absolute(u.sine) * half_v;
+        const double reach_y = absolute(u.sine) * half_u + u.cosine * half_v;
         double fate = kKept;
         fate = center_x + reach_x > 0 ? fate : kOutside;
         fate = center_y + reach_y > 0 ? fate : kOutside;
@@ -184,7 +197,7 @@ void place(const ProjectParams& params, Block& block) {
         block.center[1][i] = center_y;
         block.half_extents[0][i] = half_u;
         block.half_extents[1][i] = half_v;
-        block.angle[i] = angle;
+        block.angle[i] = u.angle;
         block.depth[i] = depth;
         block.fate[i] = fate;
     }
@@ -243,39 +256,62 @@ inline void add_terms(const T* sh, const T* basis, T* color) {
         for (int c = 0; c < 3; ++c) color[c] += basis[num_terms - 1] * sh[3 * (num_terms - 1) + c];
 }
 
+// Lists the lanes under `count` that are kept, counts what becomes of all, and returns how many are kept.
+inline std::size_t choose(const Block& block, std::size_t count, std::size_t* lanes, std::size_t* fates) {
+    std::size_t num_kept = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        lanes[num_kept] = i;
+        num_kept += block.fate[i] == kKept;
+        ++fates[index(block.fate[i])];
+    }
+    return num_kept;
+}
+
+// The fields of lane `i` but the colour, rounded to T.
+template <class T>
+inline void fill(const Block& block, std::size_t i, std::size_t row, BoxRecord<T>& box) {
+    for (int k = 0; k < 2; ++k) box.center[k] = static_cast<T>(block.center[k][i]);
+    for (int k = 0; k < 2; ++k) box.half_extents[k] = static_cast<T>(block.half_extents[k][i]);
+    // Rounding may reach -pi/2, which is the same line as +pi/2, the one in the range.
+    const T angle = static_cast<T>(block.angle[i]);
+    box.angle = angle <= -static_cast<T>(kHalfPi) ? static_cast<T>(kHalfPi) : angle;
+    box.depth = static_cast<T>(block.depth[i]);
+    box.opacity = static_cast<T>(block.opacity[i]);
+    box.id = static_cast<std::int32_t>(row);
+}
+
 // Writes the boxes of the block that are kept to `boxes`; returns how many.
 template <int degree, class T>
 std::size_t store(const GaussianColumns<T>& gaussians, std::size_t first, std::size_t count,
                   const Block& block, BoxRecord<T>* boxes, std::size_t* fates) {
+    constexpr std::size_t row_values = 3 * (degree + 1) * (degree + 1), line = 64 / sizeof(T);
+    const T* sh = gaussians.sh + 3 * gaussians.sh_terms * first;
+    const std::size_t sh_stride = 3 * gaussians.sh_terms;
+    std::size_t lanes[kBlock];
+    const std::size_t num_kept = choose(block, count, lanes, fates);
+
     constexpr std::size_t stride = degree == 0 ? 1 : (degree == 1 ? 4 : 16);
     alignas(64) T basis[kBlock * stride];
     for (std::size_t i = 0; i < kBlock; ++i)
         sh_basis<degree>(static_cast<T>(block.direction[0][i]), static_cast<T>(block.direction[1][i]),
                          static_cast<T>(block.direction[2][i]), basis + stride * i);
+
     std::size_t num_boxes = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-        const T* ahead = gaussians.sh + 3 * gaussians.sh_terms * (first + i + kRowsAhead);
-        for (std::size_t k = 0; k < 3 * (degree + 1) * (degree + 1); k += 64 / sizeof(T)) __builtin_prefetch(ahead + k);
-        ++fates[index(block.fate[i])];
-        if (block.fate[i] != kKept) continue;
-        BoxRecord<T>& box = boxes[num_boxes];
+    for (std::size_t j = 0; j < num_kept; ++j) {
+        const std::size_t i = lanes[j];
+        // A guess: where this row is kept, those a little further mostly are.
+        const T* ahead = sh + sh_stride * (i + kRowsAhead);
+        for (std::size_t k = 0; k < row_values; k += line) __builtin_prefetch(ahead + k);
         T color[3];
-        add_terms<degree>(gaussians.sh + 3 * gaussians.sh_terms * (first + i), basis + stride * i, color);
+        add_terms<degree>(sh + sh_stride * i, basis + stride * i, color);
         for (int c = 0; c < 3; ++c) color[c] += T(0.5);
         if (!(absolute(color[0]) + absolute(color[1]) + absolute(color[2]) <= kLargest<T>)) {
             --fates[index(kKept)], ++fates[index(kNotFinite)];
             continue;
         }
+        BoxRecord<T>& box = boxes[num_boxes++];
         for (int c = 0; c < 3; ++c) box.color[c] = color[c] > 0 ? color[c] : 0;
-        for (int k = 0; k < 2; ++k) box.center[k] = static_cast<T>(block.center[k][i]);
-        for (int k = 0; k < 2; ++k) box.half_extents[k] = static_cast<T>(block.half_extents[k][i]);
-        // Rounding to T may reach -pi/2, which is the same line as +pi/2, the one in the range.
-        const T angle = static_cast<T>(block.angle[i]);
-        box.angle = angle <= -static_cast<T>(kHalfPi) ? static_cast<T>(kHalfPi) : angle;
-        box.depth = static_cast<T>(block.depth[i]);
-        box.opacity = static_cast<T>(block.opacity[i]);
-        box.id = static_cast<std::int32_t>(first + i);
-        ++num_boxes;
+        fill(block, i, first + i, box);
     }
     return num_boxes;
 }
@@ -311,8 +347,8 @@ std::size_t run(const GaussianColumns<T>& gaussians, const ProjectParams& params
 
 }  // namespace
 
-std::size_t project_rows(const GaussianColumns<float>& gaussians, const ProjectParams& params, std::size_t begin,
-                         std::size_t end, BoxRecord<float>* boxes, ProjectCounts& culled) {
+std::size_t project_rows(const GaussianColumns<float>& gaussians, const ProjectParams& params,
+                         std::size_t begin, std::size_t end, BoxRecord<float>* boxes, ProjectCounts& culled) {
     return run(gaussians, params, begin, end, boxes, culled);
 }
 

@@ -285,7 +285,7 @@ struct BlockCoordinates {
     alignas(64) T v[num_blocks];
 
     // Below this many blocks it is cheaper to paint one in vain than to test them all.
-    static constexpr int worth_testing = 4;
+    static constexpr int worth_testing = 2;
 
     template <class Sampler>
     [[gnu::always_inline]] inline std::uint32_t find(const Record<T>& record, const Sampler& sampler, int x0, int y0,
@@ -345,16 +345,26 @@ template <class T, Kernel kernel, bool with_depth>
     const Real opacity = L::set(record.opacity), depth = L::set(record.depth);
     const Real red = L::set(record.red), green = L::set(record.green), blue = L::set(record.blue);
 
-    for (; blocks != 0; blocks &= blocks - 1) {
-        const int b = __builtin_ctz(blocks);
-        unsigned finished = 0;
+    // Two passes over the blocks: what a gather makes wait is then only the first, and that has few instructions.
+    alignas(64) T alphas[num_blocks][block_pixels];
+    for (std::uint32_t rest = blocks; rest != 0; rest &= rest - 1) {
+        const int b = __builtin_ctz(rest);
         for (int part = 0; part < block_pixels / W; ++part) {
             const int lane = part * W;
             const Real u = L::set(block.u[b]) + lane_u[part];
             const Real v = L::set(block.v[b]) + lane_v[part];
             const auto inside = sampler.inside(L::from_bits(static_cast<unsigned>(tile.alive[b]) >> lane), u, v);
             const Real alpha = L::min(opacity * sampler.coverage(u, v, inside), L::set(static_cast<T>(max_alpha)));
-            const auto painted = L::at_least(inside, alpha, L::set(static_cast<T>(min_alpha)));
+            L::store(alphas[b] + lane, L::where(inside, alpha));
+        }
+    }
+    for (; blocks != 0; blocks &= blocks - 1) {
+        const int b = __builtin_ctz(blocks);
+        unsigned finished = 0;
+        for (int part = 0; part < block_pixels / W; ++part) {
+            const int lane = part * W;
+            const Real alpha = L::load(alphas[b] + lane);
+            const auto painted = L::at_least(L::from_bits(~0u), alpha, L::set(static_cast<T>(min_alpha)));
             const Real before = L::load(tile.transmittance[b] + lane);
             const Real full = before * alpha;
             const Real after = before - full;
@@ -393,18 +403,20 @@ template <class T>
     __builtin_memcpy(rgb + 8, &third, sizeof third);
 }
 
-// Four pixels of a row from a block, to pixel x of the row; the first `count` of them.
+// Four pixels of a row of a block; `depth` may be null.
 template <class T>
-[[gnu::always_inline]] inline void write_four(const TileState<T>& tile, int b, int p, int x, std::size_t count, T* rgb,
-                                              T* alpha, T* depth) {
-    T colors[3 * block_size], alphas[block_size], depths[block_size];
-    interleave(tile.red[b] + p, tile.green[b] + p, tile.blue[b] + p, colors);
-    for (int i = 0; i < block_size; ++i) alphas[i] = 1 - tile.transmittance[b][p + i];
-    __builtin_memcpy(rgb + 3 * x, colors, 3 * count * sizeof(T));
-    __builtin_memcpy(alpha + x, alphas, count * sizeof(T));
+[[gnu::always_inline]] inline void write_four(const TileState<T>& tile, int b, int p, T* rgb, T* alpha, T* depth) {
+    using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
+    interleave(tile.red[b] + p, tile.green[b] + p, tile.blue[b] + p, rgb);
+    Four transmittance;
+    __builtin_memcpy(&transmittance, tile.transmittance[b] + p, sizeof transmittance);
+    const Four opaque = T(1) - transmittance;
+    __builtin_memcpy(alpha, &opaque, sizeof opaque);
     if (depth == nullptr) return;
-    for (int i = 0; i < block_size; ++i) depths[i] = alphas[i] > 0 ? tile.depth[b][p + i] / alphas[i] : 0;
-    __builtin_memcpy(depth + x, depths, count * sizeof(T));
+    Four sum;
+    __builtin_memcpy(&sum, tile.depth[b] + p, sizeof sum);
+    const Four mean = opaque > 0 ? sum / opaque : Four{};
+    __builtin_memcpy(depth, &mean, sizeof mean);
 }
 
 // `num_columns` pixels of row y of the tile, to wherever they belong.
@@ -412,10 +424,16 @@ template <class T>
 void write_row(const TileState<T>& tile, int y, int num_columns, T* rgb, T* alpha, T* depth) {
     const int first_block = y / block_size * block_columns, p = y % block_size * block_size;
     int x = 0;
-    for (; x + block_size <= num_columns; x += block_size)  // four is known here: the copies become plain stores
-        write_four(tile, first_block + x / block_size, p, x, block_size, rgb, alpha, depth);
-    if (x < num_columns)
-        write_four(tile, first_block + x / block_size, p, x, static_cast<std::size_t>(num_columns - x), rgb, alpha, depth);
+    for (; x + block_size <= num_columns; x += block_size)
+        write_four(tile, first_block + x / block_size, p, rgb + 3 * x, alpha + x, depth == nullptr ? nullptr : depth + x);
+    if (x == num_columns) return;
+    T colors[3 * block_size], alphas[block_size], depths[block_size];  // the picture ends within a block
+    write_four(tile, first_block + x / block_size, p, colors, alphas, depths);
+    for (int i = 0; x < num_columns; ++x, ++i) {
+        for (int channel = 0; channel < 3; ++channel) rgb[3 * x + channel] = colors[3 * i + channel];
+        alpha[x] = alphas[i];
+        if (depth != nullptr) depth[x] = depths[i];
+    }
 }
 
 template <class T>

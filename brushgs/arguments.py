@@ -1,0 +1,373 @@
+"""The flags of the command line, their help, and how they become configuration.
+
+Only the standard library is imported: `brushgs --help` answers as fast as Python starts.
+"""
+
+import argparse
+import re
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from collections.abc import Callable, Sequence
+from math import isfinite, radians
+from pathlib import Path
+from typing import Any, NoReturn, get_args
+
+from brushgs import __version__
+from brushgs.config import (
+    PRESETS,
+    ClusterConfig,
+    DrawConfig,
+    Features,
+    Filter,
+    Merge,
+    Method,
+    PaintConfig,
+    PruneConfig,
+    ViewConfig,
+    Weight,
+)
+
+DESCRIPTION = "Paint trained 3D Gaussian Splatting scenes with brush strokes, on the CPU."
+EPILOG = """\
+examples:
+  brushgs demo                                        an example scene, painted
+  brushgs render scene.ply --stroke swirl             any trained scene (3DGS .ply)
+  brushgs render scene.ply --stroke gaussian          the plain 3DGS picture
+  brushgs render scene.ply --stroke my_brush.png --strokes 2000 --size 1920x1080
+
+`brushgs COMMAND --help` tells the flags of a command. A finished command prints the path it wrote on
+stdout and a table of what it did on stderr. Exit code 2: an input that cannot be used, said in a sentence."""
+FRAMING_FLAGS = ("up", "azimuth", "elevation", "fov_deg", "zoom")
+
+
+class UsageError(ValueError):
+    """Words on the command line that mean nothing."""
+
+
+class _Parser(ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        message = re.sub(r"^argument (\S+?)(/\S+)?: (?=must )", r"\1 ", message).removeprefix("argument ")
+        raise UsageError(f"{message} (see {self.prog} --help)")
+
+
+def parse(words: Sequence[str]) -> Namespace:
+    """The namespace of a command line.
+
+    Raises:
+        UsageError: if a flag or a value means nothing; one sentence.
+    """
+    return build_parser().parse_args(_joined(words))
+
+
+def _joined(words: Sequence[str]) -> list[str]:
+    """`--up -y` as `--up=-y`: the parser would take -y for a flag."""
+    joined: list[str] = []
+    for word in words:
+        if joined and joined[-1] == "--up" and re.match(r"-([xyz]$|[0-9.])", word, re.IGNORECASE):
+            joined[-1] = f"--up={word}"
+        else:
+            joined.append(word)
+    return joined
+
+
+def build_parser() -> ArgumentParser:
+    """The parser of all commands."""
+    parser = _Parser(
+        "brushgs",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"brushgs {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+
+    def command(name: str, help: str) -> ArgumentParser:
+        sub = commands.add_parser(name, help=help, description=help[0].upper() + help[1:] + ".")
+        sub.add_argument("--debug", action="store_true", help="show the traceback of an error")
+        return sub
+
+    render = command("render", "paint a scene: PLY in, picture out")
+    render.add_argument("scene", type=Path, help="trained 3D Gaussian scene (.ply)")
+    _add_output(render, "picture (.png, .exr, .tif), default SCENE-STROKE.png in the current folder")
+    _add_draw(render)
+    _add_prune(render)
+    _add_cluster(render)
+    render.add_argument(
+        "--preset",
+        choices=sorted(PRESETS),
+        default="default",
+        help="'paper': the published method (paper weight, features and merge, minibatch, bilinear); single "
+        "flags still win",
+    )
+    _add_view(render)
+    _add_telling(render)
+
+    demo = command("demo", "build the example scene, paint it, and say where the picture is")
+    demo.add_argument(
+        "-o", "--output", type=Path, default=Path("brushgs-demo"), help="folder, default brushgs-demo"
+    )
+    _add_draw(demo)
+    _add_strokes(demo)
+    demo.add_argument("--size", type=_size, metavar="WxH", help="picture size in pixels, default 1200x900")
+    demo.add_argument("--seed", type=_count_from(0), default=0, help="seed of scene and strokes, default 0")
+    _add_telling(demo)
+
+    prune = command("prune", "keep the Gaussians that matter most: PLY in, PLY out")
+    prune.add_argument("scene", type=Path, help="trained 3D Gaussian scene (.ply)")
+    _add_output(prune, "scene file, default SCENE-pruned.ply in the current folder")
+    _add_prune(prune)
+    _add_telling(prune)
+
+    cluster = command("cluster", "merge Gaussians into fewer and larger ones: PLY in, PLY out")
+    cluster.add_argument("scene", type=Path, help="trained 3D Gaussian scene (.ply)")
+    _add_output(cluster, "scene file, default SCENE-strokes.ply in the current folder")
+    _add_cluster(cluster)
+    _add_telling(cluster)
+
+    strokes = command("strokes", "list the built-in strokes")
+    strokes.add_argument("--json", action="store_true", help="as a JSON list")
+
+    info = command("info", "tell what a scene file holds")
+    info.add_argument("scene", type=Path, help="trained 3D Gaussian scene (.ply)")
+    info.add_argument("--json", action="store_true", help="as a JSON object")
+    return parser
+
+
+def paint_config(args: Namespace) -> PaintConfig:
+    """The configuration of `brushgs render`.
+
+    Raises:
+        ValueError: if a value is out of range, or flags exclude each other.
+    """
+    preset = PRESETS[args.preset]
+    all_kept = {"keep": 1.0} if _is_plain(args) else {}
+    return PaintConfig(
+        prune=PruneConfig(**all_kept | _chosen(args, preset, "keep", "weight")),
+        cluster=cluster_config(args, preset),
+        view=view_config(args),
+        draw=draw_config(args, preset),
+    )
+
+
+def prune_config(args: Namespace) -> PruneConfig:
+    """The configuration of `brushgs prune`."""
+    return PruneConfig(**_chosen(args, {}, "keep", "weight"))
+
+
+def cluster_config(args: Namespace, preset: Any = PRESETS["default"]) -> ClusterConfig:
+    """How Gaussians become strokes; `brushgs demo` has only some of its flags."""
+    chosen = _chosen(args, preset, "features", "merge", "method", "seed")
+    if args.strokes == "all" or (args.strokes is None and _is_plain(args)):
+        return ClusterConfig(**chosen | {"strokes": None})
+    return ClusterConfig(**chosen | _chosen(args, {}, "strokes"))
+
+
+def _is_plain(args: Namespace) -> bool:
+    """Whether the plain 3DGS picture is asked for: then the whole scene is drawn, unless flags say else."""
+    return getattr(args, "stroke", None) == "gaussian"
+
+
+def draw_config(args: Namespace, preset: Any = PRESETS["default"], background: str = "white") -> DrawConfig:
+    """How strokes are drawn, on `background` unless the flags say else."""
+    chosen = _chosen(args, preset, "stroke", "filter", "background", "threads")
+    return DrawConfig(**{"background": background} | chosen)
+
+
+def view_config(args: Namespace) -> ViewConfig:
+    """The view asked for.
+
+    Raises:
+        ValueError: if flags of a framed view stand beside a camera file.
+    """
+    if args.camera_file is None:
+        if args.view is not None:
+            raise ValueError("--view must stand beside --camera-file, which says what the views are")
+    else:
+        for name in FRAMING_FLAGS:
+            if getattr(args, name) is not None:
+                flag = name.replace("_", "-")
+                raise ValueError(
+                    f"--{flag} must not stand beside --camera-file, which says where the camera is"
+                )
+    chosen = _chosen(args, {}, "size", "camera_file", "view", "up", "zoom")
+    for name, flag in (("azimuth", "azimuth"), ("elevation", "elevation"), ("fov_y", "fov_deg")):
+        if getattr(args, flag) is not None:
+            chosen[name] = radians(getattr(args, flag))
+    return ViewConfig(**chosen)
+
+
+def _chosen(args: Namespace, preset: Any, *names: str) -> dict[str, Any]:
+    """The values of some flags that were given, else those of the preset; the rest keep their default."""
+    given = {name: getattr(args, name) for name in names if getattr(args, name, None) is not None}
+    return {name: preset[name] for name in names if name in preset} | given
+
+
+def _add_output(parser: ArgumentParser, help: str) -> None:
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help=help)
+
+
+def _add_draw(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "--stroke",
+        default="swirl",
+        metavar="NAME|FILE",
+        help="built-in stroke (`brushgs strokes` lists them), 'gaussian' for the plain 3DGS picture, or an "
+        "image file; default swirl",
+    )
+    parser.add_argument(
+        "--filter",
+        choices=get_args(Filter),
+        help="how small strokes read the stroke image: 'mip' without shimmer (default), 'bilinear' as "
+        "published, 'nearest'",
+    )
+    parser.add_argument(
+        "--background",
+        metavar="GROUND",
+        help="white (default; toned in the demo), black, transparent, '#rrggbb', or an image file scaled to "
+        "fill the picture",
+    )
+    parser.add_argument(
+        "--threads",
+        type=_count_from(1),
+        help="processors to use, 1 or more, default all; the picture does not depend on it",
+    )
+
+
+def _add_prune(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "--keep",
+        type=_number,
+        metavar="SHARE",
+        help="share of the Gaussians that is kept, in (0, 1], default 0.7 (1 with --stroke gaussian)",
+    )
+    parser.add_argument(
+        "--weight",
+        choices=get_args(Weight),
+        help="what counts: 'contribution' to pictures: opacity, area, not being hidden (default); 'paper': intensity",
+    )
+
+
+def _add_strokes(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "--strokes",
+        type=_strokes,
+        metavar="COUNT|PERCENT|all",
+        help="number of strokes, 1 or more, or a share of the scene as loaded such as 10%%, or all; default "
+        "7000 (all with --stroke gaussian)",
+    )
+
+
+def _add_cluster(parser: ArgumentParser) -> None:
+    _add_strokes(parser)
+    parser.add_argument(
+        "--features",
+        choices=get_args(Features),
+        help="what makes Gaussians alike: 'balanced', independent of the scene's unit (default), or 'paper'",
+    )
+    parser.add_argument(
+        "--merge",
+        choices=get_args(Merge),
+        help="how Gaussians become one: 'cover' keeps the area they paint (default), 'paper' plain means",
+    )
+    parser.add_argument(
+        "--method",
+        choices=get_args(Method),
+        help="clustering: 'auto' by size (default), 'minibatch' as published, 'kdtree' for many strokes",
+    )
+    parser.add_argument("--seed", type=_count_from(0), help="seed of the clustering, 0 or more, default 0")
+
+
+def _add_view(parser: ArgumentParser) -> None:
+    group = parser.add_argument_group("view", "framed on the scene, or taken from a file")
+    group.add_argument(
+        "--size",
+        type=_size,
+        metavar="WxH",
+        help="picture size in pixels, default 1280x720, or that of the camera in the file",
+    )
+    group.add_argument(
+        "--up",
+        metavar="AXIS",
+        help="direction that is up: +x, -x, +y, -y, +z, -z or three numbers 0,-1,0; default what the file "
+        "says, else -y, as COLMAP and most trainers have it (+z: Blender)",
+    )
+    group.add_argument(
+        "--azimuth",
+        type=_number,
+        metavar="DEG",
+        help="degrees around the scene to the viewer's right, any, default 30",
+    )
+    group.add_argument(
+        "--elevation",
+        type=_number,
+        metavar="DEG",
+        help="degrees above the horizon, -90 to 90, default 15 (40 above flat ground)",
+    )
+    group.add_argument(
+        "--fov-deg",
+        type=_number,
+        metavar="DEG",
+        help="vertical field of view in degrees, in (0, 180), default 50",
+    )
+    group.add_argument(
+        "--zoom", type=_number, help="1 shows the subject whole (default), 2 twice as large; above 0"
+    )
+    group.add_argument(
+        "--camera-file",
+        type=Path,
+        metavar="FILE",
+        help="cameras.json of a 3DGS training, or transforms.json of NeRF and nerfstudio",
+    )
+    group.add_argument(
+        "--view", type=_count_from(0), metavar="N", help="which camera of the file, from 0, default 0"
+    )
+
+
+def _add_telling(parser: ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="what was done as JSON on stdout, no table")
+    parser.add_argument("--quiet", action="store_true", help="no table, no progress, no path: errors only")
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not isfinite(value):
+        raise ArgumentTypeError(f"must be a number, got {text!r}")
+    return value
+
+
+def _count_from(least: int) -> Callable[[str], int]:
+    def count(text: str) -> int:
+        if not re.fullmatch(r"\+?[0-9]{1,18}", text) or int(text) < least:
+            raise ArgumentTypeError(f"must be a whole number of {least} or more, got {text!r}")
+        return int(text)
+
+    return count
+
+
+def _strokes(text: str) -> int | float | str:
+    """An int is a count, a float a share, "all" stays."""
+    if text == "all":
+        return text
+    if text.endswith("%"):
+        share = _number(text[:-1]) / 100
+        if not 0 < share <= 1:
+            raise ArgumentTypeError(f"must be above 0 % and at most 100 %, got {text!r}")
+        return share
+    try:
+        return _count_from(1)(text)
+    except ArgumentTypeError:
+        raise ArgumentTypeError(
+            f"must be a count of 1 or more, a share such as 10%, or all, got {text!r}"
+        ) from None
+
+
+def _size(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", text)
+    size = (int(match[1]), int(match[2])) if match else (0, 0)
+    if not all(1 <= side <= 32767 for side in size):
+        raise ArgumentTypeError(
+            f"must be WIDTHxHEIGHT in pixels such as 1280x720, 1 to 32767 each, got {text!r}"
+        )
+    return size

@@ -1,0 +1,81 @@
+"""What lies behind the strokes: "white", "#rrggbb" or a picture file becomes a colour or an array."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError
+
+NAMED = {"white": (1.0, 1.0, 1.0), "black": (0.0, 0.0, 0.0)}
+Ground = tuple[float, float, float] | NDArray[np.float32] | None
+
+
+def check_background(text: str) -> None:
+    """Refuse what `open_background` could not use, before any work is done.
+
+    Raises:
+        ValueError: if the text is neither a known name, a colour nor an existing file.
+    """
+    is_color = text.lower() in (*NAMED, "transparent") or re.fullmatch(r"#[0-9a-fA-F]{6}", text)
+    if not is_color and not Path(text).is_file():
+        raise ValueError(
+            f"background must be white, black, transparent, #rrggbb or an image file, got {text!r}"
+        )
+
+
+def open_background(text: str, width: int, height: int) -> Ground:
+    """The ground under a picture.
+
+    Args:
+        text: "white", "black", "transparent", "#rrggbb", or an image file.
+        width: of the picture, pixels.
+        height: of the picture, pixels.
+
+    Returns:
+        None for transparent, one RGB colour 0 to 1, or float32 [height, width, 3]: the image scaled to
+        fill the picture, cut evenly at the sides that stand over; its own transparency shows white.
+
+    Raises:
+        ValueError: if the text means nothing.
+        SceneError: if the image cannot be read.
+    """
+    check_background(text)
+    name = text.lower()
+    if name == "transparent":
+        return None
+    if name in NAMED:
+        return NAMED[name]
+    if text.startswith("#") and not Path(text).is_file():
+        red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
+        return red, green, blue
+    from brushgs.io.images import read_image
+
+    image = read_image(text)
+    if 0 in image.shape:
+        raise SceneError(text, "the background image has no pixels")
+    return _fill(_flatten(image), width, height)
+
+
+def _flatten(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """[H, W, 3] of 1 to 4 channels with straight alpha, on white."""
+    channels = image.shape[2]
+    color = image[..., :3] if channels >= 3 else np.repeat(image[..., :1], 3, axis=2)
+    if channels in (2, 4):
+        alpha = image[..., -1:]
+        color = color * alpha + (1 - alpha)
+    return np.asarray(color, dtype=np.float32)
+
+
+def _fill(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
+    """Scaled to cover width x height, the middle of it, antialiased where it gets smaller."""
+    rows, columns = image.shape[:2]
+    factor = max(width / columns, height / rows)
+    if (rows, columns) != (height, width):
+        from skimage.transform import resize
+
+        size = max(height, round(rows * factor)), max(width, round(columns * factor))
+        image = resize(image, size, order=1, anti_aliasing=factor < 1).astype(np.float32)
+    top, left = (image.shape[0] - height) // 2, (image.shape[1] - width) // 2
+    return np.ascontiguousarray(image[top : top + height, left : left + width])

@@ -1,0 +1,186 @@
+"""The command line: text in, exit codes out. No arithmetic, and nothing heavy is imported before it is used.
+
+Exit codes: 0 done, 1 a fault of brushgs itself, 2 an input that cannot be used (one sentence on stderr),
+130 stopped with Ctrl-C. stdout carries data only: the path that was written, or JSON.
+"""
+
+import os
+import sys
+import warnings
+from argparse import Namespace
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from brushgs import arguments
+from brushgs.errors import SceneWarning
+
+if TYPE_CHECKING:
+    from brushgs.report import Report
+
+EXIT_FAULT, EXIT_INPUT, EXIT_STOPPED = 1, 2, 130
+DEMO_SIZE = (1200, 900)
+DEMO_GROUND = "#2e2113"  # painters tone a canvas: what strokes leave open stays warm and dark
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Args:
+        argv: the words after the name of the program; None for those of this process.
+
+    Returns:
+        The exit code.
+    """
+    if "numpy" not in sys.modules:
+        # The matrices here are small: BLAS threads only wait for each other (2 cores, both busy elsewhere:
+        # the filtered copies of a stroke take 1.26 s with them, 0.21 s without). Ours do not come from BLAS.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    is_debug = False
+    try:
+        args = arguments.parse(sys.argv[1:] if argv is None else argv)
+        is_debug = args.debug
+        COMMANDS[args.command](args)
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        return _say("stopped", EXIT_STOPPED)
+    except BrokenPipeError:  # the reader of stdout, `head` for one, has gone: nobody is left to tell
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except (ValueError, OSError, MemoryError) as error:
+        if is_debug:
+            raise
+        return _say(_sentence(error), EXIT_INPUT)
+    except Exception as error:
+        if is_debug:
+            raise
+        name = type(error).__name__
+        return _say(f"a fault of brushgs itself, {name}: {error}; run it again with --debug", EXIT_FAULT)
+    return 0
+
+
+def _say(sentence: str, exit_code: int) -> int:
+    print(f"brushgs: {' '.join(sentence.split())}", file=sys.stderr)
+    return exit_code
+
+
+def _sentence(error: BaseException) -> str:
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    if isinstance(error, MemoryError):
+        return f"out of memory ({error}); take fewer pixels (--size) or a smaller scene"
+    return str(error)
+
+
+@contextmanager
+def _told(args: Namespace) -> Iterator["Report"]:
+    """A report that is told when the command ends: notes, table or JSON, and the path that was written."""
+    from brushgs.report import Report
+
+    report = Report(shows_progress=sys.stderr.isatty() and not args.quiet and not args.json)
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("ignore")
+            warnings.simplefilter("always", SceneWarning)
+            yield report
+    finally:
+        report.close()
+        report.notes = [str(warning.message) for warning in caught]
+        if not args.quiet and not args.json:
+            for note in report.notes:
+                print(f"brushgs: note: {note}", file=sys.stderr)
+    if args.json:
+        print(report.as_json())
+    elif not args.quiet:
+        report.print_table()
+        print(report.output)
+
+
+def _render(args: Namespace) -> None:
+    config = arguments.paint_config(args)
+    output = args.output or _beside(args.scene, Path(args.stroke).stem, ".png")
+    with _told(args) as report:
+        from brushgs.pipeline import paint_file
+
+        paint_file(args.scene, output, config, report=report)
+
+
+def _demo(args: Namespace) -> None:
+    with _told(args) as report:
+        from brushgs.demo import paint_demo
+
+        paint_demo(
+            args.output,
+            draw=arguments.draw_config(args, background=DEMO_GROUND),
+            cluster=arguments.cluster_config(args),
+            size=args.size or DEMO_SIZE,
+            report=report,
+        )
+
+
+def _prune(args: Namespace) -> None:
+    config = arguments.prune_config(args)
+    with _told(args) as report:
+        from brushgs.pipeline import prune_file
+
+        prune_file(args.scene, args.output or _beside(args.scene, "pruned", ".ply"), config, report)
+
+
+def _cluster(args: Namespace) -> None:
+    config = arguments.cluster_config(args)
+    with _told(args) as report:
+        from brushgs.pipeline import cluster_file
+
+        cluster_file(args.scene, args.output or _beside(args.scene, "strokes", ".ply"), config, report)
+
+
+def _strokes(args: Namespace) -> None:
+    import json
+
+    from brushgs.textures import builtin_names
+
+    print(json.dumps(builtin_names()) if args.json else "\n".join(builtin_names()))
+
+
+def _info(args: Namespace) -> None:
+    import json
+
+    from brushgs.describe import describe
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", SceneWarning)
+        facts = describe(args.scene)
+    facts["notes"] = [str(warning.message) for warning in caught]
+    if args.json:
+        print(json.dumps(facts, indent=2))
+        return
+    for name, value in facts.items():
+        for item in value if name == "notes" else [value]:
+            print(f"{name.removesuffix('s') if name == 'notes' else name.replace('_', ' '):16} {_text(item)}")
+
+
+def _text(value: object) -> str:
+    if isinstance(value, list):
+        return "  ".join(_text(item) for item in value)
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:,}" if isinstance(value, int) else str(value)
+
+
+def _beside(scene: Path, ending: str, suffix: str) -> Path:
+    """Name of an output in the current folder: koala.ply, swirl -> koala-swirl.png."""
+    stem = scene.stem.removesuffix(".compressed")
+    return Path(f"{stem}-{'_'.join(ending.split())}{suffix}")
+
+
+COMMANDS = {
+    "render": _render,
+    "demo": _demo,
+    "prune": _prune,
+    "cluster": _cluster,
+    "strokes": _strokes,
+    "info": _info,
+}

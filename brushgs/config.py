@@ -1,0 +1,155 @@
+"""What a run is asked to do: one small frozen dataclass per step, checked where it is made.
+
+Only the standard library is needed here, so that a command line can be read without loading NumPy.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import ceil, inf, pi
+from pathlib import Path
+from typing import Any, Literal
+
+DEFAULT_STROKES = 7000  # the count the method was published with
+DEFAULT_SIZE = (1280, 720)
+
+Weight = Literal["contribution", "paper"]
+Features = Literal["balanced", "paper"]
+Merge = Literal["cover", "paper"]
+Method = Literal["auto", "minibatch", "kdtree"]
+Filter = Literal["mip", "bilinear", "nearest"]
+Up = str | tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class PruneConfig:
+    """Which Gaussians stay.
+
+    Attributes:
+        keep: share of the Gaussians that stays, in (0, 1]; those of highest weight.
+        weight: "contribution" or "paper" (the published intensity), see `prune`.
+    """
+
+    keep: float = 0.7
+    weight: Weight = "contribution"
+
+    def __post_init__(self) -> None:
+        if not 0 < self.keep <= 1:
+            cure = f"; for {self.keep:g} % write {self.keep / 100:g}" if 1 < self.keep <= 100 else ""
+            raise ValueError(f"keep must be in (0, 1], got {self.keep:g}{cure}")
+
+
+@dataclass(frozen=True)
+class ClusterConfig:
+    """How Gaussians become fewer and larger strokes.
+
+    Attributes:
+        strokes: at most so many: a count >= 1, a share of the scene as loaded in (0, 1) given as a
+            float, or None for one stroke per Gaussian.
+        features: "balanced" or "paper", see `cluster`.
+        merge: "cover" or "paper", see `cluster`.
+        method: "auto", "minibatch" or "kdtree", see `cluster`.
+        seed: of all the chance in it.
+    """
+
+    strokes: int | float | None = DEFAULT_STROKES
+    features: Features = "balanced"
+    merge: Merge = "cover"
+    method: Method = "auto"
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.strokes is None:
+            return
+        is_share = isinstance(self.strokes, float)
+        if not (0 < self.strokes <= 1 if is_share else self.strokes >= 1):
+            raise ValueError(f"strokes must be a count >= 1 or a share in (0, 100 %], got {self.strokes}")
+
+    def num_strokes(self, num_gaussians: int) -> int:
+        """The count asked for, given how many Gaussians the scene has as loaded."""
+        if self.strokes is None:
+            return num_gaussians
+        if isinstance(self.strokes, float):
+            return max(1, ceil(self.strokes * num_gaussians - 1e-9))
+        return self.strokes
+
+
+@dataclass(frozen=True)
+class ViewConfig:
+    """Where the picture is seen from: a camera from a file, or one framed on the scene.
+
+    Attributes:
+        size: (width, height) in pixels; None for the size of the camera in the file, or 1280 x 720.
+        camera_file: cameras.json or transforms.json; then the fields below but `view` are not used.
+        view: which camera of the file, from 0.
+        up: direction that is up in the picture: "+x" to "-z" or three numbers; None for what the
+            scene file says, or else -y.
+        azimuth: radians, see `frame_scene`.
+        elevation: radians above the horizon; None for 15 degrees, or 40 above flat ground.
+        fov_y: vertical field of view, radians.
+        zoom: 1 shows the subject whole, > 0.
+    """
+
+    size: tuple[int, int] | None = None
+    camera_file: Path | None = None
+    view: int = 0
+    up: Up | None = None
+    azimuth: float = pi / 6
+    elevation: float | None = None
+    fov_y: float = 50 * pi / 180
+    zoom: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.size is not None and not all(1 <= side <= 32767 for side in self.size):
+            raise ValueError(f"size must be 1x1 to 32767x32767 pixels, got {self.size[0]}x{self.size[1]}")
+        if self.view < 0:
+            raise ValueError(f"view must be 0 or more, got {self.view}")
+        if not 0 < self.fov_y < pi:
+            raise ValueError(f"fov-deg must be in (0, 180) degrees, got {self.fov_y * 180 / pi:g}")
+        if self.elevation is not None and not abs(self.elevation) <= pi / 2:
+            raise ValueError(f"elevation must lie in -90 to 90 degrees, got {self.elevation * 180 / pi:g}")
+        if not 0 < self.zoom < inf:
+            raise ValueError(f"zoom must be above 0, got {self.zoom:g}")
+
+
+@dataclass(frozen=True)
+class DrawConfig:
+    """How strokes are drawn.
+
+    Attributes:
+        stroke: name of a built-in stroke, or an image file.
+        filter: "mip", "bilinear" or "nearest", see `rasterize`.
+        background: "white", "black", "transparent", "#rrggbb" or an image file.
+        threads: None takes every processor available; the picture does not depend on it.
+    """
+
+    stroke: str = "swirl"
+    filter: Filter = "mip"
+    background: str = "white"
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.threads is not None and self.threads < 1:
+            raise ValueError(f"threads must be at least 1, got {self.threads}")
+
+
+@dataclass(frozen=True)
+class PaintConfig:
+    """A whole painting, step by step."""
+
+    prune: PruneConfig = field(default_factory=PruneConfig)
+    cluster: ClusterConfig = field(default_factory=ClusterConfig)
+    view: ViewConfig = field(default_factory=ViewConfig)
+    draw: DrawConfig = field(default_factory=DrawConfig)
+
+
+# Flags by name -> value. "paper" is the published method (Xiang et al. 2025) without its defects.
+PRESETS: Mapping[str, Mapping[str, Any]] = {
+    "default": {},
+    "paper": {
+        "weight": "paper",
+        "features": "paper",
+        "merge": "paper",
+        "method": "minibatch",
+        "filter": "bilinear",
+    },
+}

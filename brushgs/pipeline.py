@@ -1,0 +1,129 @@
+"""The stages in order, each timed, each able to say what it did and what this scene does not need.
+
+    stroke -> load -> camera (-> background) -> prune -> cluster -> project -> rasterise -> write
+
+The camera is framed on the scene as loaded, so that paintings of one scene with other counts line up.
+Every step takes a `Report` and adds its `Stage`; a scene is let go as soon as the next one is made of it.
+"""
+
+import os
+import tempfile
+from pathlib import Path
+
+from brushgs.background import check_background
+from brushgs.config import ClusterConfig, PaintConfig, PruneConfig
+from brushgs.errors import SceneError
+from brushgs.report import Report
+from brushgs.scene import Camera, Frame, Gaussians
+from brushgs.stages import (
+    choose_camera,
+    cluster_scene,
+    draw,
+    load_scene,
+    open_ground,
+    open_stroke,
+    project_scene,
+    prune_scene,
+    write_picture,
+    write_scene,
+)
+
+PICTURE_SUFFIXES = (".png", ".exr", ".tif", ".tiff")
+
+
+def paint_file(
+    scene: str | Path,
+    output: str | Path,
+    config: PaintConfig | None = None,
+    *,
+    camera: Camera | None = None,
+    report: Report | None = None,
+) -> Report:
+    """Paint a scene file to a picture file.
+
+    Args:
+        scene: a trained 3D Gaussian scene.
+        output: picture to write; the suffix decides the format: .png, .exr, .tif.
+        config: see `PaintConfig`.
+        camera: the view, in place of what `config.view` says.
+        report: where the stages are told; a new one if None.
+
+    Returns:
+        The report, with one stage per step.
+
+    Raises:
+        SceneError: if a file cannot be read or written.
+        ValueError: if an option does not suit the scene, before any long work where that can be known.
+    """
+    config, report, output = config or PaintConfig(), report or Report(), Path(output)
+    check_output(output, PICTURE_SUFFIXES, inputs=(Path(scene),))
+    check_background(config.draw.background)
+    texture = open_stroke(config.draw, report)
+    gaussians, file_up = load_scene(scene, report)
+    camera = choose_camera(gaussians, config.view, report, file_up=file_up, camera=camera)
+    ground = open_ground(config.draw, camera, report)
+    num_loaded = len(gaussians)
+    gaussians = prune_scene(gaussians, config.prune, report)
+    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded)
+    boxes = project_scene(gaussians, camera, texture, config.draw, report)
+    is_deep = output.suffix.lower() == ".exr"  # the one format that carries depth
+    frame = draw(boxes, camera, texture, config.draw, report, depth=is_deep)
+    write_picture(frame, output, ground, config.draw, report)
+    report.output = str(output)
+    return report
+
+
+def paint(
+    gaussians: Gaussians,
+    config: PaintConfig | None = None,
+    *,
+    camera: Camera | None = None,
+    report: Report | None = None,
+) -> Frame:
+    """Paint Gaussians in memory: `paint_file` without its files. Takes and raises the same."""
+    config, report = config or PaintConfig(), report or Report()
+    texture = open_stroke(config.draw, report)
+    camera = choose_camera(gaussians, config.view, report, camera=camera)
+    strokes = prune_scene(gaussians, config.prune, report)
+    strokes = cluster_scene(strokes, config.cluster, report, num_loaded=len(gaussians))
+    boxes = project_scene(strokes, camera, texture, config.draw, report)
+    return draw(boxes, camera, texture, config.draw, report)
+
+
+def prune_file(scene: str | Path, output: str | Path, config: PruneConfig, report: Report) -> Report:
+    """The prune pass alone: scene file to scene file."""
+    check_output(Path(output), (".ply",), inputs=(Path(scene),))
+    gaussians, _ = load_scene(scene, report)
+    return write_scene(prune_scene(gaussians, config, report), output, report)
+
+
+def cluster_file(scene: str | Path, output: str | Path, config: ClusterConfig, report: Report) -> Report:
+    """The cluster pass alone: scene file to scene file."""
+    check_output(Path(output), (".ply",), inputs=(Path(scene),))
+    gaussians, _ = load_scene(scene, report)
+    return write_scene(cluster_scene(gaussians, config, report, num_loaded=len(gaussians)), output, report)
+
+
+def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...] = ()) -> None:
+    """Refuse an output that could not be written, before the work for it is done.
+
+    Raises:
+        ValueError: if the suffix is none of `suffixes`.
+        SceneError: if the folder is missing or read-only, or the output is one of the inputs.
+    """
+    if path.suffix.lower() not in suffixes:
+        raise ValueError(
+            f"output must end in {', '.join(suffixes)}, got {str(path)!r}; the suffix decides the format"
+        )
+    folder = path.resolve().parent
+    if not folder.is_dir():
+        raise SceneError(path, f"the folder {folder} does not exist; create it first")
+    if path.exists() and not path.is_file():
+        raise SceneError(path, "is not a regular file and cannot be replaced; choose another name")
+    if path.exists() and any(other.exists() and path.samefile(other) for other in inputs):
+        raise SceneError(path, "is the input, which is never overwritten; choose another name")
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise SceneError(path, f"cannot be written: {os.strerror(error.errno or 0).lower()}") from None

@@ -1,0 +1,137 @@
+"""What a run did: stages with counts and seconds, told as a table, as JSON, and by progress bars.
+
+rich is imported only when something is drawn.
+"""
+
+import json
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
+
+SCHEMA = 1  # of the JSON; grows when a field changes its meaning
+
+
+@dataclass
+class Stage:
+    """One step of a run.
+
+    Attributes:
+        name: what it is called in the table.
+        seconds: wall-clock time.
+        did: what it did, in words.
+        counts: numbers and names for machines, by name.
+        left_out: what was not done because this scene does not need it, with the reason.
+    """
+
+    name: str
+    seconds: float = 0.0
+    did: str = ""
+    counts: dict[str, Any] = field(default_factory=dict)
+    left_out: list[str] = field(default_factory=list)
+
+
+@dataclass
+class Report:
+    """All stages of a run, in order.
+
+    Attributes:
+        stages: see `Stage`.
+        notes: warnings about files that were usable after something was left out.
+        output: the file that was written, if one was.
+        shows_progress: whether bars are drawn on stderr while stages run.
+    """
+
+    stages: list[Stage] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    output: str | None = None
+    shows_progress: bool = False
+    _started: float = field(default_factory=time.perf_counter)
+    _progress: "Progress | None" = None
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[Stage]:
+        """Time a step, and show that it runs. The step fills in what it did."""
+        stage = Stage(name)
+        bar = self._start_bar(name)
+        start = time.perf_counter()
+        try:
+            yield stage
+        finally:
+            stage.seconds = time.perf_counter() - start
+            self._stop_bar(bar, stage)
+        self.stages.append(stage)
+
+    @property
+    def seconds(self) -> float:
+        """Wall-clock time since the report was opened."""
+        return time.perf_counter() - self._started
+
+    def close(self) -> None:
+        """Take the progress bars off the terminal."""
+        if self._progress is not None:
+            self._progress.stop()
+            self._progress = None
+
+    def as_json(self) -> str:
+        """The run for machines: one JSON object; `counts` of a stage are flat, names never change meaning."""
+        value = {
+            "schema": SCHEMA,
+            "output": self.output,
+            "seconds": round(self.seconds, 4),
+            "peak_memory_bytes": peak_memory(),
+            "notes": self.notes,
+            "stages": [{**asdict(stage), "seconds": round(stage.seconds, 4)} for stage in self.stages],
+        }
+        return json.dumps(value, indent=2)
+
+    def print_table(self) -> None:
+        """Draw the table on stderr."""
+        from rich.box import SIMPLE_HEAD
+        from rich.console import Console
+        from rich.table import Table
+
+        console = Console(stderr=True, highlight=False)
+        if not console.is_terminal:
+            console.width = 120
+        table = Table(box=SIMPLE_HEAD, pad_edge=False)
+        for name in ("stage", "what it did", "seconds", "left out, because not needed here"):
+            table.add_column(name, justify="right" if name == "seconds" else "left")
+        for stage in self.stages:
+            table.add_row(stage.name, stage.did, f"{stage.seconds:.3f}", "\n".join(stage.left_out))
+        memory = peak_memory()
+        peak = f"peak memory {memory / 1e6:,.0f} MB" if memory else ""
+        table.add_section()
+        table.add_row("total", peak, f"{self.seconds:.3f}", "")
+        console.print(table, markup=False)
+
+    def _start_bar(self, name: str) -> "TaskID | None":
+        if not self.shows_progress:
+            return None
+        if self._progress is None:
+            from rich.console import Console
+            from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+            columns = TextColumn("{task.description:10}"), BarColumn(30), TimeElapsedColumn()
+            self._progress = Progress(*columns, console=Console(stderr=True), transient=True)
+            self._progress.start()
+        return self._progress.add_task(name, total=None)
+
+    def _stop_bar(self, bar: "TaskID | None", stage: Stage) -> None:
+        if self._progress is not None and bar is not None:
+            self._progress.update(bar, total=1, completed=1)
+
+
+def peak_memory() -> int | None:
+    """The most memory this process has held so far, in bytes; None where the system does not tell."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return int(peak if sys.platform == "darwin" else peak * 1024)

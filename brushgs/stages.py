@@ -1,0 +1,303 @@
+"""The single stages of a painting: each does its work, and adds to a `Report` what it did and left out.
+
+A stage takes all it needs as arguments and imports what is heavy only when it runs. Their order is
+`pipeline`'s business.
+"""
+
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.background import Ground, open_background
+from brushgs.config import DEFAULT_SIZE, ClusterConfig, DrawConfig, PruneConfig, ViewConfig
+from brushgs.errors import SceneError, SceneWarning
+from brushgs.framing import DEFAULT_UP, default_elevation, frame_scene, subject, up_vector
+from brushgs.report import Report, Stage
+from brushgs.scene import Boxes, Camera, Frame, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.textures import StrokeTexture
+
+CULLED = {  # field of ProjectCounts -> words
+    "behind_near": "at or behind the near plane of the camera",
+    "outside": "outside the picture",
+    "faint": "with an opacity under 1/255",
+    "not_finite": "too large for the arithmetic",
+}
+
+
+def open_stroke(config: DrawConfig, report: Report) -> "StrokeTexture":
+    """The stroke image or kernel."""
+    with report.stage("stroke") as stage:
+        from brushgs.textures import StrokeTexture
+
+        texture = StrokeTexture.open(config.stroke)
+        height, width = texture.coverage.shape
+        size = f"{width} x {height} texels" if texture.kind == "image" else "a kernel, no image"
+        stage.did = f"{texture.name}: {size}"
+        stage.counts = {"name": texture.name, "kind": texture.kind, "width": width, "height": height}
+    return texture
+
+
+def load_scene(path: str | Path, report: Report) -> tuple[Gaussians, str | None]:
+    """The Gaussians of a file and the up axis that its header states."""
+    with report.stage("load") as stage:
+        from brushgs.io import read_ply
+
+        gaussians, notes = read_ply(path)
+        dropped = f", {notes.rows_dropped:,} rows dropped" if notes.rows_dropped else ""
+        degree = f"SH degree {notes.sh_degree_used}"
+        stage.did = f"{len(gaussians):,} Gaussians, {degree}, {notes.format}{dropped}"
+        stage.counts = {
+            "gaussians": len(gaussians),
+            "rows_read": notes.rows_read,
+            "rows_dropped": notes.rows_dropped,
+            "sh_degree_stored": notes.sh_degree_stored,
+            "sh_degree_used": notes.sh_degree_used,
+            "format": notes.format,
+        }
+        if notes.sh_degree_used < notes.sh_degree_stored:
+            bands = _band_words(notes.sh_degree_used, notes.sh_degree_stored)
+            stage.left_out.append(f"{bands}: zero in every row")
+    return gaussians, notes.up
+
+
+def choose_camera(
+    gaussians: Gaussians,
+    config: ViewConfig,
+    report: Report,
+    *,
+    file_up: str | None = None,
+    camera: Camera | None = None,
+) -> Camera:
+    """The camera given, or one from the file that is named, or one framed on the scene."""
+    with report.stage("camera") as stage:
+        if camera is not None:
+            stage.did = "given"
+            if config.size is not None:
+                camera = camera.resized(*config.size)
+        elif config.camera_file is not None:
+            camera = _camera_of_file(config.camera_file, config, stage)
+        else:
+            camera = _framed_camera(gaussians, config, file_up, stage)
+        stage.did += f", {camera.width}x{camera.height}"
+        stage.counts |= {"width": camera.width, "height": camera.height}
+    return camera
+
+
+def prune_scene(gaussians: Gaussians, config: PruneConfig, report: Report) -> Gaussians:
+    """Fewer Gaussians: those of highest weight."""
+    with report.stage("prune") as stage:
+        num_before = len(gaussians)
+        if config.keep < 1:
+            from brushgs.passes.prune import prune
+
+            gaussians = prune(gaussians, config.keep, weight=config.weight)
+            stage.did = f"kept {len(gaussians):,} of {num_before:,} by {config.weight}"
+        else:
+            stage.did = f"kept all {num_before:,}"
+            stage.left_out.append("choosing: all are kept (keep = 1)")
+        stage.counts = {"before": num_before, "after": len(gaussians), "weight": config.weight}
+    return gaussians
+
+
+def cluster_scene(
+    gaussians: Gaussians, config: ClusterConfig, report: Report, *, num_loaded: int
+) -> Gaussians:
+    """Fewer and larger Gaussians: the strokes in space."""
+    with report.stage("cluster") as stage:
+        num_before, num_strokes = len(gaussians), config.num_strokes(num_loaded)
+        stage.counts = {"before": num_before, "asked": num_strokes, "after": num_before, "method": None}
+        if config.strokes is None:
+            stage.did = f"{num_before:,} strokes, one per Gaussian"
+            stage.left_out.append("clustering: every Gaussian is a stroke")
+        elif num_before <= num_strokes:
+            stage.did = f"{num_before:,} strokes, one per Gaussian"
+            stage.left_out.append(
+                f"clustering: {num_before:,} Gaussians are not above {num_strokes:,} strokes"
+            )
+        else:
+            from brushgs.passes.cluster import cluster
+
+            gaussians = cluster(
+                gaussians,
+                num_strokes,
+                features=config.features,
+                merge=config.merge,
+                method=config.method,
+                seed=config.seed,
+            )
+            stage.did = f"{num_before:,} into {len(gaussians):,} strokes"
+            stage.counts |= {"after": len(gaussians), "method": config.method}
+    return gaussians
+
+
+def project_scene(
+    gaussians: Gaussians, camera: Camera, texture: "StrokeTexture", config: DrawConfig, report: Report
+) -> Boxes:
+    """Strokes in space to boxes on the picture, nearest first."""
+    with report.stage("project") as stage:
+        from brushgs.project import project_counted
+        from brushgs.sh import used_sh_degree
+
+        boxes, culled = project_counted(
+            gaussians, camera, num_sigmas=texture.num_sigmas, num_threads=config.threads
+        )
+        stage.did = f"{len(boxes):,} of {len(gaussians):,} strokes in the picture"
+        stage.counts = {"before": len(gaussians), "after": len(boxes)}
+        for reason, words in CULLED.items():
+            count = getattr(culled, reason)
+            stage.counts[reason] = count
+            if count:
+                stage.left_out.append(f"{count:,} strokes {words}")
+        if len(boxes) == 0:
+            sentence = "no stroke is in the picture; check that the camera and the scene belong together"
+            warnings.warn(SceneWarning(sentence), stacklevel=2)
+        degree = used_sh_degree(gaussians)
+        stage.counts["sh_degree"] = degree
+        if degree < gaussians.sh_degree:
+            stage.left_out.append(f"{_band_words(degree, gaussians.sh_degree)}: zero in every row")
+    return boxes
+
+
+def draw(
+    boxes: Boxes,
+    camera: Camera,
+    texture: "StrokeTexture",
+    config: DrawConfig,
+    report: Report,
+    *,
+    depth: bool = True,
+) -> Frame:
+    """Boxes to a picture."""
+    with report.stage("rasterise") as stage:
+        from brushgs.raster.ops import rasterize
+
+        frame = rasterize(
+            boxes,
+            texture,
+            height=camera.height,
+            width=camera.width,
+            filter=config.filter,
+            depth=depth,
+            num_threads=config.threads,
+        )
+        painted = float(np.mean(frame.alpha, dtype=np.float64))
+        stage.did = f"{len(boxes):,} strokes cover {painted:.1%} of the picture"
+        stage.counts = {"strokes": len(boxes), "painted": round(painted, 6), "filter": config.filter}
+        _tell_levels(boxes, texture, config.filter, stage)
+        if not depth:
+            stage.left_out.append("depth: this kind of file does not hold it")
+    return frame
+
+
+def open_ground(config: DrawConfig, camera: Camera, report: Report) -> Ground:
+    """The background of a picture; a stage of its own only where an image is read."""
+    if not Path(config.background).is_file():
+        return open_background(config.background, camera.width, camera.height)
+    with report.stage("background") as stage:
+        ground = open_background(config.background, camera.width, camera.height)
+        stage.did = f"{config.background}, scaled to fill the picture"
+        stage.counts = {"path": config.background}
+    return ground
+
+
+def write_picture(frame: Frame, path: Path, ground: Ground, config: DrawConfig, report: Report) -> None:
+    """A picture to a file, on its background."""
+    with report.stage("write") as stage:
+        from brushgs.io.images import write_frame
+
+        write_frame(frame, path, background=ground)
+        stage.did = f"{path}, on {config.background}"
+        stage.counts = {"path": str(path), "bytes": path.stat().st_size, "background": config.background}
+
+
+def write_scene(gaussians: Gaussians, output: str | Path, report: Report) -> Report:
+    """Gaussians to a scene file; ends the report."""
+    with report.stage("write") as stage:
+        from brushgs.io import save
+
+        save(gaussians, output)
+        size = Path(output).stat().st_size
+        stage.did = f"{output}, {size / 1e6:,.1f} MB" if size >= 1e6 else f"{output}, {size / 1e3:,.0f} kB"
+        stage.counts = {"path": str(output), "bytes": size, "gaussians": len(gaussians)}
+    report.output = str(output)
+    return report
+
+
+def _camera_of_file(path: Path, config: ViewConfig, stage: Stage) -> Camera:
+    from brushgs.io import load_cameras
+
+    cameras = load_cameras(path)
+    if config.view >= len(cameras):
+        raise SceneError(
+            path, f"has {len(cameras)} views, 0 to {len(cameras) - 1}; there is no view {config.view}"
+        )
+    stage.did = f"view {config.view} of {len(cameras)} in {path.name}"
+    stage.counts = {"source": str(path), "view": config.view, "views": len(cameras)}
+    camera = cameras[config.view]
+    return camera if config.size is None else camera.resized(*config.size)
+
+
+def _framed_camera(gaussians: Gaussians, config: ViewConfig, file_up: str | None, stage: Stage) -> Camera:
+    """A camera framed on the scene; says which way is up and how that is known."""
+    up = config.up or file_up or DEFAULT_UP
+    source = "as asked" if config.up else "as its header says" if file_up else "assumed, change it with --up"
+    direction = up_vector(up) if isinstance(up, str) else np.asarray(up, dtype=np.float64)
+    points, has_surroundings = subject(gaussians)
+    elevation = default_elevation(points, direction) if config.elevation is None else config.elevation
+    width, height = config.size or DEFAULT_SIZE
+    camera = frame_scene(
+        gaussians,
+        width=width,
+        height=height,
+        fov_y=config.fov_y,
+        up=direction,
+        azimuth=config.azimuth,
+        elevation=elevation,
+        zoom=config.zoom,
+    )
+    azimuth_deg, elevation_deg = (float(np.degrees(angle)) for angle in (config.azimuth, elevation))
+    up_text = up if isinstance(up, str) else ",".join(f"{x:g}" for x in up)
+    stage.did = (
+        f"framed from azimuth {azimuth_deg:g}, elevation {elevation_deg:g}; up is {up_text} ({source})"
+    )
+    stage.counts = {
+        "source": "framed",
+        "up": up_text,
+        "up_from": "flag" if config.up else "header" if file_up else "assumed",
+        "azimuth_deg": round(azimuth_deg, 6),
+        "elevation_deg": round(elevation_deg, 6),
+        "has_surroundings": has_surroundings,
+    }
+    if has_surroundings:
+        stage.left_out.append("surroundings: drawn, but the frame is fitted to the middle of the scene")
+    return camera
+
+
+def _tell_levels(boxes: Boxes, texture: "StrokeTexture", filter: str, stage: Stage) -> None:
+    """How many filtered copies of the stroke image no stroke reaches: they are not made."""
+    if texture.kind != "image":
+        stage.left_out.append("texture filter: a kernel is computed, not sampled")
+        return
+    if filter != "mip" or len(boxes) == 0:
+        return
+    from brushgs.levels import level_bounds
+
+    bounds = [level_bounds(size) for size in reversed(texture.coverage.shape)]
+    total = (len(bounds[0]) + 1) * (len(bounds[1]) + 1)
+    levels = [
+        np.searchsorted(-of_axis, -extents, side="right")
+        for of_axis, extents in zip(bounds, boxes.half_extents.T, strict=True)
+    ]
+    used = len(np.unique(levels[0] * (len(bounds[1]) + 1) + levels[1]))
+    stage.counts |= {"mip_levels": total, "mip_levels_used": used}
+    if used < total:
+        stage.left_out.append(f"{total - used} of {total} mip levels: no stroke is of their size")
+
+
+def _band_words(used: int, stored: int) -> str:
+    low, high = used + 1, stored
+    return f"SH band {low}" if low == high else f"SH bands {low} to {high}"

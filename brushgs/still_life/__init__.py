@@ -1,0 +1,131 @@
+"""The example scene: a still life as a trained 3D Gaussian Splatting scene would hold it, built in code.
+
+A blue jug, a nearly black bottle, a brass bowl of oranges and grapes, an apple, a pear and a lemon on
+a white cloth, and a knife whose edge is needles a hundred times as long as thick. Flat Gaussians lie
+on the surfaces; lamp, shadow and ambient light are baked into their colours; highlights move with the
+viewer through spherical harmonics of degree 3. Up is -y, lengths are in decimetres.
+"""
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from brushgs.scene import Camera, Gaussians
+from brushgs.still_life.bodies import Body, bodies
+from brushgs.still_life.light import (
+    LAMP,
+    TO_LAMP,
+    Blockers,
+    ambient,
+    encode,
+    fit_views,
+    lamp_visibility,
+    view_dome,
+)
+from brushgs.still_life.surfaces import Floats, unit
+
+NUM_GAUSSIANS = 50_000
+COVER = 0.67  # standard deviation over point spacing: neighbours close the surface without blurring it
+SH_CONSTANT = 0.5 / np.sqrt(np.pi)  # the basis function of degree 0
+FLATNESS = 0.12  # thickness over width of a Gaussian
+JITTER = 0.25  # along the surface, over point spacing: an even pattern would show as a weave
+SIZE_SPREAD = 0.28  # log-normal spread of sizes, as training leaves it
+
+
+def still_life(num_gaussians: int = NUM_GAUSSIANS, seed: int = 0) -> Gaussians:
+    """Build the example scene.
+
+    Args:
+        num_gaussians: about how many, >= 1000; the count that comes back differs by some percent.
+        seed: of all the chance in it; equal seeds give equal scenes.
+
+    Returns:
+        Float32 Gaussians with spherical harmonics of degree 3.
+
+    Raises:
+        ValueError: if `num_gaussians` is less than 1000.
+    """
+    if num_gaussians < 1000:
+        raise ValueError(f"still_life: num_gaussians must be at least 1000, got {num_gaussians}")
+    rng = np.random.default_rng(seed)
+    parts = list(bodies(num_gaussians, rng))
+    blockers = _blockers(parts)
+    columns = [_gaussians_of(body, number, blockers, rng) for number, body in enumerate(parts)]
+    means, quats, scales, opacities, sh = (
+        np.concatenate(column).astype(np.float32) for column in zip(*columns, strict=True)
+    )
+    visible = opacities > 1 / 255
+    return Gaussians(means[visible], quats[visible], scales[visible], opacities[visible], sh[visible])
+
+
+def still_life_camera(*, width: int = 960, height: int = 720) -> Camera:
+    """The view the scene is composed for: its wall and table fill the picture from edge to edge."""
+    return Camera.look_at(
+        (1.2, -3.35, -10.2), (0.12, -1.42, 0.2), width=width, height=height, fov_y=float(np.radians(29.0))
+    )
+
+
+def _blockers(parts: list[Body]) -> Blockers:
+    rows = [(number, body) for number, body in enumerate(parts) if body.blockers is not None]
+    ellipsoids = np.concatenate([body.blockers for _, body in rows if body.blockers is not None])
+    counts = [len(body.blockers) for _, body in rows if body.blockers is not None]
+    return Blockers(
+        centers=ellipsoids[:, :3],
+        radii=ellipsoids[:, 3:],
+        bodies=np.repeat([number for number, _ in rows], counts),
+        albedos=np.repeat([body.albedo.mean(axis=0) for _, body in rows], counts, axis=0),
+    )
+
+
+def _gaussians_of(body: Body, number: int, blockers: Blockers, rng: Generator) -> tuple[Floats, ...]:
+    """Columns means, quats, scales, opacities and sh of one lit body."""
+    patch = body.patch
+    own = np.full(len(patch), number)
+    facing = patch.normals @ TO_LAMP
+    lamp = LAMP * (np.maximum(facing, 0) * lamp_visibility(patch.points, own, blockers))[:, None]
+    light = lamp + ambient(patch.points, patch.normals, own, blockers)
+    wobble = np.exp(rng.normal(0, 0.045, (len(patch), 1)))  # no two neighbours train to one colour
+    sh = _view_dependent(body, body.albedo * light * wobble, lamp)
+    size = COVER * body.size * patch.spacing * np.exp(rng.normal(0, SIZE_SPREAD, len(patch)))
+    scales = size[:, None] * np.array([np.sqrt(body.stretch), 1 / np.sqrt(body.stretch), FLATNESS])
+    opacities = np.broadcast_to(body.opacity, len(patch)) * rng.uniform(0.93, 1.0, len(patch))
+    across = np.cross(patch.normals, patch.tangents)
+    shifts = JITTER * patch.spacing[:, None] * rng.normal(size=(len(patch), 2))
+    means = patch.points + shifts[:, :1] * patch.tangents + shifts[:, 1:] * across
+    return means, _frames(patch.normals, patch.tangents), scales, opacities, sh
+
+
+def _view_dependent(body: Body, matt: Floats, lamp: Floats) -> Floats:
+    """Spherical harmonics [n, 16, 3] of the colour: matt light and the lamp's mirror image."""
+    sh = np.zeros((len(matt), 16, 3))
+    sh[:, 0] = (encode(matt) - 0.5) / SH_CONSTANT
+    shiny = np.flatnonzero((lamp.max(axis=1) > 1e-3) & (body.gloss > 0))
+    if len(shiny):
+        dome = view_dome()
+        halfway = unit(dome + TO_LAMP)  # Blinn 1977
+        lobe = np.maximum(body.patch.normals[shiny] @ halfway.T, 0) ** body.shininess  # [n, V]
+        mirror = body.gloss * lobe.T[:, :, None] * lamp[shiny]
+        sh[shiny] = fit_views(encode(matt[shiny] + mirror), dome)
+    return sh
+
+
+def _frames(normals: Floats, tangents: Floats) -> NDArray[np.float64]:
+    """[n, 4] quaternions w, x, y, z whose axes are the tangent, its perpendicular, and the normal."""
+    z = unit(normals)
+    x = unit(tangents - (tangents * z).sum(axis=1, keepdims=True) * z)
+    y = np.cross(z, x)
+    # The four candidates of Shepperd 1978 by row; the longest is the accurate one.
+    xx, yy, zz = x[:, 0], y[:, 1], z[:, 2]
+    a, b, c = y[:, 2] - z[:, 1], z[:, 0] - x[:, 2], x[:, 1] - y[:, 0]
+    d, e, f = x[:, 1] + y[:, 0], z[:, 0] + x[:, 2], y[:, 2] + z[:, 1]
+    candidates = np.stack(
+        [
+            np.stack([1 + xx + yy + zz, a, b, c], axis=1),
+            np.stack([a, 1 + xx - yy - zz, d, e], axis=1),
+            np.stack([b, d, 1 - xx + yy - zz, f], axis=1),
+            np.stack([c, e, f, 1 - xx - yy + zz], axis=1),
+        ],
+        axis=1,
+    )
+    longest = np.abs(np.stack([candidates[:, i, i] for i in range(4)], axis=1)).argmax(axis=1)
+    return unit(candidates[np.arange(len(z)), longest])

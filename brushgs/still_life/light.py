@@ -1,0 +1,108 @@
+"""Light for the example scene: one warm lamp, shadow, ambient occlusion, and highlights that move.
+
+Everything that does not depend on where one stands is baked into one colour a Gaussian. A highlight
+does depend on it: it is evaluated for a dome of views, as the photographs of a capture would show it,
+and fitted by least squares to spherical harmonics of degree 3, as training would have left it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.sh import sh_basis
+from brushgs.still_life.surfaces import GOLDEN_ANGLE, Floats, unit
+
+TO_LAMP = unit((-0.62, -0.68, -0.52))  # from upper left, before the picture plane
+LAMP = np.array([1.0, 0.84, 0.60]) * 3.0  # linear RGB
+SKY = np.array([0.105, 0.12, 0.17])  # ambient light from above, cooler than the lamp
+BOUNCE = np.array([0.10, 0.06, 0.032])  # ambient light from below: off the table
+PENUMBRA = 0.16  # half width of the lamp as seen from the table, radians
+MAX_VIEW_ELEVATION = 65.0  # degrees; the dome of views runs from 10 degrees below the horizon to here
+NUM_VIEWS = 56
+RIDGE = 0.02  # keeps the fit tame where the dome has no view
+
+
+@dataclass(frozen=True, eq=False)
+class Blockers:
+    """K ellipsoids that stand for the bodies where light is blocked.
+
+    Attributes:
+        centers: [K, 3] world units.
+        radii: [K, 3] along x, y, z, world units.
+        bodies: [K] number of the body; a body casts no shadow on itself.
+        albedos: [K, 3] linear RGB of the light it throws back.
+    """
+
+    centers: Floats
+    radii: Floats
+    bodies: NDArray[np.int64]
+    albedos: Floats
+
+
+def lamp_visibility(points: Floats, bodies: NDArray[np.int64], blockers: Blockers) -> Floats:
+    """[n] share of the lamp seen from `points` [n, 3] of `bodies` [n], with soft edges, 0 to 1."""
+    shadows: dict[int, Floats] = {}
+    for center, radii, body in zip(blockers.centers, blockers.radii, blockers.bodies, strict=True):
+        ray = TO_LAMP / radii  # in the space where the ellipsoid is a unit ball
+        to_center = (center - points) / radii
+        nearest = np.maximum(to_center @ ray / (ray @ ray), 0)  # distance along the ray, world units
+        miss = np.linalg.norm(to_center - nearest[:, None] * ray, axis=1) - 1
+        width = np.maximum(nearest * PENUMBRA / radii.mean(), 0.04)
+        shadow = 1 - _smoothstep(miss / width * 0.5 + 0.5)
+        shadow[(bodies == body) | (nearest == 0)] = 0
+        shadows[int(body)] = np.maximum(shadows.get(int(body), np.zeros(len(points))), shadow)
+    visible = np.ones(len(points))
+    for shadow in shadows.values():
+        visible *= 1 - shadow
+    return visible
+
+
+def ambient(points: Floats, normals: Floats, bodies: NDArray[np.int64], blockers: Blockers) -> Floats:
+    """[n, 3] linear ambient light: sky above, table below, less and tinted near other bodies."""
+    up = (0.5 - 0.5 * normals[:, 1])[:, None]
+    light = SKY * up + BOUNCE * (1 - up)
+    for center, radii, body, albedo in zip(
+        blockers.centers, blockers.radii, blockers.bodies, blockers.albedos, strict=True
+    ):
+        to_center = center - points
+        distance = np.linalg.norm(to_center, axis=1) + 1e-9
+        facing = np.maximum((normals * to_center).sum(axis=1) / distance + 0.25, 0) / 1.25
+        share = np.minimum(facing * radii.prod() ** (2 / 3) / distance**2, 0.85)  # of the hemisphere
+        share[bodies == body] = 0
+        light = light * (1 - share[:, None]) + share[:, None] * albedo * SKY * 1.6
+    return np.asarray(light)
+
+
+def encode(linear: Floats) -> Floats:
+    """Linear light to display-encoded colour, 0 to 1, with a soft shoulder."""
+    mapped = np.maximum(linear, 0)
+    mapped = mapped * (1 + mapped / 9) / (1 + mapped)  # Reinhard, white at 3
+    return np.asarray(np.clip(mapped * 1.22, 0, 1) ** (1 / 2.2))
+
+
+def view_dome() -> Floats:
+    """[V, 3] unit directions from the scene to the cameras of an imagined capture."""
+    i = np.arange(NUM_VIEWS)
+    low, high = np.sin(np.radians([-10.0, MAX_VIEW_ELEVATION]))
+    up = low + (high - low) * (i + 0.5) / NUM_VIEWS
+    around = np.sqrt(1 - up**2)
+    return np.stack([around * np.cos(i * GOLDEN_ANGLE), -up, around * np.sin(i * GOLDEN_ANGLE)], axis=1)
+
+
+def fit_views(colors: Floats, dome: Floats) -> Floats:
+    """Spherical harmonics [n, 16, 3] of degree 3 of colours [V, n, 3] seen from `dome` [V, 3].
+
+    Ridge least squares over the dome; the constant term is not held back. A Gaussian is looked at
+    along minus the direction to the camera, which is what the basis takes.
+    """
+    basis = sh_basis(-dome, degree=3)
+    penalty = RIDGE * len(dome) * np.eye(16) / (4 * np.pi)
+    penalty[0, 0] = 0
+    solve = np.linalg.solve(basis.T @ basis + penalty, basis.T)  # [16, V]
+    return np.asarray(np.einsum("kv,vnc->nkc", solve, colors - 0.5, optimize=True))
+
+
+def _smoothstep(x: Floats) -> Floats:
+    t = np.clip(x, 0, 1)
+    return np.asarray(t * t * (3 - 2 * t))

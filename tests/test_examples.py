@@ -1,0 +1,63 @@
+"""Every example runs, and writes what it says first."""
+
+import runpy
+import sys
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+import brushgs.still_life
+from brushgs.io.images import read_image
+
+EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+
+
+def run(name, *words, monkeypatch):
+    """Run an example as its own program, on a small still life."""
+    small = partial(brushgs.still_life.still_life, 4000)
+    monkeypatch.setattr(brushgs.still_life, "still_life", small)
+    monkeypatch.setattr(sys, "argv", [name, *map(str, words)])
+    runpy.run_path(str(EXAMPLES / name), run_name="__main__")
+
+
+def is_a_picture(path, width, height):
+    pixels = read_image(path)
+    return pixels.shape[:2] == (height, width) and float(pixels[..., :3].std()) > 0.02
+
+
+def test_every_example_is_run_by_this_file():
+    tested = {"ten_lines.py", "paint_still_life.py", "contact_sheet.py", "plain_3dgs.py"}
+    assert {path.name for path in EXAMPLES.glob("*.py")} == tested
+
+
+def test_ten_lines(tmp_path, monkeypatch):
+    run("ten_lines.py", tmp_path, monkeypatch=monkeypatch)
+    assert is_a_picture(tmp_path / "swirl.png", 800, 600)
+    assert (tmp_path / "strokes.ply").is_file()
+
+
+def test_paint_still_life(tmp_path, monkeypatch, capsys):
+    words = "flat", "ink", "-o", tmp_path / "new", "--strokes", 300, "--size", 96, 72
+    run("paint_still_life.py", *words, monkeypatch=monkeypatch)
+    assert is_a_picture(tmp_path / "new" / "flat.png", 96, 72)
+    assert is_a_picture(tmp_path / "new" / "ink.png", 96, 72)
+    assert capsys.readouterr().out.startswith("writes 2 pictures")
+
+
+def test_contact_sheet(tmp_path, monkeypatch):
+    words = "-o", tmp_path / "sheet.png", "--width", 64, "--counts", 50, 200, "--strokes", "ellipse", "dab"
+    run("contact_sheet.py", *words, monkeypatch=monkeypatch)
+    assert is_a_picture(tmp_path / "sheet.png", 128, 96)
+
+
+def test_plain_3dgs(tmp_path, monkeypatch, capsys):
+    run("plain_3dgs.py", "-o", tmp_path, "--frames", 2, "--size", 80, 60, monkeypatch=monkeypatch)
+    assert is_a_picture(tmp_path / "plain_0.png", 80, 60)
+    assert is_a_picture(tmp_path / "plain_1.png", 80, 60)
+    assert capsys.readouterr().out.count(" ms") == 2
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.name)
+def test_an_example_opens_by_saying_what_it_writes(path):
+    assert path.read_text(encoding="utf-8").startswith('"""Writes ')

@@ -1,0 +1,100 @@
+"""Imports point one way, and a command loads only what it uses."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parent.parent / "brushgs"
+# A module may import from its own layer and from those above it in this list.
+LAYERS = [
+    ["errors", "shapes", "config", "threads"],
+    ["scene"],
+    ["sh", "levels", "textures", "io", "framing"],
+    ["passes", "project", "still_life", "background"],
+    ["raster"],
+    ["report", "describe", "stages", "pipeline"],
+    ["demo", "arguments", "cli"],
+    ["__main__"],
+]
+LAYER_OF = {name: number for number, names in enumerate(LAYERS) for name in names}
+
+
+def top_name(path):
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def package_imports(path):
+    """Top names under `brushgs` that a file imports, also inside functions and for type checks."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "brushgs":
+            rest = node.module.split(".")[1:]
+            yield from [rest[0]] if rest else [alias.name for alias in node.names]
+        elif isinstance(node, ast.Import):
+            for alias in node.names:
+                if alias.name.startswith("brushgs."):
+                    yield alias.name.split(".")[1]
+
+
+SOURCES = sorted(
+    p for p in PACKAGE.rglob("*.py") if p != PACKAGE / "__init__.py" and "strokes" not in p.parts
+)
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_imports_point_to_the_same_or_an_earlier_layer(path):
+    own = top_name(path)
+    assert own in LAYER_OF, f"{own} stands in no layer of this test: say where it belongs"
+    for other in package_imports(path):
+        if other in ("_core", "__version__"):
+            continue
+        assert LAYER_OF[other] <= LAYER_OF[own], f"{own} imports {other}, which comes later"
+
+
+def test_an_import_that_points_back_would_be_seen(tmp_path):
+    path = tmp_path / "early.py"
+    path.write_text("def f():\n    from brushgs.pipeline import paint\n    import brushgs.raster.ops\n")
+    assert list(package_imports(path)) == ["pipeline", "raster"]
+
+
+def loaded_by(code):
+    """Names of the top-level modules that a fresh interpreter holds after some code."""
+    tail = "\nimport sys; print(' '.join(sorted({m.split('.')[0] for m in sys.modules})), file=sys.stderr)"
+    run = subprocess.run(
+        [sys.executable, "-c", code + tail],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=PACKAGE.parent,
+    )
+    return set(run.stderr.split())
+
+
+HEAVY = {"numpy", "scipy", "sklearn", "skimage", "OpenImageIO", "av", "rich", "torch"}
+
+
+@pytest.mark.parametrize("words", [["--help"], ["--version"], ["render", "--help"]])
+def test_help_loads_nothing_heavy(words):
+    code = f"import brushgs.cli\ntry: brushgs.cli.main({words!r})\nexcept SystemExit as e: assert e.code == 0"
+    assert not loaded_by(code) & HEAVY
+
+
+def test_a_bad_flag_is_refused_before_anything_heavy_is_loaded():
+    code = "import brushgs.cli\nimport sys, io\nerr, sys.stderr = sys.stderr, io.StringIO()\n"
+    code += "assert brushgs.cli.main(['render', 'a.ply', '--size', '12']) == 2\nsys.stderr = err"
+    assert not loaded_by(code) & HEAVY
+
+
+def test_painting_loads_no_torch_and_no_table_library_when_quiet(tmp_path):
+    code = (
+        "import brushgs.cli\nfrom brushgs.still_life import still_life\nimport brushgs as bg\n"
+        f"bg.save(still_life(2000), {str(tmp_path / 'a.ply')!r})\n"
+        f"words = ['render', {str(tmp_path / 'a.ply')!r}, '-o', {str(tmp_path / 'a.png')!r}]\n"
+        "words += ['--stroke', 'ellipse', '--strokes', '100', '--size', '32x24', '--quiet']\n"
+        "assert brushgs.cli.main(words) == 0"
+    )
+    loaded = loaded_by(code)
+    assert "numpy" in loaded
+    assert not loaded & {"torch", "kornia", "open3d", "trimesh", "dask", "rich", "av", "skimage"}
