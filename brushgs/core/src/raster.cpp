@@ -38,7 +38,7 @@ public:
     explicit RowSpans(const Outline& o)
         : cos_(o.cos), sin_(o.sin), center_x_(o.center_x), center_y_(o.center_y), reach_u_(o.reach_u + slack),
           reach_v_(o.reach_v + slack), slope_sign_(o.sin * o.cos < 0 ? -1.0 : 1.0),
-          per_cos_(1 / std::max(std::fabs(cos_), tiny)), per_sin_(1 / std::max(std::fabs(sin_), tiny)),
+          per_cos_(1 / std::fabs(cos_)), per_sin_(1 / std::fabs(sin_)),
           reach_y_(std::fabs(sin_) * reach_u_ + std::fabs(cos_) * reach_v_),
           corner_y_((cos_ < 0 ? -sin_ : sin_) * reach_u_ - (sin_ < 0 ? -cos_ : cos_) * reach_v_) {}
 
@@ -54,12 +54,15 @@ public:
 
 private:
     static constexpr double slack = 1e-2;  // pixels; painting decides, this must only never leave out a tile
-    static constexpr double tiny = 1e-12;
+    // Sides that lie along the rows but for this slope end no row: dividing by it would magnify rounding.
+    static constexpr double level_slope = 1e-6;
 
     // Largest x - center_x inside the box on the line y = center_y + dy.
     double right_at(double dy) const {
         const double by_u = (reach_u_ - slope_sign_ * std::fabs(sin_) * dy) * per_cos_;
         const double by_v = (reach_v_ + slope_sign_ * std::fabs(cos_) * dy) * per_sin_;
+        if (std::fabs(sin_) < level_slope) return by_u;
+        if (std::fabs(cos_) < level_slope) return by_v;
         return std::min(by_u, by_v);
     }
 
