@@ -3,20 +3,15 @@
 Only the standard library is needed here, so that a command line can be read without loading NumPy.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import ceil, inf, pi
 from pathlib import Path
-from typing import Any, Literal
+
+from brushgs.choices import Features, Filter, Merge, Method, Weight
 
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
 
-Weight = Literal["contribution", "paper"]
-Features = Literal["balanced", "paper"]
-Merge = Literal["cover", "paper"]
-Method = Literal["auto", "minibatch", "lloyd"]
-Filter = Literal["mip", "bilinear", "nearest"]
 Up = str | tuple[float, float, float]
 
 
@@ -142,16 +137,3 @@ class PaintConfig:
     cluster: ClusterConfig = field(default_factory=ClusterConfig)
     view: ViewConfig = field(default_factory=ViewConfig)
     draw: DrawConfig = field(default_factory=DrawConfig)
-
-
-# Flags by name -> value. "paper" is the published method (Xiang et al. 2025) without its defects.
-PRESETS: Mapping[str, Mapping[str, Any]] = {
-    "default": {},
-    "paper": {
-        "weight": "paper",
-        "features": "paper",
-        "merge": "paper",
-        "method": "minibatch",
-        "filter": "bilinear",
-    },
-}
