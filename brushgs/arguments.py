@@ -9,22 +9,13 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable, Sequence
 from math import isfinite, radians
 from pathlib import Path
-from typing import Any, NoReturn, get_args
+from typing import TYPE_CHECKING, Any, NoReturn, get_args
 
 from brushgs import __version__
-from brushgs.config import (
-    PRESETS,
-    ClusterConfig,
-    DrawConfig,
-    Features,
-    Filter,
-    Merge,
-    Method,
-    PaintConfig,
-    PruneConfig,
-    ViewConfig,
-    Weight,
-)
+from brushgs.choices import PRESETS, Features, Filter, Merge, Method, Weight
+
+if TYPE_CHECKING:
+    from brushgs.config import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
 
 DESCRIPTION = "Paint trained 3D Gaussian Splatting scenes with brush strokes, on the CPU."
 EPILOG = """\
@@ -132,12 +123,14 @@ def build_parser() -> ArgumentParser:
     return parser
 
 
-def paint_config(args: Namespace) -> PaintConfig:
+def paint_config(args: Namespace) -> "PaintConfig":
     """The configuration of `brushgs render`.
 
     Raises:
         ValueError: if a value is out of range, or flags exclude each other.
     """
+    from brushgs.config import PaintConfig, PruneConfig
+
     preset = PRESETS[args.preset]
     all_kept = {"keep": 1.0} if _is_plain(args) else {}
     return PaintConfig(
@@ -148,13 +141,17 @@ def paint_config(args: Namespace) -> PaintConfig:
     )
 
 
-def prune_config(args: Namespace) -> PruneConfig:
+def prune_config(args: Namespace) -> "PruneConfig":
     """The configuration of `brushgs prune`."""
+    from brushgs.config import PruneConfig
+
     return PruneConfig(**_chosen(args, {}, "keep", "weight"))
 
 
-def cluster_config(args: Namespace, preset: Any = PRESETS["default"]) -> ClusterConfig:
+def cluster_config(args: Namespace, preset: Any = PRESETS["default"]) -> "ClusterConfig":
     """How Gaussians become strokes; `brushgs demo` has only some of its flags."""
+    from brushgs.config import ClusterConfig
+
     chosen = _chosen(args, preset, "features", "merge", "method", "seed")
     if args.strokes == "all" or (args.strokes is None and _is_plain(args)):
         return ClusterConfig(**chosen | {"strokes": None})
@@ -166,18 +163,22 @@ def _is_plain(args: Namespace) -> bool:
     return getattr(args, "stroke", None) == "gaussian"
 
 
-def draw_config(args: Namespace, preset: Any = PRESETS["default"], background: str = "white") -> DrawConfig:
+def draw_config(args: Namespace, preset: Any = PRESETS["default"], background: str = "white") -> "DrawConfig":
     """How strokes are drawn, on `background` unless the flags say else."""
+    from brushgs.config import DrawConfig
+
     chosen = _chosen(args, preset, "stroke", "filter", "background", "threads")
     return DrawConfig(**{"background": background} | chosen)
 
 
-def view_config(args: Namespace) -> ViewConfig:
+def view_config(args: Namespace) -> "ViewConfig":
     """The view asked for.
 
     Raises:
         ValueError: if flags of a framed view stand beside a camera file.
     """
+    from brushgs.config import ViewConfig
+
     if args.camera_file is None:
         if args.view is not None:
             raise ValueError("--view must stand beside --camera-file, which says what the views are")
@@ -242,7 +243,7 @@ def _add_prune(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--weight",
         choices=get_args(Weight),
-        help="what counts: 'contribution' to pictures: opacity, area, not being hidden (default); 'paper': intensity",
+        help="what counts: 'contribution' to pictures by opacity, area, visibility (default), or 'paper'",
     )
 
 
@@ -271,7 +272,7 @@ def _add_cluster(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         choices=get_args(Method),
-        help="clustering: 'auto' by size (default), 'minibatch' as published, 'kdtree' for many strokes",
+        help="k-means: 'auto' by size (default), 'lloyd' in exact steps, 'minibatch' as published",
     )
     parser.add_argument("--seed", type=_count_from(0), help="seed of the clustering, 0 or more, default 0")
 

@@ -3,20 +3,15 @@
 Only the standard library is needed here, so that a command line can be read without loading NumPy.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import ceil, inf, pi
 from pathlib import Path
-from typing import Any, Literal
+
+from brushgs.choices import Features, Filter, Merge, Method, Weight
 
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
 
-Weight = Literal["contribution", "paper"]
-Features = Literal["balanced", "paper"]
-Merge = Literal["cover", "paper"]
-Method = Literal["auto", "minibatch", "kdtree"]
-Filter = Literal["mip", "bilinear", "nearest"]
 Up = str | tuple[float, float, float]
 
 
@@ -47,8 +42,8 @@ class ClusterConfig:
             float, or None for one stroke per Gaussian.
         features: "balanced" or "paper", see `cluster`.
         merge: "cover" or "paper", see `cluster`.
-        method: "auto", "minibatch" or "kdtree", see `cluster`.
-        seed: of all the chance in it.
+        method: "auto", "minibatch" or "lloyd", see `cluster`.
+        seed: of all the chance in it, 0 to 2^32 - 1.
     """
 
     strokes: int | float | None = DEFAULT_STROKES
@@ -58,6 +53,8 @@ class ClusterConfig:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        if not 0 <= self.seed < 2**32:
+            raise ValueError(f"seed must be 0 to 4294967295, got {self.seed}")
         if self.strokes is None:
             return
         is_share = isinstance(self.strokes, float)
@@ -140,16 +137,3 @@ class PaintConfig:
     cluster: ClusterConfig = field(default_factory=ClusterConfig)
     view: ViewConfig = field(default_factory=ViewConfig)
     draw: DrawConfig = field(default_factory=DrawConfig)
-
-
-# Flags by name -> value. "paper" is the published method (Xiang et al. 2025) without its defects.
-PRESETS: Mapping[str, Mapping[str, Any]] = {
-    "default": {},
-    "paper": {
-        "weight": "paper",
-        "features": "paper",
-        "merge": "paper",
-        "method": "minibatch",
-        "filter": "bilinear",
-    },
-}

@@ -62,10 +62,10 @@ class Gaussians:
         # The masks of rows are made only where a cheap look at all values at once finds a fault.
         if self.scales.min(initial=0) < 0:
             _check_rows("Gaussians", "scales", "be >= 0", np.any(self.scales < 0, axis=1))
-        outside = np.logical_or(self.opacities < 0, self.opacities > 1)
+        outside = (self.opacities < 0) | (self.opacities > 1)
         _check_rows("Gaussians", "opacities", "lie in 0 to 1 (decoded, not logits)", outside)
         if not self.quats[:, 0].all():
-            _check_rows("Gaussians", "quats", "have a length above zero", ~self.quats.any(axis=1))
+            _check_rows("Gaussians", "quats", "have a length above zero", np.asarray(~self.quats.any(axis=1)))
 
     def __len__(self) -> int:
         return len(self.means)

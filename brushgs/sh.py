@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from brushgs.scene import Gaussians
 from brushgs.shapes import Array
 
+C0 = 0.5 / np.sqrt(np.pi)  # value of the view-independent basis function, 0.2821
+
 _ROWS_AT_A_TIME = 4096  # a band in use shows up in the first rows: the others need not be read
 
 _used_degrees: WeakKeyDictionary[Gaussians, int] = WeakKeyDictionary()
@@ -50,6 +52,18 @@ def sh_basis(directions: Array, degree: int) -> NDArray[np.float64]:
         -np.sqrt(35 / (32 * pi)) * x * (x * x - 3 * y * y),
     ]
     return np.stack(terms[: (degree + 1) ** 2], axis=1)
+
+
+def base_colors(sh: Array) -> NDArray[np.float64]:
+    """The colour without its view-dependent part, cut to what a screen shows: clamp(0.5 + C0 sh_0, 0, 1).
+
+    Args:
+        sh: [N, k, 3] coefficients, k >= 1.
+
+    Returns:
+        [N, 3] RGB, display-encoded, float64.
+    """
+    return np.asarray(np.clip(0.5 + C0 * sh[:, 0].astype(np.float64), 0.0, 1.0))
 
 
 def used_sh_degree(gaussians: Gaussians) -> int:

@@ -119,18 +119,21 @@ def cluster_scene(
                 f"clustering: {num_before:,} Gaussians are not above {num_strokes:,} strokes"
             )
         else:
-            from brushgs.passes.cluster import cluster
+            from brushgs.passes.cluster import group
+            from brushgs.passes.merge import merge_clusters
 
-            gaussians = cluster(
-                gaussians,
-                num_strokes,
-                features=config.features,
-                merge=config.merge,
-                method=config.method,
-                seed=config.seed,
+            grouping = group(
+                gaussians, num_strokes, features=config.features, method=config.method, seed=config.seed
             )
-            stage.did = f"{num_before:,} into {len(gaussians):,} strokes"
-            stage.counts |= {"after": len(gaussians), "method": config.method}
+            gaussians = merge_clusters(gaussians, grouping.labels, merge=config.merge)
+            by = f"{grouping.method}, {grouping.num_steps} steps ({grouping.reason})"
+            stage.did = f"{num_before:,} into {len(gaussians):,} strokes by {by}"
+            stage.counts |= {
+                "after": len(gaussians),
+                "method": grouping.method,
+                "steps": grouping.num_steps,
+                "inertia": grouping.inertia,
+            }
     return gaussians
 
 

@@ -350,18 +350,19 @@ def test_version_of_the_module_run_as_a_program(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no file size limit")
-def test_a_full_disc_gets_a_sentence_and_leaves_nothing(made, tmp_path):
+@pytest.mark.parametrize("output", ["a.png", "a.tif", "a.exr", "a.ply"])
+def test_a_full_disc_gets_a_sentence_and_leaves_nothing(made, tmp_path, output):
     def limit():
         import resource
 
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))
 
-    with brushgs("render", made, *SMALL, "-o", "a.png", cwd=tmp_path, preexec_fn=limit) as process:
+    words = ["prune", made] if output == "a.ply" else ["render", made, *SMALL]
+    with brushgs(*words, "-o", output, cwd=tmp_path, preexec_fn=limit) as process:
         out, err = process.communicate()
     assert (process.returncode, out) == (2, "")
-    assert err.startswith("brushgs: a.png: ")
-    assert err.count("\n") == 1
+    assert re.fullmatch(rf"brushgs: {output}: cannot be written.*; check the .*disk\n", err), err
     assert names(tmp_path) == []
 
 

@@ -10,9 +10,9 @@ import pytest
 PACKAGE = Path(__file__).resolve().parent.parent / "brushgs"
 # A module may import from its own layer and from those above it in this list.
 LAYERS = [
-    ["errors", "shapes", "config", "threads"],
+    ["errors", "shapes", "choices", "config", "threads"],
     ["scene"],
-    ["sh", "levels", "textures", "io", "framing"],
+    ["sh", "quats", "levels", "textures", "io", "framing"],
     ["passes", "project", "still_life", "background"],
     ["raster"],
     ["report", "describe", "stages", "pipeline"],
@@ -72,7 +72,7 @@ def loaded_by(code):
     return set(run.stderr.split())
 
 
-HEAVY = {"numpy", "scipy", "sklearn", "skimage", "OpenImageIO", "av", "rich", "torch"}
+HEAVY = {"numpy", "scipy", "sklearn", "skimage", "OpenImageIO", "av", "rich", "torch", "dataclasses"}
 
 
 @pytest.mark.parametrize("words", [["--help"], ["--version"], ["render", "--help"]])

@@ -118,6 +118,17 @@ def test_clustering_is_left_out_where_there_are_few_gaussians(gaussians):
     assert stage(report, "cluster").counts["method"] is None
 
 
+@pytest.mark.parametrize("method", ["auto", "lloyd", "minibatch"])
+def test_the_method_of_clustering_is_told_with_its_reason(gaussians, method):
+    report = Report()
+    paint(gaussians, config(cluster=ClusterConfig(strokes=50, method=method)), report=report)
+    counts, did = stage(report, "cluster").counts, stage(report, "cluster").did
+    assert counts["method"] in ("lloyd", "minibatch")
+    assert counts["method"] == method or (method == "auto" and "asked for" not in did)
+    assert f"by {counts['method']}, {counts['steps']} steps" in did
+    assert counts["inertia"] > 0
+
+
 def test_a_share_of_strokes_is_of_the_scene_as_loaded(gaussians):
     report = Report()
     paint(gaussians, config(strokes=0.1, prune=PruneConfig(keep=0.5)), report=report)
@@ -354,6 +365,7 @@ def test_describe_tells_what_a_scene_holds(scene, gaussians):
         (lambda: PruneConfig(keep=0), r"keep must be in \(0, 1\], got 0$"),
         (lambda: PruneConfig(keep=float("nan")), "keep must be in"),
         (lambda: ClusterConfig(strokes=0), "strokes must be a count >= 1 or a share"),
+        (lambda: ClusterConfig(seed=2**32), "seed must be 0 to 4294967295, got 4294967296"),
         (lambda: ClusterConfig(strokes=1.5), "strokes must be a count >= 1 or a share"),
         (lambda: ViewConfig(size=(0, 5)), "size must be 1x1 to 32767x32767 pixels, got 0x5"),
         (lambda: ViewConfig(view=-1), "view must be 0 or more"),

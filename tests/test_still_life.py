@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
+from brushgs.quats import rotation_matrices
 from brushgs.sh import sh_basis
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.still_life.light import TO_LAMP, Blockers, fit_views, lamp_visibility, view_dome
@@ -16,18 +17,6 @@ def scene():
 def colors_from(gaussians, eye):
     basis = sh_basis(unit(gaussians.means - np.asarray(eye)), 3)
     return np.maximum(0, 0.5 + np.einsum("nk,nkc->nc", basis, gaussians.sh))
-
-
-def rotations(quats):
-    w, x, y, z = unit(quats).T
-    return np.stack(
-        [
-            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=-1),
-            np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=-1),
-            np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1),
-        ],
-        axis=1,
-    )
 
 
 def test_it_has_the_size_and_the_degree_of_a_small_trained_scene(scene):
@@ -49,7 +38,7 @@ def test_its_gaussians_are_flat_and_lie_in_their_surface(scene):
     assert np.median(scales[:, 0] / scales[:, 1]) < 0.3
     on_table = (np.abs(scene.means[:, 1]) < 1e-6) & (scene.means[:, 2] < -3)
     assert np.count_nonzero(on_table) > 500
-    normals = rotations(scene.quats[on_table])[:, :, 2]
+    normals = rotation_matrices(scene.quats[on_table])[:, :, 2]
     np.testing.assert_allclose(np.abs(normals[:, 1]), 1, atol=1e-5)
 
 

@@ -38,6 +38,9 @@ def replacing(path: str | Path) -> Iterator[Path]:
     try:
         yield temporary
         temporary.replace(target)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise SceneError(path, f"cannot be written ({error.strerror}); check the disk") from error
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise

@@ -34,6 +34,7 @@ _NO_DATE = "0000:00:00 00:00:00"
 _PNG_LEVEL = 4
 _PNG_FILTER = 64
 _ZIP_LEVEL = 2
+_PNG_END = b"\0\0\0\0IEND\xaeB`\x82"  # the chunk that closes every PNG
 
 
 def read_image(path: str | Path) -> F32:
@@ -183,6 +184,9 @@ def _write(path: str | Path, format_name: str, pixels: NDArray[Any], names: tupl
         is_written = out.open(str(temporary), spec) and out.write_image(np.ascontiguousarray(pixels))
         if not (out.close() and is_written):
             raise SceneError(path, f"cannot be written ({_reason(out.geterror())}); check the disk")
+        if format_name == "png" and temporary.read_bytes()[-len(_PNG_END) :] != _PNG_END:
+            # On a full disk the PNG writer stops in the middle and reports success.
+            raise SceneError(path, "cannot be written whole; check the space on the disk")
 
 
 def _reason(text: str) -> str:

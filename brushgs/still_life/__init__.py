@@ -8,8 +8,8 @@ viewer through spherical harmonics of degree 3. Up is -y, lengths are in decimet
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
+from brushgs.quats import quats_of
 from brushgs.scene import Camera, Gaussians
 from brushgs.still_life.bodies import Body, bodies
 from brushgs.still_life.light import (
@@ -109,23 +109,8 @@ def _view_dependent(body: Body, matt: Floats, lamp: Floats) -> Floats:
     return sh
 
 
-def _frames(normals: Floats, tangents: Floats) -> NDArray[np.float64]:
+def _frames(normals: Floats, tangents: Floats) -> Floats:
     """[n, 4] quaternions w, x, y, z whose axes are the tangent, its perpendicular, and the normal."""
     z = unit(normals)
     x = unit(tangents - (tangents * z).sum(axis=1, keepdims=True) * z)
-    y = np.cross(z, x)
-    # The four candidates of Shepperd 1978 by row; the longest is the accurate one.
-    xx, yy, zz = x[:, 0], y[:, 1], z[:, 2]
-    a, b, c = y[:, 2] - z[:, 1], z[:, 0] - x[:, 2], x[:, 1] - y[:, 0]
-    d, e, f = x[:, 1] + y[:, 0], z[:, 0] + x[:, 2], y[:, 2] + z[:, 1]
-    candidates = np.stack(
-        [
-            np.stack([1 + xx + yy + zz, a, b, c], axis=1),
-            np.stack([a, 1 + xx - yy - zz, d, e], axis=1),
-            np.stack([b, d, 1 - xx + yy - zz, f], axis=1),
-            np.stack([c, e, f, 1 - xx - yy + zz], axis=1),
-        ],
-        axis=1,
-    )
-    longest = np.abs(np.stack([candidates[:, i, i] for i in range(4)], axis=1)).argmax(axis=1)
-    return unit(candidates[np.arange(len(z)), longest])
+    return quats_of(np.stack([x, np.cross(z, x), z], axis=2))

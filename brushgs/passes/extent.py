@@ -1,0 +1,27 @@
+"""Where the subject of a scene is, and how large, whatever strays around it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.shapes import Array
+
+
+def robust_frame(means: Array) -> tuple[NDArray[np.float64], float]:
+    """Centre [3] and radius of the box that holds 98 % of the points along each axis, world units.
+
+    Args:
+        means: [N, 3] points.
+
+    Returns:
+        The middle of the 1st and 99th percentiles, and half the diagonal between them. Where that diagonal
+        is zero the whole extent takes its place, and 1 where that is zero too: the radius is always > 0.
+    """
+    if len(means) == 0:
+        return np.zeros(3), 1.0
+    low, high = np.percentile(means.astype(np.float64), (1, 99), axis=0)
+    radius = 0.5 * float(np.linalg.norm(high - low))
+    if radius > 0:
+        return 0.5 * (low + high), radius
+    low, high = means.min(axis=0).astype(np.float64), means.max(axis=0).astype(np.float64)
+    radius = 0.5 * float(np.linalg.norm(high - low))
+    return 0.5 * (low + high), radius if radius > 0 else 1.0

@@ -1,0 +1,162 @@
+"""Gaussians and a label for each -> one Gaussian per label: the strokes in space.
+
+Two rules. "paper" is the published one: plain means, and a scale that grows with the number of members.
+"cover" asks that the merged Gaussian paint what its members painted, where they painted it:
+
+- Members weigh by opacity x mean projected area; the mean is theirs.
+- The covariance follows the law of total variance, within + between. What lies between is raised by
+  `OVERLAP`, so that neighbouring strokes overlap as paint does; a lone member is itself.
+- The opacity is the chance that a ray through the unraised footprint is stopped if each member lies
+  anywhere in it: 1 - product of (1 - opacity_i x min(1, area_i / area)). For one member that is its own
+  opacity, for equal ones that of the stack, for many small ones the law of Beer and Lambert. Strays and
+  needles therefore fade as they spread over what they do not cover.
+- Colours weigh by what is seen of them, too: the dark inside of a fur does not mix with its surface.
+
+Sums run in float64, in row order: equal input gives equal output, bit for bit.
+"""
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.passes.contribution import projected_areas, visible_shares
+from brushgs.quats import normalized, quats_of, rotation_matrices
+from brushgs.scene import Gaussians
+from brushgs.shapes import Array, check
+
+Merge = Literal["cover", "paper"]
+# Factor on the variance between members, 1.18 in length. Measured at 250, 2000 and 7000 strokes on five
+# scenes: each 0.1 more gives the plain kernel and the swirl 0.1 dB and takes 0.2 dB from a full flat brush.
+OVERLAP = 1.4
+BLOCK = 1 << 15  # rows whose covariances are in memory at once
+
+Column = NDArray[np.float64]
+
+
+def merge_clusters(
+    gaussians: Gaussians, labels: NDArray[np.integer[Any]], *, merge: Merge = "cover"
+) -> Gaussians:
+    """Merge the Gaussians that share a label.
+
+    Source: "paper", Xiang et al. 2025, section 3.2 (plain means, quaternions with signs aligned to the
+    first member's, scale x cube root of the number of members); "cover", see the module.
+
+    Args:
+        gaussians: N Gaussians.
+        labels: [N] integers; which ones does not matter.
+        merge: the rule.
+
+    Returns:
+        One Gaussian per label in use, by ascending label, in the dtype of the input. With "cover" a Gaussian
+        alone under its label comes back as it was.
+
+    Raises:
+        TypeError: if `labels` are not integers.
+        ValueError: if the lengths differ or the rule is unknown.
+    """
+    check("merge_clusters", means=(gaussians.means, "N 3"), labels=(labels, "N"))
+    if not np.issubdtype(labels.dtype, np.integer):
+        raise TypeError(f"merge_clusters: labels must be integers, got {labels.dtype}")
+    if merge not in ("cover", "paper"):
+        raise ValueError(f"merge_clusters: merge must be 'cover' or 'paper', got {merge!r}")
+    used, compact = np.unique(labels, return_inverse=True)
+    merged = (
+        _cover(gaussians, compact, len(used)) if merge == "cover" else _paper(gaussians, compact, len(used))
+    )
+    return merged.astype(gaussians.means.dtype.type)
+
+
+def _paper(gaussians: Gaussians, labels: NDArray[np.intp], num: int) -> Gaussians:
+    counts = np.bincount(labels, minlength=num)
+    shares = 1.0 / counts[labels]
+    firsts = np.unique(labels, return_index=True)[1]
+    quats = normalized(gaussians.quats)
+    quats[np.einsum("ni,ni->n", quats, quats[firsts][labels]) < 0] *= -1
+    return Gaussians(
+        _sums(gaussians.means, shares, labels, num),
+        _sums(quats, shares, labels, num),
+        _sums(gaussians.scales, shares, labels, num) * np.cbrt(counts)[:, None],
+        np.clip(_sums(gaussians.opacities[:, None], shares, labels, num)[:, 0], 0, 1),
+        _sum_sh(gaussians.sh, shares, labels, num),
+    )
+
+
+def _cover(gaussians: Gaussians, labels: NDArray[np.intp], num: int) -> Gaussians:
+    areas = projected_areas(gaussians.scales)
+    shares = _shares(gaussians.opacities * areas, labels, num)
+    means = _sums(gaussians.means, shares, labels, num)
+    within, between = _covariances(gaussians, means, shares, labels)
+    scales, _ = principal_axes(within + between)
+    opacities = _stopped(gaussians.opacities, areas, projected_areas(scales), labels)
+    scales, rotations = principal_axes(within + OVERLAP * between)
+    seen = _shares(shares * visible_shares(gaussians), labels, num)
+    quats, sh = quats_of(rotations), _sum_sh(gaussians.sh, seen, labels, num)
+    columns = (means, quats, scales, opacities, sh)
+    is_alone = np.bincount(labels, minlength=num)[labels] == 1
+    originals = (gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities, gaussians.sh)
+    for column, original in zip(columns, originals, strict=True):
+        column[labels[is_alone]] = original[is_alone]
+    return Gaussians(*columns)
+
+
+def _shares(weights: Column, labels: NDArray[np.intp], num: int) -> Column:
+    """Weights divided by their sum over the label; equal ones where that sum is zero."""
+    totals = np.bincount(labels, weights, num)
+    is_void = (totals == 0)[labels]
+    if is_void.any():
+        weights = np.where(is_void, 1.0, weights)
+        totals = np.bincount(labels, weights, num)
+    return np.asarray(weights / totals[labels])
+
+
+def _sums(rows: Array, shares: Column, labels: NDArray[np.intp], num: int) -> NDArray[np.float64]:
+    """Weighted sums of the rows [N, D] by label, [num, D], a column at a time."""
+    return np.stack([np.bincount(labels, shares * rows[:, i], num) for i in range(rows.shape[1])], axis=1)
+
+
+def _sum_sh(sh: Array, shares: Column, labels: NDArray[np.intp], num: int) -> NDArray[np.float64]:
+    sums = np.empty((num, *sh.shape[1:]))
+    for term in range(sh.shape[1]):
+        sums[:, term] = _sums(sh[:, term], shares, labels, num)
+    return sums
+
+
+def _covariances(
+    gaussians: Gaussians, means: NDArray[np.float64], shares: Column, labels: NDArray[np.intp]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Weighted mean covariance of the members, and that of their places, by label: [num, 3, 3] each."""
+    within, between = np.zeros((2, 9, len(means)))
+    for first in range(0, len(labels), BLOCK):
+        rows = slice(first, first + BLOCK)
+        block_labels, block_shares = labels[rows], shares[rows]
+        axes = rotation_matrices(gaussians.quats[rows]) * gaussians.scales[rows, None, :]
+        away = gaussians.means[rows] - means[block_labels]
+        own = axes @ axes.transpose(0, 2, 1)
+        used, local = np.unique(block_labels, return_inverse=True)  # few labels meet in a block
+        for i, (j, k) in enumerate(np.ndindex(3, 3)):
+            within[i, used] += np.bincount(local, block_shares * own[:, j, k])
+            between[i, used] += np.bincount(local, block_shares * away[:, j] * away[:, k])
+    return within.T.reshape(-1, 3, 3), between.T.reshape(-1, 3, 3)
+
+
+def principal_axes(covars: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Standard deviations [N, 3], ascending, and axes [N, 3, 3] (columns, right-handed) of covariances.
+
+    Each is divided by its trace first, so that 1e-100 and 1e100 are alike; a variance that rounding made
+    negative is zero.
+    """
+    traces = np.einsum("nii->n", covars)
+    unit = np.where(traces > 0, traces, 1.0)
+    variances, axes = np.linalg.eigh(covars / unit[:, None, None])
+    axes[np.linalg.det(axes) < 0, :, 0] *= -1
+    return np.sqrt(np.maximum(variances, 0.0)) * np.sqrt(unit)[:, None], axes
+
+
+def _stopped(opacities: Array, areas: Column, footprints: Column, labels: NDArray[np.intp]) -> Column:
+    """Chance that a ray through each footprint is stopped by a member placed in it by chance, [num]."""
+    footprints_here = footprints[labels]
+    parts = np.divide(areas, footprints_here, out=np.ones_like(areas), where=footprints_here > areas)
+    with np.errstate(divide="ignore"):  # log 0: a member that covers all and is opaque
+        passed = np.log1p(-parts * opacities)
+    return np.asarray(-np.expm1(np.bincount(labels, passed, len(footprints))))
