@@ -1,0 +1,348 @@
+"""The containers: what they refuse and in which words, what they share, and the geometry of a camera."""
+
+import re
+from dataclasses import FrozenInstanceError, fields, replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from brushgs.scene import Boxes, Camera, Frame, Gaussians
+
+N = 6
+
+
+def gaussians(dtype=np.float32, terms: int = 4) -> Gaussians:
+    g = np.random.default_rng(0)
+    columns = (
+        g.normal(size=(N, 3)),
+        g.normal(size=(N, 4)),
+        g.uniform(0.1, 1, (N, 3)),
+        g.uniform(0, 1, N),
+        g.normal(size=(N, terms, 3)),
+    )
+    return Gaussians(*(column.astype(dtype) for column in columns))
+
+
+def boxes(dtype=np.float32) -> Boxes:
+    g = np.random.default_rng(0)
+    shapes = ((N, 2), (N, 2), (N,), (N,), (N, 3), (N,))
+    columns = [g.uniform(0, 1, shape).astype(dtype) for shape in shapes]
+    columns[3].sort()
+    return Boxes(*columns, np.arange(N, dtype=np.int32))
+
+
+def camera(**changes) -> Camera:
+    K = [[100, 0, 40], [0, 90, 30], [0, 0, 1]]
+    return Camera(**{"viewmat": np.eye(4), "K": K, "width": 80, "height": 60} | changes)
+
+
+def changed(column: np.ndarray, row: int, value) -> np.ndarray:
+    column = column.copy()
+    column[row] = value
+    return column
+
+
+def refused(error: type[Exception], message: str):
+    return pytest.raises(error, match=f"^{re.escape(message)}")
+
+
+# Gaussians and Boxes
+
+
+@pytest.mark.parametrize("make", [gaussians, boxes])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_columns_are_read_only_views_without_a_copy(make, dtype):
+    source = make(dtype)
+    columns = {f.name: getattr(source, f.name).copy() for f in fields(source)}
+    value = type(source)(**columns)
+    for name, column in columns.items():
+        assert np.shares_memory(getattr(value, name), column)
+        assert column.flags.writeable  # the caller's own array stays as it was
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(value, name)[0] = 0
+    with pytest.raises(FrozenInstanceError):
+        setattr(value, next(iter(columns)), None)
+
+
+def test_a_strided_column_becomes_contiguous():
+    source = gaussians()
+    wide = np.zeros((N, 6), np.float32)
+    wide[:, ::2] = source.means
+    value = replace(source, means=wide[:, ::2])
+    assert value.means.flags.c_contiguous
+    np.testing.assert_array_equal(value.means, source.means)
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "message"),
+    [
+        ("means", (N, 2), "Gaussians: means must have shape [N=6, 3], got [6, 2]"),
+        ("quats", (N, 3), "Gaussians: quats must have shape [N=6, 4], got [6, 3]"),
+        ("scales", (N - 1, 3), "Gaussians: scales must have shape [N=6, 3], got [5, 3]"),
+        ("opacities", (N, 1), "Gaussians: opacities must have shape [N=6], got [6, 1]"),
+        ("sh", (N, 3), "Gaussians: sh must have shape [N=6, k=3, 3], got [6, 3]"),
+        ("sh", (N, 5, 3), "Gaussians: sh must have 1, 4, 9 or 16 terms, got 5"),
+        ("sh", (N, 0, 3), "Gaussians: sh must have 1, 4, 9 or 16 terms, got 0"),
+    ],
+)
+def test_gaussians_of_a_wrong_shape_are_refused(name, shape, message):
+    with refused(ValueError, message):
+        replace(gaussians(), **{name: np.zeros(shape, np.float32)})
+
+
+@pytest.mark.parametrize(
+    ("name", "row", "value", "message"),
+    [
+        ("scales", 2, -0.1, "Gaussians: scales must be >= 0, got 1 other rows, first at 2"),
+        ("opacities", 3, 1.5, "Gaussians: opacities must lie in 0 to 1 (decoded, not logits), got 1 other"),
+        (
+            "opacities",
+            slice(2, 5),
+            -1,
+            "Gaussians: opacities must lie in 0 to 1 (decoded, not logits), got 3",
+        ),
+        ("quats", 5, 0, "Gaussians: quats must have a length above zero, got 1 other rows, first at 5"),
+        ("means", 1, np.nan, "Gaussians: means must be finite, got 1 other rows, first at 1"),
+        ("sh", 4, np.inf, "Gaussians: sh must be finite, got 1 other rows, first at 4"),
+    ],
+)
+def test_values_out_of_range_are_refused_by_column_and_row(name, row, value, message):
+    source = gaussians()
+    with refused(ValueError, message):
+        replace(source, **{name: changed(getattr(source, name), row, value)})
+
+
+def test_a_sum_that_overflows_is_no_reason_to_refuse_finite_values():
+    source = gaussians()
+    replace(source, means=np.full((N, 3), 3e38, np.float32))
+    replace(source, means=np.array([3e38, -3e38] * 9, np.float32).reshape(N, 3))
+
+
+def test_half_turns_scale_zero_and_opacities_zero_and_one_are_legitimate():
+    source = gaussians()
+    replace(source, quats=changed(source.quats, slice(None), (0, 0, 1, 0)))
+    replace(source, scales=0 * source.scales, opacities=np.array([0, 1] * 3, np.float32))
+
+
+@pytest.mark.parametrize(
+    ("make", "name", "value", "message"),
+    [
+        (gaussians, "means", [[0, 0, 0]] * N, "Gaussians: means must be a NumPy array, got list"),
+        (gaussians, "means", np.zeros((N, 3), int), "Gaussians: means must be float32 or float64, got int64"),
+        (gaussians, "sh", np.zeros((N, 4, 3)), "Gaussians: sh must be float32 like means, got float64"),
+        (
+            gaussians,
+            "scales",
+            np.ones((N, 3), np.float16),
+            "Gaussians: scales must be float32 like means, got",
+        ),
+        (boxes, "angles", None, "Boxes: angles must be a NumPy array, got NoneType"),
+        (boxes, "depths", np.arange(N), "Boxes: depths must be float32 like centers, got int64"),
+        (boxes, "ids", np.arange(N), "Boxes: ids must be int32, got int64"),
+    ],
+)
+def test_columns_of_another_type_are_refused(make, name, value, message):
+    with refused(TypeError, message):
+        replace(make(), **{name: value})
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "message"),
+    [
+        ("centers", (N, 3), "Boxes: centers must have shape [M=6, 2], got [6, 3]"),
+        ("half_extents", (N,), "Boxes: half_extents must have shape [M=6, 2], got [6]"),
+        ("angles", (N + 1,), "Boxes: angles must have shape [M=6], got [7]"),
+        ("colors", (N, 4), "Boxes: colors must have shape [M=6, 3], got [6, 4]"),
+        ("opacities", (2,), "Boxes: opacities must have shape [M=6], got [2]"),
+    ],
+)
+def test_boxes_of_a_wrong_shape_are_refused(name, shape, message):
+    with refused(ValueError, message):
+        replace(boxes(), **{name: np.zeros(shape, np.float32)})
+
+
+def test_boxes_must_come_nearest_first():
+    source = boxes()
+    with refused(ValueError, "Boxes: depths must ascend: sort by depth, got 5 other rows, first at 0"):
+        replace(source, depths=source.depths[::-1])
+    replace(source, depths=np.full(N, 2, np.float32))  # equal depths are in order
+
+
+def test_length_and_degree():
+    assert len(gaussians()) == len(boxes()) == N
+    assert [gaussians(terms=terms).sh_degree for terms in (1, 4, 9, 16)] == [0, 1, 2, 3]
+    empty = gaussians().take(slice(0, 0))
+    assert len(empty) == 0
+
+
+@pytest.mark.parametrize(
+    "rows", [np.array([4, 0, 0]), np.array([True, False] * 3), slice(1, 5, 2), np.array([], dtype=int)]
+)
+def test_take_chooses_rows_of_every_column(rows):
+    source = gaussians()
+    taken = source.take(rows)
+    for f in fields(source):
+        np.testing.assert_array_equal(getattr(taken, f.name), getattr(source, f.name)[rows])
+
+
+def test_astype_changes_every_column_and_copies_none_in_vain():
+    source = gaussians(np.float32)
+    double = source.astype(np.float64)
+    for f in fields(source):
+        assert getattr(double, f.name).dtype == np.float64
+        assert np.shares_memory(getattr(source.astype(np.float32), f.name), getattr(source, f.name))
+        np.testing.assert_array_equal(getattr(double.astype(np.float32), f.name), getattr(source, f.name))
+
+
+# Camera
+
+
+def mirrored(axis: int) -> np.ndarray:
+    matrix = np.eye(4)
+    matrix[axis, axis] = -1
+    return matrix
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"viewmat": np.eye(3)}, "Camera: viewmat must have shape [4, 4], got [3, 3]"),
+        ({"K": np.eye(4)}, "Camera: K must have shape [3, 3], got [4, 4]"),
+        ({"viewmat": np.eye(4) * np.nan}, "Camera: viewmat must be finite, got [[nan"),
+        ({"K": np.diag([np.inf, 1, 1])}, "Camera: K must be finite, got [[inf"),
+        (
+            {"viewmat": np.diag([2.0, 2, 2, 1])},
+            "Camera: viewmat must be a rotation and a translation; remove",
+        ),
+        (
+            {"viewmat": mirrored(0)},
+            "Camera: viewmat must be a rotation and a translation; remove scale and mir",
+        ),
+        ({"viewmat": mirrored(3)}, "Camera: viewmat must be a rotation and a translation"),
+        ({"K": np.diag([-1.0, 1, 1])}, "Camera: K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got"),
+        (
+            {"K": [[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]},
+            "Camera: K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]",
+        ),
+        ({"K": np.diag([1.0, 1, 2])}, "Camera: K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got"),
+        ({"width": 0}, "Camera: size must be at least 1x1, got 0x60"),
+        ({"height": -5}, "Camera: size must be at least 1x1, got 80x-5"),
+        ({"near": 0.0}, "Camera: near must be > 0, got 0.0"),
+        ({"near": np.nan}, "Camera: near must be > 0, got nan"),
+    ],
+)
+def test_cameras_that_are_none_are_refused(change, message):
+    with refused(ValueError, message):
+        camera(**change)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            {"target": (1, 2, 3)},
+            "Camera: eye and target must differ, got [1.0, 2.0, 3.0] and [1.0, 2.0, 3.0]",
+        ),
+        ({"target": (np.nan, 0, 0)}, "Camera: eye and target must differ"),
+        ({"fov_y": 0.0}, "Camera: fov_y must be in (0, pi) radians, got 0.0"),
+        ({"fov_y": 50}, "Camera: fov_y must be in (0, pi) radians, got 50"),
+    ],
+)
+def test_look_at_refuses_what_gives_no_view(change, message):
+    with refused(ValueError, message):
+        Camera.look_at(**{"eye": (1, 2, 3), "target": (0, 0, 0), "width": 8, "height": 6} | change)
+
+
+def test_matrices_are_copied_and_read_only():
+    viewmat = np.eye(4)
+    value = camera(viewmat=viewmat)
+    viewmat[0, 3] = 7
+    assert value.viewmat[0, 3] == 0
+    assert value.K.dtype == np.float64
+    with pytest.raises(ValueError, match="read-only"):
+        value.K[0, 0] = 1
+
+
+def pixel_of(value: Camera, point) -> np.ndarray:
+    """(x, y) in pixels and z of a point in the world."""
+    x, y, z = value.viewmat[:3, :3] @ point + value.viewmat[:3, 3]
+    return np.array([*(value.K[:2, :2] @ (x / z, y / z) + value.K[:2, 2]), z])
+
+
+def test_look_at_puts_the_target_in_the_middle_and_up_upwards():
+    eye, target = np.array([3.0, -2, 5]), np.array([0.5, 0, 1])
+    value = Camera.look_at(eye, target, up=(0, 1, 0), width=200, height=100, fov_y=np.radians(60))
+    distance = np.linalg.norm(eye - target)
+    np.testing.assert_allclose(pixel_of(value, target), (100, 50, distance), atol=1e-12)
+    np.testing.assert_allclose(value.position, eye, atol=1e-12)
+    above = pixel_of(value, target + np.array((0, 0.1, 0)))
+    assert above[1] < 49
+    np.testing.assert_allclose(above[0], 100, atol=1e-9)
+    # The top edge lies half the field of view above the axis.
+    top = eye + value.viewmat[:3, :3].T @ (0, -np.tan(np.radians(30)), 1)
+    np.testing.assert_allclose(pixel_of(value, top)[:2], (100, 0), atol=1e-9)
+    right = eye + value.viewmat[:3, :3].T @ (0.1, 0, 1)
+    assert pixel_of(value, right)[0] > 100
+
+
+def test_the_default_up_of_look_at_is_minus_y():
+    value = Camera.look_at((0, 0, -4), (0, 0, 0), width=20, height=10)
+    np.testing.assert_allclose(value.viewmat[:3, :3], np.eye(3), atol=1e-15)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1e-13, 1e-7, 1.0]), st.sampled_from([1e-6, 1.0, 1e6]))
+def test_look_at_is_a_rotation_whatever_the_direction(seed, lean, unit):
+    """Also where `up` is parallel to the view, or nearly.
+
+    Up leans from the view by at least 1e-9 or is replaced, so the cross product keeps 1e-16 / 1e-9.
+    """
+    g = np.random.default_rng(seed)
+    eye, forward = g.normal(size=3), g.normal(size=3)
+    value = Camera.look_at(
+        eye * unit, (eye + forward) * unit, up=(forward + lean * g.normal(size=3)) * unit, width=4, height=4
+    )
+    rotation = value.viewmat[:3, :3]
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-7)
+    assert np.linalg.det(rotation) > 0
+    np.testing.assert_allclose(rotation[2], forward / np.linalg.norm(forward), atol=1e-8)
+
+
+@pytest.mark.parametrize("axis", np.vstack([np.eye(3), -np.eye(3)]))
+def test_looking_along_up_still_gives_a_view(axis):
+    value = Camera.look_at(-5 * axis, (0, 0, 0), up=axis, width=40, height=30)
+    np.testing.assert_allclose(pixel_of(value, np.zeros(3)), (20, 15, 5), atol=1e-12)
+
+
+def test_resizing_keeps_the_vertical_field_of_view_and_the_middle():
+    value = camera()
+    wider = value.resized(400, 120)
+    assert (wider.width, wider.height) == (400, 120)
+    point = np.array([0.1, 0.2, 1.0])
+    x, y, _ = pixel_of(value, point)
+    np.testing.assert_allclose(pixel_of(wider, point)[:2], (200 + 2 * (x - 40), 2 * y), atol=1e-12)
+    np.testing.assert_array_equal(value.resized(80, 60).K, value.K)
+    np.testing.assert_array_equal(wider.viewmat, value.viewmat)
+
+
+# Frame
+
+
+def test_a_frame_lies_over_a_colour_or_a_picture():
+    alpha = np.array([[0.0, 0.25, 1.0]])
+    frame = Frame(alpha[..., None] * np.array([0.2, 0.4, 0.8]), alpha)
+    over = frame.over((1, 1, 0))
+    np.testing.assert_allclose(over[0], [[1, 1, 0], [0.8, 0.85, 0.2], [0.2, 0.4, 0.8]])
+    ground = np.random.default_rng(0).uniform(0, 1, (1, 3, 3))
+    np.testing.assert_allclose(frame.over(ground), frame.rgb + (1 - alpha[..., None]) * ground)
+    single = Frame(frame.rgb.astype(np.float32), alpha.astype(np.float32))
+    assert single.over((0, 0, 0)).dtype == np.float32
+
+
+@pytest.mark.parametrize("shape", [(), (1,), (4,), (1, 3), (2, 3, 3), (3, 1, 3), (1, 3, 4)])
+def test_a_background_of_another_shape_is_refused(shape):
+    frame = Frame(np.zeros((1, 3, 3)), np.zeros((1, 3)))
+    with refused(ValueError, f"over: background must have shape [3] or [1, 3, 3], got {list(shape)}"):
+        frame.over(np.zeros(shape))
