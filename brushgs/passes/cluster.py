@@ -129,11 +129,11 @@ def group(
 def choose_method(num_points: int, num_clusters: int) -> tuple[Literal["minibatch", "lloyd"], str]:
     """The method that is faster at equal or lower inertia, and why.
 
-    That is "lloyd" for every size measured (`tests/bench/cluster.py`): on koala and truck 0.3 to 1.2 s
-    against 0.4 to 35 s, at 0.4 % higher to 34 % lower inertia; 300,000 points in 7000 clusters 1.7 s, in 30,000
-    clusters 2.2 s; a million in 100,000, where mini batches do not end in a quarter of an hour, 22 s. It loses
-    where clusters are tiny (five points each: 5 % higher, but in 0.05 s for 4) and on 9-D noise, which
-    suits no k-d tree. "minibatch" remains as the published method.
+    That is "lloyd" for every size measured (`tests/bench/cluster.py`, two threads): on koala and truck 0.3
+    to 1.2 s against 0.4 to 35 s, at inertia from 0.4 % above to 34 % below; 300,000 points in 7000 clusters
+    take 1.7 s, in 30,000 clusters 2.2 s; a million in 100,000, where mini batches do not end in a quarter of
+    an hour, 22 s. It loses where clusters are tiny (five points each: 5 % above, but in 0.05 s for 4) and on
+    9-D noise, which suits no k-d tree. "minibatch" remains as the published method.
 
     Args:
         num_points: N.
