@@ -1,0 +1,90 @@
+"""The golden pictures: one table of what is painted, how, and onto what.
+
+Feeds the test and `python -m tests.golden.regenerate`. The strokes are the Gaussians of a still life of few:
+no clustering, whose outcome turns on the last bits of a sum (a scene of 12,000 moved by 1e-6, then grouped,
+painted 5 % of the pixels otherwise).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.project import project
+from brushgs.raster.constants import Filter
+from brushgs.scene import Boxes, Gaussians
+from brushgs.still_life import still_life, still_life_camera
+from brushgs.textures import StrokeTexture
+
+FOLDER = Path(__file__).parent
+WIDTH, HEIGHT = 128, 96
+WHITE = (1.0, 1.0, 1.0)
+NUM_STROKES, NUM_FINE_STROKES = 2400, 8000  # about
+
+
+@dataclass(frozen=True)
+class Case:
+    """One golden picture: `<name>.png` beside this file."""
+
+    stroke: str
+    filter: Filter
+    boxes: Callable[[float], Boxes]  # num_sigmas -> float64 boxes
+    background: tuple[float, float, float] | None = WHITE  # None: transparent
+
+    @property
+    def texture(self) -> StrokeTexture:
+        return StrokeTexture.open(self.stroke)
+
+
+@lru_cache
+def scene(num_strokes: int) -> Gaussians:
+    return still_life(num_strokes).astype(np.float64)
+
+
+def boxes_of(gaussians: Gaussians, num_sigmas: float) -> Boxes:
+    camera = still_life_camera(width=WIDTH, height=HEIGHT)
+    return project(gaussians, camera, num_sigmas=num_sigmas)
+
+
+def still_life_boxes(num_sigmas: float) -> Boxes:
+    return boxes_of(scene(NUM_STROKES), num_sigmas)
+
+
+def fine_boxes(num_sigmas: float) -> Boxes:
+    return boxes_of(scene(NUM_FINE_STROKES), num_sigmas)
+
+
+def wheel_boxes(num_sigmas: float) -> Boxes:
+    """A wheel of strokes in all directions and colours, from large to far below a pixel."""
+    turns = np.linspace(0, 2 * np.pi, 25)[:-1]
+    rings = [(36, 14, 5), (22, 8, 4), (12, 4, 2.4), (6, 1.6, 0.8), (2.5, 0.5, 0.3)]  # radius, half extents
+    columns: list[tuple[float, ...]] = []
+    for depth, (radius, long, short) in enumerate(rings):
+        for i, turn in enumerate(turns):
+            x, y = 64.3 + 1.3 * radius * np.cos(turn), 47.6 + radius * np.sin(turn)
+            rgb = 0.5 + 0.5 * np.cos(turn + depth + np.array([0, 2, 4]) * np.pi / 3)
+            columns.append((x, y, long, short, turn + 0.4, 5 - depth + i / 100, *rgb, 0.35 + 0.6 * (i % 2)))
+    table: NDArray[np.float64] = np.array(columns)
+    table = table[np.argsort(table[:, 5], kind="stable")]
+    centers, half_extents, colors = (np.ascontiguousarray(table[:, i:j]) for i, j in ((0, 2), (2, 4), (6, 9)))
+    angles, depths, opacities = (np.ascontiguousarray(table[:, i]) for i in (4, 5, 9))
+    ids = np.arange(len(table), dtype=np.int32)
+    return Boxes(centers, half_extents, angles, depths, colors, opacities, ids)
+
+
+CASES = {
+    "swirl_mip": Case("swirl", "mip", still_life_boxes),
+    "swirl_bilinear": Case("swirl", "bilinear", still_life_boxes),
+    "flat_mip": Case("flat", "mip", still_life_boxes),
+    "dry_brush_mip": Case("dry_brush", "mip", still_life_boxes),
+    "dry_brush_fine_mip": Case("dry_brush", "mip", fine_boxes),
+    "dry_brush_fine_bilinear": Case("dry_brush", "bilinear", fine_boxes),
+    "ink_mip": Case("ink", "mip", still_life_boxes),
+    "palette_knife_nearest": Case("palette_knife", "nearest", still_life_boxes),
+    "gaussian": Case("gaussian", "mip", still_life_boxes),
+    "ellipse": Case("ellipse", "mip", still_life_boxes),
+    "wheel_on_nothing": Case("filbert", "mip", wheel_boxes, background=None),
+}

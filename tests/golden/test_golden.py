@@ -1,0 +1,123 @@
+"""The kernel against the golden pictures, alone and in several threads, in float32 and float64.
+
+The pictures are made by the float64 reference (`python -m tests.golden.regenerate`); no test writes one.
+Where one fails, what was painted, what should have been and ten times the difference lie in `failed/`.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.io.images import quantise, read_image, write_frame
+from brushgs.raster.ops import rasterize
+from brushgs.scene import Boxes, Frame
+from tests.golden.cases import CASES, FOLDER, HEIGHT, NUM_STROKES, WIDTH, Case, boxes_of, scene
+
+MEAN_LIMIT = 0.1  # steps of 8 bits
+FAR = 2  # steps; at most FAR_SHARE of the pixels may be further off
+FAR_SHARE = 0.001
+MAX_BYTES = 50 * 1024
+
+
+def kernel_frame(case: Case, dtype: type[np.floating], num_threads: int) -> Frame:
+    texture = case.texture
+    boxes = case.boxes(texture.num_sigmas)
+    columns = (getattr(boxes, name) for name in Boxes.__dataclass_fields__)
+    boxes = Boxes(*(c if c.dtype == np.int32 else c.astype(dtype) for c in columns))
+    size = {"width": WIDTH, "height": HEIGHT}
+    return rasterize(boxes, texture, filter=case.filter, num_threads=num_threads, **size)
+
+
+def decoded(path) -> np.ndarray:
+    """[H, W, 3 or 4] in steps of 8 bits, colour premultiplied: faint pixels count by what they show."""
+    pixels = 255 * read_image(path).astype(np.float64)
+    if pixels.shape[2] == 4:
+        pixels[..., :3] *= pixels[..., 3:] / 255
+    return pixels
+
+
+def difference(actual: np.ndarray, expected: np.ndarray) -> tuple[float, float]:
+    """Mean difference in steps, and the share of pixels off by more than `FAR`."""
+    off = np.abs(actual - expected)
+    return float(off.mean()), float((off.max(axis=2) > FAR).mean())
+
+
+def keep_evidence(name: str, actual: np.ndarray, expected: np.ndarray) -> None:
+    folder = FOLDER / "failed"
+    folder.mkdir(exist_ok=True)
+    for kind, steps in {
+        "actual": actual,
+        "expected": expected,
+        "difference_x10": 10 * np.abs(actual - expected),
+    }.items():
+        rgb = np.clip(steps[..., :3] / 255, 0, 1)
+        write_frame(Frame(rgb, np.ones(rgb.shape[:2])), folder / f"{name}_{kind}.png", (0, 0, 0))
+
+
+@pytest.mark.parametrize("num_threads", [1, 3])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("name", CASES)
+def test_kernel_paints_the_golden_picture(name, dtype, num_threads, tmp_path, record_property):
+    case = CASES[name]
+    write_frame(kernel_frame(case, dtype, num_threads), tmp_path / "actual.png", case.background)
+    actual, expected = decoded(tmp_path / "actual.png"), decoded(FOLDER / f"{name}.png")
+    assert actual.shape == expected.shape == (HEIGHT, WIDTH, 4 if case.background is None else 3)
+    mean, far = difference(actual, expected)
+    print(f"golden {name} {dtype.__name__} {num_threads} threads: mean {mean:.4f}, far {far:.2%}")
+    record_property("mean", mean)
+    record_property("far", far)
+    if mean > MEAN_LIMIT or far > FAR_SHARE:
+        keep_evidence(name, actual, expected)
+    assert mean <= MEAN_LIMIT, f"see {FOLDER / 'failed'}"
+    assert far <= FAR_SHARE, f"see {FOLDER / 'failed'}"
+
+
+def test_every_golden_picture_is_in_the_table_and_small():
+    files = {path.stem: path for path in FOLDER.glob("*.png")}
+    assert set(files) == set(CASES)
+    for path in files.values():
+        assert path.stat().st_size < MAX_BYTES
+
+
+def test_golden_pictures_tell_strokes_and_filters_apart():
+    """No case would pass for another: the limits can fail. Nearest of all are bilinear and mip."""
+    pictures = {name: decoded(FOLDER / f"{name}.png")[..., :3] for name in CASES}
+    for name, picture in pictures.items():
+        for other, other_picture in pictures.items():
+            mean, far = difference(picture, other_picture)
+            assert name == other or (mean > 10 * MEAN_LIMIT and far > 100 * FAR_SHARE), (name, other)
+
+
+def test_a_pixel_of_shift_or_a_change_of_tone_would_be_caught():
+    expected = decoded(FOLDER / "gaussian.png")  # the smoothest: the hardest to catch
+    for wrong in (np.roll(expected, 1, axis=1), expected + 0.2, expected[:, ::-1], 0.99 * expected):
+        mean, far = difference(wrong, expected)
+        assert mean > MEAN_LIMIT or far > FAR_SHARE
+
+
+@pytest.mark.parametrize("name", ["swirl_mip", "flat_mip", "gaussian", "ellipse"])
+def test_golden_pictures_do_not_hang_on_the_last_digits_of_the_scene(name):
+    """Other processors and libraries give other last digits. Measured: mean 0.0007 steps at most."""
+    case, gaussians = CASES[name], scene(NUM_STROKES)
+    g = np.random.default_rng(1)
+    columns = {f: getattr(gaussians, f) for f in ("means", "quats", "scales", "sh")}
+    moved = {f: c * (1 + 1e-6 * g.normal(size=c.shape)) for f, c in columns.items()}
+    boxes = boxes_of(replace(gaussians, **moved), case.texture.num_sigmas)
+    frame = rasterize(boxes, case.texture, width=WIDTH, height=HEIGHT, filter=case.filter)
+    mean, far = difference(quantise(frame.over(case.background), np.uint8), decoded(FOLDER / f"{name}.png"))
+    print(f"golden {name}, scene moved by 1e-6: mean {mean:.4f}, far {far:.2%}")
+    assert mean <= MEAN_LIMIT / 5
+    assert far <= FAR_SHARE / 5
+
+
+def test_what_failed_is_kept_for_the_eye(tmp_path, monkeypatch):
+    monkeypatch.setattr("tests.golden.test_golden.FOLDER", tmp_path)
+    expected = np.full((4, 5, 3), 100.0)
+    keep_evidence("case", expected + 7, expected)
+    pictures = {path.stem: decoded(path) for path in (tmp_path / "failed").iterdir()}
+    assert {name: picture[2, 3].tolist() for name, picture in pictures.items()} == {
+        "case_actual": pytest.approx([107] * 3),
+        "case_expected": pytest.approx([100] * 3),
+        "case_difference_x10": pytest.approx([70] * 3),
+    }
