@@ -35,8 +35,8 @@ def render(
         camera: one pinhole camera; its size is the size of the picture.
         texture: the stroke; `StrokeTexture.open("gaussian")` gives the plain 3DGS picture.
         filter: see `rasterize`.
-        num_sigmas: half length of a box in standard deviations, > 0; None takes the texture's own
-            (2 for strokes, 3 for the Gaussian).
+        num_sigmas: half length of a box in standard deviations, > 0; None takes `texture.fitted_sigmas`,
+            at which a stroke paints about as much as its Gaussian. The published method takes 2.
         low_pass: variance in px^2 added to every projected Gaussian, >= 0.
         depth: whether the frame carries a depth.
         num_threads: None takes the processors available to this process. The picture does not depend on it.
@@ -47,7 +47,7 @@ def render(
     Raises:
         ValueError: if an option is out of range.
     """
-    sigmas = texture.num_sigmas if num_sigmas is None else num_sigmas
+    sigmas = texture.fitted_sigmas if num_sigmas is None else num_sigmas
     boxes = project(gaussians, camera, num_sigmas=sigmas, low_pass=low_pass, num_threads=num_threads)
     return rasterize(
         boxes,

@@ -92,9 +92,12 @@ def test_the_longest_picture_that_is_allowed_can_be_painted():
 
 
 def test_render_takes_the_extent_of_the_stroke():
-    """The plain Gaussian is cut at 3 standard deviations and strokes at 2, unless asked otherwise."""
-    gaussian = StrokeTexture.open("gaussian")
-    for texture, sigmas in ((gaussian, 3.0), (TEXTURE, 2.0)):
+    """The plain Gaussian is cut at 3 standard deviations, a stroke where it paints enough."""
+    gaussian, full = (
+        StrokeTexture.open("gaussian"),
+        StrokeTexture.from_coverage(np.full((8, 8), 255, np.uint8)),
+    )
+    for texture, sigmas in ((gaussian, 3.0), (full, 1.2 * np.sqrt(np.pi / 2))):
         frame = render(SCENE, CAMERA, texture)
         np.testing.assert_array_equal(frame.rgb, render(SCENE, CAMERA, texture, num_sigmas=sigmas).rgb)
         other = render(SCENE, CAMERA, texture, num_sigmas=5 - sigmas)
