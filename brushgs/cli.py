@@ -34,8 +34,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit code.
     """
     if "numpy" not in sys.modules:
-        # The matrices here are small: BLAS threads only wait for each other (2 cores, both busy elsewhere:
-        # the filtered copies of a stroke take 1.26 s with them, 0.21 s without). Ours do not come from BLAS.
+        # The matrices here are small: BLAS threads mostly wait for each other. Without them a painting of
+        # 250 strokes takes 0.86 of the time (two cores, busy elsewhere). Our own threads do not come from BLAS.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     is_debug = False
     try:
