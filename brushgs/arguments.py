@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, get_args
 
 from brushgs import __version__
-from brushgs.choices import PRESETS, Features, Filter, Merge, Method, Weight
+from brushgs.choices import PRESETS, Extent, Features, Filter, Merge, Method, Weight
 
 if TYPE_CHECKING:
     from brushgs.config import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
@@ -167,7 +167,7 @@ def draw_config(args: Namespace, preset: Any = PRESETS["default"], background: s
     """How strokes are drawn, on `background` unless the flags say else."""
     from brushgs.config import DrawConfig
 
-    chosen = _chosen(args, preset, "stroke", "filter", "background", "threads")
+    chosen = _chosen(args, preset, "stroke", "filter", "extent", "background", "threads")
     return DrawConfig(**{"background": background} | chosen)
 
 
@@ -219,6 +219,11 @@ def _add_draw(parser: ArgumentParser) -> None:
         choices=get_args(Filter),
         help="how small strokes read the stroke image: 'mip' without shimmer (default), 'bilinear' as "
         "published, 'nearest'",
+    )
+    parser.add_argument(
+        "--extent",
+        choices=get_args(Extent),
+        help="size of strokes: 'fitted' to what the stroke image covers (default), 'paper': 2 sigma",
     )
     parser.add_argument(
         "--background",

@@ -11,6 +11,7 @@ Features = Literal["balanced", "paper"]
 Merge = Literal["cover", "paper"]
 Method = Literal["auto", "minibatch", "lloyd"]
 Filter = Literal["mip", "bilinear", "nearest"]
+Extent = Literal["fitted", "paper"]
 
 # Flags by name -> value. "paper" is the published method (Xiang et al. 2025) without its defects.
 PRESETS: Mapping[str, Mapping[str, Any]] = {
@@ -21,5 +22,6 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
         "merge": "paper",
         "method": "minibatch",
         "filter": "bilinear",
+        "extent": "paper",
     },
 }

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from math import ceil, inf, pi
 from pathlib import Path
 
-from brushgs.choices import Features, Filter, Merge, Method, Weight
+from brushgs.choices import Extent, Features, Filter, Merge, Method, Weight
 
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
@@ -115,12 +115,15 @@ class DrawConfig:
     Attributes:
         stroke: name of a built-in stroke, or an image file.
         filter: "mip", "bilinear" or "nearest", see `rasterize`.
+        extent: "fitted" to what the stroke image covers, see `StrokeTexture.fitted_sigmas`, or "paper", 2
+            standard deviations whatever it covers.
         background: "white", "black", "transparent", "#rrggbb" or an image file.
         threads: None takes every processor available; the picture does not depend on it.
     """
 
     stroke: str = "swirl"
     filter: Filter = "mip"
+    extent: Extent = "fitted"
     background: str = "white"
     threads: int | None = None
 

@@ -145,11 +145,10 @@ def project_scene(
         from brushgs.project import project_counted
         from brushgs.sh import used_sh_degree
 
-        boxes, culled = project_counted(
-            gaussians, camera, num_sigmas=texture.num_sigmas, num_threads=config.threads
-        )
+        sigmas = texture.fitted_sigmas if config.extent == "fitted" else texture.num_sigmas
+        boxes, culled = project_counted(gaussians, camera, num_sigmas=sigmas, num_threads=config.threads)
         stage.did = f"{len(boxes):,} of {len(gaussians):,} strokes in the picture"
-        stage.counts = {"before": len(gaussians), "after": len(boxes)}
+        stage.counts = {"before": len(gaussians), "after": len(boxes), "sigmas": round(sigmas, 4)}
         for reason, words in CULLED.items():
             count = getattr(culled, reason)
             stage.counts[reason] = count

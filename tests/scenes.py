@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-_FOLDER = Path(__file__).resolve().parents[2] / "shared" / "scenes"
+SCENES_FOLDER = Path(__file__).resolve().parents[2] / "shared" / "scenes"
 
 
 def real_scene(name: str) -> Path:
     """The path of a real scene, or a skip that says which one is missing."""
-    path = _FOLDER / name
+    path = SCENES_FOLDER / name
     if not path.exists():
         pytest.skip(f"real scene {name} is not here: {path}")
     return path

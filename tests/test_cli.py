@@ -112,13 +112,13 @@ def test_the_plain_picture_takes_the_whole_scene(scene, capsys):
             ["--preset", "paper"],
             PruneConfig(weight="paper"),
             ClusterConfig(features="paper", merge="paper", method="minibatch"),
-            DrawConfig(filter="bilinear"),
+            DrawConfig(filter="bilinear", extent="paper"),
         ),
         (
             ["--preset", "paper", "--merge", "cover", "--filter", "mip"],
             PruneConfig(weight="paper"),
             ClusterConfig(features="paper", merge="cover", method="minibatch"),
-            DrawConfig(filter="mip"),
+            DrawConfig(filter="mip", extent="paper"),
         ),
         (
             ["--strokes", "10%", "--seed", "4", "--threads", "2", "--background", "black"],

@@ -249,3 +249,17 @@ def test_a_bad_field_is_refused_by_name(fields, error, message):
     good = {"kind": "image", "name": "n", "coverage": np.zeros((2, 2), np.uint8)}
     with pytest.raises(error, match=message):
         StrokeTexture(**{**good, **fields})
+
+
+@pytest.mark.parametrize("mean", [0.6, 0.7, 1.0])
+def test_a_fitted_stroke_paints_as_much_as_its_gaussian_and_a_little_more(mean):
+    texture = StrokeTexture.from_coverage(np.full((8, 8), mean))
+    painted = (2 * texture.fitted_sigmas) ** 2 * texture.coverage.mean() / 255
+    assert painted == pytest.approx(1.2**2 * 2 * np.pi)
+
+
+def test_fitted_sigmas_are_never_above_the_textures_own():
+    assert StrokeTexture.from_coverage(np.full((8, 8), 0.1)).fitted_sigmas == 2.0
+    assert StrokeTexture.from_coverage(np.zeros((8, 8))).fitted_sigmas == 2.0
+    assert StrokeTexture.open("gaussian").fitted_sigmas == 3.0
+    assert StrokeTexture.open("ellipse").fitted_sigmas == 2.0

@@ -15,7 +15,8 @@ from brushgs.threads import num_threads_or_default
 BLOCK = 1 << 16  # points a query takes at once: it works on float64 copies
 NUM_STEPS = 20
 GAIN = 1e-3  # a step that lowers the inertia by less than this share is the last
-START_ROUNDS = (0.1, 0.2, 0.3, 0.4)  # shares of the centres
+START_ROUNDS = (0.4, 0.3, 0.3)  # shares of the centres; ten rounds end no lower
+ONE_BY_ONE = 32  # so few centres are drawn each in a round of its own: two in one island show
 
 Points = NDArray[np.float32]
 
@@ -77,15 +78,16 @@ def start(points: Points, weights: NDArray[np.float64], num_clusters: int, seed:
     Source: Bahmani et al. 2012, Scalable k-means++ (rounds); the even spread takes the place of its chance.
     """
     shift = np.random.default_rng(seed)
-    errors, centers, num_left = np.ones(len(points)), points[:0].astype(np.float64), num_clusters
-    for share in START_ROUNDS:
-        count = min(num_left, max(1, round(share * num_clusters)))
-        if count == 0 or not errors.any():
+    errors, centers = np.ones(len(points)), points[:0].astype(np.float64)
+    shares = START_ROUNDS if num_clusters > ONE_BY_ONE else np.full(num_clusters, 1 / num_clusters)
+    for target in np.rint(np.cumsum(shares) * num_clusters).astype(int):
+        if not errors.any():
             break
+        count = target - len(centers)
         fresh = points[_spread_rows(weights * errors, count, shift.random())].astype(np.float64)
         distances, _ = assign(points, fresh)
         errors = np.minimum(errors, distances**2) if len(centers) else distances**2
-        centers, num_left = np.concatenate([centers, fresh]), num_left - count
+        centers = np.concatenate([centers, fresh])
     return centers
 
 

@@ -1,0 +1,36 @@
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from brushgs.quats import normalized, quats_of, rotation_matrices
+
+
+def some_quats(n=200):
+    return np.random.default_rng(0).normal(size=(n, 4))
+
+
+def test_rotation_matrices_agree_with_scipy():
+    quats = some_quats()
+    expected = Rotation.from_quat(quats[:, [1, 2, 3, 0]]).as_matrix()
+    np.testing.assert_allclose(rotation_matrices(quats), expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("length", [1e-200, 1e-30, 1e30, 1e200])
+def test_length_and_sign_do_not_matter(length):
+    quats = some_quats()
+    np.testing.assert_allclose(rotation_matrices(-length * quats), rotation_matrices(quats), atol=1e-14)
+    np.testing.assert_allclose(np.linalg.norm(normalized(quats * length), axis=1), 1, rtol=1e-14)
+
+
+def test_quats_of_undoes_rotation_matrices_up_to_sign():
+    quats = normalized(some_quats())
+    back = quats_of(rotation_matrices(quats))
+    np.testing.assert_allclose(np.abs((back * quats).sum(axis=1)), 1, rtol=1e-14)
+
+
+def test_half_turns_keep_their_digits():
+    half_turns = np.array(
+        [[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0.6, 0.8, 0], [1e-9, 0, 0.6, 0.8]], float
+    )
+    back = quats_of(rotation_matrices(half_turns))
+    np.testing.assert_allclose(np.abs((back * half_turns).sum(axis=1)), 1, rtol=1e-14)
