@@ -1,4 +1,4 @@
-"""The yardsticks of the benchmarks paint what the definition paints; the figures of aliasing can be trusted."""
+"""The yardsticks of the benchmarks paint what the definition paints, and aliasing figures hold."""
 
 import shutil
 
