@@ -101,11 +101,10 @@ def test_no_boxes_paint_nothing(path, dtype):
         assert not plane.any()
 
 
-@pytest.mark.parametrize("path", ["bilinear", "gaussian"])
-def test_twenty_thousand_boxes_agree(path):
+def test_twenty_thousand_boxes_agree():
     """From 4000 boxes on, records and tile lists are made in parallel."""
     boxes = random_boxes(20_000, 96, 64, sizes=(0.3, 6))
-    actual, expected = painted(boxes, path, 96, 64, num_threads=3)
+    actual, expected = painted(boxes, "bilinear", 96, 64, num_threads=3)
     assert_same(actual, expected)
 
 
@@ -238,7 +237,7 @@ def opacities_at_the_stop(noise: np.ndarray) -> np.ndarray:
 )
 def test_float32_takes_either_side_of_a_threshold_only_where_one_is_met(coverage, opacities, largest):
     """Each pixel has strokes of its own, laid on the skip or the stop to 3e-7, then a hair beside it."""
-    y, x = (axis.ravel() + 0.5 for axis in np.mgrid[:40, :60])
+    y, x = (axis.ravel() + 0.5 for axis in np.mgrid[:20, :40])
     noise = 3e-7 * np.random.default_rng(8).normal(size=len(x))
     texture = StrokeTexture.from_coverage(np.full((2, 2), coverage, np.uint8))
     off = []
@@ -246,10 +245,10 @@ def test_float32_takes_either_side_of_a_threshold_only_where_one_is_met(coverage
         alphas = opacities(noise + hair)
         centers = np.tile(np.stack([x, y], axis=1), (len(alphas), 1))
         boxes = boxes_of(centers, 0.45, colors=1, opacities=alphas.ravel())
-        size = {"width": 60, "height": 40, "filter": "bilinear"}
+        size = {"width": 40, "height": 20, "filter": "bilinear"}
         actual = rasterize(in_float32(boxes), texture, **size)
         off.append(np.abs(actual.rgb - reference.rasterize(boxes, texture, **size).rgb).max(axis=2))
-    assert (off[0] > 1e-3).sum() > 50
+    assert (off[0] > 1e-3).sum() > 20
     assert off[0].max() < largest * 1.001
     assert off[1].max() < 1e-6
     assert off[2].max() < 1e-6

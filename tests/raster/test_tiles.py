@@ -32,3 +32,13 @@ def test_the_outline_may_touch_the_rows_and_columns_of_tiles():
     for y in (16, 15.5, 16.5, 16 + 1e-9, 16.5 - 1e-9):
         for half in (16, 15.99, 16.01, 32):
             assert num_wrong(boxes_of([[48, y]], (40, half)), 130, 100) == 0
+
+
+@pytest.mark.parametrize("length", [1e3, 1e5])
+def test_needles_that_run_far_beyond_the_picture_have_no_gaps(length):
+    """The outline is kept in float32: from some 1e6 px on, single pixels at its edge may be missing."""
+    g = np.random.default_rng(2)
+    for angle in g.uniform(-np.pi, np.pi, 60):
+        along = np.array([np.cos(angle), np.sin(angle)])
+        center = g.uniform(0, 1, 2) * (300, 200) - along * length * g.uniform(-0.99, 0.99)
+        assert num_wrong(boxes_of([center], (length, 2), angles=angle), 300, 200) == 0
