@@ -62,8 +62,7 @@ def visible_shares(gaussians: Gaussians) -> NDArray[np.float64]:
     Args:
         gaussians: N Gaussians.
 
-    Does not depend on the unit or the place of the scene, nor on the order of the rows except where depths
-    are equal to the last bit.
+    Does not depend on the unit or the place of the scene, nor on the order of the rows.
     """
     center, radius = robust_frame(gaussians.means)
     points = np.clip((gaussians.means - center) / radius, -FARTHEST, FARTHEST)
@@ -88,12 +87,14 @@ def _light_along(
     rank = np.floor((points @ np.cross(line, across) + side) / column)
     # One number sorts by column, then by depth; columns lie so far apart that no reach leads to the next.
     place = (row * np.ceil(2 * side / column) + rank) * (3 * side) + (points @ line + side)
-    order = np.argsort(place, kind="stable")
+    order = np.argsort(
+        place
+    )  # no need to be stable, which takes four times longer: equals do not dim each other
     place = place[order]
     passed = np.concatenate([[0.0], np.cumsum(depths[order])])
-    here = np.arange(len(points))
     ahead = np.searchsorted(place, place + REACH, side="right")
     behind = np.searchsorted(place, place - REACH, side="left")
+    first, past = np.searchsorted(place, place, side="left"), np.searchsorted(place, place, side="right")
     light = np.empty(len(points))
-    light[order] = np.exp(passed[here + 1] - passed[ahead]) + np.exp(passed[behind] - passed[here])
+    light[order] = np.exp(passed[past] - passed[ahead]) + np.exp(passed[behind] - passed[first])
     return light
