@@ -35,7 +35,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     if "numpy" not in sys.modules:
         # The matrices here are small: BLAS threads mostly wait for each other. Without them a painting of
-        # 250 strokes takes 0.86 of the time (two cores, busy elsewhere). Our own threads are not those of BLAS.
+        # 250 strokes takes 0.86 of the time (two cores, busy elsewhere). Our own threads are our own.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     is_debug = False
     try:
