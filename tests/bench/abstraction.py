@@ -10,7 +10,7 @@ composed for one); "unpainted" is the share of the plain picture's alpha that th
 what they paint beyond it. Both rules prune to 70 %; their seconds are pruning and clustering. The published
 strokes reach 2 standard deviations, the default's `fitted_sigmas`.
 
-Known to fall short: the still life. Its surfaces are one opaque layer, whose gaps nothing behind fills, and its
+Known to fall short: the still life. Its surfaces are one opaque layer, whose gaps nothing fills, and its
 detail lies in small Gaussians, which count little by contribution: the published rule is ahead there.
 """
 
