@@ -33,12 +33,18 @@ struct Kernels {
     }
 };
 
+// What the sides of a box are moved outwards before the question which tiles it reaches, in pixels: painting
+// decides, this must only never leave out a tile. The outline is as exact as a float.
+inline float slack_of(const Outline& o) {
+    return 1e-2f + 1e-6f * (std::fabs(o.center_x) + std::fabs(o.center_y) + o.reach_u + o.reach_v);
+}
+
 // The right and left ends of a box within a row of tiles.
 class RowSpans {
 public:
     explicit RowSpans(const Outline& o)
-        : cos_(o.cos), sin_(o.sin), center_x_(o.center_x), center_y_(o.center_y), reach_u_(o.reach_u + slack),
-          reach_v_(o.reach_v + slack), slope_sign_(o.sin * o.cos < 0 ? -1.0 : 1.0),
+        : cos_(o.cos), sin_(o.sin), center_x_(o.center_x), center_y_(o.center_y), reach_u_(o.reach_u + slack_of(o)),
+          reach_v_(o.reach_v + slack_of(o)), slope_sign_(o.sin * o.cos < 0 ? -1.0 : 1.0),
           per_cos_(1 / std::fabs(cos_)), per_sin_(1 / std::fabs(sin_)),
           reach_y_(std::fabs(sin_) * reach_u_ + std::fabs(cos_) * reach_v_),
           corner_y_((cos_ < 0 ? -sin_ : sin_) * reach_u_ - (sin_ < 0 ? -cos_ : cos_) * reach_v_) {}
@@ -54,7 +60,6 @@ public:
     }
 
 private:
-    static constexpr double slack = 1e-2;  // pixels; painting decides, this must only never leave out a tile
     // Sides that lie along the rows but for this slope end no row: dividing by it would magnify rounding.
     static constexpr double level_slope = 1e-6;
 
@@ -103,13 +108,12 @@ inline std::pair<int, int> reached_columns(const RowSpans& spans, int row, const
     return {std::max(from, range.first_column), std::min(to, range.last_column)};
 }
 
-// Two by two tiles, `first` at the top left. The box meets all four, or one of its sides passes between it and the
-// point where they meet; then it leaves out the tile that this side faces. Which is
-// beyond prediction, so there are no branches.
+// Two by two tiles. The box meets all four, or one of its sides passes between it and the point where they meet;
+// then it leaves out the tile that this side faces. Which that is, no branch could predict.
 inline void visit_four(const TileRange& range, const Outline& o, int columns, Chunk& chunk) {
     const float dx = static_cast<float>(range.last_column * tile_width) - o.center_x;
     const float dy = static_cast<float>(range.last_row * tile_height) - o.center_y;
-    const float to_center = 0.5f * (std::fabs(o.cos) + std::fabs(o.sin)) - 1e-2f;  // of the nearest pixel; some slack
+    const float to_center = 0.5f * (std::fabs(o.cos) + std::fabs(o.sin)) - slack_of(o);  // of the nearest pixel
     const float u = o.cos * dx + o.sin * dy, v = o.cos * dy - o.sin * dx;
     const bool beyond_u = std::fabs(u) + to_center > o.reach_u, beyond_v = std::fabs(v) + to_center > o.reach_v;
     const int facing_u = ((u < 0) != (o.cos < 0) ? 0 : 1) + ((u < 0) != (o.sin < 0) ? 0 : 2);
@@ -128,9 +132,11 @@ template <class T>
 void visit_tiles(const Record<T>& r, const Outline& outline, int columns, Chunk& chunk) {
     if (r.right < r.left) return;
     const TileRange range{r.left / tile_width, r.right / tile_width, r.top / tile_height, r.bottom / tile_height};
-    const int num_columns = range.last_column - range.first_column + 1, num_rows = range.last_row - range.first_row + 1;
-    const int first = range.first_row * columns + range.first_column, last = range.last_row * columns + range.last_column;
-    if (num_columns * num_rows <= 2) {  // most strokes are small; whether they meet one tile or two is beyond prediction
+    const int num_columns = range.last_column - range.first_column + 1;
+    const int num_rows = range.last_row - range.first_row + 1;
+    if (num_columns * num_rows <= 2) {  // most strokes are small; whether it is one tile or two is beyond prediction
+        const int first = range.first_row * columns + range.first_column;
+        const int last = range.last_row * columns + range.last_column;
         chunk.make_room(2);
         chunk.visit(first, true);
         chunk.visit(last, first != last);
