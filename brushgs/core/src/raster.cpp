@@ -209,9 +209,11 @@ template <class T>
 LevelChoice choose_levels(std::size_t count, const T* half_extents, std::span<const double> bounds_u,
                           std::span<const double> bounds_v) {
     const auto level = [](std::span<const double> bounds, T half_extent) {
-        std::size_t k = 0;
-        while (k < bounds.size() && static_cast<double>(half_extent) <= bounds[k]) ++k;
-        return k;
+        std::size_t k = 0;  // halving without branches: where to stop is beyond prediction
+        std::size_t length = bounds.size();
+        for (; length > 1; length -= length / 2)
+            k += static_cast<double>(half_extent) <= bounds[k + length / 2 - 1] ? length / 2 : 0;
+        return length == 1 ? k + (static_cast<double>(half_extent) <= bounds[k]) : k;
     };
     LevelChoice choice;
     choice.of_box.resize(count);
