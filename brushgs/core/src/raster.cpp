@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "brushgs/cpu.hpp"
@@ -32,12 +33,18 @@ struct Kernels {
     }
 };
 
+// What the sides of a box are moved outwards before the question which tiles it reaches, in pixels: painting
+// decides, this must only never leave out a tile. The outline is as exact as a float.
+inline float slack_of(const Outline& o) {
+    return 1e-2f + 1e-6f * (std::fabs(o.center_x) + std::fabs(o.center_y) + o.reach_u + o.reach_v);
+}
+
 // The right and left ends of a box within a row of tiles.
 class RowSpans {
 public:
     explicit RowSpans(const Outline& o)
-        : cos_(o.cos), sin_(o.sin), center_x_(o.center_x), center_y_(o.center_y), reach_u_(o.reach_u + slack),
-          reach_v_(o.reach_v + slack), slope_sign_(o.sin * o.cos < 0 ? -1.0 : 1.0),
+        : cos_(o.cos), sin_(o.sin), center_x_(o.center_x), center_y_(o.center_y), reach_u_(o.reach_u + slack_of(o)),
+          reach_v_(o.reach_v + slack_of(o)), slope_sign_(o.sin * o.cos < 0 ? -1.0 : 1.0),
           per_cos_(1 / std::fabs(cos_)), per_sin_(1 / std::fabs(sin_)),
           reach_y_(std::fabs(sin_) * reach_u_ + std::fabs(cos_) * reach_v_),
           corner_y_((cos_ < 0 ? -sin_ : sin_) * reach_u_ - (sin_ < 0 ? -cos_ : cos_) * reach_v_) {}
@@ -47,13 +54,12 @@ public:
     bool find(double top, double bottom, double& left, double& right) const {
         const double low = std::max(top - center_y_, -reach_y_), high = std::min(bottom - center_y_, reach_y_);
         if (low > high) return false;
-        right = center_x_ + right_at(std::clamp(corner_y_, low, high));
-        left = center_x_ - right_at(-std::clamp(-corner_y_, low, high));
+        right = center_x_ + right_at(std::min(std::max(corner_y_, low), high));
+        left = center_x_ - right_at(-std::min(std::max(-corner_y_, low), high));
         return true;
     }
 
 private:
-    static constexpr double slack = 1e-2;  // pixels; painting decides, this must only never leave out a tile
     // Sides that lie along the rows but for this slope end no row: dividing by it would magnify rounding.
     static constexpr double level_slope = 1e-6;
 
@@ -69,35 +75,87 @@ private:
     double cos_, sin_, center_x_, center_y_, reach_u_, reach_v_, slope_sign_, per_cos_, per_sin_, reach_y_, corner_y_;
 };
 
-// Calls visit(tile) for the tiles whose pixel centres may lie inside the record's box, row by row.
-template <class T, class Visit>
-void for_each_tile(const Record<T>& r, const Outline& outline, int columns, const Visit& visit) {
-    if (r.right < r.left) return;
-    const int first_column = r.left / tile_width, last_column = r.right / tile_width;
-    const int first_row = r.top / tile_height, last_row = r.bottom / tile_height;
-    if (first_row == last_row || first_column == last_column) {  // a strip: the bounds are exact
-        for (int row = first_row; row <= last_row; ++row)
-            for (int column = first_column; column <= last_column; ++column) visit(row * columns + column);
-        return;
-    }
-    const RowSpans spans(outline);
-    for (int row = first_row; row <= last_row; ++row) {
-        double left, right;
-        if (!spans.find(row * tile_height + 0.5, (row + 1) * tile_height - 0.5, left, right)) continue;
-        const int from = static_cast<int>(std::max(left + 0.5, 0.0) * (1.0 / tile_width));
-        const int to = static_cast<int>(std::clamp(right - 0.5, -1.0 * tile_width, 1e5) * (1.0 / tile_width));
-        for (int column = std::max(from, first_column); column <= std::min(to, last_column); ++column)
-            visit(row * columns + column);
-    }
-}
-
 // The tiles that a run of boxes reaches, in stroke order.
 struct Chunk {
-    std::size_t begin, end;               // boxes
-    std::vector<std::uint32_t> visits;    // tiles, those of one box after those of another
+    std::size_t begin, end;                 // boxes
+    std::vector<std::uint32_t> visits;      // tiles, those of one box after those of another; some room behind
+    std::size_t count = 0;                  // of `visits`
     std::vector<std::uint32_t> num_visits;  // of each box
-    std::vector<std::uint32_t> places;    // per tile: first how many visits, then where the next id belongs
+    std::vector<std::uint32_t> places;      // per tile: first how many visits, then where the next id belongs
+
+    void make_room(std::size_t more) {
+        if (visits.size() < count + more) visits.resize(2 * (count + more));
+    }
+    // Without a branch. Needs room for one more, whether it counts or not.
+    void visit(int tile, bool counts) {
+        visits[count] = static_cast<std::uint32_t>(tile);
+        count += counts;
+        places[static_cast<std::size_t>(tile)] += counts;
+    }
 };
+
+// Rows and columns of tiles, both ends included.
+struct TileRange {
+    int first_column, last_column, first_row, last_row;
+};
+
+// The columns of tiles, within the range, that the box may reach in one row of tiles; none: first > last.
+inline std::pair<int, int> reached_columns(const RowSpans& spans, int row, const TileRange& range) {
+    double left, right;
+    if (!spans.find(row * tile_height + 0.5, (row + 1) * tile_height - 0.5, left, right)) return {1, 0};
+    const int from = static_cast<int>(std::max(left + 0.5, 0.0) * (1.0 / tile_width));
+    const int to = static_cast<int>(std::min(std::max(right - 0.5, -1.0 * tile_width), 1e5) * (1.0 / tile_width));
+    return {std::max(from, range.first_column), std::min(to, range.last_column)};
+}
+
+// Two by two tiles. The box meets all four, or one of its sides passes between it and the point where they meet;
+// then it leaves out the tile that this side faces. Which that is, no branch could predict.
+inline void visit_four(const TileRange& range, const Outline& o, int columns, Chunk& chunk) {
+    const float dx = static_cast<float>(range.last_column * tile_width) - o.center_x;
+    const float dy = static_cast<float>(range.last_row * tile_height) - o.center_y;
+    const float to_center = 0.5f * (std::fabs(o.cos) + std::fabs(o.sin)) - slack_of(o);  // of the nearest pixel
+    const float u = o.cos * dx + o.sin * dy, v = o.cos * dy - o.sin * dx;
+    const bool beyond_u = std::fabs(u) + to_center > o.reach_u, beyond_v = std::fabs(v) + to_center > o.reach_v;
+    const int facing_u = ((u < 0) != (o.cos < 0) ? 0 : 1) + ((u < 0) != (o.sin < 0) ? 0 : 2);
+    const int facing_v = ((v < 0) != (-o.sin < 0) ? 0 : 1) + ((v < 0) != (o.cos < 0) ? 0 : 2);
+    const int left_out = (beyond_u ? 1 << facing_u : 0) | (beyond_v ? 1 << facing_v : 0);
+    const int first = range.first_row * columns + range.first_column;
+    chunk.make_room(4);
+    chunk.visit(first, (left_out & 1) == 0);
+    chunk.visit(first + 1, (left_out & 2) == 0);
+    chunk.visit(first + columns, (left_out & 4) == 0);
+    chunk.visit(first + columns + 1, (left_out & 8) == 0);
+}
+
+// Visits the tiles whose pixel centres may lie inside the record's box, row by row.
+template <class T>
+void visit_tiles(const Record<T>& r, const Outline& outline, int columns, Chunk& chunk) {
+    if (r.right < r.left) return;
+    const TileRange range{r.left / tile_width, r.right / tile_width, r.top / tile_height, r.bottom / tile_height};
+    const int num_columns = range.last_column - range.first_column + 1;
+    const int num_rows = range.last_row - range.first_row + 1;
+    if (num_columns * num_rows <= 2) {  // most strokes are small; whether it is one tile or two is beyond prediction
+        const int first = range.first_row * columns + range.first_column;
+        const int last = range.last_row * columns + range.last_column;
+        chunk.make_room(2);
+        chunk.visit(first, true);
+        chunk.visit(last, first != last);
+        return;
+    }
+    if (num_columns == 2 && num_rows == 2) {
+        visit_four(range, outline, columns, chunk);
+        return;
+    }
+    const bool is_strip = num_rows == 1 || num_columns == 1;  // its bounds are exact
+    const RowSpans spans(outline);
+    for (int row = range.first_row; row <= range.last_row; ++row) {
+        auto [from, to] = std::pair(range.first_column, range.last_column);
+        if (!is_strip) std::tie(from, to) = reached_columns(spans, row, range);
+        if (from > to) continue;
+        chunk.make_room(static_cast<std::size_t>(to - from + 1));
+        for (int column = from; column <= to; ++column) chunk.visit(row * columns + column, true);
+    }
+}
 
 // Records for all boxes, and for every tile the records that reach it. Chunks of boxes are counted apart and
 // laid end to end within each tile, so a list is in stroke order however many threads there are.
@@ -120,14 +178,11 @@ TileLists make_tiles(const RasterParams& params, const Kernels<T>& kernels, cons
         kernels.make_records(params, boxes, chunk.begin, chunk.end, records, outlines.get());
         chunk.places.assign(num_tiles, 0);
         chunk.num_visits.resize(count);
-        chunk.visits.reserve(4 * count);
+        chunk.make_room(2 * count);
         for (std::size_t i = 0; i < count; ++i) {
-            const std::size_t before = chunk.visits.size();
-            for_each_tile(records[chunk.begin + i], outlines[i], tiles.columns, [&](int tile) {
-                chunk.visits.push_back(static_cast<std::uint32_t>(tile));
-                ++chunk.places[static_cast<std::size_t>(tile)];
-            });
-            chunk.num_visits[i] = static_cast<std::uint32_t>(chunk.visits.size() - before);
+            const std::size_t before = chunk.count;
+            visit_tiles(records[chunk.begin + i], outlines[i], tiles.columns, chunk);
+            chunk.num_visits[i] = static_cast<std::uint32_t>(chunk.count - before);
         }
     });
     tiles.starts.resize(num_tiles + 1);
@@ -154,9 +209,11 @@ template <class T>
 LevelChoice choose_levels(std::size_t count, const T* half_extents, std::span<const double> bounds_u,
                           std::span<const double> bounds_v) {
     const auto level = [](std::span<const double> bounds, T half_extent) {
-        std::size_t k = 0;
-        while (k < bounds.size() && static_cast<double>(half_extent) <= bounds[k]) ++k;
-        return k;
+        std::size_t k = 0;  // halving without branches: where to stop is beyond prediction
+        std::size_t length = bounds.size();
+        for (; length > 1; length -= length / 2)
+            k += static_cast<double>(half_extent) <= bounds[k + length / 2 - 1] ? length / 2 : 0;
+        return length == 1 ? k + (static_cast<double>(half_extent) <= bounds[k]) : k;
     };
     LevelChoice choice;
     choice.of_box.resize(count);

@@ -284,30 +284,24 @@ struct BlockCoordinates {
     alignas(64) T u[num_blocks];
     alignas(64) T v[num_blocks];
 
-    // Below this many blocks it is cheaper to paint one in vain than to test them all.
-    static constexpr int worth_testing = 2;
-
     template <class Sampler>
     [[gnu::always_inline]] inline std::uint32_t find(const Record<T>& record, const Sampler& sampler, int x0, int y0,
                                                      std::uint32_t blocks) {
         const T dx = static_cast<T>(x0 - record.anchor_x), dy = static_cast<T>(y0 - record.anchor_y);
         const T tile_u = record.offset_u + (record.du_dx * dx + record.du_dy * dy);
         const T tile_v = record.offset_v + (record.dv_dx * dx + record.dv_dy * dy);
-        if (__builtin_popcount(blocks) < worth_testing) {
-            for (std::uint32_t rest = blocks; rest != 0; rest &= rest - 1) {
-                const int b = __builtin_ctz(rest);
-                u[b] = tile_u + (record.du_dx * offsets<T>.block_x[b] + record.du_dy * offsets<T>.block_y[b]);
-                v[b] = tile_v + (record.dv_dx * offsets<T>.block_x[b] + record.dv_dy * offsets<T>.block_y[b]);
-            }
-            return blocks;
-        }
         // Separating axes: a block lies beside the box when its pixel centres all lie beyond one of its sides.
         constexpr T to_middle = (block_size - 1) / T(2);
         const Real middle_u = L::set(to_middle * (record.du_dx + record.du_dy));
         const Real middle_v = L::set(to_middle * (record.dv_dx + record.dv_dy));
+        // Rounding must not leave out a block with a pixel that is inside by its own coordinates.
+        constexpr T rounding = (sizeof(T) == 4 ? T(0x1p-23) : T(0x1p-52)) * 8;
+        constexpr T reach = to_middle + rounding * tile_width;
         Sampler widened = sampler;
-        widened.widen(L::set(to_middle * (std::fabs(record.du_dx) + std::fabs(record.du_dy))),
-                      L::set(to_middle * (std::fabs(record.dv_dx) + std::fabs(record.dv_dy))));
+        widened.widen((sampler.high_u - sampler.low_u) * L::set(rounding),
+                      (sampler.high_v - sampler.low_v) * L::set(rounding));
+        widened.widen(L::set(reach * (std::fabs(record.du_dx) + std::fabs(record.du_dy))),
+                      L::set(reach * (std::fabs(record.dv_dx) + std::fabs(record.dv_dy))));
         const Real du_dx = L::set(record.du_dx), du_dy = L::set(record.du_dy);
         const Real dv_dx = L::set(record.dv_dx), dv_dy = L::set(record.dv_dy);
         std::uint32_t overlapping = 0;
