@@ -1,15 +1,15 @@
 """Boxes become frames: the public functions over the compiled rasteriser."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs import _core
+from brushgs.choices import Filter
 from brushgs.levels import axis_levels, level_bounds, level_coverage
 from brushgs.project import project
-from brushgs.raster.constants import FILTERS, Filter
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.textures import StrokeTexture
 from brushgs.threads import num_threads_or_default
@@ -95,8 +95,8 @@ def rasterize(
     Raises:
         ValueError: if an option is out of range.
     """
-    if filter not in FILTERS:
-        raise ValueError(f"rasterize: filter must be one of {', '.join(FILTERS)}, got {filter!r}")
+    if filter not in get_args(Filter):
+        raise ValueError(f"rasterize: filter must be one of {', '.join(get_args(Filter))}, got {filter!r}")
     for name, side in (("height", height), ("width", width)):
         if not 1 <= side <= MAX_SIDE:
             raise ValueError(f"rasterize: {name} must be in 1 to {MAX_SIDE} pixels, got {side}")

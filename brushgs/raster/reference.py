@@ -7,8 +7,9 @@ them to that. Nothing else calls these functions.
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.choices import Filter
 from brushgs.levels import axis_levels, level_coverage, level_index
-from brushgs.raster.constants import GAUSSIAN_SIGMAS, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE, Filter
+from brushgs.raster.constants import GAUSSIAN_SIGMAS, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.sh import sh_basis
 from brushgs.shapes import Array

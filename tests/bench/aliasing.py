@@ -12,15 +12,16 @@ import argparse
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
+from brushgs.choices import Filter
 from brushgs.framing import frame_scene
 from brushgs.io import load
 from brushgs.passes.cluster import cluster
 from brushgs.passes.prune import prune
 from brushgs.project import project
-from brushgs.raster.constants import FILTERS
 from brushgs.raster.ops import rasterize
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.still_life import still_life, still_life_camera
@@ -68,7 +69,7 @@ def compare(name: str, boxes: Boxes, texture: StrokeTexture, camera: Camera, rep
     size = {"width": camera.width, "height": camera.height}
     calls: dict[str, Callable[[], Frame]] = {
         filter: lambda f=filter: rasterize(boxes, texture, filter=f, depth=False, **size)
-        for filter in FILTERS
+        for filter in get_args(Filter)
     }
     errors = {filter: rmse(call().over((1, 1, 1)), truth) for filter, call in calls.items()}
     times = measure(calls, repeat)

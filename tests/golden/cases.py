@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.choices import Filter
 from brushgs.project import project
-from brushgs.raster.constants import Filter
 from brushgs.scene import Boxes, Gaussians
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.textures import StrokeTexture

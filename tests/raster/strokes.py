@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brushgs.raster.constants import Filter
+from brushgs.choices import Filter
 from brushgs.scene import Boxes
 from brushgs.textures import StrokeTexture
 

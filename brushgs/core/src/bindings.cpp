@@ -7,6 +7,7 @@
 
 #include <algorithm>
 
+#include "brushgs/blending.hpp"
 #include "brushgs/cpu.hpp"
 #include "brushgs/frame_pool.hpp"
 #include "brushgs/project.hpp"
@@ -174,6 +175,10 @@ NB_MODULE(_core, m) {
 #endif
         return nb::make_tuple(BRUSHGS_COMPILER, is_optimised);
     }, "Compiler of the core, and whether it optimised; for benchmarks.");
+    m.attr("MAX_ALPHA") = brushgs::kMaxAlpha;
+    m.attr("MIN_ALPHA") = brushgs::kMinAlpha;
+    m.attr("MIN_TRANSMITTANCE") = brushgs::kMinTransmittance;
+    m.attr("GAUSSIAN_SIGMAS") = brushgs::kGaussianSigmas;
     nb::enum_<brushgs::Kernel>(m, "Kernel", "What a box is filled with.")
         .value("bilinear", brushgs::Kernel::bilinear)
         .value("nearest", brushgs::Kernel::nearest)

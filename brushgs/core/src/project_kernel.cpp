@@ -8,6 +8,8 @@
 // turns them into vector code.
 #include "brushgs/project_kernel.hpp"
 
+#include "brushgs/blending.hpp"
+
 namespace brushgs::BRUSHGS_ISA {
 
 namespace {
@@ -27,7 +29,6 @@ constexpr double kDirectionNoise = 1e-14;
 // makes strokes at the rim of the view explode. The value is the one the scenes were trained with.
 constexpr double kClamp = 1.3;
 
-constexpr double kLeastAlpha = 1.0 / 255.0;  // the rasteriser skips what is under it
 
 // Largest value that a column of the boxes can hold.
 template <class T>
@@ -182,7 +183,7 @@ void place(const ProjectParams& params, Block& block) {
         fate = center_y - reach_y < p.height ? fate : kOutside;
         fate = half_u > 0 ? fate : kOutside;
         fate = half_v > 0 ? fate : kOutside;
-        fate = block.opacity[i] < kLeastAlpha ? kFaint : fate;
+        fate = block.opacity[i] < kMinAlpha ? kFaint : fate;
         const double largest = absolute(center_x) + absolute(center_y) + half_u + half_v + depth;
         fate = largest <= kLargest<T> ? fate : kNotFinite;
         fate = spread <= kLargest<double> ? fate : kNotFinite;

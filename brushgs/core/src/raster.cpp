@@ -13,7 +13,7 @@ namespace brushgs {
 namespace {
 
 // Below this many boxes a second thread costs more than it saves in the stages before painting.
-constexpr std::size_t parallel_from = 4000;
+constexpr std::size_t kParallelFrom = 4000;
 
 template <class T>
 struct Kernels {
@@ -102,17 +102,17 @@ struct TileRange {
 // The columns of tiles, within the range, that the box may reach in one row of tiles; none: first > last.
 inline std::pair<int, int> reached_columns(const RowSpans& spans, int row, const TileRange& range) {
     double left, right;
-    if (!spans.find(row * tile_height + 0.5, (row + 1) * tile_height - 0.5, left, right)) return {1, 0};
-    const int from = static_cast<int>(std::max(left + 0.5, 0.0) * (1.0 / tile_width));
-    const int to = static_cast<int>(std::min(std::max(right - 0.5, -1.0 * tile_width), 1e5) * (1.0 / tile_width));
+    if (!spans.find(row * kTileHeight + 0.5, (row + 1) * kTileHeight - 0.5, left, right)) return {1, 0};
+    const int from = static_cast<int>(std::max(left + 0.5, 0.0) * (1.0 / kTileWidth));
+    const int to = static_cast<int>(std::min(std::max(right - 0.5, -1.0 * kTileWidth), 1e5) * (1.0 / kTileWidth));
     return {std::max(from, range.first_column), std::min(to, range.last_column)};
 }
 
 // Two by two tiles. The box meets all four, or one of its sides passes between it and the point where they meet;
 // then it leaves out the tile that this side faces. Which that is, no branch could predict.
 inline void visit_four(const TileRange& range, const Outline& o, int columns, Chunk& chunk) {
-    const float dx = static_cast<float>(range.last_column * tile_width) - o.center_x;
-    const float dy = static_cast<float>(range.last_row * tile_height) - o.center_y;
+    const float dx = static_cast<float>(range.last_column * kTileWidth) - o.center_x;
+    const float dy = static_cast<float>(range.last_row * kTileHeight) - o.center_y;
     const float to_center = 0.5f * (std::fabs(o.cos) + std::fabs(o.sin)) - slack_of(o);  // of the nearest pixel
     const float u = o.cos * dx + o.sin * dy, v = o.cos * dy - o.sin * dx;
     const bool beyond_u = std::fabs(u) + to_center > o.reach_u, beyond_v = std::fabs(v) + to_center > o.reach_v;
@@ -131,7 +131,7 @@ inline void visit_four(const TileRange& range, const Outline& o, int columns, Ch
 template <class T>
 void visit_tiles(const Record<T>& r, const Outline& outline, int columns, Chunk& chunk) {
     if (r.right < r.left) return;
-    const TileRange range{r.left / tile_width, r.right / tile_width, r.top / tile_height, r.bottom / tile_height};
+    const TileRange range{r.left / kTileWidth, r.right / kTileWidth, r.top / kTileHeight, r.bottom / kTileHeight};
     const int num_columns = range.last_column - range.first_column + 1;
     const int num_rows = range.last_row - range.first_row + 1;
     if (num_columns * num_rows <= 2) {  // most strokes are small; whether it is one tile or two is beyond prediction
@@ -163,10 +163,10 @@ template <class T>
 TileLists make_tiles(const RasterParams& params, const Kernels<T>& kernels, const BoxView<T>& boxes,
                      Record<T>* records) {
     TileLists tiles;
-    tiles.columns = (params.width + tile_width - 1) / tile_width;
-    tiles.rows = (params.height + tile_height - 1) / tile_height;
+    tiles.columns = (params.width + kTileWidth - 1) / kTileWidth;
+    tiles.rows = (params.height + kTileHeight - 1) / kTileHeight;
     const auto num_tiles = static_cast<std::size_t>(tiles.columns) * static_cast<std::size_t>(tiles.rows);
-    const int num_threads = boxes.count < parallel_from ? 1 : params.num_threads;
+    const int num_threads = boxes.count < kParallelFrom ? 1 : params.num_threads;
     std::vector<Chunk> chunks(num_threads > 1 ? static_cast<std::size_t>(4 * num_threads) : 1);
 
     parallel_for(chunks.size(), num_threads, [&](std::size_t c) {

@@ -10,15 +10,14 @@ namespace brushgs::BRUSHGS_ISA {
 
 namespace {
 
-constexpr int block_size = 4;                                    // pixels; a block has 4 x 4 of them
-constexpr int block_pixels = block_size * block_size;
-constexpr int block_columns = tile_width / block_size;           // 8
-constexpr int block_rows = tile_height / block_size;             // 4
-constexpr int num_blocks = block_columns * block_rows;           // 32: a tile's blocks fit a 32-bit mask
-static_assert(num_blocks == 32);
+constexpr int kBlockSize = 4;                                    // pixels; a block has 4 x 4 of them
+constexpr int kBlockPixels = kBlockSize * kBlockSize;
+constexpr int kBlockColumns = kTileWidth / kBlockSize;           // 8
+constexpr int kBlockRows = kTileHeight / kBlockSize;             // 4
+constexpr int kNumBlocks = kBlockColumns * kBlockRows;           // 32: a tile's blocks fit a 32-bit mask
+static_assert(kNumBlocks == 32);
 
-constexpr double gaussian_sigmas = 3.0;  // the built-in Gaussian fills its box at 3 standard deviations
-constexpr double min_extent = 1e-12;     // pixels: anything thinner holds no pixel centre
+constexpr double kMinExtent = 1e-12;     // pixels: anything thinner holds no pixel centre
 
 template <class T>
 T clamped(T x, T low, T high) {
@@ -39,8 +38,8 @@ AxisMap image_axis(double half_extent, int texels, double reach) {
 
 // A Gaussian of little opacity falls under the skip threshold inside its box: paint no further than that.
 double visible_sigmas(double opacity) {
-    const double sigmas = std::sqrt(2 * std::log(opacity / min_alpha)) * (1 + 1e-6);
-    return sigmas < gaussian_sigmas ? sigmas : gaussian_sigmas;
+    const double sigmas = std::sqrt(2 * std::log(opacity / kMinAlpha)) * (1 + 1e-6);
+    return sigmas < kGaussianSigmas ? sigmas : kGaussianSigmas;
 }
 
 template <class T>
@@ -51,7 +50,7 @@ void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_
     const double half_u = static_cast<double>(boxes.half_extents[2 * i]);
     const double half_v = static_cast<double>(boxes.half_extents[2 * i + 1]);
     const double opacity = static_cast<double>(boxes.opacities[i]);
-    if (!(half_u > min_extent && half_v > min_extent) || opacity < min_alpha) return;
+    if (!(half_u > kMinExtent && half_v > kMinExtent) || opacity < kMinAlpha) return;
 
     const bool is_image = params.kernel == Kernel::bilinear || params.kernel == Kernel::nearest;
     AxisMap u, v;
@@ -64,8 +63,8 @@ void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_
         v = image_axis(half_v, level.rows, level.reach_v);
     } else if (params.kernel == Kernel::gaussian) {
         limit = visible_sigmas(opacity);
-        u = {gaussian_sigmas / half_u, 0, limit / gaussian_sigmas};
-        v = {gaussian_sigmas / half_v, 0, limit / gaussian_sigmas};
+        u = {kGaussianSigmas / half_u, 0, limit / kGaussianSigmas};
+        v = {kGaussianSigmas / half_v, 0, limit / kGaussianSigmas};
     } else {
         u = {1 / half_u, 0, 1};
         v = {1 / half_v, 0, 1};
@@ -134,12 +133,12 @@ namespace {
 // The pixels of one tile while it is painted: planes of 4 x 4 blocks, so that a block is one run of memory.
 template <class T>
 struct TileState {
-    alignas(64) T transmittance[num_blocks][block_pixels];
-    alignas(64) T red[num_blocks][block_pixels];
-    alignas(64) T green[num_blocks][block_pixels];
-    alignas(64) T blue[num_blocks][block_pixels];
-    alignas(64) T depth[num_blocks][block_pixels];
-    std::uint16_t alive[num_blocks];  // pixels that still let light through
+    alignas(64) T transmittance[kNumBlocks][kBlockPixels];
+    alignas(64) T red[kNumBlocks][kBlockPixels];
+    alignas(64) T green[kNumBlocks][kBlockPixels];
+    alignas(64) T blue[kNumBlocks][kBlockPixels];
+    alignas(64) T depth[kNumBlocks][kBlockPixels];
+    std::uint16_t alive[kNumBlocks];  // pixels that still let light through
     std::uint32_t alive_blocks;
 
     void start(int num_columns, int num_rows, bool with_depth) {
@@ -148,15 +147,15 @@ struct TileState {
         __builtin_memset(blue, 0, sizeof blue);
         if (with_depth) __builtin_memset(depth, 0, sizeof depth);
         T* all = transmittance[0];
-        for (int i = 0; i < num_blocks * block_pixels; ++i) all[i] = 1;
+        for (int i = 0; i < kNumBlocks * kBlockPixels; ++i) all[i] = 1;
         alive_blocks = 0xFFFFFFFFu;
         __builtin_memset(alive, 0xFF, sizeof alive);
-        if (num_columns >= tile_width && num_rows >= tile_height) return;
-        for (int b = 0; b < num_blocks; ++b) {  // at the picture's edge: pixels beyond it are finished already
+        if (num_columns >= kTileWidth && num_rows >= kTileHeight) return;
+        for (int b = 0; b < kNumBlocks; ++b) {  // at the picture's edge: pixels beyond it are finished already
             unsigned pixels = 0;
-            for (int p = 0; p < block_pixels; ++p) {
-                const int x = b % block_columns * block_size + p % block_size;
-                const int y = b / block_columns * block_size + p / block_size;
+            for (int p = 0; p < kBlockPixels; ++p) {
+                const int x = b % kBlockColumns * kBlockSize + p % kBlockSize;
+                const int y = b / kBlockColumns * kBlockSize + p / kBlockSize;
                 if (x < num_columns && y < num_rows) pixels |= 1u << p;
             }
             alive[b] = static_cast<std::uint16_t>(pixels);
@@ -168,12 +167,12 @@ struct TileState {
 // Blocks of the tile whose pixels overlap the record's pixel bounds.
 template <class T>
 std::uint32_t blocks_in_bounds(const Record<T>& record, int x0, int y0) {
-    const int first_column = (record.left > x0 ? record.left - x0 : 0) / block_size;
-    const int last_column = (record.right < x0 + tile_width - 1 ? record.right - x0 : tile_width - 1) / block_size;
-    const int first_row = (record.top > y0 ? record.top - y0 : 0) / block_size;
-    const int last_row = (record.bottom < y0 + tile_height - 1 ? record.bottom - y0 : tile_height - 1) / block_size;
-    const std::uint32_t row = (0xFFu >> (block_columns - 1 - (last_column - first_column))) << first_column;
-    const std::uint32_t rows = (0xFFFFFFFFu >> (8 * (block_rows - 1 - (last_row - first_row)))) << (8 * first_row);
+    const int first_column = (record.left > x0 ? record.left - x0 : 0) / kBlockSize;
+    const int last_column = (record.right < x0 + kTileWidth - 1 ? record.right - x0 : kTileWidth - 1) / kBlockSize;
+    const int first_row = (record.top > y0 ? record.top - y0 : 0) / kBlockSize;
+    const int last_row = (record.bottom < y0 + kTileHeight - 1 ? record.bottom - y0 : kTileHeight - 1) / kBlockSize;
+    const std::uint32_t row = (0xFFu >> (kBlockColumns - 1 - (last_column - first_column))) << first_column;
+    const std::uint32_t rows = (0xFFFFFFFFu >> (8 * (kBlockRows - 1 - (last_row - first_row)))) << (8 * first_row);
     return row * 0x01010101u & rows;
 }
 
@@ -196,16 +195,16 @@ template <class T>
 // A constant of the tile loop: where each pixel of a block, and each block of a tile, lies (pixels).
 template <class T>
 struct Offsets {
-    alignas(64) T pixel_x[block_pixels], pixel_y[block_pixels], block_x[num_blocks], block_y[num_blocks];
+    alignas(64) T pixel_x[kBlockPixels], pixel_y[kBlockPixels], block_x[kNumBlocks], block_y[kNumBlocks];
 
     constexpr Offsets() : pixel_x(), pixel_y(), block_x(), block_y() {
-        for (int p = 0; p < block_pixels; ++p) {
-            pixel_x[p] = static_cast<T>(p % block_size);
-            pixel_y[p] = static_cast<T>(p / block_size);
+        for (int p = 0; p < kBlockPixels; ++p) {
+            pixel_x[p] = static_cast<T>(p % kBlockSize);
+            pixel_y[p] = static_cast<T>(p / kBlockSize);
         }
-        for (int b = 0; b < num_blocks; ++b) {
-            block_x[b] = static_cast<T>(b % block_columns * block_size);
-            block_y[b] = static_cast<T>(b / block_columns * block_size);
+        for (int b = 0; b < kNumBlocks; ++b) {
+            block_x[b] = static_cast<T>(b % kBlockColumns * kBlockSize);
+            block_y[b] = static_cast<T>(b / kBlockColumns * kBlockSize);
         }
     }
 };
@@ -281,8 +280,8 @@ template <class T>
 struct BlockCoordinates {
     using L = Lanes<T>;
     using Real = typename L::Real;
-    alignas(64) T u[num_blocks];
-    alignas(64) T v[num_blocks];
+    alignas(64) T u[kNumBlocks];
+    alignas(64) T v[kNumBlocks];
 
     template <class Sampler>
     [[gnu::always_inline]] inline std::uint32_t find(const Record<T>& record, const Sampler& sampler, int x0, int y0,
@@ -291,12 +290,12 @@ struct BlockCoordinates {
         const T tile_u = record.offset_u + (record.du_dx * dx + record.du_dy * dy);
         const T tile_v = record.offset_v + (record.dv_dx * dx + record.dv_dy * dy);
         // Separating axes: a block lies beside the box when its pixel centres all lie beyond one of its sides.
-        constexpr T to_middle = (block_size - 1) / T(2);
+        constexpr T to_middle = (kBlockSize - 1) / T(2);
         const Real middle_u = L::set(to_middle * (record.du_dx + record.du_dy));
         const Real middle_v = L::set(to_middle * (record.dv_dx + record.dv_dy));
         // Rounding must not leave out a block with a pixel that is inside by its own coordinates.
         constexpr T rounding = (sizeof(T) == 4 ? T(0x1p-23) : T(0x1p-52)) * 8;
-        constexpr T reach = to_middle + rounding * tile_width;
+        constexpr T reach = to_middle + rounding * kTileWidth;
         Sampler widened = sampler;
         widened.widen((sampler.high_u - sampler.low_u) * L::set(rounding),
                       (sampler.high_v - sampler.low_v) * L::set(rounding));
@@ -305,7 +304,7 @@ struct BlockCoordinates {
         const Real du_dx = L::set(record.du_dx), du_dy = L::set(record.du_dy);
         const Real dv_dx = L::set(record.dv_dx), dv_dy = L::set(record.dv_dy);
         std::uint32_t overlapping = 0;
-        for (int first = 0; first < num_blocks; first += L::width) {
+        for (int first = 0; first < kNumBlocks; first += L::width) {
             const Real bx = L::load(offsets<T>.block_x + first), by = L::load(offsets<T>.block_y + first);
             const Real block_u = L::set(tile_u) + (du_dx * bx + du_dy * by);
             const Real block_v = L::set(tile_v) + (dv_dx * bx + dv_dy * by);
@@ -330,8 +329,8 @@ template <class T, Kernel kernel, bool with_depth>
     BlockCoordinates<T> block;
     blocks = block.find(record, sampler, x0, y0, blocks);
 
-    Real lane_u[block_pixels / W], lane_v[block_pixels / W];
-    for (int part = 0; part < block_pixels / W; ++part) {
+    Real lane_u[kBlockPixels / W], lane_v[kBlockPixels / W];
+    for (int part = 0; part < kBlockPixels / W; ++part) {
         const Real px = L::load(offsets<T>.pixel_x + part * W), py = L::load(offsets<T>.pixel_y + part * W);
         lane_u[part] = L::set(record.du_dx) * px + L::set(record.du_dy) * py;
         lane_v[part] = L::set(record.dv_dx) * px + L::set(record.dv_dy) * py;
@@ -340,29 +339,29 @@ template <class T, Kernel kernel, bool with_depth>
     const Real red = L::set(record.red), green = L::set(record.green), blue = L::set(record.blue);
 
     // Two passes over the blocks: what a gather makes wait is then only the first, and that has few instructions.
-    alignas(64) T alphas[num_blocks][block_pixels];
+    alignas(64) T alphas[kNumBlocks][kBlockPixels];
     for (std::uint32_t rest = blocks; rest != 0; rest &= rest - 1) {
         const int b = __builtin_ctz(rest);
-        for (int part = 0; part < block_pixels / W; ++part) {
+        for (int part = 0; part < kBlockPixels / W; ++part) {
             const int lane = part * W;
             const Real u = L::set(block.u[b]) + lane_u[part];
             const Real v = L::set(block.v[b]) + lane_v[part];
             const auto inside = sampler.inside(L::from_bits(static_cast<unsigned>(tile.alive[b]) >> lane), u, v);
-            const Real alpha = L::min(opacity * sampler.coverage(u, v, inside), L::set(static_cast<T>(max_alpha)));
+            const Real alpha = L::min(opacity * sampler.coverage(u, v, inside), L::set(static_cast<T>(kMaxAlpha)));
             L::store(alphas[b] + lane, L::where(inside, alpha));
         }
     }
     for (; blocks != 0; blocks &= blocks - 1) {
         const int b = __builtin_ctz(blocks);
         unsigned finished = 0;
-        for (int part = 0; part < block_pixels / W; ++part) {
+        for (int part = 0; part < kBlockPixels / W; ++part) {
             const int lane = part * W;
             const Real alpha = L::load(alphas[b] + lane);
-            const auto painted = L::at_least(L::from_bits(~0u), alpha, L::set(static_cast<T>(min_alpha)));
+            const auto painted = L::at_least(L::from_bits(~0u), alpha, L::set(static_cast<T>(kMinAlpha)));
             const Real before = L::load(tile.transmittance[b] + lane);
             const Real full = before * alpha;
             const Real after = before - full;
-            const auto kept = L::at_least(painted, after, L::set(static_cast<T>(min_transmittance)));
+            const auto kept = L::at_least(painted, after, L::set(static_cast<T>(kMinTransmittance)));
             const Real weight = L::where(kept, full);
             L::store(tile.transmittance[b] + lane, L::select(kept, after, before));
             const auto add = [&](T* plane, Real value) {
@@ -416,13 +415,13 @@ template <class T>
 // `num_columns` pixels of row y of the tile, to wherever they belong.
 template <class T>
 void write_row(const TileState<T>& tile, int y, int num_columns, T* rgb, T* alpha, T* depth) {
-    const int first_block = y / block_size * block_columns, p = y % block_size * block_size;
+    const int first_block = y / kBlockSize * kBlockColumns, p = y % kBlockSize * kBlockSize;
     int x = 0;
-    for (; x + block_size <= num_columns; x += block_size)
-        write_four(tile, first_block + x / block_size, p, rgb + 3 * x, alpha + x, depth == nullptr ? nullptr : depth + x);
+    for (; x + kBlockSize <= num_columns; x += kBlockSize)
+        write_four(tile, first_block + x / kBlockSize, p, rgb + 3 * x, alpha + x, depth == nullptr ? nullptr : depth + x);
     if (x == num_columns) return;
-    T colors[3 * block_size], alphas[block_size], depths[block_size];  // the picture ends within a block
-    write_four(tile, first_block + x / block_size, p, colors, alphas, depths);
+    T colors[3 * kBlockSize], alphas[kBlockSize], depths[kBlockSize];  // the picture ends within a block
+    write_four(tile, first_block + x / kBlockSize, p, colors, alphas, depths);
     for (int i = 0; x < num_columns; ++x, ++i) {
         for (int channel = 0; channel < 3; ++channel) rgb[3 * x + channel] = colors[3 * i + channel];
         alpha[x] = alphas[i];
@@ -432,8 +431,8 @@ void write_row(const TileState<T>& tile, int y, int num_columns, T* rgb, T* alph
 
 template <class T>
 void write_tile(const RasterParams& params, const TileState<T>& tile, int x0, int y0, const Picture<T>& picture) {
-    const int num_columns = params.width - x0 < tile_width ? params.width - x0 : tile_width;
-    const int num_rows = params.height - y0 < tile_height ? params.height - y0 : tile_height;
+    const int num_columns = params.width - x0 < kTileWidth ? params.width - x0 : kTileWidth;
+    const int num_rows = params.height - y0 < kTileHeight ? params.height - y0 : kTileHeight;
     for (int y = 0; y < num_rows; ++y) {
         const std::size_t first = static_cast<std::size_t>(y0 + y) * static_cast<std::size_t>(params.width) +
                                   static_cast<std::size_t>(x0);
@@ -466,7 +465,7 @@ void blend_with(const RasterParams& params, const Record<T>* records, const std:
 template <class T>
 void paint_tile(const RasterParams& params, const Record<T>* records, const std::uint32_t* ids, std::size_t num_ids,
                 int tile_x, int tile_y, const Picture<T>& picture) {
-    const int x0 = tile_x * tile_width, y0 = tile_y * tile_height;
+    const int x0 = tile_x * kTileWidth, y0 = tile_y * kTileHeight;
     TileState<T> tile;
     const bool with_depth = picture.depth != nullptr;
     tile.start(params.width - x0, params.height - y0, with_depth);

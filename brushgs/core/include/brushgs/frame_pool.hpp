@@ -37,7 +37,7 @@ public:
 
     void give_back(void* memory, std::size_t bytes) noexcept {
         const std::lock_guard lock(mutex_);
-        if (kept_.size() == max_kept) {
+        if (kept_.size() == kMaxKept) {
             std::free(kept_.front().memory);
             kept_.erase(kept_.begin());
         }
@@ -45,13 +45,13 @@ public:
     }
 
 private:
-    static constexpr std::size_t max_kept = 3;  // colour, alpha and depth of one frame
+    static constexpr std::size_t kMaxKept = 3;  // colour, alpha and depth of one frame
 
     struct Block {
         void* memory;
         std::size_t bytes;
     };
-    FramePool() { kept_.reserve(max_kept); }  // so that give_back never allocates
+    FramePool() { kept_.reserve(kMaxKept); }  // so that give_back never allocates
     std::mutex mutex_;
     std::vector<Block> kept_;
 };

@@ -12,16 +12,12 @@
 #include <span>
 #include <vector>
 
+#include "brushgs/blending.hpp"
+
 namespace brushgs {
 
-constexpr int tile_width = 32;   // pixels; measured best, together with the height (8 x 4 blocks: 32 bits)
-constexpr int tile_height = 16;  // pixels
-
-constexpr double max_alpha = 0.99;           // no stroke is quite opaque (Kerbl et al. 2023)
-constexpr double min_alpha = 1.0 / 255.0;    // fainter fragments are skipped
-// A pixel is finished before its transmittance falls under 1e-4. Two strokes of full paint leave exactly that
-// (0.01 x 0.01), so the bound stands a hair below: rounding must not decide about them.
-constexpr double min_transmittance = 1e-4 * (1 - 1e-5);
+constexpr int kTileWidth = 32;   // pixels; measured best, together with the height (8 x 4 blocks: 32 bits)
+constexpr int kTileHeight = 16;  // pixels
 
 enum class Kernel { bilinear, nearest, gaussian, ellipse };
 

@@ -1,0 +1,14 @@
+// The thresholds of blending, as scenes are trained with them (Kerbl et al. 2023). brushgs/raster/constants.py
+// hands them to Python: they stand nowhere else.
+#pragma once
+
+namespace brushgs {
+
+constexpr double kMaxAlpha = 0.99;         // no stroke is quite opaque
+constexpr double kMinAlpha = 1.0 / 255.0;  // fainter fragments are skipped, and with them fainter strokes
+// A pixel is finished before its transmittance falls under 1e-4. Two strokes of full paint leave exactly that
+// (0.01 x 0.01), so the bound stands a hair below: rounding must not decide about them.
+constexpr double kMinTransmittance = 1e-4 * (1 - 1e-5);
+constexpr double kGaussianSigmas = 3.0;    // the built-in Gaussian fills its box at 3 standard deviations
+
+}  // namespace brushgs
