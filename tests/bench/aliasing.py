@@ -11,7 +11,6 @@ project is always there; real ones are taken where they are found.
 import argparse
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -28,9 +27,9 @@ from brushgs.still_life import still_life, still_life_camera
 from brushgs.textures import StrokeTexture
 from tests.bench.machine import describe
 from tests.bench.raster import measure
+from tests.scenes import SCENES_FOLDER
 
 FACTOR = 8  # samples a pixel along each side
-SCENES = Path(__file__).resolve().parents[3] / "shared" / "scenes"
 STILL_LIFE = "still life"
 
 
@@ -47,7 +46,7 @@ def main() -> None:
     print(describe(), flush=True)
     width, height = (int(side) for side in arguments.size.lower().split("x"))
     for name in arguments.scenes:
-        if name != STILL_LIFE and not (SCENES / name).exists():
+        if name != STILL_LIFE and not (SCENES_FOLDER / name).exists():
             print(f"{name}: not here, left out")
             continue
         gaussians, camera = view_of(name, width, height)
@@ -59,7 +58,7 @@ def main() -> None:
 def view_of(name: str, width: int, height: int) -> tuple[Gaussians, Camera]:
     if name == STILL_LIFE:
         return still_life(), still_life_camera(width=width, height=height)
-    gaussians = load(SCENES / name)
+    gaussians = load(SCENES_FOLDER / name)
     up = (0, 0, 1) if "chair" in name else (0, -1, 0)  # the chair was modelled with z up
     return gaussians, frame_scene(gaussians, width=width, height=height, up=up)
 
