@@ -12,13 +12,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.choices import Features, Merge, Method
 from brushgs.passes.contribution import contributions
-from brushgs.passes.features import Features, cluster_features
+from brushgs.passes.features import cluster_features
 from brushgs.passes.lloyd import Clusters, Points, lloyd
-from brushgs.passes.merge import Merge, merge_clusters
+from brushgs.passes.merge import merge_clusters
 from brushgs.scene import Gaussians
 
-Method = Literal["auto", "minibatch", "lloyd"]
 BATCH = 8192  # rows, as published
 MAX_SEED = 2**32 - 1  # of scikit-learn
 

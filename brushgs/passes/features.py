@@ -1,15 +1,13 @@
 """Gaussians -> points in nine dimensions: what makes two of them alike enough to share a stroke."""
 
-from typing import Literal
-
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.choices import Features
 from brushgs.passes.extent import robust_frame
 from brushgs.scene import Gaussians
 from brushgs.sh import base_colors
 
-Features = Literal["balanced", "paper"]
 # A full step from black to white counts like a step of 7 % of the scene's radius. Measured at 250, 2000 and
 # 7000 strokes on five scenes: 0.05 to 0.1 are within 0.1 dB of each other, 0.3 loses 0.5 dB and more.
 COLOR_WEIGHT = 0.07

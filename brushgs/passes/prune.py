@@ -1,15 +1,13 @@
 """Gaussians -> the fewer of them that matter most, in the order they came."""
 
-from typing import Literal
-
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.choices import Weight
 from brushgs.passes.contribution import contributions
 from brushgs.scene import Gaussians
 from brushgs.sh import base_colors
 
-Weight = Literal["contribution", "paper"]
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # Rec. 709
 
 
