@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, get_args
 
 from brushgs import __version__
-from brushgs.choices import PRESETS, Extent, Features, Filter, Merge, Method, Weight
+from brushgs.choices import PRESETS, Extent, Features, Filter, Merge, Method, Weight, size_rule
 
 if TYPE_CHECKING:
     from brushgs.config import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
@@ -371,9 +371,9 @@ def _strokes(text: str) -> int | float | str:
 
 def _size(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", text)
-    size = (int(match[1]), int(match[2])) if match else (0, 0)
-    if not all(1 <= side <= 32767 for side in size):
-        raise ArgumentTypeError(
-            f"must be WIDTHxHEIGHT in pixels such as 1280x720, 1 to 32767 each, got {text!r}"
-        )
+    if match is None:
+        raise ArgumentTypeError(f"must be WIDTHxHEIGHT in pixels such as 1280x720, got {text!r}")
+    size = int(match[1]), int(match[2])
+    if broken := size_rule(*size):
+        raise ArgumentTypeError(broken)
     return size

@@ -25,3 +25,15 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
         "extent": "paper",
     },
 }
+
+# The core keeps pixel bounds in 16 bits; a picture of the most pixels needs some 14 GB until it is written.
+MAX_SIDE, MAX_PIXELS = 32767, 2**28
+
+
+def size_rule(width: int, height: int) -> str | None:
+    """What a picture of so many pixels breaks, in words; None where nothing."""
+    if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
+        return f"must be 1x1 to {MAX_SIDE}x{MAX_SIDE} pixels, got {width}x{height}"
+    if width * height > MAX_PIXELS:
+        return f"must hold at most {MAX_PIXELS / 1e6:.0f} million pixels, got {width}x{height}"
+    return None

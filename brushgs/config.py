@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from math import ceil, inf, pi
 from pathlib import Path
 
-from brushgs.choices import Extent, Features, Filter, Merge, Method, Weight
+from brushgs.choices import Extent, Features, Filter, Merge, Method, Weight, size_rule
 
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
@@ -96,8 +96,8 @@ class ViewConfig:
     zoom: float = 1.0
 
     def __post_init__(self) -> None:
-        if self.size is not None and not all(1 <= side <= 32767 for side in self.size):
-            raise ValueError(f"size must be 1x1 to 32767x32767 pixels, got {self.size[0]}x{self.size[1]}")
+        if self.size is not None and (broken := size_rule(*self.size)):
+            raise ValueError(f"size {broken}")
         if self.view < 0:
             raise ValueError(f"view must be 0 or more, got {self.view}")
         if not 0 < self.fov_y < pi:

@@ -7,14 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs import _core
-from brushgs.choices import Filter
+from brushgs.choices import MAX_PIXELS, MAX_SIDE, Filter
 from brushgs.levels import axis_levels, level_bounds, level_coverage
 from brushgs.project import project
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.textures import StrokeTexture
 from brushgs.threads import num_threads_or_default
-
-MAX_SIDE = 32767  # pixels: the core keeps pixel bounds in 16 bits
 
 
 def render(
@@ -82,7 +80,7 @@ def rasterize(
         boxes: M strokes, nearest first.
         texture: what fills a box.
         height: pixels, 1 to 32767.
-        width: pixels, 1 to 32767.
+        width: pixels, 1 to 32767; height x width at most 2^28.
         filter: how a stroke image is read. "bilinear": between the four nearest texels, as published.
             "mip": bilinear from a copy of the image filtered for the stroke's size, so that small strokes do
             not shimmer. "nearest": the nearest texel. The built-in kernels need no filter.
@@ -100,6 +98,10 @@ def rasterize(
     for name, side in (("height", height), ("width", width)):
         if not 1 <= side <= MAX_SIDE:
             raise ValueError(f"rasterize: {name} must be in 1 to {MAX_SIDE} pixels, got {side}")
+    if width * height > MAX_PIXELS:
+        raise ValueError(
+            f"rasterize: width x height must be at most {MAX_PIXELS} pixels, got {width} x {height}"
+        )
     threads = num_threads_or_default(num_threads)
     levels = _levels_for(boxes, texture, filter)
     is_single = boxes.centers.dtype == np.float32

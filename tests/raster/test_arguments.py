@@ -30,6 +30,10 @@ BAD_NUMBERS = [np.nan, np.inf, -np.inf]
         ({"height": 0}, r"rasterize: height must be in 1 to 32767 pixels, got 0"),
         ({"width": -4}, r"rasterize: width must be in 1 to 32767 pixels, got -4"),
         ({"width": 32768}, r"rasterize: width must be in 1 to 32767 pixels, got 32768"),
+        (
+            {"width": 30000, "height": 30000},
+            r"rasterize: width x height must be at most 268435456 pixels, got 30000",
+        ),
         ({"num_threads": 0}, r"num_threads must be at least 1, got 0"),
     ],
 )

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <new>
 #include <tuple>
 #include <utility>
 
@@ -186,6 +188,9 @@ TileLists make_tiles(const RasterParams& params, const Kernels<T>& kernels, cons
         }
     });
     tiles.starts.resize(num_tiles + 1);
+    std::size_t num_visits = 0;
+    for (const Chunk& chunk : chunks) num_visits += chunk.visits.size();
+    if (num_visits > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();  // 16 GB of list entries
     std::uint32_t total = 0;
     for (std::size_t tile = 0; tile < num_tiles; ++tile) {
         tiles.starts[tile] = total;

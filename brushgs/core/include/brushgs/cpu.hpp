@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <exception>
 #include <thread>
 #include <vector>
 
@@ -17,22 +18,33 @@ Isa best_isa();
 const char* isa_name(Isa isa);
 
 // Calls `work(item)` once for every item in [0, count), spread over `num_threads` threads; items are
-// taken one by one, so uneven items balance. `work` must not throw, and what it writes must depend on the
-// item alone: then results do not depend on the number of threads.
+// taken one by one, so uneven items balance. What `work` writes must depend on the item alone: then results
+// do not depend on the number of threads. If it throws, no more items are begun and the first exception
+// comes back here.
 // Threads are made per call (some 20 us each): a pool that waits would break on fork, and one that
 // spins slows everything else on a busy machine.
 template <class Work>
 void parallel_for(std::size_t count, int num_threads, const Work& work) {
     std::atomic<std::size_t> next{0};
+    std::atomic_flag has_failed;
+    std::exception_ptr failure;
     const auto drain = [&] {
-        for (std::size_t item = next++; item < count; item = next++) work(item);
+        try {
+            for (std::size_t item = next++; item < count; item = next++) work(item);
+        } catch (...) {
+            next = count;
+            if (!has_failed.test_and_set()) failure = std::current_exception();
+        }
     };
     const auto wanted = static_cast<std::size_t>(num_threads > 1 ? num_threads : 1);
     const std::size_t num_helpers = (wanted < count ? wanted : (count > 0 ? count : 1)) - 1;
-    std::vector<std::jthread> helpers;
-    helpers.reserve(num_helpers);
-    for (std::size_t i = 0; i < num_helpers; ++i) helpers.emplace_back(drain);
-    drain();
+    {
+        std::vector<std::jthread> helpers;
+        helpers.reserve(num_helpers);
+        for (std::size_t i = 0; i < num_helpers; ++i) helpers.emplace_back(drain);
+        drain();
+    }
+    if (failure) std::rethrow_exception(failure);
 }
 
 }  // namespace brushgs

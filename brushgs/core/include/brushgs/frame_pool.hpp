@@ -36,6 +36,7 @@ public:
     }
 
     void give_back(void* memory, std::size_t bytes) noexcept {
+        if (bytes > kLargestKept) return std::free(memory);
         const std::lock_guard lock(mutex_);
         if (kept_.size() == kMaxKept) {
             std::free(kept_.front().memory);
@@ -46,6 +47,7 @@ public:
 
 private:
     static constexpr std::size_t kMaxKept = 3;  // colour, alpha and depth of one frame
+    static constexpr std::size_t kLargestKept = std::size_t{128} << 20;  // above, memory matters more than time
 
     struct Block {
         void* memory;
