@@ -1,4 +1,4 @@
-"""Pictures do not depend on threads, on what else runs, or (but for the last digits) on the processor."""
+"""Pictures do not depend on threads, on what else runs, or on the instruction set of the processor."""
 
 import os
 import subprocess
@@ -114,21 +114,8 @@ def pictures(tmp_path_factory) -> dict[str, dict[str, np.ndarray]]:
     return result
 
 
-def test_vector_instruction_sets_give_the_same_bits(pictures):
-    """AVX2 and AVX-512 both fuse multiply and add, at the same places."""
-    if len(pictures) < 3:
-        pytest.skip("this processor has no AVX-512")
-    for name, expected in pictures["avx2"].items():
-        np.testing.assert_array_equal(pictures["avx512"][name], expected, err_msg=name)
-
-
-def test_the_baseline_differs_by_rounding_alone(pictures):
-    """It has no fused multiply-add in float32. Measured worst 1.8e-7, mean 9e-9."""
-    for name, expected in pictures["avx2"].items():
-        difference = np.abs(pictures["baseline"][name] - expected)[..., :4]
-        if name.endswith("float64"):
-            assert not difference.any(), name
-        else:
-            assert (difference > 1e-6).any(axis=2).mean() <= 1e-4, name
-            assert difference.mean() < 3e-8, name
-            np.testing.assert_allclose(pictures["baseline"][name][..., 4], expected[..., 4], rtol=1e-4)
+def test_every_instruction_set_gives_the_same_bits(pictures):
+    """No multiply-add is fused anywhere: all of them round alike."""
+    for isa, planes in pictures.items():
+        for name, expected in pictures["baseline"].items():
+            np.testing.assert_array_equal(planes[name], expected, err_msg=f"{isa} {name}")

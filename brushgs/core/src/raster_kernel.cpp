@@ -188,7 +188,7 @@ template <class T>
     coefficient[0] = 1;
     for (int k = 1; k <= degree; ++k) coefficient[k] = coefficient[k - 1] * ln2 / k;
     auto sum = L::set(static_cast<T>(coefficient[degree]));
-    for (int k = degree - 1; k >= 0; --k) sum = L::multiply_add(sum, f, L::set(static_cast<T>(coefficient[k])));
+    for (int k = degree - 1; k >= 0; --k) sum = sum * f + L::set(static_cast<T>(coefficient[k]));
     return sum * L::exp2_of_whole(n);
 }
 
@@ -254,7 +254,7 @@ struct Sampler {
     [[gnu::always_inline]] inline Real coverage(Real u, Real v, typename L::Mask mask) const {
         if constexpr (is_image) {
             const Real column = L::whole(u), row = L::whole(v);
-            const auto quad = L::gather(pairs, L::truncate(L::multiply_add(row, stride, column)), mask);
+            const auto quad = L::gather(pairs, L::truncate(row * stride + column), mask);
             Real fu = u - column, fv = v - row;
             if constexpr (kernel == Kernel::nearest) {
                 const auto all = L::from_bits(~0u);
@@ -263,9 +263,9 @@ struct Sampler {
             }
             const Real c00 = L::template byte<0>(quad), c10 = L::template byte<1>(quad);
             const Real c01 = L::template byte<2>(quad), c11 = L::template byte<3>(quad);
-            const Real upper = L::multiply_add(fu, c01 - c00, c00);
-            const Real lower = L::multiply_add(fu, c11 - c10, c10);
-            return L::multiply_add(fv, lower - upper, upper);
+            const Real upper = c00 + fu * (c01 - c00);
+            const Real lower = c10 + fu * (c11 - c10);
+            return upper + fv * (lower - upper);
         } else if constexpr (kernel == Kernel::gaussian) {
             constexpr double half_log2_e = 0.5 * 1.44269504088896340736;
             return exp2_negative<T>((u * u + v * v) * L::set(static_cast<T>(-half_log2_e)));
@@ -365,7 +365,7 @@ template <class T, Kernel kernel, bool with_depth>
             const Real weight = L::where(kept, full);
             L::store(tile.transmittance[b] + lane, L::select(kept, after, before));
             const auto add = [&](T* plane, Real value) {
-                L::store(plane + lane, L::multiply_add(weight, value, L::load(plane + lane)));
+                L::store(plane + lane, L::load(plane + lane) + weight * value);
             };
             add(tile.red[b], red);
             add(tile.green[b], green);

@@ -32,7 +32,6 @@ struct GenericLanes {
         return x;
     }
     BRUSHGS_INLINE void store(T* p, Real x) { __builtin_memcpy(p, &x, sizeof x); }
-    BRUSHGS_INLINE Real multiply_add(Real a, Real b, Real c) { return a * b + c; }
     BRUSHGS_INLINE Mask less(Mask m, Real a, Real b) { return m & (a < b); }
     BRUSHGS_INLINE Mask at_least(Mask m, Real a, Real b) { return m & (a >= b); }
     BRUSHGS_INLINE Real select(Mask m, Real a, Real b) { return m ? a : b; }
@@ -92,7 +91,6 @@ struct Lanes<float> {
     BRUSHGS_INLINE Real set(float x) { return _mm512_set1_ps(x); }
     BRUSHGS_INLINE Real load(const float* p) { return _mm512_loadu_ps(p); }
     BRUSHGS_INLINE void store(float* p, Real x) { _mm512_storeu_ps(p, x); }
-    BRUSHGS_INLINE Real multiply_add(Real a, Real b, Real c) { return _mm512_fmadd_ps(a, b, c); }
     BRUSHGS_INLINE Mask less(Mask m, Real a, Real b) { return _mm512_mask_cmp_ps_mask(m, a, b, _CMP_LT_OQ); }
     BRUSHGS_INLINE Mask at_least(Mask m, Real a, Real b) { return _mm512_mask_cmp_ps_mask(m, a, b, _CMP_GE_OQ); }
     BRUSHGS_INLINE Real select(Mask m, Real a, Real b) { return _mm512_mask_blend_ps(m, b, a); }
@@ -128,7 +126,6 @@ struct Lanes<float> {
     BRUSHGS_INLINE Real set(float x) { return _mm256_set1_ps(x); }
     BRUSHGS_INLINE Real load(const float* p) { return _mm256_loadu_ps(p); }
     BRUSHGS_INLINE void store(float* p, Real x) { _mm256_storeu_ps(p, x); }
-    BRUSHGS_INLINE Real multiply_add(Real a, Real b, Real c) { return _mm256_fmadd_ps(a, b, c); }
     BRUSHGS_INLINE Mask less(Mask m, Real a, Real b) { return _mm256_and_ps(m, _mm256_cmp_ps(a, b, _CMP_LT_OQ)); }
     BRUSHGS_INLINE Mask at_least(Mask m, Real a, Real b) { return _mm256_and_ps(m, _mm256_cmp_ps(a, b, _CMP_GE_OQ)); }
     BRUSHGS_INLINE Real select(Mask m, Real a, Real b) { return _mm256_blendv_ps(b, a, m); }
