@@ -286,15 +286,9 @@ def _tell_levels(boxes: Boxes, texture: "StrokeTexture", filter: str, stage: Sta
         return
     if filter != "mip" or len(boxes) == 0:
         return
-    from brushgs.levels import level_bounds
+    from brushgs.raster.ops import count_levels
 
-    bounds = [level_bounds(size) for size in reversed(texture.coverage.shape)]
-    total = (len(bounds[0]) + 1) * (len(bounds[1]) + 1)
-    levels = [
-        np.searchsorted(-of_axis, -extents, side="right")
-        for of_axis, extents in zip(bounds, boxes.half_extents.T, strict=True)
-    ]
-    used = len(np.unique(levels[0] * (len(bounds[1]) + 1) + levels[1]))
+    used, total = count_levels(boxes, texture)
     stage.counts |= {"mip_levels": total, "mip_levels_used": used}
     if used < total:
         stage.left_out.append(f"{total - used} of {total} mip levels: no stroke is of their size")

@@ -136,6 +136,13 @@ def _kernel_of(texture: StrokeTexture, filter: Filter) -> _core.Kernel:
     return _core.Kernel.nearest if filter == "nearest" else _core.Kernel.bilinear
 
 
+def count_levels(boxes: Boxes, texture: StrokeTexture) -> tuple[int, int]:
+    """How many copies of a stroke image these boxes need with `filter="mip"`, and how many there could be."""
+    bounds = [level_bounds(size) for size in reversed(texture.coverage.shape)]
+    used, _ = _core.choose_levels(boxes.half_extents, *bounds)
+    return len(used), (len(bounds[0]) + 1) * (len(bounds[1]) + 1)
+
+
 class _Levels(NamedTuple):
     """The L versions of the stroke image that a set of boxes needs, as the core reads them."""
 
