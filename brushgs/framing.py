@@ -191,7 +191,9 @@ def _fit(points: NDArray[np.float64], tangents: NDArray[np.float64]) -> tuple[ND
     high, low = (xy - tangents * z).max(axis=0), (-xy - tangents * z).max(axis=0)
     middle = np.median(z)
     size = max(float(np.ptp(points, axis=0).max()), 1e-6 * float(np.abs(points).max()), 1e-9)
-    eye_z = min(float((-(high + low) / (2 * tangents)).min()), middle - 0.5 * size)
+    # A very wide lens could fit the points from among them: the eye stays before the nearest, too.
+    in_front = min(middle - 0.5 * size, float(z.min()) - 0.05 * size)
+    eye_z = min(float((-(high + low) / (2 * tangents)).min()), in_front)
     depths = z[:, 0] - eye_z
     return np.array([*(_center(column, depths) for column in xy.T), eye_z]), float(middle - eye_z)
 

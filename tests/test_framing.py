@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import brushgs as bg
@@ -44,6 +44,8 @@ angle = st.floats(-3.2, 3.2)
     size=st.sampled_from([(640, 480), (100, 700), (1280, 72)]),
     up=st.sampled_from(sorted(AXES)),
 )
+@example(azimuth=2.0, elevation=0.75, fov_y=2.0, size=(1280, 72), up="+y")  # the eye was among the points
+@example(azimuth=-1.0, elevation=0.75, fov_y=2.0, size=(1280, 72), up="+y")  # and a point at the eye
 def test_the_whole_subject_is_in_the_picture_and_fills_it_in_one_direction(
     azimuth, elevation, fov_y, size, up
 ):
