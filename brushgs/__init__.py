@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from brushgs.errors import SceneError, SceneWarning
     from brushgs.io import load, load_cameras, save
+    from brushgs.lock import track
     from brushgs.passes.cluster import cluster
     from brushgs.passes.prune import prune
     from brushgs.project import project
-    from brushgs.raster.ops import rasterize, render
+    from brushgs.raster.ops import rasterize, render, render_sequence
     from brushgs.scene import Boxes, Camera, Frame, Gaussians
     from brushgs.textures import StrokeTexture
 
@@ -36,7 +37,9 @@ _HOME = {
     "prune": "passes.prune",
     "rasterize": "raster.ops",
     "render": "raster.ops",
+    "render_sequence": "raster.ops",
     "save": "io",
+    "track": "lock",
 }
 
 __all__ = [
@@ -54,7 +57,9 @@ __all__ = [
     "prune",
     "rasterize",
     "render",
+    "render_sequence",
     "save",
+    "track",
 ]
 
 

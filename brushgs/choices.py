@@ -12,6 +12,8 @@ Merge = Literal["cover", "paper"]
 Method = Literal["auto", "minibatch", "lloyd"]
 Filter = Literal["mip", "bilinear", "nearest"]
 Extent = Literal["fitted", "paper"]
+ViewLock = Literal["anchor", "off"]  # of one view, which knows of no other
+Lock = Literal["track", "anchor", "off"]  # of a sequence
 
 # Flags by name -> value. "paper" is the published method (Xiang et al. 2025) without its defects.
 PRESETS: Mapping[str, Mapping[str, Any]] = {

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from math import inf
 
 from brushgs import _core
+from brushgs.choices import ViewLock
 from brushgs.scene import Boxes, Camera, Gaussians
 from brushgs.sh import used_sh_degree
+from brushgs.shapes import Array
 from brushgs.threads import num_threads_or_default
 
 
@@ -40,6 +42,7 @@ def project(
     *,
     num_sigmas: float = 2.0,
     low_pass: float = 0.3,
+    lock: ViewLock | Array = "off",
     num_threads: int | None = None,
 ) -> Boxes:
     """Project Gaussians to oriented boxes on the image plane.
@@ -68,7 +71,7 @@ def project(
     Where both axes are equally long the angle is undefined: 0 is returned there.
     """
     return project_counted(
-        gaussians, camera, num_sigmas=num_sigmas, low_pass=low_pass, num_threads=num_threads
+        gaussians, camera, num_sigmas=num_sigmas, low_pass=low_pass, lock=lock, num_threads=num_threads
     )[0]
 
 
@@ -78,6 +81,7 @@ def project_counted(
     *,
     num_sigmas: float = 2.0,
     low_pass: float = 0.3,
+    lock: ViewLock | Array = "off",
     num_threads: int | None = None,
 ) -> tuple[Boxes, ProjectCounts]:
     """`project`, and what was left out by it and why: `len(boxes) + counts.total == len(gaussians)`."""

@@ -12,10 +12,12 @@ PACKAGE = Path(__file__).resolve().parent.parent / "brushgs"
 LAYERS = [
     ["errors", "shapes", "choices", "config", "threads"],
     ["scene"],
-    ["sh", "quats", "levels", "textures", "io", "framing"],
-    ["passes", "project", "still_life", "background"],
+    ["sh", "quats", "levels", "textures", "io", "framing", "motion"],
+    ["passes", "project", "still_life", "background", "paths"],
+    ["lock"],
     ["raster"],
-    ["report", "describe", "stages", "pipeline"],
+    ["metrics", "image_strokes"],
+    ["report", "describe", "spread", "stages", "pipeline", "sequence", "stability"],
     ["demo", "arguments", "cli"],
     ["__main__"],
 ]

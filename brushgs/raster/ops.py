@@ -1,5 +1,6 @@
 """Boxes become frames: the public functions over the compiled rasteriser."""
 
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, get_args
 from weakref import WeakKeyDictionary
 
@@ -7,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs import _core
-from brushgs.choices import MAX_PIXELS, MAX_SIDE, Filter
+from brushgs.choices import MAX_PIXELS, MAX_SIDE, Filter, Lock, ViewLock
 from brushgs.levels import axis_levels, level_bounds, level_coverage
+from brushgs.lock import follow
 from brushgs.project import project
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.shapes import Array
 from brushgs.textures import StrokeTexture
 from brushgs.threads import num_threads_or_default
 
@@ -20,6 +23,7 @@ def render(
     camera: Camera,
     texture: StrokeTexture,
     *,
+    lock: ViewLock | Array = "anchor",
     filter: Filter = "mip",
     num_sigmas: float | None = None,
     low_pass: float = 0.3,
@@ -46,7 +50,9 @@ def render(
         ValueError: if an option is out of range.
     """
     sigmas = texture.fitted_sigmas if num_sigmas is None else num_sigmas
-    boxes = project(gaussians, camera, num_sigmas=sigmas, low_pass=low_pass, num_threads=num_threads)
+    boxes = project(
+        gaussians, camera, num_sigmas=sigmas, low_pass=low_pass, lock=lock, num_threads=num_threads
+    )
     return rasterize(
         boxes,
         texture,
@@ -56,6 +62,35 @@ def render(
         depth=depth,
         num_threads=num_threads,
     )
+
+
+def render_sequence(
+    gaussians: Gaussians,
+    cameras: Sequence[Camera],
+    texture: StrokeTexture,
+    *,
+    lock: Lock = "track",
+    filter: Filter = "mip",
+    num_sigmas: float | None = None,
+    low_pass: float = 0.3,
+    depth: bool = True,
+    num_threads: int | None = None,
+) -> Iterator[Frame]:
+    """Paint Gaussians along a camera path."""
+    path = follow(gaussians, cameras, num_threads=num_threads) if lock == "track" else None
+    for index, camera in enumerate(cameras):
+        view_lock = path.directions(index) if path is not None else lock
+        yield render(
+            gaussians,
+            camera,
+            texture,
+            lock=view_lock,
+            filter=filter,
+            num_sigmas=num_sigmas,
+            low_pass=low_pass,
+            depth=depth,
+            num_threads=num_threads,
+        )
 
 
 def rasterize(
