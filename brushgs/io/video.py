@@ -37,10 +37,12 @@ _ENCODERS: dict[str, tuple[str, str, dict[str, str]]] = {
 _CONTAINERS = {".mp4": {"movflags": "+faststart", "fflags": "+bitexact"}, ".webm": {"fflags": "+bitexact"}}
 # Left to itself the scaler converts by the matrix of standard television (BT.601), up to 16 levels away.
 # Chroma is the mean of its 2 x 2 pixels.
-_TO_BT709 = "flags=area+accurate_rnd+full_chroma_inp+bitexact:in_range=full:out_range=tv:out_color_matrix=bt709"
+_TO_BT709 = (
+    "flags=area+accurate_rnd+full_chroma_inp+bitexact:in_range=full:out_range=tv:out_color_matrix=bt709"
+)
 _BT709 = 1  # primaries, transfer and matrix bear one number in H.264 and VP9
 _TV_RANGE = 1  # 16 to 235
-# A pattern that is fixed on the screen. Error diffusion is nearer for one frame, but crawls from each to the next.
+# A pattern that is fixed on the screen. Error diffusion is nearer in one frame, but crawls.
 _DITHER = "dither=bayer:bayer_scale=3"
 MAX_GIF_FPS = 50  # the delay counts in hundredths of a second, and viewers take 1 for 10
 
@@ -165,7 +167,7 @@ class _Gif:
         self._shape = height, width, 3
         self._rate, self._count = rate, 0
         # Beside the video: there is room for frames there rather than in memory or on a small /tmp.
-        self._spool = stack.enter_context(tempfile.TemporaryFile(dir=path.parent))
+        self._spool = stack.enter_context(tempfile.TemporaryFile(dir=path.parent))  # noqa: SIM115
         self._palette = _graph(width, height, rate, ("palettegen", "stats_mode=full"))
         self._container = _open(stack, path, "gif", {"loop": "0" if loops else "-1"})
 
