@@ -95,8 +95,8 @@ def build_parser() -> ArgumentParser:
         "--output",
         metavar="FILE",
         help="picture (.png, .exr, .tif), default SCENE-STROKE.png in the current folder; along a path "
-        "video (.mp4, .webm, .gif), default SCENE-STROKE.mp4, or numbered frames (FOLDER/%%05d.png; .exr, .tif), "
-        "or FOLDER/ for such",
+        "video (.mp4, .webm, .gif), default SCENE-STROKE.mp4, or numbered frames, FOLDER/%%05d.png (.exr, "
+        ".tif) or short FOLDER/",
     )
     _add_draw(render)
     _add_prune(render)

@@ -54,7 +54,7 @@ class Film(Protocol):
         """Take the next frame: uint8 [H, W, 3]."""
 
     def finish(self) -> None:
-        """Write what is still held back; no frame follows."""
+        """Write what is still held back; no frame follows. Once is enough."""
 
 
 def check_video(path: Path, fps: float) -> None:
@@ -140,7 +140,7 @@ class _Encoded:
         context.color_primaries = context.color_trc = context.colorspace = _BT709
         context.color_range = _TV_RANGE
         self._graph = _graph(*self._size, rate, ("scale", _TO_BT709), ("format", "yuv420p"))
-        self._rate, self._count = rate, 0
+        self._rate, self._count, self._is_finished = rate, 0, False
 
     def add(self, pixels: Pixels) -> None:
         """Convert, encode and write one frame."""
@@ -154,6 +154,9 @@ class _Encoded:
 
     def finish(self) -> None:
         """Write the frames that the encoder still holds, and the index."""
+        if self._is_finished:
+            return
+        self._is_finished = True
         self._container.mux(self._stream.encode(None))
         self._container.close()
 
@@ -165,7 +168,7 @@ class _Gif:
         self, stack: contextlib.ExitStack, path: Path, width: int, height: int, rate: Fraction, loops: bool
     ) -> None:
         self._shape = height, width, 3
-        self._rate, self._count = rate, 0
+        self._rate, self._count, self._is_finished = rate, 0, False
         # Beside the video: there is room for frames there rather than in memory or on a small /tmp.
         self._spool = stack.enter_context(tempfile.TemporaryFile(dir=path.parent))  # noqa: SIM115
         self._palette = _graph(width, height, rate, ("palettegen", "stats_mode=full"))
@@ -179,8 +182,9 @@ class _Gif:
 
     def finish(self) -> None:
         """Find the palette, and write all frames with it."""
-        if not self._count:
+        if self._is_finished:
             return
+        self._is_finished = True
         self._palette.push(None)
         height, width, _ = self._shape
         graph, frames = _palette_graph(width, height, self._rate, self._palette.pull())

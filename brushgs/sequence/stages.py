@@ -11,7 +11,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,7 +37,6 @@ from brushgs.stages import (
     prune_scene,
     size_words,
 )
-from brushgs.threads import num_threads_or_default
 
 if TYPE_CHECKING:
     from brushgs.lock import Track
@@ -166,11 +165,8 @@ class _Work:
     sequence: SequenceConfig
 
     def painter(self, suffix: str | None) -> Painter:
-        """What paints the frames; processes share the processors."""
-        draw, jobs = self.config.draw, self.sequence.jobs
-        if draw.threads is None and jobs > 1:
-            draw = replace(draw, threads=max(1, num_threads_or_default(None) // jobs))
-        return Painter(self.strokes, self.texture, self.ground, draw, suffix)
+        """What paints the frames."""
+        return Painter(self.strokes, self.texture, self.ground, self.config.draw, suffix)
 
     def shot(self, index: int) -> Shot:
         """One frame of the path."""
@@ -225,7 +221,7 @@ def _tell_painted(stage: Stage, work: _Work, num_painted: int, seconds: float, r
     if work.track is not None:
         (tracking,) = (earlier.seconds for earlier in report.stages if earlier.name == "track")
         share = tracking / num_frames / per_frame
-        stage.did += f"; tracking cost {share:.1%} of that a frame"
+        stage.did += f"; tracking adds {share:.1%}"
         stage.counts["tracking_share"] = round(share, 4)
     if sequence.scheduler is not None:
         stage.did += f"; by the workers of {sequence.scheduler}"
