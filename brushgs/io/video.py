@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.io.atomic import replacing
+from brushgs.io.palette import ColorCounts
 
 Pixels = NDArray[np.uint8]
 
@@ -43,7 +44,8 @@ _TO_BT709 = (
 _BT709 = 1  # primaries, transfer and matrix bear one number in H.264 and VP9
 _TV_RANGE = 1  # 16 to 235
 # A pattern that is fixed on the screen. Error diffusion is nearer in one frame, but crawls.
-_DITHER = "dither=bayer:bayer_scale=3"
+_DITHER = "dither=bayer:bayer_scale=4"
+_GIF_COLORS = 255  # and one for "as in the last frame"
 MAX_GIF_FPS = 50  # the delay counts in hundredths of a second, and viewers take 1 for 10
 
 
@@ -171,13 +173,13 @@ class _Gif:
         self._rate, self._count, self._is_finished = rate, 0, False
         # Beside the video: there is room for frames there rather than in memory or on a small /tmp.
         self._spool = stack.enter_context(tempfile.TemporaryFile(dir=path.parent))  # noqa: SIM115
-        self._palette = _graph(width, height, rate, ("palettegen", "stats_mode=full"))
+        self._colors = ColorCounts()
         self._container = _open(stack, path, "gif", {"loop": "0" if loops else "-1"})
 
     def add(self, pixels: Pixels) -> None:
         """Keep a frame, and its colours."""
         self._spool.write(pixels.tobytes())
-        self._palette.push(_video_frame(pixels, self._count, self._rate))
+        self._colors.add(pixels)
         self._count += 1
 
     def finish(self) -> None:
@@ -185,9 +187,8 @@ class _Gif:
         if self._is_finished:
             return
         self._is_finished = True
-        self._palette.push(None)
         height, width, _ = self._shape
-        graph, frames = _palette_graph(width, height, self._rate, self._palette.pull())
+        graph, frames = _palette_graph(width, height, self._rate, self._colors.palette(_GIF_COLORS))
         stream = self._container.add_stream("gif", rate=self._rate)
         stream.width, stream.height, stream.pix_fmt = width, height, "pal8"
         self._spool.seek(0)
@@ -230,23 +231,28 @@ def _graph(width: int, height: int, rate: Fraction, *filters: tuple[str, str]) -
     return graph
 
 
-def _palette_graph(width: int, height: int, rate: Fraction, palette: Any) -> tuple[Any, Any]:
+def _palette_graph(width: int, height: int, rate: Fraction, colors: NDArray[np.uint8]) -> tuple[Any, Any]:
     """RGB frames to frames of palette colours: the graph, and the place where frames go in."""
     import av
 
+    entries = np.full((256, 4), 255, np.uint8)
+    entries[:, :3] = colors[0]
+    entries[: len(colors), :3] = colors
+    entries[_GIF_COLORS, 3] = 0  # transparent: what did not change since the last frame
+    palette = av.VideoFrame.from_ndarray(entries.reshape(16, 16, 4), format="rgba").reformat(format="bgra")
     graph = av.filter.Graph()
     frames = graph.add_buffer(
         width=width, height=height, format=av.VideoFormat("rgb24"), time_base=1 / rate, name="frames"
     )
-    colors = graph.add_buffer(template=palette, time_base=1 / rate, name="colors")
+    palette_in = graph.add_buffer(template=palette, time_base=1 / rate, name="palette")
     use = graph.add("paletteuse", _DITHER)
     frames.link_to(use, 0, 0)
-    colors.link_to(use, 0, 1)
+    palette_in.link_to(use, 0, 1)
     use.link_to(graph.add("buffersink"))
     graph.configure()
     palette.pts, palette.time_base = 0, 1 / rate
-    colors.push(palette)
-    colors.push(None)
+    palette_in.push(palette)
+    palette_in.push(None)
     return graph, frames
 
 
