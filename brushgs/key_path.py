@@ -15,6 +15,7 @@ Mix = Callable[[Floats, Floats, Floats], Floats]  # what lies between two values
 SAME_VIEW = 1e-6  # radians: views closer than this are one; text with seven digits tells no more
 # Per pair of key views, by which the length of the way is measured; fewer where there are thousands of keys.
 _SAMPLES, _FEWEST_SAMPLES, _MOST_SAMPLES = 64, 8, 200_000
+_SECANT_STEPS = 4  # each gains two digits or more, on a way that is nearly even within a sample
 
 
 class KeyPath:
@@ -55,8 +56,8 @@ class KeyPath:
         fineness = max(_FEWEST_SAMPLES, min(_SAMPLES, _MOST_SAMPLES // len(widths)))
         pieces = np.arange(len(widths) * fineness + 1) / fineness
         self._places = np.interp(pieces, np.arange(len(self.knots)), self.knots)
-        samples, _ = self._at(self._places)
-        lengths = self._changes(samples[:-1], samples[1:])
+        self._samples, _ = self._at(self._places)
+        lengths = self._changes(self._samples[:-1], self._samples[1:])
         self._lengths = np.concatenate([[0.0], np.cumsum(lengths)])
 
     @property
@@ -66,8 +67,7 @@ class KeyPath:
 
     def cameras(self, shares: ArrayLike) -> list[Camera]:
         """The cameras at shares [n] of the whole length, 0 to 1."""
-        wanted = np.asarray(shares, dtype=np.float64) * self.length
-        return self.at(np.interp(wanted, self._lengths, self._places))
+        return self.at(self._place_of(np.asarray(shares, dtype=np.float64) * self.length))
 
     def at(self, places: ArrayLike) -> list[Camera]:
         """The cameras at places [n] of the parameter, 0 to `knots[-1]`; at a knot it is a key view."""
@@ -79,6 +79,21 @@ class KeyPath:
         shares = (places - self.knots[piece]) / np.diff(self.knots)[piece]
         views = _de_casteljau([points[piece] for points in self._views], shares, screw_motion)
         return views, _de_casteljau([points[piece] for points in self._lens], shares, _straight)
+
+    def _place_of(self, lengths: Floats) -> Floats:
+        """Places at which the way is so long: between two samples, then drawn closer by secants."""
+        sample = np.searchsorted(self._lengths, lengths, side="right") - 1
+        sample = np.clip(sample, 0, len(self._places) - 2)
+        start, width = self._places[sample], np.diff(self._places)[sample]
+        rest, whole = lengths - self._lengths[sample], np.diff(self._lengths)[sample]
+        ratio = np.where(whole > 0, rest / np.where(whole > 0, whole, 1.0), 0.0)
+        shares = np.clip(ratio, 0, 1)
+        for _ in range(_SECANT_STEPS):
+            views, _ = self._at(start + shares * width)
+            reached = self._changes(self._samples[sample], views)
+            rate = np.where(reached > 0, shares / np.where(reached > 0, reached, 1.0), 0.0)
+            shares = np.clip(rate * rest, 0, 1)
+        return np.asarray(start + shares * width)
 
     def _changes(self, first: Floats, second: Floats) -> Floats:
         distances = 0.5 * (self._distances(first) + self._distances(second))
