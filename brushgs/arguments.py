@@ -37,8 +37,6 @@ examples:
 `brushgs COMMAND --help` tells the flags of a command. A finished command prints the path it wrote on
 stdout and a table of what it did on stderr. Exit code 2: an input that cannot be used, said in a sentence."""
 FRAMING_FLAGS = ("up", "azimuth", "elevation", "fov_deg", "zoom")
-PATH_FLAGS = ("orbit", "path")
-# What means something only where there is a path; and what only where the path is a file.
 SEQUENCE_FLAGS = ("frames", "seconds", "fps", "loop", "resume", "jobs", "scheduler")
 
 
