@@ -12,7 +12,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, get_args
 
 from brushgs import __version__
-from brushgs.choices import PRESETS, Extent, Features, Filter, Lock, Merge, Method, Weight, size_rule
+from brushgs.choices import (
+    PRESETS,
+    VIDEO_SUFFIXES,
+    Extent,
+    Features,
+    Filter,
+    Lock,
+    Merge,
+    Method,
+    Weight,
+    size_rule,
+)
 
 if TYPE_CHECKING:
     from brushgs.config import (
@@ -103,8 +114,8 @@ def build_parser() -> ArgumentParser:
         "--preset",
         choices=sorted(PRESETS),
         default="default",
-        help="'paper': the published method (paper weight, features and merge, minibatch, bilinear); single "
-        "flags still win",
+        help="'paper': the published method (paper weight, features and merge, minibatch, bilinear, no lock); "
+        "single flags still win",
     )
     _add_view(render)
     _add_path(render)
@@ -228,6 +239,7 @@ def path_config(args: Namespace) -> "PathConfig | None":
                 )
         if args.lock == "track":
             raise ValueError("--lock track must stand beside --orbit or --path: only a path can be tracked")
+        _refuse_many(args.output or "")
         return None
     from brushgs.config import PathConfig
 
@@ -241,6 +253,20 @@ def path_config(args: Namespace) -> "PathConfig | None":
                 raise ValueError(f"--{flag} must not stand beside --path, which says where the cameras are")
     chosen = _chosen(args, {}, "orbit", "frames", "seconds", "fps", "loop")
     return PathConfig(**chosen, file=args.path)
+
+
+def _refuse_many(output: str) -> None:
+    """Refuse the output of a path where there is none."""
+    name = Path(output).name
+    if Path(output).suffix.lower() in VIDEO_SUFFIXES:
+        found = f"{output} is a video"
+    elif "%" in name:
+        found = f"{name} numbers frames"
+    elif output.endswith("/"):
+        found = f"{output} is a folder, for frames"
+    else:
+        return
+    raise ValueError(f"{found}; say with --orbit or --path where the camera goes")
 
 
 def sequence_config(args: Namespace) -> "SequenceConfig":

@@ -7,8 +7,9 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from brushgs import SceneError
+from brushgs.choices import VIDEO_SUFFIXES
 from brushgs.io.palette import ColorCounts
-from brushgs.io.video import VIDEO_SUFFIXES, filming, padded_size
+from brushgs.io.video import filming, padded_size
 
 WIDTH, HEIGHT, NUM_FRAMES = 72, 50, 7
 
