@@ -114,8 +114,8 @@ def build_parser() -> ArgumentParser:
         "--preset",
         choices=sorted(PRESETS),
         default="default",
-        help="'paper': the published method (paper weight, features and merge, minibatch, bilinear, no lock); "
-        "single flags still win",
+        help="'paper': the published method (paper weight, features, merge and extent, minibatch, bilinear, no "
+        "lock); single flags still win",
     )
     _add_view(render)
     _add_path(render)
