@@ -114,7 +114,7 @@ def build_parser() -> ArgumentParser:
         "--preset",
         choices=sorted(PRESETS),
         default="default",
-        help="'paper': the published method (paper weight, features, merge and extent, minibatch, bilinear, no "
+        help="'paper': the published method (paper weight, features, merge, extent; minibatch, bilinear, no "
         "lock); single flags still win",
     )
     _add_view(render)

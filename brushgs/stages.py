@@ -161,11 +161,18 @@ def project_scene(
     """Strokes in space to boxes on the picture, nearest first."""
     with report.stage("project") as stage:
         from brushgs.project import project_counted
+        from brushgs.raster.ops import is_directed
         from brushgs.sh import used_sh_degree
 
-        sigmas, lock = box_sigmas(texture, config), view_lock(config)
-        boxes, culled = project_counted(
-            gaussians, camera, num_sigmas=sigmas, lock=lock, num_threads=config.threads
+        sigmas, has_direction = box_sigmas(texture, config), is_directed(texture)
+        lock = view_lock(config) if has_direction else "off"
+        boxes, culled = project_counted(  # as `render` does
+            gaussians,
+            camera,
+            num_sigmas=sigmas,
+            lock=lock,
+            fade=has_direction,
+            num_threads=config.threads,
         )
         stage.did = f"{len(boxes):,} of {len(gaussians):,} strokes in the picture"
         stage.counts = {

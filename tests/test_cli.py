@@ -366,10 +366,16 @@ def test_a_folder_takes_numbered_frames_and_resume_goes_on_with_them(scene, caps
     )
 
 
-@pytest.mark.parametrize("lock", ["anchor", "off"])
-def test_the_lock_of_a_picture_is_told(scene, capsys, lock):
-    flags = [] if lock == "anchor" else ["--lock", lock]
-    _, out, _ = run(capsys, "render", scene, *SMALL, *flags, "--json")
+@pytest.mark.parametrize(
+    ("flags", "lock"),
+    [
+        ([], "anchor"),
+        (["--lock", "off"], "off"),
+        (["--stroke", "ellipse"], "off"),
+    ],  # a kernel has no direction
+)
+def test_the_lock_of_a_picture_is_told(scene, capsys, flags, lock):
+    _, out, _ = run(capsys, "render", scene, *SMALL, "--stroke", "flat", *flags, "--json")
     assert [s["counts"]["lock"] for s in json.loads(out)["stages"] if s["name"] == "project"] == [lock]
 
 

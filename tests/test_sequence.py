@@ -136,8 +136,8 @@ def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(
 def test_what_travels_to_a_process_is_light(scene):
     gaussians = bg.load(scene)
     camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), width=48, height=36)
-    shot = Shot(0, camera, np.zeros(len(gaussians), np.float32))
-    assert len(pickle.dumps(shot)) < 4 * len(gaussians) + 2000
+    shot = Shot(0, camera, follow(gaussians, [camera]).directions(0))
+    assert len(pickle.dumps(shot)) < 8 * len(gaussians) + 2000  # a direction and a swell each
     painter = Painter(gaussians, bg.StrokeTexture.open("flat"), None, DrawConfig(stroke="flat"), ".png")
     again = pickle.loads(pickle.dumps(painter))
     assert again(pickle.loads(pickle.dumps(shot))) == painter(shot)
@@ -174,10 +174,16 @@ def test_the_lock_asked_for_is_the_lock_painted(scene, folder, lock, monkeypatch
     report = paint(scene, "f/", PathConfig(orbit=3), config(lock=lock))
     assert stage(report, "track").counts["lock"] == lock
     if lock == "track":
-        assert [shot.lock.shape for shot in shots] == [(150,)] * 3
+        assert [shot.lock.angles.shape for shot in shots] == [(150,)] * 3
     else:
         assert [shot.lock for shot in shots] == [lock] * 3
-        assert stage(report, "track").left_out == ["following directions: every view finds them alone"]
+        assert stage(report, "track").left_out == [f"following directions: the lock is {lock!r}"]
+
+
+def test_a_kernel_has_no_direction_to_follow(scene, folder):
+    report = paint(scene, "f/", PathConfig(orbit=3), config(stroke="ellipse"))
+    assert stage(report, "track").left_out == ["following directions: 'ellipse' has none"]
+    assert "tracking_share" not in stage(report, "paint").counts
 
 
 def test_a_loop_is_tracked_closed_and_painted_once(scene, folder, monkeypatch):
@@ -417,6 +423,13 @@ def test_inputs_are_not_replaced(scene, folder):
         ),
         ("a.gif", replace(ORBIT, fps=60), {}, {}, r"fps must be above 0 and at most 50 for \.gif, got 60"),
         ("f/", ORBIT, {"background": "redish"}, {}, r"background must be white"),
+        (
+            "f/",
+            ORBIT,
+            {},
+            {"scheduler": "host"},
+            r"scheduler must be an address like tcp://host:8786, got 'host'",
+        ),
     ],
 )
 def test_options_that_do_not_fit_are_refused_before_any_work(folder, output, path, draw, sequence, sentence):

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from brushgs.background import Ground
 from brushgs.choices import ViewLock
 from brushgs.config import DrawConfig
+from brushgs.project import Directions
 from brushgs.scene import Camera, Frame, Gaussians
-from brushgs.shapes import Array
 from brushgs.stages import box_sigmas
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ class Shot:
 
     index: int
     camera: Camera
-    lock: ViewLock | Array
+    lock: ViewLock | Directions
 
 
 @dataclass(frozen=True, eq=False)

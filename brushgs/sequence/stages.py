@@ -27,6 +27,7 @@ from brushgs.sequence.identity import check_same, found_ledger, painting
 from brushgs.sequence.outputs import check_target, plan_output
 from brushgs.sequence.painter import Painter, Shot
 from brushgs.spread import spread
+from brushgs.spread.connection import check_address
 from brushgs.stages import (
     NOTHING_SEEN,
     box_sigmas,
@@ -77,6 +78,8 @@ def paint_sequence(
     config, sequence, report = config or PaintConfig(), sequence or SequenceConfig(), report or Report()
     target = plan_output(output, is_resumed=sequence.is_resumed)
     check_target(target, scene, path_config, config)
+    if sequence.scheduler is not None:
+        check_address(sequence.scheduler)
     found = None
     if sequence.is_resumed and isinstance(target, NumberedFiles):
         found = found_ledger(target, config)
@@ -129,9 +132,12 @@ def _track(
         stage.counts = {"lock": lock, "strokes": len(strokes), "frames": num_frames}
         if not _sees_any(strokes, path, texture, draw):
             warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
-        if lock != "track":
-            stage.did = f"nothing: the lock is {lock!r}"
-            stage.left_out.append("following directions: every view finds them alone")
+        from brushgs.raster.ops import is_directed
+
+        if lock != "track" or not is_directed(texture):
+            stage.did = "nothing"
+            reason = f"the lock is {lock!r}" if lock != "track" else f"{texture.name!r} has none"
+            stage.left_out.append(f"following directions: {reason}")
             return None
         from brushgs.lock import follow
 
