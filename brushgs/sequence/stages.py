@@ -111,7 +111,7 @@ def _plan(
         path = plan_path(gaussians, view, path_config, file_up=file_up)
         count, camera = len(path.cameras), path.cameras[0]
         size, kind = f"{camera.width}x{camera.height}", "a loop" if path.is_loop else "open"
-        stage.did = f"{path.source}: {count:,} frames, {path.fps:g} a second, {kind}, {size}"
+        stage.did = f"{count:,} frames, {path.fps:g} a second, {kind}, {size}: {path.source}"
         stage.counts = {
             "source": path.source,
             "frames": count,
