@@ -42,7 +42,7 @@ constexpr Cost kForbidden = 8000;
 
 // Per knot; a little under the 6 and 15 degrees that are promised for 1.5 degrees of view change, because paths
 // that are not quite even pass more than one knot a frame.
-constexpr float kLimit = static_cast<float>(5.4 * kPi / 180);
+constexpr float kLimit = static_cast<float>(5.2 * kPi / 180);
 constexpr float kHalfTurnLimit = static_cast<float>(12.0 * kPi / 180);
 
 constexpr float kUnseenShare = 0.01F;   // weight of a knot at which the stroke is well outside the picture:
@@ -54,7 +54,8 @@ constexpr float kSmoothing = 4.0F;      // against the squared turn from knot to
 // The axis is taken for the goal where the choice lies this close to it, else the choice itself.
 constexpr float kTrust = static_cast<float>(8 * kPi / 180);
 
-constexpr float kGrowth = 1.1F;  // of the area of a box, at most, from knot to knot, for being off its axis
+constexpr float kGrowth = 1.07F;  // of the area of a box, at most, from knot to knot, for being off its axis
+constexpr float kBetweenKnots = 1.5F;  // a stroke near the camera may lie farther off its axis than at either knot
 
 [[gnu::always_inline]] inline float least(float x, float y) { return x < y ? x : y; }
 [[gnu::always_inline]] inline float most(float x, float y) { return x > y ? x : y; }
@@ -358,7 +359,7 @@ void swell(const FollowParams& params, const Sight& sight, const Series& x, cons
             const float off = (x.at(knot)[i] - sight.direction.at(knot)[i]) * (4 / kTwoPi);
             const float slenderness = least(sight.slenderness.at(knot)[i], 1e6F);
             const float seen = sight.weight.at(knot)[i] == 1 ? 1.0F : 0.0F;
-            area.at(knot)[i] = 1 + 0.25F * slenderness * squared_sine(off) * seen;
+            area.at(knot)[i] = 1 + kBetweenKnots * 0.25F * slenderness * squared_sine(off) * seen;
         }
     const double exponent = params.step < 1 ? params.step : 1.0;
     const float shrink = static_cast<float>(1 / (1 + (kGrowth * kGrowth - 1) * exponent));
