@@ -4,6 +4,7 @@ Only the standard library is imported: `brushgs --help` answers as fast as Pytho
 """
 
 import argparse
+import os
 import re
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable, Sequence
@@ -262,7 +263,7 @@ def _refuse_many(output: str) -> None:
         found = f"{output} is a video"
     elif "%" in name:
         found = f"{name} numbers frames"
-    elif output.endswith("/"):
+    elif output.endswith(("/", os.sep)):
         found = f"{output} is a folder, for frames"
     else:
         return

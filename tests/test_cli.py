@@ -230,6 +230,10 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
             ["--orbit", "9", "--resume"],
             r"a video cannot be gone on with \(--resume\), got 'pears-ellipse.mp4'",
         ),
+        (
+            ["--orbit", "9", "--size", "16386x9"],
+            r"pictures in \.mp4 must be at most 16384 pixels wide and high",
+        ),
         (["--orbit", "9", "--background", "transparent"], r"background must not be transparent in a video"),
         (["--orbit", "9", "-o", "a.png"], r"a path has many frames and 'a\.png' is one picture"),
         (["--orbit", "9", "-o", "no/such/%d.png"], r"the folder .*no does not exist; create it first"),

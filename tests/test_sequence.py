@@ -422,6 +422,7 @@ def test_inputs_are_not_replaced(scene, folder):
             r"must not be transparent in a video; choose a col",
         ),
         ("a.gif", replace(ORBIT, fps=60), {}, {}, r"fps must be above 0 and at most 50 for \.gif, got 60"),
+        ("a.gif", ORBIT, {"threads": 1}, {"scheduler": "tcp://x"}, r"scheduler must be an address"),
         ("f/", ORBIT, {"background": "redish"}, {}, r"background must be white"),
         (
             "f/",

@@ -47,6 +47,7 @@ _TV_RANGE = 1  # 16 to 235
 # A pattern that is fixed on the screen. Error diffusion is nearer in one frame, but crawls.
 _DITHER = "dither=bayer:bayer_scale=4"
 _GIF_COLORS = 255  # and one for "as in the last frame"
+MAX_H264_SIDE = 16384  # x264 refuses more
 MAX_GIF_FPS = 50  # the delay counts in hundredths of a second, and viewers take 1 for 10
 
 
@@ -60,7 +61,7 @@ class Film(Protocol):
         """Write what is still held back; no frame follows. Once is enough."""
 
 
-def check_video(path: Path, fps: float) -> None:
+def check_rate(path: Path, fps: float) -> None:
     """Refuse a frame rate that the kind of video cannot hold.
 
     Raises:
@@ -69,6 +70,19 @@ def check_video(path: Path, fps: float) -> None:
     most = MAX_GIF_FPS if path.suffix.lower() == ".gif" else 1000
     if not 0 < fps <= most:
         raise ValueError(f"fps must be above 0 and at most {most} for {path.suffix}, got {fps:g}")
+
+
+def check_size(path: Path, width: int, height: int) -> None:
+    """Refuse pictures that the kind of video cannot hold.
+
+    Raises:
+        ValueError: if a side is above 16384 pixels for H.264.
+    """
+    if path.suffix.lower() == ".mp4" and max(width, height) > MAX_H264_SIDE:
+        raise ValueError(
+            f"pictures in .mp4 must be at most {MAX_H264_SIDE} pixels wide and high, got {width}x{height}; "
+            "take .webm or numbered frames"
+        )
 
 
 def padded_size(path: Path, width: int, height: int) -> tuple[int, int]:
@@ -98,11 +112,12 @@ def filming(path: str | Path, *, width: int, height: int, fps: float, loops: boo
         loops: whether a GIF starts over at its end; the other formats leave that to the player.
 
     Raises:
-        ValueError: if `fps` is out of range.
+        ValueError: if `fps` or the size is out of range.
         SceneError: if the file cannot be written.
     """
     path = Path(path)
-    check_video(path, fps)
+    check_rate(path, fps)
+    check_size(path, width, height)
     rate = Fraction(fps).limit_denominator(1001)
     with replacing(path) as temporary, _told_as_scene_error(path), contextlib.ExitStack() as stack:
         film: Film

@@ -1,5 +1,6 @@
 """What the name of an output stands for along a path, and whether it can be written."""
 
+import os
 from pathlib import Path
 
 from brushgs.background import check_background
@@ -7,7 +8,7 @@ from brushgs.choices import VIDEO_SUFFIXES
 from brushgs.config import PaintConfig, PathConfig
 from brushgs.errors import SceneError
 from brushgs.io.numbered import DEFAULT_NAME, NumberedFiles
-from brushgs.io.video import check_video
+from brushgs.io.video import check_rate, check_size
 from brushgs.pipeline import PICTURE_SUFFIXES, check_folder, check_output, input_files
 
 
@@ -20,7 +21,7 @@ def plan_output(output: str | Path, *, is_resumed: bool = False) -> Path | Numbe
         ValueError: if it is neither, or a video is to be gone on with.
     """
     path, text = Path(output), str(output)
-    is_folder = text.endswith("/") or path.is_dir() or (not path.suffix and "%" not in path.name)
+    is_folder = text.endswith(("/", os.sep)) or path.is_dir() or (not path.suffix and "%" not in path.name)
     if is_folder:
         return NumberedFiles.of(path / DEFAULT_NAME, PICTURE_SUFFIXES)
     suffix = path.suffix.lower()
@@ -44,7 +45,7 @@ def check_target(
     """Refuse what cannot end well, before any work.
 
     Raises:
-        ValueError: if the background or the frame rate does not suit the output.
+        ValueError: if the background, the frame rate or the size does not suit the output.
         SceneError: if the output cannot be written, or would replace an input.
     """
     check_background(config.draw.background)
@@ -54,7 +55,9 @@ def check_target(
             cure = f"choose a colour, or numbered frames, -o {target.with_suffix('')}/"
             raise ValueError(f"background must not be transparent in a video; {cure}")
         if path.fps is not None:
-            check_video(target, path.fps)
+            check_rate(target, path.fps)
+        if config.view.size is not None:
+            check_size(target, *config.view.size)
         check_output(target, VIDEO_SUFFIXES, inputs=inputs)
         return
     folder = target.folder.resolve()

@@ -19,7 +19,7 @@ from brushgs.background import Ground
 from brushgs.config import DrawConfig, PaintConfig, PathConfig, SequenceConfig, ViewConfig
 from brushgs.errors import SceneWarning
 from brushgs.io.numbered import Ledger, NumberedFiles
-from brushgs.io.video import check_video, filming, padded_size
+from brushgs.io.video import check_rate, check_size, filming, padded_size
 from brushgs.paths import CameraPath, plan_path
 from brushgs.report import Report, Stage
 from brushgs.scene import Gaussians
@@ -87,7 +87,8 @@ def paint_sequence(
     gaussians, file_up = load_scene(scene, report)
     path = _plan(gaussians, config.view, path_config, file_up, report)
     if isinstance(target, Path):
-        check_video(target, path.fps)
+        check_rate(target, path.fps)
+        check_size(target, path.cameras[0].width, path.cameras[0].height)
     ground = open_ground(config.draw, path.cameras[0], report)
     num_loaded = len(gaussians)
     gaussians = prune_scene(gaussians, config.prune, report)
@@ -225,7 +226,7 @@ def _tell_painted(stage: Stage, work: _Work, num_painted: int, seconds: float, r
     stage.did += f", {per_frame:.3f} s each"
     stage.counts["seconds_per_frame"] = round(per_frame, 6)
     if work.track is not None:
-        (tracking,) = (earlier.seconds for earlier in report.stages if earlier.name == "track")
+        tracking = next(earlier.seconds for earlier in reversed(report.stages) if earlier.name == "track")
         share = tracking / num_frames / per_frame
         stage.did += f"; tracking adds {share:.1%}"
         stage.counts["tracking_share"] = round(share, 4)

@@ -145,6 +145,14 @@ def test_a_rate_that_the_format_cannot_hold_is_refused(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_size_that_h264_cannot_hold_is_refused(tmp_path: Path) -> None:
+    wide = [np.zeros((2, 16385, 3), np.uint8)]
+    with pytest.raises(ValueError, match=r"at most 16384 pixels wide and high, got 16385x2; take \.webm"):
+        film(tmp_path / "a.mp4", wide)
+    assert list(tmp_path.iterdir()) == []
+    assert len(read(film(tmp_path / "a.webm", wide))[0]) == 1
+
+
 @pytest.mark.parametrize("suffix", VIDEO_SUFFIXES)
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
 def test_a_video_that_is_not_finished_leaves_what_was_there(
