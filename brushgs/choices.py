@@ -25,8 +25,11 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
         "method": "minibatch",
         "filter": "bilinear",
         "extent": "paper",
+        "lock": "off",
     },
 }
+
+VIDEO_SUFFIXES = (".mp4", ".webm", ".gif")
 
 # The core keeps pixel bounds in 16 bits; a picture of the most pixels needs some 14 GB until it is written.
 MAX_SIDE, MAX_PIXELS = 32767, 2**28

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from math import ceil, inf, pi
 from pathlib import Path
 
-from brushgs.choices import Extent, Features, Filter, Merge, Method, Weight, size_rule
+from brushgs.choices import Extent, Features, Filter, Lock, Merge, Method, Weight, size_rule
 
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
@@ -168,6 +168,8 @@ class DrawConfig:
         extent: "fitted" to what the stroke image covers, see `StrokeTexture.fitted_sigmas`, or "paper", 2
             standard deviations whatever it covers.
         background: "white", "black", "transparent", "#rrggbb" or an image file.
+        lock: "anchor", "track" or "off", see `project`; None for "anchor" in one picture and "track" along a
+            path, which alone can be tracked.
         threads: None takes every processor available; the picture does not depend on it.
     """
 
@@ -175,6 +177,7 @@ class DrawConfig:
     filter: Filter = "mip"
     extent: Extent = "fitted"
     background: str = "white"
+    lock: Lock | None = None
     threads: int | None = None
 
     def __post_init__(self) -> None:
@@ -190,3 +193,24 @@ class PaintConfig:
     cluster: ClusterConfig = field(default_factory=ClusterConfig)
     view: ViewConfig = field(default_factory=ViewConfig)
     draw: DrawConfig = field(default_factory=DrawConfig)
+
+
+@dataclass(frozen=True)
+class SequenceConfig:
+    """Where the frames of a sequence are painted, and which.
+
+    Attributes:
+        jobs: processes of this machine, >= 1.
+        scheduler: address of a Dask scheduler whose workers paint, such as "tcp://host:8786"; None for here.
+        is_resumed: whether frames of the same painting that are there already are left as they are.
+    """
+
+    jobs: int = 1
+    scheduler: str | None = None
+    is_resumed: bool = False
+
+    def __post_init__(self) -> None:
+        if self.jobs < 1:
+            raise ValueError(f"jobs must be at least 1, got {self.jobs}")
+        if self.jobs > 1 and self.scheduler is not None:
+            raise ValueError("jobs must not stand beside scheduler, whose workers paint; leave one out")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from brushgs.background import Ground, open_background
+from brushgs.choices import ViewLock
 from brushgs.config import DEFAULT_SIZE, ClusterConfig, DrawConfig, PruneConfig, ViewConfig
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.framing import DEFAULT_UP, default_elevation, frame_scene, subject, up_vector
@@ -20,6 +21,7 @@ from brushgs.scene import Boxes, Camera, Frame, Gaussians
 if TYPE_CHECKING:
     from brushgs.textures import StrokeTexture
 
+NOTHING_SEEN = "no stroke is in the picture; check that the camera and the scene belong together"
 CULLED = {  # field of ProjectCounts -> words
     "behind_near": "at or behind the near plane of the camera",
     "outside": "outside the picture",
@@ -137,26 +139,55 @@ def cluster_scene(
     return gaussians
 
 
+def box_sigmas(texture: "StrokeTexture", config: DrawConfig) -> float:
+    """Half length of a box in standard deviations."""
+    return texture.fitted_sigmas if config.extent == "fitted" else texture.num_sigmas
+
+
+def view_lock(config: DrawConfig) -> ViewLock:
+    """How the directions of strokes are chosen where one view is all there is.
+
+    Raises:
+        ValueError: if they are to be followed along a path.
+    """
+    if config.lock == "track":
+        raise ValueError("lock must be anchor or off for one picture, got track; only a path can be tracked")
+    return config.lock or "anchor"
+
+
 def project_scene(
     gaussians: Gaussians, camera: Camera, texture: "StrokeTexture", config: DrawConfig, report: Report
 ) -> Boxes:
     """Strokes in space to boxes on the picture, nearest first."""
     with report.stage("project") as stage:
         from brushgs.project import project_counted
+        from brushgs.raster.ops import is_directed
         from brushgs.sh import used_sh_degree
 
-        sigmas = texture.fitted_sigmas if config.extent == "fitted" else texture.num_sigmas
-        boxes, culled = project_counted(gaussians, camera, num_sigmas=sigmas, num_threads=config.threads)
+        sigmas, has_direction = box_sigmas(texture, config), is_directed(texture)
+        lock = view_lock(config) if has_direction else "off"
+        boxes, culled = project_counted(  # as `render` does
+            gaussians,
+            camera,
+            num_sigmas=sigmas,
+            lock=lock,
+            fade=has_direction,
+            num_threads=config.threads,
+        )
         stage.did = f"{len(boxes):,} of {len(gaussians):,} strokes in the picture"
-        stage.counts = {"before": len(gaussians), "after": len(boxes), "sigmas": round(sigmas, 4)}
+        stage.counts = {
+            "before": len(gaussians),
+            "after": len(boxes),
+            "sigmas": round(sigmas, 4),
+            "lock": lock,
+        }
         for reason, words in CULLED.items():
             count = getattr(culled, reason)
             stage.counts[reason] = count
             if count:
                 stage.left_out.append(f"{count:,} strokes {words}")
         if len(boxes) == 0:
-            sentence = "no stroke is in the picture; check that the camera and the scene belong together"
-            warnings.warn(SceneWarning(sentence), stacklevel=2)
+            warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
         degree = used_sh_degree(gaussians)
         stage.counts["sh_degree"] = degree
         if degree < gaussians.sh_degree:
@@ -223,10 +254,15 @@ def write_scene(gaussians: Gaussians, output: str | Path, report: Report) -> Rep
 
         save(gaussians, output)
         size = Path(output).stat().st_size
-        stage.did = f"{output}, {size / 1e6:,.1f} MB" if size >= 1e6 else f"{output}, {size / 1e3:,.0f} kB"
+        stage.did = f"{output}, {size_words(size)}"
         stage.counts = {"path": str(output), "bytes": size, "gaussians": len(gaussians)}
     report.output = str(output)
     return report
+
+
+def size_words(num_bytes: int) -> str:
+    """The size of a file, as a table says it."""
+    return f"{num_bytes / 1e6:,.1f} MB" if num_bytes >= 1e6 else f"{num_bytes / 1e3:,.0f} kB"
 
 
 def _camera_of_file(path: Path, config: ViewConfig, stage: Stage) -> Camera:

@@ -10,13 +10,18 @@ import sys
 import textwrap
 import threading
 import time
+from pathlib import Path
 
 import pytest
 from distributed import Client
 
+import brushgs as bg
 from brushgs import __version__
+from brushgs.config import ClusterConfig, PaintConfig, PathConfig, SequenceConfig, ViewConfig
 from brushgs.errors import SceneError
+from brushgs.sequence import paint_sequence
 from brushgs.spread import cluster, connection, spread
+from brushgs.still_life import still_life
 from tests.spread import work
 from tests.spread.conftest import NUM_FRAMES, ROOT
 
@@ -104,6 +109,20 @@ def wait_until(is_so):
 
 def test_frames_are_the_same_bits_on_a_cluster(address, painter, frames):
     assert list(spread(painter, range(NUM_FRAMES), scheduler=address)) == frames
+
+
+@pytest.mark.parametrize("output", ["a/%05d.png", "a/%05d.exr", "a.mp4"])
+def test_the_files_of_a_sequence_are_the_same_from_a_cluster(address, tmp_path, monkeypatch, output):
+    monkeypatch.chdir(tmp_path)
+    bg.save(still_life(2000), "scene.ply")
+    options = PathConfig(orbit=5), PaintConfig(cluster=ClusterConfig(100), view=ViewConfig(size=(64, 48)))
+    for folder, where in (("here", SequenceConfig()), ("there", SequenceConfig(scheduler=address))):
+        Path(folder).mkdir()
+        paint_sequence("scene.ply", f"{folder}/{output}", *options, where)
+    here = {path.relative_to("here"): path.read_bytes() for path in Path("here").rglob("*.*")}
+    there = {path.relative_to("there"): path.read_bytes() for path in Path("there").rglob("*.*")}
+    assert here == there
+    assert len(here) == (1 if output == "a.mp4" else 6)
 
 
 def test_both_workers_work(address):
