@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 from math import ceil, inf, pi
 from pathlib import Path
 
-from brushgs.choices import Extent, Features, Filter, Merge, Method, Weight, size_rule
+from brushgs.choices import Extent, Features, Filter, Lock, Merge, Method, Weight, size_rule
 
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
+DEFAULT_FPS = 24.0  # of film
+MAX_FPS = 1000.0  # more is a slip of the pen, and video formats count no finer than milliseconds
 
 Up = str | tuple[float, float, float]
 
@@ -109,6 +111,52 @@ class ViewConfig:
 
 
 @dataclass(frozen=True)
+class PathConfig:
+    """Which way the camera goes: around the scene, or as a file says. Exactly one of `orbit` and `file`.
+
+    Attributes:
+        orbit: frames of one turn around the scene's up axis, >= 3, from the framed view on; always a loop.
+        file: nerfstudio camera_path.json, transforms.json, cameras.json or a COLMAP sparse model. Each
+            of its views is a frame, unless `frames` or `seconds` is given: then they are key views, and
+            the path goes through them along a smooth curve at an even speed.
+        frames: frames along that curve, >= 2; first and last frame are the ends of an open path.
+        seconds: the same as a duration: `seconds` times `fps` frames, and one more where the path is
+            open, so that both ends are frames and twice the fps keeps every frame.
+        fps: frames a second of the video; None for what the file says, else 24.
+        loop: whether the way goes on from the last view to the first. Neither the first frame is
+            repeated nor, at the end, a last view that equals it. A camera path may say so itself.
+    """
+
+    orbit: int | None = None
+    file: Path | None = None
+    frames: int | None = None
+    seconds: float | None = None
+    fps: float | None = None
+    loop: bool = False
+
+    def __post_init__(self) -> None:
+        if (self.orbit is None) == (self.file is None):
+            found = "neither" if self.file is None else "both"
+            raise ValueError(f"a camera path must be either an orbit or a path from a file, got {found}")
+        if self.orbit is not None and self.orbit < 3:
+            raise ValueError(f"orbit must be at least 3 frames, got {self.orbit}")
+        for name in ("frames", "seconds"):
+            if self.orbit is not None and getattr(self, name) is not None:
+                cure = "set fps to change how long it lasts" if name == "seconds" else "leave frames out"
+                raise ValueError(
+                    f"{name} must not stand beside orbit, which counts the frames itself; {cure}"
+                )
+        if self.frames is not None and self.seconds is not None:
+            raise ValueError("frames must not stand beside seconds, which says it too; give one and fps")
+        if self.frames is not None and self.frames < 2:
+            raise ValueError(f"frames must be at least 2, got {self.frames}")
+        if self.seconds is not None and not 0 < self.seconds < inf:
+            raise ValueError(f"seconds must be above 0, got {self.seconds:g}")
+        if self.fps is not None and not 0 < self.fps <= MAX_FPS:
+            raise ValueError(f"fps must be above 0 and at most {MAX_FPS:g}, got {self.fps:g}")
+
+
+@dataclass(frozen=True)
 class DrawConfig:
     """How strokes are drawn.
 
@@ -118,6 +166,8 @@ class DrawConfig:
         extent: "fitted" to what the stroke image covers, see `StrokeTexture.fitted_sigmas`, or "paper", 2
             standard deviations whatever it covers.
         background: "white", "black", "transparent", "#rrggbb" or an image file.
+        lock: "anchor", "track" or "off", see `project`; None for "anchor" in one picture and "track" along a
+            path, which alone can be tracked.
         threads: None takes every processor available; the picture does not depend on it.
     """
 
@@ -125,6 +175,7 @@ class DrawConfig:
     filter: Filter = "mip"
     extent: Extent = "fitted"
     background: str = "white"
+    lock: Lock | None = None
     threads: int | None = None
 
     def __post_init__(self) -> None:
@@ -140,3 +191,24 @@ class PaintConfig:
     cluster: ClusterConfig = field(default_factory=ClusterConfig)
     view: ViewConfig = field(default_factory=ViewConfig)
     draw: DrawConfig = field(default_factory=DrawConfig)
+
+
+@dataclass(frozen=True)
+class SequenceConfig:
+    """Where the frames of a sequence are painted, and which.
+
+    Attributes:
+        jobs: processes of this machine, >= 1.
+        scheduler: address of a Dask scheduler whose workers paint, such as "tcp://host:8786"; None for here.
+        is_resumed: whether frames of the same painting that are there already are left as they are.
+    """
+
+    jobs: int = 1
+    scheduler: str | None = None
+    is_resumed: bool = False
+
+    def __post_init__(self) -> None:
+        if self.jobs < 1:
+            raise ValueError(f"jobs must be at least 1, got {self.jobs}")
+        if self.jobs > 1 and self.scheduler is not None:
+            raise ValueError("jobs must not stand beside scheduler, whose workers paint; leave one out")

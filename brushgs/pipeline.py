@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 from brushgs.background import check_background
-from brushgs.config import ClusterConfig, PaintConfig, PruneConfig
+from brushgs.config import ClusterConfig, DrawConfig, PaintConfig, PruneConfig
 from brushgs.errors import SceneError
 from brushgs.report import Report
 from brushgs.scene import Camera, Frame, Gaussians
@@ -24,6 +24,7 @@ from brushgs.stages import (
     open_stroke,
     project_scene,
     prune_scene,
+    view_lock,
     write_picture,
     write_scene,
 )
@@ -56,8 +57,9 @@ def paint_file(
         ValueError: if an option does not suit the scene, before any long work where that can be known.
     """
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
-    check_output(output, PICTURE_SUFFIXES, inputs=(Path(scene),))
+    check_output(output, PICTURE_SUFFIXES, inputs=input_files(scene, config.draw))
     check_background(config.draw.background)
+    view_lock(config.draw)
     texture = open_stroke(config.draw, report)
     gaussians, file_up = load_scene(scene, report)
     camera = choose_camera(gaussians, config.view, report, file_up=file_up, camera=camera)
@@ -104,6 +106,11 @@ def cluster_file(scene: str | Path, output: str | Path, config: ClusterConfig, r
     return write_scene(cluster_scene(gaussians, config, report, num_loaded=len(gaussians)), output, report)
 
 
+def input_files(scene: str | Path, draw: DrawConfig) -> tuple[Path, ...]:
+    """The files that a painting is made of; names of built-in strokes and grounds among them mean no file."""
+    return Path(scene), Path(draw.stroke), Path(draw.background)
+
+
 def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...] = ()) -> None:
     """Refuse an output that could not be written, before the work for it is done.
 
@@ -115,13 +122,21 @@ def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...]
         raise ValueError(
             f"output must end in {', '.join(suffixes)}, got {str(path)!r}; the suffix decides the format"
         )
-    folder = path.resolve().parent
-    if not folder.is_dir():
-        raise SceneError(path, f"the folder {folder} does not exist; create it first")
     if path.exists() and not path.is_file():
         raise SceneError(path, "is not a regular file and cannot be replaced; choose another name")
     if path.exists() and any(other.exists() and path.samefile(other) for other in inputs):
         raise SceneError(path, "is the input, which is never overwritten; choose another name")
+    check_folder(path.resolve().parent, path)
+
+
+def check_folder(folder: Path, path: Path) -> None:
+    """Refuse a folder that `path` could not be written to.
+
+    Raises:
+        SceneError: if the folder is missing or read-only.
+    """
+    if not folder.is_dir():
+        raise SceneError(path, f"the folder {folder} does not exist; create it first")
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass

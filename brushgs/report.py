@@ -23,7 +23,7 @@ class Stage:
 
     Attributes:
         name: what it is called in the table.
-        seconds: wall-clock time.
+        seconds: wall-clock time; what a step adds here while it runs is added to it.
         did: what it did, in words.
         counts: numbers and names for machines, by name.
         left_out: what was not done because this scene does not need it, with the reason.
@@ -53,19 +53,34 @@ class Report:
     shows_progress: bool = False
     _started: float = field(default_factory=time.perf_counter)
     _progress: "Progress | None" = None
+    _bar: "TaskID | None" = None
 
     @contextmanager
-    def stage(self, name: str) -> Iterator[Stage]:
-        """Time a step, and show that it runs. The step fills in what it did."""
+    def stage(self, name: str, *, frames: int | None = None) -> Iterator[Stage]:
+        """Time a step, and show that it runs. The step fills in what it did.
+
+        Args:
+            name: what it is called in the table.
+            frames: how many frames it makes, if it is one that calls `advance` after each.
+        """
         stage = Stage(name)
-        bar = self._start_bar(name)
+        self._start_bar(name, frames)
         start = time.perf_counter()
         try:
             yield stage
         finally:
-            stage.seconds = time.perf_counter() - start
-            self._stop_bar(bar, stage)
+            stage.seconds += time.perf_counter() - start
+            self._stop_bar()
         self.stages.append(stage)
+
+    def advance(self) -> None:
+        """Show that one more frame of the running step is done."""
+        if self._progress is None or self._bar is None:
+            return
+        task = self._progress.tasks[-1]
+        done, total = round(task.completed) + 1, round(task.total or 0)
+        told = pace(done, total, task.elapsed or 0.0)
+        self._progress.update(self._bar, completed=done, told=told)
 
     @property
     def seconds(self) -> float:
@@ -110,21 +125,34 @@ class Report:
         table.add_row("total", peak, f"{self.seconds:.3f}", "")
         console.print(table, markup=False)
 
-    def _start_bar(self, name: str) -> "TaskID | None":
+    def _start_bar(self, name: str, frames: int | None) -> None:
         if not self.shows_progress:
-            return None
+            return
         if self._progress is None:
             from rich.console import Console
             from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
             columns = TextColumn("{task.description:10}"), BarColumn(30), TimeElapsedColumn()
-            self._progress = Progress(*columns, console=Console(stderr=True), transient=True)
+            told = TextColumn("{task.fields[told]}")
+            self._progress = Progress(*columns, told, console=Console(stderr=True), transient=True)
             self._progress.start()
-        return self._progress.add_task(name, total=None)
+        self._bar = self._progress.add_task(name, total=frames, told="")
 
-    def _stop_bar(self, bar: "TaskID | None", stage: Stage) -> None:
-        if self._progress is not None and bar is not None:
-            self._progress.update(bar, total=1, completed=1)
+    def _stop_bar(self) -> None:
+        if self._progress is not None and self._bar is not None:
+            self._progress.update(self._bar, total=1, completed=1)
+        self._bar = None
+
+
+def pace(done: int, total: int, seconds: float) -> str:
+    """Frames done, frames a second and time left, such as "34/120 frames, 8.2 a second, 0:11 left"."""
+    text = f"{done}/{total} frames"
+    if not done or not seconds > 0:
+        return text
+    minutes, rest = divmod(round((total - done) * seconds / done), 60)
+    hours, minutes = divmod(minutes, 60)
+    left = f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+    return f"{text}, {done / seconds:.3g} a second, {left} left"
 
 
 def peak_memory() -> int | None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from brushgs.background import Ground, open_background
+from brushgs.choices import ViewLock
 from brushgs.config import DEFAULT_SIZE, ClusterConfig, DrawConfig, PruneConfig, ViewConfig
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.framing import DEFAULT_UP, default_elevation, frame_scene, subject, up_vector
@@ -20,6 +21,7 @@ from brushgs.scene import Boxes, Camera, Frame, Gaussians
 if TYPE_CHECKING:
     from brushgs.textures import StrokeTexture
 
+NOTHING_SEEN = "no stroke is in the picture; check that the camera and the scene belong together"
 CULLED = {  # field of ProjectCounts -> words
     "behind_near": "at or behind the near plane of the camera",
     "outside": "outside the picture",
@@ -137,6 +139,22 @@ def cluster_scene(
     return gaussians
 
 
+def box_sigmas(texture: "StrokeTexture", config: DrawConfig) -> float:
+    """Half length of a box in standard deviations."""
+    return texture.fitted_sigmas if config.extent == "fitted" else texture.num_sigmas
+
+
+def view_lock(config: DrawConfig) -> ViewLock:
+    """How the directions of strokes are chosen where one view is all there is.
+
+    Raises:
+        ValueError: if they are to be followed along a path.
+    """
+    if config.lock == "track":
+        raise ValueError("lock must be anchor or off for one picture, got track; only a path can be tracked")
+    return config.lock or "anchor"
+
+
 def project_scene(
     gaussians: Gaussians, camera: Camera, texture: "StrokeTexture", config: DrawConfig, report: Report
 ) -> Boxes:
@@ -145,18 +163,24 @@ def project_scene(
         from brushgs.project import project_counted
         from brushgs.sh import used_sh_degree
 
-        sigmas = texture.fitted_sigmas if config.extent == "fitted" else texture.num_sigmas
-        boxes, culled = project_counted(gaussians, camera, num_sigmas=sigmas, num_threads=config.threads)
+        sigmas, lock = box_sigmas(texture, config), view_lock(config)
+        boxes, culled = project_counted(
+            gaussians, camera, num_sigmas=sigmas, lock=lock, num_threads=config.threads
+        )
         stage.did = f"{len(boxes):,} of {len(gaussians):,} strokes in the picture"
-        stage.counts = {"before": len(gaussians), "after": len(boxes), "sigmas": round(sigmas, 4)}
+        stage.counts = {
+            "before": len(gaussians),
+            "after": len(boxes),
+            "sigmas": round(sigmas, 4),
+            "lock": lock,
+        }
         for reason, words in CULLED.items():
             count = getattr(culled, reason)
             stage.counts[reason] = count
             if count:
                 stage.left_out.append(f"{count:,} strokes {words}")
         if len(boxes) == 0:
-            sentence = "no stroke is in the picture; check that the camera and the scene belong together"
-            warnings.warn(SceneWarning(sentence), stacklevel=2)
+            warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
         degree = used_sh_degree(gaussians)
         stage.counts["sh_degree"] = degree
         if degree < gaussians.sh_degree:

@@ -5,6 +5,7 @@ converted at this border. Left to itself OpenImageIO multiplies colour by alpha 
 and divides on writing; here it is told not to, so that straight colours survive to the bit.
 """
 
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -134,6 +135,25 @@ def write_frame(frame: Frame, path: str | Path, background: Background = None) -
     dtype = np.uint8 if suffix == ".png" else np.uint16
     names = ("R", "G", "B", "A")[: whole.shape[-1]]
     _write(path, _FORMATS[suffix], quantise(whole, dtype), names)
+
+
+def encode_frame(frame: Frame, suffix: str, background: Background = None) -> bytes:
+    """The bytes of the file that `write_frame` would write, for whoever writes it elsewhere.
+
+    Args:
+        frame: the picture.
+        suffix: ".png", ".tif", ".tiff" or ".exr".
+        background: see `write_frame`.
+
+    Raises:
+        ValueError: see `write_frame`.
+        SceneError: if the folder for temporary files is full.
+    """
+    # OpenImageIO writes to names only, so the file passes through the folder for temporary files.
+    with tempfile.TemporaryDirectory(prefix="brushgs-") as folder:
+        path = Path(folder) / f"frame{suffix}"
+        write_frame(frame, path, background=background)
+        return path.read_bytes()
 
 
 def quantise(values: Array, dtype: type[np.unsignedinteger[Any]]) -> NDArray[np.unsignedinteger[Any]]:

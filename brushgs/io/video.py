@@ -1,0 +1,253 @@
+"""Frames become a video through PyAV: H.264 (.mp4), VP9 (.webm) or an animated GIF (.gif).
+
+A video appears when it is complete. Equal frames give equal bytes on every machine: the encoders run in a
+fixed number of threads, and nothing of the time of day is written.
+"""
+
+import contextlib
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError
+from brushgs.io.atomic import replacing
+
+Pixels = NDArray[np.uint8]
+
+VIDEO_SUFFIXES = (".mp4", ".webm", ".gif")
+# Encoders give other bytes for another number of threads, so it must not be that of the machine.
+_NUM_THREADS = 4
+# x264: 18 is taken for visually lossless. VP9 counts otherwise: 24 comes to about the same error.
+_ENCODERS: dict[str, tuple[str, str, dict[str, str]]] = {
+    ".mp4": ("mp4", "libx264", {"crf": "18", "preset": "medium"}),
+    ".webm": (
+        "webm",
+        "libvpx-vp9",
+        {"crf": "24", "b": "0", "deadline": "good", "cpu-used": "4", "row-mt": "1", "tile-columns": "2"},
+    ),
+}
+# faststart: the index stands before the pictures, so that a browser plays what it has; bitexact: no random
+# number and no version of the writer in the file.
+_CONTAINERS = {".mp4": {"movflags": "+faststart", "fflags": "+bitexact"}, ".webm": {"fflags": "+bitexact"}}
+# Left to itself the scaler converts by the matrix of standard television (BT.601), up to 16 levels away.
+# Chroma is the mean of its 2 x 2 pixels.
+_TO_BT709 = "flags=area+accurate_rnd+full_chroma_inp+bitexact:in_range=full:out_range=tv:out_color_matrix=bt709"
+_BT709 = 1  # primaries, transfer and matrix bear one number in H.264 and VP9
+_TV_RANGE = 1  # 16 to 235
+# A pattern that is fixed on the screen. Error diffusion is nearer for one frame, but crawls from each to the next.
+_DITHER = "dither=bayer:bayer_scale=3"
+MAX_GIF_FPS = 50  # the delay counts in hundredths of a second, and viewers take 1 for 10
+
+
+class Film(Protocol):
+    """A video that is being written."""
+
+    def add(self, pixels: Pixels) -> None:
+        """Take the next frame: uint8 [H, W, 3]."""
+
+    def finish(self) -> None:
+        """Write what is still held back; no frame follows."""
+
+
+def check_video(path: Path, fps: float) -> None:
+    """Refuse a frame rate that the kind of video cannot hold.
+
+    Raises:
+        ValueError: if it is not in (0, 1000], or above 50 for a GIF.
+    """
+    most = MAX_GIF_FPS if path.suffix.lower() == ".gif" else 1000
+    if not 0 < fps <= most:
+        raise ValueError(f"fps must be above 0 and at most {most} for {path.suffix}, got {fps:g}")
+
+
+def padded_size(path: Path, width: int, height: int) -> tuple[int, int]:
+    """Width and height of the pictures in a video of frames of this size.
+
+    H.264 keeps one colour for each 2 x 2 pixels, so its sides are even: the last column or row of an odd
+    side is repeated once. VP9 and GIF hold any size.
+    """
+    if path.suffix.lower() != ".mp4":
+        return width, height
+    return width + width % 2, height + height % 2
+
+
+@contextmanager
+def filming(path: str | Path, *, width: int, height: int, fps: float, loops: bool = False) -> Iterator[Film]:
+    """Write a video; it takes its name when the block ends without an error, else nothing is left.
+
+    .mp4 is H.264 at crf 18, .webm is VP9; both have 4:2:0 chroma, colours converted by BT.709 and tagged so.
+    A GIF has one palette of 255 colours for all its frames, found when all are there, and an ordered dither,
+    which holds still where the picture does.
+
+    Args:
+        path: the suffix decides.
+        width: of the frames, pixels; see `padded_size`.
+        height: of the frames, pixels.
+        fps: frames a second, above 0; at most 50 for a GIF, whose delays are rounded to 1/100 s.
+        loops: whether a GIF starts over at its end; the other formats leave that to the player.
+
+    Raises:
+        ValueError: if `fps` is out of range.
+        SceneError: if the file cannot be written.
+    """
+    path = Path(path)
+    check_video(path, fps)
+    rate = Fraction(fps).limit_denominator(1001)
+    with replacing(path) as temporary, _told_as_scene_error(path), contextlib.ExitStack() as stack:
+        film: Film
+        if path.suffix.lower() == ".gif":
+            film = _Gif(stack, temporary, width, height, rate, loops)
+        else:
+            film = _Encoded(stack, temporary, width, height, rate)
+        yield film
+        film.finish()
+
+
+@contextmanager
+def _told_as_scene_error(path: Path) -> Iterator[None]:
+    """What libav cannot write, told as any other file that cannot be written."""
+    import av
+
+    try:
+        yield
+    except av.FFmpegError as error:
+        raise SceneError(path, f"cannot be written ({error.strerror}); check the disk") from None
+
+
+class _Encoded:
+    """H.264 or VP9."""
+
+    def __init__(
+        self, stack: contextlib.ExitStack, path: Path, width: int, height: int, rate: Fraction
+    ) -> None:
+        suffix = path.suffix.lower()
+        container_format, codec, options = _ENCODERS[suffix]
+        self._size = padded_size(path, width, height)
+        self._container = _open(stack, path, container_format, _CONTAINERS[suffix])
+        self._stream = stream = self._container.add_stream(codec, rate=rate, options=options)
+        stream.width, stream.height = self._size
+        stream.pix_fmt = "yuv420p"
+        context = stream.codec_context
+        context.thread_count = _NUM_THREADS
+        context.color_primaries = context.color_trc = context.colorspace = _BT709
+        context.color_range = _TV_RANGE
+        self._graph = _graph(*self._size, rate, ("scale", _TO_BT709), ("format", "yuv420p"))
+        self._rate, self._count = rate, 0
+
+    def add(self, pixels: Pixels) -> None:
+        """Convert, encode and write one frame."""
+        width, height = self._size
+        right, below = width - pixels.shape[1], height - pixels.shape[0]
+        if right or below:
+            pixels = np.pad(pixels, ((0, below), (0, right), (0, 0)), mode="edge")
+        self._graph.push(_video_frame(pixels, self._count, self._rate))
+        self._container.mux(self._stream.encode(self._graph.pull()))
+        self._count += 1
+
+    def finish(self) -> None:
+        """Write the frames that the encoder still holds, and the index."""
+        self._container.mux(self._stream.encode(None))
+        self._container.close()
+
+
+class _Gif:
+    """An animated GIF: a first look at all frames finds the palette, a second uses it."""
+
+    def __init__(
+        self, stack: contextlib.ExitStack, path: Path, width: int, height: int, rate: Fraction, loops: bool
+    ) -> None:
+        self._shape = height, width, 3
+        self._rate, self._count = rate, 0
+        # Beside the video: there is room for frames there rather than in memory or on a small /tmp.
+        self._spool = stack.enter_context(tempfile.TemporaryFile(dir=path.parent))
+        self._palette = _graph(width, height, rate, ("palettegen", "stats_mode=full"))
+        self._container = _open(stack, path, "gif", {"loop": "0" if loops else "-1"})
+
+    def add(self, pixels: Pixels) -> None:
+        """Keep a frame, and its colours."""
+        self._spool.write(pixels.tobytes())
+        self._palette.push(_video_frame(pixels, self._count, self._rate))
+        self._count += 1
+
+    def finish(self) -> None:
+        """Find the palette, and write all frames with it."""
+        if not self._count:
+            return
+        self._palette.push(None)
+        height, width, _ = self._shape
+        graph, frames = _palette_graph(width, height, self._rate, self._palette.pull())
+        stream = self._container.add_stream("gif", rate=self._rate)
+        stream.width, stream.height, stream.pix_fmt = width, height, "pal8"
+        self._spool.seek(0)
+        for index in range(self._count):
+            pixels = np.frombuffer(self._spool.read(height * width * 3), np.uint8).reshape(self._shape)
+            frames.push(_video_frame(pixels, index, self._rate))
+            self._container.mux(stream.encode(graph.pull()))
+        self._container.mux(stream.encode(None))
+        self._container.close()
+
+
+def _open(stack: contextlib.ExitStack, path: Path, container_format: str, options: dict[str, str]) -> Any:
+    """A container that is closed with the stack."""
+    import av
+
+    container = av.open(str(path), "w", format=container_format, options=options)
+
+    def close() -> None:
+        # After an error the rest cannot be written either; that error is the one to tell.
+        with contextlib.suppress(av.FFmpegError):
+            container.close()
+
+    stack.callback(close)
+    return container
+
+
+def _graph(width: int, height: int, rate: Fraction, *filters: tuple[str, str]) -> Any:
+    """RGB frames through filters in a row."""
+    import av
+
+    graph = av.filter.Graph()
+    last = graph.add_buffer(
+        width=width, height=height, format=av.VideoFormat("rgb24"), time_base=1 / rate, name="frames"
+    )
+    for name, options in (*filters, ("buffersink", "")):
+        following = graph.add(name, options)
+        last.link_to(following)
+        last = following
+    graph.configure()
+    return graph
+
+
+def _palette_graph(width: int, height: int, rate: Fraction, palette: Any) -> tuple[Any, Any]:
+    """RGB frames to frames of palette colours: the graph, and the place where frames go in."""
+    import av
+
+    graph = av.filter.Graph()
+    frames = graph.add_buffer(
+        width=width, height=height, format=av.VideoFormat("rgb24"), time_base=1 / rate, name="frames"
+    )
+    colors = graph.add_buffer(template=palette, time_base=1 / rate, name="colors")
+    use = graph.add("paletteuse", _DITHER)
+    frames.link_to(use, 0, 0)
+    colors.link_to(use, 0, 1)
+    use.link_to(graph.add("buffersink"))
+    graph.configure()
+    palette.pts, palette.time_base = 0, 1 / rate
+    colors.push(palette)
+    colors.push(None)
+    return graph, frames
+
+
+def _video_frame(pixels: Pixels, index: int, rate: Fraction) -> Any:
+    """uint8 [H, W, 3] as frame `index` of a video."""
+    import av
+
+    frame = av.VideoFrame.from_ndarray(pixels, format="rgb24")
+    frame.pts, frame.time_base = index, 1 / rate
+    return frame

@@ -1,0 +1,131 @@
+"""Motion between two views: where a camera is on the way from one to the other, and how far apart they are.
+
+The way is the screw motion: one turn about a fixed axis with a slide along it, at constant rate. Two
+views of an orbit lie on such a motion, so what lies between them lies on the orbit too, and a straight
+move or a turn in place are its special cases. Source: Murray, Li and Sastry 1994, chapter 2 (Chasles).
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from brushgs.quats import quats_of, rotation_matrices
+from brushgs.scene import Camera
+
+Floats = NDArray[np.float64]
+
+
+def between(first: Camera, second: Camera, share: float) -> Camera:
+    """The camera at a share of the screw motion from one view to another.
+
+    Focal lengths and near plane change by equal factors, the principal point by equal steps. Views half
+    a turn apart have two ways of equal length: one is taken, always the same.
+
+    Args:
+        first: the view at share 0.
+        second: the view at share 1, of the same size.
+        share: 0 to 1. At the ends the camera given there comes back itself.
+
+    Raises:
+        ValueError: if the sizes differ or `share` lies outside 0 to 1.
+    """
+    if (first.width, first.height) != (second.width, second.height):
+        sizes = f"{first.width}x{first.height} and {second.width}x{second.height}"
+        raise ValueError(f"between: cameras must have one size, got {sizes}; use Camera.resized")
+    if not 0 <= share <= 1:
+        raise ValueError(f"between: share must lie in 0 to 1, got {share}")
+    if share in (0, 1):
+        return second if share else first
+    (viewmat,) = screw_motion(first.viewmat[None], second.viewmat[None], share)
+    (lens,) = lenses([first]) * (1 - share) + lenses([second]) * share
+    return camera_with(viewmat, lens, first.width, first.height)
+
+
+def view_change(first: Camera, second: Camera, distance: float) -> float:
+    """How far apart two views are, radians: the larger of the camera's turn and of the shift seen.
+
+    Args:
+        first: a view.
+        second: another.
+        distance: from the cameras to what they look at, world units, > 0. The shift is the way between
+            the camera centres over this distance, so that the parts of a straight way add up.
+
+    Returns:
+        0 where only lenses differ; may exceed pi.
+
+    Raises:
+        ValueError: if `distance` is not positive.
+    """
+    if not distance > 0:
+        raise ValueError(f"view_change: distance must be > 0, got {distance}")
+    return float(view_changes(first.viewmat[None], second.viewmat[None], distance)[0])
+
+
+def screw_motion(first: Floats, second: Floats, shares: ArrayLike) -> Floats:
+    """Views [n, 4, 4] at `shares` (one, or [n]) of the ways from `first` to `second`, [n, 4, 4] each.
+
+    A share below 0 or above 1 goes on with the same motion.
+
+    With the turn theta about unit axis a, the part of the translation along a grows with the share s.
+    The part across it is turned by (s - 1) theta / 2 and scaled by sin(s theta / 2) / sin(theta / 2):
+    the chord of an arc. That holds for every theta up to pi, without a series for the small ones.
+    """
+    shares = np.asarray(shares, dtype=np.float64)
+    step = _step(first, second)
+    axis, theta = _axis_angle(step[:, :3, :3])
+    half = 0.5 * theta
+    is_turn = half > 0
+    chord = np.where(is_turn, np.sin(shares * half) / np.sin(np.where(is_turn, half, 1.0)), shares)
+    along = (step[:, :3, 3] * axis).sum(axis=1, keepdims=True) * axis
+    across = (_turns(axis, (shares - 1) * half) @ (step[:, :3, 3] - along)[..., None])[..., 0]
+    part = np.zeros_like(step)
+    part[:, :3, :3] = _turns(axis, shares * theta)
+    part[:, :3, 3] = np.asarray(shares)[..., None] * along + chord[:, None] * across
+    part[:, 3, 3] = 1
+    return part @ first
+
+
+def view_changes(first: Floats, second: Floats, distances: ArrayLike) -> Floats:
+    """[n] `view_change` of views [n, 4, 4]."""
+    step = _step(first, second)
+    _, theta = _axis_angle(step[:, :3, :3])
+    shifts = np.linalg.norm(step[:, :3, 3], axis=1)
+    return np.asarray(np.maximum(theta, shifts / distances))
+
+
+def lenses(cameras: list[Camera]) -> Floats:
+    """[n, 5] log fx, log fy, cx, cy, log near: what of a camera is mixed along a way, even in zoom."""
+    rows = [(c.K[0, 0], c.K[1, 1], c.K[0, 2], c.K[1, 2], c.near) for c in cameras]
+    values = np.array(rows, dtype=np.float64).reshape(-1, 5)
+    values[:, [0, 1, 4]] = np.log(values[:, [0, 1, 4]])
+    return values
+
+
+def camera_with(viewmat: Floats, lens: Floats, width: int, height: int) -> Camera:
+    """The camera of a view and of one row of `lenses`."""
+    fx, fy, near = np.exp(lens[[0, 1, 4]])
+    K = np.array([[fx, 0.0, lens[2]], [0.0, fy, lens[3]], [0.0, 0.0, 1.0]])
+    return Camera(viewmat, K, width, height, float(near))
+
+
+def _step(first: Floats, second: Floats) -> Floats:
+    """[n, 4, 4] second camera from first."""
+    step = np.zeros_like(first)
+    step[:, :3, :3] = second[:, :3, :3] @ first[:, :3, :3].transpose(0, 2, 1)
+    step[:, :3, 3] = second[:, :3, 3] - (step[:, :3, :3] @ first[:, :3, 3, None])[..., 0]
+    step[:, 3, 3] = 1
+    return step
+
+
+def _axis_angle(rotations: Floats) -> tuple[Floats, Floats]:
+    """[n, 3] unit axes and [n] angles, 0 to pi. By way of quaternions, which lose nothing near 0 or pi."""
+    quats = quats_of(rotations)
+    quats = np.where(quats[:, :1] < 0, -quats, quats)
+    sine = np.linalg.norm(quats[:, 1:], axis=1)
+    axis = np.where(sine[:, None] > 0, quats[:, 1:] / np.where(sine > 0, sine, 1.0)[:, None], (1.0, 0.0, 0.0))
+    return axis, 2 * np.arctan2(sine, quats[:, 0])
+
+
+def _turns(axis: Floats, angles: Floats) -> Floats:
+    """[n, 3, 3] rotations by `angles` about unit axes [n, 3]."""
+    half = 0.5 * np.broadcast_to(angles, axis.shape[:1])[:, None]
+    return rotation_matrices(np.concatenate([np.cos(half), np.sin(half) * axis], axis=1))
