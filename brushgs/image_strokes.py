@@ -30,6 +30,7 @@ FIRST_OVERLAP, OVERLAP = 4.0, 2.0
 MAX_ASPECT = 3.0  # of a stroke: longer ones cross the edges of what they paint
 BLUR = 0.5  # standard deviation over the half width of a stroke: detail finer than that is for later layers
 TENSOR_REACH = 0.5  # standard deviation over the cell: how far around the direction is asked for
+MIN_BLUR = 2.0  # pixels, standard deviation left when a picture is made smaller for a coarse layer
 EDGE = 1.0  # pixels, standard deviation at which the picture is differentiated
 NO_EDGE = 1e-9  # squared slope per pixel under which there is rounding only
 ENOUGH = 0.015  # RMS error of a cell, 0 to 1, under which it is left as it is: some 4 of 255
@@ -53,7 +54,7 @@ def paint_image(
     num_strokes: int,
     seed: int = 0,
     filter: Filter = "mip",
-    ground: Sequence[float] = (1.0, 1.0, 1.0),
+    ground: Sequence[float] | Array = (1.0, 1.0, 1.0),
     num_threads: int | None = None,
 ) -> Frame:
     """Paint one picture with strokes laid on the image plane.
@@ -69,7 +70,7 @@ def paint_image(
         num_strokes: at most so many, >= 1; fewer where the picture is met before.
         seed: of the jitter and the order.
         filter: see `rasterize`.
-        ground: colour of the empty canvas, RGB 0 to 1: what already looks like it is left open.
+        ground: the empty canvas, one RGB colour 0 to 1 or [H, W, 3]: what already looks like it is left open.
         num_threads: see `rasterize`.
 
     Returns:
@@ -101,7 +102,7 @@ def image_boxes(
     num_strokes: int,
     seed: int = 0,
     filter: Filter = "mip",
-    ground: Sequence[float] = (1.0, 1.0, 1.0),
+    ground: Sequence[float] | Array = (1.0, 1.0, 1.0),
     num_threads: int | None = None,
 ) -> Boxes:
     """The strokes of `paint_image`, the last one painted first; takes and raises the same.
@@ -111,6 +112,7 @@ def image_boxes(
     picture = _checked(rgb, num_strokes, seed)
     height, width = picture.shape[:2]
     canvas = np.broadcast_to(np.asarray(ground, np.float64), picture.shape)
+    tensor = _tensor(picture)
     rng = np.random.default_rng(seed)
     laid: list[tuple[Any, ...]] = []
     budget, first_id = 0.0, 0
@@ -118,7 +120,7 @@ def image_boxes(
         budget += share * num_strokes
         num_cells = LAYER_SHARES[0] * num_strokes * 4**number
         layer = _layer(picture.shape, texture, num_cells, OVERLAP if number else FIRST_OVERLAP, rng)
-        rows, colors, angles = _choose(picture, canvas, layer, round(budget))
+        rows, colors, angles = _choose(picture, tensor, canvas, layer, round(budget))
         budget -= len(rows)
         columns = layer.places[rows], layer.half_extents, angles, colors, first_id + rows
         laid.append(columns)
@@ -170,38 +172,55 @@ def _layer(
     return _Layer(cell, places, rng.random(rows * columns), np.array([aspect * half_width, half_width]))
 
 
-def _choose(picture: F64, canvas: F64, layer: _Layer, budget: int) -> tuple[NDArray[np.intp], F64, F64]:
-    """Rows of the cells that are painted, in the order of painting; their colours and directions."""
-    from scipy.ndimage import gaussian_filter
-
-    def blurred(values: F64, deviation: float) -> F64:
-        return np.asarray(gaussian_filter(values, (deviation, deviation, 0), mode="nearest"))
-
-    wanted = blurred(picture, BLUR * float(layer.half_extents.min()))
-    squares = ((wanted - canvas) ** 2).mean(axis=2, keepdims=True)
-    errors = np.sqrt(_read(blurred(squares, 0.5 * layer.cell), layer.places)[:, 0])
-    best = np.argsort(-errors, kind="stable")[:budget]
-    rows = best[errors[best] > ENOUGH]
-    rows = rows[np.argsort(layer.keys[rows], kind="stable")]
-    places = layer.places[rows]
-    return rows, np.clip(_read(wanted, places), 0, 1), _directions(picture, layer.cell, places)
-
-
-def _directions(picture: F64, cell: float, places: F64) -> F64:
-    """[n] radians in (-pi/2, pi/2], along the edges around some places; 0 where nothing has a direction."""
+def _tensor(picture: F64) -> F64:
+    """[H, W, 3] xx, xy and yy of the structure tensor. Source: Di Zenzo 1986 (the channels add up)."""
     from scipy.ndimage import gaussian_filter
 
     dx, dy = (
         gaussian_filter(picture, (EDGE, EDGE, 0), order=order, mode="nearest")
         for order in ((0, 1, 0), (1, 0, 0))
     )
-    # Di Zenzo 1986: the tensors of the channels add up, so edges between equally bright colours count.
-    tensor = np.stack([(dx * dx).sum(2), (dx * dy).sum(2), (dy * dy).sum(2)], axis=2)
-    reach = TENSOR_REACH * cell
-    xx, xy, yy = _read(gaussian_filter(tensor, (reach, reach, 0), mode="nearest"), places).T
+    return np.stack([(dx * dx).sum(2), (dx * dy).sum(2), (dy * dy).sum(2)], axis=2)
+
+
+def _choose(
+    picture: F64, tensor: F64, canvas: F64, layer: _Layer, budget: int
+) -> tuple[NDArray[np.intp], F64, F64]:
+    """Rows of the cells that are painted, in the order of painting; their colours and directions."""
+    from scipy.ndimage import gaussian_filter
+
+    deviation = BLUR * float(layer.half_extents.min())
+    factor = max(1, int(deviation / MIN_BLUR))  # what is blurred so far needs no more pixels than that
+
+    def blurred(values: F64, deviation: float) -> F64:
+        return np.asarray(gaussian_filter(values, (*2 * (deviation / factor,), 0), mode="nearest"))
+
+    wanted = blurred(_reduced(picture, factor), deviation)
+    squares = ((wanted - _reduced(canvas, factor)) ** 2).mean(axis=2, keepdims=True)
+    errors = np.sqrt(_read(blurred(squares, 0.5 * layer.cell), layer.places / factor)[:, 0])
+    best = np.argsort(-errors, kind="stable")[:budget]
+    rows = best[errors[best] > ENOUGH]
+    rows = rows[np.argsort(layer.keys[rows], kind="stable")]
+    places = layer.places[rows] / factor
+    edges = _read(blurred(_reduced(tensor, factor), TENSOR_REACH * layer.cell), places)
+    return rows, np.clip(_read(wanted, places), 0, 1), _directions(edges)
+
+
+def _directions(tensors: F64) -> F64:
+    """[n] radians in (-pi/2, pi/2] along the edges that [n, 3] tensors tell of; 0 where they tell of none."""
+    xx, xy, yy = tensors.T
     across = 0.5 * np.arctan2(2 * xy, xx - yy)
-    is_flat = xx + yy < NO_EDGE
-    return np.where(is_flat, 0.0, np.where(across > 0, across - np.pi / 2, across + np.pi / 2))
+    along = np.where(across > 0, across - np.pi / 2, across + np.pi / 2)
+    return np.where(xx + yy < NO_EDGE, 0.0, along)
+
+
+def _reduced(values: F64, factor: int) -> F64:
+    """[ceil(H / factor), ceil(W / factor), C] means of square blocks; the border goes on outside."""
+    height, width, channels = values.shape
+    padding = (0, -height % factor), (0, -width % factor), (0, 0)
+    blocks = np.pad(values, padding, mode="edge") if factor > 1 else values
+    rows, columns = blocks.shape[0] // factor, blocks.shape[1] // factor
+    return np.asarray(blocks.reshape(rows, factor, columns, factor, channels).mean(axis=(1, 3)))
 
 
 def _read(values: F64, places: F64) -> F64:
