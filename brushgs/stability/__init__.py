@@ -25,6 +25,11 @@ The protocol, in full, so that others can repeat it:
    they are read) and compared over valid pixels and three channels, on the ground. A figure is the mean over
    the pairs: RMSE, RMSE over the worst 1 % of pixels, share of valid pixels. **Excess** is the error less
    that of the plain render over the same pair, then the mean over the pairs.
+   A painting that differs little from the plain picture cannot flicker much, however it is made. So beside
+   it: the **marks**, the painting less the plain picture of the same view, their RMS over valid pixels, and
+   the part of them that does not move along, sqrt(sum |B - A|^2 / sum (|A|^2 + |B|^2)) with A the marks of
+   the earlier frame moved to the later view and B those of the later one: 0 for marks that stick to the
+   scene, 1 for marks that are new in each frame.
 5. **Where strokes turn.** At gap 1, the error where the eye sees it: a pixel of the later view weighs as much
    as the share of its paint that belongs to strokes whose unlocked direction turns by more than 15 degrees
    between the two frames (a picture drawn as `off` with such strokes white and all others black). RMSE over

@@ -21,6 +21,9 @@ class Warp:
         valid_share: of the pixels, 0 to 1.
         excess: `rmse` less that of the plain render.
         excess_worst_1pct: `worst_1pct` less that of the plain render.
+        marks: RMS of what the strokes add to the plain picture, 0 to 1.
+        redrawn: how much of these marks does not move with the scene: 0 none, 1 as much as if each frame
+            had marks of its own; None where there are none.
     """
 
     gap: int
@@ -30,6 +33,8 @@ class Warp:
     valid_share: float
     excess: float
     excess_worst_1pct: float
+    marks: float
+    redrawn: float | None
 
 
 @dataclass(frozen=True)

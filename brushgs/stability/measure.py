@@ -11,6 +11,7 @@ from brushgs.config import StabilityConfig
 from brushgs.metrics import (
     SPIN,
     View,
+    ViewMatch,
     WarpError,
     covers_ellipse,
     match_views,
@@ -120,18 +121,33 @@ class _Shot:
     unlocked: Boxes
 
 
+def _marks(match: ViewMatch, first: _Shot, second: _Shot, name: str) -> tuple[float, float]:
+    """What strokes add to the plain picture over valid pixels: RMS, and the part that is redrawn."""
+    before, now = (shot.pictures[name] - shot.pictures[PLAIN] for shot in (first, second))
+    moved, here = match.moved(before).astype(np.float64), now.reshape(-1, 3)[match.pixels].astype(np.float64)
+    if not len(here):
+        return 0.0, 0.0
+    power = float((moved**2 + here**2).sum())
+    changed = float(((here - moved) ** 2).sum())
+    return float(np.sqrt((here**2).mean())), float(np.sqrt(changed / power)) if power > 0 else 0.0
+
+
 @dataclass
 class _Tally:
     """What was found so far, by configuration."""
 
     names: list[str]
     errors: dict[str, dict[int, list[WarpError]]] = field(default_factory=dict)  # by gap
+    marks: dict[str, dict[int, list[tuple[float, float]]]] = field(
+        default_factory=dict
+    )  # and the redrawn part
     turned: dict[str, float] = field(default_factory=dict)  # sum of weight x squared error
     turned_weight: float = 0.0
     loops: dict[str, Loop] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.errors = {name: {} for name in self.names}
+        self.marks = {name: {} for name in self.names}
         self.turned = dict.fromkeys(self.names, 0.0)
 
     def add_pair(self, gap: int, first: _Shot, second: _Shot, weights: Array | None) -> None:
@@ -143,6 +159,7 @@ class _Tally:
             if valid is not None and error.squared_error is not None:
                 self.turned[name] += float(valid @ error.squared_error.reshape(-1)[match.pixels])
             self.errors[name].setdefault(gap, []).append(replace(error, squared_error=None))
+            self.marks[name].setdefault(gap, []).append(_marks(match, first, second, name))
         if valid is not None:
             self.turned_weight += float(valid.sum())
 
@@ -164,7 +181,18 @@ class _Tally:
         )
         rmse, worst, share = own.mean(axis=0).tolist()
         excess, excess_worst, _ = (own - plain).mean(axis=0).tolist()
-        return Warp(gap, len(own), rmse, worst, share, excess, excess_worst)
+        marks, redrawn = np.mean(self.marks[name][gap], axis=0).tolist()
+        return Warp(
+            gap,
+            len(own),
+            rmse,
+            worst,
+            share,
+            excess,
+            excess_worst,
+            marks,
+            redrawn if marks > 0 else None,
+        )
 
     def turning(self, name: str) -> Turning | None:
         """None where no stroke that turns was seen."""

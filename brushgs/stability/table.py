@@ -78,6 +78,16 @@ def _flicker(gaps: list[int]) -> list[Row]:
     def share(gap: int) -> Callable[[Figures], str]:
         return lambda figures: next(f"{w.valid_share:.1%}" for w in figures.warps if w.gap == gap)
 
+    def redrawn(gap: int) -> Callable[[Figures], str]:
+        def cell(figures: Figures) -> str:
+            value = next(warp.redrawn for warp in figures.warps if warp.gap == gap)
+            return NONE if value is None else f"{value:.0%}"
+
+        return cell
+
+    def marks(figures: Figures) -> str:
+        return _of_255(figures.warps[0].marks) if figures.warps[0].marks else NONE
+
     def turning(figures: Figures) -> str:
         return NONE if figures.turning is None else _of_255(figures.turning.excess)
 
@@ -86,9 +96,11 @@ def _flicker(gaps: list[int]) -> list[Row]:
         made.append((f"error at gap {gap}", warp(gap, "rmse")))
         made.append(("  worst 1 % of the pixels", warp(gap, "worst_1pct")))
         made.append(("  excess over the plain render", warp(gap, "excess")))
+        made.append(("  marks that do not move along", redrawn(gap)))
         made.append(("  valid pixels", share(gap)))
     if gaps:
         made.append(("excess where strokes turn unlocked", turning))
+        made.append(("marks: what strokes add to the plain picture", marks))
     return made
 
 
