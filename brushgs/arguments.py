@@ -12,10 +12,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, get_args
 
 from brushgs import __version__
-from brushgs.choices import PRESETS, Extent, Features, Filter, Merge, Method, Weight, size_rule
+from brushgs.choices import PRESETS, Extent, Features, Filter, Lock, Merge, Method, Weight, size_rule
 
 if TYPE_CHECKING:
-    from brushgs.config import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
+    from brushgs.config import (
+        ClusterConfig,
+        DrawConfig,
+        PaintConfig,
+        PathConfig,
+        PruneConfig,
+        SequenceConfig,
+        ViewConfig,
+    )
 
 DESCRIPTION = "Paint trained 3D Gaussian Splatting scenes with brush strokes, on the CPU."
 EPILOG = """\
@@ -24,10 +32,14 @@ examples:
   brushgs render scene.ply --stroke swirl             any trained scene (3DGS .ply)
   brushgs render scene.ply --stroke gaussian          the plain 3DGS picture
   brushgs render scene.ply --stroke my_brush.png --strokes 2000 --size 1920x1080
+  brushgs render scene.ply --orbit 120 -o turn.mp4    once around it, as a video
 
 `brushgs COMMAND --help` tells the flags of a command. A finished command prints the path it wrote on
 stdout and a table of what it did on stderr. Exit code 2: an input that cannot be used, said in a sentence."""
 FRAMING_FLAGS = ("up", "azimuth", "elevation", "fov_deg", "zoom")
+PATH_FLAGS = ("orbit", "path")
+# What means something only where there is a path; and what only where the path is a file.
+SEQUENCE_FLAGS = ("frames", "seconds", "fps", "loop", "resume", "jobs", "scheduler")
 
 
 class UsageError(ValueError):
@@ -76,9 +88,16 @@ def build_parser() -> ArgumentParser:
         sub.add_argument("--debug", action="store_true", help="show the traceback of an error")
         return sub
 
-    render = command("render", "paint a scene: PLY in, picture out")
+    render = command("render", "paint a scene: PLY in; picture, numbered frames or video out")
     render.add_argument("scene", type=Path, help="trained 3D Gaussian scene (.ply)")
-    _add_output(render, "picture (.png, .exr, .tif), default SCENE-STROKE.png in the current folder")
+    render.add_argument(  # a name that ends in a slash is a folder, so it stays text
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="picture (.png, .exr, .tif), default SCENE-STROKE.png in the current folder; along a path "
+        "video (.mp4, .webm, .gif), default SCENE-STROKE.mp4, or numbered frames, FOLDER/%%05d.png (.exr, "
+        ".tif) or short FOLDER/",
+    )
     _add_draw(render)
     _add_prune(render)
     _add_cluster(render)
@@ -90,6 +109,7 @@ def build_parser() -> ArgumentParser:
         "flags still win",
     )
     _add_view(render)
+    _add_path(render)
     _add_telling(render)
 
     demo = command("demo", "build the example scene, paint it, and say where the picture is")
@@ -167,7 +187,7 @@ def draw_config(args: Namespace, preset: Any = PRESETS["default"], background: s
     """How strokes are drawn, on `background` unless the flags say else."""
     from brushgs.config import DrawConfig
 
-    chosen = _chosen(args, preset, "stroke", "filter", "extent", "background", "threads")
+    chosen = _chosen(args, preset, "stroke", "filter", "extent", "background", "lock", "threads")
     return DrawConfig(**{"background": background} | chosen)
 
 
@@ -194,6 +214,42 @@ def view_config(args: Namespace) -> "ViewConfig":
         if getattr(args, flag) is not None:
             chosen[name] = radians(getattr(args, flag))
     return ViewConfig(**chosen)
+
+
+def path_config(args: Namespace) -> "PathConfig | None":
+    """The way of the camera; None where a single picture is asked for.
+
+    Raises:
+        ValueError: if flags exclude each other, or need a path and there is none.
+    """
+    if args.orbit is None and args.path is None:
+        for name in SEQUENCE_FLAGS:
+            if getattr(args, name):
+                raise ValueError(
+                    f"--{name} must stand beside --orbit or --path: one picture has no use for it"
+                )
+        if args.lock == "track":
+            raise ValueError("--lock track must stand beside --orbit or --path: only a path can be tracked")
+        return None
+    from brushgs.config import PathConfig
+
+    if args.camera_file is not None:
+        flag = "path" if args.path is not None else "orbit"
+        raise ValueError(f"--camera-file must not stand beside --{flag}, which says where the cameras are")
+    if args.path is not None:
+        for name in FRAMING_FLAGS:
+            if getattr(args, name) is not None:
+                flag = name.replace("_", "-")
+                raise ValueError(f"--{flag} must not stand beside --path, which says where the cameras are")
+    chosen = _chosen(args, {}, "orbit", "frames", "seconds", "fps", "loop")
+    return PathConfig(**chosen, file=args.path)
+
+
+def sequence_config(args: Namespace) -> "SequenceConfig":
+    """Where the frames of a path are painted, and which."""
+    from brushgs.config import SequenceConfig
+
+    return SequenceConfig(**_chosen(args, {}, "jobs", "scheduler"), is_resumed=bool(args.resume))
 
 
 def _chosen(args: Namespace, preset: Any, *names: str) -> dict[str, Any]:
@@ -325,6 +381,60 @@ def _add_view(parser: ArgumentParser) -> None:
     )
     group.add_argument(
         "--view", type=_count_from(0), metavar="N", help="which camera of the file, from 0, default 0"
+    )
+
+
+def _add_path(parser: ArgumentParser) -> None:
+    group = parser.add_argument_group("path", "many frames along a camera path, in place of one picture")
+    group.add_argument(
+        "--orbit",
+        type=_count_from(3),
+        metavar="N",
+        help="once around the up axis in N frames, 3 or more, from the framed view on; default: one picture",
+    )
+    group.add_argument(
+        "--path",
+        type=Path,
+        metavar="FILE",
+        help="nerfstudio camera_path.json, transforms.json, cameras.json or a COLMAP sparse model: each view "
+        "a frame, or key views of a smooth path if --frames or --seconds is given",
+    )
+    group.add_argument(
+        "--frames",
+        type=_count_from(2),
+        metavar="N",
+        help="frames along the path, 2 or more, default its views",
+    )
+    group.add_argument(
+        "--seconds", type=_number, help="the same as a duration, above 0, default what the frames come to"
+    )
+    group.add_argument(
+        "--fps", type=_number, help="frames a second, above 0, default what the file says, else 24"
+    )
+    group.add_argument("--loop", action="store_true", help="go on from the last view to the first")
+    group.add_argument(
+        "--lock",
+        choices=get_args(Lock),
+        help="how the direction of a stroke is chosen: 'track' follows it along the path (default there), "
+        "'anchor' in each view alone (default for a picture), 'off' as published: strokes flip",
+    )
+    group.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on with numbered frames: only those that are missing are painted",
+    )
+    group.add_argument(
+        "--jobs",
+        type=_count_from(1),
+        metavar="N",
+        help="processes that paint, 1 or more, default 1, which uses all processors for one frame; frames do "
+        "not depend on it",
+    )
+    group.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Dask scheduler whose workers paint, such as tcp://host:8786 (needs brushgs[cluster]); default "
+        "this machine",
     )
 
 

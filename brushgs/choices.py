@@ -25,6 +25,7 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
         "method": "minibatch",
         "filter": "bilinear",
         "extent": "paper",
+        "lock": "off",
     },
 }
 

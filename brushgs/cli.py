@@ -43,8 +43,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         is_debug = args.debug
         COMMANDS[args.command](args)
         sys.stdout.flush()
-    except KeyboardInterrupt:
-        return _say("stopped", EXIT_STOPPED)
+    except KeyboardInterrupt as stop:
+        return _say(f"stopped: {stop}" if str(stop) else "stopped", EXIT_STOPPED)
     except BrokenPipeError:  # the reader of stdout, `head` for one, has gone: nobody is left to tell
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
@@ -98,12 +98,20 @@ def _told(args: Namespace) -> Iterator["Report"]:
 
 
 def _render(args: Namespace) -> None:
-    config = arguments.paint_config(args)
-    output = args.output or _beside(args.scene, Path(args.stroke).stem, ".png")
-    with _told(args) as report:
-        from brushgs.pipeline import paint_file
+    path = arguments.path_config(args)
+    config, sequence = arguments.paint_config(args), arguments.sequence_config(args)
+    name = _beside(args.scene, Path(args.stroke).stem, ".png" if path is None else ".mp4")
+    output = args.output or name
+    if path is None:
+        with _told(args) as report:
+            from brushgs.pipeline import paint_file
 
-        paint_file(args.scene, output, config, report=report)
+            paint_file(args.scene, output, config, report=report)
+    else:
+        with _told(args) as report:
+            from brushgs.sequence import paint_sequence
+
+            paint_sequence(args.scene, output, path, config, sequence, report=report)
 
 
 def _demo(args: Namespace) -> None:

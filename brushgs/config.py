@@ -13,6 +13,7 @@ from brushgs.choices import Extent, Features, Filter, Lock, Merge, Method, Weigh
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
 DEFAULT_FPS = 24.0  # of film
+MAX_FRAMES = 99_999  # more than an hour of film; five digits number them
 MAX_FPS = 1000.0  # more is a slip of the pen, and video formats count no finer than milliseconds
 
 Up = str | tuple[float, float, float]
@@ -116,11 +117,12 @@ class PathConfig:
     """Which way the camera goes: around the scene, or as a file says. Exactly one of `orbit` and `file`.
 
     Attributes:
-        orbit: frames of one turn around the scene's up axis, >= 3, from the framed view on; always a loop.
+        orbit: frames of one turn around the scene's up axis, 3 to 99,999, from the framed view on; always
+            a loop.
         file: nerfstudio camera_path.json, transforms.json, cameras.json or a COLMAP sparse model. Each
             of its views is a frame, unless `frames` or `seconds` is given: then they are key views, and
             the path goes through them along a smooth curve at an even speed.
-        frames: frames along that curve, >= 2; first and last frame are the ends of an open path.
+        frames: frames along that curve, 2 to 99,999; first and last frame are the ends of an open path.
         seconds: the same as a duration: `seconds` times `fps` frames, and one more where the path is
             open, so that both ends are frames and twice the fps keeps every frame.
         fps: frames a second of the video; None for what the file says, else 24.
@@ -139,8 +141,8 @@ class PathConfig:
         if (self.orbit is None) == (self.file is None):
             found = "neither" if self.file is None else "both"
             raise ValueError(f"a camera path must be either an orbit or a path from a file, got {found}")
-        if self.orbit is not None and self.orbit < 3:
-            raise ValueError(f"orbit must be at least 3 frames, got {self.orbit}")
+        if self.orbit is not None and not 3 <= self.orbit <= MAX_FRAMES:
+            raise ValueError(f"orbit must be 3 to {MAX_FRAMES} frames, got {self.orbit}")
         for name in ("frames", "seconds"):
             if self.orbit is not None and getattr(self, name) is not None:
                 cure = "set fps to change how long it lasts" if name == "seconds" else "leave frames out"
@@ -149,8 +151,8 @@ class PathConfig:
                 )
         if self.frames is not None and self.seconds is not None:
             raise ValueError("frames must not stand beside seconds, which says it too; give one and fps")
-        if self.frames is not None and self.frames < 2:
-            raise ValueError(f"frames must be at least 2, got {self.frames}")
+        if self.frames is not None and not 2 <= self.frames <= MAX_FRAMES:
+            raise ValueError(f"frames must be 2 to {MAX_FRAMES}, got {self.frames}")
         if self.seconds is not None and not 0 < self.seconds < inf:
             raise ValueError(f"seconds must be above 0, got {self.seconds:g}")
         if self.fps is not None and not 0 < self.fps <= MAX_FPS:

@@ -95,8 +95,8 @@ def frame_scene(
         elevation = default_elevation(points, direction)
     if not abs(elevation) <= np.pi / 2:
         raise ValueError(f"frame_scene: elevation must lie in -pi/2 to pi/2 radians, got {elevation}")
-    axes = _camera_axes(direction, azimuth, elevation)
-    eye, distance = _fit(points @ axes.T, np.tan(0.5 * fov_y) * np.array([width / height, 1.0]))
+    axes = camera_axes(direction, azimuth, elevation)
+    eye, distance = fit_eye(points @ axes.T, np.tan(0.5 * fov_y) * np.array([width / height, 1.0]))
     viewmat = np.eye(4)
     viewmat[:3, :3] = axes
     viewmat[:3, 3] = -eye
@@ -137,7 +137,7 @@ def subject(gaussians: Gaussians) -> tuple[NDArray[np.float64], bool]:
 
 def default_elevation(points: NDArray[np.float64], up: ArrayLike) -> float:
     """Radians above the horizon from which `points` [n, 3] show best: higher where they are flat ground."""
-    axes = _camera_axes(np.asarray(up, dtype=np.float64), 0.0, 0.0)
+    axes = camera_axes(np.asarray(up, dtype=np.float64), 0.0, 0.0)
     width, height, depth = np.ptp(points @ axes.T, axis=0)
     is_flat = height < FLAT_HEIGHT * max(width, depth)
     return float(FLAT_ELEVATION if is_flat else DEFAULT_ELEVATION)
@@ -153,7 +153,7 @@ def weighted_quantiles(
     return [float(v) for v in values[order][np.minimum(rows, len(values) - 1)]]
 
 
-def _camera_axes(up: NDArray[np.float64], azimuth: float, elevation: float) -> NDArray[np.float64]:
+def camera_axes(up: NDArray[np.float64], azimuth: float, elevation: float) -> NDArray[np.float64]:
     """[3, 3] rows right, down, forward in world axes."""
     length = np.linalg.norm(up)
     if up.shape != (3,) or not 0 < length < np.inf:
@@ -177,7 +177,7 @@ def _front(up: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(front / np.linalg.norm(front))
 
 
-def _fit(points: NDArray[np.float64], tangents: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+def fit_eye(points: NDArray[np.float64], tangents: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
     """The nearest eye, in turned axes, from which all points lie inside the frustum with a margin.
 
     A point is inside the right plane where x - t z <= eye_x - t eye_z, so only the outermost point per

@@ -247,10 +247,15 @@ def write_scene(gaussians: Gaussians, output: str | Path, report: Report) -> Rep
 
         save(gaussians, output)
         size = Path(output).stat().st_size
-        stage.did = f"{output}, {size / 1e6:,.1f} MB" if size >= 1e6 else f"{output}, {size / 1e3:,.0f} kB"
+        stage.did = f"{output}, {size_words(size)}"
         stage.counts = {"path": str(output), "bytes": size, "gaussians": len(gaussians)}
     report.output = str(output)
     return report
+
+
+def size_words(num_bytes: int) -> str:
+    """The size of a file, as a table says it."""
+    return f"{num_bytes / 1e6:,.1f} MB" if num_bytes >= 1e6 else f"{num_bytes / 1e3:,.0f} kB"
 
 
 def _camera_of_file(path: Path, config: ViewConfig, stage: Stage) -> Camera:

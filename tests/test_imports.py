@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "brushgs"
 LAYERS = [
     ["errors", "shapes", "choices", "config", "threads"],
     ["scene"],
-    ["sh", "quats", "levels", "textures", "io", "framing", "motion"],
+    ["sh", "quats", "levels", "textures", "io", "framing", "motion", "key_path"],
     ["passes", "project", "still_life", "background", "paths"],
     ["lock"],
     ["raster"],

@@ -2,13 +2,14 @@
 
 import json
 import math
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.errors import SceneError
+from brushgs.errors import SceneError, SceneWarning
 from brushgs.scene import Camera
 
 _NEAR_RIGID = 1e-2  # rotations this close to orthonormal were rounded, not scaled
@@ -20,14 +21,20 @@ class CameraFrame:
     """One frame of a camera file; fields are looked up in the frame, then in what all frames share.
 
     Every method raises SceneError with the path, the frame and the field at fault.
+
+    Args:
+        path: the file.
+        name: what the entry is called in errors, such as "frame 3".
+        own: its fields.
+        shared: the fields of the file.
     """
 
-    def __init__(self, path: Path, index: int, own: Json, shared: Json) -> None:
-        self.path, self.index, self.own, self.shared = path, index, own, shared
+    def __init__(self, path: Path, name: str, own: Json, shared: Json) -> None:
+        self.path, self.name, self.own, self.shared = path, name, own, shared
 
     def fail(self, message: str) -> SceneError:
         """An error that names the frame."""
-        return SceneError(self.path, f"frame {self.index}: {message}")
+        return SceneError(self.path, f"{self.name}: {message}")
 
     def find(self, name: str) -> object:
         """A field, or None."""
@@ -101,3 +108,10 @@ class CameraFrame:
             found += " and mirrored" if is_mirrored else ""
             raise self.fail(f"the rotation must not scale or mirror, got axes {found}")
         return nearest
+
+
+def warn_of_distortion(path: Path, model: str, found: dict[str, float]) -> None:
+    """Warn once that the lens distortion of a file, by name of the coefficient, was left out."""
+    listed = ", ".join(f"{name} = {value:g}" for name, value in found.items())
+    message = f"the distortion of camera model {model} was left out ({listed}); pictures are a pinhole's"
+    warnings.warn(SceneWarning(f"{path}: {message}"), stacklevel=4)

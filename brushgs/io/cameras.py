@@ -2,18 +2,20 @@
 
 Read are Inria `cameras.json` (camera-to-world, x right, y down, z forward), NeRF and nerfstudio
 `transforms.json` and the nerfstudio viewer's camera path (camera-to-world, x right, y up, z
-backward). All of it is JSON; nothing is evaluated.
+backward). All of it is JSON; nothing is evaluated. COLMAP sparse models are `colmap`'s.
 """
 
 import json
 import math
-import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.camera_frame import CameraFrame, Json
+from brushgs.errors import SceneError
+from brushgs.io.camera_frame import CameraFrame, Json, warn_of_distortion
+from brushgs.io.colmap import is_colmap, read_colmap
 from brushgs.scene import Camera
 
 _CV_FROM_GL = np.diag([1.0, -1.0, -1.0])  # x right, y up, z backward -> x right, y down, z forward
@@ -30,46 +32,89 @@ _PINHOLES = (
 )
 
 
+@dataclass(frozen=True)
+class CameraFile:
+    """What a camera file holds.
+
+    Attributes:
+        cameras: its views, in the order of the file; of a COLMAP model by the name of the image.
+        is_path: whether the views are the frames of a camera path; else they are training views.
+        keys: the key views that such a path was made of; may be empty.
+        fps: frames a second, if it says so.
+        is_loop: whether it says that the first frame follows the last.
+    """
+
+    cameras: list[Camera]
+    is_path: bool = False
+    keys: list[Camera] = field(default_factory=list)
+    fps: float | None = None
+    is_loop: bool = False
+
+
 def load_cameras(path: str | Path) -> list[Camera]:
-    """Read the cameras of a `cameras.json`, `transforms.json` or nerfstudio camera path.
+    """Read the cameras of a `cameras.json`, `transforms.json`, nerfstudio camera path or COLMAP model.
 
     Lens distortion is left out with one SceneWarning. Where `transforms.json` gives no size (`w`, `h`),
     pictures are 800 x 800, the size of the NeRF-synthetic scenes, which leave it out.
 
     Args:
-        path: a JSON file; its content decides which of the three it is.
+        path: a JSON file, whose content decides which of the three it is, or a COLMAP sparse model: its
+            folder, one of its files (`images.bin`, `cameras.txt` ...), or a folder with `sparse/0`.
 
     Returns:
-        The cameras in the order of the file, with the default near plane.
+        The cameras in the order of the file, those of COLMAP by image name, with the default near plane.
 
     Raises:
         SceneError: if the file is none of these, or a field of a frame is missing or has no use;
             names the frame and the field.
     """
+    return read_cameras(path).cameras
+
+
+def read_cameras(path: str | Path) -> CameraFile:
+    """`load_cameras`, and what a file of a camera path says beside the views. Raises the same."""
     path = Path(path)
+    if is_colmap(path):
+        return CameraFile(read_colmap(path))
     content = _read_json(path)
     if isinstance(content, list):
-        frames, read = content, _read_inria
-        shared: Json = {}
-    elif isinstance(content, dict) and "camera_path" in content:
-        frames, read = content["camera_path"], _read_path_frame
-        shared = content
-    elif isinstance(content, dict) and "frames" in content:
-        frames, read = content["frames"], _read_transforms
-        shared = content
-    else:
-        raise SceneError(
-            path, "is no camera file: it has neither a list of cameras, 'frames' nor 'camera_path'"
-        )
+        return CameraFile(_read_all(path, content, {}, _read_inria))
+    if isinstance(content, dict) and "camera_path" in content:
+        return _read_path(path, content)
+    if isinstance(content, dict) and "frames" in content:
+        cameras = _read_all(path, content["frames"], content, _read_transforms)
+        _warn_of_distortion(path, content, content["frames"])
+        return CameraFile(cameras)
+    raise SceneError(path, "is no camera file: it has neither a list of cameras, 'frames' nor 'camera_path'")
+
+
+def _read_all(
+    path: Path, frames: object, shared: Json, read: Callable[[CameraFrame], Camera], name: str = "frame"
+) -> list[Camera]:
+    """The cameras of a list of entries."""
     if not isinstance(frames, list) or not frames:
         raise SceneError(path, "holds no cameras; export it again")
     cameras = []
     for index, frame in enumerate(frames):
         if not isinstance(frame, dict):
-            raise SceneError(path, f"frame {index}: must be an object, got {json.dumps(frame)[:40]}")
-        cameras.append(read(CameraFrame(path, index, frame, shared)))
-    _warn_of_distortion(path, shared, frames)
+            raise SceneError(path, f"{name} {index}: must be an object, got {json.dumps(frame)[:40]}")
+        cameras.append(read(CameraFrame(path, f"{name} {index}", frame, shared)))
     return cameras
+
+
+def _read_path(path: Path, content: Json) -> CameraFile:
+    """A camera path of the nerfstudio viewer."""
+    cameras = _read_all(path, content["camera_path"], content, _read_path_frame)
+    keys = content.get("keyframes") or []
+    if keys:
+        keys = _read_all(path, keys, content, _read_keyframe, "keyframe")
+    whole = CameraFrame(path, "camera path", content, {})
+    fps = None
+    if whole.find("fps") is not None:
+        fps = whole.positive("fps")
+    elif whole.find("seconds") is not None:
+        fps = len(cameras) / whole.positive("seconds")
+    return CameraFile(cameras, True, keys, fps, whole.find("is_cycle") is True)
 
 
 def _read_json(path: Path) -> object:
@@ -113,12 +158,32 @@ def _read_transforms(frame: CameraFrame) -> Camera:
 
 def _read_path_frame(frame: CameraFrame) -> Camera:
     """One pose of a nerfstudio camera path; `fov` is vertical and in degrees."""
+    return _from_viewer(frame, "camera_to_world")
+
+
+def _read_keyframe(frame: CameraFrame) -> Camera:
+    """One key view of a nerfstudio camera path; older viewers wrote the matrix as text, columns first."""
+    matrix = frame.find("matrix")
+    if isinstance(matrix, str):
+        try:
+            matrix = np.reshape(json.loads(matrix), (4, 4)).T.tolist()
+        except (ValueError, RecursionError):
+            raise frame.fail(
+                f"'matrix' must hold 4x4 finite numbers, got {json.dumps(matrix)[:60]}"
+            ) from None
+    return _from_viewer(
+        CameraFrame(frame.path, frame.name, frame.own | {"matrix": matrix}, frame.shared), "matrix"
+    )
+
+
+def _from_viewer(frame: CameraFrame, name: str) -> Camera:
+    """A view of the nerfstudio viewer with its camera-to-world matrix in the field `name`."""
     kind = frame.find("camera_type")
     if kind not in (None, "perspective"):
         raise frame.fail(f"camera_type must be perspective, got {json.dumps(kind)[:40]}")
     width, height = frame.positive("render_width"), frame.positive("render_height")
     focal = height / 2 / math.tan(frame.angle("fov", math.radians(1)) / 2)
-    return _from_opengl(frame, "camera_to_world", (focal, focal, width / 2, height / 2), (width, height))
+    return _from_opengl(frame, name, (focal, focal, width / 2, height / 2), (width, height))
 
 
 def _from_opengl(frame: CameraFrame, name: str, K: tuple[float, ...], size: tuple[float, float]) -> Camera:
@@ -137,9 +202,7 @@ def _warn_of_distortion(path: Path, shared: Json, frames: list[Json]) -> None:
             value = source.get(name)
             if isinstance(value, int | float) and value:
                 found.setdefault(name, value)
-    if not found:
-        return
-    model = next((s["camera_model"] for s in (shared, *frames) if "camera_model" in s), "OPENCV")
-    listed = ", ".join(f"{name} = {found[name]:g}" for name in _DISTORTION if name in found)
-    message = f"the distortion of camera model {model} was left out ({listed}); pictures are a pinhole's"
-    warnings.warn(SceneWarning(f"{path}: {message}"), stacklevel=3)
+    if found:
+        model = next((s["camera_model"] for s in (shared, *frames) if "camera_model" in s), "OPENCV")
+        in_order = {name: found[name] for name in _DISTORTION if name in found}
+        warn_of_distortion(path, model, in_order)

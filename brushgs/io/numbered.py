@@ -41,9 +41,13 @@ class NumberedFiles:
         """
         known = ", ".join(suffixes)
         if "%" in str(path.parent):
-            raise ValueError(f"the number must stand in the name of the file, not of its folder, got '{path}'")
+            raise ValueError(
+                f"the number must stand in the name of the file, not of its folder, got '{path}'"
+            )
         if path.suffix.lower() not in suffixes:
-            raise ValueError(f"numbered frames must end in {known}, got '{path}'; the suffix decides the format")
+            raise ValueError(
+                f"numbered frames must end in {known}, got '{path}'; the suffix decides the format"
+            )
         if len(_PLACE.findall(path.name)) != 1 or path.name.count("%") != 1:
             raise ValueError(
                 f"a name of numbered frames must hold one number such as %05d, got '{path}'; "

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.io.atomic import replacing
+from brushgs.io.palette import ColorCounts
 
 Pixels = NDArray[np.uint8]
 
@@ -37,11 +38,14 @@ _ENCODERS: dict[str, tuple[str, str, dict[str, str]]] = {
 _CONTAINERS = {".mp4": {"movflags": "+faststart", "fflags": "+bitexact"}, ".webm": {"fflags": "+bitexact"}}
 # Left to itself the scaler converts by the matrix of standard television (BT.601), up to 16 levels away.
 # Chroma is the mean of its 2 x 2 pixels.
-_TO_BT709 = "flags=area+accurate_rnd+full_chroma_inp+bitexact:in_range=full:out_range=tv:out_color_matrix=bt709"
+_TO_BT709 = (
+    "flags=area+accurate_rnd+full_chroma_inp+bitexact:in_range=full:out_range=tv:out_color_matrix=bt709"
+)
 _BT709 = 1  # primaries, transfer and matrix bear one number in H.264 and VP9
 _TV_RANGE = 1  # 16 to 235
-# A pattern that is fixed on the screen. Error diffusion is nearer for one frame, but crawls from each to the next.
-_DITHER = "dither=bayer:bayer_scale=3"
+# A pattern that is fixed on the screen. Error diffusion is nearer in one frame, but crawls.
+_DITHER = "dither=bayer:bayer_scale=4"
+_GIF_COLORS = 255  # and one for "as in the last frame"
 MAX_GIF_FPS = 50  # the delay counts in hundredths of a second, and viewers take 1 for 10
 
 
@@ -52,7 +56,7 @@ class Film(Protocol):
         """Take the next frame: uint8 [H, W, 3]."""
 
     def finish(self) -> None:
-        """Write what is still held back; no frame follows."""
+        """Write what is still held back; no frame follows. Once is enough."""
 
 
 def check_video(path: Path, fps: float) -> None:
@@ -138,7 +142,7 @@ class _Encoded:
         context.color_primaries = context.color_trc = context.colorspace = _BT709
         context.color_range = _TV_RANGE
         self._graph = _graph(*self._size, rate, ("scale", _TO_BT709), ("format", "yuv420p"))
-        self._rate, self._count = rate, 0
+        self._rate, self._count, self._is_finished = rate, 0, False
 
     def add(self, pixels: Pixels) -> None:
         """Convert, encode and write one frame."""
@@ -152,6 +156,9 @@ class _Encoded:
 
     def finish(self) -> None:
         """Write the frames that the encoder still holds, and the index."""
+        if self._is_finished:
+            return
+        self._is_finished = True
         self._container.mux(self._stream.encode(None))
         self._container.close()
 
@@ -163,25 +170,25 @@ class _Gif:
         self, stack: contextlib.ExitStack, path: Path, width: int, height: int, rate: Fraction, loops: bool
     ) -> None:
         self._shape = height, width, 3
-        self._rate, self._count = rate, 0
+        self._rate, self._count, self._is_finished = rate, 0, False
         # Beside the video: there is room for frames there rather than in memory or on a small /tmp.
-        self._spool = stack.enter_context(tempfile.TemporaryFile(dir=path.parent))
-        self._palette = _graph(width, height, rate, ("palettegen", "stats_mode=full"))
+        self._spool = stack.enter_context(tempfile.TemporaryFile(dir=path.parent))  # noqa: SIM115
+        self._colors = ColorCounts()
         self._container = _open(stack, path, "gif", {"loop": "0" if loops else "-1"})
 
     def add(self, pixels: Pixels) -> None:
         """Keep a frame, and its colours."""
         self._spool.write(pixels.tobytes())
-        self._palette.push(_video_frame(pixels, self._count, self._rate))
+        self._colors.add(pixels)
         self._count += 1
 
     def finish(self) -> None:
         """Find the palette, and write all frames with it."""
-        if not self._count:
+        if self._is_finished:
             return
-        self._palette.push(None)
+        self._is_finished = True
         height, width, _ = self._shape
-        graph, frames = _palette_graph(width, height, self._rate, self._palette.pull())
+        graph, frames = _palette_graph(width, height, self._rate, self._colors.palette(_GIF_COLORS))
         stream = self._container.add_stream("gif", rate=self._rate)
         stream.width, stream.height, stream.pix_fmt = width, height, "pal8"
         self._spool.seek(0)
@@ -224,23 +231,28 @@ def _graph(width: int, height: int, rate: Fraction, *filters: tuple[str, str]) -
     return graph
 
 
-def _palette_graph(width: int, height: int, rate: Fraction, palette: Any) -> tuple[Any, Any]:
+def _palette_graph(width: int, height: int, rate: Fraction, colors: NDArray[np.uint8]) -> tuple[Any, Any]:
     """RGB frames to frames of palette colours: the graph, and the place where frames go in."""
     import av
 
+    entries = np.full((256, 4), 255, np.uint8)
+    entries[:, :3] = colors[0]
+    entries[: len(colors), :3] = colors
+    entries[_GIF_COLORS, 3] = 0  # transparent: what did not change since the last frame
+    palette = av.VideoFrame.from_ndarray(entries.reshape(16, 16, 4), format="rgba").reformat(format="bgra")
     graph = av.filter.Graph()
     frames = graph.add_buffer(
         width=width, height=height, format=av.VideoFormat("rgb24"), time_base=1 / rate, name="frames"
     )
-    colors = graph.add_buffer(template=palette, time_base=1 / rate, name="colors")
+    palette_in = graph.add_buffer(template=palette, time_base=1 / rate, name="palette")
     use = graph.add("paletteuse", _DITHER)
     frames.link_to(use, 0, 0)
-    colors.link_to(use, 0, 1)
+    palette_in.link_to(use, 0, 1)
     use.link_to(graph.add("buffersink"))
     graph.configure()
     palette.pts, palette.time_base = 0, 1 / rate
-    colors.push(palette)
-    colors.push(None)
+    palette_in.push(palette)
+    palette_in.push(None)
     return graph, frames
 
 
