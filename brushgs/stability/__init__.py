@@ -47,6 +47,15 @@ widest gap (the first one to the end of a loop). Values are display-encoded, 0 t
 
 from brushgs.stability.figures import Figures, Stability, Warp
 from brushgs.stability.measure import measure_stability
-from brushgs.stability.run import report_stability
+from brushgs.stability.painters import Easel
+from brushgs.stability.run import StabilityReport, report_stability
 
-__all__ = ["Figures", "Stability", "Warp", "measure_stability", "report_stability"]
+__all__ = [
+    "Easel",
+    "Figures",
+    "Stability",
+    "StabilityReport",
+    "Warp",
+    "measure_stability",
+    "report_stability",
+]
