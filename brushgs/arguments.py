@@ -157,7 +157,7 @@ def build_parser() -> ArgumentParser:
         "--pairs",
         type=_count_from(1),
         metavar="N",
-        help="pairs of frames compared at each gap at most, 1 or more, default 40; only their frames are painted",
+        help="pairs of frames compared at each gap at most, 1 or more, default 40; no others are painted",
     )
     stability.add_argument(
         "--no-plot", action="store_true", help="no stability.png, which needs brushgs[plot]"
