@@ -11,9 +11,9 @@ from brushgs import cli
 from brushgs.config import DrawConfig, StabilityConfig
 from brushgs.io.images import read_image
 from brushgs.metrics import View, covers_ellipse, off_axis_share, orientation_events, warp_error
-from brushgs.paths import orbit
 from brushgs.stability import Easel, measure, measure_stability, plot
 from brushgs.stability.plot import write_plot
+from brushgs.stability.table import stability_table
 from brushgs.still_life import still_life
 
 WHITE = (1.0, 1.0, 1.0)
@@ -28,11 +28,21 @@ def easel_of(scene, strokes, cameras):
     return Easel(scene, strokes, cameras, BRUSH, DrawConfig("dry_brush"), WHITE, seed=0)
 
 
+def swing(num_views):
+    """Views from a small circle before the still life: steps of some 2 degrees."""
+    cameras = []
+    for angle in np.arange(num_views) * 2 * np.pi / num_views:
+        eye = 1.2 + 0.5 * np.cos(angle), -3.35 + 0.5 * np.sin(angle), -10.2
+        size = {"width": WIDTH, "height": HEIGHT}
+        cameras.append(bg.Camera.look_at(eye, (0.12, -1.42, 0.2), fov_y=np.radians(29), **size))
+    return cameras
+
+
 @pytest.fixture(scope="module")
 def easel():
-    """The still life from 8 sides, closed."""
+    """The still life from 8 places, closed."""
     scene = still_life(4000)
-    cameras = orbit(scene, 8, width=WIDTH, height=HEIGHT)
+    cameras = swing(8)
     return easel_of(scene, bg.cluster(bg.prune(scene), 150), [*cameras, cameras[0]])
 
 
@@ -59,6 +69,7 @@ def test_every_configuration_has_its_figures(result):
         assert len(figures.errors) == len(result.starts) == 8
         assert figures.loop is not None
         assert (figures.events is not None) == (figures.name in LASTING)
+        assert all(warp.valid_share > 0.4 for warp in figures.warps)  # measured: 0.42
         assert figures.seconds.draw > 0
 
 
@@ -144,6 +155,32 @@ def test_a_camera_that_stands_still_shows_no_flicker(easel):
         assert figures.warps[0].redrawn is None or figures.warps[0].redrawn < 1e-4
         assert figures.turning is None  # nothing turns
         assert figures.events is None or figures.events.largest_step == 0
+
+
+def test_frames_that_show_nothing_in_common_are_not_compared(easel):
+    first, far = easel.cameras[0], easel.cameras[0].viewmat.copy()
+    far[0, 3] += 1e3  # nothing but the ground is in sight
+    blind = replace(first, viewmat=far)
+    config = StabilityConfig(gaps=(1, 2), alone=0)
+    with pytest.warns(bg.SceneWarning, match="no two frames of the path show the same surface"):
+        found = measure_stability(replace(easel, cameras=[first, blind]), config)
+    assert found.starts == ()
+    for figures in found.configurations:
+        assert (figures.warps, figures.errors, figures.turning) == ((), (), None)
+    cameras = [first, blind, blind, first, easel.cameras[0]]
+    found = measure_stability(replace(easel, cameras=cameras), config)
+    assert found.starts == (3,)
+    assert [(warp.gap, warp.pairs) for warp in found["off"].warps] == [(1, 1)]
+    assert stability_table(found).row_count > 15
+
+
+def test_a_report_without_flicker_has_a_table_and_a_plot(easel, tmp_path):
+    one = replace(easel.cameras[0], viewmat=np.diag([1.0, -1.0, -1.0, 1.0]))
+    with pytest.warns(bg.SceneWarning):
+        found = measure_stability(replace(easel, cameras=[easel.cameras[0], one]), StabilityConfig(alone=0))
+    assert stability_table(found).row_count > 8
+    write_plot(found, tmp_path / "empty.png", "nothing")
+    assert names(tmp_path) == ["empty.png"]
 
 
 def needles(angles):
@@ -269,14 +306,30 @@ def test_the_command_writes_figures_and_plot_and_tells_a_table(scene, capsys):
 
 
 def test_the_json_has_every_figure_and_all_that_repeats_it(scene, capsys):
-    code, out, err = run(capsys, scene, *SMALL, "--json", "-o", "all.json", "--seed", "3")
+    views = [
+        {
+            "id": i,
+            "img_name": f"{i}",
+            "width": WIDTH,
+            "height": HEIGHT,
+            "position": camera.position.tolist(),
+            "rotation": camera.viewmat[:3, :3].T.tolist(),
+            "fx": camera.K[0, 0],
+            "fy": camera.K[1, 1],
+        }
+        for i, camera in enumerate(swing(4))
+    ]
+    Path("way.json").write_text(json.dumps(views))
+    words = [*SMALL[:6], "--path", "way.json", "--loop", "--seed", "3"]
+    code, out, err = run(capsys, scene, *words, "--json", "-o", "all.json")
     assert (code, err) == (0, "")
-    assert names() == ["all.json"]
+    assert names() == ["all.json", "way.json"]
     value = json.loads(out)
+    assert value["notes"] == []
     written = json.loads(Path("all.json").read_text())
     assert written["stability"] == value["stability"]
     assert written["settings"] == value["settings"]
-    assert value["settings"]["path"]["orbit"] == 4
+    assert value["settings"]["path"]["file"] == "way.json"
     assert value["settings"]["cluster"]["strokes"] == 80
     assert value["settings"]["cluster"]["seed"] == 3
     assert value["settings"]["draw"]["stroke"] == "dry_brush"
@@ -289,7 +342,8 @@ def test_the_json_has_every_figure_and_all_that_repeats_it(scene, capsys):
         lasts = configuration["name"] in LASTING
         for name in ("events", "off_axis_share", "shortfall", "lock"):
             assert (configuration[name] is not None) == lasts
-        for name in ("warps", "turning", "loop", "alone", "alone_equal", "seconds", "errors", "strokes"):
+        assert "turning" in configuration  # None where nothing turns
+        for name in ("warps", "loop", "alone", "alone_equal", "seconds", "errors", "strokes"):
             assert configuration[name] is not None
         assert set(configuration["seconds"]) == {"track", "project", "draw"}
         assert {"rmse", "worst_1pct", "valid_share", "excess", "redrawn"} <= set(configuration["warps"][0])

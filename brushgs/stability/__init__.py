@@ -23,8 +23,8 @@ The protocol, in full, so that others can repeat it:
    compared: k = 0, s, 2 s, ... with the stride s = ceil((n - 1) / pairs). For each pair the earlier picture
    is moved to the later view by plain depth and pose (`metrics.match_views`: which pixels are valid, and how
    they are read) and compared over valid pixels and three channels, on the ground. A figure is the mean over
-   the pairs: RMSE, RMSE over the worst 1 % of pixels, share of valid pixels. **Excess** is the error less
-   that of the plain render over the same pair, then the mean over the pairs.
+   those pairs that have valid pixels: RMSE, RMSE over the worst 1 % of pixels, share of valid pixels.
+   **Excess** is the error less that of the plain render over the same pair, then the mean over the pairs.
    A painting that differs little from the plain picture cannot flicker much, however it is made. So beside
    it: the **marks**, the painting less the plain picture of the same view, their RMS over valid pixels, and
    the part of them that does not move along, sqrt(sum |B - A|^2 / sum (|A|^2 + |B|^2)) with A the marks of

@@ -76,7 +76,7 @@ class Figures:
         events: flips, spins, pops and the like.
         off_axis_share: of slender stroke-frames, those off both axes.
         shortfall: of the worst box, as a share of the reach of its ellipse; 0 or less: all cover theirs.
-        warps: one per gap that the path is long enough for, ascending.
+        warps: one per gap at which there is a pair with pixels to compare, ascending.
         turning: flicker where strokes turn.
         loop: None on an open path.
         alone: frames that were drawn again.
@@ -118,7 +118,7 @@ class Stability:
         num_frames: views of the path; a closed one repeats its first.
         is_closed: whether it does.
         stride: from the first frame of a pair to that of the next.
-        starts: number of the earlier frame of each pair at gap 1.
+        starts: number of the earlier frame of each pair at gap 1 that has pixels to compare.
         configurations: one per configuration, in the order of the table.
     """
 

@@ -1,6 +1,7 @@
 """A path is painted in every configuration, and what moves is measured, by the protocol in the package."""
 
 import hashlib
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -8,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.config import StabilityConfig
+from brushgs.errors import SceneWarning
 from brushgs.metrics import (
     SPIN,
     View,
@@ -24,6 +26,9 @@ from brushgs.stability.figures import Figures, Loop, Stability, Turning, Warp
 from brushgs.stability.painters import Easel, ImagePainter, StrokePainter
 
 PLAIN = "plain"
+NOTHING_COMPARED = (
+    "no two frames of the path show the same surface, so no flicker could be measured; take smaller steps"
+)
 TURNED_AS = "off"  # the configuration whose strokes turn unlocked, and whose picture weighs pixels by it
 
 
@@ -51,9 +56,9 @@ def measure_stability(
     for name, painter in painters.items():
         figures = _figures(painter, tally, plan, len(easel.cameras))
         configurations.append(replace(figures, alone=len(plan.alone), alone_equal=equal[name]))
-    return Stability(
-        plan.num_frames, plan.is_closed, plan.stride, tuple(plan.starts(1)), tuple(configurations)
-    )
+    if not tally.starts:
+        warnings.warn(SceneWarning(NOTHING_COMPARED), stacklevel=2)
+    return Stability(plan.num_frames, plan.is_closed, plan.stride, tuple(tally.starts), tuple(configurations))
 
 
 def painted_frames(cameras: Sequence[Camera], config: StabilityConfig) -> int:
@@ -125,8 +130,6 @@ def _marks(match: ViewMatch, first: _Shot, second: _Shot, name: str) -> tuple[fl
     """What strokes add to the plain picture over valid pixels: RMS, and the part that is redrawn."""
     before, now = (shot.pictures[name] - shot.pictures[PLAIN] for shot in (first, second))
     moved, here = match.moved(before).astype(np.float64), now.reshape(-1, 3)[match.pixels].astype(np.float64)
-    if not len(here):
-        return 0.0, 0.0
     power = float((moved**2 + here**2).sum())
     changed = float(((here - moved) ** 2).sum())
     return float(np.sqrt((here**2).mean())), float(np.sqrt(changed / power)) if power > 0 else 0.0
@@ -143,6 +146,7 @@ class _Tally:
     )  # and the redrawn part
     turned: dict[str, float] = field(default_factory=dict)  # sum of weight x squared error
     turned_weight: float = 0.0
+    starts: list[int] = field(default_factory=list)  # of the pairs at gap 1
     loops: dict[str, Loop] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -150,9 +154,13 @@ class _Tally:
         self.marks = {name: {} for name in self.names}
         self.turned = dict.fromkeys(self.names, 0.0)
 
-    def add_pair(self, gap: int, first: _Shot, second: _Shot, weights: Array | None) -> None:
-        """Compare two frames; where weights [H, W] are given, also with these."""
+    def add_pair(self, gap: int, start: int, first: _Shot, second: _Shot, weights: Array | None) -> None:
+        """Compare two frames, if they have anything in common; at gap 1 with weights [H, W], too."""
         match = match_views(first.view, second.view)
+        if not len(match.pixels):
+            return
+        if gap == 1:
+            self.starts.append(start)
         valid = weights.reshape(-1)[match.pixels].astype(np.float64) if weights is not None else None
         for name in self.names:
             error = match.error(first.pictures[name], second.pictures[name], keep_map=valid is not None)
@@ -221,7 +229,7 @@ def _paint_all(
             if gap == 1:
                 before = kept[start].unlocked
                 weights = _turning_share(before, shot.unlocked, unlocked, easel.cameras[index])
-            tally.add_pair(gap, kept[start], shot, weights)
+            tally.add_pair(gap, start, kept[start], shot, weights)
         if plan.is_closed and index == plan.num_frames - 1:
             tally.add_loop(kept[0], shot)
         if index in plan.alone:

@@ -86,7 +86,7 @@ def _flicker(gaps: list[int]) -> list[Row]:
         return cell
 
     def marks(figures: Figures) -> str:
-        return _of_255(figures.warps[0].marks) if figures.warps[0].marks else NONE
+        return _of_255(figures.warps[0].marks) if figures.warps and figures.warps[0].marks else NONE
 
     def turning(figures: Figures) -> str:
         return NONE if figures.turning is None else _of_255(figures.turning.excess)
