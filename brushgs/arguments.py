@@ -12,7 +12,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, get_args
 
 from brushgs import __version__
-from brushgs.choices import PRESETS, Extent, Features, Filter, Lock, Merge, Method, Weight, size_rule
+from brushgs.choices import (
+    PRESETS,
+    VIDEO_SUFFIXES,
+    Extent,
+    Features,
+    Filter,
+    Lock,
+    Merge,
+    Method,
+    Weight,
+    size_rule,
+)
 
 if TYPE_CHECKING:
     from brushgs.config import (
@@ -38,8 +49,6 @@ examples:
 `brushgs COMMAND --help` tells the flags of a command. A finished command prints the path it wrote on
 stdout and a table of what it did on stderr. Exit code 2: an input that cannot be used, said in a sentence."""
 FRAMING_FLAGS = ("up", "azimuth", "elevation", "fov_deg", "zoom")
-PATH_FLAGS = ("orbit", "path")
-# What means something only where there is a path; and what only where the path is a file.
 SEQUENCE_FLAGS = ("frames", "seconds", "fps", "loop", "resume", "jobs", "scheduler")
 
 
@@ -110,8 +119,8 @@ def build_parser() -> ArgumentParser:
         "--preset",
         choices=sorted(PRESETS),
         default="default",
-        help="'paper': the published method (paper weight, features and merge, minibatch, bilinear); single "
-        "flags still win",
+        help="'paper': the published method (paper weight, features, merge and extent, minibatch, bilinear, no "
+        "lock); single flags still win",
     )
     _add_view(render)
     _add_path(render)
@@ -260,6 +269,7 @@ def path_config(args: Namespace) -> "PathConfig | None":
                 )
         if args.lock == "track":
             raise ValueError("--lock track must stand beside --orbit or --path: only a path can be tracked")
+        _refuse_many(args.output or "")
         return None
     from brushgs.config import PathConfig
 
@@ -273,6 +283,20 @@ def path_config(args: Namespace) -> "PathConfig | None":
                 raise ValueError(f"--{flag} must not stand beside --path, which says where the cameras are")
     chosen = _chosen(args, {}, "orbit", "frames", "seconds", "fps", "loop")
     return PathConfig(**chosen, file=args.path)
+
+
+def _refuse_many(output: str) -> None:
+    """Refuse the output of a path where there is none."""
+    name = Path(output).name
+    if Path(output).suffix.lower() in VIDEO_SUFFIXES:
+        found = f"{output} is a video"
+    elif "%" in name:
+        found = f"{name} numbers frames"
+    elif output.endswith("/"):
+        found = f"{output} is a folder, for frames"
+    else:
+        return
+    raise ValueError(f"{found}; say with --orbit or --path where the camera goes")
 
 
 def sequence_config(args: Namespace) -> "SequenceConfig":

@@ -29,6 +29,8 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
     },
 }
 
+VIDEO_SUFFIXES = (".mp4", ".webm", ".gif")
+
 # The core keeps pixel bounds in 16 bits; a picture of the most pixels needs some 14 GB until it is written.
 MAX_SIDE, MAX_PIXELS = 32767, 2**28
 

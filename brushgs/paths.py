@@ -129,12 +129,13 @@ def orbit(
     points, _ = subject(gaussians)
     if elevation is None:
         elevation = default_elevation(points, up)
-    level = camera_axes(up, azimuth, 0.0)
-    axes = camera_axes(up, azimuth, elevation)
+    level = camera_axes(up, 0.0, 0.0)
     seen = points @ level.T
     center = 0.5 * (seen.min(axis=0) + seen.max(axis=0)) @ level
-    axis = level[0] if over_poles else level[1]
-    swept = _swept(points - center, axis) @ axes.T
+    axes = camera_axes(up, azimuth, elevation)
+    # The rows beside the axis move with the camera: the fit is the same from wherever the turn begins.
+    axis, beside = (axes[0], axes[2]) if over_poles else (level[1], axes[0])
+    swept = _swept(points - center, axis, beside) @ axes.T
     eye, distance = fit_eye(swept, np.tan(0.5 * fov_y) * np.array([width / height, 1.0]))
     eye[1 if over_poles else 0] = 0.0  # exactly before the axis; the fit finds it to rounding
     cameras = []
@@ -148,17 +149,18 @@ def orbit(
     return cameras
 
 
-def _swept(points: Floats, axis: Floats) -> Floats:
-    """[m, 3] points on the outline of what `points` [n, 3] pass through as they turn about an axis."""
+def _swept(points: Floats, axis: Floats, beside: Floats) -> Floats:
+    """[m, 3] points on the outline of what `points` [n, 3] pass through as they turn about `axis` [3].
+
+    Both `axis` and the direction `beside` it, in which the circles are begun, are unit vectors.
+    """
     height = points @ axis
     radius = np.linalg.norm(points - height[:, None] * axis, axis=1)
     angles = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _OUTLINE_STEPS)
     outermost = {int(np.argmax(np.cos(a) * radius + np.sin(a) * height)) for a in angles}
     rows = np.array(sorted(outermost))
-    first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    first /= np.linalg.norm(first)
     turns = 2 * np.pi * np.arange(_SWEEP_STEPS) / _SWEEP_STEPS
-    circle = np.cos(turns)[:, None] * first + np.sin(turns)[:, None] * np.cross(axis, first)
+    circle = np.cos(turns)[:, None] * beside + np.sin(turns)[:, None] * np.cross(axis, beside)
     swept = radius[rows, None, None] * circle + (height[rows, None] * axis)[:, None]
     return np.asarray(swept.reshape(-1, 3))
 

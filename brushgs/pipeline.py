@@ -133,8 +133,10 @@ def check_folder(folder: Path, path: Path) -> None:
     """Refuse a folder that `path` could not be written to.
 
     Raises:
-        SceneError: if the folder is missing or read-only.
+        SceneError: if the folder is missing, read-only or a file.
     """
+    if folder.exists() and not folder.is_dir():
+        raise SceneError(path, f"{folder} is a file, not a folder; choose another name")
     if not folder.is_dir():
         raise SceneError(path, f"the folder {folder} does not exist; create it first")
     try:

@@ -5,12 +5,16 @@ The arithmetic is in the compiled core; its plain definition is `brushgs.raster.
 
 from dataclasses import dataclass
 from math import inf
+from typing import get_args
+
+import numpy as np
+from numpy.typing import NDArray
 
 from brushgs import _core
 from brushgs.choices import ViewLock
 from brushgs.scene import Boxes, Camera, Gaussians
 from brushgs.sh import used_sh_degree
-from brushgs.shapes import Array
+from brushgs.shapes import check
 from brushgs.threads import num_threads_or_default
 
 
@@ -36,20 +40,57 @@ class ProjectCounts:
         return self.behind_near + self.not_finite + self.faint + self.outside
 
 
+@dataclass(frozen=True, eq=False)
+class Directions:
+    """Which way each stroke of a scene points in one view, as `brushgs.track` found it along a path.
+
+    Attributes:
+        angles: [N] float32, direction of the u axis of each Gaussian's box, radians from +x towards +y.
+        swells: [N] float32 or None, factor >= 1 by which the area of a box is larger than what its ellipse
+            needs: a stroke that must turn across its ellipse swells over several frames. None: 1 for all.
+
+    Raises:
+        TypeError: if a column is not float32.
+        ValueError: if lengths differ, an angle is not finite or a swell is under 1.
+    """
+
+    angles: NDArray[np.float32]  # [N]
+    swells: NDArray[np.float32] | None = None  # [N]
+
+    def __post_init__(self) -> None:
+        columns = {"angles": self.angles} | ({} if self.swells is None else {"swells": self.swells})
+        for name, column in columns.items():
+            if not isinstance(column, np.ndarray) or column.dtype != np.float32:
+                raise TypeError(f"Directions: {name} must be a float32 array")
+            column = np.ascontiguousarray(column).view()
+            column.flags.writeable = False
+            object.__setattr__(self, name, column)
+        check("Directions", **{name: (column, "N") for name, column in columns.items()})
+        if not np.isfinite(self.angles).all():
+            raise ValueError("Directions: angles must be finite")
+        if self.swells is not None and not (self.swells >= 1).all():
+            raise ValueError("Directions: swells must be >= 1")
+
+    def __len__(self) -> int:
+        return len(self.angles)
+
+
 def project(
     gaussians: Gaussians,
     camera: Camera,
     *,
     num_sigmas: float = 2.0,
     low_pass: float = 0.3,
-    lock: ViewLock | Array = "off",
+    lock: ViewLock | Directions = "off",
+    fade: bool = False,
     num_threads: int | None = None,
 ) -> Boxes:
     """Project Gaussians to oriented boxes on the image plane.
 
-    A box is the principal frame of the projected covariance M M^T + low_pass I with
-    M = J W R S, cut at `num_sigmas` standard deviations; its u axis is the longer one, its angle in
-    (-pi/2, pi/2]. Gaussians that cannot paint are left out: see `ProjectCounts`.
+    The ellipse of a Gaussian is that of the projected covariance M M^T + low_pass I with M = J W R S. Its
+    box is the smallest one in the direction that `lock` chooses, cut at `num_sigmas` standard deviations:
+    whatever the direction, the box just covers the ellipse. Gaussians that cannot paint are left out: see
+    `ProjectCounts`.
     Source: Zwicker et al. 2002, EWA Splatting (local affine projection); Kerbl et al. 2023 (the clamp of
     the Jacobian to 1.3 times the field of view, the low-pass, the spherical harmonics).
 
@@ -58,6 +99,13 @@ def project(
         camera: one pinhole camera.
         num_sigmas: half extent of a box in standard deviations, > 0.
         low_pass: variance added to both axes, pixels squared, >= 0; 0.3 is what scenes are trained with.
+        lock: which way the u axis of a box points. "off": along the major axis of the ellipse, angle in
+            (-pi/2, pi/2], as published: it jumps by half a turn where that axis is vertical. "anchor": the
+            branch of the major axis nearer to the projection of the Gaussian's own longest axis, bent toward
+            that projection as the ellipse gets round: continuous but where one looks along the longest
+            axis; angle in (-pi, pi]. `Directions`: as `brushgs.track` chose them for this view.
+        fade: whether strokes fade that would otherwise appear or vanish between two frames: from twice the
+            near plane's distance to the near plane, and from 4 to 100 times the area of the picture.
         num_threads: threads to run in, None for one per CPU; the result is the same, bit for bit.
 
     Returns:
@@ -66,12 +114,18 @@ def project(
 
     Raises:
         TypeError: if an argument has another type.
-        ValueError: if `num_sigmas`, `low_pass` or `num_threads` is out of range.
+        ValueError: if `num_sigmas`, `low_pass` or `num_threads` is out of range, or `lock` is none of these.
 
-    Where both axes are equally long the angle is undefined: 0 is returned there.
+    Where both axes are equally long the angle of "off" is undefined: 0 is returned there.
     """
     return project_counted(
-        gaussians, camera, num_sigmas=num_sigmas, low_pass=low_pass, lock=lock, num_threads=num_threads
+        gaussians,
+        camera,
+        num_sigmas=num_sigmas,
+        low_pass=low_pass,
+        lock=lock,
+        fade=fade,
+        num_threads=num_threads,
     )[0]
 
 
@@ -81,7 +135,8 @@ def project_counted(
     *,
     num_sigmas: float = 2.0,
     low_pass: float = 0.3,
-    lock: ViewLock | Array = "off",
+    lock: ViewLock | Directions = "off",
+    fade: bool = False,
     num_threads: int | None = None,
 ) -> tuple[Boxes, ProjectCounts]:
     """`project`, and what was left out by it and why: `len(boxes) + counts.total == len(gaussians)`."""
@@ -96,6 +151,15 @@ def project_counted(
     if len(gaussians) >= 2**31:
         raise ValueError(
             f"project: gaussians must be fewer than 2^31, got {len(gaussians)}; prune them first"
+        )
+    given = lock if isinstance(lock, Directions) else None
+    if given is None and lock not in get_args(ViewLock):
+        raise ValueError(
+            f"project: lock must be one of {', '.join(get_args(ViewLock))} or Directions, got {lock!r}"
+        )
+    if given is not None and len(given) != len(gaussians):
+        raise ValueError(
+            f"project: lock must hold a direction for each of the {len(gaussians)} Gaussians, got {len(given)}"
         )
     columns, culled = _core.project(
         gaussians.means,
@@ -112,5 +176,9 @@ def project_counted(
         low_pass=float(low_pass),
         sh_degree=used_sh_degree(gaussians),
         num_threads=num_threads_or_default(num_threads),
+        lock=_core.Lock.given if given is not None else getattr(_core.Lock, str(lock)),
+        directions=None if given is None else given.angles,
+        swells=None if given is None else given.swells,
+        fades=bool(fade),
     )
     return Boxes(*columns), ProjectCounts(*culled)

@@ -12,7 +12,7 @@ import pytest
 
 import brushgs as bg
 from brushgs import arguments, cli
-from brushgs.config import ClusterConfig, DrawConfig, PruneConfig
+from brushgs.config import ClusterConfig, DrawConfig, PathConfig, PruneConfig, SequenceConfig
 from brushgs.io.images import read_image
 from brushgs.still_life import still_life
 from brushgs.textures import builtin_names
@@ -112,13 +112,13 @@ def test_the_plain_picture_takes_the_whole_scene(scene, capsys):
             ["--preset", "paper"],
             PruneConfig(weight="paper"),
             ClusterConfig(features="paper", merge="paper", method="minibatch"),
-            DrawConfig(filter="bilinear", extent="paper"),
+            DrawConfig(filter="bilinear", extent="paper", lock="off"),
         ),
         (
-            ["--preset", "paper", "--merge", "cover", "--filter", "mip"],
+            ["--preset", "paper", "--merge", "cover", "--filter", "mip", "--lock", "anchor"],
             PruneConfig(weight="paper"),
             ClusterConfig(features="paper", merge="cover", method="minibatch"),
-            DrawConfig(filter="mip", extent="paper"),
+            DrawConfig(filter="mip", extent="paper", lock="anchor"),
         ),
         (
             ["--strokes", "10%", "--seed", "4", "--threads", "2", "--background", "black"],
@@ -132,6 +132,28 @@ def test_the_plain_picture_takes_the_whole_scene(scene, capsys):
 def test_flags_become_configuration(words, prune, cluster, draw):
     config = arguments.paint_config(arguments.parse(["render", "a.ply", *words]))
     assert (config.prune, config.cluster, config.draw) == (prune, cluster, draw)
+
+
+@pytest.mark.parametrize(
+    ("words", "path", "sequence"),
+    [
+        (["--orbit", "120"], PathConfig(orbit=120), SequenceConfig()),
+        (
+            ["--path", "p.json", "--seconds", "2.5", "--fps", "30", "--loop", "--jobs", "3"],
+            PathConfig(file=Path("p.json"), seconds=2.5, fps=30, loop=True),
+            SequenceConfig(jobs=3),
+        ),
+        (
+            ["--path", "p", "--frames", "9", "--scheduler", "tcp://host:8786", "--resume"],
+            PathConfig(file=Path("p"), frames=9),
+            SequenceConfig(scheduler="tcp://host:8786", is_resumed=True),
+        ),
+        ([], None, SequenceConfig()),
+    ],
+)
+def test_path_flags_become_configuration(words, path, sequence):
+    args = arguments.parse(["render", "a.ply", *words])
+    assert (arguments.path_config(args), arguments.sequence_config(args)) == (path, sequence)
 
 
 def test_view_flags_become_radians_and_keep_their_signs():
@@ -176,6 +198,41 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
         (["-o", "a.jpg"], r"output must end in .png, .exr, .tif, .tiff, got 'a.jpg'"),
         (["-o", "no/such/a.png"], r"no/such/a.png: the folder .* does not exist; create it first"),
         (["--no-such-flag"], r"unrecognized arguments: --no-such-flag"),
+        (["--frames", "5"], r"--frames must stand beside --orbit or --path: one picture has no use for it"),
+        (["--seconds", "5"], r"--seconds must stand beside --orbit or --path"),
+        (["--fps", "5"], r"--fps must stand beside --orbit or --path"),
+        (["--loop"], r"--loop must stand beside --orbit or --path"),
+        (["--resume"], r"--resume must stand beside --orbit or --path"),
+        (["--jobs", "2"], r"--jobs must stand beside --orbit or --path"),
+        (["--scheduler", "tcp://host:1"], r"--scheduler must stand beside --orbit or --path"),
+        (
+            ["--lock", "track"],
+            r"--lock track must stand beside --orbit or --path: only a path can be tracked",
+        ),
+        (["--lock", "hard"], r"--lock: invalid choice: 'hard'"),
+        (["-o", "a.mp4"], r"a\.mp4 is a video; say with --orbit or --path where the camera goes"),
+        (["-o", "f/%05d.png"], r"%05d\.png numbers frames; say with --orbit or --path where the camera goes"),
+        (["-o", "f/"], r"f/ is a folder, for frames; say with --orbit or --path where the camera goes"),
+        (["--orbit", "2"], r"--orbit must be a whole number of 3 or more, got '2'"),
+        (["--orbit", "9", "--path", "a.json"], r"a camera path must be either an orbit or .*, got both"),
+        (["--orbit", "9", "--frames", "5"], r"frames must not stand beside orbit"),
+        (["--orbit", "9", "--camera-file", "c.json"], r"--camera-file must not stand beside --orbit"),
+        (["--path", "p", "--camera-file", "c.json"], r"--camera-file must not stand beside --path"),
+        (["--path", "p.json", "--zoom", "2"], r"--zoom must not stand beside --path, which says where"),
+        (["--path", "none.json"], r"none\.json: "),
+        (["--orbit", "9", "--fps", "0"], r"fps must be above 0"),
+        (["--orbit", "9", "--jobs", "0"], r"--jobs must be a whole number of 1 or more, got '0'"),
+        (
+            ["--orbit", "9", "--jobs", "2", "--scheduler", "tcp://h:1"],
+            r"jobs must not stand beside scheduler",
+        ),
+        (
+            ["--orbit", "9", "--resume"],
+            r"a video cannot be gone on with \(--resume\), got 'pears-ellipse.mp4'",
+        ),
+        (["--orbit", "9", "--background", "transparent"], r"background must not be transparent in a video"),
+        (["--orbit", "9", "-o", "a.png"], r"a path has many frames and 'a\.png' is one picture"),
+        (["--orbit", "9", "-o", "no/such/%d.png"], r"the folder .*no does not exist; create it first"),
     ],
 )
 def test_a_bad_flag_gets_one_sentence(scene, capsys, words, sentence):
@@ -285,6 +342,37 @@ def test_a_scene_that_is_usable_with_a_loss_is_painted_with_a_note(tmp_path, mon
     assert re.search(r"^note +hurt\.ply", out, re.MULTILINE)
 
 
+def test_a_path_becomes_a_video_that_bears_the_name_of_scene_and_stroke(scene, capsys):
+    code, out, err = run(capsys, "render", scene, *SMALL, "--orbit", "4", "--fps", "8")
+    assert (code, out) == (0, "pears-ellipse.mp4\n")
+    assert names() == ["pears-ellipse.mp4"]
+    for word in ("path", "4 frames, 8 a second, a loop, 64x48", "track", "paint", "4 of 4 frames", "write"):
+        assert word in err
+
+
+def test_a_folder_takes_numbered_frames_and_resume_goes_on_with_them(scene, capsys):
+    assert run(capsys, "render", scene, *SMALL, "--orbit", "4", "-o", "f/")[:2] == (0, "f/%05d.png\n")
+    Path("f/00002.png").unlink()
+    words = "render", scene, *SMALL, "--orbit", "4", "-o", "f/", "--resume"
+    _, out, _ = run(capsys, *words, "--json")
+    value = json.loads(out)
+    counts = {stage["name"]: stage["counts"] for stage in value["stages"]}
+    assert (counts["paint"]["painted"], counts["paint"]["skipped"], value["output"]) == (1, 3, "f/%05d.png")
+    assert len(names("f")) == 5
+    code, _, err = run(capsys, *words, "--seed", "5")
+    assert code == 2
+    assert re.match(
+        r"brushgs: f/%05d\.png: .* another painting \(seed 0, asked is 5\); give the options", err
+    )
+
+
+@pytest.mark.parametrize("lock", ["anchor", "off"])
+def test_the_lock_of_a_picture_is_told(scene, capsys, lock):
+    flags = [] if lock == "anchor" else ["--lock", lock]
+    _, out, _ = run(capsys, "render", scene, *SMALL, *flags, "--json")
+    assert [s["counts"]["lock"] for s in json.loads(out)["stages"] if s["name"] == "project"] == [lock]
+
+
 def test_passes_stand_alone(scene, capsys):
     assert run(capsys, "prune", scene, "--keep", "0.5")[:2] == (0, "pears-pruned.ply\n")
     assert run(capsys, "cluster", "pears-pruned.ply", "--strokes", "40", "-o", "few.ply")[:2] == (
@@ -351,7 +439,7 @@ def test_version_of_the_module_run_as_a_program(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no file size limit")
-@pytest.mark.parametrize("output", ["a.png", "a.tif", "a.exr", "a.ply"])
+@pytest.mark.parametrize("output", ["a.png", "a.tif", "a.exr", "a.ply", "a.mp4", "a.webm", "a.gif"])
 def test_a_full_disc_gets_a_sentence_and_leaves_nothing(made, tmp_path, output):
     def limit():
         import resource
@@ -360,11 +448,28 @@ def test_a_full_disc_gets_a_sentence_and_leaves_nothing(made, tmp_path, output):
         resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))
 
     words = ["prune", made] if output == "a.ply" else ["render", made, *SMALL]
+    words += ["--orbit", "3"] if output in ("a.mp4", "a.webm", "a.gif") else []
     with brushgs(*words, "-o", output, cwd=tmp_path, preexec_fn=limit) as process:
         out, err = process.communicate()
     assert (process.returncode, out) == (2, "")
     assert re.fullmatch(rf"brushgs: {output}: cannot be written.*; check the .*disk\n", err), err
     assert names(tmp_path) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no file size limit")
+def test_a_disc_that_fills_while_frames_are_painted_leaves_those_that_are_whole(made, tmp_path):
+    def limit():
+        import resource
+
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))  # the ledger fits, no frame does
+
+    words = "render", made, *SMALL, "--size", "320x240", "--orbit", "3", "-o", "f/"
+    with brushgs(*words, cwd=tmp_path, preexec_fn=limit) as process:
+        out, err = process.communicate()
+    assert (process.returncode, out) == (2, "")
+    assert re.fullmatch(r"brushgs: .*/frame\.png: cannot be written.*; check the .*disk\n", err), err
+    assert names(tmp_path / "f") == [".%05d.png.json"]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT to send")
@@ -417,6 +522,29 @@ def test_a_terminal_sees_a_bar_for_each_stage_and_a_pipe_does_not(made, tmp_path
     assert "\u2501" in bars  # the line that a bar is drawn with
     assert "rasterise" in bars
     assert "total" in table
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminal")
+def test_a_terminal_sees_frames_done_and_the_time_left(made, tmp_path):
+    import pty
+
+    ours, theirs = pty.openpty()
+    words = ["render", str(made), *SMALL, "--orbit", "60", "-o", "f/"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "TERM": "xterm", "COLUMNS": "120"}
+    with subprocess.Popen(
+        [sys.executable, "-m", "brushgs", *words],
+        cwd=tmp_path,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=theirs,
+    ) as process:
+        os.close(theirs)
+        shown = b""
+        while chunk := _read(ours):
+            shown += chunk
+    os.close(ours)
+    assert process.returncode == 0
+    assert re.search(r"paint.*[0-9]+/60 frames, [0-9.]+ a second, [0-9]+:[0-9]{2} left", shown.decode())
 
 
 def _read(terminal):

@@ -21,7 +21,6 @@ from brushgs.io.palette import ColorCounts
 
 Pixels = NDArray[np.uint8]
 
-VIDEO_SUFFIXES = (".mp4", ".webm", ".gif")
 # Encoders give other bytes for another number of threads, so it must not be that of the machine.
 _NUM_THREADS = 4
 # x264: 18 is taken for visually lossless. VP9 counts otherwise: 24 comes to about the same error.

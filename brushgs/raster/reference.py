@@ -7,8 +7,9 @@ them to that. Nothing else calls these functions.
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.choices import Filter
+from brushgs.choices import Filter, ViewLock
 from brushgs.levels import axis_levels, level_coverage, level_index
+from brushgs.project import Directions
 from brushgs.raster.constants import GAUSSIAN_SIGMAS, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.sh import sh_basis
@@ -18,10 +19,19 @@ from brushgs.textures import StrokeTexture
 F64 = NDArray[np.float64]
 
 CLAMP = 1.3  # the Jacobian is taken at most this factor outside the field of view, as scenes are trained
+ANCHOR_PULL = 8.0  # of the major axis on an anchored direction
 DIRECTION_NOISE = 1e-14  # directions are known to this; below, an ellipse is round and an angle is vertical
 
 
-def project(gaussians: Gaussians, camera: Camera, *, num_sigmas: float = 2.0, low_pass: float = 0.3) -> Boxes:
+def project(
+    gaussians: Gaussians,
+    camera: Camera,
+    *,
+    num_sigmas: float = 2.0,
+    low_pass: float = 0.3,
+    lock: ViewLock | Directions = "off",
+    fade: bool = False,
+) -> Boxes:
     """`brushgs.project`, in float64 whatever the dtype of the scene."""
     scene = gaussians.astype(np.float64)
     means, scales, opacities, sh = (
@@ -29,27 +39,33 @@ def project(gaussians: Gaussians, camera: Camera, *, num_sigmas: float = 2.0, lo
     )
     W = camera.viewmat[:3, :3]
     t = means @ W.T + camera.viewmat[:3, 3]
-    ids = np.flatnonzero((t[:, 2] > camera.near) & (opacities >= MIN_ALPHA)).astype(np.int32)
+    ids = np.flatnonzero(t[:, 2] > camera.near).astype(np.int32)
     t = t[ids]
+    directions = means[ids] - camera.position
+    directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
     J, R, S = jacobian(t, camera), rotation_matrices(scene.quats[ids]), scales[ids, None, :]
     M = J @ W @ R * S  # [M, 2, 3], pixels per standard deviation
-    angles = _major_axis(M)
-    u = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    v = np.stack([-u[:, 1], u[:, 0]], axis=1)
-    deviations = [np.sqrt(((w[:, None, :] @ M) ** 2).sum(axis=(1, 2)) + low_pass) for w in (u, v)]
-    half_extents = num_sigmas * np.stack(deviations, axis=1)
+    angles, swells = _major_axis(M), np.ones(len(ids))
+    if isinstance(lock, Directions):
+        angles = lock.angles[ids].astype(np.float64)
+        swells = swells if lock.swells is None else lock.swells[ids].astype(np.float64)
+    elif lock == "anchor":
+        rows, longest = np.arange(len(ids)), np.argmax(scales[ids], axis=1)
+        angles = _anchored(angles, M, R[rows, :, longest], M[rows, :, longest], directions, low_pass)
+    deviations = np.stack([np.sqrt(v * swells) for v in _variances(M, angles, low_pass)], axis=1)
+    half_extents = num_sigmas * deviations
     centers = t[:, :2] / t[:, 2:] * np.diag(camera.K)[:2] + camera.K[:2, 2]
 
-    directions = means[ids] - camera.position
-    directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     shades = np.einsum("nk,nkc->nc", sh_basis(directions, scene.sh_degree), sh[ids])
     colors = np.maximum(0, 0.5 + shades)
+    opacities = opacities[ids] * (_fade(t[:, 2], half_extents, camera) if fade else 1)
 
-    reach = np.abs(u) * half_extents[:, :1] + np.abs(v) * half_extents[:, 1:]
+    u = np.abs(np.stack([np.cos(angles), np.sin(angles)], axis=1))
+    reach = u * half_extents[:, :1] + u[:, ::-1] * half_extents[:, 1:]
     is_outside = (centers + reach <= 0) | (centers - reach >= (camera.width, camera.height))
     is_empty = half_extents <= 0
-    kept = np.flatnonzero(~(is_outside | is_empty).any(axis=1))
+    kept = np.flatnonzero(~(is_outside | is_empty).any(axis=1) & (opacities >= MIN_ALPHA))
     kept = kept[np.argsort(t[kept, 2], kind="stable")]
     return Boxes(
         centers[kept],
@@ -57,7 +73,7 @@ def project(gaussians: Gaussians, camera: Camera, *, num_sigmas: float = 2.0, lo
         angles[kept],
         t[kept, 2],
         colors[kept],
-        opacities[ids[kept]],
+        opacities[kept],
         ids[kept],
     )
 
@@ -95,6 +111,41 @@ def _major_axis(M: NDArray[np.float64]) -> NDArray[np.float64]:
     is_round = np.hypot(difference, twice_b) <= DIRECTION_NOISE * (M**2).sum(axis=(1, 2))
     angles = np.where(is_round, 0.0, 0.5 * np.arctan2(twice_b, difference))
     return np.where(angles <= -np.pi / 2 + DIRECTION_NOISE, np.pi / 2, angles)
+
+
+def _variances(M: F64, angles: F64, low_pass: float) -> tuple[F64, F64]:
+    """[M] and [M] variances of the ellipse along the direction and across it, pixels squared."""
+    u = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    v = np.stack([-u[:, 1], u[:, 0]], axis=1)
+    along, across = (((w[:, None, :] @ M) ** 2).sum(axis=(1, 2)) + low_pass for w in (u, v))
+    return along, across
+
+
+def _anchored(major: F64, M: F64, axes: F64, projected: F64, directions: F64, low_pass: float) -> F64:
+    """[M] directions in (-pi, pi]: the projection of the longest axis, bent toward the major axis.
+
+    `axes` [M, 3] are the longest axes in the world, `projected` [M, 2] their columns of `M`.
+    """
+    along, across = _variances(M, major, low_pass)
+    anisotropy = (along - across) / (along + across)
+    side = 1 - (axes * directions).sum(axis=1) ** 2  # squared sine between the axis and the view
+    pull = 1 + ANCHOR_PULL * side * anisotropy**2
+    lean = np.arctan2(projected[:, 1], projected[:, 0]) - major
+    bend = np.arctan2(np.sin(lean), pull * np.cos(lean))
+    is_seen = np.hypot(projected[:, 0], projected[:, 1]) > DIRECTION_NOISE * np.sqrt(along)
+    return np.where(is_seen, (major + bend + np.pi) % (2 * np.pi) - np.pi, major)
+
+
+def _fade(depths: F64, half_extents: F64, camera: Camera) -> F64:
+    """[M] share of the opacity that is left near the near plane, or of a box much larger than the picture."""
+
+    def smooth_step(t: F64) -> F64:
+        t = np.clip(t, 0, 1)
+        return t * t * (3 - 2 * t)
+
+    area = 4 * half_extents.prod(axis=1) / (camera.width * camera.height)
+    with np.errstate(divide="ignore"):
+        return smooth_step(depths / camera.near - 1) * smooth_step((area**-0.5 - 0.1) / 0.4)
 
 
 def rasterize(

@@ -3,10 +3,11 @@
 from pathlib import Path
 
 from brushgs.background import check_background
+from brushgs.choices import VIDEO_SUFFIXES
 from brushgs.config import PaintConfig, PathConfig
 from brushgs.errors import SceneError
 from brushgs.io.numbered import DEFAULT_NAME, NumberedFiles
-from brushgs.io.video import VIDEO_SUFFIXES, check_video
+from brushgs.io.video import check_video
 from brushgs.pipeline import PICTURE_SUFFIXES, check_folder, check_output, input_files
 
 

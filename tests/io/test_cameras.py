@@ -7,6 +7,7 @@ import pytest
 
 from brushgs import Camera, SceneError, SceneWarning
 from brushgs.io import load_cameras
+from brushgs.io.cameras import read_cameras
 
 # A camera at (1, 2, 3) that looks along world +x; its picture has world +z up.
 FORWARD, RIGHT, UP = np.array([1.0, 0, 0]), np.array([0, -1.0, 0]), np.array([0, 0, 1.0])
@@ -33,6 +34,8 @@ CAMERA_PATH = {
     "render_width": 640, "render_height": 480, "camera_type": "perspective",
     "camera_path": [{"camera_to_world": GL_MATRIX.ravel().tolist(), "fov": 90.0, "aspect": 1.0}],
 }  # fmt: skip
+# The same pose as a key view of the viewer.
+KEYFRAME = {"matrix": GL_MATRIX.ravel().tolist(), "fov": 90.0, "aspect": 1.0}
 FILES = {"inria": [INRIA], "blender": BLENDER, "nerfstudio": NERFSTUDIO, "camera_path": CAMERA_PATH}
 
 
@@ -194,3 +197,55 @@ def test_a_field_at_fault_is_named_with_its_frame(tmp_path: Path, content: objec
     with pytest.raises(SceneError, match=sentence) as caught:
         load_cameras(path)
     assert str(caught.value).startswith(f"{path}: ")
+
+
+def read_path(tmp_path: Path, **fields: object) -> Any:
+    return read_cameras(write(tmp_path, CAMERA_PATH | fields))
+
+
+def test_a_camera_path_says_its_rate_its_key_views_and_whether_it_is_a_loop(tmp_path: Path) -> None:
+    file = read_path(tmp_path, fps=30, seconds=9, is_cycle=True, keyframes=[KEYFRAME, KEYFRAME])
+    assert (file.is_path, file.fps, file.is_loop, len(file.keys)) == (True, 30, True, 2)
+    np.testing.assert_array_equal(file.keys[1].viewmat, file.cameras[0].viewmat)
+    np.testing.assert_array_equal(file.keys[1].K, file.cameras[0].K)
+
+
+def test_a_camera_path_may_say_nothing_but_its_poses(tmp_path: Path) -> None:
+    file = read_path(tmp_path)
+    assert (file.is_path, file.fps, file.is_loop, file.keys) == (True, None, False, [])
+    assert read_path(tmp_path, seconds=0.5).fps == 2
+
+
+def test_key_views_as_text_have_their_columns_first(tmp_path: Path) -> None:
+    text = KEYFRAME | {"matrix": json.dumps(GL_MATRIX.T.ravel().tolist())}
+    (key,) = read_path(tmp_path, keyframes=[text]).keys
+    np.testing.assert_allclose(key.position, POSITION, atol=1e-12)
+
+
+def test_views_of_a_training_are_no_path(tmp_path: Path) -> None:
+    file = read_cameras(write(tmp_path, NERFSTUDIO))
+    assert (file.is_path, file.fps, file.is_loop, file.keys) == (False, None, False, [])
+
+
+@pytest.mark.parametrize(
+    ("fields", "sentence"),
+    [
+        ({"fps": -1}, "camera path: 'fps' must be above 0, got -1"),
+        ({"fps": "fast"}, "camera path: 'fps' must be a finite number, got \"fast\""),
+        ({"seconds": 0}, "camera path: 'seconds' must be above 0, got 0"),
+        ({"keyframes": 3}, "holds no cameras; export it again"),
+        ({"keyframes": [3]}, "keyframe 0: must be an object, got 3.0"),
+        ({"keyframes": [KEYFRAME, {}]}, "keyframe 1: no field 'fov'; export the cameras again"),
+        ({"keyframes": [{"fov": 9}]}, "keyframe 0: no field 'matrix'; export the cameras again"),
+        (
+            {"keyframes": [KEYFRAME | {"matrix": "[1, 2]"}]},
+            "keyframe 0: 'matrix' must hold 4x4 finite numbers",
+        ),
+        ({"keyframes": [KEYFRAME | {"matrix": "["}]}, "keyframe 0: 'matrix' must hold 4x4 finite numbers"),
+    ],
+)
+def test_a_field_of_a_camera_path_at_fault_is_named(
+    tmp_path: Path, fields: dict[str, object], sentence: str
+) -> None:
+    with pytest.raises(SceneError, match=sentence):
+        read_path(tmp_path, **fields)

@@ -10,6 +10,7 @@
 #include "brushgs/blending.hpp"
 #include "brushgs/cpu.hpp"
 #include "brushgs/frame_pool.hpp"
+#include "brushgs/lock.hpp"
 #include "brushgs/project.hpp"
 #include "brushgs/raster.hpp"
 
@@ -38,10 +39,24 @@ nb::object column(T* values, std::size_t rows, std::size_t width, const nb::caps
     return nb::cast(nb::ndarray<nb::numpy, T>(values, width == 0 ? 1 : 2, shape, owner));
 }
 
+brushgs::View view_of(In<double, 2> viewmat, In<double, 2> K, int width, int height, double near) {
+    brushgs::View view{.viewmat = {},
+                       .fx = K(0, 0),
+                       .fy = K(1, 1),
+                       .cx = K(0, 2),
+                       .cy = K(1, 2),
+                       .width = static_cast<double>(width),
+                       .height = static_cast<double>(height),
+                       .near = near};
+    std::copy_n(viewmat.data(), 12, view.viewmat);
+    return view;
+}
+
 template <class T>
 nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
                   In<double, 2> viewmat, In<double, 2> K, int width, int height, double near,
-                  double num_sigmas, double low_pass, int sh_degree, int num_threads) {
+                  double num_sigmas, double low_pass, int sh_degree, int num_threads, brushgs::Lock lock,
+                  std::optional<In<float, 1>> directions, std::optional<In<float, 1>> swells, bool fades) {
     const brushgs::GaussianColumns<T> gaussians{.means = means.data(),
                                                 .quats = quats.data(),
                                                 .scales = scales.data(),
@@ -49,19 +64,15 @@ nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opac
                                                 .sh = sh.data(),
                                                 .count = means.shape(0),
                                                 .sh_terms = sh.shape(1)};
-    brushgs::ProjectParams params{.viewmat = {},
-                                  .fx = K(0, 0),
-                                  .fy = K(1, 1),
-                                  .cx = K(0, 2),
-                                  .cy = K(1, 2),
-                                  .width = static_cast<double>(width),
-                                  .height = static_cast<double>(height),
-                                  .near = near,
+    brushgs::ProjectParams params{.view = view_of(viewmat, K, width, height, near),
                                   .num_sigmas = num_sigmas,
                                   .low_pass = low_pass,
                                   .sh_degree = sh_degree,
-                                  .num_threads = num_threads};
-    std::copy_n(viewmat.data(), 12, params.viewmat);
+                                  .num_threads = num_threads,
+                                  .lock = lock,
+                                  .directions = directions ? directions->data() : nullptr,
+                                  .swells = swells ? swells->data() : nullptr,
+                                  .fades = fades};
     brushgs::BoxColumns<T> boxes;
     {
         const nb::gil_scoped_release without_gil;
@@ -84,8 +95,63 @@ void def_project(nb::module_& m) {
           nb::arg("scales").noconvert(), nb::arg("opacities").noconvert(), nb::arg("sh").noconvert(),
           nb::arg("viewmat").noconvert(), nb::arg("K").noconvert(), nb::arg("width"), nb::arg("height"),
           nb::arg("near"), nb::arg("num_sigmas"), nb::arg("low_pass"), nb::arg("sh_degree"), nb::arg("num_threads"),
+          nb::arg("lock"), nb::arg("directions").noconvert().none(), nb::arg("swells").noconvert().none(),
+          nb::arg("fades"),
           "Columns of the boxes, nearest first, and the counts (behind_near, not_finite, faint, outside) of the "
           "Gaussians that have none.");
+}
+
+template <class T>
+nb::tuple follow(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<double, 3> viewmats,
+                 In<double, 3> Ks, In<double, 1> nears, int width, int height, bool is_closed, double step,
+                 double low_pass, int num_threads) {
+    const brushgs::GaussianColumns<T> gaussians{.means = means.data(),
+                                                .quats = quats.data(),
+                                                .scales = scales.data(),
+                                                .opacities = opacities.data(),
+                                                .sh = nullptr,
+                                                .count = means.shape(0),
+                                                .sh_terms = 0};
+    std::vector<brushgs::View> views(viewmats.shape(0));
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        views[i] = {.viewmat = {},
+                    .fx = Ks(i, 0, 0),
+                    .fy = Ks(i, 1, 1),
+                    .cx = Ks(i, 0, 2),
+                    .cy = Ks(i, 1, 2),
+                    .width = static_cast<double>(width),
+                    .height = static_cast<double>(height),
+                    .near = nears(i)};
+        std::copy_n(viewmats.data() + 16 * i, 12, views[i].viewmat);
+    }
+    brushgs::Tracks tracks;
+    {
+        const nb::gil_scoped_release without_gil;
+        tracks = brushgs::follow(gaussians, {.views = views.data(),
+                                             .num_views = views.size(),
+                                             .is_closed = is_closed,
+                                             .step = step,
+                                             .low_pass = low_pass,
+                                             .num_threads = num_threads});
+    }
+    const auto release = [](void* memory) noexcept { brushgs::Free{}(memory); };
+    brushgs::Turn* turns = tracks.turns.release();
+    const nb::capsule turns_owner(turns, release);
+    nb::object swells = nb::none();
+    if (tracks.is_swelling) {
+        std::uint8_t* values = tracks.swells.release();
+        swells = column(values, views.size(), gaussians.count, nb::capsule(values, release));
+    }
+    return nb::make_tuple(column(turns, views.size(), gaussians.count, turns_owner), swells);
+}
+
+template <class T>
+void def_follow(nb::module_& m) {
+    m.def("follow", &follow<T>, "means"_a.noconvert(), "quats"_a.noconvert(), "scales"_a.noconvert(),
+          "opacities"_a.noconvert(), "viewmats"_a.noconvert(), "Ks"_a.noconvert(), "nears"_a.noconvert(), "width"_a,
+          "height"_a, "is_closed"_a, "step"_a, "low_pass"_a, "num_threads"_a,
+          "Directions [knots, N] in 2^-16 turns, and None or by how many SWELL_UNIT-ths each box [knots, N] is "
+          "larger in area.");
 }
 
 // An uninitialised array from the frame pool, to which its memory returns.
@@ -179,13 +245,20 @@ NB_MODULE(_core, m) {
     m.attr("MIN_ALPHA") = brushgs::kMinAlpha;
     m.attr("MIN_TRANSMITTANCE") = brushgs::kMinTransmittance;
     m.attr("GAUSSIAN_SIGMAS") = brushgs::kGaussianSigmas;
+    m.attr("SWELL_UNIT") = brushgs::kSwellUnit;
     nb::enum_<brushgs::Kernel>(m, "Kernel", "What a box is filled with.")
         .value("bilinear", brushgs::Kernel::bilinear)
         .value("nearest", brushgs::Kernel::nearest)
         .value("gaussian", brushgs::Kernel::gaussian)
         .value("ellipse", brushgs::Kernel::ellipse);
+    nb::enum_<brushgs::Lock>(m, "Lock", "Which way the u axis of a box points.")
+        .value("off", brushgs::Lock::off)
+        .value("anchor", brushgs::Lock::anchor)
+        .value("given", brushgs::Lock::given);
     def_project<float>(m);
     def_project<double>(m);
+    def_follow<float>(m);
+    def_follow<double>(m);
     m.def("new_plane_float32", &new_plane<float>, "shape"_a, "An uninitialised array for a frame.");
     m.def("new_plane_float64", &new_plane<double>, "shape"_a, "An uninitialised array for a frame.");
     def_rasterize<float>(m);

@@ -9,26 +9,14 @@
 #include "brushgs/project_kernel.hpp"
 
 #include "brushgs/blending.hpp"
+#include "brushgs/footprint.hpp"
+#include "brushgs/trig.hpp"
 
 namespace brushgs::BRUSHGS_ISA {
 
 namespace {
 
-constexpr std::size_t kBlock = 64;      // Gaussians at a time: their columns stay in the first-level cache
 constexpr std::size_t kRowsAhead = 32;  // of coefficients, asked for early: they are most of what is read
-
-constexpr double kHalfPi = 1.57079632679489661923;
-constexpr double kQuarterPi = 0.78539816339744830962;
-constexpr double kTanEighthPi = 0.41421356237309504880;
-
-// A direction is known to some units in the last place of the largest product it came from. What lies under
-// this is noise: such ellipses are round, such angles horizontal or vertical.
-constexpr double kDirectionNoise = 1e-14;
-
-// The Jacobian is taken at most this factor outside the field of view: beyond it the affine approximation
-// makes strokes at the rim of the view explode. The value is the one the scenes were trained with.
-constexpr double kClamp = 1.3;
-
 
 // Largest value that a column of the boxes can hold.
 template <class T>
@@ -38,169 +26,135 @@ constexpr double kLargest = sizeof(T) == 4 ? 3.4028234663852886e38 : 1.797693134
 constexpr double kKept = 0, kBehindNear = 1, kNotFinite = 2, kFaint = 3, kOutside = 4;
 constexpr std::size_t kNumFates = 5;
 
-// One value per Gaussian of a block, structure of arrays.
-using Lanes = double[kBlock];
-
 struct alignas(64) Block {
-    Lanes mean[3], quat[4], scale[3], opacity;                           // read
-    Lanes center[2], half_extents[2], angle, depth, direction[3], fate;  // made; directions from the camera
+    BlockLane mean[3], quat[4], scale[3], opacity;                                     // read
+    BlockLane direction_asked, swell;                                                  // read, for Lock::given
+    BlockLane center[2], half_extents[2], angle, depth, direction[3], visible, fate;  // made
 };
 
 inline std::size_t index(double fate) { return static_cast<std::size_t>(fate); }
-inline double absolute(double x) { return x < 0 ? -x : x; }
-inline double clamped(double x, double limit) { return x < -limit ? -limit : (x > limit ? limit : x); }
-inline double larger(double x, double y) { return x > y ? x : y; }
 
-// atan on [0, 1] to 2e-16: a half-angle step into [-tan(pi/8), tan(pi/8)], there the Chebyshev interpolant
-// of atan(sqrt(z)) / sqrt(z) in z (error 7e-17).
-inline double arctangent(double t) {
-    const bool is_large = t > kTanEighthPi;
-    const double x = is_large ? (t - 1) / (t + 1) : t;
-    const double z = x * x;
-    double sum = 0.021135373157693222;
-    sum = sum * z - 0.0434805221571646;
-    sum = sum * z + 0.05688349226809009;
-    sum = sum * z - 0.06640233930429408;
-    sum = sum * z + 0.07689953496306857;
-    sum = sum * z - 0.09090773074808414;
-    sum = sum * z + 0.11111106180455946;
-    sum = sum * z - 0.14285714180976467;
-    sum = sum * z + 0.1999999999885511;
-    sum = sum * z - 0.3333333333332844;
-    sum = sum * z + 1.0;
-    return (is_large ? kQuarterPi : 0.0) + x * sum;
+// How much the major axis of the ellipse pulls on an anchored direction: 1 + this x (the squared sine between
+// the longest axis and the view) x (the squared anisotropy). At 8, orbits of trained scenes in steps of 1.5
+// degrees turn no stroke by more than 15 degrees a step, away from the singular views; at 20 some do.
+constexpr double kAnchorPull = 8;
+
+// The anchored direction. In the frame of the ellipse (x along its major axis) the projection p of the
+// Gaussian's longest axis is stretched along x: that bends it toward the branch of the major axis nearer to
+// it, not at all where the ellipse is round or the longest axis is seen end-on. Continuous wherever p is
+// not zero, that is for every view but the two along the longest axis.
+[[gnu::always_inline]] inline Direction anchor_direction(const Direction& major, const Variances& variance,
+                                                         const LongestAxis& longest, const double view[3]) {
+    const double cosine = longest.axis[0] * view[0] + longest.axis[1] * view[1] + longest.axis[2] * view[2];
+    const double side = larger(1 - cosine * cosine, 0);
+    const double anisotropy = (variance.along - variance.across) / (variance.along + variance.across);
+    const double pull = 1 + kAnchorPull * side * anisotropy * anisotropy;
+    const double along = pull * (major.cosine * longest.x + major.sine * longest.y);
+    const double across = major.cosine * longest.y - major.sine * longest.x;
+    const double length = __builtin_sqrt(along * along + across * across);
+    const bool is_seen = length * length > kDirectionNoise * kDirectionNoise * variance.along;
+    const double inverse = 1 / length;
+    const double x = is_seen ? along * inverse : 1.0, y = is_seen ? across * inverse : 0.0;
+    const double bent_cosine = major.cosine * x - major.sine * y, bent_sine = major.sine * x + major.cosine * y;
+    return {bent_cosine, bent_sine, angle_of(bent_cosine, bent_sine)};
 }
 
-template <class T>
-void load(const GaussianColumns<T>& gaussians, std::size_t first, std::size_t count, Block& block) {
-    const T* mean = gaussians.means + 3 * first;
-    const T* quat = gaussians.quats + 4 * first;
-    const T* scale = gaussians.scales + 3 * first;
-    for (std::size_t i = 0; i < count; ++i)
-        for (std::size_t k = 0; k < 3; ++k) block.mean[k][i] = mean[3 * i + k];
-    for (std::size_t i = 0; i < count; ++i)
-        for (std::size_t k = 0; k < 4; ++k) block.quat[k][i] = quat[4 * i + k];
-    for (std::size_t i = 0; i < count; ++i)
-        for (std::size_t k = 0; k < 3; ++k) block.scale[k][i] = scale[3 * i + k];
-    for (std::size_t i = 0; i < count; ++i) block.opacity[i] = gaussians.opacities[first + i];
+[[gnu::always_inline]] inline double smooth_step(double t) {
+    const double x = t < 0 ? 0 : (t > 1 ? 1 : t);
+    return x * x * (3 - 2 * x);
 }
 
-// The own axes of a Gaussian, columns of its rotation; the quaternion, stored as T, has any length above zero.
-template <class T>
-inline void own_axes(double qw, double qx, double qy, double qz, double axes[3][3]) {
-    if constexpr (sizeof(T) == sizeof(double)) {  // squares of float quaternions cannot leave the range
-        const double longest =
-            larger(larger(absolute(qw), absolute(qx)), larger(absolute(qy), absolute(qz)));
-        qw /= longest, qx /= longest, qy /= longest, qz /= longest;
-    }
-    const double s = 2 / (qw * qw + qx * qx + qy * qy + qz * qz);
-    axes[0][0] = 1 - s * (qy * qy + qz * qz);
-    axes[0][1] = s * (qx * qy + qw * qz);
-    axes[0][2] = s * (qx * qz - qw * qy);
-    axes[1][0] = s * (qx * qy - qw * qz);
-    axes[1][1] = 1 - s * (qx * qx + qz * qz);
-    axes[1][2] = s * (qy * qz + qw * qx);
-    axes[2][0] = s * (qx * qz + qw * qy);
-    axes[2][1] = s * (qy * qz - qw * qx);
-    axes[2][2] = 1 - s * (qx * qx + qy * qy);
-}
+constexpr double kFadedNear = 2;      // a stroke fades in between the near plane and this many times its distance
+constexpr double kWholeArea = 4;      // box over picture: up to here a stroke is whole,
+constexpr double kVanishedArea = 100;  // and from here on it is gone
 
-struct Direction {
-    double cosine, sine, angle;
-};
-
-// The major axis of the covariance (a, b; b, c), theta = 1/2 atan2(2 b, a - c), in (-pi/2, pi/2]: atan(t)
-// where a >= c, else a quarter turn less that, with the sign of b. `spread` is hypot(a - c, 2 b), `sum` a + c.
-inline Direction major_axis(double difference, double twice_b, double spread, double sum) {
-    const double least_spread = kDirectionNoise * sum;
-    const double lean = spread > least_spread ? difference : 0.0;
-    const double tangent = absolute(twice_b) / (spread + absolute(difference));
-    double t = spread > least_spread ? tangent : 0.0;
-    t = t > kDirectionNoise ? t : 0.0;
-    const double large = 1 / __builtin_sqrt(1 + t * t), small = t * large, turn = arctangent(t);
-    const bool is_steep = lean < 0;
-    const double signed_one = twice_b < 0 ? -1.0 : 1.0;
-    const double sign = t > 0 ? signed_one : 1.0;
-    const double sine = is_steep ? large : small, angle = is_steep ? kHalfPi - turn : turn;
-    return {is_steep ? small : large, sign * sine, sign * angle};
+// The share of its opacity that a stroke keeps: nothing at the near plane, nothing where its box is 100 times
+// the picture; smooth in between, so that no stroke appears or vanishes from one frame to the next.
+[[gnu::always_inline]] inline double fade_of(double depth, double near, double box_area, double picture_area) {
+    const double nearness = (depth - near) / ((kFadedNear - 1) * near);
+    // In the inverse length of the box: where it grows evenly toward the camera, it fades evenly.
+    constexpr double whole = 0.5, vanished = 0.1;
+    static_assert(whole * whole * kWholeArea == 1 && kVanishedArea == 100);
+    const double smallness = (__builtin_sqrt(picture_area / box_area) - vanished) / (whole - vanished);
+    return smooth_step(nearness) * smooth_step(smallness);
 }
 
 // Fills the second half of `block` from the first, for Gaussians whose boxes are stored as T.
-template <class T>
+template <class T, Lock lock>
 void place(const ProjectParams& params, Block& block) {
-    const ProjectParams p = params;  // a local copy cannot overlap the lanes: that frees the vectoriser
-    const double* w = p.viewmat;
-    double eye[3];  // camera centre in the world, -R^T t
-    for (int k = 0; k < 3; ++k) eye[k] = -(w[k] * w[3] + w[4 + k] * w[7] + w[8 + k] * w[11]);
-    const double limit_x = kClamp * 0.5 * p.width / p.fx, limit_y = kClamp * 0.5 * p.height / p.fy;
+    const ProjectParams p = params;  // local copies cannot overlap the lanes: that frees the vectoriser
+    const View camera = params.view;
+    const ViewFrame view = view_frame(camera);
+    const double fades = p.fades ? 1 : 0;  // as a double it is compared in the lanes
     for (std::size_t i = 0; i < kBlock; ++i) {
         const double x = block.mean[0][i], y = block.mean[1][i], z = block.mean[2][i];
-        const double depth = w[8] * x + w[9] * y + w[10] * z + w[11];
-        const double inverse_depth = 1 / depth;
-        const double ratio_x = (w[0] * x + w[1] * y + w[2] * z + w[3]) * inverse_depth;
-        const double ratio_y = (w[4] * x + w[5] * y + w[6] * z + w[7]) * inverse_depth;
-        const double center_x = p.fx * ratio_x + p.cx, center_y = p.fy * ratio_y + p.cy;
-
-        // J W, the rows of the projection at the clamped point, before the division by depth.
-        const double at_x = clamped(ratio_x, limit_x), at_y = clamped(ratio_y, limit_y);
-        const double jx[3] = {w[0] - at_x * w[8], w[1] - at_x * w[9], w[2] - at_x * w[10]};
-        const double jy[3] = {w[4] - at_y * w[8], w[5] - at_y * w[9], w[6] - at_y * w[10]};
-
-        // M = J W R S, pixels per standard deviation. M M^T enters only as a - c and 2 b.
-        double axes[3][3], mx[3], my[3], sum = 0, difference = 0, twice_b = 0;
+        double axes[3][3];
         own_axes<T>(block.quat[0][i], block.quat[1][i], block.quat[2][i], block.quat[3][i], axes);
-        for (int k = 0; k < 3; ++k) {
-            const double* axis = axes[k];
-            const double scale = block.scale[k][i] * inverse_depth;
-            mx[k] = p.fx * scale * (jx[0] * axis[0] + jx[1] * axis[1] + jx[2] * axis[2]);
-            my[k] = p.fy * scale * (jy[0] * axis[0] + jy[1] * axis[1] + jy[2] * axis[2]);
-            sum += mx[k] * mx[k] + my[k] * my[k];
-            difference += (mx[k] - my[k]) * (mx[k] + my[k]);
-            twice_b += 2 * mx[k] * my[k];
-        }
-        const double spread = __builtin_sqrt(difference * difference + twice_b * twice_b);
-        const Direction u = major_axis(difference, twice_b, spread, sum);
+        const double scales[3] = {block.scale[0][i], block.scale[1][i], block.scale[2][i]};
+        const Footprint f = footprint_of(view, x, y, z, axes, scales);
 
-        // |w^T M| along each axis keeps its digits for needles, where the small root of the covariance's
-        // characteristic equation is a difference of large numbers.
-        double major = p.low_pass, minor = p.low_pass;
-        for (int k = 0; k < 3; ++k) {
-            const double along = u.cosine * mx[k] + u.sine * my[k];
-            const double across = u.cosine * my[k] - u.sine * mx[k];
-            major += along * along;
-            minor += across * across;
+        const double dx = x - view.eye[0], dy = y - view.eye[1], dz = z - view.eye[2];
+        const double inverse_distance = 1 / __builtin_sqrt(dx * dx + dy * dy + dz * dz);
+        const double toward[3] = {dx * inverse_distance, dy * inverse_distance, dz * inverse_distance};
+
+        Direction u = major_axis(f.difference, f.twice_b, f.spread, f.sum);
+        Variances variance = variances(f, u.cosine, u.sine, p.low_pass);
+        if constexpr (lock == Lock::anchor) {
+            u = anchor_direction(u, variance, longest_axis(f, axes, scales), toward);
+            variance = variances(f, u.cosine, u.sine, p.low_pass);
         }
-        const double half_u = p.num_sigmas * __builtin_sqrt(major);
-        const double half_v = p.num_sigmas * __builtin_sqrt(minor);
+        if constexpr (lock == Lock::given) {
+            const SinCos asked = sincos_of(block.direction_asked[i]);
+            u = {asked.cos, asked.sin, block.direction_asked[i]};
+            variance = variances(f, u.cosine, u.sine, p.low_pass);
+            variance.along *= block.swell[i], variance.across *= block.swell[i];
+        }
+        const double half_u = p.num_sigmas * __builtin_sqrt(variance.along);
+        const double half_v = p.num_sigmas * __builtin_sqrt(variance.across);
+
+        const double fade = fade_of(f.depth, camera.near, 4 * half_u * half_v, camera.width * camera.height);
+        const double visible = fades > 0 ? block.opacity[i] * fade : block.opacity[i];
 
         // Outside: the upright rectangle around the box and the image have no area in common.
-        const double reach_x = u.cosine * half_u + absolute(u.sine) * half_v;
-        const double reach_y = absolute(u.sine) * half_u + u.cosine * half_v;
+        const double reach_x = absolute(u.cosine) * half_u + absolute(u.sine) * half_v;
+        const double reach_y = absolute(u.sine) * half_u + absolute(u.cosine) * half_v;
         double fate = kKept;
-        fate = center_x + reach_x > 0 ? fate : kOutside;
-        fate = center_y + reach_y > 0 ? fate : kOutside;
-        fate = center_x - reach_x < p.width ? fate : kOutside;
-        fate = center_y - reach_y < p.height ? fate : kOutside;
+        fate = f.center_x + reach_x > 0 ? fate : kOutside;
+        fate = f.center_y + reach_y > 0 ? fate : kOutside;
+        fate = f.center_x - reach_x < camera.width ? fate : kOutside;
+        fate = f.center_y - reach_y < camera.height ? fate : kOutside;
         fate = half_u > 0 ? fate : kOutside;
         fate = half_v > 0 ? fate : kOutside;
-        fate = block.opacity[i] < kMinAlpha ? kFaint : fate;
-        const double largest = absolute(center_x) + absolute(center_y) + half_u + half_v + depth;
+        fate = visible < kMinAlpha ? kFaint : fate;
+        const double largest = absolute(f.center_x) + absolute(f.center_y) + half_u + half_v + f.depth;
         fate = largest <= kLargest<T> ? fate : kNotFinite;
-        fate = spread <= kLargest<double> ? fate : kNotFinite;
-        fate = depth <= p.near ? kBehindNear : fate;
+        fate = f.spread <= kLargest<double> ? fate : kNotFinite;
+        fate = f.depth <= camera.near ? kBehindNear : fate;
 
-        const double dx = x - eye[0], dy = y - eye[1], dz = z - eye[2];
-        const double inverse_distance = 1 / __builtin_sqrt(dx * dx + dy * dy + dz * dz);
-        block.direction[0][i] = dx * inverse_distance;
-        block.direction[1][i] = dy * inverse_distance;
-        block.direction[2][i] = dz * inverse_distance;
-        block.center[0][i] = center_x;
-        block.center[1][i] = center_y;
+        for (int k = 0; k < 3; ++k) block.direction[k][i] = toward[k];
+        block.center[0][i] = f.center_x;
+        block.center[1][i] = f.center_y;
         block.half_extents[0][i] = half_u;
         block.half_extents[1][i] = half_v;
         block.angle[i] = u.angle;
-        block.depth[i] = depth;
+        block.depth[i] = f.depth;
+        block.visible[i] = visible;
         block.fate[i] = fate;
+    }
+}
+
+template <class T>
+void place(const ProjectParams& params, std::size_t first, std::size_t count, Block& block) {
+    switch (params.lock) {
+        case Lock::off: place<T, Lock::off>(params, block); break;
+        case Lock::anchor: place<T, Lock::anchor>(params, block); break;
+        case Lock::given:
+            for (std::size_t i = 0; i < count; ++i) {
+                block.direction_asked[i] = params.directions[first + i];
+                block.swell[i] = params.swells == nullptr ? 1 : params.swells[first + i];
+            }
+            place<T, Lock::given>(params, block);
+            break;
     }
 }
 
@@ -270,20 +224,20 @@ inline std::size_t choose(const Block& block, std::size_t count, std::size_t* la
 
 // The fields of lane `i` but the colour, rounded to T.
 template <class T>
-inline void fill(const Block& block, std::size_t i, std::size_t row, BoxRecord<T>& box) {
+inline void fill(const Block& block, std::size_t i, std::size_t row, Lock lock, BoxRecord<T>& box) {
     for (int k = 0; k < 2; ++k) box.center[k] = static_cast<T>(block.center[k][i]);
     for (int k = 0; k < 2; ++k) box.half_extents[k] = static_cast<T>(block.half_extents[k][i]);
     // Rounding may reach -pi/2, which is the same line as +pi/2, the one in the range.
     const T angle = static_cast<T>(block.angle[i]);
-    box.angle = angle <= -static_cast<T>(kHalfPi) ? static_cast<T>(kHalfPi) : angle;
+    box.angle = lock == Lock::off && angle <= -static_cast<T>(kHalfPi) ? static_cast<T>(kHalfPi) : angle;
     box.depth = static_cast<T>(block.depth[i]);
-    box.opacity = static_cast<T>(block.opacity[i]);
+    box.opacity = static_cast<T>(block.visible[i]);
     box.id = static_cast<std::int32_t>(row);
 }
 
 // Writes the boxes of the block that are kept to `boxes`; returns how many.
 template <int degree, class T>
-std::size_t store(const GaussianColumns<T>& gaussians, std::size_t first, std::size_t count,
+std::size_t store(const GaussianColumns<T>& gaussians, std::size_t first, std::size_t count, Lock lock,
                   const Block& block, BoxRecord<T>* boxes, std::size_t* fates) {
     constexpr std::size_t row_values = 3 * (degree + 1) * (degree + 1), line = 64 / sizeof(T);
     const T* sh = gaussians.sh + 3 * gaussians.sh_terms * first;
@@ -312,7 +266,7 @@ std::size_t store(const GaussianColumns<T>& gaussians, std::size_t first, std::s
         }
         BoxRecord<T>& box = boxes[num_boxes++];
         for (int c = 0; c < 3; ++c) box.color[c] = color[c] > 0 ? color[c] : 0;
-        fill(block, i, first + i, box);
+        fill(block, i, first + i, lock, box);
     }
     return num_boxes;
 }
@@ -325,8 +279,8 @@ std::size_t run(const GaussianColumns<T>& gaussians, const ProjectParams& params
     for (std::size_t first = begin; first < end; first += kBlock) {
         const std::size_t count = end - first < kBlock ? end - first : kBlock;
         load(gaussians, first, count, block);
-        place<T>(params, block);
-        num_boxes += store<degree>(gaussians, first, count, block, boxes + num_boxes, fates);
+        place<T>(params, first, count, block);
+        num_boxes += store<degree>(gaussians, first, count, params.lock, block, boxes + num_boxes, fates);
     }
     culled.behind_near += fates[index(kBehindNear)];
     culled.not_finite += fates[index(kNotFinite)];

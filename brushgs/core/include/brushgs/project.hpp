@@ -19,16 +19,32 @@ struct GaussianColumns {
     std::size_t sh_terms;  // stored per Gaussian: 1, 4, 9 or 16
 };
 
+// One pinhole camera.
+struct View {
+    double viewmat[12];    // camera from world, the first three rows of [4, 4]
+    double fx, fy;         // focal lengths, pixels
+    double cx, cy;         // principal point, pixels
+    double width, height;  // pixels
+    double near;           // world units: camera z at or below it is left out
+};
+
+// Which way the u axis of a box points.
+enum class Lock {
+    off,     // along the major axis of the ellipse, which is known up to half a turn
+    anchor,  // the half turn settled by the longest axis of the Gaussian, see anchor_direction
+    given,   // as `directions` says
+};
+
 struct ProjectParams {
-    double viewmat[12];  // camera from world, the first three rows of [4, 4]
-    double fx, fy;       // focal lengths, pixels
-    double cx, cy;       // principal point, pixels
-    double width, height;
-    double near;        // world units: camera z at or below it is left out
+    View view;
     double num_sigmas;  // half extent of a box in standard deviations
     double low_pass;    // added to the projected covariance, pixels squared
     int sh_degree;      // bands evaluated: 0 to 3, at most those stored
     int num_threads;
+    Lock lock;
+    const float* directions;  // [count] radians, for Lock::given
+    const float* swells;      // [count] factor >= 1 of the area of boxes, for Lock::given; or null: 1
+    bool fades;               // whether strokes fade that would otherwise appear or vanish, see fade_of
 };
 
 // Why Gaussians have no box; each is counted once, under the first reason that holds.

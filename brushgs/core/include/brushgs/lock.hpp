@@ -1,0 +1,36 @@
+// Gaussians and the views along a camera path -> which way each stroke points in each view.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "brushgs/memory.hpp"
+#include "brushgs/project.hpp"
+
+namespace brushgs {
+
+struct FollowParams {
+    const View* views;      // [count] knots of the path, `step` apart
+    std::size_t num_views;  // >= 1
+    bool is_closed;         // the last view is the first again
+    double step;            // change of view from one knot to the next, in units of 1.5 degrees
+    double low_pass;        // added to the projected covariance, pixels squared
+    int num_threads;
+};
+
+// What a direction is stored in: whole 2^-16 turns, which wrap as they should. 0.0055 degrees.
+using Turn = std::int16_t;
+// A factor of the area of a box is stored as 1 + value / kSwellUnit.
+constexpr int kSwellUnit = 32;
+
+struct Tracks {
+    Buffer<Turn> turns;            // [num_views, count]
+    Buffer<std::uint8_t> swells;   // [num_views, count]
+    bool is_swelling = false;      // whether any swell is not 0
+};
+
+// The result does not depend on `num_threads`, bit for bit.
+template <class T>
+Tracks follow(const GaussianColumns<T>& gaussians, const FollowParams& params);
+
+}  // namespace brushgs

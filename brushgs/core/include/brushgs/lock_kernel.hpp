@@ -1,0 +1,56 @@
+// The kernel of `follow`, once per instruction set.
+#pragma once
+
+#include "brushgs/lock.hpp"
+
+namespace brushgs {
+
+constexpr std::size_t kFollowRows = 64;  // Gaussians followed at a time
+
+// Costs of directions, whole numbers: the sum over a path stays in 16 bits, see lock_kernel.cpp.
+using Cost = std::int16_t;
+constexpr std::size_t kLineStates = 64;    // directions of a line that are told apart: 2.8 degrees
+constexpr std::size_t kCircleStates = 128;  // and of an arrow
+constexpr std::size_t kCostRow = kCircleStates + 2 * 8;  // the states of one view, repeated a little at both ends
+constexpr std::size_t kNumShapes = 32, kNumPhases = 2;
+
+// The cost of every state for every shape of ellipse, half a turn repeated thrice: reading it from another
+// start turns the ellipse.
+struct CostTable {
+    alignas(64) Cost rows[kNumShapes][kNumPhases][3 * kLineStates];
+};
+const CostTable& cost_table();
+
+// Memory of one thread, for paths of `num_views`.
+struct FollowScratch {
+    explicit FollowScratch(std::size_t num_views)
+        : lanes(make_buffer<float>(kNumSeries * num_views * kFollowRows)),
+          column(make_buffer<float>(num_views)),
+          positions(make_buffer<std::int32_t>(num_views)),
+          costs(make_buffer<Cost>(num_views * kCostRow)) {}
+    static constexpr std::size_t kNumSeries = 6;
+    Buffer<float> lanes;             // [kNumSeries, num_views, kFollowRows]
+    Buffer<float> column;            // [num_views]
+    Buffer<std::int32_t> positions;  // [num_views]
+    Buffer<Cost> costs;              // [num_views, kCostRow]
+};
+
+// Follows the Gaussians [begin, end), at most kFollowRows, and writes their columns of `tracks`, which has
+// `gaussians.count` of them; returns whether any of them swells.
+#define BRUSHGS_DECLARE_FOLLOW(isa)                                                                            \
+    namespace isa {                                                                                            \
+    bool follow_rows(const GaussianColumns<float>& gaussians, const FollowParams& params,                      \
+                     const CostTable& table, std::size_t begin, std::size_t end, FollowScratch& scratch,       \
+                     Turn* turns, std::uint8_t* swells);                                                       \
+    bool follow_rows(const GaussianColumns<double>& gaussians, const FollowParams& params,                     \
+                     const CostTable& table, std::size_t begin, std::size_t end, FollowScratch& scratch,       \
+                     Turn* turns, std::uint8_t* swells);                                                       \
+    }
+
+BRUSHGS_DECLARE_FOLLOW(baseline)
+BRUSHGS_DECLARE_FOLLOW(avx2)
+BRUSHGS_DECLARE_FOLLOW(avx512)
+
+#undef BRUSHGS_DECLARE_FOLLOW
+
+}  // namespace brushgs

@@ -1,0 +1,90 @@
+// The frame of `follow`: picks the kernel, spreads rows over threads, makes the table of costs.
+#include "brushgs/lock.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <numbers>
+
+#include "brushgs/cpu.hpp"
+#include "brushgs/lock_kernel.hpp"
+
+namespace brushgs {
+
+namespace {
+
+constexpr double kCostUnits = 200;  // of the logarithm of a factor of area
+constexpr double kMostCost = 500;   // of one view, so that sums over 32 views fit, see lock_kernel.cpp
+// What lying along the minor axis costs, where the ellipse is a needle: a quarter of what lying at 45 degrees
+// costs where one axis is four times the other.
+constexpr double kMinorAxis = 0.3;
+
+template <class T>
+bool follow_rows(const GaussianColumns<T>& gaussians, const FollowParams& params, std::size_t begin,
+                 std::size_t end, FollowScratch& scratch, const Tracks& tracks) {
+    const CostTable& table = cost_table();
+    Turn* turns = tracks.turns.get();
+    std::uint8_t* swells = tracks.swells.get();
+#ifdef BRUSHGS_X86
+    switch (best_isa()) {
+        case Isa::avx512:
+            return avx512::follow_rows(gaussians, params, table, begin, end, scratch, turns, swells);
+        case Isa::avx2: return avx2::follow_rows(gaussians, params, table, begin, end, scratch, turns, swells);
+        default: break;
+    }
+#endif
+    return baseline::follow_rows(gaussians, params, table, begin, end, scratch, turns, swells);
+}
+
+CostTable make_cost_table() {
+    CostTable table{};
+    for (std::size_t shape = 1; shape < kNumShapes; ++shape) {  // shape 0 has no direction: it costs nothing
+        // (r - 1/r)^2, r the ratio of the axes: half octaves from 2^-6 on, at the middle of each.
+        const double slenderness = std::exp2(-6 + 0.5 * (static_cast<double>(shape) - 0.5));
+        const double squared_anisotropy = slenderness / (slenderness + 4);
+        for (std::size_t phase = 0; phase < kNumPhases; ++phase)
+            for (std::size_t i = 0; i < 3 * kLineStates; ++i) {
+                const double lean = static_cast<double>(i) - static_cast<double>(phase) / kNumPhases;
+                const double off = lean * std::numbers::pi / kLineStates;
+                // By how much the box is larger than the ellipse needs, as a logarithm.
+                const double swelling = 0.5 * std::log1p(0.25 * slenderness * std::pow(std::sin(2 * off), 2));
+                const double across = kMinorAxis * squared_anisotropy * std::pow(std::sin(off), 2);
+                table.rows[shape][phase][i] =
+                    static_cast<Cost>(std::lround(std::min(kCostUnits * (swelling + across), kMostCost)));
+            }
+    }
+    return table;
+}
+
+}  // namespace
+
+const CostTable& cost_table() {
+    static const CostTable table = make_cost_table();
+    return table;
+}
+
+template <class T>
+Tracks follow(const GaussianColumns<T>& gaussians, const FollowParams& params) {
+    Tracks tracks;
+    tracks.turns = make_buffer<Turn>(params.num_views * gaussians.count);
+    tracks.swells = make_buffer<std::uint8_t>(params.num_views * gaussians.count);
+    const std::size_t num_blocks = (gaussians.count + kFollowRows - 1) / kFollowRows;
+    const auto num_parts = std::min(num_blocks, static_cast<std::size_t>(std::max(params.num_threads, 1)));
+    std::atomic<std::size_t> next{0};
+    std::atomic<bool> is_swelling{false};
+    parallel_for(num_parts, params.num_threads, [&](std::size_t) {
+        FollowScratch scratch(params.num_views);
+        for (std::size_t block = next++; block < num_blocks; block = next++) {
+            const std::size_t begin = block * kFollowRows;
+            const std::size_t end = std::min(begin + kFollowRows, gaussians.count);
+            if (follow_rows(gaussians, params, begin, end, scratch, tracks)) is_swelling = true;
+        }
+    });
+    tracks.is_swelling = is_swelling;
+    return tracks;
+}
+
+template Tracks follow(const GaussianColumns<float>&, const FollowParams&);
+template Tracks follow(const GaussianColumns<double>&, const FollowParams&);
+
+}  // namespace brushgs

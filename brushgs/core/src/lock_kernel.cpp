@@ -1,0 +1,482 @@
+// Which way strokes point along a camera path, chosen over the whole path at once.
+//
+// Along the path a Gaussian leaves an ellipse in every view (a knot). Its major axis is a line: known up to half
+// a turn, spinning where the ellipse is nearly round. Per Gaussian, in this order:
+//   look     the axis, and how slender the ellipse is, at every knot
+//   choose   the cheapest sequence of directions by dynamic programming: a direction costs what it makes the
+//            box larger than its ellipse needs, and a turn of at most 2 states from knot to knot costs a little
+//   settle   those directions smoothed toward the exact axes, the more slender the closer, by weighted least
+//            squares; then no step above the limit, by the mean of the upper and the lower Lipschitz envelope
+//   swell    where a slender ellipse is crossed the box must grow: over several knots, not at once
+//   name     of the two arrows of the line, the one that agrees with the anchored direction over the path
+//
+// A closed path starts at the knot where the ellipse is most slender, and must come back to the direction it
+// started with. For 15 to 30 % of the strokes of trained scenes the line comes back turned by an odd
+// number of half turns; for those the choice is repeated among the 128 directions of an arrow, with steps of up
+// to 4 states, so that the half turn is spent where it costs least.
+//
+// Compiled once per instruction set (see CMakeLists.txt): nothing here may have external linkage but the
+// functions at the end. Costs are whole numbers and sums have one order, so that all give the same.
+#include "brushgs/lock_kernel.hpp"
+
+#include "brushgs/footprint.hpp"
+
+namespace brushgs::BRUSHGS_ISA {
+
+namespace {
+
+constexpr std::size_t kRows = kFollowRows;
+static_assert(kRows == kBlock);
+
+constexpr float kState = static_cast<float>(kPi / kLineStates);  // radians
+constexpr float kTwoPi = static_cast<float>(2 * kPi);
+
+constexpr int kReach = 2;          // states that a direction may turn from knot to knot,
+constexpr int kHalfTurnReach = 4;  // and where a half turn has to be spent
+constexpr Cost kTurnCost[] = {0, 1, 4, 12, 24};
+// No knot costs more than 500 + 24, and no state more than some 16 such knots above the best one, which reach
+// any other. Subtracting the best every 32 knots keeps all sums under 32 x 524 + 16 x 524 + the next: in 16 bits.
+constexpr std::size_t kKnotsPerRebase = 24;
+constexpr Cost kForbidden = 8000;
+
+// Per step of 1.5 degrees; a little under the 6 and 15 degrees that are promised, for rounding.
+constexpr float kLimit = static_cast<float>(5.8 * kPi / 180);
+constexpr float kHalfTurnLimit = static_cast<float>(12.0 * kPi / 180);
+
+constexpr float kUnseenShare = 0.01F;   // weight of a knot at which the stroke is outside the picture
+constexpr float kLeastWeight = 1e-3F;   // of any knot, so that the smoothing has one solution
+constexpr float kMostWeight = 1e4F;     // and this needs no more digits than a float has
+constexpr float kPinned = 1e6F;         // of the ends of a closed path
+constexpr float kSmoothing = 4.0F;      // against the squared turn from knot to knot
+// The axis is taken for the goal where the choice lies this close to it, else the choice itself.
+constexpr float kTrust = static_cast<float>(8 * kPi / 180);
+
+constexpr float kGrowth = 1.15F;  // of the area of a box, at most, from knot to knot, for being off its axis
+
+[[gnu::always_inline]] inline float least(float x, float y) { return x < y ? x : y; }
+[[gnu::always_inline]] inline float most(float x, float y) { return x > y ? x : y; }
+
+// To the nearest whole number; |x| < 2^22.
+[[gnu::always_inline]] inline float rounded(float x) {
+    constexpr float rounder = 12582912.0F;  // 1.5 * 2^23
+    return (x + rounder) - rounder;
+}
+
+// The direction modulo half a turn that is nearest to `goal`.
+[[gnu::always_inline]] inline float nearest_line(float direction, float goal) {
+    constexpr float half_turn = static_cast<float>(kPi);
+    return direction + half_turn * rounded((goal - direction) * (1 / half_turn));
+}
+
+// One value per knot and row: [num_views][kRows].
+struct Series {
+    float* values;
+    float* at(std::size_t knot) const { return values + knot * kRows; }
+};
+
+// What is known of a block of Gaussians along the path.
+struct Sight {
+    Series direction;    // of the major axis, in (-pi, pi]: the arrow nearer to the projected longest axis
+    Series slenderness;  // (r - 1/r)^2, r the ratio of the axes; 0 at or behind the near plane
+    Series weight;       // 1 in the picture, else kUnseenShare
+};
+
+struct alignas(64) Block {
+    BlockLane mean[3], quat[4], scale[3], opacity;
+};
+
+template <class T>
+void look(const FollowParams& params, const Block& block, const Sight& sight) {
+    const double low_pass = params.low_pass;
+    for (std::size_t knot = 0; knot < params.num_views; ++knot) {
+        const View camera = params.views[knot];
+        const ViewFrame view = view_frame(camera);
+        float* direction = sight.direction.at(knot);
+        float* slenderness = sight.slenderness.at(knot);
+        float* weight = sight.weight.at(knot);
+        BlockLane found[3];
+        for (std::size_t i = 0; i < kRows; ++i) {
+            double axes[3][3];
+            own_axes<T>(block.quat[0][i], block.quat[1][i], block.quat[2][i], block.quat[3][i], axes);
+            const double scales[3] = {block.scale[0][i], block.scale[1][i], block.scale[2][i]};
+            const Footprint f =
+                footprint_of(view, block.mean[0][i], block.mean[1][i], block.mean[2][i], axes, scales);
+            const Direction major = major_axis(f.difference, f.twice_b, f.spread, f.sum);
+            const Variances variance = variances(f, major.cosine, major.sine, low_pass);
+            const LongestAxis longest = longest_axis(f, axes, scales);
+            const bool is_other = major.cosine * longest.x + major.sine * longest.y < 0;
+            const double turned = major.angle > 0 ? major.angle - kPi : major.angle + kPi;
+
+            const double gap = variance.along - variance.across;
+            const double slender = gap * gap / (variance.along * variance.across);
+            const double reach = 2 * __builtin_sqrt(variance.along);
+            double seen = 1;
+            seen = f.center_x + reach > 0 ? seen : static_cast<double>(kUnseenShare);
+            seen = f.center_y + reach > 0 ? seen : static_cast<double>(kUnseenShare);
+            seen = f.center_x - reach < camera.width ? seen : static_cast<double>(kUnseenShare);
+            seen = f.center_y - reach < camera.height ? seen : static_cast<double>(kUnseenShare);
+            // Only what can be compared counts as before the camera and finite.
+            double shown = slender <= 1e30 ? slender : (slender > 1e30 ? 1e30 : 0.0);
+            shown = f.depth > camera.near ? shown : 0.0;
+            const double angle = is_other ? turned : major.angle;
+            found[0][i] = absolute(angle) <= 4 ? angle : 0.0;
+            found[1][i] = shown;
+            found[2][i] = f.depth > camera.near ? seen : static_cast<double>(kUnseenShare);
+        }
+        for (std::size_t i = 0; i < kRows; ++i) direction[i] = static_cast<float>(found[0][i]);
+        for (std::size_t i = 0; i < kRows; ++i) slenderness[i] = static_cast<float>(found[1][i]);
+        for (std::size_t i = 0; i < kRows; ++i) weight[i] = static_cast<float>(found[2][i]);
+    }
+}
+
+// Column `row` of a series, begun at knot `start` of a closed path; the last knot is the first again.
+void rotate(const Series& series, std::size_t row, std::size_t start, std::size_t num_views, float* column) {
+    const std::size_t period = num_views - 1;
+    for (std::size_t knot = 0; knot < period; ++knot) {
+        const std::size_t from = start + knot < period ? start + knot : start + knot - period;
+        column[knot] = series.at(from)[row];
+    }
+    column[period] = column[0];
+    for (std::size_t knot = 0; knot < num_views; ++knot) series.at(knot)[row] = column[knot];
+}
+
+// The knot at which the ellipse of a row is most slender, while it is in the picture.
+std::size_t surest_knot(const Sight& sight, std::size_t row, std::size_t period) {
+    std::size_t surest = 0;
+    float best = -1;
+    for (std::size_t knot = 0; knot < period; ++knot) {
+        const float sureness = sight.slenderness.at(knot)[row] * sight.weight.at(knot)[row];
+        if (sureness > best) best = sureness, surest = knot;
+    }
+    return surest;
+}
+
+// Row of the table for a slenderness: half octaves of it, from the bits of the float.
+inline std::size_t shape_of(float slenderness) {
+    constexpr float smallest = 0.015625F, largest = 600.0F;  // 2^-6; what the table ends with
+    if (slenderness < smallest) return 0;
+    const float x = least(slenderness, largest);
+    std::uint32_t bits, first;
+    __builtin_memcpy(&bits, &x, sizeof bits);
+    __builtin_memcpy(&first, &smallest, sizeof first);
+    return (bits >> 22) - (first >> 22) + 1;
+}
+
+// The costs of the states 0, 1, ... at one knot.
+inline const Cost* costs_at(const CostTable& table, const Sight& sight, std::size_t knot, std::size_t row) {
+    constexpr float unseen_slenderness = 0.0625F;
+    const float slenderness = sight.slenderness.at(knot)[row];
+    const bool is_seen = sight.weight.at(knot)[row] == 1;
+    const std::size_t shape = shape_of(is_seen ? slenderness : least(slenderness, unseen_slenderness));
+    // State j lies j - x states off the axis. With x = whole - phase / kNumPhases that is j - whole + phase / ...;
+    // the table holds off = i - phase / kNumPhases, so phases count down.
+    const float x = sight.direction.at(knot)[row] * (1 / kState) * kNumPhases;
+    const int steps = static_cast<int>(rounded(x)) + static_cast<int>(kCircleStates * kNumPhases);
+    const std::size_t phase = static_cast<std::size_t>(steps) % kNumPhases;
+    const std::size_t whole = (static_cast<std::size_t>(steps) / kNumPhases) % kLineStates;
+    return table.rows[shape][phase] + (kLineStates - whole) % kLineStates;
+}
+
+// Sums the cheapest way to every state of every knot. `start` is the only state allowed at the first knot, or -1.
+template <std::size_t states, int reach>
+void sum_costs(const CostTable& table, const Sight& sight, std::size_t row, std::size_t num_views, int start,
+               Cost* sums) {
+    for (std::size_t knot = 0; knot < num_views; ++knot) {
+        const Cost* cost = costs_at(table, sight, knot, row);
+        Cost* sum = sums + knot * kCostRow + reach;
+        const auto cost_of = [cost](std::size_t j) { return cost[j % kLineStates]; };
+        if (knot == 0) {
+            for (std::size_t j = 0; j < states; ++j) sum[j] = start < 0 ? cost_of(j) : kForbidden;
+            if (start >= 0) sum[start] = 0;
+        } else {
+            const Cost* before = sum - kCostRow;
+            for (std::size_t half = 0; half < states; half += kLineStates)
+                for (std::size_t i = 0; i < kLineStates; ++i) {
+                    const Cost* from = before + half + i;
+                    Cost best = from[0];
+                    for (int turn = 1; turn <= reach; ++turn) {
+                        const Cost nearer = from[-turn] < from[turn] ? from[-turn] : from[turn];
+                        const Cost turned = static_cast<Cost>(nearer + kTurnCost[turn]);
+                        best = turned < best ? turned : best;
+                    }
+                    sum[half + i] = static_cast<Cost>(best + cost[i]);
+                }
+        }
+        if (knot % kKnotsPerRebase == kKnotsPerRebase - 1) {
+            Cost smallest = sum[0];
+            for (std::size_t j = 1; j < states; ++j) smallest = sum[j] < smallest ? sum[j] : smallest;
+            for (std::size_t j = 0; j < states; ++j) sum[j] = static_cast<Cost>(sum[j] - smallest);
+        }
+        for (int k = 0; k < reach; ++k) {
+            sum[k - reach] = sum[static_cast<int>(states) + k - reach];
+            sum[static_cast<int>(states) + k] = sum[k];
+        }
+    }
+}
+
+// Walks the cheapest way back from state `last`, or from the cheapest one if that is -1. Positions are
+// states that do not wrap.
+template <std::size_t states, int reach>
+void walk_back(std::size_t num_views, int last, const Cost* sums, std::int32_t* positions) {
+    const Cost* sum = sums + (num_views - 1) * kCostRow + reach;
+    int state = last;
+    if (last < 0) {
+        state = 0;
+        for (int j = 1; j < static_cast<int>(states); ++j)
+            if (sum[j] < sum[state]) state = j;
+    }
+    std::int32_t position = state;
+    positions[num_views - 1] = position;
+    for (std::size_t knot = num_views - 1; knot > 0; --knot) {
+        sum -= kCostRow;
+        int turn = 0, best = sum[state];
+        for (int size = 1; size <= reach; ++size)
+            for (const int k : {size, -size}) {
+                const int cost = sum[state - k] + kTurnCost[size];
+                if (cost < best) best = cost, turn = k;
+            }
+        position -= turn;
+        state = (state - turn + static_cast<int>(states)) % static_cast<int>(states);
+        positions[knot - 1] = position;
+    }
+}
+
+// Whether a closed path has come back to its direction: whole turns, not half ones.
+bool has_closed(const std::int32_t* positions, std::size_t num_views) {
+    return (positions[num_views - 1] - positions[0]) % static_cast<std::int32_t>(kCircleStates) == 0;
+}
+
+// The state nearest to a direction, 0 to kLineStates - 1.
+inline int state_of(float direction) {
+    const int steps = static_cast<int>(rounded(direction * (1 / kState))) + static_cast<int>(2 * kCircleStates);
+    return steps % static_cast<int>(kLineStates);
+}
+
+// Directions of one row, one by one as `positions` says; returns the most that a step may turn.
+float choose(const FollowParams& params, const CostTable& table, const Sight& sight, std::size_t row,
+             FollowScratch& scratch) {
+    Cost* sums = scratch.costs.get();
+    std::int32_t* positions = scratch.positions.get();
+    const std::size_t num_views = params.num_views;
+    const int start = params.is_closed ? state_of(sight.direction.at(0)[row]) : -1;
+    sum_costs<kLineStates, kReach>(table, sight, row, num_views, start, sums);
+    walk_back<kLineStates, kReach>(num_views, start, sums, positions);
+    if (!params.is_closed || has_closed(positions, num_views)) return kLimit;
+    sum_costs<kCircleStates, kHalfTurnReach>(table, sight, row, num_views, start, sums);
+    walk_back<kCircleStates, kHalfTurnReach>(num_views, start, sums, positions);
+    if (!has_closed(positions, num_views))  // a loop of too few knots for a half turn: stand still
+        for (std::size_t knot = 0; knot < num_views; ++knot) positions[knot] = start;
+    return kHalfTurnLimit;
+}
+
+// Weighted least squares between the goals and the turn from knot to knot, in place: for each row the solution of
+// a tridiagonal system. `upper` is scratch.
+void smooth(std::size_t num_views, bool is_closed, const Sight& sight, const Series& goal, const Series& upper) {
+    const std::size_t last = num_views - 1;
+    for (std::size_t knot = 0; knot < num_views; ++knot) {
+        const bool is_pinned = is_closed && (knot == 0 || knot == last);
+        const float neighbours = (knot > 0 ? kSmoothing : 0.0F) + (knot < last ? kSmoothing : 0.0F);
+        const float* slenderness = sight.slenderness.at(knot);
+        const float* seen = sight.weight.at(knot);
+        float* x = goal.at(knot);
+        float* c = upper.at(knot);
+        const float* x_before = goal.at(knot > 0 ? knot - 1 : 0);
+        const float* c_before = upper.at(knot > 0 ? knot - 1 : 0);
+        const float coupling = knot > 0 ? kSmoothing : 0.0F;
+        const float pinned = is_pinned ? kPinned : 0.0F;
+        for (std::size_t i = 0; i < kRows; ++i) {
+            const float pull = least(slenderness[i], kMostWeight) * seen[i] + kLeastWeight;
+            const float weight = pinned > 0 ? pinned : pull;
+            const float inverse = 1 / (weight + neighbours + coupling * (knot > 0 ? c_before[i] : 0.0F));
+            x[i] = (weight * x[i] + coupling * (knot > 0 ? x_before[i] : 0.0F)) * inverse;
+            c[i] = -kSmoothing * inverse;
+        }
+    }
+    for (std::size_t knot = last; knot > 0; --knot) {
+        const float* after = goal.at(knot);
+        const float* c = upper.at(knot - 1);
+        float* x = goal.at(knot - 1);
+        for (std::size_t i = 0; i < kRows; ++i) x[i] -= c[i] * after[i];
+    }
+}
+
+// Where `bound` binds each row, [kRows]: the most a step may turn, and the whole turns of a closed path.
+struct Limits {
+    alignas(64) float step[kRows], turn[kRows];
+};
+
+// Lowers `x` until no step rises or falls by more than the limit; `sign` -1 raises it instead.
+template <int sign>
+void bound(const FollowParams& params, const Limits& limits, const Series& x) {
+    constexpr float s = sign;
+    const std::size_t last = params.num_views - 1;
+    const int num_rounds = params.is_closed ? 2 : 1;
+    const auto clamp = [&limits](float* to, const float* from, bool wraps, float direction) {
+        for (std::size_t i = 0; i < kRows; ++i) {
+            const float offset = wraps ? direction * limits.turn[i] : 0.0F;
+            const float step = wraps ? 0.0F : limits.step[i];
+            to[i] = s * least(s * to[i], s * (from[i] + offset) + step);
+        }
+    };
+    for (int round = 0; round < num_rounds; ++round) {
+        if (round > 0) clamp(x.at(0), x.at(last), true, -1);
+        for (std::size_t knot = 1; knot <= last; ++knot) clamp(x.at(knot), x.at(knot - 1), false, 0);
+    }
+    for (int round = 0; round < num_rounds; ++round) {
+        if (round > 0) clamp(x.at(last), x.at(0), true, 1);
+        for (std::size_t knot = last; knot > 0; --knot) clamp(x.at(knot - 1), x.at(knot), false, 0);
+    }
+}
+
+// The mean of the envelopes keeps to the limit, is `x` where `x` does, and is centred on what it cuts.
+void keep_to_limit(const FollowParams& params, const Limits& limits, const Series& x, const Series& upper) {
+    const std::size_t num_views = params.num_views;
+    for (std::size_t k = 0; k < num_views * kRows; ++k) upper.values[k] = x.values[k];
+    bound<1>(params, limits, upper);
+    bound<-1>(params, limits, x);
+    for (std::size_t k = 0; k < num_views * kRows; ++k) x.values[k] = 0.5F * (x.values[k] + upper.values[k]);
+}
+
+// sin(pi y)^2 for any y, to 0.003: from Bhaskara's rational approximation.
+[[gnu::always_inline]] inline float squared_sine(float y) {
+    const float z = y - rounded(y);
+    const float t = z < 0 ? -z : z;
+    const float product = t * (1 - t);
+    const float sine = 16 * product / (5 - 4 * product);
+    return sine * sine;
+}
+
+// The squared factor by which the box of each row is larger than its ellipse needs, and the least one above it
+// that grows and shrinks by no more than kGrowth squared from knot to knot.
+void swell(const FollowParams& params, const Sight& sight, const Series& x, const Series& exact,
+           const Series& smoothed) {
+    const std::size_t last = params.num_views - 1;
+    for (std::size_t knot = 0; knot <= last; ++knot)
+        for (std::size_t i = 0; i < kRows; ++i) {
+            const float off = (x.at(knot)[i] - sight.direction.at(knot)[i]) * (4 / kTwoPi);
+            const float slenderness = least(sight.slenderness.at(knot)[i], 1e6F);
+            const float seen = sight.weight.at(knot)[i] == 1 ? 1.0F : 0.0F;
+            const float squared = 1 + 0.25F * slenderness * squared_sine(off) * seen;
+            exact.at(knot)[i] = squared;
+            smoothed.at(knot)[i] = squared;
+        }
+    const double exponent = params.step < 1 ? params.step : 1.0;
+    const float shrink = static_cast<float>(1 / (1 + (kGrowth * kGrowth - 1) * exponent));
+    const int num_rounds = params.is_closed ? 2 : 1;
+    const auto raise = [](float* to, const float* from, float factor) {
+        for (std::size_t i = 0; i < kRows; ++i) to[i] = most(to[i], from[i] * factor);
+    };
+    for (int round = 0; round < num_rounds; ++round) {
+        if (round > 0) raise(smoothed.at(0), smoothed.at(last), 1);
+        for (std::size_t knot = 1; knot <= last; ++knot) raise(smoothed.at(knot), smoothed.at(knot - 1), shrink);
+    }
+    for (int round = 0; round < num_rounds; ++round) {
+        if (round > 0) raise(smoothed.at(last), smoothed.at(0), 1);
+        for (std::size_t knot = last; knot > 0; --knot) raise(smoothed.at(knot - 1), smoothed.at(knot), shrink);
+    }
+}
+
+// Half a turn for the rows that would disagree with the anchored direction over the path, else 0.
+void name_arrows(std::size_t num_views, const Sight& sight, const Series& x, float* half_turns) {
+    alignas(64) float agreement[kRows] = {};
+    for (std::size_t knot = 0; knot < num_views; ++knot)
+        for (std::size_t i = 0; i < kRows; ++i) {
+            const float off = (x.at(knot)[i] - sight.direction.at(knot)[i]) * (1 / kTwoPi);
+            const float turn = off - rounded(off);
+            const float slenderness = sight.slenderness.at(knot)[i];
+            const float weight = sight.weight.at(knot)[i] * slenderness / (slenderness + 4);
+            agreement[i] += weight * (1 - 4 * (turn < 0 ? -turn : turn));
+        }
+    for (std::size_t i = 0; i < kRows; ++i) half_turns[i] = agreement[i] < 0 ? static_cast<float>(kPi) : 0.0F;
+}
+
+inline Turn turn_of(float direction) {
+    const float turns = direction * (1 / kTwoPi);
+    const float part = (turns - rounded(turns)) * 65536.0F;
+    return static_cast<Turn>(static_cast<std::int32_t>(rounded(part)));
+}
+
+inline std::uint8_t swell_of(float smoothed, float exact) {
+    const float excess = (__builtin_sqrtf(smoothed / exact) - 1) * kSwellUnit;
+    const float most_excess = least(excess, 255.0F);
+    const auto whole = static_cast<std::int32_t>(most_excess);  // rounded up, but for what rounding left
+    return static_cast<std::uint8_t>(whole + (most_excess - static_cast<float>(whole) > 0.01F ? 1 : 0));
+}
+
+template <class T>
+bool run(const GaussianColumns<T>& gaussians, const FollowParams& params, const CostTable& table,
+         std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns, std::uint8_t* swells) {
+    const std::size_t num_views = params.num_views, count = end - begin;
+    Series series[FollowScratch::kNumSeries];
+    for (std::size_t k = 0; k < FollowScratch::kNumSeries; ++k)
+        series[k].values = scratch.lanes.get() + k * num_views * kRows;
+    const Sight sight{series[0], series[1], series[2]};
+    const Series x = series[3], upper = series[4], other = series[5];
+
+    Block block{};
+    for (std::size_t i = 0; i < kBlock; ++i) block.quat[0][i] = 1;  // rows beyond the last
+    load(gaussians, begin, count, block);
+    look<T>(params, block, sight);
+
+    Limits limits{};
+    std::size_t starts[kRows] = {};
+    for (std::size_t i = 0; i < kRows; ++i) {
+        if (i < count && params.is_closed) {
+            starts[i] = surest_knot(sight, i, num_views - 1);
+            for (const Series& column : {sight.direction, sight.slenderness, sight.weight})
+                rotate(column, i, starts[i], num_views, scratch.column.get());
+        }
+        if (i < count) {
+            limits.step[i] = choose(params, table, sight, i, scratch) * static_cast<float>(params.step);
+        } else {
+            for (std::size_t knot = 0; knot < num_views; ++knot) scratch.positions[knot] = 0;
+        }
+        for (std::size_t knot = 0; knot < num_views; ++knot) {
+            const float chosen = static_cast<float>(scratch.positions[knot]) * kState;
+            const float axis = nearest_line(sight.direction.at(knot)[i], chosen);
+            const float off = axis - chosen;
+            x.at(knot)[i] = (off < 0 ? -off : off) < kTrust ? axis : chosen;
+        }
+        if (params.is_closed) {  // whole turns, exactly
+            const auto states = scratch.positions[num_views - 1] - scratch.positions[0];
+            limits.turn[i] = static_cast<float>(states / static_cast<std::int32_t>(kCircleStates)) * kTwoPi;
+            x.at(num_views - 1)[i] = x.at(0)[i] + limits.turn[i];
+        }
+    }
+    smooth(num_views, params.is_closed, sight, x, upper);
+    keep_to_limit(params, limits, x, upper);
+    swell(params, sight, x, upper, other);
+    alignas(64) float half_turns[kRows];
+    name_arrows(num_views, sight, x, half_turns);
+
+    bool is_swelling = false;
+    const std::size_t period = num_views - 1;
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t knot = 0; knot < num_views; ++knot) {
+            std::size_t to = knot + starts[i], from = knot;
+            if (params.is_closed) {
+                to = to < period ? to : to - period;
+                if (knot == period) to = period, from = starts[i] == 0 ? 0 : period - starts[i];
+            }
+            const Turn turn = turn_of(x.at(from)[i] + half_turns[i]);
+            const std::uint8_t swelling = swell_of(other.at(from)[i], upper.at(from)[i]);
+            turns[to * gaussians.count + begin + i] = turn;
+            swells[to * gaussians.count + begin + i] = swelling;
+            is_swelling |= swelling != 0;
+        }
+    return is_swelling;
+}
+
+}  // namespace
+
+bool follow_rows(const GaussianColumns<float>& gaussians, const FollowParams& params, const CostTable& table,
+                 std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns, std::uint8_t* swells) {
+    return run(gaussians, params, table, begin, end, scratch, turns, swells);
+}
+
+bool follow_rows(const GaussianColumns<double>& gaussians, const FollowParams& params, const CostTable& table,
+                 std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns, std::uint8_t* swells) {
+    return run(gaussians, params, table, begin, end, scratch, turns, swells);
+}
+
+}  // namespace brushgs::BRUSHGS_ISA

@@ -1,0 +1,333 @@
+"""COLMAP sparse models that the tests write, in both forms, whole and damaged."""
+
+import struct
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from brushgs import SceneError, SceneWarning
+from brushgs.io import load_cameras
+from brushgs.io.colmap import MODELS
+from brushgs.quats import rotation_matrices
+from tests.scenes import real_scene
+
+NUMBER_OF = {name: number for number, (name, _) in enumerate(MODELS)}
+PINHOLE = (1, "PINHOLE", 640, 480, (500.0, 510.0, 300.5, 250.25))
+FORMS = ("bin", "txt")
+
+
+@dataclass
+class Image:
+    name: str = "a.jpg"
+    quat: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0)
+    translation: tuple[float, ...] = (1.0, 2.0, 3.0)
+    camera_id: int = 1
+    points: list[tuple[float, float, int]] = field(default_factory=list)
+
+
+IMAGE = Image()
+
+
+def write(folder: Path, form: str, cameras=(PINHOLE,), images=(IMAGE,)) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    if form == "bin":
+        data = struct.pack("<Q", len(cameras))
+        for number, model, width, height, values in cameras:
+            data += struct.pack("<iiQQ", number, NUMBER_OF.get(model, 99), width, height)
+            data += struct.pack(f"<{len(values)}d", *values)
+        (folder / "cameras.bin").write_bytes(data)
+        data = struct.pack("<Q", len(images))
+        for row, image in enumerate(images):
+            data += struct.pack("<i7di", row + 1, *image.quat, *image.translation, image.camera_id)
+            data += image.name.encode() + b"\0" + struct.pack("<Q", len(image.points))
+            data += b"".join(struct.pack("<ddq", *point) for point in image.points)
+        (folder / "images.bin").write_bytes(data)
+    else:
+        lines = ["# Camera list with one line of data per camera:"]
+        for number, model, width, height, values in cameras:
+            lines.append(f"{number} {model} {width} {height} {' '.join(map(repr, values))}")
+        (folder / "cameras.txt").write_text("\n".join(lines) + "\n")
+        lines = ["# Image list with two lines of data per image:", "#   IMAGE_ID, QW, ...", ""]
+        for row, image in enumerate(images):
+            pose = " ".join(map(repr, (*image.quat, *image.translation)))
+            lines.append(f"{row + 1} {pose} {image.camera_id} {image.name}")
+            lines.append(" ".join(f"{x!r} {y!r} {number}" for x, y, number in image.points))
+        (folder / "images.txt").write_text("\n".join(lines) + "\n")
+    return folder
+
+
+def load_one(folder: Path, form: str, **content):
+    (camera,) = load_cameras(write(folder, form, **content))
+    return camera
+
+
+quats = st.tuples(*[st.floats(-2, 2)] * 4).filter(lambda q: max(map(abs, q)) > 0.1)
+
+
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(quats, st.tuples(*[st.floats(-1e3, 1e3)] * 3), st.sampled_from(FORMS))
+def test_the_pose_is_camera_from_world(tmp_path, quat, translation, form):
+    camera = load_one(tmp_path / form, form, images=[Image(quat=quat, translation=translation)])
+    np.testing.assert_allclose(camera.viewmat[:3, :3], rotation_matrices(np.array([quat]))[0], atol=1e-14)
+    np.testing.assert_array_equal(camera.viewmat[:3, 3], translation)
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(
+    ("model", "values", "K"),
+    [
+        ("SIMPLE_PINHOLE", (500.0, 300.0, 250.0), (500, 500, 300, 250)),
+        ("PINHOLE", (500.0, 510.0, 300.0, 250.0), (500, 510, 300, 250)),
+        ("SIMPLE_RADIAL", (500.0, 300.0, 250.0, 0.0), (500, 500, 300, 250)),
+        ("RADIAL", (500.0, 300.0, 250.0, 0.0, 0.0), (500, 500, 300, 250)),
+        ("OPENCV", (500.0, 510.0, 300.0, 250.0, *[0.0] * 4), (500, 510, 300, 250)),
+        ("FULL_OPENCV", (500.0, 510.0, 300.0, 250.0, *[0.0] * 8), (500, 510, 300, 250)),
+    ],
+)
+def test_every_pinhole_model_gives_its_intrinsics_and_size(tmp_path, form, model, values, K):
+    camera = load_one(tmp_path, form, cameras=[(1, model, 640, 480, values)])
+    assert (camera.K[0, 0], camera.K[1, 1], camera.K[0, 2], camera.K[1, 2]) == K
+    assert (camera.width, camera.height, camera.near) == (640, 480, 0.01)
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(
+    ("model", "values", "listed"),
+    [
+        ("SIMPLE_RADIAL", (500.0, 3.0, 2.0, 0.1), r"k1 = 0\.1"),
+        ("RADIAL", (500.0, 3.0, 2.0, 0.0, -0.2), r"k2 = -0\.2"),
+        ("OPENCV", (5.0, 5.0, 3.0, 2.0, 0.1, 0.0, 0.01, 0.0), r"k1 = 0\.1, p1 = 0\.01"),
+        ("FULL_OPENCV", (5.0, 5.0, 3.0, 2.0, *[0.0] * 7, 0.5), r"k6 = 0\.5"),
+    ],
+)
+def test_distortion_is_left_out_with_one_warning(tmp_path, form, model, values, listed):
+    what = rf"cameras\.{form}: the distortion of camera model {model} was left out \({listed}\); pictures are"
+    images = [Image("a"), Image("b")]
+    with pytest.warns(SceneWarning, match=what) as caught:
+        load_cameras(write(tmp_path, form, [(1, model, 640, 480, values)], images))
+    assert len(caught) == 1
+
+
+def test_distortion_of_a_camera_without_images_is_not_told(tmp_path):
+    bent = (2, "SIMPLE_RADIAL", 64, 48, (50.0, 32.0, 24.0, 0.1))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load_cameras(write(tmp_path, "bin", [bent, PINHOLE]))
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_cameras_are_sorted_by_the_name_of_their_image(tmp_path, form):
+    other = (7, "SIMPLE_PINHOLE", 100, 50, (80.0, 50.0, 25.0))
+    points = [(1.5, 2.5, -1), (3.0, 4.0, 12)]
+    images = [
+        Image("b 2.jpg", translation=(2, 0, 0), camera_id=7),
+        Image("sub/ä.jpg", translation=(4, 0, 0), points=points),
+        Image("b 10.jpg", translation=(1, 0, 0), points=points * 100),
+        Image("c" * 1000, translation=(3, 0, 0)),
+    ]
+    cameras = load_cameras(write(tmp_path, form, [PINHOLE, other], images))
+    assert [camera.viewmat[0, 3] for camera in cameras] == [1, 2, 3, 4]
+    assert [camera.width for camera in cameras] == [640, 100, 640, 640]
+
+
+@pytest.mark.parametrize("place", ["", "sparse/0", "sparse", "colmap/sparse/0", "0"])
+def test_a_model_is_found_in_the_folder_of_its_capture(tmp_path, place):
+    write(tmp_path / place, "bin")
+    assert len(load_cameras(tmp_path)) == 1
+
+
+@pytest.mark.parametrize("name", ["cameras", "images", "points3D"])
+@pytest.mark.parametrize("form", FORMS)
+def test_any_file_of_a_model_leads_to_it(tmp_path, form, name):
+    write(tmp_path, form)
+    (tmp_path / f"{name}.{form}").touch()
+    assert len(load_cameras(tmp_path / f"{name}.{form}")) == 1
+
+
+def test_binary_files_go_before_text_unless_text_is_named(tmp_path):
+    write(tmp_path, "txt", images=[Image(translation=(1, 0, 0))])
+    write(tmp_path, "bin", images=[Image(translation=(2, 0, 0))])
+    assert load_cameras(tmp_path)[0].viewmat[0, 3] == 2
+    assert load_cameras(tmp_path / "images.txt")[0].viewmat[0, 3] == 1
+    (tmp_path / "images.bin").unlink()
+    assert load_cameras(tmp_path)[0].viewmat[0, 3] == 1
+
+
+def test_a_real_model_is_read():
+    cameras = load_cameras(real_scene("colmap_sparse"))
+    assert len(cameras) == 64
+    assert {(camera.width, camera.height) for camera in cameras} == {(1917, 1073)}
+    eyes = np.stack([camera.position for camera in cameras])
+    ways = np.linalg.norm(np.diff(eyes, axis=0), axis=1)
+    assert np.median(ways) < 0.2 * np.ptp(eyes, axis=0).max()  # by name: the order in which they were taken
+
+
+# --- what cannot be used
+
+
+def fails(path, sentence):
+    with pytest.raises(SceneError, match=sentence):
+        load_cameras(path)
+
+
+def test_a_folder_without_a_model(tmp_path):
+    fails(
+        tmp_path,
+        r"is a folder without a COLMAP model \(cameras\.bin and images\.bin, or \.txt\); check the path",
+    )
+
+
+def test_half_a_model(tmp_path):
+    write(tmp_path, "txt")
+    (tmp_path / "images.txt").unlink()
+    fails(tmp_path, r"images\.txt: there is no such file, but a sparse model needs it; copy it, too")
+    fails(tmp_path / "images.txt", r"images\.txt: there is no such file; check the path")
+
+
+def test_points_alone(tmp_path):
+    (tmp_path / "points3D.bin").touch()
+    fails(tmp_path / "points3D.bin", r"points3D\.bin: is not beside the cameras and images of a COLMAP model")
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(
+    "model",
+    ["OPENCV_FISHEYE", "FOV", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE", "THIN_PRISM_FISHEYE"],
+)
+def test_a_lens_that_is_no_pinhole_is_refused_by_name(tmp_path, form, model):
+    write(tmp_path, form, [(3, model, 640, 480, (1.0,) * 8)])
+    fails(
+        tmp_path,
+        rf"camera 3: camera model {model} is no pinhole; a pinhole is needed \(SIMPLE_PINHOLE, .*undist",
+    )
+
+
+def test_an_unknown_model_is_refused_by_name(tmp_path):
+    write(tmp_path, "txt", [(3, "PERISCOPE", 640, 480, (1.0,) * 8)])
+    fails(tmp_path, r"cameras\.txt: camera 3: PERISCOPE is no known camera model; a pinhole is needed")
+    write(tmp_path, "bin", [(3, "PERISCOPE", 640, 480, (1.0,) * 8)])
+    fails(tmp_path, r"cameras\.bin: camera 3: number 99 is no known camera model; a pinhole is needed")
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(
+    ("image", "sentence"),
+    [
+        (
+            Image(quat=(0.0, 0.0, 0.0, 0.0)),
+            r"image 'a\.jpg': the quaternion must be finite and not zero, got \(0\.0",
+        ),
+        (Image(quat=(float("nan"), 0.0, 0.0, 1.0)), "the quaternion must be finite and not zero"),
+        (Image(translation=(0.0, float("inf"), 0.0)), "the translation must be finite"),
+        (Image(camera_id=7), "camera 7 is not in the cameras file; copy both files from one model"),
+    ],
+)
+def test_an_image_without_use_is_named(tmp_path, form, image, sentence):
+    write(tmp_path, form, images=[image])
+    fails(tmp_path, rf"images\.{form}: .*{sentence}")
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(
+    ("camera", "sentence"),
+    [
+        ((4, "PINHOLE", 0, 480, (1.0, 1.0, 1.0, 1.0)), "camera 4: the size must be at least 1x1, got 0x480"),
+        ((4, "PINHOLE", 64, 48, (0.0, 1.0, 1.0, 1.0)), "camera 4: the focal length must be above 0, got 0"),
+        ((4, "SIMPLE_PINHOLE", 64, 48, (-2.0, 1.0, 1.0)), "the focal length must be above 0, got -2"),
+        ((4, "PINHOLE", 64, 48, (1.0, 1.0, float("nan"), 1.0)), "the parameters must be finite, got "),
+    ],
+)
+def test_a_camera_without_use_is_named(tmp_path, form, camera, sentence):
+    write(tmp_path, form, [camera])
+    fails(tmp_path, rf"cameras\.{form}: .*{sentence}")
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_model_without_images(tmp_path, form):
+    write(tmp_path, form, images=[])
+    fails(tmp_path, rf"images\.{form}: holds no images; the reconstruction found none, run it again")
+
+
+@pytest.mark.parametrize("name", ["cameras.bin", "images.bin"])
+@pytest.mark.parametrize("count", [2, 10**6, 2**64 - 1])
+def test_a_count_that_the_file_cannot_hold_is_refused_before_memory_is_asked_for(tmp_path, name, count):
+    path = write(tmp_path, "bin") / name
+    path.write_bytes(struct.pack("<Q", count) + path.read_bytes()[8:])
+    fails(
+        tmp_path,
+        rf"{name}: says it holds {count} \w+, for which its [0-9,]+ bytes are too few; copy or export",
+    )
+
+
+def test_a_count_of_points_that_the_file_cannot_hold(tmp_path):
+    path = write(tmp_path, "bin") / "images.bin"
+    path.write_bytes(path.read_bytes()[:-8] + struct.pack("<Q", 2**61))
+    fails(tmp_path, rf"says it holds {2**61} points of image 'a\.jpg', for which its .* bytes are too few")
+
+
+@pytest.mark.parametrize("name", ["cameras.bin", "images.bin"])
+def test_a_file_cut_short_anywhere_is_refused(tmp_path, name):
+    images = [Image("a.jpg", points=[(1.0, 2.0, 3)]), Image("b.jpg")]
+    path = write(tmp_path, "bin", images=images) / name
+    whole = path.read_bytes()
+    for length in range(len(whole)):
+        path.write_bytes(whole[:length])
+        fails(tmp_path, rf"{name}: (ends too early, after {length} bytes|says it holds|holds no images)")
+
+
+def test_an_image_name_without_end(tmp_path):
+    path = write(tmp_path, "bin") / "images.bin"
+    path.write_bytes(path.read_bytes()[:72] + b"x" * 200_000)
+    fails(tmp_path, r"images\.bin: has no image name at byte 72; copy or export it again")
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data(), st.sampled_from(["cameras.bin", "images.bin", "cameras.txt", "images.txt"]))
+def test_random_bytes_give_cameras_or_a_sentence(tmp_path, data, name):
+    images = [Image("a.jpg", points=[(1.0, 2.0, 3)]), Image("b.jpg")]
+    path = write(tmp_path, name[-3:], images=images) / name
+    content = bytearray(path.read_bytes())
+    if data.draw(st.booleans()):
+        content = bytearray(data.draw(st.binary(max_size=300)))
+    else:
+        for place in data.draw(st.lists(st.integers(0, len(content) - 1), min_size=1, max_size=6)):
+            content[place] = data.draw(st.integers(0, 255))
+    path.write_bytes(content)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)
+        try:
+            cameras = load_cameras(path)
+        except SceneError as error:
+            assert str(error).startswith(str(tmp_path))  # noqa: PT017
+        else:
+            assert all(np.isfinite(camera.viewmat).all() for camera in cameras)
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "sentence"),
+    [
+        ("cameras.txt", "1 PINHOLE", "line 1: must hold CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS; export"),
+        (
+            "cameras.txt",
+            "1 PINHOLE 64 48 1 1 1",
+            "line 1: camera model PINHOLE must have 4 parameters, got 3",
+        ),
+        ("cameras.txt", "1 PINHOLE 64 48 1 1 1 x", "line 1: must hold CAMERA_ID"),
+        ("images.txt", "1 1 0 0 0 1 2 3 1", "line 1: must hold IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"),
+        ("images.txt", "1 1 0 0 0 1 2 x 1 a.jpg", "line 1: must hold IMAGE_ID"),
+    ],
+)
+def test_a_line_at_fault_is_named(tmp_path, name, line, sentence):
+    (write(tmp_path, "txt") / name).write_text(line + "\n")
+    fails(tmp_path, rf"{name}: {sentence}")
+
+
+def test_an_image_line_may_be_followed_by_an_empty_line_or_the_end(tmp_path):
+    path = write(tmp_path, "txt") / "images.txt"
+    path.write_text("1 1 0 0 0 1 2 3 1 a.jpg\n\n2 1 0 0 0 4 5 6 1 b.jpg")
+    assert [camera.viewmat[0, 3] for camera in load_cameras(tmp_path)] == [1, 4]

@@ -1,0 +1,132 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from brushgs import SceneError
+from brushgs.io.numbered import Ledger, NumberedFiles
+
+SUFFIXES = (".png", ".exr")
+
+
+def files(folder: Path, name: str = "%05d.png") -> NumberedFiles:
+    return NumberedFiles.of(folder / name, SUFFIXES)
+
+
+def started(folder: Path, painting: dict[str, object] | None = None) -> Ledger:
+    ledger = Ledger(files(folder), painting or {"stroke": "swirl", "seed": 3})
+    ledger.begin()
+    return ledger
+
+
+@pytest.mark.parametrize(
+    ("name", "first"),
+    [("%05d.png", "00007.png"), ("frame-%04d.exr", "frame-0007.exr"), ("a%d.PNG", "a7.PNG")],
+)
+def test_the_number_takes_its_place(tmp_path: Path, name: str, first: str) -> None:
+    found = files(tmp_path, name)
+    assert found.path(7) == tmp_path / first
+    assert found.number(tmp_path / first) == 7
+    assert found.number(tmp_path / f"x{first}") is None
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["a.png", "%d-%d.png", "%5d.png", "%s.png", "%f.png", "100%%-%d.png", "%.png", "%-5d.png", "%00d.png"],
+)
+def test_a_name_without_one_number_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ValueError, match=r"must hold one number such as %05d, got .*; write .*%05d\.png"):
+        files(tmp_path, name)
+
+
+@pytest.mark.parametrize("name", ["%05d.jpg", "%05d", "frame-%04d.ply"])
+def test_a_suffix_that_is_no_picture_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ValueError, match=r"numbered frames must end in \.png, \.exr, got"):
+        files(tmp_path, name)
+
+
+def test_a_number_in_the_folder_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="the number must stand in the name of the file, not of its folder"):
+        files(tmp_path / "take%02d", "a.png")
+
+
+def test_numbers_of_other_names_are_not_counted(tmp_path: Path) -> None:
+    for name in ("00002.png", "00010.png", "3.png", "00004.exr", "a00005.png", "100000.png"):
+        (tmp_path / name).touch()
+    assert files(tmp_path).numbers() == [2, 10, 100000]
+    assert files(tmp_path / "nowhere").numbers() == []
+
+
+def test_a_ledger_reads_back_what_was_written(tmp_path: Path) -> None:
+    ledger = started(tmp_path / "new")
+    ledger.add(0, b"abc")
+    ledger.add(5, b"abcde")
+    found = Ledger.read(files(tmp_path / "new"))
+    assert found is not None
+    assert (found.painting, found.sizes) == ({"stroke": "swirl", "seed": 3}, {0: 3, 5: 5})
+    assert [found.is_done(index) for index in (0, 1, 5)] == [True, False, True]
+    assert files(tmp_path / "new").path(5).read_bytes() == b"abcde"
+
+
+def test_a_frame_that_is_gone_or_of_another_size_is_not_done(tmp_path: Path) -> None:
+    ledger = started(tmp_path)
+    for index in range(3):
+        ledger.add(index, b"abc")
+    ledger.files.path(0).unlink()
+    ledger.files.path(1).write_bytes(b"ab")
+    assert [ledger.is_done(index) for index in range(3)] == [False, False, True]
+
+
+def test_what_lay_there_before_is_no_part_of_a_new_painting(tmp_path: Path) -> None:
+    started(tmp_path).add(0, b"old")
+    started(tmp_path, {"stroke": "flat"})
+    found = Ledger.read(files(tmp_path))
+    assert found is not None
+    assert not found.is_done(0)
+    assert files(tmp_path).path(0).read_bytes() == b"old"
+
+
+def test_a_line_that_was_cut_off_costs_its_frame_alone(tmp_path: Path) -> None:
+    ledger = started(tmp_path)
+    for index in range(3):
+        ledger.add(index, b"abc")
+    content = ledger.files.ledger.read_bytes()
+    ledger.files.ledger.write_bytes(content[:-4])
+    found = Ledger.read(ledger.files)
+    assert found is not None
+    assert found.sizes == {0: 3, 1: 3}
+    found.begin()
+    found.add(2, b"abc")
+    assert Ledger.read(ledger.files).sizes == {0: 3, 1: 3, 2: 3}  # type: ignore[union-attr]
+
+
+def test_two_sequences_in_one_folder_have_their_own_ledgers(tmp_path: Path) -> None:
+    started(tmp_path).add(0, b"abc")
+    assert Ledger.read(files(tmp_path, "other-%03d.png")) is None
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]\n", '{"painting": 3}\n', json.dumps({"a": 1}), "\xff\n"])
+def test_another_file_in_the_place_of_a_ledger_is_told(tmp_path: Path, content: str) -> None:
+    files(tmp_path).ledger.write_bytes(content.encode("latin-1"))
+    with pytest.raises(
+        SceneError, match=r"\.%05d\.png\.json: is no ledger of frames; remove it, or leave out"
+    ):
+        Ledger.read(files(tmp_path))
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="the folder cannot be made: No such file or directory"):
+        started(tmp_path / "a" / "b")
+    (tmp_path / "file").touch()
+    with pytest.raises(SceneError, match="the folder cannot be made: File exists"):
+        started(tmp_path / "file")
+
+
+def test_a_ledger_that_cannot_be_gone_on_with_is_told(tmp_path: Path) -> None:
+    ledger = started(tmp_path)
+    ledger.files.ledger.unlink()
+    ledger.files.ledger.mkdir()
+    with pytest.raises(SceneError, match=r"\.json: cannot be written \(Is a directory\); check the disk"):
+        ledger.add(0, b"abc")
+    with pytest.raises(SceneError, match=r"\.json: cannot be read \(Is a directory\); check the folder"):
+        Ledger.read(ledger.files)
