@@ -46,8 +46,8 @@ class Directions:
 
     Attributes:
         angles: [N] float32, direction of the u axis of each Gaussian's box, radians from +x towards +y.
-        swells: [N] float32 or None, factor >= 1 by which the area of a box is larger than what its ellipse
-            needs: a stroke that must turn across its ellipse swells over several frames. None: 1 for all.
+        swells: [N] float32 >= 1 or None, the least area of each box in areas of the smallest box around its
+            ellipse: a stroke that must turn across its ellipse swells over several frames. None: 1 for all.
 
     Raises:
         TypeError: if a column is not float32.
@@ -154,12 +154,10 @@ def project_counted(
         )
     given = lock if isinstance(lock, Directions) else None
     if given is None and lock not in get_args(ViewLock):
-        raise ValueError(
-            f"project: lock must be one of {', '.join(get_args(ViewLock))} or Directions, got {lock!r}"
-        )
+        raise ValueError(f"project: lock must be {', '.join(get_args(ViewLock))} or Directions, got {lock!r}")
     if given is not None and len(given) != len(gaussians):
         raise ValueError(
-            f"project: lock must hold a direction for each of the {len(gaussians)} Gaussians, got {len(given)}"
+            f"project: lock must hold {len(gaussians)} directions, one per Gaussian, got {len(given)}"
         )
     columns, culled = _core.project(
         gaussians.means,

@@ -11,9 +11,8 @@ from brushgs import _core
 from brushgs.choices import MAX_PIXELS, MAX_SIDE, Filter, Lock, ViewLock
 from brushgs.levels import axis_levels, level_bounds, level_coverage
 from brushgs.lock import follow
-from brushgs.project import project
+from brushgs.project import Directions, project
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
-from brushgs.shapes import Array
 from brushgs.textures import StrokeTexture
 from brushgs.threads import num_threads_or_default
 
@@ -23,7 +22,7 @@ def render(
     camera: Camera,
     texture: StrokeTexture,
     *,
-    lock: ViewLock | Array = "anchor",
+    lock: ViewLock | Directions = "anchor",
     filter: Filter = "mip",
     num_sigmas: float | None = None,
     low_pass: float = 0.3,
@@ -32,10 +31,15 @@ def render(
 ) -> Frame:
     """Paint Gaussians as one camera sees them: `project`, then `rasterize`.
 
+    Strokes fade where they would otherwise appear or vanish, see `project`. The built-in kernels ("gaussian",
+    "ellipse") fill the ellipse itself: they are drawn along its axes whatever the lock, and do not fade.
+
     Args:
         gaussians: N Gaussians in world space; each becomes a stroke.
         camera: one pinhole camera; its size is the size of the picture.
         texture: the stroke; `StrokeTexture.open("gaussian")` gives the plain 3DGS picture.
+        lock: which way strokes point: "anchor", "off" (as published), or what `brushgs.lock.follow` found for
+            this view of a path; see `project`.
         filter: see `rasterize`.
         num_sigmas: half length of a box in standard deviations, > 0; None takes `texture.fitted_sigmas`,
             at which a stroke paints about as much as its Gaussian. The published method takes 2.
@@ -49,9 +53,14 @@ def render(
     Raises:
         ValueError: if an option is out of range.
     """
-    sigmas = texture.fitted_sigmas if num_sigmas is None else num_sigmas
     boxes = project(
-        gaussians, camera, num_sigmas=sigmas, low_pass=low_pass, lock=lock, num_threads=num_threads
+        gaussians,
+        camera,
+        num_sigmas=texture.fitted_sigmas if num_sigmas is None else num_sigmas,
+        low_pass=low_pass,
+        lock=lock if is_directed(texture) else "off",
+        fade=is_directed(texture),
+        num_threads=num_threads,
     )
     return rasterize(
         boxes,
@@ -62,6 +71,11 @@ def render(
         depth=depth,
         num_threads=num_threads,
     )
+
+
+def is_directed(texture: StrokeTexture) -> bool:
+    """Whether a texture has a direction to lock: a stroke image does, the built-in kernels do not."""
+    return texture.kind == "image"
 
 
 def render_sequence(
@@ -76,15 +90,33 @@ def render_sequence(
     depth: bool = True,
     num_threads: int | None = None,
 ) -> Iterator[Frame]:
-    """Paint Gaussians along a camera path."""
-    path = follow(gaussians, cameras, num_threads=num_threads) if lock == "track" else None
-    for index, camera in enumerate(cameras):
-        view_lock = path.directions(index) if path is not None else lock
+    """Paint Gaussians along a camera path, one frame per camera, each when it is asked for.
+
+    Args:
+        gaussians: N Gaussians in world space; each becomes a stroke.
+        cameras: the views in order, all of one size; closed where the last equals the first.
+        texture: the stroke.
+        lock: which way strokes point: "track": chosen over the whole path before the first frame is drawn,
+            see `brushgs.lock.follow`; "anchor" or "off": by each view alone, see `project`.
+        filter: see `rasterize`.
+        num_sigmas: see `render`.
+        low_pass: see `render`.
+        depth: whether frames carry a depth.
+        num_threads: see `render`.
+
+    Raises:
+        ValueError: if there is no camera, sizes differ, or an option is out of range.
+    """
+    if lock not in get_args(Lock):
+        raise ValueError(f"render_sequence: lock must be one of {', '.join(get_args(Lock))}, got {lock!r}")
+    is_tracked = lock == "track" and is_directed(texture)
+    path = follow(gaussians, cameras, low_pass=low_pass, num_threads=num_threads) if is_tracked else None
+    for frame, camera in enumerate(cameras):
         yield render(
             gaussians,
             camera,
             texture,
-            lock=view_lock,
+            lock=path.directions(frame) if path is not None else ("off" if lock == "off" else "anchor"),
             filter=filter,
             num_sigmas=num_sigmas,
             low_pass=low_pass,

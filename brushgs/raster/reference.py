@@ -46,15 +46,17 @@ def project(
 
     J, R, S = jacobian(t, camera), rotation_matrices(scene.quats[ids]), scales[ids, None, :]
     M = J @ W @ R * S  # [M, 2, 3], pixels per standard deviation
-    angles, swells = _major_axis(M), np.ones(len(ids))
+    angles = major = _major_axis(M)
     if isinstance(lock, Directions):
         angles = lock.angles[ids].astype(np.float64)
-        swells = swells if lock.swells is None else lock.swells[ids].astype(np.float64)
     elif lock == "anchor":
         rows, longest = np.arange(len(ids)), np.argmax(scales[ids], axis=1)
         angles = _anchored(angles, M, R[rows, :, longest], M[rows, :, longest], directions, low_pass)
-    deviations = np.stack([np.sqrt(v * swells) for v in _variances(M, angles, low_pass)], axis=1)
-    half_extents = num_sigmas * deviations
+    half_extents = num_sigmas * np.sqrt(np.stack(_variances(M, angles, low_pass), axis=1))
+    if isinstance(lock, Directions) and lock.swells is not None:
+        smallest = num_sigmas**2 * np.sqrt(np.prod(_variances(M, major, low_pass), axis=0))
+        growth = lock.swells[ids] * smallest / half_extents.prod(axis=1)
+        half_extents *= np.sqrt(np.maximum(growth, 1))[:, None]
     centers = t[:, :2] / t[:, 2:] * np.diag(camera.K)[:2] + camera.K[:2, 2]
 
     shades = np.einsum("nk,nkc->nc", sh_basis(directions, scene.sh_degree), sh[ids])

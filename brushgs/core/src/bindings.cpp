@@ -150,8 +150,8 @@ void def_follow(nb::module_& m) {
     m.def("follow", &follow<T>, "means"_a.noconvert(), "quats"_a.noconvert(), "scales"_a.noconvert(),
           "opacities"_a.noconvert(), "viewmats"_a.noconvert(), "Ks"_a.noconvert(), "nears"_a.noconvert(), "width"_a,
           "height"_a, "is_closed"_a, "step"_a, "low_pass"_a, "num_threads"_a,
-          "Directions [knots, N] in 2^-16 turns, and None or by how many SWELL_UNIT-ths each box [knots, N] is "
-          "larger in area.");
+          "Directions [knots, N] in 2^-16 turns; and the least area of each box [knots, N], in areas of the smallest "
+          "box around its ellipse, as octaves times SWELLS_AN_OCTAVE, or None where none is above 1.");
 }
 
 // An uninitialised array from the frame pool, to which its memory returns.
@@ -245,7 +245,7 @@ NB_MODULE(_core, m) {
     m.attr("MIN_ALPHA") = brushgs::kMinAlpha;
     m.attr("MIN_TRANSMITTANCE") = brushgs::kMinTransmittance;
     m.attr("GAUSSIAN_SIGMAS") = brushgs::kGaussianSigmas;
-    m.attr("SWELL_UNIT") = brushgs::kSwellUnit;
+    m.attr("SWELLS_AN_OCTAVE") = brushgs::kSwellsAnOctave;
     nb::enum_<brushgs::Kernel>(m, "Kernel", "What a box is filled with.")
         .value("bilinear", brushgs::Kernel::bilinear)
         .value("nearest", brushgs::Kernel::nearest)

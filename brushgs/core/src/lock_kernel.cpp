@@ -7,7 +7,7 @@
 //            box larger than its ellipse needs, and a turn of at most 2 states from knot to knot costs a little
 //   settle   those directions smoothed toward the exact axes, the more slender the closer, by weighted least
 //            squares; then no step above the limit, by the mean of the upper and the lower Lipschitz envelope
-//   swell    where a slender ellipse is crossed the box must grow: over several knots, not at once
+//   swell    a box across a slender ellipse is large: it grows and shrinks over several knots, not at once
 //   name     of the two arrows of the line, the one that agrees with the anchored direction over the path
 //
 // A closed path starts at the knot where the ellipse is most slender, and must come back to the direction it
@@ -34,16 +34,19 @@ constexpr float kTwoPi = static_cast<float>(2 * kPi);
 constexpr int kReach = 2;          // states that a direction may turn from knot to knot,
 constexpr int kHalfTurnReach = 4;  // and where a half turn has to be spent
 constexpr Cost kTurnCost[] = {0, 1, 4, 12, 24};
-// No knot costs more than 500 + 24, and no state more than some 16 such knots above the best one, which reach
-// any other. Subtracting the best every 32 knots keeps all sums under 32 x 524 + 16 x 524 + the next: in 16 bits.
+// No knot costs more than 500 + 24, and 16 knots lead from the best state to any other, so no state is dearer
+// than the best by more than 16 x 524 (or, at first, kForbidden). With the best subtracted every 24 knots all sums
+// stay under 24 x 524 + 16 x 524 = 20960: in 16 bits.
 constexpr std::size_t kKnotsPerRebase = 24;
 constexpr Cost kForbidden = 8000;
 
-// Per step of 1.5 degrees; a little under the 6 and 15 degrees that are promised, for rounding.
-constexpr float kLimit = static_cast<float>(5.8 * kPi / 180);
+// Per knot; a little under the 6 and 15 degrees that are promised for 1.5 degrees of view change, because paths
+// that are not quite even pass more than one knot a frame.
+constexpr float kLimit = static_cast<float>(5.4 * kPi / 180);
 constexpr float kHalfTurnLimit = static_cast<float>(12.0 * kPi / 180);
 
-constexpr float kUnseenShare = 0.01F;   // weight of a knot at which the stroke is outside the picture
+constexpr float kUnseenShare = 0.01F;   // weight of a knot at which the stroke is well outside the picture:
+constexpr double kReachSigmas = 4;      // farther than any box reaches, so that it turns freely only out of sight
 constexpr float kLeastWeight = 1e-3F;   // of any knot, so that the smoothing has one solution
 constexpr float kMostWeight = 1e4F;     // and this needs no more digits than a float has
 constexpr float kPinned = 1e6F;         // of the ends of a closed path
@@ -51,7 +54,7 @@ constexpr float kSmoothing = 4.0F;      // against the squared turn from knot to
 // The axis is taken for the goal where the choice lies this close to it, else the choice itself.
 constexpr float kTrust = static_cast<float>(8 * kPi / 180);
 
-constexpr float kGrowth = 1.15F;  // of the area of a box, at most, from knot to knot, for being off its axis
+constexpr float kGrowth = 1.1F;  // of the area of a box, at most, from knot to knot, for being off its axis
 
 [[gnu::always_inline]] inline float least(float x, float y) { return x < y ? x : y; }
 [[gnu::always_inline]] inline float most(float x, float y) { return x > y ? x : y; }
@@ -109,7 +112,7 @@ void look(const FollowParams& params, const Block& block, const Sight& sight) {
 
             const double gap = variance.along - variance.across;
             const double slender = gap * gap / (variance.along * variance.across);
-            const double reach = 2 * __builtin_sqrt(variance.along);
+            const double reach = kReachSigmas * __builtin_sqrt(variance.along);
             double seen = 1;
             seen = f.center_x + reach > 0 ? seen : static_cast<double>(kUnseenShare);
             seen = f.center_y + reach > 0 ? seen : static_cast<double>(kUnseenShare);
@@ -346,19 +349,16 @@ void keep_to_limit(const FollowParams& params, const Limits& limits, const Serie
     return sine * sine;
 }
 
-// The squared factor by which the box of each row is larger than its ellipse needs, and the least one above it
-// that grows and shrinks by no more than kGrowth squared from knot to knot.
-void swell(const FollowParams& params, const Sight& sight, const Series& x, const Series& exact,
-           const Series& smoothed) {
+// The squared area of the box of each row, in areas of the smallest box around its ellipse: as its direction makes
+// it, raised to what grows and shrinks by no more than kGrowth squared from knot to knot.
+void swell(const FollowParams& params, const Sight& sight, const Series& x, const Series& area) {
     const std::size_t last = params.num_views - 1;
     for (std::size_t knot = 0; knot <= last; ++knot)
         for (std::size_t i = 0; i < kRows; ++i) {
             const float off = (x.at(knot)[i] - sight.direction.at(knot)[i]) * (4 / kTwoPi);
             const float slenderness = least(sight.slenderness.at(knot)[i], 1e6F);
             const float seen = sight.weight.at(knot)[i] == 1 ? 1.0F : 0.0F;
-            const float squared = 1 + 0.25F * slenderness * squared_sine(off) * seen;
-            exact.at(knot)[i] = squared;
-            smoothed.at(knot)[i] = squared;
+            area.at(knot)[i] = 1 + 0.25F * slenderness * squared_sine(off) * seen;
         }
     const double exponent = params.step < 1 ? params.step : 1.0;
     const float shrink = static_cast<float>(1 / (1 + (kGrowth * kGrowth - 1) * exponent));
@@ -367,12 +367,12 @@ void swell(const FollowParams& params, const Sight& sight, const Series& x, cons
         for (std::size_t i = 0; i < kRows; ++i) to[i] = most(to[i], from[i] * factor);
     };
     for (int round = 0; round < num_rounds; ++round) {
-        if (round > 0) raise(smoothed.at(0), smoothed.at(last), 1);
-        for (std::size_t knot = 1; knot <= last; ++knot) raise(smoothed.at(knot), smoothed.at(knot - 1), shrink);
+        if (round > 0) raise(area.at(0), area.at(last), 1);
+        for (std::size_t knot = 1; knot <= last; ++knot) raise(area.at(knot), area.at(knot - 1), shrink);
     }
     for (int round = 0; round < num_rounds; ++round) {
-        if (round > 0) raise(smoothed.at(last), smoothed.at(0), 1);
-        for (std::size_t knot = last; knot > 0; --knot) raise(smoothed.at(knot - 1), smoothed.at(knot), shrink);
+        if (round > 0) raise(area.at(last), area.at(0), 1);
+        for (std::size_t knot = last; knot > 0; --knot) raise(area.at(knot - 1), area.at(knot), shrink);
     }
 }
 
@@ -396,11 +396,11 @@ inline Turn turn_of(float direction) {
     return static_cast<Turn>(static_cast<std::int32_t>(rounded(part)));
 }
 
-inline std::uint8_t swell_of(float smoothed, float exact) {
-    const float excess = (__builtin_sqrtf(smoothed / exact) - 1) * kSwellUnit;
-    const float most_excess = least(excess, 255.0F);
-    const auto whole = static_cast<std::int32_t>(most_excess);  // rounded up, but for what rounding left
-    return static_cast<std::uint8_t>(whole + (most_excess - static_cast<float>(whole) > 0.01F ? 1 : 0));
+inline std::uint8_t swell_of(float squared_area) {
+    constexpr float unswollen = 1.01F;  // as good as 1: most boxes, and they are many
+    if (squared_area < unswollen) return 0;
+    const float octaves = 0.5F * __builtin_log2f(squared_area);
+    return static_cast<std::uint8_t>(least(rounded(octaves * kSwellsAnOctave), 255.0F));
 }
 
 template <class T>
@@ -411,7 +411,7 @@ bool run(const GaussianColumns<T>& gaussians, const FollowParams& params, const 
     for (std::size_t k = 0; k < FollowScratch::kNumSeries; ++k)
         series[k].values = scratch.lanes.get() + k * num_views * kRows;
     const Sight sight{series[0], series[1], series[2]};
-    const Series x = series[3], upper = series[4], other = series[5];
+    const Series x = series[3], upper = series[4];
 
     Block block{};
     for (std::size_t i = 0; i < kBlock; ++i) block.quat[0][i] = 1;  // rows beyond the last
@@ -445,7 +445,7 @@ bool run(const GaussianColumns<T>& gaussians, const FollowParams& params, const 
     }
     smooth(num_views, params.is_closed, sight, x, upper);
     keep_to_limit(params, limits, x, upper);
-    swell(params, sight, x, upper, other);
+    swell(params, sight, x, upper);
     alignas(64) float half_turns[kRows];
     name_arrows(num_views, sight, x, half_turns);
 
@@ -459,7 +459,7 @@ bool run(const GaussianColumns<T>& gaussians, const FollowParams& params, const 
                 if (knot == period) to = period, from = starts[i] == 0 ? 0 : period - starts[i];
             }
             const Turn turn = turn_of(x.at(from)[i] + half_turns[i]);
-            const std::uint8_t swelling = swell_of(other.at(from)[i], upper.at(from)[i]);
+            const std::uint8_t swelling = swell_of(upper.at(from)[i]);
             turns[to * gaussians.count + begin + i] = turn;
             swells[to * gaussians.count + begin + i] = swelling;
             is_swelling |= swelling != 0;

@@ -106,8 +106,11 @@ void place(const ProjectParams& params, Block& block) {
         if constexpr (lock == Lock::given) {
             const SinCos asked = sincos_of(block.direction_asked[i]);
             u = {asked.cos, asked.sin, block.direction_asked[i]};
+            const double smallest = variance.along * variance.across;
             variance = variances(f, u.cosine, u.sine, p.low_pass);
-            variance.along *= block.swell[i], variance.across *= block.swell[i];
+            const double growth = block.swell[i] * __builtin_sqrt(smallest / (variance.along * variance.across));
+            const double swelling = growth > 1 ? growth : 1;
+            variance.along *= swelling, variance.across *= swelling;
         }
         const double half_u = p.num_sigmas * __builtin_sqrt(variance.along);
         const double half_v = p.num_sigmas * __builtin_sqrt(variance.across);

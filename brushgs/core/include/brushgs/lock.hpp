@@ -20,8 +20,8 @@ struct FollowParams {
 
 // What a direction is stored in: whole 2^-16 turns, which wrap as they should. 0.0055 degrees.
 using Turn = std::int16_t;
-// A factor of the area of a box is stored as 1 + value / kSwellUnit.
-constexpr int kSwellUnit = 32;
+// The area of a box, in areas of the smallest box around its ellipse, is stored as 2^(value / kSwellsAnOctave).
+constexpr int kSwellsAnOctave = 32;
 
 struct Tracks {
     Buffer<Turn> turns;            // [num_views, count]

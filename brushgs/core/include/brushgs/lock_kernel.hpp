@@ -28,7 +28,7 @@ struct FollowScratch {
           column(make_buffer<float>(num_views)),
           positions(make_buffer<std::int32_t>(num_views)),
           costs(make_buffer<Cost>(num_views * kCostRow)) {}
-    static constexpr std::size_t kNumSeries = 6;
+    static constexpr std::size_t kNumSeries = 5;
     Buffer<float> lanes;             // [kNumSeries, num_views, kFollowRows]
     Buffer<float> column;            // [num_views]
     Buffer<std::int32_t> positions;  // [num_views]

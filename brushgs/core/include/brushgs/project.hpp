@@ -43,7 +43,7 @@ struct ProjectParams {
     int num_threads;
     Lock lock;
     const float* directions;  // [count] radians, for Lock::given
-    const float* swells;      // [count] factor >= 1 of the area of boxes, for Lock::given; or null: 1
+    const float* swells;      // [count] least area of boxes in areas of the smallest, for Lock::given; or null
     bool fades;               // whether strokes fade that would otherwise appear or vanish, see fade_of
 };
 
