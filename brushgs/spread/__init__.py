@@ -59,7 +59,14 @@ def spread(
     if jobs < 1:
         raise ValueError(f"spread: jobs must be at least 1, got {jobs}")
     if scheduler is not None:
-        raise NotImplementedError
+        if jobs > 1:
+            raise ValueError(
+                f"spread: jobs must be left out beside a scheduler, got {jobs}; its workers decide"
+            )
+        from brushgs.spread.connection import check_address
+
+        check_address(scheduler)
+        return _on_cluster(work, items, scheduler)
     if jobs == 1:
         return (work(item) for item in items)
     return _in_processes(work, items, jobs)
@@ -69,6 +76,14 @@ def _in_processes(work: Callable[[T], R], items: Iterable[T], jobs: int) -> Iter
     from brushgs.spread.processes import Processes
 
     with Processes(work, jobs) as place:
+        yield from _in_order(place, items)
+
+
+def _on_cluster(work: Callable[[T], R], items: Iterable[T], scheduler: str) -> Iterator[R]:
+    from brushgs.spread.cluster import Cluster
+    from brushgs.spread.connection import connected
+
+    with connected(scheduler) as client, Cluster(client, work) as place:
         yield from _in_order(place, items)
 
 

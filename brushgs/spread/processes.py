@@ -6,25 +6,22 @@ tries with results of 30 MB). Nor could it say which item a dead process was at.
 socket of its own, whose end tells that it died, and the other processes go on.
 """
 
-import io
 import pickle
 import signal
 import socket
 import subprocess
 import sys
 import threading
-import warnings
 from collections.abc import Callable
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import suppress
-from types import FunctionType, TracebackType
+from types import TracebackType
 from typing import Any
 
 from brushgs.spread import wire
-from brushgs.spread.worker import BOOT, Done, Failed
+from brushgs.spread.messages import TRIES, Done, Failed, pickled, result_of
+from brushgs.spread.worker import BOOT
 from brushgs.threads import num_threads_or_default
-
-TRIES = 3  # processes that one item may end: the first may have died of another's hunger, the third did not
 
 
 class Processes:
@@ -32,7 +29,7 @@ class Processes:
 
     def __init__(self, work: Callable[[Any], object], jobs: int) -> None:
         self.limit = 2 * jobs
-        self._work = _pickled("work", work)
+        self._work = pickled("work", work)
         self._num_threads = max(1, num_threads_or_default(None) // jobs)
         self._lock = threading.Lock()
         self._all: set[_Process] = set()
@@ -60,8 +57,8 @@ class Processes:
 
     def submit(self, index: int, item: object) -> Callable[[], Any]:
         """Begin with an item, as it is now: what the caller does to it later does not matter."""
-        future = self._threads.submit(self._do, index, _pickled(f"item {index}", item))
-        return lambda: _result(future)
+        future = self._threads.submit(self._do, index, pickled(f"item {index}", item))
+        return lambda: result_of(future.result())
 
     def _do(self, index: int, message: bytes) -> Done | Failed:
         for _ in range(TRIES):
@@ -127,36 +124,3 @@ class _Process:
         self._process.kill()
         code = self._process.wait()
         return signal.Signals(-code).name if code < 0 else f"exit code {code}"
-
-
-def _result(future: Future[Done | Failed]) -> object:
-    answer = future.result()
-    if isinstance(answer, Failed):
-        answer.error.add_note(f"in another process:\n{answer.where}")
-        raise answer.error
-    for message, category, file, line in answer.warnings:
-        warnings.warn_explicit(message, category, file, line)
-    return answer.result
-
-
-class _Pickler(pickle.Pickler):
-    """Refuses what belongs to the script that is run, which other processes do not know."""
-
-    def reducer_override(self, obj: Any) -> Any:
-        if isinstance(obj, (type, FunctionType)) and obj.__module__ == "__main__":
-            raise ValueError(
-                f"{obj.__qualname__} must be in a module of its own to reach other processes, "
-                "got it in the script that is run; move it to a file and import it from there"
-            )
-        return NotImplemented
-
-
-def _pickled(what: str, value: object) -> bytes:
-    buffer = io.BytesIO()
-    try:
-        _Pickler(buffer, pickle.HIGHEST_PROTOCOL).dump(value)
-    except ValueError as error:
-        raise ValueError(f"spread: {error}") from None
-    except (pickle.PicklingError, AttributeError, TypeError) as error:
-        raise TypeError(f"spread: {what} must be picklable to reach other processes: {error}") from error
-    return buffer.getvalue()

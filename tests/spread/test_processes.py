@@ -1,3 +1,5 @@
+"""`spread` over processes of this machine."""
+
 import contextlib
 import itertools
 import os
@@ -11,32 +13,11 @@ from pathlib import Path
 
 import pytest
 
-import brushgs as bg
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.spread import spread
-from brushgs.still_life import still_life
 from brushgs.threads import num_threads_or_default
-from tests import spread_work
-
-ROOT = Path(__file__).resolve().parent.parent
-NUM_FRAMES = 12
-
-
-@pytest.fixture(autouse=True)
-def _importable(monkeypatch):
-    """Other processes find `tests.spread_work` on the path that they are given."""
-    monkeypatch.syspath_prepend(ROOT)
-
-
-@pytest.fixture(scope="module")
-def painter():
-    return spread_work.Painter(bg.cluster(still_life(3000), 400), bg.StrokeTexture.open("flat"))
-
-
-@pytest.fixture(scope="module")
-def frames(painter):
-    """What every place must paint, bit for bit."""
-    return [painter(index) for index in range(NUM_FRAMES)]
+from tests.spread import work
+from tests.spread.conftest import NUM_FRAMES, ROOT
 
 
 def children():
@@ -54,26 +35,26 @@ def test_frames_are_the_same_bits_in_two_processes(painter, frames):
 
 
 def test_a_process_killed_midway_loses_no_frame(painter, frames, tmp_path):
-    painter = spread_work.Painter(painter.strokes, painter.texture, kills=4, marker=tmp_path / "killed")
+    painter = work.Painter(painter.strokes, painter.texture, kills=4, marker=tmp_path / "killed")
     assert list(spread(painter, range(NUM_FRAMES), jobs=2)) == frames
     assert painter.marker.exists()
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_results_come_in_the_order_of_the_items(jobs):
-    assert list(spread(spread_work.square, range(50), jobs=jobs)) == [x * x for x in range(50)]
+    assert list(spread(work.square, range(50), jobs=jobs)) == [x * x for x in range(50)]
 
 
 def test_one_job_works_in_this_process_and_two_in_others():
-    assert set(spread(spread_work.process_id, range(3))) == {os.getpid()}
-    others = set(spread(spread_work.process_id, range(20), jobs=2))
+    assert set(spread(work.process_id, range(3))) == {os.getpid()}
+    others = set(spread(work.process_id, range(20), jobs=2))
     assert len(others) == 2
     assert os.getpid() not in others
 
 
 def test_nothing_starts_before_it_is_asked_for_and_few_items_are_under_way():
     taken = []
-    results = spread(spread_work.square, (taken.append(x) or x for x in itertools.count()), jobs=2)
+    results = spread(work.square, (taken.append(x) or x for x in itertools.count()), jobs=2)
     assert taken == []
     assert next(results) == 0
     assert len(taken) <= 4
@@ -83,7 +64,7 @@ def test_nothing_starts_before_it_is_asked_for_and_few_items_are_under_way():
 
 
 def test_closing_ends_the_processes():
-    results = spread(spread_work.process_id, itertools.count(), jobs=2)
+    results = spread(work.process_id, itertools.count(), jobs=2)
     started = {next(results) for _ in range(6)}
     assert started <= set(children())
     results.close()
@@ -92,14 +73,14 @@ def test_closing_ends_the_processes():
 
 def test_fewer_items_than_jobs_start_no_more_processes_than_items():
     before = len(children())
-    results = spread(spread_work.square, [3, 4], jobs=8)
+    results = spread(work.square, [3, 4], jobs=8)
     next(results)
     assert len(children()) - before <= 2
     assert list(results) == [16]
 
 
 def test_an_error_of_the_work_arrives_as_it_is_and_in_its_turn():
-    results = spread(spread_work.fail_at_3, range(9), jobs=2)
+    results = spread(work.fail_at_3, range(9), jobs=2)
     assert [next(results) for _ in range(3)] == [0, 1, 2]
     with pytest.raises(SceneError, match=r"^a\.ply: is bad") as caught:
         next(results)
@@ -109,24 +90,24 @@ def test_an_error_of_the_work_arrives_as_it_is_and_in_its_turn():
 
 def test_an_error_that_cannot_be_read_back_arrives_as_its_sentence():
     with pytest.raises(RuntimeError, match="UnreadableError: 0 and more"):
-        list(spread(spread_work.fail_unreadably, [0], jobs=2))
+        list(spread(work.fail_unreadably, [0], jobs=2))
 
 
 def test_work_that_does_not_arrive_is_told_why():
     with pytest.raises(OSError, match="no room here"):
-        list(spread(spread_work.Unwilling(), [0], jobs=2))
+        list(spread(work.Unwilling(), [0], jobs=2))
 
 
 def test_a_warning_of_the_work_is_given_here():
     with pytest.warns(SceneWarning, match="item 7 is odd"):
-        assert list(spread(spread_work.warn, [7], jobs=2)) == [7]
+        assert list(spread(work.warn, [7], jobs=2)) == [7]
 
 
 def test_an_item_that_always_ends_its_process_is_named():
     with pytest.raises(
         ChildProcessError, match=r"item 0 ended its process 3 times, at last by SIGKILL; .*fewer jobs"
     ):
-        list(spread(spread_work.die, range(3), jobs=2))
+        list(spread(work.die, range(3), jobs=2))
 
 
 def test_an_item_is_taken_as_it_was_when_its_turn_came():
@@ -136,17 +117,17 @@ def test_an_item_is_taken_as_it_was_when_its_turn_came():
             item[0] = value
             yield item
 
-    assert list(spread(spread_work.identity, reused(), jobs=2)) == [[value] for value in range(20)]
+    assert list(spread(work.identity, reused(), jobs=2)) == [[value] for value in range(20)]
 
 
 def test_processes_share_the_processors():
-    threads = set(spread(spread_work.num_threads, range(4), jobs=2))
+    threads = set(spread(work.num_threads, range(4), jobs=2))
     assert threads == {max(1, num_threads_or_default(None) // 2)}
 
 
 def test_large_results_pass_whole():
     items = [bytes([value]) * 20_000_000 for value in range(4)]
-    assert list(spread(spread_work.identity, items, jobs=2)) == items
+    assert list(spread(work.identity, items, jobs=2)) == items
 
 
 @pytest.mark.parametrize(
@@ -154,18 +135,26 @@ def test_large_results_pass_whole():
     [
         (ValueError, "jobs must be at least 1, got 0", {"jobs": 0}),
         (TypeError, "integer", {"jobs": 1.5}),
+        (
+            ValueError,
+            "jobs must be left out beside a scheduler, got 2",
+            {"jobs": 2, "scheduler": "tcp://a:1"},
+        ),
+        (ValueError, "an address like tcp://host:8786, got 'a:1'", {"scheduler": "a:1"}),
+        (ValueError, "an address like tcp://host:8786, got 'tcp://a'", {"scheduler": "tcp://a"}),
+        (ValueError, "an address like tcp://host:8786, got 'tcp://a:b'", {"scheduler": "tcp://a:b"}),
     ],
 )
 def test_impossible_options_are_refused_at_once(error, match, options):
     with pytest.raises(error, match=match):
-        spread(spread_work.square, [1], **options)
+        spread(work.square, [1], **options)
 
 
 def test_work_that_cannot_be_pickled_is_refused():
     with pytest.raises(TypeError, match="work must be picklable"):
         list(spread(lambda x: x, [1], jobs=2))
     with pytest.raises(TypeError, match="item 0 must be picklable"):
-        list(spread(spread_work.identity, [threading.Lock()], jobs=2))
+        list(spread(work.identity, [threading.Lock()], jobs=2))
 
 
 def run_script(path, code, **options):
@@ -186,7 +175,7 @@ def test_a_script_without_a_main_guard_runs_once(tmp_path):
         tmp_path / "script.py",
         """
         from brushgs.spread import spread
-        from tests.spread_work import square
+        from tests.spread.work import square
         print("once", list(spread(square, range(5), jobs=2)))
         def own(x): return x
         try:
@@ -206,7 +195,7 @@ def test_a_script_without_a_main_guard_runs_once(tmp_path):
 ENDLESS = """
     import itertools
     from brushgs.spread import spread
-    from tests.spread_work import process_id
+    from tests.spread.work import process_id
     for pid in spread(process_id, itertools.count(), jobs=2):
         print(pid, flush=True)
     """

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import time
 import warnings
 from pathlib import Path
 
@@ -15,6 +16,11 @@ def square(x):
 
 
 def process_id(_):
+    return os.getpid()
+
+
+def slow_process_id(_):
+    time.sleep(0.03)
     return os.getpid()
 
 
