@@ -84,10 +84,10 @@ def test_directions_are_what_the_metrics_say_of_the_boxes(easel, result):
 
 def test_flicker_is_what_the_metrics_say_of_the_pictures(easel, result):
     """Of the published configuration, drawn here by the public functions alone."""
-    plain = [bg.render(easel.scene, camera, KERNEL, lock="off") for camera in easel.cameras]
+    plain = [bg.render(easel.scene, camera, KERNEL) for camera in easel.cameras]
     painted = [
-        bg.render(easel.strokes, camera, BRUSH, lock="off", filter="bilinear", num_sigmas=2.0)
-        for camera in easel.cameras
+        bg.rasterize(boxes, BRUSH, height=HEIGHT, width=WIDTH, filter="bilinear")
+        for boxes in unlocked(easel, 2.0)
     ]
     for gap, warp, of_plain in zip((1, 7), result["published"].warps, result["plain"].warps, strict=True):
         errors = []
@@ -106,6 +106,25 @@ def test_flicker_is_what_the_metrics_say_of_the_pictures(easel, result):
         np.testing.assert_allclose(warp.excess_worst_1pct, (own - ground)[:, 1].mean(), rtol=1e-6)
         if gap == 1:
             np.testing.assert_allclose(result["published"].errors, own[:, 0], rtol=1e-6)
+
+
+def test_our_configurations_paint_what_the_public_functions_paint(easel):
+    painters = easel.painters(None)
+    cameras = easel.cameras
+    tracked = bg.render_sequence(easel.strokes, cameras, BRUSH, depth=False)
+    for index, frame in enumerate(tracked):
+        assert np.array_equal(painters["track"].paint(index).rgb, frame.rgb)
+    for name in ("anchor", "off"):
+        frame = bg.render(easel.strokes, cameras[3], BRUSH, lock=name, depth=False)
+        assert np.array_equal(painters[name].paint(3).rgb, frame.rgb)
+
+
+def test_a_kernel_has_no_direction_to_follow(easel):
+    painters = replace(easel, texture=KERNEL).painters(None)
+    frame = bg.render(easel.strokes, easel.cameras[0], KERNEL, depth=False)
+    for name in ("track", "anchor", "off"):
+        assert np.array_equal(painters[name].paint(0).rgb, frame.rgb)
+    assert painters["track"].clock.seconds["track"] == 0
 
 
 def test_the_plain_render_has_no_excess_and_no_marks(result):

@@ -7,10 +7,11 @@ The protocol, in full, so that others can repeat it:
 2. **The strokes.** The scene is pruned and clustered once, by the rule asked for; all configurations but two
    paint these same strokes with one stroke image, on one ground:
    - `track`: directions followed along the path; the filter and the extent asked for (mip and fitted);
+     strokes fade instead of appearing and vanishing (`project(fade=True)`, as `render` does);
    - `anchor`: the same, with directions that each view finds by itself;
    - `off`: the same, with the directions of the projected ellipses, as published;
-   - `published`: off, bilinear filter, boxes of 2 standard deviations (extents are not rounded to whole
-     pixels, which the published code does: that defect would come on top);
+   - `published`: off, bilinear filter, boxes of 2 standard deviations, no fading (extents are not
+     rounded to whole pixels, which the published code does: that defect would come on top);
    - `image`: the painterly filter of `image_strokes` on each plain picture alone, with as many strokes as the
      scene has, equal seed in each frame;
    - `plain`: the whole scene as loaded, with the kernel it was trained for. It gives depth and alpha.

@@ -10,7 +10,7 @@ from brushgs.config import DrawConfig
 from brushgs.image_strokes import paint_image
 from brushgs.lock import Track, follow
 from brushgs.project import project
-from brushgs.raster.ops import rasterize
+from brushgs.raster.ops import is_directed, rasterize
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.shapes import Array
 from brushgs.stability.figures import Seconds
@@ -51,6 +51,7 @@ class StrokePainter:
     lock: Lock
     filter: Filter
     num_sigmas: float
+    fades: bool  # whether strokes fade instead of appearing and vanishing
     num_threads: int | None
     is_deep: bool = False  # whether frames carry a depth
     clock: Clock = field(default_factory=Clock)
@@ -64,6 +65,7 @@ class StrokePainter:
             self.cameras[index],
             num_sigmas=self.num_sigmas,
             lock=self._followed().directions(index) if lock == "track" else lock,
+            fade=self.fades,
             num_threads=self.num_threads,
         )
 
@@ -157,20 +159,31 @@ class Easel:
 
     def painters(self, num_threads: int | None) -> dict[str, StrokePainter | ImagePainter]:
         """One painter per configuration by name, in the order of the table, each with a clock at zero."""
-        threads, sigmas = num_threads, box_sigmas(self.texture, self.draw)
+        sigmas, asked = box_sigmas(self.texture, self.draw), self.draw.filter
+        is_stroke = is_directed(self.texture)  # a kernel has no direction, and is drawn as `render` does
 
-        def strokes(name: str, what: str, lock: Lock, filter: Filter, num_sigmas: float) -> StrokePainter:
+        def strokes(
+            name: str, what: str, lock: Lock, filter: Filter, num_sigmas: float, fades: bool
+        ) -> StrokePainter:
             return StrokePainter(
-                name, what, self.strokes, self.cameras, self.texture, lock, filter, num_sigmas, threads
+                name,
+                what,
+                self.strokes,
+                self.cameras,
+                self.texture,
+                lock if is_stroke else "off",
+                filter,
+                num_sigmas,
+                fades,
+                num_threads,
             )
 
         kernel = StrokeTexture.open("gaussian")
-        asked = self.draw.filter
         painters: list[StrokePainter | ImagePainter] = [
-            strokes("track", "directions followed along the path", "track", asked, sigmas),
-            strokes("anchor", "directions of each view by itself", "anchor", asked, sigmas),
-            strokes("off", "directions of the ellipses", "off", asked, sigmas),
-            strokes("published", "off, bilinear, 2 sigma", "off", "bilinear", self.texture.num_sigmas),
+            strokes("track", "directions followed along the path", "track", asked, sigmas, is_stroke),
+            strokes("anchor", "directions of each view by itself", "anchor", asked, sigmas, is_stroke),
+            strokes("off", "directions of the ellipses", "off", asked, sigmas, is_stroke),
+            strokes("published", "off, bilinear, 2 sigma", "off", "bilinear", self.texture.num_sigmas, False),
             ImagePainter(
                 "image",
                 "each plain picture painted alone",
@@ -179,7 +192,7 @@ class Easel:
                 asked,
                 self.seed,
                 self.ground,
-                threads,
+                num_threads,
             ),
             StrokePainter(
                 "plain",
@@ -190,7 +203,8 @@ class Easel:
                 "off",
                 "mip",
                 kernel.num_sigmas,
-                threads,
+                False,
+                num_threads,
                 is_deep=True,
             ),
         ]
