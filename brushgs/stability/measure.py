@@ -12,6 +12,7 @@ from brushgs.config import StabilityConfig
 from brushgs.errors import SceneWarning
 from brushgs.metrics import (
     SPIN,
+    Events,
     View,
     ViewMatch,
     WarpError,
@@ -54,7 +55,7 @@ def measure_stability(
     equal = _drawn_again(easel, plan, hashes)
     configurations = []
     for name, painter in painters.items():
-        figures = _figures(painter, tally, plan, len(easel.cameras))
+        figures = _figures(painter, tally, plan)
         configurations.append(replace(figures, alone=len(plan.alone), alone_equal=equal[name]))
     if not tally.starts:
         warnings.warn(SceneWarning(NOTHING_COMPARED), stacklevel=2)
@@ -277,36 +278,36 @@ def _hash(frame: Frame) -> str:
     return hashlib.sha256(frame.rgb.tobytes() + frame.alpha.tobytes()).hexdigest()
 
 
-def _figures(painter: StrokePainter | ImagePainter, tally: _Tally, plan: _Plan, num_frames: int) -> Figures:
+def _figures(painter: StrokePainter | ImagePainter, tally: _Tally, plan: _Plan) -> Figures:
     """All figures of a configuration but for the frames that are drawn again."""
     name = painter.name
-    is_lasting = isinstance(painter, StrokePainter) and name != PLAIN
-    events = off_axis = shortfall = None
-    if is_lasting and isinstance(painter, StrokePainter):
-        camera = painter.cameras[0]
-        events = orientation_events(
-            painter.all_boxes(),
-            width=camera.width,
-            height=camera.height,
-            ellipses=painter.all_boxes("off"),
-        )
-        off_axis = off_axis_share(painter.all_boxes(), painter.all_boxes("off"))
-        shortfall = covers_ellipse(painter.all_boxes(), painter.all_boxes("off"))
+    strokes = painter if isinstance(painter, StrokePainter) and name != PLAIN else None
     return Figures(
         name=name,
         what=painter.what,
         strokes=len(painter.gaussians) if isinstance(painter, StrokePainter) else painter.num_strokes,
-        lock=painter.lock if is_lasting and isinstance(painter, StrokePainter) else None,
+        lock=strokes.lock if strokes else None,
         filter=painter.filter if name != PLAIN else None,
         num_sigmas=painter.num_sigmas if isinstance(painter, StrokePainter) else None,
-        events=events,
-        off_axis_share=off_axis,
-        shortfall=shortfall,
+        events=_events(strokes) if strokes else None,
+        off_axis_share=off_axis_share(*_beside_ellipses(strokes)) if strokes else None,
+        shortfall=covers_ellipse(*_beside_ellipses(strokes)) if strokes else None,
         warps=tally.warps(name),
         turning=tally.turning(name),
         loop=tally.loops.get(name),
         alone=0,
         alone_equal=0,
-        seconds=painter.clock.per_frame(num_frames),
+        seconds=painter.clock.per_frame(plan.num_frames),
         errors=tuple(error.rmse for error in tally.errors[name].get(1, [])),
     )
+
+
+def _events(painter: StrokePainter) -> Events:
+    boxes, ellipses = _beside_ellipses(painter)
+    camera = painter.cameras[0]
+    return orientation_events(boxes, width=camera.width, height=camera.height, ellipses=ellipses)
+
+
+def _beside_ellipses(painter: StrokePainter) -> tuple[Iterator[Boxes], Iterator[Boxes]]:
+    """The boxes of all frames, and the ellipses behind them: made again each time, so that none is held."""
+    return painter.all_boxes(), painter.all_boxes("off")
