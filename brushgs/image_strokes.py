@@ -21,10 +21,13 @@ from brushgs.shapes import Array, check
 from brushgs.textures import StrokeTexture
 
 F64 = NDArray[np.float64]
+# The numbers below were chosen by eye and PSNR on four scenes, and held against its flicker, which hardly
+# depends on them: with 2000 strokes on orbits of koala and chair in steps of 1.5 degrees, eight other choices
+# have an excess error (`metrics.warp_error`) of 5.5 to 6.6 and 4.4 to 5.0 of 255.
 # Share of the strokes that each layer may take; what one does not need the next one has. The cells of a
 # layer are half as wide as those of the one before.
 LAYER_SHARES = (0.03, 0.07, 0.15, 0.30, 0.45)
-JITTER = 0.35  # of a cell: how far a stroke lies from the middle of its own, at most
+JITTER = 0.25  # of a cell: how far a stroke lies from the middle of its own, at most
 # Area that a stroke paints over that of its cell: in the first layer, which hides the ground, and the others.
 FIRST_OVERLAP, OVERLAP = 4.0, 2.0
 MAX_ASPECT = 3.0  # of a stroke: longer ones cross the edges of what they paint
