@@ -156,7 +156,7 @@ def follow(
         low_pass=float(low_pass),
         num_threads=num_threads_or_default(num_threads),
     )
-    return Track(turns.reshape(len(knots.viewmats), len(gaussians)), swells, knots.positions)
+    return Track(turns, swells, knots.positions)
 
 
 @dataclass(frozen=True)
