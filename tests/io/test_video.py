@@ -1,3 +1,6 @@
+import os
+import subprocess
+import sys
 from fractions import Fraction
 from pathlib import Path
 
@@ -11,6 +14,7 @@ from brushgs.choices import VIDEO_SUFFIXES
 from brushgs.io.palette import ColorCounts
 from brushgs.io.video import filming, padded_size
 
+ROOT = Path(__file__).resolve().parents[2]
 WIDTH, HEIGHT, NUM_FRAMES = 72, 50, 7
 
 
@@ -48,9 +52,9 @@ def psnr(actual: np.ndarray, expected: np.ndarray) -> float:
     return float(10 * np.log10(255**2 / np.mean((actual.astype(float) - expected) ** 2)))
 
 
-# Worst frames measured: 33.4, 33.9 and 31.6 dB. Halving the chroma alone leaves 35.0 of a pattern as bright
+# Worst frames measured: 34.1, 33.9 and 31.6 dB. Halving the chroma alone leaves 35.0 of a pattern as bright
 # as this; painted frames come to 38.7 and more.
-@pytest.mark.parametrize(("suffix", "least"), [(".mp4", 33), (".webm", 33.5), (".gif", 31)])
+@pytest.mark.parametrize(("suffix", "least"), [(".mp4", 33.5), (".webm", 33.5), (".gif", 31)])
 def test_a_video_gives_its_frames_back(tmp_path: Path, suffix: str, least: float) -> None:
     frames = moving_picture()
     decoded, _, rate = read(film(tmp_path / f"a{suffix}", frames, fps=25))
@@ -68,6 +72,24 @@ def test_a_video_gives_its_frames_back(tmp_path: Path, suffix: str, least: float
 def test_equal_frames_give_equal_bytes(tmp_path: Path, suffix: str) -> None:
     first, second = (film(tmp_path / f"{name}{suffix}", moving_picture()) for name in "ab")
     assert first.read_bytes() == second.read_bytes()
+
+
+def test_bytes_do_not_depend_on_what_lay_in_memory(tmp_path: Path) -> None:
+    code = (
+        "import hashlib, pathlib, sys\n"
+        "from tests.io.test_video import film, moving_picture\n"
+        "for suffix in ('.mp4', '.webm', '.gif'):\n"
+        "    path = film(pathlib.Path(sys.argv[1] + suffix), moving_picture())\n"
+        "    print(hashlib.sha256(path.read_bytes()).hexdigest())\n"
+    )
+    runs = []
+    for fill in ("1", "255"):  # glibc fills fresh memory with it; elsewhere the runs are alike anyway
+        environment = os.environ | {"MALLOC_PERTURB_": fill, "MALLOC_MMAP_THRESHOLD_": str(2**30)}
+        command = [sys.executable, "-c", code, str(tmp_path / fill)]
+        runs.append(subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.PIPE))
+    first, second = (run.communicate()[0] for run in runs)
+    assert len(first.split()) == 3
+    assert first == second
 
 
 @pytest.mark.parametrize("suffix", [".mp4", ".webm"])
@@ -92,8 +114,8 @@ def test_odd_sides_lose_nothing(tmp_path: Path, suffix: str) -> None:
     assert decoded[0].shape == (height, width, 3)
     assert psnr(decoded[3][:33, :41], frames[3]) > 33
     if suffix == ".mp4":  # what stands over is the outermost row and column once more
-        assert psnr(decoded[3][33], decoded[3][32]) > 30
-        assert psnr(decoded[3][:, 41], decoded[3][:, 40]) > 30
+        np.testing.assert_allclose(decoded[3][33].astype(int), decoded[3][32], atol=5)
+        np.testing.assert_allclose(decoded[3][:, 41].astype(int), decoded[3][:, 40], atol=5)
 
 
 def test_the_index_of_an_mp4_comes_first(tmp_path: Path) -> None:
