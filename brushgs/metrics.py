@@ -39,7 +39,7 @@ class Events:
         flips: steps of a direction by more than 90 degrees.
         spins: by more than 15 and up to 90 degrees.
         size_pops: changes of area by more than a factor 1.2 that are not the ellipse's own.
-        kinks: sides that moved by more than half a pixel against their ellipse, strokes counted once.
+        kinks: sides that jumped by more than half a pixel against their ellipse, strokes counted once.
         vanished: strokes that came or went inside the picture, each counted as its opacity.
         flip_share: of the painted area of all stroke-frames that of the flips; so too the following.
         spin_share: see there.
@@ -80,10 +80,11 @@ def orientation_events(
       than a factor 1.2. This is what a direction that turns against its ellipse does to a box that must
       cover it.
     - a *kink*: the half extent less the reach of the ellipse along the box's own axis changes by more than
-      half a pixel (and 1e-5 of the stroke's length, the rounding of float32), on either axis. That
-      difference is 0 for a box that just covers its ellipse, whatever the view and the direction do, so a
-      smooth change of shape never counts; a half extent rounded to whole pixels (`whole_pixels`) jumps by
-      one each time that the size passes a whole number.
+      half a pixel (and 1e-5 of the stroke's length, the rounding of float32), on either axis, and by as much
+      more or less than in the step before. That difference is 0 for a box that just covers its ellipse,
+      whatever the view and the direction do, and grows evenly where a box is widened on purpose; a half
+      extent rounded to whole pixels (`whole_pixels`) jumps by one each time that the size passes a whole
+      number.
 
     *Vanished* are strokes with a box in one frame of a step and none in the other whose box reaches into
     the inner part of the picture (a tenth of the smaller side from the border, further than a stroke moves
@@ -372,6 +373,7 @@ class _Sizes:
         )
         self.log_excess = np.log(extents).sum(axis=1) - np.log(principal).sum(axis=1)
         self.lengths = principal.max(axis=1)
+        self.spare_steps = np.zeros_like(extents)  # of `spare`, since the frame before
         self.spare = strokes.extents - strokes.reach()
         c, s = np.abs(np.cos(self.angles)), np.abs(np.sin(self.angles))
         upright = np.stack([c * extents[:, 0] + s * extents[:, 1], s * extents[:, 0] + c * extents[:, 1]], 1)
@@ -396,13 +398,16 @@ class _Tally:
     def add_step(self, before: _Sizes, now: _Sizes) -> None:
         _, i, j = np.intersect1d(before.ids, now.ids, assume_unique=True, return_indices=True)
         step = np.abs(np.remainder(now.angles[j] - before.angles[i] + np.pi, 2 * np.pi) - np.pi)
+        spare_steps = now.spare[j] - before.spare[i]
+        jumps = np.minimum(np.abs(spare_steps), np.abs(spare_steps - before.spare_steps[i])).max(axis=1)
+        now.spare_steps[j] = spare_steps
         lengths = np.maximum(before.lengths[i], now.lengths[j])
         happened = np.stack(
             [
                 step > FLIP,
                 (step > SPIN) & (step <= FLIP),
                 np.abs(now.log_excess[j] - before.log_excess[i]) > np.log(POP),
-                np.abs(now.spare[j] - before.spare[i]).max(axis=1) > KINK + ROUNDING * lengths,
+                jumps > KINK + ROUNDING * lengths,
             ]
         )
         weights = 0.5 * (before.weights[i] + now.weights[j])

@@ -95,6 +95,15 @@ def test_sides_rounded_to_whole_pixels_kink_once_a_pixel_and_pop_where_small():
     assert events.size_pops == 1  # 3 to 4 pixels wide, by a third in one step
 
 
+def test_a_box_that_is_widened_evenly_does_not_kink():
+    ellipse = boxes_of(0.3, half_extents=(60.0, 20.0))
+    wide = [replace(ellipse, half_extents=ellipse.half_extents * 1.015 ** (k**2 / 8)) for k in range(9)]
+    steps = np.diff([frame.half_extents[0, 0] for frame in wide])
+    assert steps.max() > 1  # by more than a pixel a frame in the end
+    assert np.diff(steps).max() < 0.5  # but smoothly
+    assert orientation_events(wide, ellipses=[ellipse] * 9, **SIZE).kinks == 0
+
+
 def test_strokes_that_come_or_go_inside_the_picture_count_by_opacity():
     both, one = boxes_of([0.0, 0.0], opacities=[0.8, 0.25]), boxes_of(0.0, opacities=0.8)
     events = orientation_events([both, one, both], **SIZE)

@@ -30,7 +30,7 @@ The parts sum to M(A, B) exactly; another sequence of steps would share it out a
 import argparse
 import json
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -41,6 +41,7 @@ from numpy.typing import NDArray
 import brushgs as bg
 from brushgs.framing import default_elevation, frame_scene, subject
 from brushgs.levels import axis_levels, level_coverage, level_index
+from brushgs.lock import follow
 from brushgs.metrics import SPIN, View, ViewMatch, match_views, psnr, whole_pixels
 from tests.bench.machine import describe
 from tests.scenes import SCENES_FOLDER
@@ -158,7 +159,11 @@ def variants(scene: Scene, texture: bg.StrokeTexture) -> dict[str, Callable[[bg.
         sigmas = texture.fitted_sigmas if sigmas is None else sigmas
 
         def make(*cameras: bg.Camera) -> Any:
-            boxes = [bg.project(strokes, c, num_sigmas=sigmas, low_pass=low_pass, lock=lock) for c in cameras]
+            locks = locks_of(lock, strokes, cameras)
+            boxes = [
+                bg.project(strokes, camera, num_sigmas=sigmas, low_pass=low_pass, lock=way)
+                for camera, way in zip(cameras, locks, strict=True)
+            ]
             if change is not None:
                 boxes = list(change(*boxes))
             draw = painter or (lambda b, t, c: paint(b, t, c, filter))
@@ -179,6 +184,7 @@ def variants(scene: Scene, texture: bg.StrokeTexture) -> dict[str, Callable[[bg.
         "default, bilinear": pair(texture, filter="bilinear"),
         "default": pair(texture),
         "default, anchor": pair(texture, lock="anchor"),
+        "default, track": pair(texture, lock="track"),
         "default, 4 x 4": pair(texture, painter=paint_fine),
         "default, order frozen": pair(texture, **frozen),
         "blurred stroke": pair(blurred(texture, 12), sigmas=fitted),
@@ -189,6 +195,14 @@ def variants(scene: Scene, texture: bg.StrokeTexture) -> dict[str, Callable[[bg.
         "half opacity": pair(texture, strokes=faint),
         "low-pass 2 px^2": pair(texture, low_pass=2.0),
     }
+
+
+def locks_of(lock: str, strokes: bg.Gaussians, cameras: Sequence[bg.Camera]) -> list[Any]:
+    """What `project` takes as its lock in each view of a short path."""
+    if lock != "track":
+        return [lock] * len(cameras)
+    path = follow(strokes, cameras)
+    return [path.directions(index) for index in range(len(cameras))]
 
 
 def blurred(texture: bg.StrokeTexture, sigma: float) -> bg.StrokeTexture:
@@ -385,7 +399,11 @@ def parts(
     slides = None
     for cameras, views in zip(scene.pairs, plain, strict=True):
         match = match_views(*views)
-        first, second = (bg.project(scene.strokes, c, num_sigmas=sigmas, lock=lock) for c in cameras)
+        locks = locks_of(lock, scene.strokes, cameras)
+        first, second = (
+            bg.project(scene.strokes, camera, num_sigmas=sigmas, lock=way)
+            for camera, way in zip(cameras, locks, strict=True)
+        )
         a, b = (paint(boxes, texture, c, filter) for boxes, c in zip((first, second), cameras, strict=True))
         frozen = paint(in_order_of(first, second), texture, cameras[1], filter)
         canvas = Canvas(places(match), texture, filter)
@@ -468,7 +486,7 @@ def main() -> None:
         for title, sigmas, filter, lock in (
             ("published", 2.0, "bilinear", "off"),
             ("default, off", texture.fitted_sigmas, "mip", "off"),
-            ("default, anchor", texture.fitted_sigmas, "mip", "anchor"),
+            ("default, track", texture.fitted_sigmas, "mip", "track"),
         ):
             squares, slides = parts(scene, texture, plain, sigmas=sigmas, filter=filter, lock=lock)
             tell_parts(title, squares)
