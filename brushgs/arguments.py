@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         PathConfig,
         PruneConfig,
         SequenceConfig,
+        StabilityConfig,
         ViewConfig,
     )
 
@@ -50,6 +51,10 @@ examples:
 stdout and a table of what it did on stderr. Exit code 2: an input that cannot be used, said in a sentence."""
 FRAMING_FLAGS = ("up", "azimuth", "elevation", "fov_deg", "zoom")
 SEQUENCE_FLAGS = ("frames", "seconds", "fps", "loop", "resume", "jobs", "scheduler")
+
+
+# A quarter of the pixels of a picture that is looked at; steps of 3 degrees.
+STABILITY_SIZE, STABILITY_ORBIT = (640, 360), 120
 
 
 class UsageError(ValueError):
@@ -143,6 +148,31 @@ def build_parser() -> ArgumentParser:
     _add_output(cluster, "scene file, default SCENE-strokes.ply in the current folder")
     _add_cluster(cluster)
     _add_telling(cluster)
+
+    stability = command("stability", "measure how still the strokes hold along a camera path")
+    stability.add_argument("scene", type=Path, help="trained 3D Gaussian scene (.ply)")
+    _add_output(
+        stability,
+        "folder for stability.json and stability.png, default SCENE-stability in the current folder; or one "
+        "file, .json or .png",
+    )
+    _add_draw(stability)
+    _add_prune(stability)
+    _add_cluster(stability)
+    _add_framing(stability.add_argument_group("view", "framed on the scene"), size="640x360")
+    way = stability.add_argument_group("path", "the views that are compared, default --orbit 120")
+    _add_way(way, nothing="--orbit 120")
+    stability.set_defaults(camera_file=None, view=None, lock=None, resume=None, jobs=None, scheduler=None)
+    stability.add_argument(
+        "--pairs",
+        type=_count_from(1),
+        metavar="N",
+        help="pairs of frames compared at each gap at most, 1 or more, default 40; no others are painted",
+    )
+    stability.add_argument(
+        "--no-plot", action="store_true", help="no stability.png, which needs brushgs[plot]"
+    )
+    _add_telling(stability)
 
     strokes = command("strokes", "list the built-in strokes")
     strokes.add_argument("--json", action="store_true", help="as a JSON list")
@@ -277,6 +307,28 @@ def sequence_config(args: Namespace) -> "SequenceConfig":
     return SequenceConfig(**_chosen(args, {}, "jobs", "scheduler"), is_resumed=bool(args.resume))
 
 
+def stability_configs(args: Namespace) -> "tuple[PaintConfig, PathConfig, StabilityConfig]":
+    """What `brushgs stability` paints, along which path, and what it measures.
+
+    Raises:
+        ValueError: if a value is out of range, or flags exclude each other.
+    """
+    from brushgs.config import PaintConfig, StabilityConfig
+
+    if args.orbit is None and args.path is None:
+        args.orbit = STABILITY_ORBIT
+    args.size = args.size or STABILITY_SIZE
+    path = path_config(args)
+    assert path is not None, "there is an orbit, at least"
+    paint = PaintConfig(
+        prune=prune_config(args),
+        cluster=cluster_config(args),
+        view=view_config(args),
+        draw=draw_config(args),
+    )
+    return paint, path, StabilityConfig(**_chosen(args, {}, "pairs"))
+
+
 def _chosen(args: Namespace, preset: Any, *names: str) -> dict[str, Any]:
     """The values of some flags that were given, else those of the preset; the rest keep their default."""
     given = {name: getattr(args, name) for name in names if getattr(args, name, None) is not None}
@@ -365,11 +417,24 @@ def _add_cluster(parser: ArgumentParser) -> None:
 
 def _add_view(parser: ArgumentParser) -> None:
     group = parser.add_argument_group("view", "framed on the scene, or taken from a file")
+    _add_framing(group, size="1280x720, or that of the camera in the file")
+    group.add_argument(
+        "--camera-file",
+        type=Path,
+        metavar="FILE",
+        help="cameras.json of a 3DGS training, or transforms.json of NeRF and nerfstudio",
+    )
+    group.add_argument(
+        "--view", type=_count_from(0), metavar="N", help="which camera of the file, from 0, default 0"
+    )
+
+
+def _add_framing(group: argparse._ArgumentGroup, size: str) -> None:
     group.add_argument(
         "--size",
         type=_size,
         metavar="WxH",
-        help="picture size in pixels, default 1280x720, or that of the camera in the file",
+        help=f"picture size in pixels, default {size}",
     )
     group.add_argument(
         "--up",
@@ -398,45 +463,11 @@ def _add_view(parser: ArgumentParser) -> None:
     group.add_argument(
         "--zoom", type=_number, help="1 shows the subject whole (default), 2 twice as large; above 0"
     )
-    group.add_argument(
-        "--camera-file",
-        type=Path,
-        metavar="FILE",
-        help="cameras.json of a 3DGS training, or transforms.json of NeRF and nerfstudio",
-    )
-    group.add_argument(
-        "--view", type=_count_from(0), metavar="N", help="which camera of the file, from 0, default 0"
-    )
 
 
 def _add_path(parser: ArgumentParser) -> None:
     group = parser.add_argument_group("path", "many frames along a camera path, in place of one picture")
-    group.add_argument(
-        "--orbit",
-        type=_count_from(3),
-        metavar="N",
-        help="once around the up axis in N frames, 3 or more, from the framed view on; default: one picture",
-    )
-    group.add_argument(
-        "--path",
-        type=Path,
-        metavar="FILE",
-        help="nerfstudio camera_path.json, transforms.json, cameras.json or a COLMAP sparse model: each view "
-        "a frame, or key views of a smooth path if --frames or --seconds is given",
-    )
-    group.add_argument(
-        "--frames",
-        type=_count_from(2),
-        metavar="N",
-        help="frames along the path, 2 or more, default its views",
-    )
-    group.add_argument(
-        "--seconds", type=_number, help="the same as a duration, above 0, default what the frames come to"
-    )
-    group.add_argument(
-        "--fps", type=_number, help="frames a second, above 0, default what the file says, else 24"
-    )
-    group.add_argument("--loop", action="store_true", help="go on from the last view to the first")
+    _add_way(group, nothing="one picture")
     group.add_argument(
         "--lock",
         choices=get_args(Lock),
@@ -461,6 +492,35 @@ def _add_path(parser: ArgumentParser) -> None:
         help="Dask scheduler whose workers paint, such as tcp://host:8786 (needs brushgs[cluster]); default "
         "this machine",
     )
+
+
+def _add_way(group: argparse._ArgumentGroup, nothing: str) -> None:
+    group.add_argument(
+        "--orbit",
+        type=_count_from(3),
+        metavar="N",
+        help=f"once around the up axis in N frames, 3 or more, from the framed view on; default {nothing}",
+    )
+    group.add_argument(
+        "--path",
+        type=Path,
+        metavar="FILE",
+        help="nerfstudio camera_path.json, transforms.json, cameras.json or a COLMAP sparse model: each view "
+        "a frame, or key views of a smooth path if --frames or --seconds is given",
+    )
+    group.add_argument(
+        "--frames",
+        type=_count_from(2),
+        metavar="N",
+        help="frames along the path, 2 or more, default its views",
+    )
+    group.add_argument(
+        "--seconds", type=_number, help="the same as a duration, above 0, default what the frames come to"
+    )
+    group.add_argument(
+        "--fps", type=_number, help="frames a second, above 0, default what the file says, else 24"
+    )
+    group.add_argument("--loop", action="store_true", help="go on from the last view to the first")
 
 
 def _add_telling(parser: ArgumentParser) -> None:

@@ -74,11 +74,13 @@ def _sentence(error: BaseException) -> str:
 
 
 @contextmanager
-def _told(args: Namespace) -> Iterator["Report"]:
+def _told(args: Namespace, report: "Report | None" = None) -> Iterator["Report"]:
     """A report that is told when the command ends: notes, table or JSON, and the path that was written."""
-    from brushgs.report import Report
+    if report is None:
+        from brushgs.report import Report
 
-    report = Report(shows_progress=sys.stderr.isatty() and not args.quiet and not args.json)
+        report = Report()
+    report.shows_progress = sys.stderr.isatty() and not args.quiet and not args.json
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("ignore")
@@ -143,6 +145,23 @@ def _cluster(args: Namespace) -> None:
         cluster_file(args.scene, args.output or _beside(args.scene, "strokes", ".ply"), config, report)
 
 
+def _stability(args: Namespace) -> None:
+    paint, path, config = arguments.stability_configs(args)
+    from brushgs.stability import StabilityReport, report_stability
+
+    report = StabilityReport()
+    with _told(args, report):
+        report_stability(
+            args.scene,
+            args.output or _beside(args.scene, "stability", ""),
+            paint,
+            path,
+            config,
+            report=report,
+            wants_plot=not args.no_plot,
+        )
+
+
 def _strokes(args: Namespace) -> None:
     import json
 
@@ -189,6 +208,7 @@ COMMANDS = {
     "demo": _demo,
     "prune": _prune,
     "cluster": _cluster,
+    "stability": _stability,
     "strokes": _strokes,
     "info": _info,
 }

@@ -4,6 +4,7 @@ Only the standard library is needed here, so that a command line can be read wit
 """
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from math import ceil, inf, pi
 from pathlib import Path
 
@@ -183,6 +184,29 @@ class DrawConfig:
     def __post_init__(self) -> None:
         if self.threads is not None and self.threads < 1:
             raise ValueError(f"threads must be at least 1, got {self.threads}")
+
+
+@dataclass(frozen=True)
+class StabilityConfig:
+    """What the temporal report measures, see `brushgs.stability`.
+
+    Attributes:
+        gaps: frames between the two pictures of a pair, each >= 1, ascending; 1 is always among them.
+        pairs: at most so many pairs of a gap are compared, spread evenly over the path, >= 1.
+        alone: so many frames are drawn a second time, each alone, >= 0.
+    """
+
+    gaps: tuple[int, ...] = (1, 7, 10)
+    pairs: int = 40
+    alone: int = 3
+
+    def __post_init__(self) -> None:
+        if not self.gaps or self.gaps[0] != 1 or any(a >= b for a, b in pairwise(self.gaps)):
+            raise ValueError(f"gaps must ascend from 1, got {', '.join(map(str, self.gaps)) or 'none'}")
+        if self.pairs < 1:
+            raise ValueError(f"pairs must be at least 1, got {self.pairs}")
+        if self.alone < 0:
+            raise ValueError(f"alone must be 0 or more, got {self.alone}")
 
 
 @dataclass(frozen=True)

@@ -75,9 +75,10 @@ def loaded_by(code):
 
 
 HEAVY = {"numpy", "scipy", "sklearn", "skimage", "OpenImageIO", "av", "rich", "torch", "dataclasses"}
+HEAVY |= {"matplotlib"}
 
 
-@pytest.mark.parametrize("words", [["--help"], ["--version"], ["render", "--help"]])
+@pytest.mark.parametrize("words", [["--help"], ["--version"], ["render", "--help"], ["stability", "--help"]])
 def test_help_loads_nothing_heavy(words):
     code = f"import brushgs.cli\ntry: brushgs.cli.main({words!r})\nexcept SystemExit as e: assert e.code == 0"
     assert not loaded_by(code) & HEAVY
