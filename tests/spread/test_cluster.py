@@ -271,6 +271,7 @@ def test_losing_all_workers_for_good_and_then_the_scheduler_is_told(clusters, mo
     with pytest.raises(ConnectionError, match=f"{address} has had no workers for .*: dask worker {address}"):
         list(results)
     monkeypatch.setattr(connection, "NO_WORKERS", 60)
+    monkeypatch.setattr(connection, "CONNECT", 1)  # it may be gone before it is asked
     timer = threading.Timer(0.3, os.killpg, (running["scheduler-frail"].pid, signal.SIGKILL))
     timer.start()
     with pytest.raises(ConnectionError, match=f"scheduler {address} is gone|no Dask scheduler answers"):
