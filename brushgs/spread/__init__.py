@@ -7,6 +7,7 @@ its own, as a `Shot` of a sequence does.
 import operator
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from itertools import chain
 from typing import Any, Protocol, TypeVar
 
 T = TypeVar("T")
@@ -83,8 +84,10 @@ def _on_cluster(work: Callable[[T], R], items: Iterable[T], scheduler: str) -> I
     from brushgs.spread.cluster import Cluster
     from brushgs.spread.connection import connected
 
-    with connected(scheduler) as client, Cluster(client, work) as place:
-        yield from _in_order(place, items)
+    items = iter(items)
+    for first in items:  # without any there is no need of a cluster
+        with connected(scheduler) as client, Cluster(client, work) as place:
+            yield from _in_order(place, chain([first], items))
 
 
 def _in_order(place: Place, items: Iterable[Any]) -> Iterator[Any]:

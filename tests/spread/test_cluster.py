@@ -291,6 +291,10 @@ def test_an_address_where_nobody_or_somebody_else_is_gets_one_sentence(monkeypat
         next(spread(work.square, [1], scheduler=f"tcp://127.0.0.1:{port}"))
 
 
+def test_without_items_no_scheduler_is_asked():
+    assert list(spread(work.square, [], scheduler="tcp://127.0.0.1:1")) == []
+
+
 def test_without_dask_the_cure_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ValueError, match=r"pip install 'brushgs\[cluster\]'"):
