@@ -34,7 +34,9 @@ def spread(
     that wait for their turn among them, so memory stays bounded and `items` may be endless. To end early,
     close the iterator (or let it go, or press Ctrl-C): processes started here are ended at once, and a
     cluster is left as it was. A process that dies, out of memory for one, is replaced, and its item is done
-    anew. Drawing (`num_threads=None`) shares the processors out among the processes.
+    anew. Drawing (`num_threads=None`) shares the processors out among the processes; on a cluster it takes
+    one thread, since workers count a task as one. Warnings of the work are given here, in the turn of
+    their item; those on a cluster go to the log of the worker.
 
     Args:
         work: a function or callable object. With `jobs` above 1 or a scheduler it travels to each process
@@ -54,7 +56,7 @@ def spread(
             or Dask is not installed, or the cluster runs other versions.
         ConnectionError: if the scheduler cannot be reached or is lost, or has no workers.
         ChildProcessError: if an item ends its process again and again.
-        Exception: whatever `work` raises, when it is the turn of that item.
+        Exception: whatever `work` raises, when it is the turn of that item; a note says where it did.
     """
     jobs = operator.index(jobs)
     if jobs < 1:
