@@ -4,9 +4,10 @@
 
 Both ways paint the same frames (uint8 pictures on white, as a video takes them) along an orbit, in turn, and
 are compared byte by byte first. Each process must start, import what it needs and prepare its stroke image;
-then it waits for no other. "start" is the time to the first result of work that does nothing, "an item" the
-time each further one takes, with a result of one number and of one picture. Milliseconds and frames/s are
-medians (minimum-maximum) of the wall clock; memory is the largest resident set of a process.
+then it waits for no other. "after the start" leaves out the first two frames a job. "start" is the time to
+the first result of work that does nothing, "an item" the time each further one takes, with a result of one
+number and of one picture. Milliseconds and frames/s are medians (minimum-maximum) of the wall clock; memory
+is the largest resident set of a process.
 """
 
 import argparse
@@ -14,7 +15,7 @@ import itertools
 import re
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
@@ -94,15 +95,16 @@ def compare(options: argparse.Namespace, width: int, height: int) -> None:
     }
     one, several = (list(path()) for path in paths.values())
     assert all(np.array_equal(a, b) for a, b in zip(one, several, strict=True)), "the frames differ"
-    times: dict[str, list[float]] = {name: [] for name in paths}
+    times: dict[str, list[tuple[float, float]]] = {name: [] for name in paths}
     for _ in range(options.repeat):
         for name, path in paths.items():
-            times[name].append(time_path(path))
-    for name, seconds in times.items():
-        print(f"{name:17} {spread_of([options.frames / s for s in seconds], 1)} frames/s")
-    one, several = times.values()
-    ratios = [a / b for a, b in zip(one, several, strict=True)]
-    print(f"speed-up          {spread_of(ratios, 1, 2)}, start included")
+            times[name].append(time_path(path, 2 * options.jobs))
+    rates = {name: [options.frames / whole for whole, _ in pairs] for name, pairs in times.items()}
+    for name, values in rates.items():
+        print(f"{name:17} {spread_of(values, 1)} frames/s")
+    for number, words in enumerate(("start included", "after the start")):
+        ratios = [a[number] / b[number] for a, b in zip(*times.values(), strict=True)]
+        print(f"speed-up          {spread_of(ratios, 1)}, {words}")
     memory = importable.Memory(painter.strokes, texture)
     print(f"memory            {max(spread(memory, cameras, jobs=options.jobs)):.0f} MB a process, ", end="")
     print(f"{memory(cameras[0]):.0f} MB this one")
@@ -138,18 +140,20 @@ def time_items(result: object, jobs: int) -> float:
     return seconds
 
 
-def time_path(path: Callable[[], object]) -> float:
-    """Seconds for all frames, each let go as soon as it is there."""
-    start = time.perf_counter()
-    for _ in path():
-        pass
-    return time.perf_counter() - start
+def time_path(path: Callable[[], Iterable[object]], num_first: int) -> tuple[float, float]:
+    """Seconds for all frames, each let go as soon as it is there, and for all but the first ones."""
+    start = after = time.perf_counter()
+    for index, _ in enumerate(path(), 1):
+        if index == num_first:
+            after = time.perf_counter()
+    end = time.perf_counter()
+    return end - start, end - after
 
 
-def spread_of(values: list[float], factor: float, digits: int = 2) -> str:
+def spread_of(values: list[float], factor: float) -> str:
     """Median (minimum-maximum)."""
     low, middle, high = (factor * value for value in (min(values), statistics.median(values), max(values)))
-    return f"{middle:.{digits}f} ({low:.{digits}f}-{high:.{digits}f})"
+    return f"{middle:.2f} ({low:.2f}-{high:.2f})"
 
 
 if __name__ == "__main__":
