@@ -7,6 +7,7 @@ its own, as a `Shot` of a sequence does.
 import operator
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from itertools import chain
 from typing import Any, Protocol, TypeVar
 
 T = TypeVar("T")
@@ -33,7 +34,9 @@ def spread(
     that wait for their turn among them, so memory stays bounded and `items` may be endless. To end early,
     close the iterator (or let it go, or press Ctrl-C): processes started here are ended at once, and a
     cluster is left as it was. A process that dies, out of memory for one, is replaced, and its item is done
-    anew. Drawing (`num_threads=None`) shares the processors out among the processes.
+    anew. Drawing (`num_threads=None`) shares the processors out among the processes; on a cluster it takes
+    one thread, since workers count a task as one. Warnings of the work are given here, in the turn of
+    their item; those on a cluster go to the log of the worker.
 
     Args:
         work: a function or callable object. With `jobs` above 1 or a scheduler it travels to each process
@@ -53,7 +56,7 @@ def spread(
             or Dask is not installed, or the cluster runs other versions.
         ConnectionError: if the scheduler cannot be reached or is lost, or has no workers.
         ChildProcessError: if an item ends its process again and again.
-        Exception: whatever `work` raises, when it is the turn of that item.
+        Exception: whatever `work` raises, when it is the turn of that item; a note says where it did.
     """
     jobs = operator.index(jobs)
     if jobs < 1:
@@ -83,8 +86,10 @@ def _on_cluster(work: Callable[[T], R], items: Iterable[T], scheduler: str) -> I
     from brushgs.spread.cluster import Cluster
     from brushgs.spread.connection import connected
 
-    with connected(scheduler) as client, Cluster(client, work) as place:
-        yield from _in_order(place, items)
+    items = iter(items)
+    for first in items:  # without any there is no need of a cluster
+        with connected(scheduler) as client, Cluster(client, work) as place:
+            yield from _in_order(place, chain([first], items))
 
 
 def _in_order(place: Place, items: Iterable[Any]) -> Iterator[Any]:

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
+from importlib.util import find_spec
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -65,18 +66,35 @@ def check_address(address: str) -> tuple[str, int]:
     raise ValueError(f"spread: scheduler must be an address like tcp://host:8786, got {address!r}")
 
 
-def _connect(address: str) -> Any:
-    try:
-        from distributed import Client
-    except ImportError:
+def check_scheduler(address: str) -> None:
+    """See that Dask is installed and somebody answers, at no cost: for a look before long work.
+
+    Raises:
+        ValueError: if the text is no address, or Dask is not installed.
+        ConnectionError: if nobody answers there.
+    """
+    check_address(address)
+    if find_spec("distributed") is None:
         raise ValueError(
             "spread: a scheduler needs Dask, which is not installed; pip install 'brushgs[cluster]'"
-        ) from None
-    try:
+        )
+    with _answering(address):
         _knock(address)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of versions: `check_versions` decides
-            return Client(address, timeout=CONNECT, set_as_default=False, name="brushgs")
+
+
+def _connect(address: str) -> Any:
+    check_scheduler(address)
+    from distributed import Client
+
+    with _answering(address), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of versions: `check_versions` decides
+        return Client(address, timeout=CONNECT, set_as_default=False, name="brushgs")
+
+
+@contextmanager
+def _answering(address: str) -> Iterator[None]:
+    try:
+        yield
     except OSError as error:
         reason = error.strerror or " ".join(str(error).split())
         raise ConnectionError(
@@ -86,7 +104,7 @@ def _connect(address: str) -> Any:
 
 
 def _knock(address: str) -> None:
-    """Tell a wrong address by a look: Dask would try again and again, and wait for a silent one without end.
+    """Tell a wrong address by a look: Dask tries again and again, and waits for a silent one without end.
 
     Raises:
         OSError: if nobody is there, or somebody who does not speak first as a Dask scheduler does.

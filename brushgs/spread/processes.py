@@ -97,12 +97,17 @@ class _Process:
     """One process and this end of the socket to it."""
 
     def __init__(self, num_threads: int) -> None:
-        self._stream, theirs = socket.socketpair()
+        ours, theirs = socket.socketpair()
         with theirs:
             words = [str(theirs.fileno()), str(num_threads), *sys.path]
-            self._process = subprocess.Popen(
-                [sys.executable, "-c", BOOT, *words], stdin=subprocess.DEVNULL, pass_fds=[theirs.fileno()]
-            )
+            try:
+                self._process = subprocess.Popen(
+                    [sys.executable, "-c", BOOT, *words], stdin=subprocess.DEVNULL, pass_fds=[theirs.fileno()]
+                )
+            except BaseException:  # no memory for one more
+                ours.close()
+                raise
+        self._stream = ours
 
     def learn(self, work: bytes) -> None:
         """Hand over the work."""

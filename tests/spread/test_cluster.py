@@ -290,6 +290,7 @@ def test_losing_all_workers_for_good_and_then_the_scheduler_is_told(clusters, mo
     with pytest.raises(ConnectionError, match=f"{address} has had no workers for .*: dask worker {address}"):
         list(results)
     monkeypatch.setattr(connection, "NO_WORKERS", 60)
+    monkeypatch.setattr(connection, "CONNECT", 1)  # it may be gone before it is asked
     timer = threading.Timer(0.3, os.killpg, (running["scheduler-frail"].pid, signal.SIGKILL))
     timer.start()
     with pytest.raises(ConnectionError, match=f"scheduler {address} is gone|no Dask scheduler answers"):
@@ -307,6 +308,10 @@ def test_an_address_where_nobody_or_somebody_else_is_gets_one_sentence(monkeypat
             next(spread(work.square, [1], scheduler=f"tcp://127.0.0.1:{port}"))
     with pytest.raises(ConnectionError, match=f"answers at tcp://127.0.0.1:{port} .Connection refused"):
         next(spread(work.square, [1], scheduler=f"tcp://127.0.0.1:{port}"))
+
+
+def test_without_items_no_scheduler_is_asked():
+    assert list(spread(work.square, [], scheduler="tcp://127.0.0.1:1")) == []
 
 
 def test_without_dask_the_cure_is_named(monkeypatch):
