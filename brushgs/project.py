@@ -42,7 +42,10 @@ class ProjectCounts:
 
 @dataclass(frozen=True, eq=False)
 class Directions:
-    """Which way each stroke of a scene points in one view, as `brushgs.track` found it along a path.
+    """Which way each stroke of a scene points in one view, as `brushgs.lock.follow` found it along a path.
+
+    A box across its ellipse must be larger than one along its axes. Its paint thins as it grows: the opacity
+    is divided by its area in areas of the smallest box around the ellipse.
 
     Attributes:
         angles: [N] float32, direction of the u axis of each Gaussian's box, radians from +x towards +y.

@@ -53,15 +53,17 @@ def project(
         rows, longest = np.arange(len(ids)), np.argmax(scales[ids], axis=1)
         angles = _anchored(angles, M, R[rows, :, longest], M[rows, :, longest], directions, low_pass)
     half_extents = num_sigmas * np.sqrt(np.stack(_variances(M, angles, low_pass), axis=1))
-    if isinstance(lock, Directions) and lock.swells is not None:
+    opacities = opacities[ids]
+    if isinstance(lock, Directions):
         smallest = num_sigmas**2 * np.sqrt(np.prod(_variances(M, major, low_pass), axis=0))
-        growth = lock.swells[ids] * smallest / half_extents.prod(axis=1)
-        half_extents *= np.sqrt(np.maximum(growth, 1))[:, None]
+        swells = 1 if lock.swells is None else lock.swells[ids]
+        half_extents *= np.sqrt(np.maximum(swells * smallest / half_extents.prod(axis=1), 1))[:, None]
+        opacities = opacities * (smallest / half_extents.prod(axis=1))  # the same paint on a larger box
     centers = t[:, :2] / t[:, 2:] * np.diag(camera.K)[:2] + camera.K[:2, 2]
 
     shades = np.einsum("nk,nkc->nc", sh_basis(directions, scene.sh_degree), sh[ids])
     colors = np.maximum(0, 0.5 + shades)
-    opacities = opacities[ids] * (_fade(t[:, 2], half_extents, camera) if fade else 1)
+    opacities = opacities * (_fade(t[:, 2], half_extents, camera) if fade else 1)
 
     u = np.abs(np.stack([np.cos(angles), np.sin(angles)], axis=1))
     reach = u * half_extents[:, :1] + u[:, ::-1] * half_extents[:, 1:]

@@ -27,7 +27,7 @@ from brushgs.sequence.identity import check_same, found_ledger, painting
 from brushgs.sequence.outputs import check_target, plan_output
 from brushgs.sequence.painter import Painter, Shot
 from brushgs.spread import spread
-from brushgs.spread.connection import check_address
+from brushgs.spread.connection import check_scheduler
 from brushgs.stages import (
     NOTHING_SEEN,
     box_sigmas,
@@ -79,7 +79,7 @@ def paint_sequence(
     target = plan_output(output, is_resumed=sequence.is_resumed)
     check_target(target, scene, path_config, config)
     if sequence.scheduler is not None:
-        check_address(sequence.scheduler)
+        check_scheduler(sequence.scheduler)
     found = None
     if sequence.is_resumed and isinstance(target, NumberedFiles):
         found = found_ledger(target, config)

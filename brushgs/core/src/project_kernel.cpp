@@ -99,6 +99,7 @@ void place(const ProjectParams& params, Block& block) {
 
         Direction u = major_axis(f.difference, f.twice_b, f.spread, f.sum);
         Variances variance = variances(f, u.cosine, u.sine, p.low_pass);
+        double thinness = 1;  // the paint of a stroke stays the same where its box is larger than it need be
         if constexpr (lock == Lock::anchor) {
             u = anchor_direction(u, variance, longest_axis(f, axes, scales), toward);
             variance = variances(f, u.cosine, u.sine, p.low_pass);
@@ -111,12 +112,14 @@ void place(const ProjectParams& params, Block& block) {
             const double growth = block.swell[i] * __builtin_sqrt(smallest / (variance.along * variance.across));
             const double swelling = growth > 1 ? growth : 1;
             variance.along *= swelling, variance.across *= swelling;
+            thinness = __builtin_sqrt(smallest / (variance.along * variance.across));
         }
         const double half_u = p.num_sigmas * __builtin_sqrt(variance.along);
         const double half_v = p.num_sigmas * __builtin_sqrt(variance.across);
 
         const double fade = fade_of(f.depth, camera.near, 4 * half_u * half_v, camera.width * camera.height);
-        const double visible = fades > 0 ? block.opacity[i] * fade : block.opacity[i];
+        const double paint = block.opacity[i] * thinness;
+        const double visible = fades > 0 ? paint * fade : paint;
 
         // Outside: the upright rectangle around the box and the image have no area in common.
         const double reach_x = absolute(u.cosine) * half_u + absolute(u.sine) * half_v;
