@@ -12,7 +12,12 @@ class SceneError(ValueError):
 
     def __init__(self, path: str | Path, message: str) -> None:
         self.path = Path(path)
+        self._message = message
         super().__init__(f"{self.path}: {message}")
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """For pickle, which would call the class with the finished sentence: an error may cross processes."""
+        return type(self), (self.path, self._message), self.__dict__
 
 
 class SceneWarning(UserWarning):

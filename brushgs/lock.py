@@ -117,11 +117,11 @@ def follow(
     The path is sampled at knots at most 1.5 degrees of view change apart (camera turn, or shift over the
     distance of the scene), between frames along screw motions, so the outcome hardly depends on the frame
     rate. Per stroke, dynamic programming finds the cheapest sequence of directions: one off the axes of the
-    ellipse costs what the box must grow to cover it, the minor axis costs a little, a turn of more than 5.4
+    ellipse costs what the box must grow to cover it, the minor axis costs a little, a turn of more than 5.2
     degrees a knot is not allowed. Weighted least squares then takes the directions to the exact axes, the
     closer the more slender the ellipse. A closed path comes back to the direction it started with: where the
-    axis winds an odd number of half turns, the half turn is spent where it costs least, at up to 12 degrees
-    a knot. Where the box of a slender stroke has to grow while it turns, it grows by at most 10 % a knot.
+    axis winds an odd number of half turns, the half turn is spent where it costs least, at up to 7.2 degrees
+    a knot. Where the box of a slender stroke has to grow while it turns, it grows by at most 7 % a knot.
 
     Args:
         gaussians: N Gaussians in world space.
@@ -156,7 +156,7 @@ def follow(
         low_pass=float(low_pass),
         num_threads=num_threads_or_default(num_threads),
     )
-    return Track(turns.reshape(len(knots.viewmats), len(gaussians)), swells, knots.positions)
+    return Track(turns, swells, knots.positions)
 
 
 @dataclass(frozen=True)

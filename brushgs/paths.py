@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from brushgs.config import DEFAULT_FPS, DEFAULT_SIZE, MAX_FRAMES, PathConfig, ViewConfig
+from brushgs.config import DEFAULT_FPS, DEFAULT_SIZE, MAX_FPS, MAX_FRAMES, PathConfig, ViewConfig
 from brushgs.errors import SceneError
 from brushgs.framing import (
     AXES,
@@ -192,6 +192,8 @@ def _from_file(gaussians: Gaussians, view: ViewConfig, path: PathConfig) -> Came
     assert path.file is not None
     file = read_cameras(path.file)
     is_loop, fps = path.loop or file.is_loop, path.fps or file.fps or DEFAULT_FPS
+    if fps > MAX_FPS:
+        raise SceneError(path.file, f"says {fps:g} frames a second, above {MAX_FPS:g}; give --fps")
     is_curve = path.frames is not None or path.seconds is not None
     views = file.keys if is_curve and len(file.keys) > 1 else file.cameras
     ball = _ball(gaussians)

@@ -2,6 +2,21 @@
 
 import operator
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+_most: ContextVar[int | None] = ContextVar("_most", default=None)
+
+
+@contextmanager
+def at_most(num_threads: int) -> Iterator[None]:
+    """Within it "as many as there are CPUs" means this many: for one of several that share the machine."""
+    token = _most.set(num_threads)
+    try:
+        yield
+    finally:
+        _most.reset(token)
 
 
 def num_threads_or_default(num_threads: int | None) -> int:
@@ -17,6 +32,8 @@ def num_threads_or_default(num_threads: int | None) -> int:
         ValueError: if `num_threads` is below 1.
     """
     if num_threads is None:
+        if (most := _most.get()) is not None:
+            return most
         if hasattr(os, "sched_getaffinity"):  # Linux: a container or `taskset` may leave fewer than there are
             return len(os.sched_getaffinity(0))
         return os.cpu_count() or 1

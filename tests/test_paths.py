@@ -340,6 +340,10 @@ def test_the_poses_of_a_camera_path_are_the_frames_with_its_rate(tmp_path):
     assert plan(write_camera_path(tmp_path, frames, fps=15), fps=60).fps == 60
     assert plan(write_camera_path(tmp_path, frames, seconds=3.0)).fps == 2
     assert plan(write_camera_path(tmp_path, frames)).fps == 24
+    with pytest.raises(
+        SceneError, match=r"camera_path\.json: says 1e\+06 frames a second, above 1000; give --fps"
+    ):
+        plan(write_camera_path(tmp_path, frames, fps=1e6))
 
 
 def test_key_frames_of_a_camera_path_are_its_key_views(tmp_path):

@@ -39,6 +39,15 @@ nb::object column(T* values, std::size_t rows, std::size_t width, const nb::caps
     return nb::cast(nb::ndarray<nb::numpy, T>(values, width == 0 ? 1 : 2, shape, owner));
 }
 
+// An array of shape [rows, width] in memory that becomes its own.
+template <class T>
+nb::object table(brushgs::Buffer<T>& memory, std::size_t rows, std::size_t width) {
+    T* values = memory.release();
+    const nb::capsule owner(values, [](void* p) noexcept { brushgs::Free{}(p); });
+    const std::size_t shape[2] = {rows, width};
+    return nb::cast(nb::ndarray<nb::numpy, T>(values, 2, shape, owner));
+}
+
 brushgs::View view_of(In<double, 2> viewmat, In<double, 2> K, int width, int height, double near) {
     brushgs::View view{.viewmat = {},
                        .fx = K(0, 0),
@@ -134,15 +143,9 @@ nb::tuple follow(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opaci
                                              .low_pass = low_pass,
                                              .num_threads = num_threads});
     }
-    const auto release = [](void* memory) noexcept { brushgs::Free{}(memory); };
-    brushgs::Turn* turns = tracks.turns.release();
-    const nb::capsule turns_owner(turns, release);
-    nb::object swells = nb::none();
-    if (tracks.is_swelling) {
-        std::uint8_t* values = tracks.swells.release();
-        swells = column(values, views.size(), gaussians.count, nb::capsule(values, release));
-    }
-    return nb::make_tuple(column(turns, views.size(), gaussians.count, turns_owner), swells);
+    nb::object turns = table(tracks.turns, views.size(), gaussians.count);
+    if (!tracks.is_swelling) return nb::make_tuple(turns, nb::none());
+    return nb::make_tuple(turns, table(tracks.swells, views.size(), gaussians.count));
 }
 
 template <class T>

@@ -13,7 +13,7 @@
 // A closed path starts at the knot where the ellipse is most slender, and must come back to the direction it
 // started with. For 15 to 30 % of the strokes of trained scenes the line comes back turned by an odd
 // number of half turns; for those the choice is repeated among the 128 directions of an arrow, with steps of up
-// to 4 states, so that the half turn is spent where it costs least.
+// to 3 states, so that the half turn is spent where it costs least.
 //
 // Compiled once per instruction set (see CMakeLists.txt): nothing here may have external linkage but the
 // functions at the end. Costs are whole numbers and sums have one order, so that all give the same.
@@ -32,18 +32,18 @@ constexpr float kState = static_cast<float>(kPi / kLineStates);  // radians
 constexpr float kTwoPi = static_cast<float>(2 * kPi);
 
 constexpr int kReach = 2;          // states that a direction may turn from knot to knot,
-constexpr int kHalfTurnReach = 4;  // and where a half turn has to be spent
-constexpr Cost kTurnCost[] = {0, 1, 4, 12, 24};
-// No knot costs more than 500 + 24, and 16 knots lead from the best state to any other, so no state is dearer
-// than the best by more than 16 x 524 (or, at first, kForbidden). With the best subtracted every 24 knots all sums
-// stay under 24 x 524 + 16 x 524 = 20960: in 16 bits.
+constexpr int kHalfTurnReach = 3;  // and where a half turn has to be spent
+constexpr Cost kTurnCost[] = {0, 1, 4, 12};
+// No knot costs more than 500 + 12, and 22 knots lead from the best state to any other, so no state is dearer
+// than the best by more than 22 x 512 (or, at first, kForbidden). With the best subtracted every 24 knots all sums
+// stay under 24 x 512 + 22 x 512 = 23552: in 16 bits.
 constexpr std::size_t kKnotsPerRebase = 24;
 constexpr Cost kForbidden = 8000;
 
-// Per knot; a little under the 6 and 15 degrees that are promised for 1.5 degrees of view change, because paths
-// that are not quite even pass more than one knot a frame.
-constexpr float kLimit = static_cast<float>(5.4 * kPi / 180);
-constexpr float kHalfTurnLimit = static_cast<float>(12.0 * kPi / 180);
+// Per knot: under the 6 degrees that are promised for 1.5 degrees of view change, because paths that are not quite
+// even pass more than one knot a frame; and what is no spin (15 degrees) at 3 degrees a frame either.
+constexpr float kLimit = static_cast<float>(5.2 * kPi / 180);
+constexpr float kHalfTurnLimit = static_cast<float>(7.2 * kPi / 180);
 
 constexpr float kUnseenShare = 0.01F;   // weight of a knot at which the stroke is well outside the picture:
 constexpr double kReachSigmas = 4;      // farther than any box reaches, so that it turns freely only out of sight
@@ -54,7 +54,8 @@ constexpr float kSmoothing = 4.0F;      // against the squared turn from knot to
 // The axis is taken for the goal where the choice lies this close to it, else the choice itself.
 constexpr float kTrust = static_cast<float>(8 * kPi / 180);
 
-constexpr float kGrowth = 1.1F;  // of the area of a box, at most, from knot to knot, for being off its axis
+constexpr float kGrowth = 1.07F;  // of the area of a box, at most, from knot to knot, for being off its axis
+constexpr float kBetweenKnots = 1.5F;  // a stroke near the camera may lie farther off its axis than at either knot
 
 [[gnu::always_inline]] inline float least(float x, float y) { return x < y ? x : y; }
 [[gnu::always_inline]] inline float most(float x, float y) { return x > y ? x : y; }
@@ -358,7 +359,7 @@ void swell(const FollowParams& params, const Sight& sight, const Series& x, cons
             const float off = (x.at(knot)[i] - sight.direction.at(knot)[i]) * (4 / kTwoPi);
             const float slenderness = least(sight.slenderness.at(knot)[i], 1e6F);
             const float seen = sight.weight.at(knot)[i] == 1 ? 1.0F : 0.0F;
-            area.at(knot)[i] = 1 + 0.25F * slenderness * squared_sine(off) * seen;
+            area.at(knot)[i] = 1 + kBetweenKnots * 0.25F * slenderness * squared_sine(off) * seen;
         }
     const double exponent = params.step < 1 ? params.step : 1.0;
     const float shrink = static_cast<float>(1 / (1 + (kGrowth * kGrowth - 1) * exponent));

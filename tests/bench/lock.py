@@ -1,0 +1,106 @@
+"""What the lock costs: following a camera path, beside drawing its frames.
+
+    python -m tests.bench.lock [SCENE.ply ...] [--up +z] [--strokes 2000 7000] [--size 1280x720] [--repeat 5]
+
+Without a scene: the strokes of the benchmarks. Each is led around its subject in 240 and in 120 frames (1.5
+and 3 degrees apart), open and closed, with the dry brush. All runs of a row alternate in one process; times
+are medians, in milliseconds per frame: "follow" chooses the directions, "draw" projects and rasterises, as
+`render_sequence` does; "off" and "anchor" are the projection of a frame alone, against "track" given the
+directions. Before anything is timed, the locked sequence is checked to hold neither flips nor spins.
+"""
+
+import argparse
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import brushgs as bg
+from brushgs.framing import up_vector
+from brushgs.lock import follow
+from brushgs.metrics import orientation_events
+from brushgs.paths import orbit
+from brushgs.project import project
+from brushgs.scene import Camera, Gaussians
+from tests.bench import workloads
+from tests.bench.machine import describe
+
+DRAWN = 24  # frames of each path that are timed, evenly chosen: all of them would take minutes
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("scenes", nargs="*", type=Path)
+    parser.add_argument("--up", default="-y")
+    parser.add_argument("--strokes", type=int, nargs="+", default=[2000, 7000])
+    parser.add_argument("--size", default="1280x720")
+    parser.add_argument("--repeat", type=int, default=5)
+    arguments = parser.parse_args()
+    width, height = (int(side) for side in arguments.size.lower().split("x"))
+    print(describe())
+    print(f"{'scene':12} strokes frames path    follow    draw  share |  project: off  anchor   track")
+    for scene in arguments.scenes or [None]:
+        for n in arguments.strokes:
+            strokes = _strokes(scene, n)
+            for num_frames in (240, 120):
+                around = orbit(strokes, num_frames, width=width, height=height, up=up_vector(arguments.up))
+                for cameras, name in ((around, "open"), ([*around, around[0]], "closed")):
+                    check(strokes, cameras)
+                    row = f"{scene.stem if scene else 'workload':12} {n:7} {num_frames:6} {name:6}"
+                    print(row, measure(strokes, cameras, arguments.repeat), flush=True)
+
+
+def _strokes(scene: Path | None, n: int) -> Gaussians:
+    if scene is None:
+        return workloads.strokes(n)
+    return bg.cluster(bg.prune(bg.load(scene), 0.7), n)
+
+
+def check(strokes: Gaussians, cameras: list[Camera]) -> None:
+    """Raise if the locked sequence is not what it promises to be."""
+    size = {"width": cameras[0].width, "height": cameras[0].height}
+    events = orientation_events(bg.track(strokes, cameras, fade=True), **size)
+    if events.flips or events.spins:
+        raise RuntimeError(f"bench: the locked sequence has {events.flips} flips, {events.spins} spins")
+
+
+def measure(strokes: Gaussians, cameras: list[Camera], repeat: int) -> str:
+    texture, path = bg.StrokeTexture.open("dry_brush"), follow(strokes, cameras)
+    frames = np.linspace(0, len(cameras) - 1, DRAWN).astype(int)
+    locks = {k: path.directions(int(k)) for k in frames}
+
+    def draw() -> None:
+        for k in frames:
+            bg.render(strokes, cameras[k], texture, lock=path.directions(int(k)), depth=False)
+
+    def projects(lock: str | None) -> Callable[[], None]:
+        def call() -> None:
+            for k in frames:
+                project(strokes, cameras[k], lock=lock or locks[k], fade=True)
+
+        return call
+
+    calls: dict[str, tuple[Callable[[], object], int]] = {
+        "follow": (lambda: follow(strokes, cameras), len(cameras)),
+        "draw": (draw, DRAWN),
+        "off": (projects("off"), DRAWN),
+        "anchor": (projects("anchor"), DRAWN),
+        "track": (projects(None), DRAWN),
+    }
+    times: dict[str, list[float]] = {name: [] for name in calls}
+    for round_number in range(repeat + 1):  # the first one warms up
+        for name, (call, num_frames) in calls.items():
+            start = time.perf_counter()
+            call()
+            if round_number:
+                times[name].append(1000 * (time.perf_counter() - start) / num_frames)
+    ms = {name: float(np.median(values)) for name, values in times.items()}
+    projected = f"{ms['off']:6.2f}  {ms['anchor']:6.2f}  {ms['track']:6.2f}"
+    return f"{ms['follow']:7.2f} {ms['draw']:7.2f} {ms['follow'] / ms['draw']:6.1%} |      {projected}"
+
+
+if __name__ == "__main__":
+    main()
