@@ -24,6 +24,12 @@ pixels at the exact place of the first view that each pixel of the second one sh
 - colour: view dependence, M(A, P in the colours of B) less M(A, P);
 - sampling: M(A, P), pixels and their bilinear reading; the plain render has that, too.
 The parts sum to M(A, B) exactly; another sequence of steps would share it out a little differently.
+
+Found with 2000 strokes of `dry_brush` on koala, chair and truck, 3 places: 62, 79 and 55 % of M of the
+published way is sampling, of which `mip` takes 89 to 90 %. `track` takes 13 % of what `mip` leaves on koala
+and 11 % on chair, so flips do show in the average. Of the rest, on these two, near strokes slide for 25 %,
+far ones for 46 and 21 %, order is 3 and 14 %, sampling 26 and 41 % (M of the plain render: 8 and 47 % of it).
+With a blurred stroke image the excess is a quarter or less (unlocked, 4 places).
 """
 
 import argparse
