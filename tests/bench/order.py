@@ -16,6 +16,12 @@ the "pop", the change of the second picture when the first one's depths are forc
 worst 1 % of pixels, and the share of pixels that change by more than 10/255); and, with 250, 2000 and 7000
 strokes of `gaussian`, `swirl` and `flat`, the PSNR to the plain render less that of the order by depth (mean
 and worst). A remedy that buys rest with wrong occlusion shows there.
+
+Found on koala, chair, truck and skull, 2000 strokes of `dry_brush`: the other keys move the moment at which
+two neighbours change places and spare one swap in seven at most, which costs up to 1.3 dB. A fade leaves
+22 to 35 % of the pop at 0.25, 16 to 29 % at 0.5; pixels that change visibly fall from 0.3-0.8 % to
+0.02 % and less. PSNR changes by -0.03 to +0.15 dB at 0.25 and -0.04 to +0.22 dB at 0.5 (27 pictures of three
+scenes). Of a pixel's fragments 0.3 to 0.6 pairs each lie within the band at 0.25, 0.6 to 1.1 at 0.5.
 """
 
 import argparse
@@ -43,7 +49,7 @@ from tests.bench.machine import describe
 VISIBLE = 10 / 255  # a change that the eye notices
 COUNTS = (250, 2000, 7000)
 TEXTURES = ("gaussian", "swirl", "flat")
-MOST_LAGS = 4  # places in a pixel's order over which fragments fade into each other: 24 change no figure
+MOST_LAGS = 4  # places in a pixel's order over which fragments fade: with 24 pops differ by < 4 %
 Key = Callable[[bg.Boxes, bg.Camera], F64]  # what boxes are sorted by
 Painter = Callable[..., Any]
 
