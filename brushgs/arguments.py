@@ -367,7 +367,7 @@ def _add_draw(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--threads",
         type=_count_from(1),
-        help="processors to use, 1 or more, default all (shared out among --jobs, where a number is for each); the "
+        help="processors to use, 1 or more, default all (of each of several --jobs: its share of all); the "
         "picture does not depend on it",
     )
 

@@ -9,7 +9,7 @@ PSNR is over 3 views of 500 x 500 on white (mean of the squared errors; 1 view o
 composed for one); "unpainted" is the share of the plain picture's alpha that the strokes leave out, "spilt"
 what they paint beyond it. Both rules prune to 70 %; their seconds are pruning and clustering. The published
 strokes reach 2 standard deviations, the default's `fitted_sigmas`. Neither is locked: anchored directions
-of a single picture cost the default 0 to 0.3 dB more (0.5 once: truck, 250 flat strokes), tracked ones nothing.
+of a single picture cost the default 0 to 0.3 dB more (0.5 once: truck, 250 flat strokes), tracked ones none.
 
 Known to fall short: the still life. Its surfaces are one opaque layer, whose gaps nothing fills, and its
 detail lies in small Gaussians, which count little by contribution: the published rule is ahead there.
