@@ -68,8 +68,10 @@ def _warn_if_decoded(path: Path, gaussians: Gaussians) -> None:
     """Warn of a file that seems to hold scales and opacities where their logs and logits belong.
 
     Read as a log, a scale is at least 1; read as a logit, an opacity lies in 0.5 to 0.7311. No trained
-    scene has all of its rows there.
+    scene has all of its rows there; a few rows made by hand may.
     """
+    if len(gaussians) < _FEW_ROWS:
+        return
     low, high = gaussians.opacities.min(), gaussians.opacities.max()
     if low >= 0.5 and high <= _SIGMOID_OF_1 and gaussians.scales.min() >= 1:
         message = "scales and opacities seem to be stored as they are, so the picture will be a fog"
@@ -78,6 +80,7 @@ def _warn_if_decoded(path: Path, gaussians: Gaussians) -> None:
 
 
 _SIGMOID_OF_1 = 0.7310587
+_FEW_ROWS = 10
 _ENCODINGS = {
     "ascii": "ASCII",
     "binary_little_endian": "binary little-endian",

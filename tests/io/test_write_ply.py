@@ -80,6 +80,7 @@ TINIEST = float(np.finfo(np.float32).smallest_subnormal)
 @given(st.lists(rows, min_size=1, max_size=5))
 @example([((0, 0, 0), (0, 0, 0, TINIEST), (LARGEST, 0, TINIEST), 1.0)])
 @example([((0, 0, 0), (1, 0, 0, 0), (1, 1, 1), float(np.nextafter(np.float32(1), 0)))])
+@example([((0, 0, 0), (0, 0, 0, 1), (1, 1, 1), 0.5)])  # is no file of decoded values
 def test_any_scene_reads_back_and_no_infinity_is_written(tmp_path: Path, scene: list[tuple]) -> None:
     columns = [np.array(column, dtype=np.float32) for column in zip(*scene, strict=True)]
     gaussians = Gaussians(*columns, np.zeros((len(scene), 1, 3), np.float32))

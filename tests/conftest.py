@@ -1,0 +1,8 @@
+"""What the tests need of the process they run in."""
+
+import signal
+
+# A shell that runs the tests in the background has them ignore Ctrl-C, and all programs that they start with
+# them. Tests that press it want it heard.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
