@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from brushgs.errors import SceneError
-from brushgs.io.atomic import replacing
+from brushgs.io.atomic import replacing, unstopped
 
 _PLACE = re.compile(r"%(?:0[1-9][0-9]?)?d")  # %d or %05d
 DEFAULT_NAME = "%05d.png"
@@ -145,15 +145,16 @@ class Ledger:
         Raises:
             SceneError: if either cannot be written.
         """
-        with replacing(self.files.path(index)) as temporary:
-            temporary.write_bytes(content)
-        self.sizes[index] = len(content)
-        try:
-            with self.files.ledger.open("a", encoding="utf-8") as ledger:
-                ledger.write(f"{_line(index, len(content))}\n")
-        except OSError as error:
-            message = f"cannot be written ({error.strerror}); check the disk"
-            raise SceneError(self.files.ledger, message) from None
+        with unstopped():
+            with replacing(self.files.path(index)) as temporary:
+                temporary.write_bytes(content)
+            self.sizes[index] = len(content)
+            try:
+                with self.files.ledger.open("a", encoding="utf-8") as ledger:
+                    ledger.write(f"{_line(index, len(content))}\n")
+            except OSError as error:
+                message = f"cannot be written ({error.strerror}); check the disk"
+                raise SceneError(self.files.ledger, message) from None
 
 
 def _line(index: int, size: int) -> str:
