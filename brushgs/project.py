@@ -108,7 +108,8 @@ def project(
             that projection as the ellipse gets round: continuous but where one looks along the longest
             axis; angle in (-pi, pi]. `Directions`: as `brushgs.track` chose them for this view.
         fade: whether strokes fade that would otherwise appear or vanish between two frames: from twice the
-            near plane's distance to the near plane, and from 4 to 100 times the area of the picture.
+            near plane's distance to the near plane, from 4 to 100 times the area of the picture, and as their
+            length goes under a pixel (by what it is over what `low_pass` makes of it).
         num_threads: threads to run in, None for one per CPU; the result is the same, bit for bit.
 
     Returns:

@@ -222,16 +222,28 @@ def test_a_stroke_that_comes_near_fades_and_does_not_vanish_at_once(scale, neare
     distances = np.geomspace(nearest, farthest, 4000)
     opacities = np.array([opacity_at(one((scale, scale, scale / 10)), d) for d in distances])
     assert opacities[0] == 0
-    assert opacities[-1] == 1
-    assert (np.diff(opacities) >= -1e-12).all()
+    assert opacities.max() > 0.7  # the smallest is hardly longer than a pixel, and shrinks
+    assert (np.diff(opacities) >= -1e-3).all()
     assert np.diff(opacities).max() < 0.01  # 1/255, where what is fainter is left out, and the step
+
+
+def test_a_stroke_that_goes_far_away_fades_in_proportion_to_its_length():
+    distances = np.geomspace(2, 1e5, 4000)
+    opacities = np.array([opacity_at(one((0.05, 0.02, 0.01)), d) for d in distances])
+    assert opacities[0] > 0.98
+    assert opacities[-1] == 0
+    assert (np.diff(opacities) <= 1e-12).all()
+    assert np.abs(np.diff(opacities)).max() < 0.01
+    pixels = 0.05 * FRONT.K[0, 0] / distances  # one standard deviation
+    is_small = (pixels < 0.05) & (opacities > 0)
+    np.testing.assert_allclose(opacities[is_small], pixels[is_small] / np.sqrt(0.3), rtol=0.01)
 
 
 def test_a_stroke_of_the_size_of_the_picture_is_whole():
     camera = Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)
     boxes = project(one((1.2, 1.2, 0.1)), camera, fade=True)
     assert 4 * boxes.half_extents.prod() > SIZE["width"] * SIZE["height"]
-    assert boxes.opacities[0] == 1
+    assert boxes.opacities[0] > 0.999
 
 
 def test_the_plain_picture_neither_fades_nor_turns():

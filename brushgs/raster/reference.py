@@ -63,7 +63,9 @@ def project(
 
     shades = np.einsum("nk,nkc->nc", sh_basis(directions, scene.sh_degree), sh[ids])
     colors = np.maximum(0, 0.5 + shades)
-    opacities = opacities * (_fade(t[:, 2], half_extents, camera) if fade else 1)
+    if fade:
+        longest = _variances(M, major, low_pass)[0]
+        opacities = opacities * _fade(t[:, 2], half_extents, camera) * np.sqrt(1 - low_pass / longest)
 
     u = np.abs(np.stack([np.cos(angles), np.sin(angles)], axis=1))
     reach = u * half_extents[:, :1] + u[:, ::-1] * half_extents[:, 1:]

@@ -108,7 +108,10 @@ def test_float32_shows_what_float64_shows(name, path):
     actual, expected = painted(single, camera, path), painted(single.astype(np.float64), camera, path)
     assert_finite(actual)
     assert_finite(expected)
-    assert (expected.alpha > 0.2).mean() > 0.004
+    if name == "points" and PATHS[path][0] == "image":
+        assert not expected.alpha.any()  # a stroke without length has faded; the kernels draw dots
+    else:
+        assert (expected.alpha > 0.2).mean() > 0.004
     off = np.abs(actual.rgb - expected.rgb).max(axis=2)
     assert off[off <= 1 / 255].mean() < 2e-5
     assert (off > 1 / 255).mean() <= 4e-4

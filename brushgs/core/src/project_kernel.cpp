@@ -69,14 +69,17 @@ constexpr double kWholeArea = 4;      // box over picture: up to here a stroke i
 constexpr double kVanishedArea = 100;  // and from here on it is gone
 
 // The share of its opacity that a stroke keeps: nothing at the near plane, nothing where its box is 100 times
-// the picture; smooth in between, so that no stroke appears or vanishes from one frame to the next.
-[[gnu::always_inline]] inline double fade_of(double depth, double near, double box_area, double picture_area) {
+// the picture, and as much as the low-pass does not add to its length where it is shorter than a pixel; smooth in
+// between, so that no stroke appears or vanishes from one frame to the next. `variance` is along the major axis.
+[[gnu::always_inline]] inline double fade_of(double depth, double near, double box_area, double picture_area,
+                                             double variance, double low_pass) {
     const double nearness = (depth - near) / ((kFadedNear - 1) * near);
     // In the inverse length of the box: where it grows evenly toward the camera, it fades evenly.
     constexpr double whole = 0.5, vanished = 0.1;
     static_assert(whole * whole * kWholeArea == 1 && kVanishedArea == 100);
     const double smallness = (__builtin_sqrt(picture_area / box_area) - vanished) / (whole - vanished);
-    return smooth_step(nearness) * smooth_step(smallness);
+    const double length = __builtin_sqrt(larger(variance - low_pass, 0) / variance);
+    return smooth_step(nearness) * smooth_step(smallness) * length;
 }
 
 // Fills the second half of `block` from the first, for Gaussians whose boxes are stored as T.
@@ -99,6 +102,7 @@ void place(const ProjectParams& params, Block& block) {
 
         Direction u = major_axis(f.difference, f.twice_b, f.spread, f.sum);
         Variances variance = variances(f, u.cosine, u.sine, p.low_pass);
+        const double major = variance.along;
         double thinness = 1;  // the paint of a stroke stays the same where its box is larger than it need be
         if constexpr (lock == Lock::anchor) {
             u = anchor_direction(u, variance, longest_axis(f, axes, scales), toward);
@@ -117,7 +121,8 @@ void place(const ProjectParams& params, Block& block) {
         const double half_u = p.num_sigmas * __builtin_sqrt(variance.along);
         const double half_v = p.num_sigmas * __builtin_sqrt(variance.across);
 
-        const double fade = fade_of(f.depth, camera.near, 4 * half_u * half_v, camera.width * camera.height);
+        const double fade = fade_of(f.depth, camera.near, 4 * half_u * half_v, camera.width * camera.height,
+                                    major, p.low_pass);
         const double paint = block.opacity[i] * thinness;
         const double visible = fades > 0 ? paint * fade : paint;
 
