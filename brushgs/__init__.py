@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from brushgs.errors import SceneError, SceneWarning
     from brushgs.io import load, load_cameras, save
+    from brushgs.io.video import save_video
     from brushgs.lock import track
     from brushgs.passes.cluster import cluster
     from brushgs.passes.prune import prune
@@ -39,6 +40,7 @@ _HOME = {
     "render": "raster.ops",
     "render_sequence": "raster.ops",
     "save": "io",
+    "save_video": "io.video",
     "track": "lock",
 }
 
@@ -59,6 +61,7 @@ __all__ = [
     "render",
     "render_sequence",
     "save",
+    "save_video",
     "track",
 ]
 

@@ -5,6 +5,7 @@ import sys
 from functools import partial
 from pathlib import Path
 
+import av
 import pytest
 
 import brushgs.still_life
@@ -27,7 +28,13 @@ def is_a_picture(path, width, height):
 
 
 def test_every_example_is_run_by_this_file():
-    tested = {"ten_lines.py", "paint_still_life.py", "contact_sheet.py", "plain_3dgs.py"}
+    tested = {
+        "ten_lines.py",
+        "paint_still_life.py",
+        "contact_sheet.py",
+        "plain_3dgs.py",
+        "moving_still_life.py",
+    }
     assert {path.name for path in EXAMPLES.glob("*.py")} == tested
 
 
@@ -56,6 +63,15 @@ def test_plain_3dgs(tmp_path, monkeypatch, capsys):
     assert is_a_picture(tmp_path / "plain_0.png", 80, 60)
     assert is_a_picture(tmp_path / "plain_1.png", 80, 60)
     assert capsys.readouterr().out.count(" ms") == 2
+
+
+def test_moving_still_life(tmp_path, monkeypatch):
+    words = "-o", tmp_path / "a.mp4", "--strokes", 300, "--frames", 5, "--size", 80, 60
+    run("moving_still_life.py", *words, monkeypatch=monkeypatch)
+    with av.open(tmp_path / "a.mp4") as video:
+        frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
+    assert [frame.shape for frame in frames] == [(60, 80, 3)] * 4
+    assert all(frame.std() > 5 for frame in frames)
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.name)

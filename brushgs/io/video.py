@@ -6,18 +6,22 @@ fixed number of threads, and nothing of the time of day is written.
 
 import contextlib
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
+from itertools import chain
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.choices import VIDEO_SUFFIXES
 from brushgs.errors import SceneError
 from brushgs.io.atomic import replacing
+from brushgs.io.images import quantise
 from brushgs.io.palette import ColorCounts
+from brushgs.scene import Frame
 
 Pixels = NDArray[np.uint8]
 
@@ -94,6 +98,44 @@ def padded_size(path: Path, width: int, height: int) -> tuple[int, int]:
     if path.suffix.lower() != ".mp4":
         return width, height
     return width + width % 2, height + height % 2
+
+
+def save_video(
+    frames: Iterable[Frame],
+    path: str | Path,
+    *,
+    fps: float = 24.0,
+    background: Sequence[float] = (1.0, 1.0, 1.0),
+    loops: bool = False,
+) -> None:
+    """Write frames, such as those of `brushgs.render_sequence`, to a video: .mp4, .webm or .gif.
+
+    The file appears when it is complete. Frames are taken one at a time.
+
+    Args:
+        frames: at least one, all of one size.
+        path: the suffix decides, see `filming`.
+        fps: frames a second, above 0.
+        background: RGB behind the strokes, 0 to 1, display-encoded; videos have no transparency.
+        loops: whether a GIF starts over at its end.
+
+    Raises:
+        ValueError: if there is no frame, sizes differ, or an option or the suffix is out of range.
+        SceneError: if the file cannot be written.
+    """
+    path, left = Path(path), iter(frames)
+    if path.suffix.lower() not in VIDEO_SUFFIXES:
+        raise ValueError(f"save_video: path must end in {', '.join(VIDEO_SUFFIXES)}, got {str(path)!r}")
+    first = next(left, None)
+    if first is None:
+        raise ValueError("save_video: frames must hold at least one, got none")
+    height, width = first.alpha.shape
+    with filming(path, width=width, height=height, fps=fps, loops=loops) as film:
+        for frame in chain([first], left):
+            if frame.alpha.shape != (height, width):
+                size = f"{frame.alpha.shape[1]}x{frame.alpha.shape[0]}"
+                raise ValueError(f"save_video: frames must have one size, got {width}x{height} and {size}")
+            film.add(quantise(frame.over(background), np.uint8).astype(np.uint8))
 
 
 @contextmanager

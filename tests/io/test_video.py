@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
+import brushgs as bg
 from brushgs import SceneError
 from brushgs.choices import VIDEO_SUFFIXES
 from brushgs.io.palette import ColorCounts
@@ -208,3 +209,33 @@ def test_colours_of_all_pictures_count() -> None:
     for color in ((255, 0, 0), (0, 0, 255)):
         counts.add(np.full((4, 4, 3), color, np.uint8))
     assert counts.palette(255).tolist() == [[0, 0, 255], [255, 0, 0]]
+
+
+def test_frames_of_a_sequence_become_a_video(tmp_path):
+    frames = [
+        bg.Frame(np.full((48, 64, 3), 0.1 * k, np.float32), np.full((48, 64), 0.5, np.float32))
+        for k in range(5)
+    ]
+    bg.save_video(iter(frames), tmp_path / "a.mp4", fps=12, background=(0, 0, 1))
+    with av.open(tmp_path / "a.mp4") as video:
+        assert video.streams.video[0].average_rate == 12
+        pictures = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
+    assert len(pictures) == 5
+    for k, picture in enumerate(pictures):
+        expected = 255 * np.clip([0.1 * k, 0.1 * k, 0.1 * k + 0.5], 0, 1)
+        np.testing.assert_allclose(picture.mean(axis=(0, 1)), expected, atol=4)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "name", "words"),
+    [
+        ([], "a.mp4", "frames must hold at least one, got none"),
+        ([(4, 6), (6, 4)], "a.gif", "frames must have one size, got 6x4 and 4x6"),
+        ([(4, 6)], "a.avi", "path must end in .*, got '.*a.avi'"),
+    ],
+)
+def test_frames_that_make_no_video_are_refused_and_nothing_is_left(tmp_path, sizes, name, words):
+    frames = [bg.Frame(np.zeros((*size, 3), np.float32), np.zeros(size, np.float32)) for size in sizes]
+    with pytest.raises(ValueError, match=words):
+        bg.save_video(frames, tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
