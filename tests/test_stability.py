@@ -55,8 +55,8 @@ def on_white(frame):
     return np.clip(frame.over(WHITE), 0, 1)
 
 
-def unlocked(easel, sigmas):
-    return [bg.project(easel.strokes, camera, num_sigmas=sigmas) for camera in easel.cameras]
+def unlocked(easel, sigmas, *, fade):
+    return [bg.project(easel.strokes, camera, num_sigmas=sigmas, fade=fade) for camera in easel.cameras]
 
 
 def test_every_configuration_has_its_figures(result):
@@ -75,7 +75,7 @@ def test_every_configuration_has_its_figures(result):
 
 def test_directions_are_what_the_metrics_say_of_the_boxes(easel, result):
     for name, sigmas in (("off", BRUSH.fitted_sigmas), ("published", BRUSH.num_sigmas)):
-        boxes = unlocked(easel, sigmas)
+        boxes = unlocked(easel, sigmas, fade=name == "off")
         assert result[name].events == orientation_events(boxes, width=WIDTH, height=HEIGHT, ellipses=boxes)
         assert result[name].off_axis_share == off_axis_share(boxes, boxes) == 0
         assert result[name].shortfall == covers_ellipse(boxes, boxes)
@@ -87,7 +87,7 @@ def test_flicker_is_what_the_metrics_say_of_the_pictures(easel, result):
     plain = [bg.render(easel.scene, camera, KERNEL) for camera in easel.cameras]
     painted = [
         bg.rasterize(boxes, BRUSH, height=HEIGHT, width=WIDTH, filter="bilinear")
-        for boxes in unlocked(easel, 2.0)
+        for boxes in unlocked(easel, 2.0, fade=False)
     ]
     for gap, warp, of_plain in zip((1, 7), result["published"].warps, result["plain"].warps, strict=True):
         errors = []
