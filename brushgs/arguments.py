@@ -423,8 +423,8 @@ def _add_view(parser: ArgumentParser) -> None:
         "--camera-file",
         type=Path,
         metavar="FILE",
-        help="cameras.json of a 3DGS training, transforms.json of NeRF and nerfstudio, camera_path.json, or a "
-        "COLMAP sparse model",
+        help="cameras.json of a 3DGS training, transforms.json of NeRF and nerfstudio, camera_path.json, or "
+        "a COLMAP sparse model",
     )
     group.add_argument(
         "--view", type=_count_from(0), metavar="N", help="which camera of the file, from 0, default 0"
