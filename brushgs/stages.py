@@ -172,6 +172,7 @@ def project_scene(
             num_sigmas=sigmas,
             lock=lock,
             fade=has_direction,
+            order=config.order if has_direction else "depth",
             num_threads=config.threads,
         )
         stage.did = f"{len(boxes):,} of {len(gaussians):,} strokes in the picture"
@@ -180,6 +181,7 @@ def project_scene(
             "after": len(boxes),
             "sigmas": round(sigmas, 4),
             "lock": lock,
+            "order": config.order if has_direction else "depth",
         }
         for reason, words in CULLED.items():
             count = getattr(culled, reason)
