@@ -22,6 +22,7 @@ from brushgs.choices import (
     Lock,
     Merge,
     Method,
+    Order,
     Weight,
     size_rule,
 )
@@ -227,7 +228,7 @@ def draw_config(args: Namespace, preset: Any = PRESETS["default"], background: s
     """How strokes are drawn, on `background` unless the flags say else."""
     from brushgs.config import DrawConfig
 
-    chosen = _chosen(args, preset, "stroke", "filter", "extent", "background", "lock", "threads")
+    chosen = _chosen(args, preset, "stroke", "filter", "extent", "background", "lock", "order", "threads")
     return DrawConfig(**{"background": background} | chosen)
 
 
@@ -357,6 +358,12 @@ def _add_draw(parser: ArgumentParser) -> None:
         "--extent",
         choices=get_args(Extent),
         help="size of strokes: 'fitted' to what the stroke image covers (default), 'paper': 2 sigma",
+    )
+    parser.add_argument(
+        "--order",
+        choices=get_args(Order),
+        help="how strokes hide each other: by 'depth' (default for a picture), or 'soft', fading where depths "
+        "are nearly equal, so that none jumps (default along a path)",
     )
     parser.add_argument(
         "--background",

@@ -14,6 +14,7 @@ Filter = Literal["mip", "bilinear", "nearest"]
 Extent = Literal["fitted", "paper"]
 ViewLock = Literal["anchor", "off"]  # of one view, which knows of no other
 Lock = Literal["track", "anchor", "off"]  # of a sequence
+Order = Literal["depth", "soft"]
 
 # Flags by name -> value. "paper" is the published method (Xiang et al. 2025) without its defects.
 PRESETS: Mapping[str, Mapping[str, Any]] = {
@@ -26,6 +27,7 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
         "filter": "bilinear",
         "extent": "paper",
         "lock": "off",
+        "order": "depth",
     },
 }
 

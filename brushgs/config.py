@@ -8,7 +8,7 @@ from itertools import pairwise
 from math import ceil, inf, pi
 from pathlib import Path
 
-from brushgs.choices import Extent, Features, Filter, Lock, Merge, Method, Weight, size_rule
+from brushgs.choices import Extent, Features, Filter, Lock, Merge, Method, Order, Weight, size_rule
 
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
@@ -171,6 +171,9 @@ class DrawConfig:
         background: "white", "black", "transparent", "#rrggbb" or an image file.
         lock: "anchor", "track" or "off", see `project`; None for "anchor" in one picture and "track" along a
             path, which alone can be tracked.
+        order: "depth": the nearer stroke hides the other; "soft": strokes of nearly one depth fade into each
+            other, so that none jumps in moving pictures, see `render`; None for "depth" in one picture and
+            "soft" along a path.
         threads: None takes every processor available; the picture does not depend on it.
     """
 
@@ -179,6 +182,7 @@ class DrawConfig:
     extent: Extent = "fitted"
     background: str = "white"
     lock: Lock | None = None
+    order: Order | None = None
     threads: int | None = None
 
     def __post_init__(self) -> None:

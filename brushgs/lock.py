@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs import _core
+from brushgs.choices import Order
 from brushgs.motion import lenses, screw_motion, view_changes
 from brushgs.project import Directions, project
 from brushgs.scene import Boxes, Camera, Gaussians
@@ -76,6 +77,7 @@ def track(
     num_sigmas: float = 2.0,
     low_pass: float = 0.3,
     fade: bool = False,
+    order: Order = "soft",
     num_threads: int | None = None,
 ) -> Iterator[Boxes]:
     """The boxes of every view of a path, in directions chosen over the whole path.
@@ -87,6 +89,7 @@ def track(
         num_sigmas: see `project`.
         low_pass: see `project`.
         fade: see `project`.
+        order: see `project`.
         num_threads: see `project`.
 
     Raises:
@@ -101,6 +104,7 @@ def track(
             low_pass=low_pass,
             lock=path.directions(frame),
             fade=fade,
+            order=order,
             num_threads=num_threads,
         )
 

@@ -11,11 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs import _core
-from brushgs.choices import ViewLock
+from brushgs.choices import Order, ViewLock
 from brushgs.scene import Boxes, Camera, Gaussians
 from brushgs.sh import used_sh_degree
 from brushgs.shapes import check
 from brushgs.threads import num_threads_or_default
+
+# Depth over which strokes cross-fade in the soft order, in sizes of a stroke: swaps that show fall to nothing
+# and the picture comes no less close to the plain render (tests/bench/order.py).
+SOFT_BAND = 0.5
 
 
 @dataclass(frozen=True)
@@ -86,6 +90,7 @@ def project(
     low_pass: float = 0.3,
     lock: ViewLock | Directions = "off",
     fade: bool = False,
+    order: Order = "depth",
     num_threads: int | None = None,
 ) -> Boxes:
     """Project Gaussians to oriented boxes on the image plane.
@@ -106,10 +111,12 @@ def project(
             (-pi/2, pi/2], as published: it jumps by half a turn where that axis is vertical. "anchor": the
             branch of the major axis nearer to the projection of the Gaussian's own longest axis, bent toward
             that projection as the ellipse gets round: continuous but where one looks along the longest
-            axis; angle in (-pi, pi]. `Directions`: as `brushgs.track` chose them for this view.
+            axis; angle in (-pi, pi]. `Directions`: as `brushgs.lock.follow` chose them.
         fade: whether strokes fade that would otherwise appear or vanish between two frames: from twice the
             near plane's distance to the near plane, from 4 to 100 times the area of the picture, and as their
             length goes under a pixel (by what it is over what `low_pass` makes of it).
+        order: "depth": boxes without bands. "soft": each with a band of `SOFT_BAND` times the geometric mean
+            of the two larger scales of its Gaussian, over which `rasterize` lets boxes fade into each other.
         num_threads: threads to run in, None for one per CPU; the result is the same, bit for bit.
 
     Returns:
@@ -118,7 +125,8 @@ def project(
 
     Raises:
         TypeError: if an argument has another type.
-        ValueError: if `num_sigmas`, `low_pass` or `num_threads` is out of range, or `lock` is none of these.
+        ValueError: if `num_sigmas`, `low_pass` or `num_threads` is out of range, or `lock` or `order` is none
+            of these.
 
     Where both axes are equally long the angle of "off" is undefined: 0 is returned there.
     """
@@ -129,6 +137,7 @@ def project(
         low_pass=low_pass,
         lock=lock,
         fade=fade,
+        order=order,
         num_threads=num_threads,
     )[0]
 
@@ -141,6 +150,7 @@ def project_counted(
     low_pass: float = 0.3,
     lock: ViewLock | Directions = "off",
     fade: bool = False,
+    order: Order = "depth",
     num_threads: int | None = None,
 ) -> tuple[Boxes, ProjectCounts]:
     """`project`, and what was left out by it and why: `len(boxes) + counts.total == len(gaussians)`."""
@@ -156,6 +166,8 @@ def project_counted(
         raise ValueError(
             f"project: gaussians must be fewer than 2^31, got {len(gaussians)}; prune them first"
         )
+    if order not in get_args(Order):
+        raise ValueError(f"project: order must be one of {', '.join(get_args(Order))}, got {order!r}")
     given = lock if isinstance(lock, Directions) else None
     if given is None and lock not in get_args(ViewLock):
         raise ValueError(f"project: lock must be {', '.join(get_args(ViewLock))} or Directions, got {lock!r}")
@@ -182,5 +194,6 @@ def project_counted(
         directions=None if given is None else given.angles,
         swells=None if given is None else given.swells,
         fades=bool(fade),
+        band=SOFT_BAND if order == "soft" else 0.0,
     )
     return Boxes(*columns), ProjectCounts(*culled)

@@ -208,10 +208,12 @@ class Boxes:
         colors: [M, 3] RGB, >= 0, display-encoded.
         opacities: [M] 0 to 1.
         ids: [M] int32, the Gaussian (row) behind each box.
+        bands: [M] world units, >= 0, or None. Two boxes whose depths differ by less than the root of the
+            sum of their squared bands hide each other in part, see `rasterize`; None is zero for all.
 
     Raises:
         TypeError: if a column has another dtype.
-        ValueError: if a shape is wrong or the depths descend.
+        ValueError: if a shape is wrong, the depths descend or a band is negative.
     """
 
     centers: Array  # [M, 2]
@@ -221,6 +223,7 @@ class Boxes:
     colors: Array  # [M, 3]
     opacities: Array  # [M]
     ids: NDArray[np.int32]  # [M]
+    bands: Array | None = None  # [M]
 
     def __post_init__(self) -> None:
         _freeze_floats("Boxes", self, except_for=("ids",))
@@ -235,12 +238,27 @@ class Boxes:
             colors=(self.colors, "M 3"),
             opacities=(self.opacities, "M"),
             ids=(self.ids, "M"),
+            **({} if self.bands is None else {"bands": (self.bands, "M")}),
         )
         _check_finite("Boxes", self)
         _check_rows("Boxes", "depths", "ascend: sort by depth", np.diff(self.depths) < 0)
+        if self.bands is not None and self.bands.min(initial=0) < 0:
+            _check_rows("Boxes", "bands", "be >= 0", self.bands < 0)
 
     def __len__(self) -> int:
         return len(self.centers)
+
+    def take(self, rows: NDArray[np.integer[Any]] | NDArray[np.bool_] | slice) -> "Boxes":
+        """The rows chosen by an index array, a mask or a slice, in that order, which must be one by depth."""
+        columns = {f.name: getattr(self, f.name) for f in fields(self)}
+        taken: dict[str, Any] = {n: None if c is None else c[rows] for n, c in columns.items()}
+        return Boxes(**taken)
+
+    def astype(self, dtype: type[np.floating[Any]]) -> "Boxes":
+        """The same boxes with all columns but `ids` as float32 or float64."""
+        floats = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "ids"}
+        cast: dict[str, Any] = {n: c if c is None else c.astype(dtype, copy=False) for n, c in floats.items()}
+        return replace(self, **cast)
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,6 +294,8 @@ def _freeze_floats(where: str, value: Any, except_for: tuple[str, ...] = ()) -> 
     dtypes = {}
     for field in fields(value):
         column = getattr(value, field.name)
+        if column is None and field.default is None:
+            continue
         if not isinstance(column, np.ndarray):
             raise TypeError(f"{where}: {field.name} must be a NumPy array, got {type(column).__name__}")
         if field.name not in except_for:
@@ -295,6 +315,8 @@ def _check_finite(where: str, value: Any) -> None:
     """Refuse NaN and infinity by column and row. A finite sum proves a column finite without a mask."""
     for field in fields(value):
         column = getattr(value, field.name)
+        if column is None:
+            continue
         with np.errstate(over="ignore", invalid="ignore"):
             is_finite = np.isfinite(column.sum())
         if not is_finite:

@@ -166,12 +166,14 @@ def project_scene(
 
         sigmas, has_direction = box_sigmas(texture, config), is_directed(texture)
         lock = view_lock(config) if has_direction else "off"
+        order = (config.order or "depth") if has_direction else "depth"
         boxes, culled = project_counted(  # as `render` does
             gaussians,
             camera,
             num_sigmas=sigmas,
             lock=lock,
             fade=has_direction,
+            order=order,
             num_threads=config.threads,
         )
         stage.did = f"{len(boxes):,} of {len(gaussians):,} strokes in the picture"
@@ -180,6 +182,7 @@ def project_scene(
             "after": len(boxes),
             "sigmas": round(sigmas, 4),
             "lock": lock,
+            "order": order,
         }
         for reason, words in CULLED.items():
             count = getattr(culled, reason)

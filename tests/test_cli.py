@@ -112,13 +112,13 @@ def test_the_plain_picture_takes_the_whole_scene(scene, capsys):
             ["--preset", "paper"],
             PruneConfig(weight="paper"),
             ClusterConfig(features="paper", merge="paper", method="minibatch"),
-            DrawConfig(filter="bilinear", extent="paper", lock="off"),
+            DrawConfig(filter="bilinear", extent="paper", lock="off", order="depth"),
         ),
         (
             ["--preset", "paper", "--merge", "cover", "--filter", "mip", "--lock", "anchor"],
             PruneConfig(weight="paper"),
             ClusterConfig(features="paper", merge="cover", method="minibatch"),
-            DrawConfig(filter="mip", extent="paper", lock="anchor"),
+            DrawConfig(filter="mip", extent="paper", lock="anchor", order="depth"),
         ),
         (
             ["--strokes", "10%", "--seed", "4", "--threads", "2", "--background", "black"],
@@ -210,6 +210,7 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
             r"--lock track must stand beside --orbit or --path: only a path can be tracked",
         ),
         (["--lock", "hard"], r"--lock: invalid choice: 'hard'"),
+        (["--order", "size"], r"--order: invalid choice: 'size'"),
         (["-o", "a.mp4"], r"a\.mp4 is a video; say with --orbit or --path where the camera goes"),
         (["-o", "f/%05d.png"], r"%05d\.png numbers frames; say with --orbit or --path where the camera goes"),
         (["-o", "f/"], r"f/ is a folder, for frames; say with --orbit or --path where the camera goes"),
@@ -381,6 +382,19 @@ def test_a_folder_takes_numbered_frames_and_resume_goes_on_with_them(scene, caps
 def test_the_lock_of_a_picture_is_told(scene, capsys, flags, lock):
     _, out, _ = run(capsys, "render", scene, *SMALL, "--stroke", "flat", *flags, "--json")
     assert [s["counts"]["lock"] for s in json.loads(out)["stages"] if s["name"] == "project"] == [lock]
+
+
+@pytest.mark.parametrize(
+    ("flags", "order"),
+    [
+        ([], "depth"),
+        (["--order", "soft"], "soft"),
+        (["--order", "soft", "--stroke", "ellipse"], "depth"),  # kernels are always drawn by depth
+    ],
+)
+def test_the_order_of_a_picture_is_told(scene, capsys, flags, order):
+    _, out, _ = run(capsys, "render", scene, *SMALL, "--stroke", "flat", *flags, "--json")
+    assert [s["counts"]["order"] for s in json.loads(out)["stages"] if s["name"] == "project"] == [order]
 
 
 def test_passes_stand_alone(scene, capsys):

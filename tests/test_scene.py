@@ -30,7 +30,7 @@ def boxes(dtype=np.float32) -> Boxes:
     shapes = ((N, 2), (N, 2), (N,), (N,), (N, 3), (N,))
     columns = [g.uniform(0, 1, shape).astype(dtype) for shape in shapes]
     columns[3].sort()
-    return Boxes(*columns, np.arange(N, dtype=np.int32))
+    return Boxes(*columns, np.arange(N, dtype=np.int32), g.uniform(0, 1, N).astype(dtype))
 
 
 def camera(**changes) -> Camera:
@@ -180,17 +180,53 @@ def test_length_and_degree():
 @pytest.mark.parametrize(
     "rows", [np.array([4, 0, 0]), np.array([True, False] * 3), slice(1, 5, 2), np.array([], dtype=int)]
 )
-def test_take_chooses_rows_of_every_column(rows):
-    source = gaussians()
+@pytest.mark.parametrize("make", [gaussians, boxes])
+def test_take_chooses_rows_of_every_column(rows, make):
+    source = make()
+    rows = np.sort(rows) if make is boxes and not isinstance(rows, slice) and rows.dtype != bool else rows
     taken = source.take(rows)
     for f in fields(source):
         np.testing.assert_array_equal(getattr(taken, f.name), getattr(source, f.name)[rows])
 
 
-def test_astype_changes_every_column_and_copies_none_in_vain():
-    source = gaussians(np.float32)
+def test_boxes_need_no_bands():
+    without = replace(boxes(), bands=None)
+    assert without.bands is None
+    assert without.take(slice(2)).bands is None
+    assert without.astype(np.float64).bands is None
+    assert len(without.take(slice(2))) == 2
+
+
+@pytest.mark.parametrize(
+    ("bands", "error", "message"),
+    [
+        (
+            np.array([0.1, -0.1, 0, 0, -1, 0], np.float32),
+            ValueError,
+            "Boxes: bands must be >= 0, got 2 other rows",
+        ),
+        (
+            np.full(6, np.nan, np.float32),
+            ValueError,
+            "Boxes: bands must be finite, got 6 other rows, first at 0",
+        ),
+        (np.zeros(6), TypeError, "Boxes: bands must be float32 like centers, got float64"),
+        (np.zeros(5, np.float32), ValueError, "Boxes: bands must have shape"),
+        ([0.0] * 6, TypeError, "Boxes: bands must be a NumPy array, got list"),
+    ],
+)
+def test_bands_are_checked_like_any_column(bands, error, message):
+    with refused(error, message):
+        replace(boxes(), bands=bands)
+
+
+@pytest.mark.parametrize("make", [gaussians, boxes])
+def test_astype_changes_every_column_and_copies_none_in_vain(make):
+    source = make(np.float32)
     double = source.astype(np.float64)
     for f in fields(source):
+        if f.name == "ids":
+            continue
         assert getattr(double, f.name).dtype == np.float64
         assert np.shares_memory(getattr(source.astype(np.float32), f.name), getattr(source, f.name))
         np.testing.assert_array_equal(getattr(double.astype(np.float32), f.name), getattr(source, f.name))

@@ -180,6 +180,16 @@ def test_the_lock_asked_for_is_the_lock_painted(scene, folder, lock, monkeypatch
         assert stage(report, "track").left_out == [f"following directions: the lock is {lock!r}"]
 
 
+def test_frames_are_painted_in_the_order_asked_for(scene, folder):
+    soft, depth = (paint_one(scene, folder, order) for order in ("soft", "depth"))
+    assert np.abs(soft.astype(int) - depth).max() > 2
+
+
+def paint_one(scene, folder, order):
+    paint(scene, f"{order}/", PathConfig(orbit=3), config(order=order))
+    return (255 * read_image(folder / order / "00000.png")).round().astype(np.uint8)
+
+
 def test_a_kernel_has_no_direction_to_follow(scene, folder):
     report = paint(scene, "f/", PathConfig(orbit=3), config(stroke="ellipse"))
     assert stage(report, "track").left_out == ["following directions: 'ellipse' has none"]
@@ -293,6 +303,7 @@ def test_without_resume_frames_are_replaced(scene, folder):
     [
         ({"paint_config": config(stroke="ink")}, "stroke flat, asked is ink"),
         ({"paint_config": config(lock="off")}, "lock track, asked is off"),
+        ({"paint_config": config(order="depth")}, "order soft, asked is depth"),
         ({"paint_config": config(background="black")}, "background white, asked is black"),
         ({"paint_config": replace(config(), prune=PruneConfig(keep=0.5))}, "keep 0.7, asked is 0.5"),
         (

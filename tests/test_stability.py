@@ -115,8 +115,18 @@ def test_our_configurations_paint_what_the_public_functions_paint(easel):
     for index, frame in enumerate(tracked):
         assert np.array_equal(painters["track"].paint(index).rgb, frame.rgb)
     for name in ("anchor", "off"):
-        frame = bg.render(easel.strokes, cameras[3], BRUSH, lock=name, depth=False)
+        frame = bg.render(easel.strokes, cameras[3], BRUSH, lock=name, order="soft", depth=False)
         assert np.array_equal(painters[name].paint(3).rgb, frame.rgb)
+
+
+def test_all_but_the_published_paint_in_the_order_asked_for(easel):
+    hard = replace(easel, draw=replace(easel.draw, order="depth"))
+    painters, by_depth = easel.painters(None), hard.painters(None)
+    tracked = bg.render_sequence(easel.strokes, easel.cameras, BRUSH, order="depth", depth=False)
+    assert np.array_equal(by_depth["track"].paint(0).rgb, next(tracked).rgb)
+    for name in ("track", "anchor", "off", "published"):
+        is_other = not np.array_equal(painters[name].paint(3).rgb, by_depth[name].paint(3).rgb)
+        assert is_other == (name != "published")
 
 
 def test_a_kernel_has_no_direction_to_follow(easel):
@@ -359,7 +369,7 @@ def test_the_json_has_every_figure_and_all_that_repeats_it(scene, capsys):
     assert (found["frames"], found["closed"], found["stride"], found["starts"]) == (5, True, 1, [0, 1, 2, 3])
     for configuration in found["configurations"]:
         lasts = configuration["name"] in LASTING
-        for name in ("events", "off_axis_share", "shortfall", "lock"):
+        for name in ("events", "off_axis_share", "shortfall", "lock", "order"):
             assert (configuration[name] is not None) == lasts
         assert "turning" in configuration  # None where nothing turns
         for name in ("warps", "loop", "alone", "alone_equal", "seconds", "errors", "strokes"):

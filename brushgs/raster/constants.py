@@ -7,4 +7,5 @@ MIN_ALPHA: float = _core.MIN_ALPHA  # 1/255: fainter fragments are skipped
 MIN_TRANSMITTANCE: float = (
     _core.MIN_TRANSMITTANCE
 )  # a hair under 1e-4: a pixel is finished before it falls lower
+LEAST_LIGHT: float = _core.LEAST_LIGHT  # 1e-31: in soft order, behind all fragments of a pixel
 GAUSSIAN_SIGMAS: float = _core.GAUSSIAN_SIGMAS  # 3: the built-in Gaussian fills its box at so many deviations

@@ -4,13 +4,15 @@
 them to that. Nothing else calls these functions.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.choices import Filter, ViewLock
+from brushgs.choices import Filter, Order, ViewLock
 from brushgs.levels import axis_levels, level_coverage, level_index
-from brushgs.project import Directions
-from brushgs.raster.constants import GAUSSIAN_SIGMAS, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
+from brushgs.project import SOFT_BAND, Directions
+from brushgs.raster.constants import GAUSSIAN_SIGMAS, LEAST_LIGHT, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.sh import sh_basis
 from brushgs.shapes import Array
@@ -31,6 +33,7 @@ def project(
     low_pass: float = 0.3,
     lock: ViewLock | Directions = "off",
     fade: bool = False,
+    order: Order = "depth",
 ) -> Boxes:
     """`brushgs.project`, in float64 whatever the dtype of the scene."""
     scene = gaussians.astype(np.float64)
@@ -73,6 +76,7 @@ def project(
     is_empty = half_extents <= 0
     kept = np.flatnonzero(~(is_outside | is_empty).any(axis=1) & (opacities >= MIN_ALPHA))
     kept = kept[np.argsort(t[kept, 2], kind="stable")]
+    sizes = np.sqrt(np.prod(np.sort(scales, axis=1)[:, 1:], axis=1))[ids]
     return Boxes(
         centers[kept],
         half_extents[kept],
@@ -81,6 +85,7 @@ def project(
         colors[kept],
         opacities[kept],
         ids[kept],
+        SOFT_BAND * sizes[kept] if order == "soft" else None,
     )
 
 
@@ -161,10 +166,69 @@ def rasterize(
 
     Source: Xiang et al. 2025, 3.4 (texture mapping); Kerbl et al. 2023 (blending and its thresholds).
     """
+    if boxes.bands is not None and texture.kind == "image":
+        return _rasterize_softly(boxes, boxes.bands, texture, height=height, width=width, filter=filter)
     rgb, depth = np.zeros((height, width, 3)), np.zeros((height, width))
     transmittance, is_open = np.ones((height, width)), np.ones((height, width), dtype=bool)
-    columns = (boxes.centers, boxes.half_extents, boxes.angles, boxes.colors, boxes.opacities, boxes.depths)
-    for center, half, angle, color, opacity, z in zip(*(c.astype(np.float64) for c in columns), strict=True):
+    for row, window, alpha in _alphas(boxes, texture, height, width, filter):
+        is_painted = is_open[window] & (alpha >= MIN_ALPHA)
+        is_last = is_painted & (transmittance[window] * (1 - alpha) < MIN_TRANSMITTANCE)
+        weight = np.where(is_painted & ~is_last, alpha * transmittance[window], 0)
+        rgb[window] += weight[..., None] * boxes.colors[row].astype(np.float64)
+        depth[window] += weight * float(boxes.depths[row])
+        transmittance[window] -= weight
+        is_open[window] &= ~is_last
+    alpha = 1 - transmittance
+    return Frame(rgb, alpha, np.divide(depth, alpha, out=np.zeros_like(depth), where=alpha > 0))
+
+
+def _rasterize_softly(
+    boxes: Boxes, bands: Array, texture: StrokeTexture, *, height: int, width: int, filter: Filter
+) -> Frame:
+    """Boxes that fade into each other where their depths are close, pixel by pixel."""
+    rgb, alpha, depth = np.zeros((height, width, 3)), np.zeros((height, width)), np.zeros((height, width))
+    rows: dict[tuple[int, int], list[int]] = {}
+    alphas: dict[tuple[int, int], list[float]] = {}
+    for row, window, values in _alphas(boxes, texture, height, width, filter):
+        for y, x in np.argwhere(values >= MIN_ALPHA):
+            pixel = window[0].start + int(y), window[1].start + int(x)
+            rows.setdefault(pixel, []).append(row)
+            alphas.setdefault(pixel, []).append(values[y, x])
+    for pixel, own in rows.items():
+        z, colors = boxes.depths[own].astype(np.float64), boxes.colors[own].astype(np.float64)
+        weights, alpha[pixel] = soft_weights(np.array(alphas[pixel]), z, bands[own].astype(np.float64))
+        rgb[pixel], depth[pixel] = weights @ colors, weights @ z / alpha[pixel]
+    return Frame(rgb, alpha, depth)
+
+
+def soft_weights(alphas: F64, z: F64, bands: F64) -> tuple[F64, float]:
+    """What each fragment of a pixel, nearest first, weighs in its colour, [n], and the alpha of the pixel.
+
+    Fragment j hides the share S_ij of fragment i: all where it lies a band or more in front, nothing where as
+    far behind, and between them a share that is continuous in their depths, S_ij + S_ji = 1.
+    """
+    light = np.cumprod(np.append(1, 1 - alphas[:-1]))
+    alphas = np.where(light >= LEAST_LIGHT, alphas, 0)  # behind so much paint, nothing is looked at
+    gap, band = z[:, None] - z, np.hypot(bands[:, None], bands)
+    is_near = np.abs(gap) < band
+    is_hidden = ~is_near & np.tri(len(z), k=-1, dtype=bool)  # [i, j]: j lies wholly in front of i
+    x = np.divide(gap, band, out=np.zeros_like(gap), where=is_near)
+    share = np.where(is_near, 0.5 + x * (3 - x**2) / 4, is_hidden)
+    np.fill_diagonal(share, 0)
+    in_front = np.prod(1 - alphas * is_hidden, axis=1)
+    is_kept = in_front * (1 - alphas) >= MIN_TRANSMITTANCE  # as sorted strokes end
+    weights = np.where(is_kept, alphas * np.prod(1 - alphas * share, axis=1), 0)
+    alpha = 1 - np.prod(1 - alphas[is_kept])
+    return weights * (alpha / weights.sum()), alpha
+
+
+def _alphas(
+    boxes: Boxes, texture: StrokeTexture, height: int, width: int, filter: Filter
+) -> Iterator[tuple[int, tuple[slice, slice], F64]]:
+    """Each box that reaches into the picture: its row, a window around it, alpha there (0 outside it)."""
+    columns = (boxes.centers, boxes.half_extents, boxes.angles, boxes.opacities)
+    boxes64 = zip(*(c.astype(np.float64) for c in columns), strict=True)
+    for row, (center, half, angle, opacity) in enumerate(boxes64):
         coverage, scale = _coverage_of_box(texture, half, filter)
         half = half * scale
         reach = np.abs([[np.cos(angle), np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ half
@@ -172,23 +236,13 @@ def rasterize(
         high = np.clip(np.ceil(center + reach), 0, (width, height)).astype(int)
         if (half <= 0).any() or (low >= high).any():
             continue
-        window = np.s_[low[1] : high[1], low[0] : high[0]]
+        window = np.s_[int(low[1]) : int(high[1]), int(low[0]) : int(high[0])]
         y, x = np.mgrid[window] + 0.5
         s = (np.cos(angle) * (x - center[0]) + np.sin(angle) * (y - center[1])) / half[0]
         t = (np.cos(angle) * (y - center[1]) - np.sin(angle) * (x - center[0])) / half[1]
         is_inside = (np.abs(s) < 1) & (np.abs(t) < 1)
-        alpha = np.where(
-            is_inside, np.minimum(MAX_ALPHA, opacity * _sample(texture, coverage, s, t, filter)), 0
-        )
-        is_painted = is_open[window] & (alpha >= MIN_ALPHA)
-        is_last = is_painted & (transmittance[window] * (1 - alpha) < MIN_TRANSMITTANCE)
-        weight = np.where(is_painted & ~is_last, alpha * transmittance[window], 0)
-        rgb[window] += weight[..., None] * color
-        depth[window] += weight * z
-        transmittance[window] -= weight
-        is_open[window] &= ~is_last
-    alpha = 1 - transmittance
-    return Frame(rgb, alpha, np.divide(depth, alpha, out=np.zeros_like(depth), where=alpha > 0))
+        alpha = np.minimum(MAX_ALPHA, opacity * _sample(texture, coverage, s, t, filter))
+        yield row, window, np.where(is_inside, alpha, 0)
 
 
 def _coverage_of_box(texture: StrokeTexture, half: F64, filter: Filter) -> tuple[NDArray[np.uint8], F64]:

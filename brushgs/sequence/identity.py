@@ -27,7 +27,8 @@ def options(config: PaintConfig) -> dict[str, Any]:
     """The options that the frames depend on, known before any work: name -> number, text or None."""
     steps = asdict(config.prune) | asdict(config.cluster) | asdict(config.draw)
     del steps["threads"]
-    return {"version": __version__} | steps | {"lock": config.draw.lock or "track"}
+    moving = {"lock": config.draw.lock or "track", "order": config.draw.order or "soft"}
+    return {"version": __version__} | steps | moving
 
 
 def painting(

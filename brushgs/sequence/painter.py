@@ -61,6 +61,7 @@ class Painter:
             shot.camera,
             self.texture,
             lock=shot.lock,
+            order=self.draw.order or "soft",
             filter=self.draw.filter,
             num_sigmas=box_sigmas(self.texture, self.draw),
             depth=self.suffix == ".exr",

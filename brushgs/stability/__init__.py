@@ -6,11 +6,11 @@ The protocol, in full, so that others can repeat it:
    like any other. An orbit of 120 has 121 frames here, 120 steps of 3 degrees.
 2. **The strokes.** The scene is pruned and clustered once, by the rule asked for; all configurations but two
    paint these same strokes with one stroke image, on one ground:
-   - `track`: directions followed along the path; the filter and the extent asked for (mip and fitted);
-     strokes fade instead of appearing and vanishing (`project(fade=True)`, as `render` does);
+   - `track`: directions followed along the path; the filter, extent and order asked for (mip, fitted and
+     soft); strokes fade instead of appearing and vanishing (`project(fade=True)`, as `render` does);
    - `anchor`: the same, with directions that each view finds by itself;
    - `off`: the same, with the directions of the projected ellipses, as published;
-   - `published`: off, bilinear filter, boxes of 2 standard deviations, no fading (extents are not
+   - `published`: off, bilinear filter, boxes of 2 standard deviations, by depth, no fading (extents are not
      rounded to whole pixels, which the published code does: that defect would come on top);
    - `image`: the painterly filter of `image_strokes` on each plain picture alone, with as many strokes as the
      scene has, equal seed in each frame;

@@ -72,6 +72,7 @@ class Figures:
         strokes: how many it paints with.
         lock: how directions are chosen.
         filter: how the stroke image is read.
+        order: how strokes hide each other.
         num_sigmas: half extent of a box in standard deviations.
         events: flips, spins, pops and the like.
         off_axis_share: of slender stroke-frames, those off both axes.
@@ -90,6 +91,7 @@ class Figures:
     strokes: int
     lock: str | None
     filter: str | None
+    order: str | None
     num_sigmas: float | None
     events: Events | None
     off_axis_share: float | None

@@ -288,6 +288,7 @@ def _figures(painter: StrokePainter | ImagePainter, tally: _Tally, plan: _Plan) 
         strokes=len(painter.gaussians) if isinstance(painter, StrokePainter) else painter.num_strokes,
         lock=strokes.lock if strokes else None,
         filter=painter.filter if name != PLAIN else None,
+        order=strokes.order if strokes else None,
         num_sigmas=painter.num_sigmas if isinstance(painter, StrokePainter) else None,
         events=_events(strokes) if strokes else None,
         off_axis_share=off_axis_share(*_beside_ellipses(strokes)) if strokes else None,

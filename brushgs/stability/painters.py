@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from brushgs.choices import Filter, Lock
+from brushgs.choices import Filter, Lock, Order
 from brushgs.config import DrawConfig
 from brushgs.image_strokes import paint_image
 from brushgs.lock import Track, follow
@@ -53,6 +53,7 @@ class StrokePainter:
     num_sigmas: float
     fades: bool  # whether strokes fade instead of appearing and vanishing
     num_threads: int | None
+    order: Order = "depth"
     is_deep: bool = False  # whether frames carry a depth
     clock: Clock = field(default_factory=Clock)
     _track: Track | None = None
@@ -66,6 +67,7 @@ class StrokePainter:
             num_sigmas=self.num_sigmas,
             lock=self._followed().directions(index) if lock == "track" else lock,
             fade=self.fades,
+            order=self.order,
             num_threads=self.num_threads,
         )
 
@@ -144,7 +146,7 @@ class Easel:
         strokes: the Gaussians that became strokes.
         cameras: the views; of a closed path the last equals the first.
         texture: the stroke.
-        draw: filter and extent of `track`, `anchor` and `off`; threads.
+        draw: filter, extent and order (soft, unless it says else) of `track`, `anchor` and `off`; threads.
         ground: under every picture.
         seed: of the strokes on the image plane.
     """
@@ -163,7 +165,13 @@ class Easel:
         is_stroke = is_directed(self.texture)  # a kernel has no direction, and is drawn as `render` does
 
         def strokes(
-            name: str, what: str, lock: Lock, filter: Filter, num_sigmas: float, fades: bool
+            name: str,
+            what: str,
+            lock: Lock,
+            filter: Filter,
+            num_sigmas: float,
+            fades: bool,
+            order: Order = (self.draw.order or "soft") if is_stroke else "depth",
         ) -> StrokePainter:
             return StrokePainter(
                 name,
@@ -176,6 +184,7 @@ class Easel:
                 num_sigmas,
                 fades,
                 num_threads,
+                order,
             )
 
         kernel = StrokeTexture.open("gaussian")
@@ -183,7 +192,15 @@ class Easel:
             strokes("track", "directions followed along the path", "track", asked, sigmas, is_stroke),
             strokes("anchor", "directions of each view by itself", "anchor", asked, sigmas, is_stroke),
             strokes("off", "directions of the ellipses", "off", asked, sigmas, is_stroke),
-            strokes("published", "off, bilinear, 2 sigma", "off", "bilinear", self.texture.num_sigmas, False),
+            strokes(
+                "published",
+                "off, bilinear, 2 sigma",
+                "off",
+                "bilinear",
+                self.texture.num_sigmas,
+                False,
+                "depth",
+            ),
             ImagePainter(
                 "image",
                 "each plain picture painted alone",

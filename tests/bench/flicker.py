@@ -142,9 +142,9 @@ def in_colors_of(second: bg.Boxes, first: bg.Boxes) -> bg.Boxes:
 def ordered(boxes: bg.Boxes, keys: NDArray[Any]) -> bg.Boxes:
     """The boxes sorted by a key in place of depth, which it becomes."""
     order = np.argsort(keys, kind="stable")
-    columns = {name: getattr(boxes, name)[order] for name in boxes.__dataclass_fields__}
-    columns["depths"] = keys[order].astype(boxes.depths.dtype)
-    return bg.Boxes(**columns)
+    columns = {f: getattr(boxes, f) for f in boxes.__dataclass_fields__ if f != "depths"}
+    columns = {f: None if column is None else column[order] for f, column in columns.items()}
+    return bg.Boxes(**columns, depths=keys[order].astype(boxes.depths.dtype))
 
 
 def variants(scene: Scene, texture: bg.StrokeTexture) -> dict[str, Callable[[bg.Camera, bg.Camera], Any]]:
@@ -394,11 +394,10 @@ def turned_boxes(strokes: bg.Gaussians, texture: bg.StrokeTexture, *cameras: bg.
     _, i, j = np.intersect1d(first.ids, second.ids, assume_unique=True, return_indices=True)
     steps = np.remainder(second.angles[j] - first.angles[i] + np.pi, 2 * np.pi) - np.pi
     rows = np.sort(j[np.abs(steps) > SPIN])
-    columns = {name: getattr(second, name)[rows] for name in second.__dataclass_fields__}
-    columns["opacities"] = np.ones_like(columns["opacities"])
+    boxes = replace(second.take(rows), opacities=np.ones(len(rows), second.opacities.dtype))
     solid = bg.StrokeTexture.from_coverage(np.ones((2, 2)))
     size = {"height": cameras[1].height, "width": cameras[1].width}
-    return bg.rasterize(bg.Boxes(**columns), solid, filter="nearest", depth=False, **size).alpha > 0
+    return bg.rasterize(boxes, solid, filter="nearest", depth=False, **size).alpha > 0
 
 
 def parts(

@@ -74,7 +74,7 @@ def measure(strokes: Gaussians, cameras: list[Camera], repeat: int) -> str:
 
     def draw() -> None:
         for k in frames:
-            bg.render(strokes, cameras[k], texture, lock=path.directions(int(k)), depth=False)
+            bg.render(strokes, cameras[k], texture, lock=path.directions(int(k)), order="soft", depth=False)
 
     def projects(lock: str | None) -> Callable[[], None]:
         def call() -> None:

@@ -6,7 +6,8 @@ Yardsticks: S, a plain scalar rasteriser in C++ (scanline.cpp), and N, one in Nu
 thread). All paint the same boxes and are checked against each other first; then they are timed interleaved
 in one process. Milliseconds are medians (minimum-maximum) of the wall clock. A fragment is a pixel centre
 inside a box whose pixel is not finished, counted once by N: it does not depend on who paints. "frame" is
-projection and rasterisation; the yardsticks get the same projection. --isa runs one process each.
+projection and rasterisation; the yardsticks get the same projection. "soft" boxes have bands.
+--isa runs one process each.
 """
 
 import argparse
@@ -90,7 +91,7 @@ def run_strokes(
 ) -> list[dict[str, Any]]:
     gaussians, coverage = workloads.strokes(n), workloads.swirl()
     texture = StrokeTexture.from_coverage(coverage)
-    boxes = project(gaussians, camera)
+    boxes, soft = (project(gaussians, camera, order=order) for order in ("depth", "soft"))
     size = {"width": camera.width, "height": camera.height}
     fragments = check(boxes, texture, camera, paint_scanline)
     rows = []
@@ -100,6 +101,7 @@ def run_strokes(
             "bilinear": lambda how=how: rasterize(boxes, texture, filter="bilinear", depth=False, **how),
             "bilinear, depth": lambda how=how: rasterize(boxes, texture, filter="bilinear", **how),
             "mip": lambda how=how: rasterize(boxes, texture, filter="mip", depth=False, **how),
+            "mip, soft": lambda how=how: rasterize(soft, texture, filter="mip", depth=False, **how),
             "nearest": lambda how=how: rasterize(boxes, texture, filter="nearest", depth=False, **how),
             "frame": lambda t=threads: render(
                 gaussians, camera, texture, filter="bilinear", depth=False, num_threads=t
@@ -181,6 +183,7 @@ def report(
         row["ratios"] = {
             "S / bilinear": median["S"] / median["bilinear"],
             "S frame / frame": (median["S"] + median["projection"]) / median["frame"],
+            "mip, soft / mip": median["mip, soft"] / median["mip"],
             "mip / bilinear": median["mip"] / median["bilinear"],
             "fragments per second": 1e3 * fragments / median["bilinear"],
             "fragments per second, frame": 1e3 * fragments / median["frame"],

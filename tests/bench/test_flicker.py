@@ -53,6 +53,15 @@ def test_a_fade_over_no_band_is_the_order_by_depth():
     np.testing.assert_allclose(picture, paint(boxes, TEXTURE, CAMERA), atol=2e-3)
 
 
+def test_fading_fragments_are_what_the_kernel_paints():
+    boxes = some_boxes(12, 3)
+    bands = np.full(12, 0.1)
+    picture = fade(boxes, fragments(boxes, TEXTURE, CAMERA), bands, CAMERA)
+    painted = paint(replace(boxes, bands=bands), TEXTURE, CAMERA)
+    np.testing.assert_allclose(picture, painted, atol=2e-3)
+    assert np.abs(painted - paint(boxes, TEXTURE, CAMERA)).max() > 0.01
+
+
 def test_two_strokes_at_one_depth_show_the_mean_of_both_orders_and_fade_without_a_jump():
     pair = replace(
         some_boxes(2, 5),
@@ -65,8 +74,8 @@ def test_two_strokes_at_one_depth_show_the_mean_of_both_orders_and_fade_without_
 
     def picture(step, band=0.1):
         order = [0, 1] if step >= 0 else [1, 0]
-        columns = {name: getattr(pair, name)[order] for name in pair.__dataclass_fields__}
-        boxes = bg.Boxes(**columns | {"depths": np.array([1.0, 1.0 + abs(step)])})
+        boxes = replace(pair, depths=np.ones(2)).take(order)
+        boxes = replace(boxes, depths=np.array([1.0, 1.0 + abs(step)]))
         return fade(boxes, fragments(boxes, TEXTURE, CAMERA), np.full(2, band), CAMERA)
 
     one, other = picture(1.0), picture(-1.0)
@@ -85,8 +94,7 @@ def test_only_swaps_of_overlapping_boxes_count():
     boxes = replace(boxes, half_extents=np.full((3, 2), 4.0))
 
     def sorted_as(order):
-        columns = {name: getattr(boxes, name)[order] for name in boxes.__dataclass_fields__}
-        return bg.Boxes(**columns | {"depths": boxes.depths})
+        return replace(replace(boxes, depths=np.ones(3)).take(order), depths=boxes.depths)
 
     assert num_swaps(boxes, sorted_as([1, 0, 2])) == pytest.approx(1 / 3)
     assert num_swaps(boxes, sorted_as([0, 2, 1])) == 0

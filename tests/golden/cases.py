@@ -6,14 +6,14 @@ painted 5 % of the pixels otherwise).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.choices import Filter
+from brushgs.choices import Filter, Order
 from brushgs.project import project
 from brushgs.scene import Boxes, Gaussians
 from brushgs.still_life import still_life, still_life_camera
@@ -44,13 +44,23 @@ def scene(num_strokes: int) -> Gaussians:
     return still_life(num_strokes).astype(np.float64)
 
 
-def boxes_of(gaussians: Gaussians, num_sigmas: float) -> Boxes:
+def boxes_of(gaussians: Gaussians, num_sigmas: float, order: Order = "depth") -> Boxes:
     camera = still_life_camera(width=WIDTH, height=HEIGHT)
-    return project(gaussians, camera, num_sigmas=num_sigmas)
+    return project(gaussians, camera, num_sigmas=num_sigmas, order=order)
 
 
 def still_life_boxes(num_sigmas: float) -> Boxes:
     return boxes_of(scene(NUM_STROKES), num_sigmas)
+
+
+def soft_boxes(num_sigmas: float) -> Boxes:
+    return boxes_of(scene(NUM_STROKES), num_sigmas, order="soft")
+
+
+def soft_wheel_boxes(num_sigmas: float) -> Boxes:
+    """The wheel with bands that reach over much of a ring, and one stroke in 25 that reaches over all."""
+    boxes = wheel_boxes(num_sigmas)
+    return replace(boxes, bands=np.where(np.arange(len(boxes)) % 25 == 0, 10, 0.1))
 
 
 def fine_boxes(num_sigmas: float) -> Boxes:
@@ -87,4 +97,6 @@ CASES = {
     "gaussian": Case("gaussian", "mip", still_life_boxes),
     "ellipse": Case("ellipse", "mip", still_life_boxes),
     "wheel_on_nothing": Case("filbert", "mip", wheel_boxes, background=None),
+    "dry_brush_soft": Case("dry_brush", "mip", soft_boxes),
+    "wheel_soft": Case("filbert", "bilinear", soft_wheel_boxes, background=None),
 }

@@ -11,7 +11,7 @@ import pytest
 
 from brushgs.io.images import quantise, read_image, write_frame
 from brushgs.raster.ops import rasterize
-from brushgs.scene import Boxes, Frame
+from brushgs.scene import Frame
 from tests.golden.cases import CASES, FOLDER, HEIGHT, NUM_STROKES, WIDTH, Case, boxes_of, scene
 
 MEAN_LIMIT = 0.1  # steps of 8 bits
@@ -23,10 +23,8 @@ MAX_BYTES = 50 * 1024
 def kernel_frame(case: Case, dtype: type[np.floating], num_threads: int) -> Frame:
     texture = case.texture
     boxes = case.boxes(texture.num_sigmas)
-    columns = (getattr(boxes, name) for name in Boxes.__dataclass_fields__)
-    boxes = Boxes(*(c if c.dtype == np.int32 else c.astype(dtype) for c in columns))
     size = {"width": WIDTH, "height": HEIGHT}
-    return rasterize(boxes, texture, filter=case.filter, num_threads=num_threads, **size)
+    return rasterize(boxes.astype(dtype), texture, filter=case.filter, num_threads=num_threads, **size)
 
 
 def decoded(path) -> np.ndarray:

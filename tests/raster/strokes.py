@@ -1,5 +1,7 @@
 """Boxes and stroke textures that the tests of the rasteriser share."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from brushgs.choices import Filter
@@ -61,6 +63,12 @@ def random_boxes(
         opacities=g.uniform(0, 1, n),
         dtype=dtype,
     )
+
+
+def bands_of(boxes: Boxes, largest: float, *, seed: int = 0) -> Boxes:
+    """The boxes with bands of 0.2 to 1 times `largest`, world units."""
+    share = np.random.default_rng([seed, len(boxes)]).uniform(0.2, 1, len(boxes))
+    return replace(boxes, bands=(largest * share).astype(boxes.depths.dtype))
 
 
 def bristles(height: int = 40, width: int = 96, *, seed: int = 0) -> StrokeTexture:

@@ -10,7 +10,7 @@ from brushgs.raster import constants
 from brushgs.raster.ops import rasterize, render
 from brushgs.scene import Boxes, Camera, Gaussians
 from brushgs.textures import StrokeTexture
-from tests.raster.strokes import boxes_of, random_boxes
+from tests.raster.strokes import bands_of, boxes_of, bristles, random_boxes
 
 TEXTURE = StrokeTexture.open("ellipse")
 BOXES = boxes_of([[5, 5], [9, 9]], 3)
@@ -80,8 +80,10 @@ def test_poisoned_gaussians_are_refused_by_column_and_row(name, bad):
 
 def test_arguments_are_not_written_to():
     boxes = random_boxes(50, 20, 20)
+    boxes = bands_of(boxes, 0.5)
     before = {name: getattr(boxes, name).copy() for name in Boxes.__dataclass_fields__}
     rasterize(boxes, TEXTURE, height=20, width=20)
+    rasterize(boxes, bristles(), height=20, width=20)
     for name, column in before.items():
         np.testing.assert_array_equal(getattr(boxes, name), column)
 

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +12,18 @@ import pytest
 
 from brushgs import _core
 from brushgs.raster.ops import rasterize
-from brushgs.scene import Boxes, Frame
-from tests.raster.strokes import PATHS, random_boxes, texture_of
+from brushgs.scene import Frame
+from tests.raster.strokes import PATHS, bands_of, random_boxes, texture_of
 
 SIZE = {"width": 201, "height": 97}
+ALL_PATHS = [*PATHS, *(f"soft {path}" for path, (kind, _) in PATHS.items() if kind == "image")]
 
 
 def frame_of(path: str, dtype, *, n: int = 5000, **options) -> Frame:
-    kind, filter = PATHS[path]
+    kind, filter = PATHS[path.removeprefix("soft ")]
     boxes = random_boxes(n, **SIZE, seed=6, sizes=(0.3, 15), dtype=dtype)
+    if path.startswith("soft "):
+        boxes = bands_of(boxes, 0.2)
     return rasterize(boxes, texture_of(kind), filter=filter, **SIZE, **options)
 
 
@@ -29,7 +33,7 @@ def assert_identical(actual: Frame, expected: Frame) -> None:
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize("path", ALL_PATHS)
 def test_any_number_of_threads_gives_the_same_bits(path, dtype):
     one = frame_of(path, dtype, num_threads=1)
     for num_threads in (1, 2, 3, 4, 5, 40):
@@ -43,9 +47,9 @@ def test_parallel_binning_changes_no_bit(n):
 
 
 def test_calls_side_by_side_do_not_disturb_each_other():
-    expected = {path: frame_of(path, np.float32, num_threads=1) for path in PATHS}
+    expected = {path: frame_of(path, np.float32, num_threads=1) for path in ALL_PATHS}
     with ThreadPoolExecutor(4) as pool:
-        paths = list(PATHS) * 4
+        paths = ALL_PATHS * 4
         for path, frame in zip(paths, pool.map(lambda p: frame_of(p, np.float32), paths), strict=True):
             assert_identical(frame, expected[path])
 
@@ -66,13 +70,11 @@ def test_a_frame_stays_as_it_is_when_the_next_is_painted():
 def test_boxes_in_front_decide_alone_where_they_are_opaque():
     """Boxes behind a finished picture change no bit, however many."""
     boxes = random_boxes(5000, **SIZE, seed=6, sizes=(5, 40))
-    columns = {name: getattr(boxes, name) for name in Boxes.__dataclass_fields__}
-    columns["opacities"] = np.where(np.arange(5000) < 4000, 0.999, 0.5)
-    front = Boxes(**{name: column[:4000] for name, column in columns.items()})
+    boxes = replace(boxes, opacities=np.where(np.arange(5000) < 4000, 0.999, 0.5))
     texture = texture_of("ellipse")
-    all_of_them = rasterize(Boxes(**columns), texture, **SIZE)
+    all_of_them = rasterize(boxes, texture, **SIZE)
     assert all_of_them.alpha.min() > 1 - 1e-3
-    assert_identical(rasterize(front, texture, **SIZE), all_of_them)
+    assert_identical(rasterize(boxes.take(np.s_[:4000]), texture, **SIZE), all_of_them)
 
 
 # Instruction sets: chosen once per process, so each paints in a process of its own.
@@ -81,10 +83,9 @@ _PAINT = """
 import sys
 import numpy as np
 from brushgs import _core
-from tests.raster.strokes import PATHS
-from tests.raster.test_determinism import frame_of
+from tests.raster.test_determinism import ALL_PATHS, frame_of
 planes = {}
-for path in PATHS:
+for path in ALL_PATHS:
     for dtype in (np.float32, np.float64):
         frame = frame_of(path, dtype)
         planes[f"{path} {dtype.__name__}"] = np.dstack([frame.rgb, frame.alpha, frame.depth])

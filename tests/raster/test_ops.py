@@ -94,7 +94,7 @@ def test_boxes_outside_paint_nothing_and_those_partly_outside_are_cut(path):
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_no_boxes_paint_nothing(path, dtype):
     boxes = random_boxes(5, 40, 20, dtype=dtype)
-    none = Boxes(*(getattr(boxes, name)[:0] for name in Boxes.__dataclass_fields__))
+    none = boxes.take(np.s_[:0])
     actual, _ = painted(none, path, 40, 20)
     for plane in (actual.rgb, actual.alpha, actual.depth):
         assert plane.dtype == dtype
@@ -203,8 +203,7 @@ def is_at_threshold(monkeypatch, boxes: Boxes, path: str, row: int, column: int)
     kind, filter = PATHS[path]
     # One pixel of the picture, and the boxes moved so that it is the only one.
     near = np.abs(boxes.centers - (column, row)).max(axis=1) < 2 * boxes.half_extents.max(axis=1) + 2
-    columns = (getattr(boxes, name)[near] for name in Boxes.__dataclass_fields__)
-    boxes = Boxes(*(c if c.dtype == np.int32 else c.astype(np.float64) for c in columns))
+    boxes = boxes.take(near).astype(np.float64)
     boxes = replace(boxes, centers=boxes.centers - (column, row))
 
     def pixel(moved: Boxes) -> np.ndarray:
@@ -255,8 +254,7 @@ def test_float32_takes_either_side_of_a_threshold_only_where_one_is_met(coverage
 
 
 def in_float32(boxes: Boxes) -> Boxes:
-    columns = (getattr(boxes, name) for name in Boxes.__dataclass_fields__)
-    return Boxes(*(c if c.dtype == np.int32 else c.astype(np.float32) for c in columns))
+    return boxes.astype(np.float32)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <limits>
 #include <numeric>
 #include <span>
 #include <type_traits>
@@ -113,7 +115,7 @@ std::span<const Entry> radix_sort(std::span<Entry> entries, std::span<Entry> oth
 }
 
 template <class T>
-BoxColumns<T> allocate(std::size_t count) {
+BoxColumns<T> allocate(std::size_t count, bool has_bands) {
     // Columns start on cache lines.
     constexpr std::size_t line = 64;
     const auto padded = [](std::size_t bytes) { return (bytes + line - 1) / line * line; };
@@ -121,7 +123,7 @@ BoxColumns<T> allocate(std::size_t count) {
                       three = padded(3 * count * sizeof(T)), ids = padded(count * sizeof(std::int32_t));
     BoxColumns<T> columns{};
     columns.count = count;
-    columns.memory = make_buffer<std::byte>(3 * one + 2 * two + three + ids);
+    columns.memory = make_buffer<std::byte>((has_bands ? 4 : 3) * one + 2 * two + three + ids);
     std::byte* next = columns.memory.get();
     const auto column = [&next](std::size_t bytes) { return std::exchange(next, next + bytes); };
     columns.centers = reinterpret_cast<T*>(column(two));
@@ -131,6 +133,7 @@ BoxColumns<T> allocate(std::size_t count) {
     columns.colors = reinterpret_cast<T*>(column(three));
     columns.opacities = reinterpret_cast<T*>(column(one));
     columns.ids = reinterpret_cast<std::int32_t*>(column(ids));
+    columns.bands = has_bands ? reinterpret_cast<T*>(column(one)) : nullptr;
     return columns;
 }
 
@@ -143,6 +146,14 @@ void write_row(const BoxRecord<T>& box, std::size_t row, const BoxColumns<T>& co
     std::copy_n(box.color, 3, &columns.colors[3 * row]);
     columns.opacities[row] = box.opacity;
     columns.ids[row] = box.id;
+}
+
+// How far a Gaussian reaches: the geometric mean of its two larger scales, world units.
+template <class T>
+double size_of(const T* scales) {
+    const auto x = static_cast<double>(scales[0]), y = static_cast<double>(scales[1]),
+               z = static_cast<double>(scales[2]);
+    return std::sqrt(std::max(x, y)) * std::sqrt(std::max(std::min(x, y), z));
 }
 
 }  // namespace
@@ -177,7 +188,7 @@ BoxColumns<T> project(const GaussianColumns<T>& gaussians, const ProjectParams& 
     });
     const auto sorted = radix_sort<SortEntry<T>>(entries, {entries.data() + count, count}, num_threads);
 
-    BoxColumns<T> columns = allocate<T>(count);
+    BoxColumns<T> columns = allocate<T>(count, params.band > 0);
     for (const ProjectCounts& counts : culled) {
         columns.culled.behind_near += counts.behind_near;
         columns.culled.not_finite += counts.not_finite;
@@ -191,6 +202,12 @@ BoxColumns<T> project(const GaussianColumns<T>& gaussians, const ProjectParams& 
             __builtin_prefetch(&ahead);
             __builtin_prefetch(&ahead.id);
             write_row(records[sorted[row].position], row, columns);
+        }
+        if (columns.bands == nullptr) return;
+        for (std::size_t row = range.begin; row < range.end; ++row) {
+            const double size = size_of(gaussians.scales + 3 * static_cast<std::size_t>(columns.ids[row]));
+            const double largest = static_cast<double>(std::numeric_limits<T>::max());
+            columns.bands[row] = static_cast<T>(std::min(params.band * size, largest));
         }
     });
     return columns;

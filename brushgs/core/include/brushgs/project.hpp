@@ -45,6 +45,7 @@ struct ProjectParams {
     const float* directions;  // [count] radians, for Lock::given
     const float* swells;      // [count] least area of boxes in areas of the smallest, for Lock::given; or null
     bool fades;               // whether strokes fade that would otherwise appear or vanish, see fade_of
+    double band;              // depth over which two strokes hide each other in part, in sizes of a stroke; 0: none
 };
 
 // Why Gaussians have no box; each is counted once, under the first reason that holds.
@@ -68,6 +69,7 @@ struct BoxColumns {
     std::size_t count = 0;
     T *centers, *half_extents, *angles, *depths, *colors, *opacities;
     std::int32_t* ids;
+    T* bands;  // or null, where the parameter `band` is 0
     Buffer<std::byte> memory;
     ProjectCounts culled;
 };

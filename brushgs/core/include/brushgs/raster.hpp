@@ -31,6 +31,7 @@ struct BoxView {
     const T* depths;          // [M] world units
     const T* colors;          // [M, 3]
     const T* opacities;       // [M]
+    const T* bands;           // [M] world units; or null: strokes hide each other by their order alone
 };
 
 // One pre-filtered version of the stroke image. Entry (row i, column j) of `pairs` packs the 8-bit texels (i, j)
@@ -77,6 +78,44 @@ struct alignas(64) Record {
 };
 static_assert(sizeof(Record<float>) == 64);
 
+// Soft order: fragments of a block of pixels that later ones may still change. Each has a slot, and each block a
+// queue for its own, in stroke order: places b * queue_size + heads[b] to b * queue_size + tails[b] of the columns.
+template <class T>
+struct alignas(64) PendingSlot {
+    T alpha[16];   // 0 in pixels without the fragment
+    T weight[16];  // alpha times the light that reaches it, as far as known; 0 in pixels that are finished before
+    T before[16];  // the light that passes all fragments in front of it in stroke order
+};
+struct PendingEntry {
+    std::uint32_t slot, record;
+    std::uint16_t pixels;  // bit p: whether pixel p of the block has the fragment
+    std::uint16_t shown;   // those in which it is seen: not behind what leaves no light
+};
+template <class T>
+struct Pending {
+    static constexpr std::size_t num_queues = kTileWidth * kTileHeight / 16;
+    static constexpr std::size_t room_behind = 16;  // of the columns that are read by vectors
+    std::unique_ptr<PendingSlot<T>[]> slot_memory;
+    std::unique_ptr<std::uint32_t[]> free_memory;
+    std::unique_ptr<PendingEntry[]> entry_memory;
+    std::unique_ptr<T[]> depth_memory, band_memory, reach_memory;
+    PendingSlot<T>* slots = nullptr;      // [num_slots]
+    std::uint32_t* free_slots = nullptr;  // [num_slots] the first num_free are free, the last of them next
+    PendingEntry* entries = nullptr;      // [num_queues, queue_size]
+    T* depths = nullptr;                  // [num_queues, queue_size] camera z
+    T* squared_bands = nullptr;           // [num_queues, queue_size]
+    T* reaches = nullptr;                 // [num_ids of a tile] the largest squared band from there on
+    std::size_t num_slots = 0, num_free = 0, queue_size = 0, num_reaches = 0;
+    std::size_t heads[num_queues] = {}, tails[num_queues] = {};
+};
+// Defined in raster.cpp: here, each instruction set would compile its own.
+template <class T>
+void add_slots(Pending<T>& pending);
+template <class T>
+void lengthen_queues(Pending<T>& pending);
+template <class T>
+void make_reaches(Pending<T>& pending, std::size_t count);
+
 // The outline of a painted box, for the question which tiles it reaches.
 struct Outline {
     float center_x, center_y;  // pixels
@@ -116,6 +155,10 @@ void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Pictur
     template <class T>                                                                                  \
     void paint_tile(const RasterParams&, const Record<T>* records, const std::uint32_t* ids,            \
                     std::size_t num_ids, int tile_x, int tile_y, const Picture<T>&);                    \
+    template <class T>                                                                                  \
+    void paint_tile_softly(const RasterParams&, const Record<T>* records, const T* bands,               \
+                           const std::uint32_t* ids, std::size_t num_ids, int tile_x, int tile_y,       \
+                           Pending<T>& pending, const Picture<T>&);                                     \
     }
 BRUSHGS_DECLARE_RASTER_KERNELS(baseline)
 BRUSHGS_DECLARE_RASTER_KERNELS(avx2)
