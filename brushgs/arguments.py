@@ -362,8 +362,8 @@ def _add_draw(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--order",
         choices=get_args(Order),
-        help="how strokes hide each other: by 'depth' (default for a picture), or 'soft', fading where depths "
-        "are nearly equal, so that none jumps (default along a path)",
+        help="how strokes hide each other: by 'depth' (default for a picture), or 'soft', fading where "
+        "depths are nearly equal, so that none jumps (default along a path)",
     )
     parser.add_argument(
         "--background",

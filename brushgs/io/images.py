@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.io.atomic import replacing
+from brushgs.io.atomic import replacing, unstopped
 from brushgs.io.srgb import linear_from_srgb, srgb_from_linear
 from brushgs.scene import Frame
 from brushgs.shapes import Array
@@ -200,7 +200,10 @@ def _write(path: str | Path, format_name: str, pixels: NDArray[Any], names: tupl
         spec.attribute("tiff:zipquality", _ZIP_LEVEL)
     out = OpenImageIO.ImageOutput.create(format_name)
     assert out is not None, "the formats offered are part of every build of OpenImageIO"
-    with replacing(path) as temporary:
+    with (
+        unstopped(),
+        replacing(path) as temporary,
+    ):  # an encoder stopped in the middle complains to the terminal
         is_written = out.open(str(temporary), spec) and out.write_image(np.ascontiguousarray(pixels))
         if not (out.close() and is_written):
             raise SceneError(path, f"cannot be written ({_reason(out.geterror())}); check the disk")
