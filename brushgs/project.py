@@ -112,9 +112,9 @@ def project(
             branch of the major axis nearer to the projection of the Gaussian's own longest axis, bent toward
             that projection as the ellipse gets round: continuous but where one looks along the longest
             axis; angle in (-pi, pi]. `Directions`: as `brushgs.lock.follow` chose them.
-        fade: whether strokes fade that would otherwise appear or vanish between two frames: from twice the
-            near plane's distance to the near plane, from 4 to 100 times the area of the picture, and as their
-            length goes under a pixel (by what it is over what `low_pass` makes of it).
+        fade: whether strokes fade that would otherwise appear or vanish between two frames: from eight times
+            the distance of the near plane to that plane, from 4 to 100 times the area of the picture, and as
+            their length goes under a pixel (by what it is over what `low_pass` makes of it).
         order: "depth": boxes without bands. "soft": each with a band of `SOFT_BAND` times the geometric mean
             of the two larger scales of its Gaussian, over which `rasterize` lets boxes fade into each other.
         num_threads: threads to run in, None for one per CPU; the result is the same, bit for bit.

@@ -21,6 +21,7 @@ from brushgs.textures import StrokeTexture
 F64 = NDArray[np.float64]
 
 CLAMP = 1.3  # the Jacobian is taken at most this factor outside the field of view, as scenes are trained
+FADED_NEAR = 8.0  # times the distance of the near plane: strokes nearer than that fade
 ANCHOR_PULL = 8.0  # of the major axis on an anchored direction
 DIRECTION_NOISE = 1e-14  # directions are known to this; below, an ellipse is round and an angle is vertical
 
@@ -156,7 +157,9 @@ def _fade(depths: F64, half_extents: F64, camera: Camera) -> F64:
 
     area = 4 * half_extents.prod(axis=1) / (camera.width * camera.height)
     with np.errstate(divide="ignore"):
-        return smooth_step(depths / camera.near - 1) * smooth_step((area**-0.5 - 0.1) / 0.4)
+        return smooth_step((depths / camera.near - 1) / (FADED_NEAR - 1)) * smooth_step(
+            (area**-0.5 - 0.1) / 0.4
+        )
 
 
 def rasterize(

@@ -64,7 +64,9 @@ constexpr double kAnchorPull = 8;
     return x * x * (3 - 2 * x);
 }
 
-constexpr double kFadedNear = 2;      // a stroke fades in between the near plane and this many times its distance
+// A stroke fades in between the near plane and this many times its distance. The near plane of a framed camera lies
+// at 1 % of the way to the subject, and a step of 1.5 degrees around it moves the camera by 2.6 %.
+constexpr double kFadedNear = 8;
 constexpr double kWholeArea = 4;      // box over picture: up to here a stroke is whole,
 constexpr double kVanishedArea = 100;  // and from here on it is gone
 
