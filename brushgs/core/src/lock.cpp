@@ -14,9 +14,9 @@ namespace brushgs {
 namespace {
 
 constexpr double kCostUnits = 200;  // of the logarithm of a factor of area
-constexpr double kMostCost = 500;   // of one view, so that sums over 32 views fit, see lock_kernel.cpp
-// What lying along the minor axis costs, where the ellipse is a needle: a quarter of what lying at 45 degrees
-// costs where one axis is four times the other.
+constexpr double kMostCost = 500;   // of one view, so that sums over 24 views fit, see lock_kernel.cpp
+// What lying along the minor axis of a needle costs. Where one axis is four times the other, lying at 45 degrees
+// costs 0.75 for the larger box.
 constexpr double kMinorAxis = 0.3;
 
 template <class T>

@@ -67,8 +67,10 @@ constexpr double kAnchorPull = 8;
 // A stroke fades in between the near plane and this many times its distance. The near plane of a framed camera lies
 // at 1 % of the way to the subject, and a step of 1.5 degrees around it moves the camera by 2.6 %.
 constexpr double kFadedNear = 8;
-constexpr double kWholeArea = 4;      // box over picture: up to here a stroke is whole,
-constexpr double kVanishedArea = 100;  // and from here on it is gone
+// In the inverse length of the box, the root of the area of the picture over its own: where a box grows evenly toward
+// the camera, it fades evenly.
+constexpr double kWhole = 0.5;     // up to 4 pictures in area a stroke is whole,
+constexpr double kVanished = 0.1;  // and from 100 on it is gone
 
 // The share of its opacity that a stroke keeps: nothing at the near plane, nothing where its box is 100 times
 // the picture, and as much as the low-pass does not add to its length where it is shorter than a pixel; smooth in
@@ -76,10 +78,7 @@ constexpr double kVanishedArea = 100;  // and from here on it is gone
 [[gnu::always_inline]] inline double fade_of(double depth, double near, double box_area, double picture_area,
                                              double variance, double low_pass) {
     const double nearness = (depth - near) / ((kFadedNear - 1) * near);
-    // In the inverse length of the box: where it grows evenly toward the camera, it fades evenly.
-    constexpr double whole = 0.5, vanished = 0.1;
-    static_assert(whole * whole * kWholeArea == 1 && kVanishedArea == 100);
-    const double smallness = (__builtin_sqrt(picture_area / box_area) - vanished) / (whole - vanished);
+    const double smallness = (__builtin_sqrt(picture_area / box_area) - kVanished) / (kWhole - kVanished);
     const double length = __builtin_sqrt(larger(variance - low_pass, 0) / variance);
     return smooth_step(nearness) * smooth_step(smallness) * length;
 }
