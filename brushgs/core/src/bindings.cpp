@@ -11,6 +11,7 @@
 #include "brushgs/cpu.hpp"
 #include "brushgs/frame_pool.hpp"
 #include "brushgs/lock.hpp"
+#include "brushgs/nearest.hpp"
 #include "brushgs/project.hpp"
 #include "brushgs/raster.hpp"
 
@@ -151,6 +152,30 @@ nb::tuple follow(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opaci
     return nb::make_tuple(turns, table(tracks.swells, views.size(), gaussians.count));
 }
 
+// An array of shape [count] in memory that becomes its own.
+template <class T>
+nb::object row(std::unique_ptr<T[]> memory, std::size_t count) {
+    T* values = memory.release();
+    const nb::capsule owner(values, [](void* p) noexcept { delete[] static_cast<T*>(p); });
+    return column(values, count, 0, owner);
+}
+
+nb::tuple nearest(In<float, 2> points, In<double, 2> centers, int num_threads) {
+    const brushgs::NearestQuery query{.points = points.data(),
+                                      .centers = centers.data(),
+                                      .num_points = points.shape(0),
+                                      .num_centers = centers.shape(0),
+                                      .num_dimensions = points.shape(1),
+                                      .num_threads = num_threads};
+    brushgs::Nearest found;
+    {
+        const nb::gil_scoped_release without_gil;
+        found = brushgs::find_nearest(query);
+    }
+    return nb::make_tuple(row(std::move(found.distances), query.num_points),
+                          row(std::move(found.rows), query.num_points));
+}
+
 template <class T>
 void def_follow(nb::module_& m) {
     m.def("follow", &follow<T>, "means"_a.noconvert(), "quats"_a.noconvert(), "scales"_a.noconvert(),
@@ -268,6 +293,10 @@ NB_MODULE(_core, m) {
     def_project<double>(m);
     def_follow<float>(m);
     def_follow<double>(m);
+    m.attr("MOST_DIMENSIONS") = brushgs::kMostDimensions;
+    m.def("nearest", &nearest, "points"_a.noconvert(), "centers"_a.noconvert(), "num_threads"_a,
+          "For points [N, D], D at most MOST_DIMENSIONS, the distance [N] to the nearest of the centers [k, D], and "
+          "its row [N] int32, the first of equally near ones.");
     m.def("new_plane_float32", &new_plane<float>, "shape"_a, "An uninitialised array for a frame.");
     m.def("new_plane_float64", &new_plane<double>, "shape"_a, "An uninitialised array for a frame.");
     def_rasterize<float>(m);
