@@ -9,6 +9,7 @@
 
 #include "brushgs/blending.hpp"
 #include "brushgs/cpu.hpp"
+#include "brushgs/filter.hpp"
 #include "brushgs/frame_pool.hpp"
 #include "brushgs/lock.hpp"
 #include "brushgs/nearest.hpp"
@@ -176,6 +177,12 @@ nb::tuple nearest(In<float, 2> points, In<double, 2> centers, int num_threads) {
                           row(std::move(found.rows), query.num_points));
 }
 
+void filter_rows(In<double, 2> weights, In<double, 2> texels, Out<double, 2> result) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::filter_rows(weights.data(), texels.data(), weights.shape(0), weights.shape(1), texels.shape(1),
+                         result.data());
+}
+
 template <class T>
 void def_follow(nb::module_& m) {
     m.def("follow", &follow<T>, "means"_a.noconvert(), "quats"_a.noconvert(), "scales"_a.noconvert(),
@@ -297,6 +304,8 @@ NB_MODULE(_core, m) {
     m.def("nearest", &nearest, "points"_a.noconvert(), "centers"_a.noconvert(), "num_threads"_a,
           "For points [N, D], D at most MOST_DIMENSIONS, the distance [N] to the nearest of the centers [k, D], and "
           "its row [N] int32, the first of equally near ones.");
+    m.def("filter_rows", &filter_rows, "weights"_a.noconvert(), "texels"_a.noconvert(), "result"_a.noconvert(),
+          "Write the product of two matrices to a third, summed in order; shapes are trusted.");
     m.def("new_plane_float32", &new_plane<float>, "shape"_a, "An uninitialised array for a frame.");
     m.def("new_plane_float64", &new_plane<double>, "shape"_a, "An uninitialised array for a frame.");
     def_rasterize<float>(m);
