@@ -10,6 +10,7 @@
 #include "brushgs/blending.hpp"
 #include "brushgs/cpu.hpp"
 #include "brushgs/filter.hpp"
+#include "brushgs/finish.hpp"
 #include "brushgs/frame_pool.hpp"
 #include "brushgs/lock.hpp"
 #include "brushgs/nearest.hpp"
@@ -184,6 +185,20 @@ void filter_rows(In<double, 2> weights, In<double, 2> texels, Out<double, 2> res
 }
 
 template <class T>
+void finish(In<T, 3> rgb, In<T, 2> alpha, nb::ndarray<const T, nb::c_contig, nb::device::cpu> ground,
+            Out<std::uint8_t, 3> bytes) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::finish(rgb.data(), alpha.data(), ground.data(), ground.ndim() == 3, alpha.size(), bytes.data());
+}
+
+template <class T>
+void def_finish(nb::module_& m) {
+    m.def("finish", &finish<T>, "rgb"_a.noconvert(), "alpha"_a.noconvert(), "ground"_a.noconvert(),
+          "bytes"_a.noconvert(),
+          "Write a picture on a ground, [3] or [H, W, 3], to bytes [H, W, 3]; shapes are trusted.");
+}
+
+template <class T>
 void def_follow(nb::module_& m) {
     m.def("follow", &follow<T>, "means"_a.noconvert(), "quats"_a.noconvert(), "scales"_a.noconvert(),
           "opacities"_a.noconvert(), "viewmats"_a.noconvert(), "Ks"_a.noconvert(), "nears"_a.noconvert(), "width"_a,
@@ -308,6 +323,8 @@ NB_MODULE(_core, m) {
           "Write the product of two matrices to a third, summed in order; shapes are trusted.");
     m.def("new_plane_float32", &new_plane<float>, "shape"_a, "An uninitialised array for a frame.");
     m.def("new_plane_float64", &new_plane<double>, "shape"_a, "An uninitialised array for a frame.");
+    def_finish<float>(m);
+    def_finish<double>(m);
     def_rasterize<float>(m);
     def_rasterize<double>(m);
 }
