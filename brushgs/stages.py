@@ -191,6 +191,8 @@ def project_scene(
             stage.counts[reason] = count
             if count:
                 stage.left_out.append(f"{count:,} strokes {words}")
+        if not has_direction:
+            stage.left_out.append("lock, fading and soft order: a kernel fills the ellipse and has none")
         if len(boxes) == 0:
             warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
         degree = used_sh_degree(gaussians)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <new>
 #include <tuple>
@@ -24,6 +25,7 @@ constexpr double kThreadCost = 20;                     // us
 constexpr double kTileCost = 0.4, kVisitCost = 0.1;  // us: a tile, and a stroke in it, at least
 
 int useful_threads(double microseconds, int most) {
+    if (most < 0) return -most;  // a benchmark asks what they cost
     return std::clamp(static_cast<int>(std::sqrt(microseconds / kThreadCost)), 1, std::max(most, 1));
 }
 
@@ -181,7 +183,7 @@ TileLists make_tiles(const RasterParams& params, const Kernels<T>& kernels, cons
     tiles.columns = (params.width + kTileWidth - 1) / kTileWidth;
     tiles.rows = (params.height + kTileHeight - 1) / kTileHeight;
     const auto num_tiles = static_cast<std::size_t>(tiles.columns) * static_cast<std::size_t>(tiles.rows);
-    const int num_threads = boxes.count < kParallelFrom ? 1 : params.num_threads;
+    const int num_threads = boxes.count < kParallelFrom ? 1 : std::abs(params.num_threads);
     std::vector<Chunk> chunks(num_threads > 1 ? static_cast<std::size_t>(4 * num_threads) : 1);
 
     parallel_for(chunks.size(), num_threads, [&](std::size_t c) {
