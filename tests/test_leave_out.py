@@ -28,7 +28,6 @@ NAMES = [
     "choosing, where all are kept",
     "merging, where no Gaussian has company",
     "what is visible, known from clustering",
-    "ties along a line, where there are none",
     "assigning anew what the start assigned",
     "SH bands that are zero",
     "strokes outside the picture",
@@ -105,12 +104,6 @@ def test_what_is_visible_may_come_from_elsewhere_but_must_fit(scene):
     assert grouping.visible is None
     with pytest.raises(ValueError, match=r"merge_clusters: visible must have shape .*, got \[7\]"):
         merge_clusters(scene, grouping.labels, visible=np.ones(7))
-
-
-def test_places_that_coincide_are_searched(monkeypatch, scene):
-    twice = scene.take(np.repeat(np.arange(500), 2))
-    shares = contribution.visible_shares(twice)
-    np.testing.assert_array_equal(shares[::2], shares[1::2])
 
 
 @pytest.mark.parametrize("threads", [1, 2, 4])

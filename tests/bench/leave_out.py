@@ -5,8 +5,8 @@
 
 Without a scene: a million random Gaussians. Every shortcut runs with what it leaves out and without, one
 after the other in turn. Milliseconds are medians; "saved" is the median of the differences, of the wall clock
-and of the processors, which other work on the machine disturbs less; "share" is that of a whole painting
-in this process (imports and files apart), or of a frame of a video where the shortcut only serves those.
+and of the processors, which other work on the machine disturbs less; "share" is that of the processor time
+of a whole painting (imports and files apart), or of a frame of a video where the shortcut only serves those.
 The difference is the largest of any value, of 1; where it is above the bound the run ends with an error.
 --imports times what the modules take to import that painting does without, in fresh processes. At the end of
 a table stands what could be left out, and is not, because too little would be saved.
@@ -149,10 +149,6 @@ def of_passes(p: Painting) -> list[Shortcut]:
     def with_choice() -> list[Array]:
         return columns(p.scene.take(highest(contribution.contributions(p.scene), rows)))
 
-    def with_search() -> list[Array]:
-        with patch.object(contribution, "_passed_at", searched):
-            return [contribution.visible_shares(p.pruned)]
-
     def first_step() -> list[Array]:
         return list(lloyd.start(points, weights, num, 0))
 
@@ -172,19 +168,8 @@ def of_passes(p: Painting) -> list[Shortcut]:
             lambda: columns(merge_clusters(p.pruned, labels, visible=visible)),
             lambda: columns(merge_clusters(p.pruned, labels)),
         ),
-        Shortcut(
-            "ties along a line, where there are none",
-            lambda: [contribution.visible_shares(p.pruned)],
-            with_search,
-        ),
         Shortcut("assigning anew what the start assigned", first_step, first_step_anew),
     ]
-
-
-def searched(place: Array, passed: Array) -> tuple[Array, Array]:
-    """`contribution._passed_at` that searches whatever the places are."""
-    first, past = (np.searchsorted(place, place, side=side) for side in ("left", "right"))
-    return passed[first], passed[past]
 
 
 def of_projection(p: Painting) -> list[Shortcut]:
@@ -373,15 +358,15 @@ def measure(shortcut: Shortcut, repeat: int) -> Cost:
     return Cost(float(on), float(off), float(saved), float(saved_cpu), worst)
 
 
-def seconds_of(call: Callable[[], object], repeat: int) -> float:
-    """Median, after one call that does not count."""
+def cpu_of(call: Callable[[], object], repeat: int) -> float:
+    """Median milliseconds of the processors, after one call that does not count."""
     call()
     times = []
     for _ in range(repeat):
-        begun = time.perf_counter()
+        begun = time.process_time()
         call()
-        times.append(time.perf_counter() - begun)
-    return float(np.median(times))
+        times.append(time.process_time() - begun)
+    return 1e3 * float(np.median(times))
 
 
 def report(name: str, p: Painting, repeat: int) -> None:
@@ -390,19 +375,19 @@ def report(name: str, p: Painting, repeat: int) -> None:
     view = ViewConfig(size=(p.camera.width, p.camera.height))
     config = replace(PaintConfig(), view=view, cluster=replace(PaintConfig().cluster, strokes=num))
     wholes = {
-        "painting": seconds_of(lambda: paint(p.scene, config, camera=p.camera), max(repeat // 3, 1)),
-        "frame": seconds_of(
-            lambda: bg.render(p.strokes, p.camera, p.texture, order="soft", depth=False), repeat
-        ),
+        "painting": cpu_of(lambda: paint(p.scene, config, camera=p.camera), max(repeat // 3, 1)),
+        "frame": cpu_of(lambda: bg.render(p.strokes, p.camera, p.texture, order="soft", depth=False), repeat),
     }
     size = f"{p.camera.width}x{p.camera.height}"
     print(f"\n{name}: {len(p.scene):,} Gaussians, {num:,} strokes, {size}", end="")
-    print(f"; a painting {wholes['painting']:.2f} s, a frame of a video {1e3 * wholes['frame']:.1f} ms")
+    print(
+        f"; processors: a painting {wholes['painting']:.0f} ms, a frame of a video {wholes['frame']:.1f} ms"
+    )
     names = ("with, ms", "without", "saved", "cpu saved", "share", "differs", "bound")
     print(f"{'left out':48}" + "".join(f"{name:>11}" for name in names))
     for shortcut in shortcuts(p):
         cost = measure(shortcut, repeat)
-        share = cost.saved / 1e3 / wholes[shortcut.of]
+        share = cost.saved_cpu / wholes[shortcut.of]
         row = "".join(f"{value:11.2f}" for value in (cost.off, cost.on, cost.saved, cost.saved_cpu))
         print(f"{shortcut.words:48}{row}{share:11.1%}{cost.worst:11.2g}{shortcut.bound:11.2g}", flush=True)
         if cost.worst > shortcut.bound:
@@ -424,16 +409,14 @@ def not_built(p: Painting, repeat: int, wholes: dict[str, float]) -> list[str]:
     if p.scene.sh_degree:
         flat = replace(p.strokes, sh=np.ascontiguousarray(p.strokes.sh[:, :1]))
         args = (p.camera, p.texture)
-        whole, less = (seconds_of(lambda s=s: project(s, *args), 3 * repeat) for s in (p.strokes, flat))
+        whole, less = (cpu_of(lambda s=s: project(s, *args), 3 * repeat) for s in (p.strokes, flat))
         share = (whole - less) / wholes["painting"]
-        lines.append(
-            f"all SH bands of the strokes: {1e3 * (whole - less):.2f} ms, {share:.2%} of the painting"
-        )
+        lines.append(f"all SH bands of the strokes: {whole - less:.2f} ms, {share:.2%} of the painting")
     plain, faded = (
-        seconds_of(lambda fade=fade: bg.project(p.strokes, p.camera, fade=fade), 3 * repeat)
+        cpu_of(lambda fade=fade: bg.project(p.strokes, p.camera, fade=fade), 3 * repeat)
         for fade in (False, True)
     )
-    lines.append(f"fading, where nothing fades: {1e3 * (faded - plain):.3f} ms a frame")
+    lines.append(f"fading, where nothing fades: {faded - plain:.3f} ms a frame")
     tiles, visits = lone_tiles(p)
     lone = f"{tiles:.1%} of the tiles, {visits:.1%} of the work"
     lines.append(f"the soft order, in tiles where no two strokes are close: {lone}")
