@@ -8,8 +8,8 @@ after the other in turn. Milliseconds are medians; "saved" is the median of the 
 and of the processors, which other work on the machine disturbs less; "share" is that of the processor time
 of a whole painting (imports and files apart), or of a frame of a video where the shortcut only serves those.
 The difference is the largest of any value, of 1; where it is above the bound the run ends with an error.
---imports times what the modules take to import that painting does without, in fresh processes. At the end of
-a table stands what could be left out, and is not, because too little would be saved.
+--imports times the import of modules that painting does without, in fresh processes. At the end of a table
+stands what could be left out, and is not, because too little would be saved.
 """
 
 import argparse
@@ -49,7 +49,7 @@ from tests.bench.machine import describe
 MODULES = (
     "torch",
     "sklearn.cluster",
-    "skimage.transform",
+    "skimage.transform._warps",
     "scipy.spatial",
     "scipy.linalg",
     "matplotlib.pyplot",
@@ -458,14 +458,14 @@ def lone_tiles(p: Painting) -> tuple[float, float]:
 
 
 def imports(repeat: int) -> None:
-    """Seconds that modules take which painting does not load, after NumPy, in fresh processes."""
-    code = "import numpy, time; t = time.perf_counter(); import {}; print(time.perf_counter() - t)"
-    print("\nnot imported: seconds, median")
+    """What modules take to import that painting does not load, after NumPy, in fresh processes."""
+    code = "import numpy, time; t = time.process_time(); import {}; print(time.process_time() - t)"
+    print("\nnot imported: ms of the processors, median")
     for name in MODULES:
         command = [sys.executable, "-c", code.format(name)]
         runs = [subprocess.run(command, capture_output=True, text=True, check=False) for _ in range(repeat)]
-        times = [float(run.stdout) for run in runs if run.returncode == 0]
-        print(f"{name:24} {np.median(times):8.3f}" if times else f"{name:24} not installed", flush=True)
+        times = [1e3 * float(run.stdout) for run in runs if run.returncode == 0]
+        print(f"{name:26} {np.median(times):6.0f}" if times else f"{name:26} not installed", flush=True)
 
 
 def main() -> None:
