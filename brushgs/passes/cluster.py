@@ -125,7 +125,7 @@ def group(
     points = cluster_features(gaussians, features)
     # Not taken over from pruning, though it asked too: of the rows kept, other shares are visible. With those
     # of the whole scene strokes come out up to 0.6 dB worse (biker, 250) or 0.3 dB better (skull, 250), over
-    # six scenes 0.03 dB worse; and the passes one by one would give another painting than the whole command.
+    # six scenes 0.02 dB worse; and the passes one by one would give another painting than the whole command.
     visible = None if features == "paper" else visible_shares(gaussians)
     weights = np.ones(num) if visible is None else cluster_weights(gaussians, visible)
     run = _minibatch if chosen == "minibatch" else lloyd
