@@ -23,6 +23,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs import _core
+
 # Below 0.85 texels a pixel (a magnified stroke) bilinear interpolation itself is as smooth as the filter.
 FIRST_FOOTPRINT = 0.85
 LEVELS_PER_OCTAVE = 2
@@ -104,18 +106,35 @@ def level_coverage(coverage: NDArray[np.uint8], level_u: int, level_v: int) -> N
     """
     if level_u == 0 and level_v == 0:
         return coverage
-    height, width = coverage.shape
+    return filtered_along_v(filtered_along_u(coverage, level_u), level_v)
+
+
+def filtered_along_u(coverage: NDArray[np.uint8], level_u: int) -> NDArray[np.float64]:
+    """The first half of `level_coverage`, which all its levels of one `level_u` share."""
     texels = coverage.astype(np.float64)
-    if level_u:
-        texels = (_level_matrix(width, level_u) @ texels.T).T
+    if level_u == 0:
+        return texels
+    return np.ascontiguousarray(_filtered(np.ascontiguousarray(texels.T), level_u).T)
+
+
+def filtered_along_v(texels: NDArray[np.float64], level_v: int) -> NDArray[np.uint8]:
+    """The second half of `level_coverage`, of what `filtered_along_u` gave."""
     if level_v:
-        texels = _level_matrix(height, level_v) @ texels
+        texels = _filtered(texels, level_v)
     return np.asarray(np.clip(np.rint(texels), 0, 255).astype(np.uint8))
 
 
+def _filtered(texels: NDArray[np.float64], level: int) -> NDArray[np.float64]:
+    """Columns of texels filtered for a level."""
+    weights = _level_matrix(len(texels), level)
+    result = np.empty((len(weights), texels.shape[1]))
+    _core.filter_rows(weights, texels, result)
+    return result
+
+
 @lru_cache(maxsize=128)
-def _level_matrix(num_source: int, level: int) -> Any:
-    """Sparse [num_texels, num_source]: source texels -> texels of a level.
+def _level_matrix(num_source: int, level: int) -> NDArray[np.float64]:
+    """[num_texels, num_source]: source texels -> texels of a level.
 
     The target is the source's linear interpolant, 0 outside, averaged over a pixel. The level's texels are
     those whose own linear interpolant comes closest to it in the least-squares sense: interpolation blurs,
@@ -123,24 +142,34 @@ def _level_matrix(num_source: int, level: int) -> Any:
     Weights fall by a factor of 3.7 from one texel to the next, so most are left out as too small to show.
     Source: Unser, Sampling - 50 Years After Shannon, 2000 (least-squares spline approximation).
     """
-    # Neither of these runs in the threads of BLAS, which cost more than they save on matrices this small.
-    from scipy.linalg import solveh_banded
-    from scipy.sparse import csr_array
-
     axis = axis_levels(num_source)[level]
     spacing = (num_source - 1) * axis.scale / (axis.num_texels - 1)  # source texels between two texels
     centers = (np.arange(axis.num_texels) - (axis.num_texels - 1) / 2) * spacing + (num_source - 1) / 2
-    gram = np.full((2, axis.num_texels), 2 / 3)  # overlap of neighbouring hats: diagonal, and the one beside
-    gram[1] = 1 / 6
-    gram[0, [0, -1]] = 1 / 3  # the outermost hats are cut: nothing is drawn beyond them
     moments = np.zeros((axis.num_texels, num_source))
     for step in range(-_QUADRATURE, _QUADRATURE):
         offset = (step + 0.5) / _QUADRATURE
         mean = _pixel_mean(num_source, centers + offset * spacing, axis.footprint)
         mean[0 if offset < 0 else -1] = 0
         moments += (1 - abs(offset)) / _QUADRATURE * mean
-    matrix = solveh_banded(gram, moments, lower=True)
-    return csr_array(np.where(np.abs(matrix) < _TOO_SMALL, 0.0, matrix))
+    matrix = _without_overlap(moments)
+    return np.where(np.abs(matrix) < _TOO_SMALL, 0.0, matrix)
+
+
+def _without_overlap(moments: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The solution of G x = moments; G holds the overlaps of neighbouring hats, 1/6 beside a diagonal of 2/3.
+
+    By elimination down and up, a row at a time. SciPy has it too; its import takes longer than all levels.
+    """
+    diagonal, beside, x = np.full(len(moments), 2 / 3), 1 / 6, moments.copy()
+    diagonal[[0, -1]] = 1 / 3  # the outermost hats are cut: nothing is drawn beyond them
+    for row in range(1, len(x)):
+        factor = beside / diagonal[row - 1]
+        diagonal[row] -= factor * beside
+        x[row] -= factor * x[row - 1]
+    x[-1] /= diagonal[-1]
+    for row in range(len(x) - 2, -1, -1):
+        x[row] = (x[row] - beside * x[row + 1]) / diagonal[row]
+    return x
 
 
 def _pixel_mean(num_source: int, centers: NDArray[Any], footprint: float) -> NDArray[np.float64]:

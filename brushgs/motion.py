@@ -85,11 +85,12 @@ def screw_motion(first: Floats, second: Floats, shares: ArrayLike) -> Floats:
 
 
 def view_changes(first: Floats, second: Floats, distances: ArrayLike) -> Floats:
-    """[n] `view_change` of views [n, 4, 4]."""
+    """[n] `view_change` of views [n, 4, 4]; exactly 0 between a view and itself."""
     step = _step(first, second)
     _, theta = _axis_angle(step[:, :3, :3])
     shifts = np.linalg.norm(step[:, :3, 3], axis=1)
-    return np.asarray(np.maximum(theta, shifts / distances))
+    is_same = (first == second).all(axis=(1, 2))
+    return np.where(is_same, 0.0, np.maximum(theta, shifts / distances))
 
 
 def lenses(cameras: list[Camera]) -> Floats:

@@ -128,7 +128,9 @@ def cluster_scene(
             grouping = group(
                 gaussians, num_strokes, features=config.features, method=config.method, seed=config.seed
             )
-            gaussians = merge_clusters(gaussians, grouping.labels, merge=config.merge)
+            gaussians = merge_clusters(
+                gaussians, grouping.labels, merge=config.merge, visible=grouping.visible
+            )
             by = f"{grouping.method}, {grouping.num_steps} steps ({grouping.reason})"
             stage.did = f"{num_before:,} into {len(gaussians):,} strokes by {by}"
             stage.counts |= {
@@ -228,6 +230,8 @@ def project_scene(
             stage.counts[reason] = count
             if count:
                 stage.left_out.append(f"{count:,} strokes {words}")
+        if not has_direction:
+            stage.left_out.append("lock, fading and soft order: a kernel fills the ellipse and has none")
         if len(boxes) == 0:
             warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
         degree = used_sh_degree(gaussians)

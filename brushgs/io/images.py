@@ -125,6 +125,9 @@ def write_frame(frame: Frame, path: str | Path, background: Background = None) -
         raise ValueError(
             f"write_frame: path must end in one of {known}, got {str(path)!r}; change the suffix"
         )
+    if suffix == ".png" and background is not None:
+        _write(path, _FORMATS[suffix], frame.bytes_over(background), ("R", "G", "B"))
+        return
     straight = _straight(frame) if background is None else frame.over(background)
     if suffix == ".exr":
         _write(path, "openexr", *_exr_pixels(straight, frame, is_opaque=background is not None))

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from brushgs.choices import VIDEO_SUFFIXES
 from brushgs.errors import SceneError
 from brushgs.io.atomic import replacing
-from brushgs.io.images import quantise
 from brushgs.io.palette import ColorCounts
 from brushgs.scene import Frame
 
@@ -135,7 +134,7 @@ def save_video(
             if frame.alpha.shape != (height, width):
                 size = f"{frame.alpha.shape[1]}x{frame.alpha.shape[0]}"
                 raise ValueError(f"save_video: frames must have one size, got {width}x{height} and {size}")
-            film.add(quantise(frame.over(background), np.uint8).astype(np.uint8))
+            film.add(frame.bytes_over(background))
 
 
 @contextmanager

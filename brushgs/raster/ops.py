@@ -1,6 +1,8 @@
 """Boxes become frames: the public functions over the compiled rasteriser."""
 
 from collections.abc import Iterator, Sequence
+from itertools import groupby
+from operator import itemgetter
 from typing import Any, NamedTuple, get_args
 from weakref import WeakKeyDictionary
 
@@ -9,7 +11,7 @@ from numpy.typing import NDArray
 
 from brushgs import _core
 from brushgs.choices import MAX_PIXELS, MAX_SIDE, Filter, Lock, Order, ViewLock
-from brushgs.levels import axis_levels, level_bounds, level_coverage
+from brushgs.levels import axis_levels, filtered_along_u, filtered_along_v, level_bounds
 from brushgs.lock import follow
 from brushgs.project import Directions, project
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
@@ -248,7 +250,7 @@ def _levels_for(boxes: Boxes, texture: StrokeTexture, filter: Filter) -> _Levels
         codes = [divmod(int(code), len(v)) for code in used]
     else:
         codes, of_box = [(0, 0)], all_first
-    levels = [_packed(texture, *code) for code in codes]
+    levels = _packed_levels(texture, codes)
     sizes = np.array([size for _, size in levels], np.int32).reshape(-1, 2)
     reaches = np.array([(u[i].scale, v[j].scale) for i, j in codes]).reshape(-1, 2)
     return _Levels([pairs for pairs, _ in levels], sizes, reaches, of_box)
@@ -258,15 +260,23 @@ _Packed = tuple[NDArray[np.uint16], tuple[int, int]]
 _cache: WeakKeyDictionary[StrokeTexture, dict[tuple[int, int], _Packed]] = WeakKeyDictionary()
 
 
-def _packed(texture: StrokeTexture, level_u: int, level_v: int) -> _Packed:
-    """One level as the core reads it, each texel paired with the one below, and its (columns, rows)."""
+def _packed_levels(texture: StrokeTexture, codes: list[tuple[int, int]]) -> list[_Packed]:
+    """Levels (u, v) as the core reads them; those not asked for before are made, those of one u together."""
     of_texture = _cache.setdefault(texture, {})
-    if (level_u, level_v) not in of_texture:
-        texels = level_coverage(texture.coverage, level_u, level_v).astype(np.uint16)
-        for axis in (0, 1):  # bilinear sampling stands between two texels
-            if texels.shape[axis] == 1:
-                texels = np.repeat(texels, 2, axis)
-        below = np.concatenate([texels[1:], texels[-1:]])
-        pairs = np.append((texels | below << 8).ravel(), np.uint16(0))
-        of_texture[level_u, level_v] = pairs, (texels.shape[1], texels.shape[0])
-    return of_texture[level_u, level_v]
+    missing = sorted(code for code in codes if code not in of_texture)
+    for level_u, group in groupby(missing, key=itemgetter(0)):
+        along_u = filtered_along_u(texture.coverage, level_u)
+        for _, level_v in group:
+            of_texture[level_u, level_v] = _packed(filtered_along_v(along_u, level_v))
+    return [of_texture[code] for code in codes]
+
+
+def _packed(coverage: NDArray[np.uint8]) -> _Packed:
+    """One level as the core reads it, each texel paired with the one below, and its (columns, rows)."""
+    texels = coverage.astype(np.uint16)
+    for axis in (0, 1):  # bilinear sampling stands between two texels
+        if texels.shape[axis] == 1:
+            texels = np.repeat(texels, 2, axis)
+    below = np.concatenate([texels[1:], texels[-1:]])
+    pairs = np.append((texels | below << 8).ravel(), np.uint16(0))
+    return pairs, (texels.shape[1], texels.shape[0])

@@ -73,9 +73,9 @@ class Painter:
 
         Pictures are encoded here, so that as many processes as paint share that work too.
         """
-        from brushgs.io.images import encode_frame, quantise
+        from brushgs.io.images import encode_frame
 
         frame = self.frame(shot)
         if self.suffix is not None:
             return encode_frame(frame, self.suffix, background=self.ground)
-        return quantise(frame.over(WHITE if self.ground is None else self.ground), np.uint8).astype(np.uint8)
+        return frame.bytes_over(WHITE if self.ground is None else self.ground)

@@ -13,6 +13,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -187,6 +188,13 @@ class _Work:
             return Shot(index, camera, self.track.directions(index))
         return Shot(index, camera, "off" if self.config.draw.lock == "off" else "anchor")
 
+    def view(self, index: int) -> tuple[object, ...]:
+        """All that sets one frame of the path apart: where it is equal, so is the picture, bit for bit."""
+        camera = self.path.cameras[index]
+        place = None if self.track is None else float(self.track.positions[index])
+        lens = camera.K.tobytes(), camera.width, camera.height, camera.near
+        return camera.viewmat.tobytes(), *lens, place
+
 
 def _paint(
     work: _Work,
@@ -195,36 +203,47 @@ def _paint(
     take: Callable[[int, Any], None],
     report: Report,
 ) -> float:
-    """Paint frames and hand each, in order, to `take`; the seconds that took are given back."""
+    """Paint frames and hand each, in order, to `take`; the seconds that took are given back.
+
+    While the camera rests one picture serves all its frames.
+    """
     with report.stage("paint", frames=len(indices)) as stage:
         start, taking = time.perf_counter(), 0.0
         sequence = work.sequence
-        shots = map(work.shot, indices)
+        rests = [list(same) for _, same in groupby(indices, key=work.view)]
+        shots = (work.shot(rest[0]) for rest in rests)
         frames: Any = spread(work.painter(suffix), shots, jobs=sequence.jobs, scheduler=sequence.scheduler)
         with closing(frames):
-            for index, frame in zip(indices, frames, strict=True):
-                began = time.perf_counter()
-                take(index, frame)
-                taking += time.perf_counter() - began
-                report.advance()
+            for rest, frame in zip(rests, frames, strict=True):
+                for index in rest:
+                    began = time.perf_counter()
+                    take(index, frame)
+                    taking += time.perf_counter() - began
+                    report.advance()
         stage.seconds = -taking  # told as the stage that follows
-        _tell_painted(stage, work, len(indices), time.perf_counter() - start - taking, report)
+        num_repeated = len(indices) - len(rests)
+        _tell_painted(stage, work, len(rests), num_repeated, time.perf_counter() - start - taking, report)
     return taking
 
 
-def _tell_painted(stage: Stage, work: _Work, num_painted: int, seconds: float, report: Report) -> None:
+def _tell_painted(
+    stage: Stage, work: _Work, num_painted: int, num_repeated: int, seconds: float, report: Report
+) -> None:
     """How many frames were painted, and what one costs."""
     sequence, num_frames = work.sequence, len(work.path.cameras)
     stage.counts = {
         "frames": num_frames,
         "painted": num_painted,
-        "skipped": num_frames - num_painted,
+        "repeated": num_repeated,
+        "skipped": num_frames - num_painted - num_repeated,
         "jobs": sequence.jobs,
         "scheduler": sequence.scheduler,
     }
     stage.did = f"{num_painted:,} of {num_frames:,} frames"
-    if num_painted < num_frames:
-        stage.left_out.append(f"{num_frames - num_painted:,} frames: they are there, whole")
+    if skipped := num_frames - num_painted - num_repeated:
+        stage.left_out.append(f"{skipped:,} frames: they are there, whole")
+    if num_repeated:
+        stage.left_out.append(f"{num_repeated:,} frames: the camera rests, they are those before them")
     if not num_painted:
         return
     per_frame = seconds / num_painted

@@ -210,7 +210,7 @@ def test_lloyd_reports_the_inertia_of_its_labels():
 def test_lloyd_gives_empty_clusters_new_points(monkeypatch):
     points = np.random.default_rng(0).normal(size=(500, 9)).astype(np.float32)
     twins = np.repeat(points[:1].astype(np.float64), 10, axis=0)
-    monkeypatch.setattr(lloyd_module, "start", lambda *_: twins.copy())
+    monkeypatch.setattr(lloyd_module, "start", lambda points, *_: (twins.copy(), *assign(points, twins)))
     assert lloyd(points, np.ones(500), 10).num_clusters == 10
 
 

@@ -9,8 +9,11 @@
 
 #include "brushgs/blending.hpp"
 #include "brushgs/cpu.hpp"
+#include "brushgs/filter.hpp"
+#include "brushgs/finish.hpp"
 #include "brushgs/frame_pool.hpp"
 #include "brushgs/lock.hpp"
+#include "brushgs/nearest.hpp"
 #include "brushgs/project.hpp"
 #include "brushgs/raster.hpp"
 
@@ -151,6 +154,50 @@ nb::tuple follow(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opaci
     return nb::make_tuple(turns, table(tracks.swells, views.size(), gaussians.count));
 }
 
+// An array of shape [count] in memory that becomes its own.
+template <class T>
+nb::object row(std::unique_ptr<T[]> memory, std::size_t count) {
+    T* values = memory.release();
+    const nb::capsule owner(values, [](void* p) noexcept { delete[] static_cast<T*>(p); });
+    return column(values, count, 0, owner);
+}
+
+nb::tuple nearest(In<float, 2> points, In<double, 2> centers, int num_threads) {
+    const brushgs::NearestQuery query{.points = points.data(),
+                                      .centers = centers.data(),
+                                      .num_points = points.shape(0),
+                                      .num_centers = centers.shape(0),
+                                      .num_dimensions = points.shape(1),
+                                      .num_threads = num_threads};
+    brushgs::Nearest found;
+    {
+        const nb::gil_scoped_release without_gil;
+        found = brushgs::find_nearest(query);
+    }
+    return nb::make_tuple(row(std::move(found.distances), query.num_points),
+                          row(std::move(found.rows), query.num_points));
+}
+
+void filter_rows(In<double, 2> weights, In<double, 2> texels, Out<double, 2> result) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::filter_rows(weights.data(), texels.data(), weights.shape(0), weights.shape(1), texels.shape(1),
+                         result.data());
+}
+
+template <class T>
+void finish(In<T, 3> rgb, In<T, 2> alpha, nb::ndarray<const T, nb::c_contig, nb::device::cpu> ground,
+            Out<std::uint8_t, 3> bytes) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::finish(rgb.data(), alpha.data(), ground.data(), ground.ndim() == 3, alpha.size(), bytes.data());
+}
+
+template <class T>
+void def_finish(nb::module_& m) {
+    m.def("finish", &finish<T>, "rgb"_a.noconvert(), "alpha"_a.noconvert(), "ground"_a.noconvert(),
+          "bytes"_a.noconvert(),
+          "Write a picture on a ground, [3] or [H, W, 3], to bytes [H, W, 3]; shapes are trusted.");
+}
+
 template <class T>
 void def_follow(nb::module_& m) {
     m.def("follow", &follow<T>, "means"_a.noconvert(), "quats"_a.noconvert(), "scales"_a.noconvert(),
@@ -268,8 +315,16 @@ NB_MODULE(_core, m) {
     def_project<double>(m);
     def_follow<float>(m);
     def_follow<double>(m);
+    m.attr("MOST_DIMENSIONS") = brushgs::kMostDimensions;
+    m.def("nearest", &nearest, "points"_a.noconvert(), "centers"_a.noconvert(), "num_threads"_a,
+          "For points [N, D], D at most MOST_DIMENSIONS, the distance [N] to the nearest of the centers [k, D], and "
+          "its row [N] int32, the first of equally near ones.");
+    m.def("filter_rows", &filter_rows, "weights"_a.noconvert(), "texels"_a.noconvert(), "result"_a.noconvert(),
+          "Write the product of two matrices to a third, summed in order; shapes are trusted.");
     m.def("new_plane_float32", &new_plane<float>, "shape"_a, "An uninitialised array for a frame.");
     m.def("new_plane_float64", &new_plane<double>, "shape"_a, "An uninitialised array for a frame.");
+    def_finish<float>(m);
+    def_finish<double>(m);
     def_rasterize<float>(m);
     def_rasterize<double>(m);
 }

@@ -50,7 +50,7 @@ struct RasterParams {
     Kernel kernel;
     int width;                           // pixels
     int height;                          // pixels
-    int num_threads;                     // >= 1
+    int num_threads;                     // >= 1, at most; negative: so many, whether they pay or not
     std::span<const Level> levels;       // images only: at least one
     std::span<const std::uint16_t> level_of_box;  // [M] row of `levels`; empty: all use levels[0]
 };

@@ -1,0 +1,255 @@
+"""What a scene does not need is left out, and no picture shows it: each shortcut forced off beside it."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.linalg import solveh_banded
+from scipy.spatial import cKDTree
+
+import brushgs as bg
+from brushgs import _core, levels
+from brushgs.config import ClusterConfig, DrawConfig, PaintConfig, PathConfig, PruneConfig, ViewConfig
+from brushgs.io.images import quantise
+from brushgs.passes import contribution, lloyd
+from brushgs.passes.cluster import group
+from brushgs.passes.features import cluster_features
+from brushgs.passes.merge import merge_clusters
+from brushgs.pipeline import paint
+from brushgs.raster import ops
+from brushgs.report import Report
+from brushgs.scene import Frame, Gaussians
+from brushgs.sequence import paint_sequence
+from brushgs.sequence import stages as sequence_stages
+from brushgs.still_life import still_life
+from tests.bench.leave_out import Painting, difference, shortcuts
+
+NAMES = [
+    "choosing, where all are kept",
+    "merging, where no Gaussian has company",
+    "what is visible, known from clustering",
+    "assigning anew what the start assigned",
+    "SH bands that are zero",
+    "strokes outside the picture",
+    "strokes of opacity under 1/255",
+    "mip levels of no stroke's size",
+    "filtering along u again",
+    "depth",
+    "bands of depth, where the order is hard",
+    "the second thread, 64 x 64, 250 strokes",
+    "seven of eight threads, the same",
+    "floats between picture and bytes",
+    "following directions of a kernel",
+    "a frame while the camera rests",
+]
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """A still life, every seventh Gaussian of which is too faint to be seen."""
+    whole = still_life(3000)
+    opacities = whole.opacities.copy()
+    opacities[::7] = 0.003
+    return Gaussians(whole.means, whole.quats, whole.scales, opacities, whole.sh)
+
+
+@pytest.fixture(scope="module")
+def found(scene):
+    return {shortcut.name: shortcut for shortcut in shortcuts(Painting.of(scene, 400, 96, 72, zoom=2.5))}
+
+
+def stage(report, name):
+    (one,) = [stage for stage in report.stages if stage.name == name]
+    return one
+
+
+def test_all_shortcuts_are_held_to_their_bounds_here(found):
+    assert set(found) - {"strokes behind a finished pixel"} == set(NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_leaving_it_out_changes_nothing(found, name):
+    """Bit for bit: no bound but 0 is stated."""
+    shortcut = found[name]
+    assert shortcut.bound == 0
+    outcome = shortcut.on()
+    assert any(array.any() for array in outcome)
+    assert difference(outcome, shortcut.off()) == 0
+    if shortcut.count[1]:
+        assert 0 < shortcut.count[0] < shortcut.count[1], "nothing was left out, so nothing was shown"
+
+
+def test_strokes_behind_a_finished_pixel_add_less_than_is_stated(found):
+    shortcut = found.get("strokes behind a finished pixel")
+    if shortcut is None:
+        pytest.skip("rasterize does not take min_transmittance")
+    assert 0 < difference(shortcut.on(), shortcut.off()) <= shortcut.bound
+
+
+def test_what_is_visible_is_asked_once_in_a_clustering(scene, monkeypatch):
+    asked = []
+
+    def counted(gaussians):
+        asked.append(len(gaussians))
+        return contribution.visible_shares(gaussians)
+
+    for module in ("cluster", "merge"):
+        monkeypatch.setattr(f"brushgs.passes.{module}.visible_shares", counted)
+    bg.cluster(scene, 100)
+    assert asked == [len(scene)]
+
+
+def test_what_is_visible_may_come_from_elsewhere_but_must_fit(scene):
+    grouping = group(scene, 100, features="paper")
+    assert grouping.visible is None
+    with pytest.raises(ValueError, match=r"merge_clusters: visible must have shape .*, got \[7\]"):
+        merge_clusters(scene, grouping.labels, visible=np.ones(7))
+
+
+@pytest.mark.parametrize("threads", [1, 2, 4])
+def test_visible_shares_do_not_depend_on_threads(scene, monkeypatch, threads):
+    expected = contribution.visible_shares(scene)
+    monkeypatch.setattr(contribution, "ROWS_PER_THREAD", 10)
+    monkeypatch.setattr(contribution, "num_threads_or_default", lambda _: threads)
+    np.testing.assert_array_equal(contribution.visible_shares(scene), expected)
+
+
+@pytest.mark.parametrize("num_clusters", [1, 5, 33, 400, 2999])
+def test_the_start_knows_what_the_first_step_would_find(scene, num_clusters):
+    points = cluster_features(scene)
+    centers, distances, nearest = lloyd.start(points, np.ones(len(points)), num_clusters, 3)
+    again, rows = lloyd.assign(points, centers)
+    np.testing.assert_array_equal(distances, again)
+    np.testing.assert_array_equal(nearest, rows)
+
+
+@pytest.mark.parametrize("dimensions", [1, 2, 3, 4, 7, 9, 16])
+@pytest.mark.parametrize("num_centers", [1, 2, 9, 700])
+def test_the_nearest_centre_is_that_of_scipy(dimensions, num_centers):
+    random = np.random.default_rng([dimensions, num_centers])
+    points = random.normal(size=(3000, dimensions)).astype(np.float32)
+    centers = random.normal(size=(num_centers, dimensions)) * np.linspace(0.01, 2, dimensions)
+    distances, rows = _core.nearest(points, centers, 2)
+    expected, expected_rows = cKDTree(centers).query(points)
+    np.testing.assert_array_equal(distances, expected)
+    np.testing.assert_array_equal(rows, expected_rows)
+
+
+def test_of_equally_near_centres_the_first_is_taken():
+    random = np.random.default_rng(0)
+    grid = random.integers(0, 3, size=(500, 3)).astype(np.float64)
+    points = random.integers(0, 5, size=(2000, 3)).astype(np.float32) / 2
+    _, rows = _core.nearest(points, grid, 3)
+    squared = ((points[:, None].astype(np.float64) - grid) ** 2).sum(axis=2)
+    np.testing.assert_array_equal(rows, squared.argmin(axis=1))
+
+
+def test_points_far_apart_and_of_no_extent_have_a_nearest_centre():
+    points = np.array([[0.0], [3e38], [-3e38], [1e-38]], np.float32)
+    distances, rows = _core.nearest(points, np.zeros((40, 1)), 1)
+    np.testing.assert_array_equal(rows, 0)
+    np.testing.assert_array_equal(distances, np.abs(points[:, 0].astype(np.float64)))
+    assert len(_core.nearest(points[:0], np.zeros((1, 1)), 1)[0]) == 0
+
+
+def test_filters_are_those_of_scipy():
+    moments = np.random.default_rng(0).normal(size=(40, 7))
+    gram = np.full((2, 40), 2 / 3)
+    gram[1], gram[0, [0, -1]] = 1 / 6, 1 / 3
+    expected = solveh_banded(gram, moments, lower=True)
+    np.testing.assert_allclose(levels._without_overlap(moments), expected, rtol=0, atol=1e-14)
+    result = np.empty((40, 40))
+    _core.filter_rows(moments, np.ascontiguousarray(moments.T), result)
+    np.testing.assert_allclose(result, moments @ moments.T, rtol=0, atol=1e-13)
+
+
+def test_a_level_made_later_is_the_one_made_with_others():
+    texture = bg.StrokeTexture.open("flat")
+    together = ops._packed_levels(texture, [(2, 5), (0, 0), (2, 1)])
+    for code, (pairs, _) in zip([(2, 5), (0, 0), (2, 1)], together, strict=True):
+        ops._cache.pop(texture, None)
+        np.testing.assert_array_equal(ops._packed_levels(texture, [code])[0][0], pairs)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("ground", ["colour", "picture"])
+def test_bytes_are_those_of_rounded_floats(dtype, ground):
+    random = np.random.default_rng(0)
+    rgb = random.uniform(-0.2, 1.3, (30, 50, 3)).astype(dtype)
+    rgb[0] = (np.arange(150).reshape(50, 3) + 0.5) / 255  # halves
+    frame = Frame(rgb, random.uniform(0, 1, (30, 50)).astype(dtype))
+    frame.alpha[0] = 1
+    behind = (0.2, 1.0, 0.7) if ground == "colour" else random.uniform(0, 1, rgb.shape)
+    np.testing.assert_array_equal(frame.bytes_over(behind), quantise(frame.over(behind), np.uint8))
+    with pytest.raises(ValueError, match="background must have shape"):
+        frame.bytes_over((1.0, 1.0))
+
+
+def test_the_table_tells_what_was_left_out(scene):
+    report, flat = Report(), scene.sh.copy()
+    flat[:, 4:] = 0
+    flat = Gaussians(scene.means, scene.quats, scene.scales, scene.opacities, flat)
+    config = PaintConfig(
+        prune=PruneConfig(keep=1.0),
+        cluster=ClusterConfig(strokes=None),
+        draw=DrawConfig(stroke="gaussian"),
+        view=ViewConfig(size=(64, 48), zoom=4.0),
+    )
+    paint(flat, config, report=report)
+    assert stage(report, "prune").left_out == ["choosing: all are kept (keep = 1)"]
+    assert stage(report, "cluster").left_out == ["clustering: every Gaussian is a stroke"]
+    told = stage(report, "project").left_out
+    assert "lock, fading and soft order: a kernel fills the ellipse and has none" in told
+    assert "SH bands 2 to 3: zero in every row" in told
+    for words in ("strokes outside the picture", "strokes with an opacity under 1/255"):
+        assert any(words in line for line in told), words
+    assert stage(report, "rasterise").left_out == ["texture filter: a kernel is computed, not sampled"]
+    report = Report()
+    paint(
+        flat, PaintConfig(view=ViewConfig(size=(64, 48)), cluster=ClusterConfig(strokes=200)), report=report
+    )
+    assert any("mip levels" in line for line in stage(report, "rasterise").left_out)
+    assert not any("lock" in line for line in stage(report, "project").left_out)
+
+
+@pytest.fixture
+def resting(tmp_path):
+    """A camera that stays, moves, and comes back: views 0 0 0 1 1 0."""
+    here, there = (
+        {
+            "width": 48,
+            "height": 32,
+            "position": [x, -2, -12],
+            "rotation": np.eye(3).tolist(),
+            "fx": 40,
+            "fy": 40,
+        }
+        for x in (0.3, 0.5)
+    )
+    views = [here, here, here, there, there, here]
+    path = tmp_path / "cameras.json"
+    path.write_text(json.dumps([view | {"id": i, "img_name": str(i)} for i, view in enumerate(views)]))
+    return path
+
+
+@pytest.mark.parametrize("lock", ["track", "anchor"])
+def test_a_resting_camera_is_painted_once_to_the_byte(scene, resting, tmp_path, monkeypatch, lock):
+    bg.save(scene, tmp_path / "scene.ply")
+    config = PaintConfig(cluster=ClusterConfig(strokes=100), draw=DrawConfig(stroke="flat", lock=lock))
+
+    def painted(folder):
+        report = paint_sequence(tmp_path / "scene.ply", tmp_path / folder, PathConfig(file=resting), config)
+        files = sorted((tmp_path / folder).glob("*.png"))
+        return [file.read_bytes() for file in files], stage(report, "paint")
+
+    files, told = painted("once")
+    assert told.counts["painted"] == 3
+    assert told.counts["repeated"] == 3
+    assert told.counts["skipped"] == 0
+    assert told.left_out == ["3 frames: the camera rests, they are those before them"]
+    assert files[0] != files[3]
+    monkeypatch.setattr(sequence_stages._Work, "view", lambda self, index: (index,))
+    every, told = painted("every")
+    assert told.counts["painted"] == 6
+    assert not told.left_out
+    assert files == every
