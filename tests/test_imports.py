@@ -16,7 +16,7 @@ LAYERS = [
     ["passes", "project", "still_life", "background", "paths"],
     ["lock"],
     ["raster"],
-    ["metrics", "image_strokes"],
+    ["metrics", "image_strokes", "curve"],
     ["report", "describe", "spread", "stages", "pipeline", "sequence", "stability"],
     ["demo", "arguments", "cli"],
     ["__main__"],
