@@ -1,19 +1,21 @@
 """The curve of error against run time over the number of strokes, and its knee: the one definition of both.
 
-The knee is the count at which the curve has bought the most for the least: with e the share of the error that
-was taken away and t the share of the seconds that were added, both from the first count of the curve (0) to
-its last (1), the knee is where e - t is largest. There the curve of RMSE over seconds is parallel to the chord
-between its ends: before it a second takes away more error than on average, after it less.
+The knee is the count at which the curve has bought the most for the least: with e the share of the error
+that was taken away and t the share of the seconds that were added, both from the first count of the curve
+(0) to its last (1), the knee is where e - t is largest. There the curve of RMSE over seconds is parallel to
+the chord between its ends: before it a second takes away more error than on average, after it less.
 Source: Satopaa et al. 2011, Finding a "Kneedle" in a Haystack; but on a fit in place of a spline.
 
-It depends neither on the unit of the error nor on the speed of the machine nor on a fixed start-up time. What
-it does depend on are the ends, so a curve should end where the scene does: at one stroke per Gaussian, whose
-frame needs no clustering. (Cut at 32,000 strokes, the knee of a scene of 150,000 moves from 12,600 to 3,800.)
+It depends neither on the unit of the error nor on the speed of the machine nor on a fixed start-up time.
+What it does depend on are the ends, so a curve should end where the scene does: at one stroke per Gaussian,
+whose frame needs no clustering. (Cut at 32,000 strokes, the knee of a scene of 150,000 moves from 12,600 to
+3,800.)
 
-Why not the least error x seconds^p, which needs no ends: on nine real scenes both are near powers of the count,
-so that optimum is flat. 7 % of noise in the seconds, and one count left out, move it by factors up to 5.8 (p = 1/2
-and 1; standard deviation of the logarithm), and on most scenes it lies at an end of the curve: 125 strokes for a
-camp ground. The same noise moves the knee by 1.05 to 1.21, and it lies at 1,200 to 12,600 strokes.
+Why not the least error x seconds^p, which needs no ends: on nine real scenes both are near powers of the
+count, so that optimum is flat. 7 % of noise in the seconds, and one count left out, move it by factors up to
+5.8 (p = 1/2 and 1; standard deviation of the logarithm, on smooth fits), and on most scenes it lies at an
+end of the curve: 125 strokes for a camp ground. The same noise moves the knee by 1.05 to 1.21, and it lies
+at 1,200 to 12,600 strokes.
 """
 
 from dataclasses import dataclass
