@@ -128,7 +128,9 @@ def cluster_scene(
             grouping = group(
                 gaussians, num_strokes, features=config.features, method=config.method, seed=config.seed
             )
-            gaussians = merge_clusters(gaussians, grouping.labels, merge=config.merge)
+            gaussians = merge_clusters(
+                gaussians, grouping.labels, merge=config.merge, visible=grouping.visible
+            )
             by = f"{grouping.method}, {grouping.num_steps} steps ({grouping.reason})"
             stage.did = f"{num_before:,} into {len(gaussians):,} strokes by {by}"
             stage.counts |= {

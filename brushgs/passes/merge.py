@@ -42,6 +42,7 @@ def merge_clusters(
     *,
     merge: Merge = "cover",
     overlap: float = OVERLAP,
+    visible: Column | None = None,
 ) -> Gaussians:
     """Merge the Gaussians that share a label.
 
@@ -53,6 +54,7 @@ def merge_clusters(
         labels: [N] integers; which ones does not matter.
         merge: the rule.
         overlap: of "cover": factor on the variance between members, > 0; 1 conserves the covariance.
+        visible: of "cover": what `visible_shares` says of the Gaussians, if it is known already.
 
     Returns:
         One Gaussian per label in use, by ascending label, in the dtype of the input. With "cover" a Gaussian
@@ -63,6 +65,8 @@ def merge_clusters(
         ValueError: if the lengths differ, the rule is unknown or `overlap` is out of range.
     """
     check("merge_clusters", means=(gaussians.means, "N 3"), labels=(labels, "N"))
+    if visible is not None:
+        check("merge_clusters", means=(gaussians.means, "N 3"), visible=(visible, "N"))
     if not np.issubdtype(labels.dtype, np.integer):
         raise TypeError(f"merge_clusters: labels must be integers, got {labels.dtype}")
     if merge not in ("cover", "paper"):
@@ -71,7 +75,7 @@ def merge_clusters(
         raise ValueError(f"merge_clusters: overlap must be > 0 and finite, got {overlap}")
     used, compact = np.unique(labels, return_inverse=True)
     if merge == "cover":
-        merged = _cover(gaussians, compact, len(used), overlap)
+        merged = _cover(gaussians, compact, len(used), overlap, visible)
     else:
         merged = _paper(gaussians, compact, len(used))
     return merged.astype(gaussians.means.dtype.type)
@@ -92,7 +96,9 @@ def _paper(gaussians: Gaussians, labels: NDArray[np.intp], num: int) -> Gaussian
     )
 
 
-def _cover(gaussians: Gaussians, labels: NDArray[np.intp], num: int, overlap: float) -> Gaussians:
+def _cover(
+    gaussians: Gaussians, labels: NDArray[np.intp], num: int, overlap: float, visible: Column | None
+) -> Gaussians:
     areas = projected_areas(gaussians.scales)
     shares = _shares(gaussians.opacities * areas, labels, num)
     means = _sums(gaussians.means, shares, labels, num)
@@ -100,7 +106,8 @@ def _cover(gaussians: Gaussians, labels: NDArray[np.intp], num: int, overlap: fl
     scales, _ = principal_axes(within + between)
     opacities = _stopped(gaussians.opacities, areas, projected_areas(scales), labels)
     scales, rotations = principal_axes(within + overlap * between)
-    seen = _shares(shares * visible_shares(gaussians), labels, num)
+    visible = visible_shares(gaussians) if visible is None else visible
+    seen = _shares(shares * visible, labels, num)
     quats, sh = quats_of(rotations), _sum_sh(gaussians.sh, seen, labels, num)
     columns = (means, quats, scales, opacities, sh)
     is_alone = np.bincount(labels, minlength=num)[labels] == 1
