@@ -99,7 +99,7 @@ def knee(curve: Curve) -> Knee:
     high = min(2 * counts[at], counts[-1])
     low = max(high / 2, counts[0])
     pair = np.array([low, high])
-    octaves = np.log2(high / low) or 1.0  # a curve of one count: nothing doubles
+    octaves = float(np.log2(high / low)) or 1.0  # a curve of one count: nothing doubles
     (e1, e2), (t1, t2) = fitted_rmse(curve, pair), fitted_seconds(curve, pair)
     return Knee(
         round(float(counts[at])),
@@ -142,14 +142,30 @@ def psnr_of(rmse: float) -> float:
 
 
 def _fitted(known: NDArray[np.float64], values: Array, wanted: NDArray[np.float64]) -> NDArray[np.float64]:
-    from scipy.optimize import nnls
-
+    """Terms [n, T] at other counts, weighed so that those at the known ones [M, T] come to the values."""
     relative = known / values[:, None]
     lengths = np.linalg.norm(relative, axis=0)
-    lengths[lengths == 0] = 1.0
-    rows = np.concatenate([relative / lengths, RIDGE * np.eye(len(lengths))])
-    weights, _ = nnls(rows, np.concatenate([np.ones(len(values)), np.zeros(len(lengths))]))
-    return np.asarray(wanted @ (weights / lengths))
+    lengths[lengths == 0] = 1.0  # a term that is zero at all counts takes no part
+    relative = relative / lengths
+    gram = relative.T @ relative + RIDGE**2 * np.eye(len(lengths))
+    return np.asarray(wanted @ (_least_squares(gram, relative.sum(axis=0)) / lengths))
+
+
+def _least_squares(gram: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The x >= 0 of least x.gram.x / 2 - target.x.
+
+    It is positive on one set of its places, and there it solves the equations of that set. The few sets are
+    tried one by one, which is sooner done than scipy.optimize is imported.
+    """
+    best, weights = 0.0, np.zeros(len(target))
+    for places in range(1, 1 << len(target)):
+        used = [place for place in range(len(target)) if places >> place & 1]
+        solved = np.linalg.solve(gram[np.ix_(used, used)], target[used])
+        value = -0.5 * float(target[used] @ solved)
+        if value < best and (solved >= 0).all():
+            best, weights = value, np.zeros(len(target))
+            weights[used] = solved
+    return weights
 
 
 def _share(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -17,7 +17,8 @@ LAYERS = [
     ["lock"],
     ["raster"],
     ["metrics", "image_strokes", "curve"],
-    ["report", "describe", "spread", "stages", "pipeline", "sequence", "stability"],
+    ["sight", "stroke_count"],
+    ["report", "describe", "spread", "counting", "stages", "pipeline", "sequence", "stability"],
     ["demo", "arguments", "cli"],
     ["__main__"],
 ]
