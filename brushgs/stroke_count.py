@@ -21,19 +21,14 @@ from brushgs.passes.halving import halve
 from brushgs.passes.merge import merge_clusters
 from brushgs.raster.ops import render
 from brushgs.scene import Camera, Frame, Gaussians
-from brushgs.shapes import Array, check
 from brushgs.sh import C0, base_colors, used_sh_degree
+from brushgs.shapes import Array, check
 from brushgs.sight import Sight
 from brushgs.textures import StrokeTexture
 
 WHITE = (1.0, 1.0, 1.0)
 FEWEST = 128  # where the curve of the knee starts: with fewer strokes a scene is a blot
-MOST = 32768  # nothing is merged at more: the next look is at all Gaussians
-SPACING, CLOSE = 4, 2  # of the counts looked at, and that of small scenes, which would give no curve
-SMALL = 4096  # Gaussians, of a small scene
-FINEST = 2.5  # Gaussians a stroke at the finest look below all: finer ones are little else than all
-    1.5  # Gaussians a stroke at the finest look below all: there is hardly anything to merge in finer ones
-)
+SPACING, FEWEST_LOOKS = 4, 4  # of the counts looked at, about; closer where there would be fewer below all
 LOOK_ROWS = 4  # of four rows of pixels one is compared: neighbours tell nearly the same
 
 Rule = Literal["knee", "psnr", "size"]
@@ -164,16 +159,12 @@ def choose_in_sight(
 
 
 def counts_to_look_at(num: int, rule: Rule) -> list[int]:
-    """Ascending counts below all `num` Gaussians: from `FEWEST` on for the knee, else from 1."""
-    step = CLOSE if num < SMALL else SPACING
-    counts, count = [], FEWEST
-    while count < min(num / FINEST, MOST + 1):
-        counts.append(count)
-        count *= step
-    if rule == "knee":
-        return counts
-    few = [count for count in (1, 2, 8, 32) if count < min(num, FEWEST)]
-    return few + counts
+    """Ascending counts below all `num` Gaussians, evenly apart; for the knee from `FEWEST` on, else from 1."""
+    few = [] if rule == "knee" else [count for count in (1, 2, 8, 32) if count < min(num, FEWEST)]
+    if num < 2 * FEWEST:
+        return few
+    looks = max(FEWEST_LOOKS, round(float(np.log(num / FEWEST) / np.log(SPACING))))
+    return few + [round(FEWEST * (num / FEWEST) ** (look / looks)) for look in range(looks)]
 
 
 def _coarser(
@@ -190,7 +181,7 @@ def _coarser(
     strokes = merge_clusters(seen, partitions[-1], merge=merge, visible=visible)
     yield strokes
     for finer, labels in zip(partitions[:0:-1], partitions[-2::-1], strict=True):
-        if labels.max() == finer.max():  # a round of halving may pass two counts at once
+        if labels.max() == finer.max():  # there are fewer different points than either count
             continue
         _, firsts = np.unique(finer, return_index=True)
         strokes = merge_clusters(strokes, labels[firsts], merge=merge)

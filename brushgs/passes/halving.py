@@ -41,9 +41,8 @@ def halve(
         counts: ascending, >= 1.
 
     Returns:
-        For each count [N] labels from 0 on, each in use: of as many cells as asked for or somewhat more, at
-        most twice as many; of fewer only where there are fewer different points. Each cell lies within one
-        cell of every coarser partition.
+        For each count [N] labels from 0 on, each in use: of as many cells as asked for, of fewer only where
+        there are fewer different points. Each cell lies within one cell of every coarser partition.
 
     Raises:
         ValueError: if shapes differ or counts do not ascend from 1 on.
@@ -59,7 +58,7 @@ def halve(
     found = []
     for count in counts:
         while len(starts) < count and spread.inertia.max() > 0:
-            starts, spread = _round(columns, weights, order, starts, spread)
+            starts, spread = _round(columns, weights, order, starts, spread, count - len(starts))
         labels = np.empty(num, dtype=np.int32)
         labels[order] = np.repeat(np.arange(len(starts), dtype=np.int32), _lengths(starts, num))
         found.append(labels)
@@ -67,10 +66,17 @@ def halve(
 
 
 def _round(
-    columns: NDArray[np.float64], weights: NDArray[np.float64], order: Rows, starts: Rows, spread: _Spread
+    columns: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    order: Rows,
+    starts: Rows,
+    spread: _Spread,
+    most: int,
 ) -> tuple[Rows, _Spread]:
-    """Halve the worst cells; changes `order` in place."""
+    """Halve the worst cells, at most so many; changes `order` in place."""
     picked = np.flatnonzero(spread.inertia > NEAR_WORST * spread.inertia.max())
+    if len(picked) > most:
+        picked = np.sort(picked[np.argsort(-spread.inertia[picked], kind="stable")[:most]])
     begins, lengths = starts[picked], _lengths(starts, len(order))[picked]
     places, rank = _ranges(begins, lengths)
     rows = order[places]
