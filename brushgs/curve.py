@@ -95,7 +95,12 @@ def knee(curve: Curve) -> Knee:
     """
     counts = np.geomspace(curve.strokes[0], curve.strokes[-1], STEPS)
     error, seconds = fitted_rmse(curve, counts), fitted_seconds(curve, counts)
-    at = int(np.argmax(_share(error) - _share(seconds)))
+    if curve.rmse.min() >= curve.rmse[0]:
+        at = 0
+    elif curve.seconds.max() <= curve.seconds[0]:
+        at = STEPS - 1
+    else:
+        at = int(np.argmax(_share(error) - _share(seconds)))
     high = min(2 * counts[at], counts[-1])
     low = max(high / 2, counts[0])
     pair = np.array([low, high])

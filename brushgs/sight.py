@@ -72,11 +72,16 @@ class Sight:
             depth=False,
             num_threads=self.num_threads,
         )
-        rows, ground = slice(None, None, row_step), np.asarray(self.background, dtype=frame.rgb.dtype)
-        ground = ground if ground.ndim == 1 else ground[rows]
-        painted, bare = frame.rgb[rows] - self.plain.rgb[rows], frame.alpha[rows] - self.plain.alpha[rows]
-        painted -= bare[..., None] * ground  # where less is painted the ground shines through
-        return float(np.sqrt(np.mean(np.square(painted), dtype=np.float64)))
+        apart = self._shown(frame, row_step) - self._shown(self.plain, row_step)
+        return float(np.sqrt(np.mean(np.square(apart), dtype=np.float64)))
+
+    def _shown(self, frame: Frame, row_step: int) -> Array:
+        """What a screen shows of a frame on the ground: rows of [H, W, 3], 0 to 1."""
+        ground = np.asarray(self.background, dtype=frame.rgb.dtype)
+        ground = ground if ground.ndim == 1 else ground[::row_step]
+        picture = (1 - frame.alpha[::row_step, :, None]) * ground
+        picture += frame.rgb[::row_step]
+        return np.clip(picture, 0, 1, out=picture)
 
     def size(self, boxes: Boxes) -> float:
         """See `typical_size`."""

@@ -30,6 +30,7 @@ WHITE = (1.0, 1.0, 1.0)
 FEWEST = 128  # where the curve of the knee starts: with fewer strokes a scene is a blot
 SPACING, FEWEST_LOOKS = 4, 4  # of the counts looked at, about; closer where there would be fewer below all
 LOOK_ROWS = 4  # of four rows of pixels one is compared: neighbours tell nearly the same
+TINY = 1e-9  # in place of an error or a size of zero, which has no logarithm
 
 Rule = Literal["knee", "psnr", "size"]
 
@@ -159,7 +160,7 @@ def choose_in_sight(
 
 
 def counts_to_look_at(num: int, rule: Rule) -> list[int]:
-    """Ascending counts below all `num` Gaussians, evenly apart; for the knee from `FEWEST` on, else from 1."""
+    """Ascending counts below all `num` Gaussians, evenly apart, from 1 on; for the knee from `FEWEST`."""
     few = [] if rule == "knee" else [count for count in (1, 2, 8, 32) if count < min(num, FEWEST)]
     if num < 2 * FEWEST:
         return few
@@ -224,4 +225,7 @@ def _first_within(counts: Array, values: Array, limit: float) -> int:
 
 
 def _at(counts: Array, values: Array, count: int) -> float:
-    return float(np.exp(np.interp(np.log(count), np.log(counts), np.log(np.maximum(values, 1e-9)))))
+    """The value at a count, between two that were looked at as a power of the count."""
+    logs = np.log(np.maximum(values, TINY))
+    value = float(np.exp(np.interp(np.log(count), np.log(counts), logs)))
+    return value if value > 2 * TINY else 0.0
