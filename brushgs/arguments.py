@@ -248,7 +248,7 @@ def cluster_config(args: Namespace, preset: Any = PRESETS["default"]) -> "Cluste
     from brushgs.config import ClusterConfig, ErrorBudget, StrokeSize
 
     chosen = _chosen(args, preset, "features", "merge", "method", "seed")
-    if args.stroke_size is not None:
+    if getattr(args, "stroke_size", None) is not None:
         if args.strokes is not None:
             raise ValueError("--stroke-size must not stand beside --strokes, which says how many there are")
         return ClusterConfig(**chosen | {"strokes": StrokeSize(args.stroke_size)})

@@ -23,7 +23,7 @@ def exact_knee(curve, slope):
 @pytest.mark.parametrize("slope", [0.25, 0.5])
 def test_the_knee_of_a_power_and_a_line_is_where_they_are_parallel_to_the_chord(slope):
     curve = curve_of(slope=slope)
-    assert knee(curve).strokes == pytest.approx(exact_knee(curve, slope), rel=0.1)  # worst seen: 7 %
+    assert knee(curve).strokes == pytest.approx(exact_knee(curve, slope), rel=0.06)  # worst seen: 4.7 %
 
 
 def test_the_fit_follows_a_curve_of_its_own_terms():
@@ -55,14 +55,14 @@ def test_noise_in_the_seconds_hardly_moves_the_knee(seed):
     chance = np.random.default_rng(seed)
     curve = curve_of(slope=0.3)
     noisy = Curve(curve.strokes, curve.rmse, curve.seconds * np.exp(0.07 * chance.normal(size=len(COUNTS))))
-    assert abs(np.log(knee(noisy).strokes / knee(curve).strokes)) < np.log(1.6)  # worst of 1,000: 1.45
+    assert abs(np.log(knee(noisy).strokes / knee(curve).strokes)) < np.log(1.3)  # worst of 400: 1.19
 
 
 def test_a_count_left_out_hardly_moves_the_knee():
     curve = curve_of(slope=0.3)
     for index in range(1, len(COUNTS) - 1):
         rest = np.delete(COUNTS, index)
-        assert abs(np.log(knee(curve_of(rest, slope=0.3)).strokes / knee(curve).strokes)) < np.log(1.1)
+        assert abs(np.log(knee(curve_of(rest, slope=0.3)).strokes / knee(curve).strokes)) < np.log(1.05)
 
 
 @given(

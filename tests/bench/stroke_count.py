@@ -1,7 +1,7 @@
 """The count that `--strokes auto` chooses beside the knee of the full curve, and what either takes.
 
     python -m tests.bench.stroke_count [SCENE ...] [--stroke swirl] [--cpu] [--repeat 9] [--aims] [--cost]
-                                       [--json FILE]
+                                       [--plot FILE] [--json FILE]
 
 SCENE is a name of the table below. The view is the one that `brushgs render` frames, 1280 x 720, on white.
 
@@ -32,7 +32,7 @@ import brushgs as bg
 from brushgs import sight as sight_module
 from brushgs.config import ClusterConfig, DrawConfig, ErrorBudget, PruneConfig, StrokeSize
 from brushgs.counting import look
-from brushgs.curve import Curve, knee, psnr_of
+from brushgs.curve import Curve, fitted_rmse, fitted_seconds, knee, psnr_of
 from brushgs.errors import SceneWarning
 from brushgs.framing import frame_scene, up_vector
 from brushgs.metrics import seen_areas
@@ -95,6 +95,7 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=9)
     parser.add_argument("--aims", action="store_true")
     parser.add_argument("--cost", action="store_true")
+    parser.add_argument("--plot", type=Path, help="draw the curves, their knees and the choices to this file")
     parser.add_argument("--json", type=Path, help="write the figures to this file, too")
     options = parser.parse_args()
     clock = time.process_time if options.cpu else time.perf_counter
@@ -106,6 +107,8 @@ def main() -> None:
         each = aims if options.aims else compare
         print(AIMS_HEADING if options.aims else HEADING, flush=True)
         figures = [each(Scene(name, options.stroke), clock, options.repeat) for name in names]
+    if options.plot:
+        plot(figures, options.plot)
     if options.json:
         options.json.write_text(json.dumps(figures, indent=1) + "\n")
 
@@ -157,6 +160,31 @@ def compare(scene: Scene, clock: Callable[[], float], repeat: int) -> dict[str, 
         "auto_seconds": looks,
         "cluster_and_ten_frames_seconds": yards,
     }
+
+
+def plot(figures: list[dict[str, object]], path: Path) -> None:
+    """Error over the milliseconds of a frame: a dot a count, the knee a ring, the choice a cross."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    _, axes = pyplot.subplots(2, 3, figsize=(8.4, 4.6), constrained_layout=True)
+    for axis, row in zip(axes.flat, figures, strict=False):
+        curve = Curve(row["strokes"], row["rmse"], row["seconds"])
+        line = np.geomspace(curve.strokes[0], curve.strokes[-1], 200)
+        axis.plot(1e3 * fitted_seconds(curve, line), fitted_rmse(curve, line), lw=1, color="0.6")
+        axis.plot(1e3 * curve.seconds, curve.rmse, ".", color="0.3", ms=4)
+        for count, marker, size in ((row["knee"], "o", 9), (row["auto"], "x", 7)):
+            at = np.array([count])
+            place = 1e3 * fitted_seconds(curve, at), fitted_rmse(curve, at)
+            axis.plot(*place, marker, color="C3", ms=size, mfc="none", label=f"{count:,}")
+        axis.set_title(str(row["scene"]), fontsize=9)
+        axis.tick_params(labelsize=7)
+        axis.legend(fontsize=7, frameon=False)
+    pyplot.setp(axes[-1], xlabel="ms a frame")
+    pyplot.setp(axes[:, 0], ylabel="RMSE to the plain picture")
+    pyplot.savefig(path, dpi=80)
 
 
 AIMS_HEADING = "| scene | asked | strokes | reached | clusterings | seconds |\n|---|---|---|---|---|---|"
@@ -218,29 +246,25 @@ def costs(names: list[str], repeat: int) -> dict[str, object]:
 
 
 def cost_rows(name: str, repeat: int) -> list[dict[str, object]]:
-    """What frames of a scene consist of, and their seconds of one core."""
+    """What frames of a scene consist of, and their nanoseconds of one core."""
+    scene = Scene(name)
+    sets = [scene.clustered(count) for count in COUNTS[::2] if count < len(scene.kept)] + [scene.kept]
     rows: list[dict[str, object]] = []
     for size in SIZES:
         for stroke in ("swirl", "gaussian"):
-            scene = Scene(name, stroke, size)
-            view = scene.sight()
-            sets = [scene.clustered(n) for n in COUNTS[::2] if n < len(scene.kept)] + [scene.kept]
-            seconds = [np.inf] * len(sets)
+            view = Scene(name, stroke, size)
+            nanoseconds = [np.inf] * len(sets)
             for _ in range(repeat + 1):
                 for i, strokes in enumerate(sets):
-                    took = timed(lambda a=scene, s=strokes: a.frame(s), time.process_time)[0]
-                    seconds[i] = min(seconds[i], took)
-            for strokes, took in zip(sets, seconds, strict=True):
-                painted = float(seen_areas(view.boxes(strokes), *size).sum())
-                rows.append(
-                    {
-                        "scene": name,
-                        "curve": f"{name} {size[0]} {stroke}",
-                        "is_image": stroke == "swirl",
-                        "parts": [size[0] * size[1], len(strokes), painted],
-                        "ns": 1e9 * took,
-                    }
-                )
+                    took, _ = timed(lambda v=view, s=strokes: v.frame(s), time.process_time)
+                    nanoseconds[i] = min(nanoseconds[i], 1e9 * took)
+            sight = view.sight()
+            for strokes, took in zip(sets, nanoseconds, strict=True):
+                painted = float(seen_areas(sight.boxes(strokes), *size).sum())
+                parts = [size[0] * size[1], len(strokes), painted]
+                curve = f"{name} {size[0]} {stroke}"
+                is_image = stroke == "swirl"
+                rows.append({"scene": name, "curve": curve, "is_image": is_image, "parts": parts, "ns": took})
     return rows
 
 
