@@ -87,7 +87,7 @@ def choose_strokes(
         camera: the view; what is looked at is its picture, in its size.
         texture: the stroke.
         psnr: in place of the knee, the fewest strokes that should come as near to the plain picture, dB,
-            > 0. Clusters come nearer than the cells looked at, so this is mostly enough, and rather too many.
+            > 0. Clusters come as near as the cells looked at at 0.7 to 1.4 of their count, mostly.
         size: in place of the knee, the fewest strokes of at most that typical size, pixels, > 0. Up to 20 %
             smaller below 1,000 strokes: clusters are more compact than cells.
         plain: the picture to come near; None renders `gaussians` with the "gaussian" kernel.

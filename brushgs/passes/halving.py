@@ -1,8 +1,8 @@
 """Nested clusters of points, by halving the worst: a quick look at what k-means would find at many counts.
 
 One pass gives every count on its way, where k-means starts anew for each, and takes a fifth of the time of
-one k-means. Strokes made of its cells come as near to the plain picture as those of k-means at 0.6 to 1 of
-the count.
+one k-means. Strokes made of its cells come as near to the plain picture as those of k-means at 0.5 to 1.6 of
+the count, in the median at 0.9 (four real scenes, two strokes).
 """
 
 from collections.abc import Sequence
