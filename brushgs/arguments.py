@@ -446,7 +446,8 @@ def _add_strokes(parser: ArgumentParser) -> None:
         "--stroke-size",
         type=_pixels,
         metavar="PX",
-        help="in place of --strokes, how long strokes typically are in the picture, such as 24px",
+        help="in place of --strokes, how long strokes typically are in the picture, such as 24px, above 0; "
+        "default none",
     )
 
 
