@@ -94,7 +94,9 @@ def paint(
     texture = open_stroke(config.draw, report)
     palette = open_palette(config.palette, report)
     camera = choose_camera(gaussians, config.view, report, camera=camera)
-    ground = open_background(config.draw.background, camera.width, camera.height)
+    ground = None  # a frame has none; only where strokes are counted is one put under it
+    if config.cluster.aim is not None:
+        ground = open_background(config.draw.background, camera.width, camera.height)
     sight = look(gaussians, camera, texture, config.cluster, config.draw, ground, report)
     strokes = prune_scene(gaussians, config.prune, report)
     strokes = cluster_scene(strokes, config.cluster, report, num_loaded=len(gaussians), sight=sight)
