@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from brushgs.project import project
     from brushgs.raster.ops import rasterize, render, render_sequence
     from brushgs.scene import Boxes, Camera, Frame, Gaussians
+    from brushgs.stroke_count import choose_strokes
     from brushgs.textures import StrokeTexture
 
 __version__ = "0.1.0"
@@ -33,6 +34,7 @@ _HOME = {
     "SceneError": "errors",
     "SceneWarning": "errors",
     "StrokeTexture": "textures",
+    "choose_strokes": "stroke_count",
     "cluster": "passes.cluster",
     "load": "io",
     "load_cameras": "io",
@@ -56,6 +58,7 @@ __all__ = [
     "SceneError",
     "SceneWarning",
     "StrokeTexture",
+    "choose_strokes",
     "cluster",
     "load",
     "load_cameras",

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, get_args
 
 from brushgs import __version__
 from brushgs.choices import (
+    MAX_SIDE,
     PRESETS,
     VIDEO_SUFFIXES,
     ColorSpace,
@@ -52,6 +53,7 @@ examples:
 
 `brushgs COMMAND --help` tells the flags of a command. A finished command prints the path it wrote on
 stdout and a table of what it did on stderr. Exit code 2: an input that cannot be used, said in a sentence."""
+DECIBEL = "dB"  # the unit of an error budget
 FRAMING_FLAGS = ("up", "azimuth", "elevation", "fov_deg", "zoom")
 SEQUENCE_FLAGS = ("frames", "seconds", "fps", "loop", "resume", "jobs", "scheduler")
 
@@ -238,10 +240,20 @@ def prune_config(args: Namespace) -> "PruneConfig":
 
 
 def cluster_config(args: Namespace, preset: Any = PRESETS["default"]) -> "ClusterConfig":
-    """How Gaussians become strokes; `brushgs demo` has only some of its flags."""
-    from brushgs.config import ClusterConfig
+    """How Gaussians become strokes; `brushgs demo` has only some of its flags.
+
+    Raises:
+        ValueError: if a value is out of range, or flags exclude each other.
+    """
+    from brushgs.config import ClusterConfig, ErrorBudget, StrokeSize
 
     chosen = _chosen(args, preset, "features", "merge", "method", "seed")
+    if getattr(args, "stroke_size", None) is not None:
+        if args.strokes is not None:
+            raise ValueError("--stroke-size must not stand beside --strokes, which says how many there are")
+        return ClusterConfig(**chosen | {"strokes": StrokeSize(args.stroke_size)})
+    if isinstance(args.strokes, str) and args.strokes.endswith(DECIBEL):
+        return ClusterConfig(**chosen | {"strokes": ErrorBudget(_number(args.strokes[: -len(DECIBEL)]))})
     if args.strokes == "all" or (args.strokes is None and _is_plain(args)):
         return ClusterConfig(**chosen | {"strokes": None})
     return ClusterConfig(**chosen | _chosen(args, {}, "strokes"))
@@ -425,9 +437,17 @@ def _add_strokes(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--strokes",
         type=_strokes,
-        metavar="COUNT|PERCENT|all",
-        help="number of strokes, 1 or more, or a share of the scene as loaded such as 10%%, or all; default "
-        "7000 (all with --stroke gaussian)",
+        metavar="COUNT|PERCENT|all|auto|DB",
+        help="number of strokes, 1 or more, or a share of the scene as loaded such as 10%%, or all; auto: as "
+        "many as are worth their time in this picture; 24dB: the fewest that come as near to the plain "
+        "picture; default 7000 (all with --stroke gaussian)",
+    )
+    parser.add_argument(
+        "--stroke-size",
+        type=_pixels,
+        metavar="PX",
+        help="in place of --strokes, how long strokes typically are in the picture, such as 24px, above 0; "
+        "default none",
     )
 
 
@@ -603,9 +623,13 @@ def _count_from(least: int) -> Callable[[str], int]:
 
 
 def _strokes(text: str) -> int | float | str:
-    """An int is a count, a float a share, "all" stays."""
-    if text == "all":
+    """An int is a count, a float a share; "all", "auto" and a budget such as "24dB" stay."""
+    if text in ("all", "auto"):
         return text
+    if text.lower().endswith(DECIBEL.lower()):
+        if not 0 < (psnr := _number(text[: -len(DECIBEL)])) <= 100:
+            raise ArgumentTypeError(f"must be above 0 dB and at most 100 dB, got {text!r}")
+        return f"{psnr!r}{DECIBEL}"
     if text.endswith("%"):
         share = _number(text[:-1]) / 100
         if not 0 < share <= 1:
@@ -615,8 +639,16 @@ def _strokes(text: str) -> int | float | str:
         return _count_from(1)(text)
     except ArgumentTypeError:
         raise ArgumentTypeError(
-            f"must be a count of 1 or more, a share such as 10%, or all, got {text!r}"
+            f"must be a count of 1 or more, a share such as 10%, all, auto, or a budget such as 24dB, "
+            f"got {text!r}"
         ) from None
+
+
+def _pixels(text: str) -> float:
+    match = re.fullmatch(r"([0-9]+\.?[0-9]*|\.[0-9]+) ?(px)?", text, re.IGNORECASE)
+    if match is None or not 0 < float(match[1]) <= MAX_SIDE:
+        raise ArgumentTypeError(f"must be a length above 0 in pixels such as 24px, got {text!r}")
+    return float(match[1])
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from math import ceil, inf, pi
 from pathlib import Path
+from typing import Literal
 
 from brushgs.choices import (
+    MAX_SIDE,
     ColorSpace,
     Extent,
     Features,
@@ -25,6 +27,7 @@ DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
 DEFAULT_FPS = 24.0  # of film
 MAX_FRAMES = 99_999  # more than an hour of film; five digits number them
+MAX_PSNR = 100.0  # dB; pictures of 16 bits agree no better
 MAX_FPS = 1000.0  # more is a slip of the pen, and video formats count no finer than milliseconds
 
 Up = str | tuple[float, float, float]
@@ -49,19 +52,59 @@ class PruneConfig:
 
 
 @dataclass(frozen=True)
+class ErrorBudget:
+    """The fewest strokes that come at least so near to the plain picture.
+
+    Attributes:
+        psnr: dB, in (0, 100].
+    """
+
+    psnr: float
+
+    def __post_init__(self) -> None:
+        if not 0 < self.psnr <= MAX_PSNR:
+            raise ValueError(f"strokes must be above 0 dB and at most {MAX_PSNR:g} dB, got {self.psnr:g} dB")
+
+    def __str__(self) -> str:
+        return f"{self.psnr:g}dB"
+
+
+@dataclass(frozen=True)
+class StrokeSize:
+    """Strokes that are typically so long in the picture, see `brushgs.sight.typical_size`.
+
+    Attributes:
+        pixels: > 0, at most the longest side that a picture can have.
+    """
+
+    pixels: float
+
+    def __post_init__(self) -> None:
+        if not 0 < self.pixels <= MAX_SIDE:
+            raise ValueError(f"stroke-size must be above 0 and at most {MAX_SIDE} px, got {self.pixels:g} px")
+
+    def __str__(self) -> str:
+        return f"{self.pixels:g}px"
+
+
+Aim = Literal["auto"] | ErrorBudget | StrokeSize  # what a count of strokes is chosen for
+
+
+@dataclass(frozen=True)
 class ClusterConfig:
     """How Gaussians become fewer and larger strokes.
 
     Attributes:
         strokes: at most so many: a count >= 1, a share of the scene as loaded in (0, 1) given as a
-            float, or None for one stroke per Gaussian.
+            float, or None for one stroke per Gaussian. Or an aim, for which the count is chosen: "auto" for
+            the knee of error over cost (`choose_strokes`), an `ErrorBudget` or a `StrokeSize`.
         features: "balanced" or "paper", see `cluster`.
         merge: "cover" or "paper", see `cluster`.
         method: "auto", "minibatch" or "lloyd", see `cluster`.
         seed: of all the chance in it, 0 to 2^32 - 1.
     """
 
-    strokes: int | float | None = DEFAULT_STROKES
+    strokes: int | float | Aim | None = DEFAULT_STROKES
     features: Features = "balanced"
     merge: Merge = "cover"
     method: Method = "auto"
@@ -70,14 +113,29 @@ class ClusterConfig:
     def __post_init__(self) -> None:
         if not 0 <= self.seed < 2**32:
             raise ValueError(f"seed must be 0 to 4294967295, got {self.seed}")
-        if self.strokes is None:
+        if self.strokes is None or isinstance(self.strokes, (ErrorBudget, StrokeSize)):
+            return
+        if isinstance(self.strokes, str):
+            if self.strokes != "auto":
+                raise ValueError(f"strokes must be a number, auto, a budget or a size, got {self.strokes!r}")
             return
         is_share = isinstance(self.strokes, float)
         if not (0 < self.strokes <= 1 if is_share else self.strokes >= 1):
             raise ValueError(f"strokes must be a count >= 1 or a share in (0, 100 %], got {self.strokes}")
 
+    @property
+    def aim(self) -> Aim | None:
+        """What the count is chosen for; None where it is given."""
+        return self.strokes if isinstance(self.strokes, (str, ErrorBudget, StrokeSize)) else None
+
     def num_strokes(self, num_gaussians: int) -> int:
-        """The count asked for, given how many Gaussians the scene has as loaded."""
+        """The count asked for, given how many Gaussians the scene has as loaded.
+
+        Raises:
+            TypeError: if it is an aim, which takes a look at the scene.
+        """
+        if isinstance(self.strokes, (str, ErrorBudget, StrokeSize)):
+            raise TypeError(f"num_strokes: strokes must be a count, a share or None, got {self.strokes}")
         if self.strokes is None:
             return num_gaussians
         if isinstance(self.strokes, float):

@@ -1,6 +1,6 @@
 """The stages in order, each timed, each able to say what it did and what this scene does not need.
 
-    stroke (-> palette) -> load -> camera (-> background) -> prune -> cluster (-> recolor)
+    stroke (-> palette) -> load -> camera (-> background, plain) -> prune (-> count) -> cluster (-> recolor)
         -> project -> rasterise -> write
 
 The camera is framed on the scene as loaded, so that paintings of one scene with other counts line up.
@@ -11,8 +11,9 @@ import os
 import tempfile
 from pathlib import Path
 
-from brushgs.background import check_background
-from brushgs.config import ClusterConfig, PaintConfig, PaletteConfig, PruneConfig
+from brushgs.background import check_background, open_background
+from brushgs.config import ClusterConfig, DrawConfig, PaintConfig, PaletteConfig, PruneConfig, ViewConfig
+from brushgs.counting import look
 from brushgs.errors import SceneError
 from brushgs.report import Report
 from brushgs.scene import Camera, Frame, Gaussians
@@ -68,9 +69,10 @@ def paint_file(
     gaussians, file_up = load_scene(scene, report)
     camera = choose_camera(gaussians, config.view, report, file_up=file_up, camera=camera)
     ground = open_ground(config.draw, camera, report)
+    sight = look(gaussians, camera, texture, config.cluster, config.draw, ground, report)
     num_loaded = len(gaussians)
     gaussians = prune_scene(gaussians, config.prune, report)
-    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded)
+    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded, sight=sight)
     gaussians = recolor_scene(gaussians, palette, config.palette, report)
     boxes = project_scene(gaussians, camera, texture, config.draw, report)
     is_deep = output.suffix.lower() == ".exr"  # the one format that carries depth
@@ -92,8 +94,12 @@ def paint(
     texture = open_stroke(config.draw, report)
     palette = open_palette(config.palette, report)
     camera = choose_camera(gaussians, config.view, report, camera=camera)
+    ground = None  # a frame has none; only where strokes are counted is one put under it
+    if config.cluster.aim is not None:
+        ground = open_background(config.draw.background, camera.width, camera.height)
+    sight = look(gaussians, camera, texture, config.cluster, config.draw, ground, report)
     strokes = prune_scene(gaussians, config.prune, report)
-    strokes = cluster_scene(strokes, config.cluster, report, num_loaded=len(gaussians))
+    strokes = cluster_scene(strokes, config.cluster, report, num_loaded=len(gaussians), sight=sight)
     strokes = recolor_scene(strokes, palette, config.palette, report)
     boxes = project_scene(strokes, camera, texture, config.draw, report)
     return draw(boxes, camera, texture, config.draw, report)
@@ -107,10 +113,21 @@ def prune_file(scene: str | Path, output: str | Path, config: PruneConfig, repor
 
 
 def cluster_file(scene: str | Path, output: str | Path, config: ClusterConfig, report: Report) -> Report:
-    """The cluster pass alone: scene file to scene file."""
+    """The cluster pass alone: scene file to scene file.
+
+    It has no view. Where the count of strokes is chosen for one, the scene is framed as `paint_file` does by
+    default, and seen with the plain kernel.
+    """
     check_output(Path(output), (".ply",), inputs=(Path(scene),))
-    gaussians, _ = load_scene(scene, report)
-    return write_scene(cluster_scene(gaussians, config, report, num_loaded=len(gaussians)), output, report)
+    gaussians, file_up = load_scene(scene, report)
+    sight = None
+    if config.aim is not None:
+        draw = DrawConfig(stroke="gaussian")
+        texture = open_stroke(draw, report)
+        camera = choose_camera(gaussians, ViewConfig(), report, file_up=file_up)
+        sight = look(gaussians, camera, texture, config, draw, None, report)
+    strokes = cluster_scene(gaussians, config, report, num_loaded=len(gaussians), sight=sight)
+    return write_scene(strokes, output, report)
 
 
 def recolor_file(scene: str | Path, output: str | Path, config: PaletteConfig, report: Report) -> Report:

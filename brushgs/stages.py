@@ -13,6 +13,7 @@ import numpy as np
 from brushgs.background import Ground, open_background
 from brushgs.choices import ViewLock
 from brushgs.config import DEFAULT_SIZE, ClusterConfig, DrawConfig, PaletteConfig, PruneConfig, ViewConfig
+from brushgs.counting import choose, make
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.framing import DEFAULT_UP, default_elevation, frame_scene, subject, up_vector
 from brushgs.report import Report, Stage
@@ -20,6 +21,7 @@ from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.passes.recolor import Palette
+    from brushgs.sight import Sight
     from brushgs.textures import StrokeTexture
 
 NOTHING_SEEN = "no stroke is in the picture; check that the camera and the scene belong together"
@@ -107,39 +109,62 @@ def prune_scene(gaussians: Gaussians, config: PruneConfig, report: Report) -> Ga
 
 
 def cluster_scene(
-    gaussians: Gaussians, config: ClusterConfig, report: Report, *, num_loaded: int
+    gaussians: Gaussians,
+    config: ClusterConfig,
+    report: Report,
+    *,
+    num_loaded: int,
+    sight: "Sight | None" = None,
 ) -> Gaussians:
-    """Fewer and larger Gaussians: the strokes in space."""
+    """Fewer and larger Gaussians: the strokes in space.
+
+    Args:
+        gaussians: the scene, pruned.
+        config: how many, and how.
+        report: where the stages are told.
+        num_loaded: of how many Gaussians a share is one.
+        sight: what `counting.look` gave: the view that an aim is for.
+    """
+    choice = None if sight is None else choose(gaussians, config, sight, report)
     with report.stage("cluster") as stage:
-        num_before, num_strokes = len(gaussians), config.num_strokes(num_loaded)
+        num_before = len(gaussians)
+        num_strokes = config.num_strokes(num_loaded) if choice is None else choice.strokes
         stage.counts = {"before": num_before, "asked": num_strokes, "after": num_before, "method": None}
+
+        def into(count: int) -> Gaussians:
+            return _clustered(gaussians, count, config, stage)
+
         if config.strokes is None:
             stage.did = f"{num_before:,} strokes, one per Gaussian"
             stage.left_out.append("clustering: every Gaussian is a stroke")
-        elif num_before <= num_strokes:
-            stage.did = f"{num_before:,} strokes, one per Gaussian"
-            stage.left_out.append(
-                f"clustering: {num_before:,} Gaussians are not above {num_strokes:,} strokes"
-            )
-        else:
-            from brushgs.passes.cluster import group
-            from brushgs.passes.merge import merge_clusters
+            return gaussians
+        if choice is None or sight is None:
+            return into(num_strokes)
+        return make(gaussians, config, sight, choice, into, stage)
 
-            grouping = group(
-                gaussians, num_strokes, features=config.features, method=config.method, seed=config.seed
-            )
-            gaussians = merge_clusters(
-                gaussians, grouping.labels, merge=config.merge, visible=grouping.visible
-            )
-            by = f"{grouping.method}, {grouping.num_steps} steps ({grouping.reason})"
-            stage.did = f"{num_before:,} into {len(gaussians):,} strokes by {by}"
-            stage.counts |= {
-                "after": len(gaussians),
-                "method": grouping.method,
-                "steps": grouping.num_steps,
-                "inertia": grouping.inertia,
-            }
-    return gaussians
+
+def _clustered(gaussians: Gaussians, num_strokes: int, config: ClusterConfig, stage: Stage) -> Gaussians:
+    num_before = len(gaussians)
+    stage.left_out.clear()
+    if num_before <= num_strokes:
+        stage.did = f"{num_before:,} strokes, one per Gaussian"
+        stage.left_out.append(f"clustering: {num_before:,} Gaussians are not above {num_strokes:,} strokes")
+        return gaussians
+    from brushgs.passes.cluster import group
+    from brushgs.passes.merge import merge_clusters
+
+    grouping = group(gaussians, num_strokes, features=config.features, method=config.method, seed=config.seed)
+    strokes = merge_clusters(gaussians, grouping.labels, merge=config.merge, visible=grouping.visible)
+    by = f"{grouping.method}, {grouping.num_steps} steps ({grouping.reason})"
+    stage.did = f"{num_before:,} into {len(strokes):,} strokes by {by}"
+    stage.counts |= {
+        "asked": num_strokes,
+        "after": len(strokes),
+        "method": grouping.method,
+        "steps": grouping.num_steps,
+        "inertia": grouping.inertia,
+    }
+    return strokes
 
 
 def open_palette(config: PaletteConfig | None, report: Report) -> "Palette | None":

@@ -16,8 +16,9 @@ LAYERS = [
     ["passes", "project", "still_life", "background", "paths"],
     ["lock"],
     ["raster"],
-    ["metrics", "image_strokes"],
-    ["report", "describe", "spread", "stages", "pipeline", "sequence", "stability"],
+    ["metrics", "image_strokes", "curve"],
+    ["sight", "stroke_count"],
+    ["report", "describe", "spread", "counting", "stages", "pipeline", "sequence", "stability"],
     ["demo", "arguments", "cli"],
     ["__main__"],
 ]

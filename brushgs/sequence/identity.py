@@ -27,6 +27,8 @@ def options(config: PaintConfig) -> dict[str, Any]:
     """The options that the frames depend on, known before any work: name -> number, text or None."""
     steps = asdict(config.prune) | asdict(config.cluster) | asdict(config.draw)
     del steps["threads"]
+    if config.cluster.aim is not None:
+        steps["strokes"] = str(config.cluster.aim)
     if config.palette is not None:
         steps |= {f"palette {name}": str(value) for name, value in asdict(config.palette).items()}
     moving = {"lock": config.draw.lock or "track", "order": config.draw.order or "soft"}

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from brushgs.background import Ground
 from brushgs.config import DrawConfig, PaintConfig, PathConfig, SequenceConfig, ViewConfig
+from brushgs.counting import look
 from brushgs.errors import SceneWarning
 from brushgs.io.numbered import Ledger, NumberedFiles
 from brushgs.io.video import check_rate, check_size, filming, padded_size
@@ -95,9 +96,10 @@ def paint_sequence(
         check_rate(target, path.fps)
         check_size(target, path.cameras[0].width, path.cameras[0].height)
     ground = open_ground(config.draw, path.cameras[0], report)
+    sight = look(gaussians, path.cameras[0], texture, config.cluster, config.draw, ground, report)
     num_loaded = len(gaussians)
     gaussians = prune_scene(gaussians, config.prune, report)
-    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded)
+    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded, sight=sight)
     gaussians = recolor_scene(gaussians, palette, config.palette, report)
     track = _track(gaussians, path, texture, config.draw, report)
     work = _Work(gaussians, texture, ground, config, path, track, sequence)

@@ -10,6 +10,7 @@ import numpy as np
 from brushgs import __version__
 from brushgs.background import check_background
 from brushgs.config import PaintConfig, PathConfig, StabilityConfig
+from brushgs.counting import look
 from brushgs.errors import SceneError
 from brushgs.io.atomic import replacing
 from brushgs.paths import CameraPath, plan_path
@@ -139,8 +140,9 @@ def report_stability(
     way = _plan(gaussians, paint, path, file_up, report)
     ground = open_ground(paint.draw, way.cameras[0], report)
     assert ground is not None
+    sight = look(gaussians, way.cameras[0], texture, paint.cluster, paint.draw, ground, report)
     strokes = prune_scene(gaussians, paint.prune, report)
-    strokes = cluster_scene(strokes, paint.cluster, report, num_loaded=len(gaussians))
+    strokes = cluster_scene(strokes, paint.cluster, report, num_loaded=len(gaussians), sight=sight)
     easel = Easel(gaussians, strokes, way.closed, texture, paint.draw, ground, paint.cluster.seed)
     report.settings = _settings(scene, paint, path, config, way)
     report.result = _measure(easel, config, report)
