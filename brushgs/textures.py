@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -226,15 +227,21 @@ def _coverage_and_height(
 def _average(image: NDArray[np.float32], shape: Sequence[int]) -> NDArray[np.float32]:
     """Area average down to `shape`: keeps the mean and cannot ring."""
     for axis, size in enumerate(shape):
-        if size != image.shape[axis]:
-            image = np.moveaxis(
-                np.tensordot(_area_weights(image.shape[axis], size), image, (1, axis)), 0, axis
-            )
+        if size != (length := image.shape[axis]):
+            parts = np.linspace(0, length, size + 1)
+            rows = [_mean_of_part(image, axis, *ends) for ends in pairwise(parts)]
+            image = np.stack(rows, axis=axis)
     return image
 
 
-def _area_weights(num_source: int, num_target: int) -> NDArray[np.float32]:
-    """[num_target, num_source]: share of each source pixel in each target texel."""
-    edges = np.linspace(0, num_source, num_target + 1)
-    upto = np.clip(edges[:, None] - np.arange(num_source), 0, 1)
-    return np.asarray(np.diff(upto, axis=0) * (num_target / num_source), dtype=np.float32)
+def _mean_of_part(image: NDArray[np.float32], axis: int, start: float, stop: float) -> NDArray[np.float32]:
+    """The mean along an axis from `start` to `stop`, pixels and parts of pixels.
+
+    Only pixels that lie there are touched: one matrix of weights for all parts would take more memory than
+    the picture where that is long and thin.
+    """
+    first, last = math.floor(start), min(math.ceil(stop), image.shape[axis])
+    pixels = np.arange(first, last)
+    weights = (np.minimum(pixels + 1, stop) - np.maximum(pixels, start)) / (stop - start)
+    part = image[first:last] if axis == 0 else image[:, first:last]
+    return np.asarray(np.tensordot(weights.astype(np.float32), part, (0, axis)))
