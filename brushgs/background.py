@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
+from brushgs.io.opening import is_plain
 
 NAMED = {"white": (1.0, 1.0, 1.0), "black": (0.0, 0.0, 0.0)}
 _FAR = 8  # times the picture: from there on the mean of whole blocks cannot be told from a smoothing
@@ -21,7 +22,7 @@ def check_background(text: str) -> None:
         ValueError: if the text is neither a known name, a colour nor an existing file.
     """
     is_color = text.lower() in (*NAMED, "transparent") or re.fullmatch(r"#[0-9a-fA-F]{6}", text)
-    if not is_color and not Path(text).is_file():
+    if not is_color and not is_plain(Path(text)):
         raise ValueError(
             f"background must be white, black, transparent, #rrggbb or an image file, got {text!r}"
         )
@@ -49,7 +50,7 @@ def open_background(text: str, width: int, height: int) -> Ground:
         return None
     if name in NAMED:
         return NAMED[name]
-    if text.startswith("#") and not Path(text).is_file():
+    if text.startswith("#") and not is_plain(Path(text)):
         red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
         return red, green, blue
     from brushgs.io.images import read_image

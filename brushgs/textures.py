@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError, SceneWarning
+from brushgs.io.opening import is_plain
 from brushgs.shapes import check
 
 # Half length of a box in standard deviations: the published stroke covers 2, the 3DGS kernel is cut at 3.
@@ -118,13 +119,13 @@ class StrokeTexture:
         path = Path(name_or_path)
         name = path.stem.lower().replace("-", "_").replace(" ", "_")
         is_bare = path.parent == Path() and isinstance(name_or_path, str)
-        if is_bare and (path.suffix == "" or not path.exists()):
+        if is_bare and (path.suffix == "" or not is_plain(path)):
             if path.suffix == "" and name in ("gaussian", "ellipse"):
                 return cls._kernel(name)
             builtin = _strokes_folder() / f"{name}.png"
-            if path.suffix in ("", ".png") and builtin.is_file():
+            if path.suffix in ("", ".png") and is_plain(builtin):
                 return cls._from_file(builtin, name, size)
-        if not path.is_file():
+        if not is_plain(path):
             raise SceneError(path, _unknown(name))
         return cls._from_file(path, path.stem, size)
 

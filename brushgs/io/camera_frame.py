@@ -133,6 +133,8 @@ def lens_rule(K: Sequence[float], size: Sequence[float], place: ArrayLike) -> st
         size: width and height, pixels.
         place: numbers of its position or translation, world units.
     """
+    if max(size) > 1 << 20:  # first: it may have hundreds of digits, and others follow from it
+        return f"the size must be that of a picture, got more than {1 << 20} pixels along a side"
     least, most = _LENSES
     if not all(least <= focal <= most for focal in K[:2]):
         return f"the focal length must be {least:g} to {most:g} pixels, got {min(K[:2]):g} and {max(K[:2]):g}"
@@ -140,8 +142,6 @@ def lens_rule(K: Sequence[float], size: Sequence[float], place: ArrayLike) -> st
         return f"the principal point must lie within {most:g} pixels, got {K[2]:g}, {K[3]:g}"
     if not (farthest := np.abs(place).max()) <= _MAX_PLACE:
         return f"the position must lie within {_MAX_PLACE:g} of the origin, got {farthest:g}"
-    if max(size) > 1 << 20:  # not yet a whole number, and maybe one of hundreds of digits
-        return f"the size must be that of a picture, got more than {1 << 20} pixels along a side"
     broken = size_rule(max(1, round(size[0])), max(1, round(size[1])))
     return f"the size {broken}" if broken else None
 

@@ -120,14 +120,13 @@ def _display_encoded(path: Path, pixels: F32, spec: "OpenImageIO.ImageSpec", for
     for start in range(0, len(whole), _ROWS):
         rows = whole[start : start + _ROWS]
         color = rows[..., :num_colors]
-        if is_associated:
-            alpha = rows[..., -1:]
-            with np.errstate(over="ignore"):  # beyond white, and clipped below
+        with np.errstate(over="ignore"):  # beyond white, and clipped below
+            if is_associated:
+                alpha = rows[..., -1:]
                 color[:] = np.divide(color, alpha, out=np.zeros_like(color), where=alpha > 0)
+            if format_name in _LINEAR_FORMATS:
+                color[:] = srgb_from_linear(color)
         np.clip(rows, 0, 1, out=rows)
-        if format_name in _LINEAR_FORMATS:
-            color[:] = srgb_from_linear(color)
-            np.clip(rows, 0, 1, out=rows)  # its formula ends a rounding above 1
     return np.ascontiguousarray(whole, dtype=np.float32)
 
 

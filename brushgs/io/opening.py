@@ -43,6 +43,14 @@ def check_plain(path: Path, what: str = "file") -> None:
         raise SceneError(path, "is a pipe or device, which cannot be read twice; save it to a file first")
 
 
+def is_plain(path: Path) -> bool:
+    """Whether there is a plain file of that name; a name that no file can have is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def read_whole(path: Path, most: int, what: str = "file") -> bytes:
     """The content of a plain file of at most `most` bytes.
 

@@ -11,12 +11,12 @@ from pathlib import Path
 
 from tests.fuzz.judge import judged
 from tests.fuzz.mutate import MAX_LENGTH, mutate
-from tests.fuzz.readers import Reader
+from tests.fuzz.reader import Reader
 from tests.fuzz.worker import STATE
 
 ALLOWED = 100 << 20  # bytes of memory beside twice the file
-# Address space that is reserved and hardly used, by the threads that a reader starts; and what atheris remembers.
-_RESERVED, _OF_ATHERIS = 96 << 20, 256 << 20
+# Address space that is reserved and hardly used: stacks and heaps of the threads that a reader starts.
+_RESERVED = 96 << 20
 _KEPT = 200  # inputs kept to go on from
 _FAULTS_KEPT = 40  # of one process: a fault that is met over and over is told of once
 
@@ -42,22 +42,22 @@ class Worker:
         self.done, self.begun, _, self.worst = STATE.unpack(self.state[:])
         self.told: set[str] = set()
 
-    def warm_up(self, reserved: int = _RESERVED) -> None:
-        """Load what is loaded once, then forbid more address space than the rule allows."""
+    def warm_up(self) -> None:
+        """Load what is loaded once, so that no input is charged with it."""
         for data in self.seeds:
-            self.read(data)
-        used = _memory("VmSize")
-        limit = used + ALLOWED + 2 * MAX_LENGTH + reserved
-        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+            self.read(data, is_limited=False)
 
-    def read(self, data: bytes) -> None:
-        """One input."""
+    def read(self, data: bytes, *, is_limited: bool = True) -> None:
+        """One input; what it asks for beyond the rule is refused, whether it would use it or not."""
         (self.folder / "input").write_bytes(data)
         path = self.reader.write(data, self.work)
         self._note(begun=True)
         Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew
         before = _memory("VmRSS")
+        if is_limited:
+            _limit(_memory("VmSize") + ALLOWED + 2 * len(data) + _RESERVED)
         fault = judged(self.reader.read, path)
+        _limit(resource.RLIM_INFINITY)
         grown = _memory("VmHWM") - before
         beyond = grown - 2 * len(data)
         if beyond > ALLOWED:
@@ -85,7 +85,8 @@ class Worker:
     def run(self, max_inputs: int, seconds: float) -> None:
         """Mutate and read; a few inputs are kept, so that damage piles up on damage."""
         pool, end = list(self.seeds), time.monotonic() + seconds
-        while self.done < max_inputs and time.monotonic() < end:
+        last = max_inputs + self.done - len(self.seeds)
+        while self.done < last and time.monotonic() < end:
             data = mutate(self.rng, self.rng.choice(pool), self.seeds, self.reader.tokens)
             if self.rng.random() < 0.02:
                 if len(pool) >= len(self.seeds) + _KEPT:
@@ -121,8 +122,13 @@ class Worker:
         ]
         flags += [f"-handle_{name}=0" for name in ("segv", "bus", "abrt", "ill", "fpe")]
         atheris.Setup([sys.argv[0], *flags, str(corpus)], self.read, custom_mutator=other)
-        self.warm_up(_RESERVED + _OF_ATHERIS)
+        self.warm_up()
         atheris.Fuzz()
+
+
+def _limit(size: int) -> None:
+    """Let the process have so much address space, until that is said anew."""
+    resource.setrlimit(resource.RLIMIT_AS, (size, resource.RLIM_INFINITY))
 
 
 def _memory(field: str) -> int:

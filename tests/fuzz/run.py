@@ -72,11 +72,12 @@ def fuzz(
     """Feed a reader until so many inputs or seconds are over; a worker that dies is replaced.
 
     Args:
-        reader: "module:name" of a `Reader`, or the name of one in `readers`.
+        reader: "module:name" of a `Reader`, or the name of one in `readers`; with chance as engine also
+            several, joined by "+", which are read one after the other.
         folder: for inputs at fault and the result.
         engine: "mutate", or "atheris" if that is installed.
         seed: the same seed gives the same inputs, with "mutate" and up to the first crash or hang.
-        max_inputs: files read.
+        max_inputs: files read of each reader.
         seconds: time.
         seconds_per_input: what takes longer is a hang.
     """
@@ -87,7 +88,7 @@ def fuzz(
     target = reader if ":" in reader else f"tests.fuzz.readers:{reader}"
     start = time.monotonic()
     with _shared(folder / "state") as state:
-        while time.monotonic() - start < seconds and outcome.inputs < max_inputs:
+        while time.monotonic() - start < seconds:
             left = seconds - (time.monotonic() - start)
             arguments = [target, str(folder), engine, str(seed), str(max_inputs), str(left)]
             end = _watch(arguments, folder, state, seconds_per_input, seconds - (time.monotonic() - start))

@@ -15,8 +15,8 @@ _LEADING = ("background", "io.cameras", "io.colmap", "io.images", "io.numbered",
 
 
 def main() -> None:
-    """Arguments: module:reader, folder, engine, seed, most inputs, seconds."""
-    module, _, name = sys.argv[1].partition(":")
+    """Arguments: module:reader or module:reader+reader, folder, engine, seed, most inputs of each, seconds."""
+    module, _, names = sys.argv[1].partition(":")
     folder, engine = Path(sys.argv[2]), sys.argv[3]
     seed, max_inputs, seconds = int(sys.argv[4]), int(sys.argv[5]), float(sys.argv[6])
     if engine == "atheris":
@@ -27,12 +27,13 @@ def main() -> None:
                 import_module(f"brushgs.{leading}")
     from tests.fuzz.reading import Worker
 
-    worker = Worker(import_module(module).READERS[name], folder, seed)
-    if engine == "atheris":
-        worker.run_atheris(max_inputs, seconds)
-    else:
-        worker.warm_up()
-        worker.run(max_inputs, seconds)
+    for number, name in enumerate(names.split("+")):
+        worker = Worker(import_module(module).READERS[name], folder, seed + number)
+        if engine == "atheris":
+            worker.run_atheris(max_inputs, seconds)
+        else:
+            worker.warm_up()
+            worker.run(max_inputs, seconds)
 
 
 if __name__ == "__main__":
