@@ -24,11 +24,10 @@ def _cameras(path: Path) -> object:
 def _picture(path: Path) -> object:
     """The same file as a picture, as a stroke and as a background."""
     from brushgs.background import open_background
-    from brushgs.io import images
+    from brushgs.io.images import read_image
     from brushgs.textures import StrokeTexture
 
-    images.MAX_PIXELS = PIXELS
-    image = images.read_image(path)
+    image = read_image(path, max_pixels=PIXELS)  # what is too large for it does not reach the others
     ground = open_background(str(path), 40, 30)
     texture = StrokeTexture.open(path)
     return [image, ground, texture.height if texture.height is not None else image]

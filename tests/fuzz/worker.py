@@ -15,7 +15,7 @@ _LEADING = ("background", "io.cameras", "io.colmap", "io.images", "io.numbered",
 
 
 def main() -> None:
-    """Arguments: module:reader or module:reader+reader, folder, engine, seed, most inputs of each, seconds."""
+    """Arguments: module:reader (or reader+reader), folder, engine, seed, most inputs of each, seconds."""
     module, _, names = sys.argv[1].partition(":")
     folder, engine = Path(sys.argv[2]), sys.argv[3]
     seed, max_inputs, seconds = int(sys.argv[4]), int(sys.argv[5]), float(sys.argv[6])
