@@ -11,6 +11,7 @@ from brushgs.errors import SceneError
 from brushgs.io.opening import is_plain
 
 NAMED = {"white": (1.0, 1.0, 1.0), "black": (0.0, 0.0, 0.0)}
+_ROWS = 64
 _FAR = 8  # times the picture: from there on the mean of whole blocks cannot be told from a smoothing
 Ground = tuple[float, float, float] | NDArray[np.float32] | None
 
@@ -85,12 +86,16 @@ def _coarse(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.f
 
 def _flatten(image: NDArray[np.float32]) -> NDArray[np.float32]:
     """[H, W, 3] of 1 to 4 channels with straight alpha, on white."""
-    channels = image.shape[2]
-    color = image[..., :3] if channels >= 3 else np.repeat(image[..., :1], 3, axis=2)
-    if channels in (2, 4):
-        alpha = image[..., -1:]
-        color = color * alpha + (1 - alpha)
-    return np.asarray(color, dtype=np.float32)
+    rows, columns, channels = image.shape
+    flat = np.empty((rows, columns, 3), np.float32)
+    for start in range(0, rows, _ROWS):  # a few rows at a time: whole copies of a large image add up
+        part = image[start : start + _ROWS]
+        color = part[..., :3] if channels >= 3 else part[..., :1]
+        if channels in (2, 4):
+            alpha = part[..., -1:]
+            color = color * alpha + (1 - alpha)
+        flat[start : start + _ROWS] = color
+    return flat
 
 
 def _fill(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:

@@ -51,7 +51,7 @@ _SMALLEST_IMAGE = _IMAGE.size + 1 + _COUNT.size
 _LONGEST_NAME = 65536
 _LONGEST_LINE = 1 << 17  # bytes of a line of text: an image and its name; points may take any length
 # A view takes some 1.2 kB in memory and may take 73 bytes in a file; large captures have some ten thousand.
-_MOST = 65536
+_MOST = 50_000
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ and divides on writing; here it is told not to, so that straight colours survive
 """
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,10 +75,7 @@ def read_image(path: str | Path, *, max_pixels: int | None = None) -> F32:
                 raise SceneError(path, f"cannot be read as a picture ({reason}); convert it to PNG")
             spec = source.spec()
             _check_spec(path, spec, max_pixels)
-            pixels = source.read_image(0, 0, 0, spec.nchannels, OpenImageIO.FLOAT)
-            if pixels is None:
-                raise SceneError(path, f"is damaged ({_reason(source.geterror())}); get it again")
-            return _upright(_display_encoded(path, pixels, spec, source.format_name()), spec)
+            return _upright(_display_encoded(path, source), spec)
         except UnicodeDecodeError:  # a name within the file, or the decoder's complaint about one
             raise SceneError(path, "is damaged (a text in it is not UTF-8); get it again") from None
         except MemoryError:
@@ -103,10 +100,9 @@ def _check_spec(path: Path, spec: "OpenImageIO.ImageSpec", max_pixels: int) -> N
         raise SceneError(path, f"{fact} {tile}; save it with its colours only")
 
 
-def _display_encoded(path: Path, pixels: F32, spec: "OpenImageIO.ImageSpec", format_name: str) -> F32:
-    """Colour and alpha as `read_image` returns them, from pixels as the file has them, which are changed."""
-    if not (np.isfinite(pixels.min()) and np.isfinite(pixels.max())):
-        raise SceneError(path, "holds NaN or infinity; write it again with finite values")
+def _display_encoded(path: Path, source: "OpenImageIO.ImageInput") -> F32:
+    """Colour and alpha as `read_image` returns them, some rows at a time: the rest of a file is not kept."""
+    spec = source.spec()
     has_alpha = 0 <= spec.alpha_channel < spec.nchannels
     others = [i for i in range(spec.nchannels) if i not in (spec.alpha_channel, spec.z_channel)]
     chosen = others[:3] if len(others) >= 3 else others[:1]
@@ -115,19 +111,40 @@ def _display_encoded(path: Path, pixels: F32, spec: "OpenImageIO.ImageSpec", for
         chosen.append(spec.alpha_channel)
     if not num_colors:
         raise SceneError(path, "holds no colours, only alpha or depth; save it with a grey channel, at least")
-    whole = pixels if chosen == list(range(spec.nchannels)) else np.ascontiguousarray(pixels[..., chosen])
     is_associated = has_alpha and not spec.get_int_attribute("oiio:UnassociatedAlpha")
-    for start in range(0, len(whole), _ROWS):
-        rows = whole[start : start + _ROWS]
-        color = rows[..., :num_colors]
+    whole = np.empty((spec.height, spec.width, len(chosen)), np.float32)
+    for start, pixels in _blocks(path, source, spec):
+        if not (np.isfinite(pixels.min()) and np.isfinite(pixels.max())):
+            raise SceneError(path, "holds NaN or infinity; write it again with finite values")
+        rows = whole[start : start + len(pixels)]
+        rows[:] = pixels[..., chosen]
+        color, alpha = rows[..., :num_colors], rows[..., num_colors:]
         with np.errstate(over="ignore"):  # beyond white, and clipped below
             if is_associated:
-                alpha = rows[..., -1:]
                 color[:] = np.divide(color, alpha, out=np.zeros_like(color), where=alpha > 0)
-            if format_name in _LINEAR_FORMATS:
+            if source.format_name() in _LINEAR_FORMATS:
                 color[:] = srgb_from_linear(color)
         np.clip(rows, 0, 1, out=rows)
-    return np.ascontiguousarray(whole, dtype=np.float32)
+    return whole
+
+
+def _blocks(
+    path: Path, source: "OpenImageIO.ImageInput", spec: "OpenImageIO.ImageSpec"
+) -> Iterator[tuple[int, F32]]:
+    """First row and pixels [rows, W, channels] of a picture, from the top; all at once where it has tiles."""
+    import OpenImageIO
+
+    step = spec.height if spec.tile_width else _ROWS
+    for start in range(0, spec.height, step):
+        stop = min(start + step, spec.height)
+        if spec.tile_width:
+            pixels = source.read_image(0, 0, 0, spec.nchannels, OpenImageIO.FLOAT)
+        else:  # rows are counted from where the file has its first one
+            place = spec.y + start, spec.y + stop, spec.z, 0, spec.nchannels, OpenImageIO.FLOAT
+            pixels = source.read_scanlines(0, 0, *place)
+        if pixels is None:
+            raise SceneError(path, f"is damaged ({_reason(source.geterror())}); get it again")
+        yield start, pixels.reshape(stop - start, spec.width, spec.nchannels)
 
 
 def _upright(pixels: F32, spec: "OpenImageIO.ImageSpec") -> F32:

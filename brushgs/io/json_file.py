@@ -12,7 +12,7 @@ from typing import Any
 from brushgs.errors import SceneError
 from brushgs.io.opening import read_whole
 
-MAX_BYTES = 1 << 26  # of a file: the longest camera path there may be (99,999 frames) has some 50 MB
+MAX_BYTES = 1 << 25  # of a file; 40,000 views as nerfstudio writes them have some 20 MB
 # Bytes of memory beside twice the file, less what the parser and the interpreter need on the way.
 _ALLOWED = 80 << 20
 # Most that one of these stands for, in bytes: a number and its place in a list; a list; an object, with the
@@ -29,11 +29,13 @@ def read_json(path: Path, cure: str) -> object:
         cure: what to give in place of a file that is no JSON.
 
     Raises:
-        SceneError: if there is no such plain file, it is larger than 64 MiB, would take more memory than
+        SceneError: if there is no such plain file, it is larger than 32 MiB, would take more memory than
             twice its size and 100 MB, or is no JSON in UTF-8.
     """
     content = read_whole(path, MAX_BYTES)
     needed = sum(content.count(mark) * cost for mark, cost in _COST.items())
+    if b"\\u" in content:
+        needed += 4 * len(content)  # one such character, and a text takes four bytes for each of its own
     if needed > _ALLOWED + len(content):
         rule = f"would take {needed >> 20} MiB of memory for {len(content) / 2**20:.1f} MiB of text"
         raise SceneError(path, f"{rule}; split it, or leave out what is not needed")

@@ -17,7 +17,7 @@ from brushgs.io.atomic import replacing, unstopped
 from brushgs.io.opening import read_whole
 
 _PLACE = re.compile(r"%(?:0[1-9][0-9]?)?d")  # %d or %05d
-_MOST_BYTES = 8 << 20  # of a ledger: a line has some 32, a path at most 99,999 frames
+_MOST_BYTES, _MOST_LINES = 8 << 20, 200_000  # of a ledger; a path has at most 99,999 frames
 DEFAULT_NAME = "%05d.png"
 
 
@@ -112,7 +112,7 @@ class Ledger:
             pass  # told by whoever opens it
         first, *lines = read_whole(files.ledger, _MOST_BYTES).splitlines() or [b""]
         try:
-            painting = json.loads(first)["painting"]
+            painting = json.loads(first)["painting"] if len(lines) <= _MOST_LINES else None
         except (ValueError, KeyError, TypeError, RecursionError):
             painting = None
         if not isinstance(painting, dict):

@@ -130,7 +130,7 @@ def _pixels(channels: int, dtype: type, side: int = 16) -> np.ndarray:
     return values.astype(dtype) if dtype is np.float32 else (values * np.iinfo(dtype).max).astype(dtype)
 
 
-def _written(path: Path, pixels: np.ndarray, names: str = "RGBA", **attributes: object) -> bytes:
+def written(path: Path, pixels: np.ndarray, names: str = "RGBA", **attributes: object) -> bytes:
     """A picture as OpenImageIO writes it; `tile` is the side of its tiles."""
     import OpenImageIO
 
@@ -153,7 +153,7 @@ def _written(path: Path, pixels: np.ndarray, names: str = "RGBA", **attributes: 
 def pngs(folder: Path) -> list[bytes]:
     """Every kind and depth, and one that claims to be huge."""
     found = [
-        _written(folder / "a.png", _pixels(n, dtype)) for n in (1, 2, 3, 4) for dtype in (np.uint8, np.uint16)
+        written(folder / "a.png", _pixels(n, dtype)) for n in (1, 2, 3, 4) for dtype in (np.uint8, np.uint16)
     ]
     found.append(png(4, 2, 1, 3, b"\0\x50\0\xa0", palette_chunk(b"\0\0\0\xff\xff\xff")))
     found.append(png(60_000, 60_000, 8, 6, b"\0" * 1000))
@@ -168,7 +168,7 @@ def jpegs(folder: Path) -> list[bytes]:
         {"jpeg:progressive": 1},
         {"Orientation": 6, "jpeg:subsampling": "4:4:4"},
     ]
-    return [_written(folder / "a.jpg", _pixels(n, np.uint8), **kind) for n in (1, 3) for kind in kinds]
+    return [written(folder / "a.jpg", _pixels(n, np.uint8), **kind) for n in (1, 3) for kind in kinds]
 
 
 def tiffs(folder: Path) -> list[bytes]:
@@ -177,10 +177,10 @@ def tiffs(folder: Path) -> list[bytes]:
     for packing in ("none", "lzw", "zip", "packbits", "ccittrle", "jpeg"):
         pixels = _pixels(3 if packing == "jpeg" else 4, np.uint8)
         if packing != "ccittrle":
-            found.append(_written(path, pixels, compression=packing))
-    found += [_written(path, _pixels(n, dtype)) for n in (1, 4) for dtype in (np.uint16, np.float32)]
-    found.append(_written(path, _pixels(3, np.uint8, 32), tile=16))
-    found.append(_written(path, _pixels(3, np.uint8), planarconfig="separate"))
+            found.append(written(path, pixels, compression=packing))
+    found += [written(path, _pixels(n, dtype)) for n in (1, 4) for dtype in (np.uint16, np.float32)]
+    found.append(written(path, _pixels(3, np.uint8, 32), tile=16))
+    found.append(written(path, _pixels(3, np.uint8), planarconfig="separate"))
     return [*found, many_directories(800)]
 
 
@@ -205,25 +205,25 @@ def exrs(folder: Path) -> list[bytes]:
     """All packings of OpenEXR, scan lines and tiles, half and float."""
     path, found = folder / "a.exr", []
     for packing in ("none", "rle", "zip", "zips", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"):
-        found.append(_written(path, _pixels(4, np.float32), compression=packing))
-    found.append(_written(path, _pixels(4, np.float32, 32), tile=16, compression="zip"))
-    found.append(_written(path, _pixels(4, np.float32), "RGBZ"))
-    return [*found, _written(path, _pixels(1, np.float32), "Z"), _written(path, _pixels(1, np.float32), "A")]
+        found.append(written(path, _pixels(4, np.float32), compression=packing))
+    found.append(written(path, _pixels(4, np.float32, 32), tile=16, compression="zip"))
+    found.append(written(path, _pixels(4, np.float32), "RGBZ"))
+    return [*found, written(path, _pixels(1, np.float32), "Z"), written(path, _pixels(1, np.float32), "A")]
 
 
 def webps(folder: Path) -> list[bytes]:
     """Lossy and lossless, with and without alpha."""
     kinds = ("webp:80", "lossless")
     return [
-        _written(folder / "a.webp", _pixels(n, np.uint8), compression=kind) for n in (3, 4) for kind in kinds
+        written(folder / "a.webp", _pixels(n, np.uint8), compression=kind) for n in (3, 4) for kind in kinds
     ]
 
 
 def bmps(folder: Path) -> list[bytes]:
     """Grey, colour and alpha."""
-    return [_written(folder / "a.bmp", _pixels(n, np.uint8)) for n in (1, 3, 4)]
+    return [written(folder / "a.bmp", _pixels(n, np.uint8)) for n in (1, 3, 4)]
 
 
 def hdrs(folder: Path) -> list[bytes]:
     """Radiance pictures."""
-    return [_written(folder / "a.hdr", _pixels(3, np.float32))]
+    return [written(folder / "a.hdr", _pixels(3, np.float32))]

@@ -53,12 +53,12 @@ class Worker:
         path = self.reader.write(data, self.work)
         self._note(begun=True)
         Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew
-        before = _memory("VmRSS")
+        before = memory("VmRSS")
         if is_limited:
-            _limit(_memory("VmSize") + ALLOWED + 2 * len(data) + _RESERVED)
+            _limit(memory("VmSize") + ALLOWED + 2 * len(data) + _RESERVED)
         fault = judged(self.reader.read, path)
         _limit(resource.RLIM_INFINITY)
-        grown = _memory("VmHWM") - before
+        grown = memory("VmHWM") - before
         beyond = grown - 2 * len(data)
         if beyond > ALLOWED:
             fault = fault or f"memory: {grown >> 20} MiB for {len(data)} bytes"
@@ -131,7 +131,7 @@ def _limit(size: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (size, resource.RLIM_INFINITY))
 
 
-def _memory(field: str) -> int:
+def memory(field: str) -> int:
     """Bytes, as the system counts them for this process."""
     with Path("/proc/self/status").open("rb") as file:
         line = next(line for line in file if line.startswith(field.encode()))
