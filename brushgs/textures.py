@@ -30,6 +30,7 @@ LONG_SIDE = 256  # texels of a stroke image that are kept: more is not seen belo
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)  # Rec. 709
 OPAQUE = 254.5 / 255  # an alpha channel nowhere below this says nothing
 CANVAS = 0.5  # height of what is not painted
+_ROWS = 64  # of an image, looked at together
 BLANK = 0.02  # coverage read from luminance below this is paper grain or JPEG noise
 
 
@@ -206,12 +207,15 @@ def _unknown(name: str) -> str:
 def _coverage_and_height(
     pixels: NDArray[np.float32], path: Path
 ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
-    """[H, W, C] -> coverage [H, W] and, where alpha gives the coverage, the relief [H, W]."""
+    """[H, W, C], 0 to 1 -> coverage [H, W] and, where alpha gives the coverage, the relief [H, W]."""
     num_channels = pixels.shape[2]
-    color = pixels[..., :3] if num_channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
-    luminance = np.asarray(np.clip(color, 0, 1) @ LUMINANCE)
+    luminance = np.empty(pixels.shape[:2], np.float32)
+    for start in range(0, len(pixels), _ROWS):  # a few at a time: copies of a large image add up
+        part = pixels[start : start + _ROWS]
+        color = part[..., :3] if num_channels >= 3 else np.repeat(part[..., :1], 3, axis=2)
+        luminance[start : start + _ROWS] = color @ LUMINANCE
     if num_channels in (2, 4) and pixels[..., -1].min() < OPAQUE:
-        return np.clip(pixels[..., -1], 0, 1), luminance
+        return np.ascontiguousarray(pixels[..., -1]), luminance
     border = np.concatenate([luminance[0], luminance[-1], luminance[:, 0], luminance[:, -1]])
     ground = np.median(border)
     distance = ground - luminance if ground > 0.5 else luminance - ground
