@@ -212,7 +212,7 @@ def _coverage_and_height(
     luminance = np.empty(pixels.shape[:2], np.float32)
     for start in range(0, len(pixels), _ROWS):  # a few at a time: copies of a large image add up
         part = pixels[start : start + _ROWS]
-        color = part[..., :3] if num_channels >= 3 else np.repeat(part[..., :1], 3, axis=2)
+        color = np.repeat(part[..., :1], 3, axis=2) if num_channels < 3 else part[..., :3].copy()
         luminance[start : start + _ROWS] = color @ LUMINANCE
     if num_channels in (2, 4) and pixels[..., -1].min() < OPAQUE:
         return np.ascontiguousarray(pixels[..., -1]), luminance
