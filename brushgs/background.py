@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.errors import SceneError
 from brushgs.io.opening import is_plain
 
 NAMED = {"white": (1.0, 1.0, 1.0), "black": (0.0, 0.0, 0.0)}
@@ -56,10 +55,7 @@ def open_background(text: str, width: int, height: int) -> Ground:
         return red, green, blue
     from brushgs.io.images import read_image
 
-    image = read_image(text)
-    if 0 in image.shape:
-        raise SceneError(text, "the background image has no pixels")
-    return _fill(_flatten(image), width, height)
+    return _fill(_flatten(read_image(text)), width, height)
 
 
 def _middle(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
