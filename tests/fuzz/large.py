@@ -51,14 +51,14 @@ def _compressed(path: Path, degree: int) -> None:
 
 
 def _views(path: Path) -> None:
-    frame = json.dumps({"camera_to_world": (np.eye(4) + 0.123456789012345 * 0).tolist(), "fov": 50.0})
+    frame = json.dumps({"camera_to_world": (np.eye(4)).tolist(), "fov": 50.0})
     frame = frame.replace(".0", ".000000000000000")
     head = json.dumps({k: v for k, v in test_cameras.CAMERA_PATH.items() if k != "camera_path"})[:-1]
-    path.write_text(f'{head}, "camera_path": [' + ",".join([frame] * 50_000) + "]}")
+    path.write_text(f'{head}, "camera_path": [' + ",".join([frame] * 40_000) + "]}")
 
 
 def _colmap(path: Path) -> None:
-    count = 65_536
+    count = 50_000
     lens = struct.pack("<iiQQ4d", 1, 1, 64, 48, 50.0, 50.0, 32.0, 24.0)
     cameras = b"".join(struct.pack("<i", i) + lens[4:] for i in range(count))
     path.with_stem("cameras").write_bytes(struct.pack("<Q", count) + cameras)
@@ -99,18 +99,18 @@ CASES: dict[str, Callable[[], Made]] = {
     ),
     "compressed scene, degree 0": lambda: ("scene-compressed", lambda path: _compressed(path, 0)),
     "compressed scene, degree 3": lambda: ("scene-compressed", lambda path: _compressed(path, 3)),
-    "camera path of 50,000 views": lambda: ("cameras", _views),
+    "camera path of 40,000 views": lambda: ("cameras", _views),
     "JSON, empty lists": lambda: ("cameras", _bytes(lambda: b"[" + b"[]," * 8_000_000 + b"0]")),
     "JSON, 2 MB of lists of one number": lambda: (
         "cameras",
         _bytes(lambda: b"[" + b"[0]," * 450_000 + b"0]"),
     ),
-    "JSON, a text of 60 MB": lambda: (
+    "JSON, a text of 30 MB": lambda: (
         "cameras",
-        _bytes(lambda: b'["\\ud83d\\ude00' + b"a" * (60 << 20) + b'"]'),
+        _bytes(lambda: b'["\\ud83d\\ude00' + b"a" * (30 << 20) + b'"]'),
     ),
-    "JSON, a number of 60 MB": lambda: ("cameras", _bytes(lambda: b"[" + b"7" * (60 << 20) + b"]")),
-    "COLMAP, 65,536 cameras and images": lambda: ("colmap", _colmap),
+    "JSON, a number of 30 MB": lambda: ("cameras", _bytes(lambda: b"[" + b"7" * (30 << 20) + b"]")),
+    "COLMAP, 50,000 cameras and images": lambda: ("colmap", _colmap),
     "COLMAP as text, a line of 100 MB": lambda: (
         "colmap-text",
         lambda path: READERS["colmap-text"].write(
