@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from brushgs.lock import track
     from brushgs.passes.cluster import cluster
     from brushgs.passes.prune import prune
+    from brushgs.passes.recolor import Palette, recolor
     from brushgs.project import project
     from brushgs.raster.ops import rasterize, render, render_sequence
     from brushgs.scene import Boxes, Camera, Frame, Gaussians
@@ -28,6 +29,7 @@ _HOME = {
     "Camera": "scene",
     "Frame": "scene",
     "Gaussians": "scene",
+    "Palette": "passes.recolor",
     "SceneError": "errors",
     "SceneWarning": "errors",
     "StrokeTexture": "textures",
@@ -37,6 +39,7 @@ _HOME = {
     "project": "project",
     "prune": "passes.prune",
     "rasterize": "raster.ops",
+    "recolor": "passes.recolor",
     "render": "raster.ops",
     "render_sequence": "raster.ops",
     "save": "io",
@@ -49,6 +52,7 @@ __all__ = [
     "Camera",
     "Frame",
     "Gaussians",
+    "Palette",
     "SceneError",
     "SceneWarning",
     "StrokeTexture",
@@ -58,6 +62,7 @@ __all__ = [
     "project",
     "prune",
     "rasterize",
+    "recolor",
     "render",
     "render_sequence",
     "save",

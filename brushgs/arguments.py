@@ -16,6 +16,7 @@ from brushgs import __version__
 from brushgs.choices import (
     PRESETS,
     VIDEO_SUFFIXES,
+    ColorSpace,
     Extent,
     Features,
     Filter,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
         ClusterConfig,
         DrawConfig,
         PaintConfig,
+        PaletteConfig,
         PathConfig,
         PruneConfig,
         SequenceConfig,
@@ -117,6 +119,7 @@ def build_parser() -> ArgumentParser:
     _add_draw(render)
     _add_prune(render)
     _add_cluster(render)
+    _add_palette(render, is_required=False)
     render.add_argument(
         "--preset",
         choices=sorted(PRESETS),
@@ -149,6 +152,12 @@ def build_parser() -> ArgumentParser:
     _add_output(cluster, "scene file, default SCENE-strokes.ply in the current folder")
     _add_cluster(cluster)
     _add_telling(cluster)
+
+    recolor = command("recolor", "give a scene the colours of a painting: PLY and picture in, PLY out")
+    recolor.add_argument("scene", type=Path, help="trained 3D Gaussian scene (.ply)")
+    _add_output(recolor, "scene file, default SCENE-recolored.ply in the current folder")
+    _add_palette(recolor, is_required=True)
+    _add_telling(recolor)
 
     stability = command("stability", "measure how still the strokes hold along a camera path")
     stability.add_argument("scene", type=Path, help="trained 3D Gaussian scene (.ply)")
@@ -197,9 +206,28 @@ def paint_config(args: Namespace) -> "PaintConfig":
     return PaintConfig(
         prune=PruneConfig(**all_kept | _chosen(args, preset, "keep", "weight")),
         cluster=cluster_config(args, preset),
+        palette=palette_config(args),
         view=view_config(args),
         draw=draw_config(args, preset),
     )
+
+
+def palette_config(args: Namespace) -> "PaletteConfig | None":
+    """Whose colours the strokes take; None where they keep their own.
+
+    Raises:
+        ValueError: if the strength is out of range, or there are flags of a palette and no palette.
+    """
+    if args.palette is None:
+        for name in ("palette_strength", "palette_space"):
+            if getattr(args, name) is not None:
+                flag = name.replace("_", "-")
+                raise ValueError(f"--{flag} must stand beside --palette, which says whose colours are taken")
+        return None
+    from brushgs.config import PaletteConfig
+
+    given = {"strength": args.palette_strength, "space": args.palette_space}
+    return PaletteConfig(args.palette, **{name: value for name, value in given.items() if value is not None})
 
 
 def prune_config(args: Namespace) -> "PruneConfig":
@@ -421,6 +449,24 @@ def _add_cluster(parser: ArgumentParser) -> None:
         help="k-means: 'auto' by size (default), 'lloyd' in exact steps, 'minibatch' as published",
     )
     parser.add_argument("--seed", type=_count_from(0), help="seed of the clustering, 0 or more, default 0")
+
+
+def _add_palette(parser: ArgumentParser, *, is_required: bool) -> None:
+    group = parser.add_argument_group("palette", "the colours of a painting: their mean and their spread")
+    group.add_argument(
+        "--palette", type=Path, metavar="FILE", required=is_required, help="a picture whose colours are taken"
+    )
+    group.add_argument(
+        "--palette-strength",
+        type=_number,
+        metavar="SHARE",
+        help="share of the way to its colours, in [0, 1], default 1",
+    )
+    group.add_argument(
+        "--palette-space",
+        choices=get_args(ColorSpace),
+        help="where colours are compared: 'lab' as the eye does (default), 'linear' light, 'srgb' as encoded",
+    )
 
 
 def _add_view(parser: ArgumentParser) -> None:

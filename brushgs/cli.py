@@ -145,6 +145,15 @@ def _cluster(args: Namespace) -> None:
         cluster_file(args.scene, args.output or _beside(args.scene, "strokes", ".ply"), config, report)
 
 
+def _recolor(args: Namespace) -> None:
+    config = arguments.palette_config(args)
+    assert config is not None, "the parser demands a palette"
+    with _told(args) as report:
+        from brushgs.pipeline import recolor_file
+
+        recolor_file(args.scene, args.output or _beside(args.scene, "recolored", ".ply"), config, report)
+
+
 def _stability(args: Namespace) -> None:
     paint, path, config = arguments.stability_configs(args)
     from brushgs.stability import StabilityReport, report_stability
@@ -208,6 +217,7 @@ COMMANDS = {
     "demo": _demo,
     "prune": _prune,
     "cluster": _cluster,
+    "recolor": _recolor,
     "stability": _stability,
     "strokes": _strokes,
     "info": _info,

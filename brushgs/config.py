@@ -8,7 +8,18 @@ from itertools import pairwise
 from math import ceil, inf, pi
 from pathlib import Path
 
-from brushgs.choices import Extent, Features, Filter, Lock, Merge, Method, Order, Weight, size_rule
+from brushgs.choices import (
+    ColorSpace,
+    Extent,
+    Features,
+    Filter,
+    Lock,
+    Merge,
+    Method,
+    Order,
+    Weight,
+    size_rule,
+)
 
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
@@ -214,11 +225,34 @@ class StabilityConfig:
 
 
 @dataclass(frozen=True)
+class PaletteConfig:
+    """Whose colours the strokes take.
+
+    Attributes:
+        file: a picture, usually of a painting.
+        strength: share of the way to its colours, in [0, 1].
+        space: where colours are compared: "lab", "linear" or "srgb", see `recolor`.
+    """
+
+    file: Path
+    strength: float = 1.0
+    space: ColorSpace = "lab"
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.strength <= 1:
+            cure = (
+                f"; for {self.strength:g} % write {self.strength / 100:g}" if 1 < self.strength <= 100 else ""
+            )
+            raise ValueError(f"palette-strength must be in [0, 1], got {self.strength:g}{cure}")
+
+
+@dataclass(frozen=True)
 class PaintConfig:
-    """A whole painting, step by step."""
+    """A whole painting, step by step; without a palette strokes keep the colours of the scene."""
 
     prune: PruneConfig = field(default_factory=PruneConfig)
     cluster: ClusterConfig = field(default_factory=ClusterConfig)
+    palette: PaletteConfig | None = None
     view: ViewConfig = field(default_factory=ViewConfig)
     draw: DrawConfig = field(default_factory=DrawConfig)
 

@@ -1,6 +1,7 @@
 """The stages in order, each timed, each able to say what it did and what this scene does not need.
 
-    stroke -> load -> camera (-> background) -> prune -> cluster -> project -> rasterise -> write
+    stroke (-> palette) -> load -> camera (-> background) -> prune -> cluster (-> recolor)
+        -> project -> rasterise -> write
 
 The camera is framed on the scene as loaded, so that paintings of one scene with other counts line up.
 Every step takes a `Report` and adds its `Stage`; a scene is let go as soon as the next one is made of it.
@@ -11,7 +12,7 @@ import tempfile
 from pathlib import Path
 
 from brushgs.background import check_background
-from brushgs.config import ClusterConfig, DrawConfig, PaintConfig, PruneConfig
+from brushgs.config import ClusterConfig, PaintConfig, PaletteConfig, PruneConfig
 from brushgs.errors import SceneError
 from brushgs.report import Report
 from brushgs.scene import Camera, Frame, Gaussians
@@ -21,9 +22,11 @@ from brushgs.stages import (
     draw,
     load_scene,
     open_ground,
+    open_palette,
     open_stroke,
     project_scene,
     prune_scene,
+    recolor_scene,
     view_lock,
     write_picture,
     write_scene,
@@ -57,16 +60,18 @@ def paint_file(
         ValueError: if an option does not suit the scene, before any long work where that can be known.
     """
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
-    check_output(output, PICTURE_SUFFIXES, inputs=input_files(scene, config.draw))
+    check_output(output, PICTURE_SUFFIXES, inputs=input_files(scene, config))
     check_background(config.draw.background)
     view_lock(config.draw)
     texture = open_stroke(config.draw, report)
+    palette = open_palette(config.palette, report)
     gaussians, file_up = load_scene(scene, report)
     camera = choose_camera(gaussians, config.view, report, file_up=file_up, camera=camera)
     ground = open_ground(config.draw, camera, report)
     num_loaded = len(gaussians)
     gaussians = prune_scene(gaussians, config.prune, report)
     gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded)
+    gaussians = recolor_scene(gaussians, palette, config.palette, report)
     boxes = project_scene(gaussians, camera, texture, config.draw, report)
     is_deep = output.suffix.lower() == ".exr"  # the one format that carries depth
     frame = draw(boxes, camera, texture, config.draw, report, depth=is_deep)
@@ -85,9 +90,11 @@ def paint(
     """Paint Gaussians in memory: `paint_file` without its files. Takes and raises the same."""
     config, report = config or PaintConfig(), report or Report()
     texture = open_stroke(config.draw, report)
+    palette = open_palette(config.palette, report)
     camera = choose_camera(gaussians, config.view, report, camera=camera)
     strokes = prune_scene(gaussians, config.prune, report)
     strokes = cluster_scene(strokes, config.cluster, report, num_loaded=len(gaussians))
+    strokes = recolor_scene(strokes, palette, config.palette, report)
     boxes = project_scene(strokes, camera, texture, config.draw, report)
     return draw(boxes, camera, texture, config.draw, report)
 
@@ -106,9 +113,18 @@ def cluster_file(scene: str | Path, output: str | Path, config: ClusterConfig, r
     return write_scene(cluster_scene(gaussians, config, report, num_loaded=len(gaussians)), output, report)
 
 
-def input_files(scene: str | Path, draw: DrawConfig) -> tuple[Path, ...]:
+def recolor_file(scene: str | Path, output: str | Path, config: PaletteConfig, report: Report) -> Report:
+    """The palette pass alone: scene file to scene file."""
+    check_output(Path(output), (".ply",), inputs=(Path(scene), config.file))
+    palette = open_palette(config, report)
+    gaussians, _ = load_scene(scene, report)
+    return write_scene(recolor_scene(gaussians, palette, config, report), output, report)
+
+
+def input_files(scene: str | Path, config: PaintConfig) -> tuple[Path, ...]:
     """The files that a painting is made of; names of built-in strokes and grounds among them mean no file."""
-    return Path(scene), Path(draw.stroke), Path(draw.background)
+    palette = () if config.palette is None else (config.palette.file,)
+    return Path(scene), Path(config.draw.stroke), Path(config.draw.background), *palette
 
 
 def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...] = ()) -> None:

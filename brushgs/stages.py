@@ -12,13 +12,14 @@ import numpy as np
 
 from brushgs.background import Ground, open_background
 from brushgs.choices import ViewLock
-from brushgs.config import DEFAULT_SIZE, ClusterConfig, DrawConfig, PruneConfig, ViewConfig
+from brushgs.config import DEFAULT_SIZE, ClusterConfig, DrawConfig, PaletteConfig, PruneConfig, ViewConfig
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.framing import DEFAULT_UP, default_elevation, frame_scene, subject, up_vector
 from brushgs.report import Report, Stage
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 if TYPE_CHECKING:
+    from brushgs.passes.recolor import Palette
     from brushgs.textures import StrokeTexture
 
 NOTHING_SEEN = "no stroke is in the picture; check that the camera and the scene belong together"
@@ -136,6 +137,44 @@ def cluster_scene(
                 "steps": grouping.num_steps,
                 "inertia": grouping.inertia,
             }
+    return gaussians
+
+
+def open_palette(config: PaletteConfig | None, report: Report) -> "Palette | None":
+    """The colours of a painting; a stage only where one is asked for."""
+    if config is None:
+        return None
+    with report.stage("palette") as stage:
+        from brushgs.io.images import read_image
+        from brushgs.passes.recolor import Palette
+
+        image = read_image(config.file)
+        try:
+            palette = Palette.of_image(image, space=config.space)
+        except ValueError as error:
+            raise SceneError(
+                config.file, f"has no colours to take ({error}); choose another picture"
+            ) from None
+        height, width = image.shape[:2]
+        stage.did = f"{config.file}, {width}x{height} pixels"
+        stage.counts = {"path": str(config.file), "width": width, "height": height}
+    return palette
+
+
+def recolor_scene(
+    gaussians: Gaussians, palette: "Palette | None", config: PaletteConfig | None, report: Report
+) -> Gaussians:
+    """The strokes in the colours of the palette; a stage only where there is one."""
+    if palette is None or config is None:
+        return gaussians
+    with report.stage("recolor") as stage:
+        from brushgs.passes.recolor import recolor
+
+        gaussians = recolor(gaussians, palette, config.strength)
+        stage.did = f"{len(gaussians):,} strokes, {config.strength:.0%} of the way in {config.space}"
+        stage.counts = {"strokes": len(gaussians), "strength": config.strength, "space": config.space}
+        if config.strength == 0:
+            stage.left_out.append("recolouring: the strength is 0")
     return gaussians
 
 

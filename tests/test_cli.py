@@ -8,12 +8,14 @@ import time
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import brushgs as bg
 from brushgs import arguments, cli
 from brushgs.config import ClusterConfig, DrawConfig, PathConfig, PruneConfig, SequenceConfig
 from brushgs.io.images import read_image
+from brushgs.sh import base_colors
 from brushgs.still_life import still_life
 from brushgs.textures import builtin_names
 
@@ -404,6 +406,59 @@ def test_passes_stand_alone(scene, capsys):
         "few.ply\n",
     )
     assert len(bg.load("few.ply")) <= 40
+
+
+@pytest.fixture
+def blue(scene):
+    """A blue picture in the current folder."""
+    rgb = np.full((4, 4, 3), (0.1, 0.2, 0.8), np.float32)
+    bg.save(bg.Frame(rgb, np.ones((4, 4), np.float32), np.zeros((4, 4), np.float32)), "blue.png")
+    return "blue.png"
+
+
+def test_a_palette_gives_its_colours(scene, blue, capsys):
+    words = ["--background", "transparent", "--palette", blue]
+    code, _, err = run(capsys, "render", scene, *SMALL, *words)
+    assert code == 0
+    assert "100% of the way in lab" in err
+    picture = read_image("pears-ellipse.png")
+    painted = picture[..., 3] > 0.5
+    np.testing.assert_allclose(picture[painted, :3], [[0.1, 0.2, 0.8]] * painted.sum(), atol=0.02)
+
+
+def test_the_palette_pass_stands_alone(scene, blue, capsys):
+    words = ["--palette", blue, "--palette-strength", "0.5", "--palette-space", "srgb"]
+    assert run(capsys, "recolor", scene, *words)[:2] == (0, "pears-recolored.ply\n")
+    before, after = (base_colors(bg.load(name).sh) for name in (scene, "pears-recolored.ply"))
+    assert np.std(after) < np.std(before)
+    assert bg.load("pears-recolored.ply").means.shape == bg.load(scene).means.shape
+
+
+def test_frames_of_another_palette_are_not_gone_on_with(scene, blue, capsys):
+    words = [*SMALL, "--orbit", "3", "-o", "f/", "--palette", blue]
+    assert run(capsys, "render", scene, *words)[0] == 0
+    code, _, err = run(capsys, "render", scene, *words, "--palette-strength", "0.5", "--resume")
+    assert code == 2
+    assert "palette strength 1.0, asked is 0.5" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--palette-strength", "1"], "--palette-strength must stand beside --palette"),
+        (["--palette", "none.jpg"], r"none\.jpg: there is no such picture"),
+        (["--palette", "blue.png", "--palette-strength", "70"], r"must be in \[0, 1\], got 70; .*write 0\.7"),
+        (["--palette", "blue.png", "--palette-space", "hsv"], "invalid choice: 'hsv'"),
+        (["--palette", "clear.png"], r"clear\.png: has no colours to take"),
+        (["--palette", "blue.png", "-o", "blue.png"], r"blue\.png: is the input, which is never overwritten"),
+    ],
+)
+def test_a_bad_palette_gets_one_sentence(scene, blue, capsys, words, sentence):
+    nothing = np.zeros((4, 4, 4), np.float32)
+    bg.save(bg.Frame(nothing[..., :3], nothing[..., 3], nothing[..., 3]), "clear.png")
+    code, out, err = run(capsys, "render", scene, *SMALL, *words)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert re.search(sentence, err), err
 
 
 def test_strokes_lists_the_names(capsys):

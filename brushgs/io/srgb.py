@@ -21,3 +21,10 @@ def srgb_from_linear(linear: Array) -> Array:
     size = np.abs(linear)
     encoded = np.where(size <= 0.0031308, size * 12.92, 1.055 * size ** (1 / 2.4) - 0.055)
     return np.asarray(np.copysign(encoded, linear), dtype=linear.dtype)
+
+
+def srgb_slope(encoded: Array) -> Array:
+    """Derivative of `linear_from_srgb`, any shape: 1/12.92 and above."""
+    size = np.abs(encoded)
+    slope = np.where(size <= 0.04045, 1 / 12.92, 2.4 / 1.055 * ((size + 0.055) / 1.055) ** 1.4)
+    return np.asarray(slope, dtype=encoded.dtype)

@@ -28,6 +28,8 @@ def options(config: PaintConfig) -> dict[str, Any]:
     """The options that the frames depend on, known before any work: name -> number, text or None."""
     steps = asdict(config.prune) | asdict(config.cluster) | asdict(config.draw)
     del steps["threads"]
+    if config.palette is not None:
+        steps |= {f"palette {name}": str(value) for name, value in asdict(config.palette).items()}
     moving = {"lock": config.draw.lock or "track", "order": config.draw.order or "soft"}
     return {"version": __version__} | steps | moving
 

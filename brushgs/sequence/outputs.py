@@ -49,7 +49,7 @@ def check_target(
         SceneError: if the output cannot be written, or would replace an input.
     """
     check_background(config.draw.background)
-    inputs = input_files(scene, config.draw)
+    inputs = input_files(scene, config)
     if isinstance(target, Path):
         if config.draw.background.lower() == "transparent":
             cure = f"choose a colour, or numbered frames, -o {target.with_suffix('')}/"

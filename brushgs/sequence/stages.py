@@ -1,6 +1,7 @@
 """The stages of a sequence in order, each timed.
 
-    stroke -> load -> path (-> background) -> prune -> cluster -> track -> paint -> write
+    stroke (-> palette) -> load -> path (-> background) -> prune -> cluster (-> recolor)
+        -> track -> paint -> write
 
 The directions of all strokes are followed along the whole path before any frame is drawn; after that every
 frame stands alone, so frames are painted in any number of processes, or only where they are missing, and are
@@ -34,8 +35,10 @@ from brushgs.stages import (
     cluster_scene,
     load_scene,
     open_ground,
+    open_palette,
     open_stroke,
     prune_scene,
+    recolor_scene,
     size_words,
 )
 
@@ -84,6 +87,7 @@ def paint_sequence(
     if sequence.is_resumed and isinstance(target, NumberedFiles):
         found = found_ledger(target, config)
     texture = open_stroke(config.draw, report)
+    palette = open_palette(config.palette, report)
     gaussians, file_up = load_scene(scene, report)
     path = _plan(gaussians, config.view, path_config, file_up, report)
     if isinstance(target, Path):
@@ -93,6 +97,7 @@ def paint_sequence(
     num_loaded = len(gaussians)
     gaussians = prune_scene(gaussians, config.prune, report)
     gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded)
+    gaussians = recolor_scene(gaussians, palette, config.palette, report)
     track = _track(gaussians, path, texture, config.draw, report)
     work = _Work(gaussians, texture, ground, config, path, track, sequence)
     if isinstance(target, Path):

@@ -130,7 +130,7 @@ def report_stability(
     """
     config, report, output = config or StabilityConfig(), report or StabilityReport(), Path(output)
     outputs = Outputs.of(output, wants_plot=wants_plot)
-    outputs.check(input_files(scene, paint.draw))
+    outputs.check(input_files(scene, paint))
     check_background(paint.draw.background)
     if paint.draw.background == "transparent":
         raise ValueError("background must be a colour or an image to compare pictures on, got transparent")

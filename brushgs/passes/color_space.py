@@ -1,0 +1,94 @@
+"""Display-encoded RGB to the space that colours are compared in, back, and the slopes of both ways.
+
+"srgb" is the encoded RGB itself, "linear" linear light, "lab" CIELAB (white D65), divided by 100 so that all
+three have numbers of order one. Every space holds colours that no screen shows: encoded values beyond 0 to 1
+go there and come back unharmed.
+Source: IEC 61966-2-1 (sRGB); ISO/CIE 11664-4 (CIELAB).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.choices import ColorSpace
+from brushgs.io.srgb import linear_from_srgb, srgb_from_linear, srgb_slope
+from brushgs.shapes import Array
+
+F64 = NDArray[np.float64]
+
+_XYZ_FROM_RGB = np.array(
+    [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
+)
+# Rows divided by the white, the sum of each: a grey has three equal numbers.
+_TO_CONES = _XYZ_FROM_RGB / _XYZ_FROM_RGB.sum(axis=1, keepdims=True)
+_LAB_FROM_ROOTS = np.array([[0.0, 1.16, 0.0], [5.0, -5.0, 0.0], [0.0, 2.0, -2.0]])
+_BLACK = np.array([-0.16, 0.0, 0.0])  # the lightness of black is 0
+_DARKEST_ROOT = 6 / 29  # below it the cube root is replaced by its tangent
+
+
+@dataclass(frozen=True)
+class Space:
+    """Where colours are compared: mixed(bend(matrix of linear light)), each step of which may be left out.
+
+    Attributes:
+        name: see the module.
+    """
+
+    name: ColorSpace
+
+    def to(self, rgb: Array) -> F64:
+        """Colours [N, 3] of display-encoded ones."""
+        if self.name == "srgb":
+            return np.asarray(rgb, np.float64)
+        linear = linear_from_srgb(np.asarray(rgb, np.float64))
+        if self.name == "linear":
+            return np.asarray(linear, np.float64)
+        return np.asarray(_root(linear @ _TO_CONES.T) @ _LAB_FROM_ROOTS.T + _BLACK)
+
+    def back(self, colors: F64) -> F64:
+        """Display-encoded colours [N, 3] of this space's: undoes `to`."""
+        if self.name == "srgb":
+            return colors
+        if self.name == "linear":
+            return np.asarray(srgb_from_linear(colors), np.float64)
+        roots = (colors - _BLACK) @ np.linalg.inv(_LAB_FROM_ROOTS).T
+        return np.asarray(srgb_from_linear(_cube(roots) @ np.linalg.inv(_TO_CONES).T), np.float64)
+
+    def slopes(self, before: F64, after: F64, matrix: F64) -> F64:
+        """Derivative of the way there, through a linear map, and back.
+
+        Args:
+            before: [N, 3] display-encoded colours.
+            after: [N, 3] what they become, display-encoded.
+            matrix: [3, 3] the map in this space.
+
+        Returns:
+            [N, 3, 3] d after / d before.
+        """
+        if self.name == "srgb":
+            return np.broadcast_to(matrix, (len(before), 3, 3))
+        into, out = srgb_slope(before), 1 / srgb_slope(after)
+        if self.name == "lab":
+            matrix = np.linalg.inv(_LAB_FROM_ROOTS) @ matrix @ _LAB_FROM_ROOTS
+            bend = _root_slope(linear_from_srgb(before) @ _TO_CONES.T)
+            unbend = 1 / _root_slope(linear_from_srgb(after) @ _TO_CONES.T)
+            middle = unbend[:, :, None] * matrix * bend[:, None, :]
+            inner = np.einsum("ik,nkl->nil", np.linalg.inv(_TO_CONES), middle @ _TO_CONES)
+        else:
+            inner = np.broadcast_to(matrix, (len(before), 3, 3))
+        return np.asarray(out[:, :, None] * inner * into[:, None, :])
+
+
+def _root(light: F64) -> F64:
+    """Cube root, its tangent below the darkest root."""
+    tangent = light / (3 * _DARKEST_ROOT**2) + 4 / 29
+    return np.where(light > _DARKEST_ROOT**3, np.cbrt(light), tangent)
+
+
+def _cube(root: F64) -> F64:
+    return np.where(root > _DARKEST_ROOT, root**3, 3 * _DARKEST_ROOT**2 * (root - 4 / 29))
+
+
+def _root_slope(light: F64) -> F64:
+    return np.asarray(1 / (3 * np.cbrt(np.maximum(light, _DARKEST_ROOT**3)) ** 2))
