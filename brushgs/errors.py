@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+_LONGEST = 1000  # characters of a message
+
 
 class SceneError(ValueError):
     """A file that cannot be used as asked: one sentence with the file, what is wrong and the cure.
@@ -12,8 +14,10 @@ class SceneError(ValueError):
 
     def __init__(self, path: str | Path, message: str) -> None:
         self.path = Path(path)
-        self._message = message
-        super().__init__(f"{self.path}: {message}")
+        # What a file says is quoted in messages: it must neither steer the terminal nor flood it.
+        message = "".join(c if c.isprintable() else "?" for c in message[: _LONGEST + 1])
+        self._message = message if len(message) <= _LONGEST else f"{message[:_LONGEST]}..."
+        super().__init__(f"{self.path}: {self._message}")
 
     def __reduce__(self) -> tuple[object, ...]:
         """For pickle, which would call the class with the finished sentence: an error may cross processes."""

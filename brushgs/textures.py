@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError, SceneWarning
+from brushgs.io.opening import is_plain
 from brushgs.shapes import check
 
 # Half length of a box in standard deviations: the published stroke covers 2, the 3DGS kernel is cut at 3.
@@ -28,6 +30,7 @@ LONG_SIDE = 256  # texels of a stroke image that are kept: more is not seen belo
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)  # Rec. 709
 OPAQUE = 254.5 / 255  # an alpha channel nowhere below this says nothing
 CANVAS = 0.5  # height of what is not painted
+_ROWS = 64  # of an image, looked at together
 BLANK = 0.02  # coverage read from luminance below this is paper grain or JPEG noise
 
 
@@ -117,13 +120,13 @@ class StrokeTexture:
         path = Path(name_or_path)
         name = path.stem.lower().replace("-", "_").replace(" ", "_")
         is_bare = path.parent == Path() and isinstance(name_or_path, str)
-        if is_bare and (path.suffix == "" or not path.exists()):
+        if is_bare and (path.suffix == "" or not is_plain(path)):
             if path.suffix == "" and name in ("gaussian", "ellipse"):
                 return cls._kernel(name)
             builtin = _strokes_folder() / f"{name}.png"
-            if path.suffix in ("", ".png") and builtin.is_file():
+            if path.suffix in ("", ".png") and is_plain(builtin):
                 return cls._from_file(builtin, name, size)
-        if not path.is_file():
+        if not is_plain(path):
             raise SceneError(path, _unknown(name))
         return cls._from_file(path, path.stem, size)
 
@@ -204,12 +207,15 @@ def _unknown(name: str) -> str:
 def _coverage_and_height(
     pixels: NDArray[np.float32], path: Path
 ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
-    """[H, W, C] -> coverage [H, W] and, where alpha gives the coverage, the relief [H, W]."""
+    """[H, W, C], 0 to 1 -> coverage [H, W] and, where alpha gives the coverage, the relief [H, W]."""
     num_channels = pixels.shape[2]
-    color = pixels[..., :3] if num_channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
-    luminance = np.asarray(np.clip(color, 0, 1) @ LUMINANCE)
+    luminance = np.empty(pixels.shape[:2], np.float32)
+    for start in range(0, len(pixels), _ROWS):  # a few at a time: copies of a large image add up
+        part = pixels[start : start + _ROWS]
+        color = np.repeat(part[..., :1], 3, axis=2) if num_channels < 3 else part[..., :3].copy()
+        luminance[start : start + _ROWS] = color @ LUMINANCE
     if num_channels in (2, 4) and pixels[..., -1].min() < OPAQUE:
-        return np.clip(pixels[..., -1], 0, 1), luminance
+        return np.ascontiguousarray(pixels[..., -1]), luminance
     border = np.concatenate([luminance[0], luminance[-1], luminance[:, 0], luminance[:, -1]])
     ground = np.median(border)
     distance = ground - luminance if ground > 0.5 else luminance - ground
@@ -226,15 +232,21 @@ def _coverage_and_height(
 def _average(image: NDArray[np.float32], shape: Sequence[int]) -> NDArray[np.float32]:
     """Area average down to `shape`: keeps the mean and cannot ring."""
     for axis, size in enumerate(shape):
-        if size != image.shape[axis]:
-            image = np.moveaxis(
-                np.tensordot(_area_weights(image.shape[axis], size), image, (1, axis)), 0, axis
-            )
+        if size != (length := image.shape[axis]):
+            parts = np.linspace(0, length, size + 1)
+            rows = [_mean_of_part(image, axis, *ends) for ends in pairwise(parts)]
+            image = np.stack(rows, axis=axis)
     return image
 
 
-def _area_weights(num_source: int, num_target: int) -> NDArray[np.float32]:
-    """[num_target, num_source]: share of each source pixel in each target texel."""
-    edges = np.linspace(0, num_source, num_target + 1)
-    upto = np.clip(edges[:, None] - np.arange(num_source), 0, 1)
-    return np.asarray(np.diff(upto, axis=0) * (num_target / num_source), dtype=np.float32)
+def _mean_of_part(image: NDArray[np.float32], axis: int, start: float, stop: float) -> NDArray[np.float32]:
+    """The mean along an axis from `start` to `stop`, pixels and parts of pixels.
+
+    Only pixels that lie there are touched: one matrix of weights for all parts would take more memory than
+    the picture where that is long and thin.
+    """
+    first, last = math.floor(start), min(math.ceil(stop), image.shape[axis])
+    pixels = np.arange(first, last)
+    weights = (np.minimum(pixels + 1, stop) - np.maximum(pixels, start)) / (stop - start)
+    part = image[first:last] if axis == 0 else image[:, first:last]
+    return np.asarray(np.tensordot(weights.astype(np.float32), part, (0, axis)))

@@ -1,17 +1,22 @@
 """One entry of a camera file: its fields, checked as they are asked for."""
 
-import json
 import math
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from brushgs.choices import size_rule
 from brushgs.errors import SceneError, SceneWarning
+from brushgs.io.json_file import shown
 from brushgs.scene import Camera
 
+# Pixels and world units far beyond any camera: from here on squares and quotients leave the range of numbers.
+_LENSES, _MAX_PLACE = (1e-3, 1e9), 1e15
+_SMALLEST_ANGLE = 1e-6  # radians
 _NEAR_RIGID = 1e-2  # rotations this close to orthonormal were rounded, not scaled
 
 Json = dict[str, Any]
@@ -48,25 +53,29 @@ class CameraFrame:
         if value is None:
             raise self.fail(f"no field {name!r}; export the cameras again")
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise self.fail(f"{name!r} must be a finite number, got {json.dumps(value)[:40]}")
+            raise self.fail(f"{name!r} must be a finite number, got {shown(value)}")
         return float(value)
 
-    def positive(self, name: str, default: float | None = None) -> float:
-        """A number above zero."""
+    def positive(self, name: str, default: float | None = None, *, least: float = 0.0) -> float:
+        """A number above zero, and not below `least`."""
         value = self.number(name, default)
-        if value <= 0:
-            raise self.fail(f"{name!r} must be above 0, got {value:g}")
+        if value <= 0 or value < least:
+            raise self.fail(f"{name!r} must be above {0 if value <= 0 else least:g}, got {value:g}")
         return value
 
     def angle(self, name: str, unit: float = 1.0) -> float:
         """A field of view in radians; `unit` is one unit of the field."""
-        value = self.positive(name) * unit
+        value = self.positive(name, least=_SMALLEST_ANGLE) * unit
         if value >= math.pi:
             raise self.fail(f"{name!r} must be below half a turn, got {value / unit:g}")
         return value
 
-    def array(self, name: str, *shape: int) -> NDArray[np.float64]:
-        """Finite numbers in the shape given; nested or not."""
+    def focal(self, side: float, name: str, unit: float = 1.0) -> float:
+        """Focal length at which a side of so many pixels fills the field of view `name`."""
+        return side / 2 / math.tan(self.angle(name, unit) / 2)
+
+    def array(self, name: str, *shape: int, or_shape: tuple[int, ...] = ()) -> NDArray[np.float64]:
+        """Finite numbers in the shape given, or in the other one if there are as many; nested or not."""
         value = self.find(name)
         if value is None:
             raise self.fail(f"no field {name!r}; export the cameras again")
@@ -74,9 +83,11 @@ class CameraFrame:
             array = np.array(value, dtype=np.float64)
         except (TypeError, ValueError):
             raise self.fail(f"{name!r} must hold numbers only") from None
+        if or_shape and array.size == math.prod(or_shape):
+            shape = or_shape
         if array.size != math.prod(shape) or not np.isfinite(array).all():
             size = "x".join(map(str, shape))
-            raise self.fail(f"{name!r} must hold {size} finite numbers, got {json.dumps(value)[:60]}")
+            raise self.fail(f"{name!r} must hold {size} finite numbers, got {shown(value)}")
         return array.reshape(shape)
 
     def camera(
@@ -87,6 +98,8 @@ class CameraFrame:
         size: tuple[float, float],
     ) -> Camera:
         """The camera with a rotation freed of rounding; K is fx, fy, cx, cy."""
+        if broken := lens_rule(K, size, position):
+            raise self.fail(broken)
         rotation = self.rigid(world_from_cam)
         viewmat = np.eye(4)
         viewmat[:3, :3] = rotation.T
@@ -100,6 +113,8 @@ class CameraFrame:
 
     def rigid(self, rotation: NDArray[np.float64]) -> NDArray[np.float64]:
         """The nearest rotation to a matrix that is almost one."""
+        if (longest := np.abs(rotation).max()) > _MAX_PLACE:  # for which the factors may not be found
+            raise self.fail(f"the rotation must not scale or mirror, got an entry of {longest:.4g}")
         left, stretch, right = np.linalg.svd(rotation)
         nearest = np.asarray(left @ right)
         is_mirrored = np.linalg.det(nearest) < 0
@@ -108,6 +123,27 @@ class CameraFrame:
             found += " and mirrored" if is_mirrored else ""
             raise self.fail(f"the rotation must not scale or mirror, got axes {found}")
         return nearest
+
+
+def lens_rule(K: Sequence[float], size: Sequence[float], place: ArrayLike) -> str | None:
+    """What a camera breaks that could not be drawn with, in words; None where nothing.
+
+    Args:
+        K: fx, fy, cx, cy, pixels.
+        size: width and height, pixels.
+        place: numbers of its position or translation, world units.
+    """
+    if max(size) > 1 << 20:  # first: it may have hundreds of digits, and others follow from it
+        return f"the size must be that of a picture, got more than {1 << 20} pixels along a side"
+    least, most = _LENSES
+    if not all(least <= focal <= most for focal in K[:2]):
+        return f"the focal length must be {least:g} to {most:g} pixels, got {min(K[:2]):g} and {max(K[:2]):g}"
+    if not all(abs(value) <= most for value in K[2:]):
+        return f"the principal point must lie within {most:g} pixels, got {K[2]:g}, {K[3]:g}"
+    if not (farthest := np.abs(place).max()) <= _MAX_PLACE:
+        return f"the position must lie within {_MAX_PLACE:g} of the origin, got {farthest:g}"
+    broken = size_rule(max(1, round(size[0])), max(1, round(size[1])))
+    return f"the size {broken}" if broken else None
 
 
 def warn_of_distortion(path: Path, model: str, found: dict[str, float]) -> None:

@@ -5,7 +5,6 @@ Read are Inria `cameras.json` (camera-to-world, x right, y down, z forward), NeR
 backward). All of it is JSON; nothing is evaluated. COLMAP sparse models are `colmap`'s.
 """
 
-import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,10 +15,13 @@ import numpy as np
 from brushgs.errors import SceneError
 from brushgs.io.camera_frame import CameraFrame, Json, warn_of_distortion
 from brushgs.io.colmap import is_colmap, read_colmap
+from brushgs.io.json_file import parse_json, read_json, shown
 from brushgs.scene import Camera
 
 _CV_FROM_GL = np.diag([1.0, -1.0, -1.0])  # x right, y up, z backward -> x right, y down, z forward
 _BLENDER_SIZE = 800  # pixels; transforms.json of the NeRF-synthetic scenes leaves their size out
+_SHORTEST = 1e-6  # seconds of a path: below, its rate would leave the range of numbers
+_LONGEST_MATRIX = 4096  # characters of a matrix that is stored as text
 _DISTORTION = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
 _PINHOLES = (
     "OPENCV",
@@ -76,7 +78,7 @@ def read_cameras(path: str | Path) -> CameraFile:
     path = Path(path)
     if is_colmap(path):
         return CameraFile(read_colmap(path))
-    content = _read_json(path)
+    content = read_json(path, "give a cameras.json or transforms.json")
     if isinstance(content, list):
         return CameraFile(_read_all(path, content, {}, _read_inria))
     if isinstance(content, dict) and "camera_path" in content:
@@ -97,7 +99,7 @@ def _read_all(
     cameras = []
     for index, frame in enumerate(frames):
         if not isinstance(frame, dict):
-            raise SceneError(path, f"{name} {index}: must be an object, got {json.dumps(frame)[:40]}")
+            raise SceneError(path, f"{name} {index}: must be an object, got {shown(frame)}")
         cameras.append(read(CameraFrame(path, f"{name} {index}", frame, shared)))
     return cameras
 
@@ -113,20 +115,8 @@ def _read_path(path: Path, content: Json) -> CameraFile:
     if whole.find("fps") is not None:
         fps = whole.positive("fps")
     elif whole.find("seconds") is not None:
-        fps = len(cameras) / whole.positive("seconds")
+        fps = len(cameras) / whole.positive("seconds", least=_SHORTEST)
     return CameraFile(cameras, True, keys, fps, whole.find("is_cycle") is True)
-
-
-def _read_json(path: Path) -> object:
-    try:
-        # Every number as a float: one of a thousand digits is then infinite, and refused as such.
-        return json.loads(path.read_text(encoding="utf-8"), parse_int=float)
-    except FileNotFoundError:
-        raise SceneError(path, "there is no such file; check the path") from None
-    except OSError as error:
-        raise SceneError(path, f"cannot be read ({error.strerror}); check the path") from None
-    except (ValueError, RecursionError) as error:
-        raise SceneError(path, f"is not JSON ({error}); give a cameras.json or transforms.json") from None
 
 
 def _read_inria(frame: CameraFrame) -> Camera:
@@ -140,16 +130,16 @@ def _read_transforms(frame: CameraFrame) -> Camera:
     """One frame of `transforms.json`; intrinsics stand in the frame or beside all frames."""
     model = frame.find("camera_model")
     if model is not None and model not in _PINHOLES:
-        raise frame.fail(f"camera_model must be a pinhole model such as OPENCV, got {json.dumps(model)[:40]}")
+        raise frame.fail(f"camera_model must be a pinhole model such as OPENCV, got {shown(model)}")
     width, height = frame.positive("w", _BLENDER_SIZE), frame.positive("h", _BLENDER_SIZE)
     if frame.find("fl_x") is not None:
         fx = frame.positive("fl_x")
     elif frame.find("camera_angle_x") is not None:
-        fx = width / 2 / math.tan(frame.angle("camera_angle_x") / 2)
+        fx = frame.focal(width, "camera_angle_x")
     else:
         raise frame.fail("neither 'fl_x' nor 'camera_angle_x'; export the cameras with their focal length")
     if frame.find("fl_y") is None and frame.find("camera_angle_y") is not None:
-        fy = height / 2 / math.tan(frame.angle("camera_angle_y") / 2)
+        fy = frame.focal(height, "camera_angle_y")
     else:
         fy = frame.positive("fl_y", fx)
     K = fx, fy, frame.number("cx", width / 2), frame.number("cy", height / 2)
@@ -166,11 +156,9 @@ def _read_keyframe(frame: CameraFrame) -> Camera:
     matrix = frame.find("matrix")
     if isinstance(matrix, str):
         try:
-            matrix = np.reshape(json.loads(matrix), (4, 4)).T.tolist()
-        except (ValueError, RecursionError):
-            raise frame.fail(
-                f"'matrix' must hold 4x4 finite numbers, got {json.dumps(matrix)[:60]}"
-            ) from None
+            matrix = np.reshape(parse_json(matrix[:_LONGEST_MATRIX]), (4, 4)).T.tolist()
+        except (TypeError, ValueError, RecursionError):
+            raise frame.fail(f"'matrix' must hold 4x4 finite numbers, got {shown(matrix)}") from None
     return _from_viewer(
         CameraFrame(frame.path, frame.name, frame.own | {"matrix": matrix}, frame.shared), "matrix"
     )
@@ -180,17 +168,15 @@ def _from_viewer(frame: CameraFrame, name: str) -> Camera:
     """A view of the nerfstudio viewer with its camera-to-world matrix in the field `name`."""
     kind = frame.find("camera_type")
     if kind not in (None, "perspective"):
-        raise frame.fail(f"camera_type must be perspective, got {json.dumps(kind)[:40]}")
+        raise frame.fail(f"camera_type must be perspective, got {shown(kind)}")
     width, height = frame.positive("render_width"), frame.positive("render_height")
-    focal = height / 2 / math.tan(frame.angle("fov", math.radians(1)) / 2)
+    focal = frame.focal(height, "fov", math.radians(1))
     return _from_opengl(frame, name, (focal, focal, width / 2, height / 2), (width, height))
 
 
 def _from_opengl(frame: CameraFrame, name: str, K: tuple[float, ...], size: tuple[float, float]) -> Camera:
     """A camera from a camera-to-world matrix with x right, y up, z backward; rows first, 3x4 or 4x4."""
-    value = frame.find(name)
-    num_rows = 3 if np.size(np.array(value, dtype=object)) == 12 else 4
-    matrix = frame.array(name, num_rows, 4)
+    matrix = frame.array(name, 4, 4, or_shape=(3, 4))
     return frame.camera(matrix[:3, :3] @ _CV_FROM_GL, matrix[:3, 3], K, size)
 
 
@@ -203,6 +189,7 @@ def _warn_of_distortion(path: Path, shared: Json, frames: list[Json]) -> None:
             if isinstance(value, int | float) and value:
                 found.setdefault(name, value)
     if found:
-        model = next((s["camera_model"] for s in (shared, *frames) if "camera_model" in s), "OPENCV")
+        models = (source.get("camera_model") for source in (shared, *frames))
+        model = next((model for model in models if model in _PINHOLES), "OPENCV")
         in_order = {name: found[name] for name in _DISTORTION if name in found}
         warn_of_distortion(path, model, in_order)

@@ -11,15 +11,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TypeVar
 
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.io.camera_frame import warn_of_distortion
+from brushgs.io.camera_frame import lens_rule, warn_of_distortion
+from brushgs.io.opening import open_plain
 from brushgs.quats import rotation_matrices
 from brushgs.scene import Camera
 
+T = TypeVar("T")
 # By the number that stands for them in binary files: name and parameters; None: no pinhole.
 MODELS: list[tuple[str, str | None]] = [
     ("SIMPLE_PINHOLE", "f cx cy"),
@@ -47,9 +49,12 @@ _POINT_BYTES = 24
 _SMALLEST_CAMERA = _CAMERA.size + 3 * 8
 _SMALLEST_IMAGE = _IMAGE.size + 1 + _COUNT.size
 _LONGEST_NAME = 65536
+_LONGEST_LINE = 1 << 17  # bytes of a line of text: an image and its name; points may take any length
+# A view takes some 1.2 kB in memory and may take 73 bytes in a file; large captures have some ten thousand.
+_MOST = 50_000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class _Lens:
     model: str
     width: int
@@ -62,7 +67,7 @@ class _Lens:
         return [[fx, 0, value["cx"]], [0, fy, value["cy"]], [0, 0, 1]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class _Image:
     name: str
     quat: tuple[float, ...]
@@ -91,16 +96,24 @@ def read_colmap(path: Path) -> list[Camera]:
     with _told(path):
         cameras_file, images_file = _find(path)
     is_binary = cameras_file.suffix == ".bin"
-    with _told(cameras_file), cameras_file.open("rb") as file:
-        lenses = dict((_binary_lenses if is_binary else _text_lenses)(cameras_file, file))
-    with _told(images_file), images_file.open("rb") as file:
-        images = list((_binary_images if is_binary else _text_images)(images_file, file))
+    with _told(cameras_file), open_plain(cameras_file) as file:
+        lenses = dict(_few(cameras_file, (_binary_lenses if is_binary else _text_lenses)(cameras_file, file)))
+    with _told(images_file), open_plain(images_file) as file:
+        images = list(_few(images_file, (_binary_images if is_binary else _text_images)(images_file, file)))
     if not images:
         raise SceneError(images_file, "holds no images; the reconstruction found none, run it again")
     images.sort(key=lambda image: image.name)
     cameras = [_camera(images_file, image, lenses) for image in images]
     _warn(cameras_file, [lenses[number] for number in sorted({image.camera_id for image in images})])
     return cameras
+
+
+def _few(path: Path, entries: Iterator[T]) -> Iterator[T]:
+    """The entries of a file, of which there must not be too many."""
+    for number, entry in enumerate(entries):
+        if number == _MOST:
+            raise SceneError(path, f"must hold at most {_MOST} entries; take a part of the model")
+        yield entry
 
 
 def _warn(path: Path, lenses: list[_Lens]) -> None:
@@ -156,6 +169,9 @@ def _camera(path: Path, image: _Image, lenses: dict[int, _Lens]) -> Camera:
         raise fail(f"the quaternion must be finite and not zero, got {image.quat}; export the model again")
     if not all(map(math.isfinite, image.translation)):
         raise fail(f"the translation must be finite, got {image.translation}; export the model again")
+    (fx, _, cx), (_, fy, cy), _ = lens.matrix()
+    if broken := lens_rule((fx, fy, cx, cy), (lens.width, lens.height), image.translation):
+        raise fail(f"{broken}; export the model again")
     viewmat = np.eye(4)
     viewmat[:3, :3], viewmat[:3, 3] = rotation_matrices(quat)[0], image.translation
     return Camera(viewmat, np.array(lens.matrix()), lens.width, lens.height)
@@ -252,7 +268,7 @@ class _Reader:
 
 
 def _text_lenses(path: Path, file: BinaryIO) -> Iterator[tuple[int, _Lens]]:
-    for row, words in _text_rows(file):
+    for row, words in _text_rows(path, file):
         with _row_errors(path, row, "CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS"):
             number, model, width, height = int(words[0]), words[1], int(words[2]), int(words[3])
             values = tuple(map(float, words[4:]))
@@ -264,8 +280,7 @@ def _text_lenses(path: Path, file: BinaryIO) -> Iterator[tuple[int, _Lens]]:
 
 
 def _text_images(path: Path, file: BinaryIO) -> Iterator[_Image]:
-    rows = _text_rows(file, lines_per_row=2)
-    for row, words in rows:
+    for row, words in _text_rows(path, file, lines_per_row=2):
         with _row_errors(path, row, "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"):
             int(words[0])
             pose = tuple(map(float, words[1:8]))
@@ -275,19 +290,25 @@ def _text_images(path: Path, file: BinaryIO) -> Iterator[_Image]:
         yield _Image(name, pose[:4], pose[4:], camera_id)
 
 
-def _text_rows(file: BinaryIO, lines_per_row: int = 1) -> Iterator[tuple[int, list[str]]]:
+def _text_rows(path: Path, file: BinaryIO, lines_per_row: int = 1) -> Iterator[tuple[int, list[str]]]:
     """Number from 1 and words of each line that is neither empty nor a comment.
 
     With two lines a row the second holds the points of an image: it may be empty and is passed over.
     """
-    lines = enumerate(file, start=1)
-    for number, line in lines:
+    number = 0
+    while line := file.readline(_LONGEST_LINE):
+        number += 1
+        if len(line) == _LONGEST_LINE:
+            fault = f"line {number}: must have at most {_LONGEST_LINE} bytes"
+            raise SceneError(path, f"{fault}; export the model as text again")
         words = line.decode("utf-8", "replace").split()
         if not words or words[0].startswith("#"):
             continue
         yield number, words
         for _ in range(lines_per_row - 1):
-            next(lines, None)
+            number += 1
+            while len(part := file.readline(_LONGEST_LINE)) == _LONGEST_LINE and not part.endswith(b"\n"):
+                pass
 
 
 @contextmanager

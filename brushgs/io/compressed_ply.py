@@ -20,12 +20,14 @@ from brushgs.io.columns import Columns, Decoder, fill
 from brushgs.io.dropped import Dropped
 from brushgs.io.inria_ply import count_terms
 from brushgs.io.ply_header import Element, Header
-from brushgs.io.ply_rows import check_size, open_rows
+from brushgs.io.ply_rows import check_decoded_size, check_size, open_rows
 
 F32 = NDArray[np.float32]
 U32 = NDArray[np.uint32]
 
 _PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
+# What a chunk has the smallest and largest value of, by axis.
+_AXES = {"position": ("x", "y", "z"), "scale": ("scale_x", "scale_y", "scale_z"), "color": ("r", "g", "b")}
 _CHUNK_ROWS = 256
 _BLOCK_ROWS = 16 * _CHUNK_ROWS
 _SH_C0 = 0.28209479177387814  # 1 / (2 sqrt(pi)): the basis function of degree 0
@@ -58,6 +60,8 @@ def read_compressed(path: Path, header: Header, vertex: Element, size: int) -> t
             raise SceneError(path, f"no property {name!r} among {len(vertex.names)} read; export it again")
     rest = header.find("sh")
     num_terms = 1 if rest is None else count_terms(path, rest)
+    if num_terms == 1:
+        rest = None  # there is nothing in it
     for element in (vertex,) if rest is None else (vertex, rest):
         check_size(path, header, element, size)
         if element.count != vertex.count:
@@ -65,6 +69,7 @@ def read_compressed(path: Path, header: Header, vertex: Element, size: int) -> t
                 path,
                 f"element 'sh' must have {vertex.count} rows, got {element.count}; export it again",
             )
+    check_decoded_size(path, vertex.count, num_terms, size)
     ranges = _read_ranges(path, header, vertex.count, size)
 
     @contextmanager
@@ -102,26 +107,27 @@ def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[s
             f"must have a chunk for {_CHUNK_ROWS} Gaussians, got {chunk.count} for {num_rows}; export again",
         )
     check_size(path, header, chunk, size)
-    with open_rows(path, header, chunk, chunk.count) as reader:
-        rows = reader.read(0, chunk.count)
-    ranges = {}
-    for kind, axes in (
-        ("position", ("x", "y", "z")),
-        ("scale", ("scale_x", "scale_y", "scale_z")),
-        ("color", "rgb"),
-    ):
-        if kind == "color" and "min_r" not in chunk.names:
-            zeros = np.zeros((chunk.count, 3), np.float32)  # earlier files: colours in 0 to 1
-            ranges[kind] = zeros, zeros + 1
-            continue
+    has_colors = "min_r" in chunk.names  # not in earlier files: colours in 0 to 1
+    for axes in _AXES.values() if has_colors else (_AXES["position"], _AXES["scale"]):
         for name in (f"{end}_{axis}" for end in ("min", "max") for axis in axes):
             if name not in chunk.names:
                 raise SceneError(path, f"no property {name!r} in element 'chunk'; export it again")
-        low, high = (
-            np.stack([rows[f"{end}_{axis}"] for axis in axes], 1).astype(np.float32) for end in ("min", "max")
-        )
-        ranges[kind] = low, high
+    num_used = -(-num_rows // _CHUNK_ROWS)
+    with open_rows(path, header, chunk, num_used) as reader:
+        rows = reader.read(0, num_used)
+    zeros = np.zeros((num_used, 3), np.float32)
+    ranges = {"color": (zeros, zeros + 1)}
+    for kind, axes in _AXES.items():
+        if kind != "color" or has_colors:
+            low, high = (_column(rows, tuple(f"{end}_{axis}" for axis in axes)) for end in ("min", "max"))
+            ranges[kind] = low, high
     return ranges
+
+
+def _column(rows: NDArray[np.void], names: tuple[str, ...]) -> F32:
+    """[rows, names]; numbers beyond float32 become infinity, which is looked for when rows are read."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.stack([rows[name].astype(np.float32) for name in names], axis=1)
 
 
 def _decode(rows: NDArray[np.void], ranges: dict[str, tuple[F32, F32]], start: int, out: Columns) -> None:

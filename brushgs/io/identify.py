@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from brushgs.errors import SceneError
+from brushgs.io.opening import open_plain
 
 _CONVERT = "convert it to .ply first, for example with SuperSplat or splat-transform"
 
@@ -31,18 +32,7 @@ def open_ply(path: str | Path) -> BinaryIO:
             is and what to do.
     """
     path = Path(path)
-    if path.exists() and not (path.is_file() or path.is_dir()):
-        raise SceneError(path, "is a pipe or device, which cannot be read twice; save it to a file first")
-    try:
-        file = path.open("rb", buffering=0)
-    except FileNotFoundError:
-        raise SceneError(path, "there is no such file; check the path") from None
-    except IsADirectoryError:
-        raise SceneError(path, "is a folder; name the .ply file inside it") from None
-    except PermissionError:
-        raise SceneError(path, "may not be read; change its permissions") from None
-    except OSError as error:
-        raise SceneError(path, f"cannot be opened ({error.strerror}); check the path") from None
+    file = open_plain(path, ".ply file", buffering=0)
     try:
         begin = file.read(_LONGEST_MAGIC)
         if not (begin.startswith(b"ply") and begin[3:4] in (b"\n", b"\r")):

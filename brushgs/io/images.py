@@ -1,4 +1,4 @@
-"""Pictures in and out through OpenImageIO: PNG, TIFF, EXR, and whatever else it reads.
+"""Pictures in and out through OpenImageIO: PNG, TIFF, EXR; JPEG, WebP, BMP and HDR are read, too.
 
 Inside brushgs pictures are display-encoded float32 in 0 to 1. Files that hold linear light (EXR) are
 converted at this border. Left to itself OpenImageIO multiplies colour by alpha on reading, in 8 bits,
@@ -6,7 +6,7 @@ and divides on writing; here it is told not to, so that straight colours survive
 """
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.io.atomic import replacing, unstopped
+from brushgs.io.picture_kind import check_pixels, picture_kind, suffixed
 from brushgs.io.srgb import linear_from_srgb, srgb_from_linear
 from brushgs.scene import Frame
 from brushgs.shapes import Array
@@ -27,7 +28,9 @@ Background = Sequence[float] | Array | None
 
 _FORMATS = {".png": "png", ".tif": "tiff", ".tiff": "tiff", ".exr": "openexr"}
 _LINEAR_FORMATS = ("openexr", "hdr")
-_MAX_PIXELS = 8192 * 8192  # read as float RGBA this takes 1 GiB; larger ones are taken for a trap
+MAX_PIXELS = 1 << 25  # 7680 x 4320; as float RGBA they take half a gigabyte, larger ones are taken for a trap
+_MAX_CHANNELS = 4  # at MAX_PIXELS; smaller pictures may have more
+_ROWS = 64  # converted at a time
 # Without a date of its own OpenImageIO writes the time of day into TIFF and EXR.
 _NO_DATE = "0000:00:00 00:00:00"
 # Renders of koala at 1280x720: a third to a half of the time of libpng's defaults (level 6, all
@@ -38,56 +41,110 @@ _ZIP_LEVEL = 2
 _PNG_END = b"\0\0\0\0IEND\xaeB`\x82"  # the chunk that closes every PNG
 
 
-def read_image(path: str | Path) -> F32:
-    """Read a picture of any format that OpenImageIO knows.
+def read_image(path: str | Path, *, max_pixels: int | None = None) -> F32:
+    """Read a PNG, JPEG, TIFF, OpenEXR, WebP, BMP or Radiance HDR picture; its content decides, not its name.
+
+    It takes some 20 bytes of memory a pixel. Of a file with several pictures the first is read.
+
+    Args:
+        path: the file.
+        max_pixels: a larger picture is refused, by its header; None for `MAX_PIXELS`, 7680 x 4320 and a
+            little more.
 
     Returns:
         [H, W, C] display-encoded values in 0 to 1 with straight (unassociated) alpha, upright; C is 1
         (grey), 2 (grey and alpha), 3 (RGB) or 4 (RGBA). Depth and other extra channels are left out.
 
     Raises:
-        SceneError: if there is no such file, it is no picture, is damaged, holds values that are not
-            finite, or has more than 8192 x 8192 pixels (judged by its header, before it is read).
+        SceneError: if there is no such plain file, it is no such picture, is damaged, holds values that are
+            not finite, or is too large.
     """
     import OpenImageIO
 
     path = Path(path)
-    if not path.is_file():
-        raise SceneError(path, "there is no such picture; check the path")
+    max_pixels = MAX_PIXELS if max_pixels is None else max_pixels
+    kind = picture_kind(path, max_pixels)
     straight = OpenImageIO.ImageSpec()
     straight.attribute("oiio:UnassociatedAlpha", 1)
-    source = OpenImageIO.ImageInput.open(str(path), straight)
-    if source is None:
-        raise SceneError(
-            path, f"cannot be read as a picture ({_reason(OpenImageIO.geterror())}); convert it to PNG"
-        )
-    try:
-        spec = source.spec()
-        if spec.width * spec.height > _MAX_PIXELS:
-            size = f"{spec.width}x{spec.height}"
-            raise SceneError(path, f"must have at most {_MAX_PIXELS} pixels, got {size}; scale it down")
-        pixels = source.read_image(OpenImageIO.FLOAT)
+    source = None
+    with suffixed(path, kind) as named:
+        try:
+            source = OpenImageIO.ImageInput.open(str(named), straight)
+            if source is None:
+                reason = _reason(OpenImageIO.geterror())
+                raise SceneError(path, f"cannot be read as a picture ({reason}); convert it to PNG")
+            spec = source.spec()
+            _check_spec(path, spec, max_pixels)
+            return _upright(_display_encoded(path, source), spec)
+        except UnicodeDecodeError:  # a name within the file, or the decoder's complaint about one
+            raise SceneError(path, "is damaged (a text in it is not UTF-8); get it again") from None
+        except MemoryError:
+            raise SceneError(path, "takes more memory than there is; scale it down") from None
+        finally:
+            if source is not None:
+                source.close()
+
+
+def _check_spec(path: Path, spec: "OpenImageIO.ImageSpec", max_pixels: int) -> None:
+    """Refuse by its header what is no flat picture, or too large to be decoded."""
+    if spec.deep or spec.depth > 1:
+        raise SceneError(path, "holds a volume or deep pixels; save it as a flat picture")
+    check_pixels(path, spec.width, spec.height, max_pixels)
+    if not all(number > 0 for number in (spec.width, spec.height, spec.nchannels)):
+        raise SceneError(path, "holds no pixels; get it again")
+    # Tiles are decoded whole, however small the picture is.
+    side = max(spec.width * spec.height, spec.tile_width * spec.tile_height * max(spec.tile_depth, 1))
+    if side * spec.nchannels > max_pixels * _MAX_CHANNELS:
+        fact = f"holds {spec.nchannels} channels in {spec.width}x{spec.height} pixels and tiles of"
+        tile = f"{spec.tile_width}x{spec.tile_height}, which is too much"
+        raise SceneError(path, f"{fact} {tile}; save it with its colours only")
+
+
+def _display_encoded(path: Path, source: "OpenImageIO.ImageInput") -> F32:
+    """Colour and alpha as `read_image` returns them, some rows at a time: the rest of a file is not kept."""
+    spec = source.spec()
+    has_alpha = 0 <= spec.alpha_channel < spec.nchannels
+    others = [i for i in range(spec.nchannels) if i not in (spec.alpha_channel, spec.z_channel)]
+    chosen = others[:3] if len(others) >= 3 else others[:1]
+    num_colors = len(chosen)
+    if has_alpha:
+        chosen.append(spec.alpha_channel)
+    if not num_colors:
+        raise SceneError(path, "holds no colours, only alpha or depth; save it with a grey channel, at least")
+    is_associated = has_alpha and not spec.get_int_attribute("oiio:UnassociatedAlpha")
+    whole = np.empty((spec.height, spec.width, len(chosen)), np.float32)
+    for start, pixels in _blocks(path, source, spec):
+        if not (np.isfinite(pixels.min()) and np.isfinite(pixels.max())):
+            raise SceneError(path, "holds NaN or infinity; write it again with finite values")
+        rows = whole[start : start + len(pixels)]
+        rows[:] = pixels[..., chosen]
+        color, alpha = rows[..., :num_colors], rows[..., num_colors:]
+        with np.errstate(over="ignore"):  # beyond white, and clipped below
+            if is_associated:
+                color[:] = np.divide(color, alpha, out=np.zeros_like(color), where=alpha > 0)
+            if source.format_name() in _LINEAR_FORMATS:
+                color[:] = srgb_from_linear(color)
+        np.clip(rows, 0, 1, out=rows)
+    return whole
+
+
+def _blocks(
+    path: Path, source: "OpenImageIO.ImageInput", spec: "OpenImageIO.ImageSpec"
+) -> Iterator[tuple[int, F32]]:
+    """First row and pixels [rows, W, channels] of a picture, from the top; all at once where it has tiles."""
+    import OpenImageIO
+
+    step = spec.height if spec.tile_width else _ROWS
+    for start in range(0, spec.height, step):
+        stop = min(start + step, spec.height)
+        if spec.tile_width:
+            pixels = source.read_image(0, 0, 0, spec.nchannels, OpenImageIO.FLOAT)
+        else:  # rows are counted from where the file has its first one
+            place = spec.y + start, spec.y + stop, spec.z, 0, spec.nchannels, OpenImageIO.FLOAT
+            pixels = source.read_scanlines(0, 0, *place)
         if pixels is None:
             raise SceneError(path, f"is damaged ({_reason(source.geterror())}); get it again")
-        return _upright(_display_encoded(path, pixels, spec, source.format_name()), spec)
-    finally:
-        source.close()
-
-
-def _display_encoded(path: Path, pixels: F32, spec: "OpenImageIO.ImageSpec", format_name: str) -> F32:
-    """Colour and alpha as `read_image` returns them, from pixels as the file has them."""
-    if not np.isfinite(pixels).all():
-        raise SceneError(path, "holds NaN or infinity; write it again with finite values")
-    has_alpha = spec.alpha_channel >= 0
-    others = [i for i in range(spec.nchannels) if i not in (spec.alpha_channel, spec.z_channel)]
-    color = pixels[..., others[:3] if len(others) >= 3 else others[:1]]
-    alpha = pixels[..., [spec.alpha_channel]] if has_alpha else None
-    if alpha is not None and not spec.get_int_attribute("oiio:UnassociatedAlpha"):
-        color = np.divide(color, alpha, out=np.zeros_like(color), where=alpha > 0)
-    if format_name in _LINEAR_FORMATS:
-        color = srgb_from_linear(color)
-    whole = color if alpha is None else np.concatenate([color, alpha], axis=-1)
-    return np.ascontiguousarray(np.clip(whole, 0, 1), dtype=np.float32)
+        yield start, pixels.reshape(stop - start, spec.width, spec.nchannels)
 
 
 def _upright(pixels: F32, spec: "OpenImageIO.ImageSpec") -> F32:

@@ -18,7 +18,7 @@ from brushgs.errors import SceneError
 from brushgs.io.columns import Columns, Decoder, fill
 from brushgs.io.dropped import Dropped
 from brushgs.io.ply_header import Element, Header
-from brushgs.io.ply_rows import check_size, open_rows
+from brushgs.io.ply_rows import check_decoded_size, check_size, open_rows
 
 _MEANS = ("x", "y", "z")
 _COLORS = ("f_dc_0", "f_dc_1", "f_dc_2")
@@ -90,6 +90,7 @@ def read_inria(path: Path, header: Header, vertex: Element, size: int) -> tuple[
     """
     num_terms = count_terms(path, vertex)
     check_size(path, header, vertex, size)
+    check_decoded_size(path, vertex.count, num_terms, size)
     block_rows = max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
     num_used = _count_used_terms(path, header, vertex, num_terms, block_rows)
     plan = _Plan(vertex.dtype, num_terms, num_used)

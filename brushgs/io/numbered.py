@@ -14,8 +14,10 @@ from typing import Any
 
 from brushgs.errors import SceneError
 from brushgs.io.atomic import replacing, unstopped
+from brushgs.io.opening import read_whole
 
 _PLACE = re.compile(r"%(?:0[1-9][0-9]?)?d")  # %d or %05d
+_MOST_BYTES, _MOST_LINES = 8 << 20, 200_000  # of a ledger; a path has at most 99,999 frames
 DEFAULT_NAME = "%05d.png"
 
 
@@ -103,14 +105,16 @@ class Ledger:
             SceneError: if it cannot be read, or is something else.
         """
         try:
-            first, *lines = files.ledger.read_text(encoding="utf-8").splitlines()
-            painting = json.loads(first)["painting"]
+            files.ledger.stat()
         except FileNotFoundError:
             return None
-        except OSError as error:
-            raise SceneError(files.ledger, f"cannot be read ({error.strerror}); check the folder") from None
-        except (ValueError, KeyError, TypeError):
-            painting, lines = None, []
+        except OSError:
+            pass  # told by whoever opens it
+        first, *lines = read_whole(files.ledger, _MOST_BYTES).splitlines() or [b""]
+        try:
+            painting = json.loads(first)["painting"] if len(lines) <= _MOST_LINES else None
+        except (ValueError, KeyError, TypeError, RecursionError):
+            painting = None
         if not isinstance(painting, dict):
             raise SceneError(
                 files.ledger, "is no ledger of frames; remove it, or leave out --resume to paint all anew"
@@ -161,11 +165,11 @@ def _line(index: int, size: int) -> str:
     return json.dumps({"frame": index, "bytes": size})
 
 
-def _entries(lines: list[str]) -> Iterator[tuple[int, int]]:
+def _entries(lines: list[bytes]) -> Iterator[tuple[int, int]]:
     """Frame and size of each line that is whole: the last one may be cut off."""
     for line in lines:
         try:
             entry = json.loads(line)
             yield int(entry["frame"]), int(entry["bytes"])
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
             continue

@@ -17,7 +17,10 @@ _TYPES = {
 }  # fmt: skip
 _BYTE_ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
 _MAX_HEADER = 1 << 20  # bytes; real headers have 2 KiB, so a megabyte without an end is no header
-_UP = re.compile(r"\b(?:vertical|up)[ _-]?axis\s*[:=]?\s*([+-]?)([xyz])\b", re.IGNORECASE)
+# Blanks are counted: two open runs of them beside each other take time with the square of their length.
+_UP = re.compile(r"\b(?:vertical|up)[ _-]?axis\s{0,9}[:=]?\s{0,9}([+-]?)([xyz])\b", re.IGNORECASE)
+# Scenes have 62 properties at most and a handful of elements; tables grow with the square of either.
+_MAX_PROPERTIES, _MAX_ELEMENTS = 1000, 100
 
 
 @dataclass(frozen=True)
@@ -125,8 +128,10 @@ def _read_line(draft: _Draft, line: str) -> None:
             draft.encoding = encoding
         case ["element", name, count]:
             draft.close_element()
+            _check_number(draft.path, "elements", len(draft.elements), _MAX_ELEMENTS)
             draft.elements.append(Element(name, _read_count(draft.path, name, count), np.dtype([])))
         case ["property", "list", _, _, name] if draft.elements:
+            _check_number(draft.path, "list properties", len(draft.lists), _MAX_PROPERTIES)
             draft.lists.append(name)
         case ["property", type_name, name] if draft.elements:
             _add_property(draft, type_name, name)
@@ -140,9 +145,16 @@ def _read_count(path: Path, name: str, count: str) -> int:
     """The number of rows of an element."""
     if not (count.isascii() and count.isdigit()):
         raise SceneError(
-            path, f"element {name!r} must have a whole number of rows, got {count[:40]!r}; export it again"
+            path,
+            f"element {name[:80]!r} must have a whole number of rows, got {count[:40]!r}; export it again",
         )
     return int(count[:40])
+
+
+def _check_number(path: Path, what: str, number: int, most: int) -> None:
+    """Refuse one more of something where there are `most` already."""
+    if number >= most:
+        raise SceneError(path, f"the header must name at most {most} {what}; export it as a 3DGS scene")
 
 
 def _add_property(draft: _Draft, type_name: str, name: str) -> None:
@@ -150,9 +162,11 @@ def _add_property(draft: _Draft, type_name: str, name: str) -> None:
     if type_name not in _TYPES:
         known = ", ".join(t for t in _TYPES if not t[-1].isdigit())
         raise SceneError(
-            draft.path, f"property {name!r} has the unknown type {type_name!r}; write it as one of {known}"
+            draft.path,
+            f"property {name[:80]!r} has the unknown type {type_name[:40]!r}; write it as one of {known}",
         )
+    _check_number(draft.path, "properties of an element", len(draft.properties), _MAX_PROPERTIES)
     if any(name == other for other, _ in draft.properties):
-        raise SceneError(draft.path, f"property {name!r} stands twice in the header; export it again")
+        raise SceneError(draft.path, f"property {name[:80]!r} stands twice in the header; export it again")
     order = _BYTE_ORDERS.get(draft.encoding, "=")
     draft.properties.append((name, "f8" if draft.encoding == "ascii" else order + _TYPES[type_name]))

@@ -17,7 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError, SceneWarning
+from brushgs.io.opening import open_plain
 from brushgs.io.ply_header import Element, Header
+
+_LONGEST_LINE = 1 << 16  # bytes; a row of the most properties that a header may name has half of that
+_PIECE = 1 << 18  # bytes of text taken apart at a time: as words and numbers it takes forty times as much
+# A scene in memory has 4 bytes a number; a large file with less than one was made for harm.
+_MOST_GROWTH, _SMALL_SCENE = 4, 64 << 20
 
 
 class Rows(Protocol):
@@ -55,6 +61,25 @@ def check_size(path: Path, header: Header, element: Element, size: int) -> None:
             f"is cut off: of {element.count} rows of element {element.name!r} {whole} are whole and"
             f" {at_least}{missing} bytes are missing; copy or export it again",
         )
+
+
+def check_decoded_size(path: Path, num_rows: int, num_terms: int, size: int) -> None:
+    """Hold the memory that a scene will take against the size of its file, before it is asked for.
+
+    Args:
+        path: the file, for the message.
+        num_rows: Gaussians, checked by `check_size`.
+        num_terms: spherical-harmonic terms of each.
+        size: bytes of the whole file.
+
+    Raises:
+        SceneError: if it is more than 4 times the file and 64 MiB: 16 bytes of the compressed layout
+            become 56, but bytes where numbers belong would let a small file fill the memory.
+    """
+    decoded = num_rows * 4 * (11 + 3 * num_terms)
+    if decoded > _MOST_GROWTH * size + _SMALL_SCENE:
+        fact = f"{num_rows} Gaussians take {decoded >> 20} MiB in memory and {size >> 20} MiB in the file"
+        raise SceneError(path, f"{fact}, too little for numbers of a scene; export it with floats")
 
 
 def warn_of_surplus(path: Path, header: Header, size: int) -> None:
@@ -96,7 +121,7 @@ def open_rows(path: Path, header: Header, element: Element, block_rows: int) -> 
     It has a file object of its own, so readers in several threads do not meet. An ASCII reader must
     be asked for rows in order.
     """
-    with path.open("rb", buffering=-1 if header.is_ascii else 0) as file:
+    with open_plain(path, buffering=-1 if header.is_ascii else 0) as file:
         if header.is_ascii:
             yield _AsciiRows(path, file, header, element)
         else:
@@ -107,7 +132,7 @@ class _BinaryRows:
     def __init__(self, path: Path, file: BinaryIO, header: Header, element: Element, block_rows: int) -> None:
         self._path, self._file, self._element = path, file, element
         self._start = data_start(path, header, element)
-        self._buffer = np.empty(block_rows, dtype=element.dtype)
+        self._buffer = np.empty(min(block_rows, element.count), dtype=element.dtype)
 
     def read(self, start: int, stop: int) -> NDArray[np.void]:
         row_size = self._element.dtype.itemsize
@@ -127,7 +152,7 @@ class _AsciiRows:
     def __init__(self, path: Path, file: BinaryIO, header: Header, element: Element) -> None:
         self._path, self._element, self._next = path, element, 0
         file.seek(header.data_offset)
-        self._lines = (line for line in file if not line.isspace())
+        self._lines = self._read_lines(file)
         for other in header.elements:
             if other is element:
                 break
@@ -137,13 +162,42 @@ class _AsciiRows:
     def read(self, start: int, stop: int) -> NDArray[np.void]:
         assert start == self._next, "lines of text can only be read in order"
         self._next = stop
-        lines = list(islice(self._lines, stop - start))
-        if len(lines) < stop - start:
-            raise SceneError(
-                self._path,
-                f"is cut off: it ends after row {start + len(lines)} of {self._element.count} rows of"
-                f" element {self._element.name!r}; copy or export it again",
-            )
+        block = np.empty((stop - start, len(self._element.names)))
+        done = 0
+        while done < len(block):
+            lines = self._take_piece(len(block) - done)
+            if not lines:
+                raise SceneError(
+                    self._path,
+                    f"is cut off: it ends after row {start + done} of {self._element.count} rows of"
+                    f" element {self._element.name!r}; copy or export it again",
+                )
+            block[done : done + len(lines)] = self._numbers(lines, start + done)
+            done += len(lines)
+        return block.view(self._element.dtype)[:, 0]
+
+    def _read_lines(self, file: BinaryIO) -> Iterator[bytes]:
+        """Lines that are not blank, none of them without end."""
+        while line := file.readline(_LONGEST_LINE):
+            if len(line) == _LONGEST_LINE:
+                fault = f"has a line of more than {_LONGEST_LINE} bytes among its rows"
+                raise SceneError(self._path, f"{fault}; it is damaged: export it again")
+            if not line.isspace():
+                yield line
+
+    def _take_piece(self, num_lines: int) -> list[bytes]:
+        """The next lines, at most so many, and at most about `_PIECE` bytes."""
+        lines: list[bytes] = []
+        size = 0
+        for line in islice(self._lines, num_lines):
+            lines.append(line)
+            size += len(line)
+            if size >= _PIECE:
+                break
+        return lines
+
+    def _numbers(self, lines: list[bytes], start: int) -> NDArray[np.float64]:
+        """[lines, properties] of lines of which the first is row `start`."""
         width = len(self._element.names)
         tokens = b" ".join(lines).split()
         try:
@@ -152,7 +206,7 @@ class _AsciiRows:
             raise self._find_fault(lines, start) from None
         if len(values) != width * len(lines):
             raise self._find_fault(lines, start)
-        return values.view(self._element.dtype)
+        return values.reshape(len(lines), width)
 
     def _find_fault(self, lines: list[bytes], start: int) -> SceneError:
         """What is wrong with the first line that is not a row of numbers."""

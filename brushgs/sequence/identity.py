@@ -16,6 +16,7 @@ from brushgs import __version__
 from brushgs.background import Ground
 from brushgs.config import PaintConfig
 from brushgs.errors import SceneError
+from brushgs.io.json_file import shown
 from brushgs.io.numbered import Ledger, NumberedFiles
 from brushgs.paths import CameraPath
 from brushgs.scene import Camera, Gaussians
@@ -78,7 +79,8 @@ def check_same(found: Ledger, asked: Mapping[str, Any]) -> None:
         there = found.painting.get(name)
         if there != value:
             is_digest = isinstance(value, str) and value.startswith(_DIGEST)
-            differing.append(f"another {name}" if is_digest else f"{name} {there}, asked is {value}")
+            told = shown(there) if isinstance(there, list | dict) else str(there)[:80]
+            differing.append(f"another {name}" if is_digest else f"{name} {told}, asked is {value}")
     if differing:
         raise SceneError(
             found.files.pattern,

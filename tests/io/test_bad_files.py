@@ -55,8 +55,9 @@ def test_errors_of_the_system_are_told_in_a_sentence(
     def fail(*args: object, **kwargs: object) -> None:
         raise error
 
+    path = write_scene(tmp_path / "a.ply", scene_columns(3))
     monkeypatch.setattr(brushgs.io.identify.Path, "open", fail)
-    refuse(tmp_path / "a.ply", sentence)
+    refuse(path, sentence)
 
 
 @pytest.mark.parametrize(

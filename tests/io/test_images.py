@@ -281,7 +281,7 @@ def test_a_picture_with_nan(tmp_path: Path) -> None:
 
 def test_a_huge_picture_is_refused_by_its_header(tmp_path: Path) -> None:
     (tmp_path / "a.png").write_bytes(png(10_000, 10_000, 8, 6, b"\0"))
-    with pytest.raises(SceneError, match="must have at most 67108864 pixels, got 10000x10000; scale it down"):
+    with pytest.raises(SceneError, match="must have at most 33554432 pixels, got 10000x10000; scale it down"):
         read_image(tmp_path / "a.png")
 
 
@@ -292,3 +292,18 @@ def test_linear_light_and_back() -> None:
     values = np.linspace(-0.5, 4, 1001)
     np.testing.assert_allclose(srgb_from_linear(linear_from_srgb(values)), values, atol=1e-6)
     assert linear_from_srgb(np.array([0.0, 0.5, 1.0])) == pytest.approx([0, 0.21404114, 1])
+
+
+@pytest.mark.parametrize(("origin", "tile"), [((0, 0), 0), ((5, 200), 0), ((-3, -7), 0), ((0, 0), 16)])
+def test_a_picture_is_whole_wherever_its_pixels_begin(
+    tmp_path: Path, origin: tuple[int, int], tile: int
+) -> None:
+    pixels = np.random.default_rng(3).random((150, 40, 3)).astype(np.float32)
+    spec = OpenImageIO.ImageSpec(40, 150, 3, "float")
+    spec.x, spec.y = origin
+    spec.tile_width = spec.tile_height = tile
+    out = OpenImageIO.ImageOutput.create("openexr")
+    assert out.open(str(tmp_path / "a.exr"), spec)
+    assert out.write_tiles(0, 40, 0, 150, 0, 1, pixels) if tile else out.write_image(pixels)
+    out.close()
+    np.testing.assert_allclose(read_image(tmp_path / "a.exr"), srgb_from_linear(pixels), atol=1e-6)

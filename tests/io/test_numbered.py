@@ -128,5 +128,5 @@ def test_a_ledger_that_cannot_be_gone_on_with_is_told(tmp_path: Path) -> None:
     ledger.files.ledger.mkdir()
     with pytest.raises(SceneError, match=r"\.json: cannot be written \(Is a directory\); check the disk"):
         ledger.add(0, b"abc")
-    with pytest.raises(SceneError, match=r"\.json: cannot be read \(Is a directory\); check the folder"):
+    with pytest.raises(SceneError, match=r"\.json: is a folder; name the file inside it"):
         Ledger.read(ledger.files)

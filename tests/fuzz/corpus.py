@@ -1,0 +1,229 @@
+"""Small whole files of every kind that brushgs reads, made by the writers of the other tests, and traps."""
+
+import copy
+import json
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from tests.io import test_cameras, test_colmap, test_compressed_ply
+from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
+from tests.io.test_images import palette_chunk, png
+
+ENCODINGS = ("binary_little_endian", "binary_big_endian")
+
+
+def scenes(folder: Path) -> list[bytes]:
+    """Binary scenes of every degree and byte order, with odd types, comments and newlines."""
+    path, found = folder / "a.ply", []
+    for degree in range(4):
+        for encoding in ENCODINGS:
+            found.append(write_scene(path, scene_columns(9, degree), encoding).read_bytes())
+    doubles = dict.fromkeys(scene_columns(1), "double")
+    found.append(write_scene(path, scene_columns(9), types=doubles).read_bytes())
+    found.append(
+        write_scene(path, scene_columns(9), comments=["comment up axis: y"], newline="\r\n").read_bytes()
+    )
+    camera = element_bytes("camera", {"a": np.arange(3.0)})
+    found.append(write_ply_file(path, [camera, element_bytes("vertex", scene_columns(9))]).read_bytes())
+    return [*found, *header_traps()]
+
+
+def text_scenes(folder: Path) -> list[bytes]:
+    """Scenes as text."""
+    path = folder / "a.ply"
+    found = [write_scene(path, scene_columns(7, degree), "ascii").read_bytes() for degree in range(3)]
+    found.append(write_scene(path, scene_columns(7), "ascii", newline="\r\n").read_bytes())
+    compressed = test_compressed_ply.encode(path, test_compressed_ply.make(7), encoding="ascii")
+    return [*found, compressed.read_bytes(), *header_traps()]
+
+
+def compressed_scenes(folder: Path) -> list[bytes]:
+    """Scenes in the layout of PlayCanvas."""
+    found = []
+    for degree, color_ranges, encoding in (
+        (0, True, ENCODINGS[0]),
+        (0, False, ENCODINGS[1]),
+        (3, True, ENCODINGS[0]),
+    ):
+        scene = test_compressed_ply.make(30, degree)
+        path = test_compressed_ply.encode(
+            folder / "a.ply", scene, color_ranges=color_ranges, encoding=encoding
+        )
+        found.append(path.read_bytes())
+    found.append(test_compressed_ply.encode(folder / "a.ply", test_compressed_ply.make(300)).read_bytes())
+    return found
+
+
+def header_traps() -> list[bytes]:
+    """Headers that promise more than there is, repeat themselves, or have no end."""
+    start = b"ply\nformat binary_little_endian 1.0\n"
+    names = b"".join(b"property float %s\n" % name.encode() for name in scene_columns(1))
+    return [
+        start + b"element vertex 999999999999999999\n" + names + b"end_header\n" + b"\0" * 99,
+        start + b"comment upaxis" + b" " * 30_000 + b"\nend_header\n",
+        start
+        + b"element vertex 3\n"
+        + b"".join(b"property uchar p%d\n" % i for i in range(2500))
+        + b"end_header\n",
+        start + b"".join(b"element e%d 0\n" % i for i in range(3000)) + b"end_header\n",
+        start + b"element vertex 1\n" + b"x" * 60_000,
+    ]
+
+
+def camera_files(folder: Path) -> list[bytes]:
+    """All kinds of JSON, and JSON that goes too deep."""
+    files: list[object] = [copy.deepcopy(content) for content in test_cameras.FILES.values()]
+    path = test_cameras.CAMERA_PATH
+    text = json.dumps(test_cameras.GL_MATRIX.T.ravel().tolist())
+    keys = [test_cameras.KEYFRAME, test_cameras.KEYFRAME | {"matrix": text}]
+    files.append(path | {"keyframes": keys, "fps": 24, "seconds": 4, "is_cycle": True})
+    files.append(test_cameras.NERFSTUDIO | {"k1": 0.1, "camera_model": "FULL_OPENCV"})
+    found = [json.dumps(content).encode() for content in files]
+    for depth in (400, 900, 960, 985, 5000):
+        deep = "[" * depth + "]" * depth
+        found.append(json.dumps([test_cameras.INRIA]).replace("500", deep).encode())
+        found.append(
+            json.dumps(test_cameras.BLENDER | {"k1": 1}).replace('"k1": 1', f'"fl_x": {deep}').encode()
+        )
+    return found
+
+
+def colmap_models(folder: Path, form: str, separator: bytes) -> list[bytes]:
+    """Sparse models with every kind of pinhole, points, and several images."""
+    lenses = [
+        test_colmap.PINHOLE,
+        (2, "SIMPLE_PINHOLE", 64, 48, (50.0, 32.0, 24.0)),
+        (3, "OPENCV", 64, 48, (50.0, 50.0, 32.0, 24.0, 0.1, 0.0, 0.0, 0.0)),
+        (4, "FULL_OPENCV", 64, 48, (50.0, 50.0, 32.0, 24.0, *[0.0] * 8)),
+    ]
+    found = []
+    for count in (1, 2, 4):
+        images = [
+            test_colmap.Image(f"{row}.jpg", camera_id=row + 1, points=[(1.0, 2.0, 3)] * row)
+            for row in range(count)
+        ]
+        model = test_colmap.write(folder, form, cameras=lenses[:count], images=images)
+        found.append(
+            separator.join((model / f"{stem}.{form}").read_bytes() for stem in ("cameras", "images"))
+        )
+    return found
+
+
+def ledgers(folder: Path) -> list[bytes]:
+    """Ledgers of numbered frames."""
+    first = json.dumps({"painting": {"stroke": "swirl", "seed": 3, "path": "blake2b:0"}})
+    lines = [json.dumps({"frame": i, "bytes": 1000 + i}) for i in range(5)]
+    deep = "[" * 5000 + "]" * 5000
+    return [
+        "\n".join([first, *lines]).encode(),
+        first.encode(),
+        "\n".join([first, '{"frame": 1e999, "bytes": Infinity}', deep]).encode(),
+        deep.encode(),
+    ]
+
+
+def _pixels(channels: int, dtype: type, side: int = 16) -> np.ndarray:
+    values = np.random.default_rng([20251121, channels]).random((side, side, channels))
+    values[4:12, 4:12] = 0.1
+    return values.astype(dtype) if dtype is np.float32 else (values * np.iinfo(dtype).max).astype(dtype)
+
+
+def written(path: Path, pixels: np.ndarray, names: str = "RGBA", **attributes: object) -> bytes:
+    """A picture as OpenImageIO writes it; `tile` is the side of its tiles."""
+    import OpenImageIO
+
+    height, width, channels = pixels.shape
+    spec = OpenImageIO.ImageSpec(width, height, channels, pixels.dtype.name.replace("float32", "float"))
+    spec.channelnames = tuple(names[:channels])
+    tile = attributes.pop("tile", 0)
+    if tile:
+        spec.tile_width = spec.tile_height = tile
+    for name, value in attributes.items():
+        spec.attribute(name, value)
+    out = OpenImageIO.ImageOutput.create(str(path))
+    assert out.open(str(path), spec), out.geterror()
+    written = out.write_tiles(0, width, 0, height, 0, 1, pixels) if tile else out.write_image(pixels)
+    assert written, out.geterror()
+    assert out.close(), out.geterror()
+    return path.read_bytes()
+
+
+def pngs(folder: Path) -> list[bytes]:
+    """Every kind and depth, and one that claims to be huge."""
+    found = [
+        written(folder / "a.png", _pixels(n, dtype)) for n in (1, 2, 3, 4) for dtype in (np.uint8, np.uint16)
+    ]
+    found.append(png(4, 2, 1, 3, b"\0\x50\0\xa0", palette_chunk(b"\0\0\0\xff\xff\xff")))
+    found.append(png(60_000, 60_000, 8, 6, b"\0" * 1000))
+    found.append(png(65_536, 15, 8, 0, b"\0" * 65_537 * 15))
+    return found
+
+
+def jpegs(folder: Path) -> list[bytes]:
+    """Grey and colour, sequential and progressive."""
+    kinds: list[dict[str, object]] = [
+        {},
+        {"jpeg:progressive": 1},
+        {"Orientation": 6, "jpeg:subsampling": "4:4:4"},
+    ]
+    return [written(folder / "a.jpg", _pixels(n, np.uint8), **kind) for n in (1, 3) for kind in kinds]
+
+
+def tiffs(folder: Path) -> list[bytes]:
+    """All the ways in which a TIFF may be packed."""
+    path, found = folder / "a.tif", []
+    for packing in ("none", "lzw", "zip", "packbits", "ccittrle", "jpeg"):
+        pixels = _pixels(3 if packing == "jpeg" else 4, np.uint8)
+        if packing != "ccittrle":
+            found.append(written(path, pixels, compression=packing))
+    found += [written(path, _pixels(n, dtype)) for n in (1, 4) for dtype in (np.uint16, np.float32)]
+    found.append(written(path, _pixels(3, np.uint8, 32), tile=16))
+    found.append(written(path, _pixels(3, np.uint8), planarconfig="separate"))
+    return [*found, many_directories(800)]
+
+
+def many_directories(count: int) -> bytes:
+    """A TIFF whose directories form a long chain."""
+    data = bytearray(struct.pack("<2sHI", b"II", 42, 8))
+    for index in range(count):
+        entries = (
+            (256, 4, 1, 1),
+            (257, 4, 1, 1),
+            (258, 3, 1, 8),
+            (262, 3, 1, 1),
+            (273, 4, 1, 8),
+            (279, 4, 1, 1),
+        )
+        data += struct.pack("<H", len(entries)) + b"".join(struct.pack("<HHII", *entry) for entry in entries)
+        data += struct.pack("<I", 0 if index == count - 1 else len(data) + 4)
+    return bytes(data)
+
+
+def exrs(folder: Path) -> list[bytes]:
+    """All packings of OpenEXR, scan lines and tiles, half and float."""
+    path, found = folder / "a.exr", []
+    for packing in ("none", "rle", "zip", "zips", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"):
+        found.append(written(path, _pixels(4, np.float32), compression=packing))
+    found.append(written(path, _pixels(4, np.float32, 32), tile=16, compression="zip"))
+    found.append(written(path, _pixels(4, np.float32), "RGBZ"))
+    return [*found, written(path, _pixels(1, np.float32), "Z"), written(path, _pixels(1, np.float32), "A")]
+
+
+def webps(folder: Path) -> list[bytes]:
+    """Lossy and lossless, with and without alpha."""
+    kinds = ("webp:80", "lossless")
+    return [
+        written(folder / "a.webp", _pixels(n, np.uint8), compression=kind) for n in (3, 4) for kind in kinds
+    ]
+
+
+def bmps(folder: Path) -> list[bytes]:
+    """Grey, colour and alpha."""
+    return [written(folder / "a.bmp", _pixels(n, np.uint8)) for n in (1, 3, 4)]
+
+
+def hdrs(folder: Path) -> list[bytes]:
+    """Radiance pictures."""
+    return [written(folder / "a.hdr", _pixels(3, np.float32))]

@@ -1,0 +1,37 @@
+"""What the fuzzer must know of one reader."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+SEPARATOR = b"\n---8<---\n"  # between the two files of a COLMAP model within one input
+
+
+@dataclass(frozen=True)
+class Reader:
+    """How one kind of file is read.
+
+    Attributes:
+        name: what the command line calls it.
+        file: name of the file that an input is written to.
+        seeds: makes whole files of this kind, in a folder of its own, and gives their bytes.
+        read: reads the file at a path; what it returns is judged.
+        tokens: words of the format.
+    """
+
+    name: str
+    file: str
+    seeds: Callable[[Path], list[bytes]]
+    read: Callable[[Path], object]
+    tokens: tuple[bytes, ...] = ()
+
+    def write(self, data: bytes, folder: Path) -> Path:
+        """Write an input to where `read` expects it."""
+        path = folder / self.file
+        if path.suffix in (".bin", ".txt"):
+            cameras, _, images = data.partition(SEPARATOR)
+            path.with_stem("cameras").write_bytes(cameras)
+            path.with_stem("images").write_bytes(images)
+        else:
+            path.write_bytes(data)
+        return path

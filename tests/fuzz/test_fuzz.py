@@ -1,0 +1,83 @@
+"""The short run of the fuzzer, the same inputs every time; `python -m tests.fuzz` is the long one."""
+
+import random
+import warnings
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from brushgs import SceneWarning
+from brushgs.io import load
+from tests.fuzz.mutate import MAX_LENGTH, PNG_START, mutate
+from tests.fuzz.readers import READERS
+from tests.fuzz.run import fuzz
+from tests.io.ply_maker import scene_columns, write_scene
+
+INPUTS = 150  # of each reader, its seeds among them
+PICTURES = ("png", "jpeg", "tiff", "exr", "webp", "bmp", "hdr")
+# One process for each: starting it takes longer than its inputs.
+GROUPS = {"pictures": PICTURES, "all others": tuple(name for name in READERS if name not in PICTURES)}
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_damaged_files_give_a_sound_value_or_a_sentence(group: str, tmp_path: Path) -> None:
+    names = GROUPS[group]
+    outcome = fuzz("+".join(names), tmp_path, max_inputs=INPUTS, seed=20251121)
+    assert outcome.is_clean, outcome.as_json()
+    assert outcome.inputs == INPUTS * len(names)
+
+
+FAULTS = {
+    "swell": "memory: 1",
+    "claim": "MemoryError at ",
+    "key": "KeyError at faulty.py",
+    "nameless": "ValueError without the name of the file",
+    "lines": "ValueError that holds control characters",
+    "flood": "ValueError of 50",
+    "warn": "RuntimeWarning at ",
+    "nan": "a picture with values outside 0 to 1",
+}
+DEADLY = {"crash": "died of SIGSEGV", "hang": "hang"}
+
+
+def test_every_breach_of_the_rules_is_told_with_its_input(tmp_path: Path) -> None:
+    outcome = fuzz(f"tests.fuzz.faulty:{'+'.join(FAULTS)}", tmp_path, max_inputs=2)
+    assert (outcome.crashes, outcome.hangs) == (0, 0)
+    for fault, expected in zip(outcome.faults, FAULTS.values(), strict=True):
+        assert expected in fault["what"]
+        assert (tmp_path / fault["input"]).read_bytes() != b"good"
+
+
+@pytest.mark.parametrize("name", DEADLY)
+def test_a_crash_and_a_hang_are_told_and_survived(name: str, tmp_path: Path) -> None:
+    outcome = fuzz(f"tests.fuzz.faulty:{name}", tmp_path, max_inputs=2, seconds=0.9, seconds_per_input=0.5)
+    assert outcome.faults[0]["what"] == DEADLY[name]
+    assert outcome.hangs if name == "hang" else outcome.crashes
+    assert (tmp_path / outcome.faults[0]["input"]).read_bytes() != b"good"
+
+
+def test_equal_seeds_give_equal_damage() -> None:
+    seeds = [b"ply\nformat ascii 1.0\nelement vertex 3\n" * 9, PNG_START + b"\0\0\0\1IDATx\0\0\0\0"]
+    for data in seeds:
+        first, second = (
+            [mutate(random.Random(seed), data, seeds, [b"token"]) for seed in range(200)] for _ in range(2)
+        )
+        assert first == second
+        assert len(set(first)) > 150
+        assert max(map(len, first)) <= MAX_LENGTH
+
+
+def test_undamaged_files_are_read(tmp_path: Path) -> None:
+    """Else the runs above would show only that nothing is ever read."""
+    for reader in READERS.values():
+        (tmp_path / "seeds").mkdir(exist_ok=True)
+        seeds = reader.seeds(tmp_path / "seeds")
+        num_read = 0
+        for data in seeds:
+            with warnings.catch_warnings(), suppress(ValueError):
+                warnings.simplefilter("ignore", SceneWarning)
+                reader.read(reader.write(data, tmp_path))
+                num_read += 1
+        assert num_read >= len(seeds) / 3, reader.name
+    assert len(load(write_scene(tmp_path / "a.ply", scene_columns(3)))) == 3

@@ -1,0 +1,40 @@
+"""The process that reads damaged files: `python -m tests.fuzz.worker`, started by `run.py`.
+
+It may crash, hang or swell: what it was reading lies in its folder, and how far it is in a few bytes shared
+with the process that watches it.
+"""
+
+import struct
+import sys
+from importlib import import_module
+from pathlib import Path
+
+STATE = struct.Struct("<QQdQ")  # inputs done, inputs begun, seconds (monotonic) of the begin, worst memory
+# All modules that look at what a file says.
+_LEADING = ("background", "io.cameras", "io.colmap", "io.images", "io.numbered", "io.ply", "textures")
+
+
+def main() -> None:
+    """Arguments: module:reader (or reader+reader), folder, engine, seed, most inputs of each, seconds."""
+    module, _, names = sys.argv[1].partition(":")
+    folder, engine = Path(sys.argv[2]), sys.argv[3]
+    seed, max_inputs, seconds = int(sys.argv[4]), int(sys.argv[5]), float(sys.argv[6])
+    if engine == "atheris":
+        import atheris
+
+        with atheris.instrument_imports(include=["brushgs"]):  # before anything else imports them
+            for leading in _LEADING:
+                import_module(f"brushgs.{leading}")
+    from tests.fuzz.reading import Worker
+
+    for number, name in enumerate(names.split("+")):
+        worker = Worker(import_module(module).READERS[name], folder, seed + number)
+        if engine == "atheris":
+            worker.run_atheris(max_inputs, seconds)
+        else:
+            worker.warm_up()
+            worker.run(max_inputs, seconds)
+
+
+if __name__ == "__main__":
+    main()
