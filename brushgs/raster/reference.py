@@ -176,8 +176,8 @@ def rasterize(
     Source: Xiang et al. 2025, 3.4 (texture mapping); Kerbl et al. 2023 (blending and its thresholds).
     """
     if boxes.bands is not None and texture.kind == "image":
-        window = height, width
-        return _rasterize_softly(boxes, boxes.bands, texture, *window, filter, min_transmittance)
+        size = height, width
+        return _rasterize_softly(boxes, boxes.bands, texture, *size, filter, min_transmittance)
     rgb, depth = np.zeros((height, width, 3)), np.zeros((height, width))
     transmittance, is_open = np.ones((height, width)), np.ones((height, width), dtype=bool)
     for row, window, alpha in _alphas(boxes, texture, height, width, filter):
