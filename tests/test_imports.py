@@ -17,7 +17,8 @@ LAYERS = [
     ["lock"],
     ["raster"],
     ["metrics", "image_strokes", "curve"],
-    ["report", "describe", "spread", "stages", "pipeline", "sequence", "stability"],
+    ["report", "describe", "spread", "stages", "pipeline", "sequence", "plotting", "measured"],
+    ["bench", "stability"],
     ["demo", "arguments", "cli"],
     ["__main__"],
 ]
