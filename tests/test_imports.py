@@ -16,7 +16,7 @@ LAYERS = [
     ["passes", "project", "still_life", "background", "paths"],
     ["lock"],
     ["raster"],
-    ["metrics", "image_strokes", "curve"],
+    ["metrics", "likeness", "image_strokes", "curve"],
     ["report", "describe", "spread", "stages", "pipeline", "sequence", "plotting", "measured"],
     ["bench", "stability"],
     ["demo", "arguments", "cli"],
@@ -79,7 +79,10 @@ HEAVY = {"numpy", "scipy", "sklearn", "skimage", "OpenImageIO", "av", "rich", "t
 HEAVY |= {"matplotlib"}
 
 
-@pytest.mark.parametrize("words", [["--help"], ["--version"], ["render", "--help"], ["stability", "--help"]])
+WORDS = [["--help"], ["--version"], *([name, "--help"] for name in ("render", "stability", "bench"))]
+
+
+@pytest.mark.parametrize("words", WORDS)
 def test_help_loads_nothing_heavy(words):
     code = f"import brushgs.cli\ntry: brushgs.cli.main({words!r})\nexcept SystemExit as e: assert e.code == 0"
     assert not loaded_by(code) & HEAVY
