@@ -249,8 +249,9 @@ def _alphas(
     """Each box that reaches into the picture: its row, a window around it, alpha there (0 outside it)."""
     columns = (boxes.centers, boxes.half_extents, boxes.angles, boxes.opacities)
     boxes64 = zip(*(c.astype(np.float64) for c in columns), strict=True)
+    copies: dict[tuple[int, int], NDArray[np.uint8]] = {}
     for row, (center, half, angle, opacity) in enumerate(boxes64):
-        coverage, scale = _coverage_of_box(texture, half, filter)
+        coverage, scale = _coverage_of_box(texture, half, filter, copies)
         half = half * scale
         reach = np.abs([[np.cos(angle), np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ half
         low = np.clip(np.floor(center - reach), 0, (width, height)).astype(int)
@@ -266,14 +267,21 @@ def _alphas(
         yield row, window, np.where(is_inside, alpha, 0)
 
 
-def _coverage_of_box(texture: StrokeTexture, half: F64, filter: Filter) -> tuple[NDArray[np.uint8], F64]:
-    """The texels that serve a box of these half extents, and how much larger than it they reach, [2]."""
+def _coverage_of_box(
+    texture: StrokeTexture, half: F64, filter: Filter, copies: dict[tuple[int, int], NDArray[np.uint8]]
+) -> tuple[NDArray[np.uint8], F64]:
+    """The texels that serve a box of these half extents, and how much larger than it they reach, [2].
+
+    `copies` of the stroke image are kept: to filter one takes longer than to paint with it.
+    """
     if texture.kind != "image" or filter != "mip":
         return texture.coverage, np.ones(2)
     rows, columns = texture.coverage.shape
     u, v = level_index(half[0], columns), level_index(half[1], rows)
     scale = np.array([axis_levels(columns)[u].scale, axis_levels(rows)[v].scale])
-    return level_coverage(texture.coverage, u, v), scale
+    if (u, v) not in copies:
+        copies[u, v] = level_coverage(texture.coverage, u, v)
+    return copies[u, v], scale
 
 
 def _sample(texture: StrokeTexture, coverage: NDArray[np.uint8], s: F64, t: F64, filter: Filter) -> F64:
