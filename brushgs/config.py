@@ -7,8 +7,20 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from math import ceil, inf, pi
 from pathlib import Path
+from typing import get_args
 
-from brushgs.choices import Extent, Features, Filter, Lock, Merge, Method, Order, Weight, size_rule
+from brushgs.choices import (
+    BenchFamily,
+    Extent,
+    Features,
+    Filter,
+    Lock,
+    Merge,
+    Method,
+    Order,
+    Weight,
+    size_rule,
+)
 
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
@@ -211,6 +223,43 @@ class StabilityConfig:
             raise ValueError(f"pairs must be at least 1, got {self.pairs}")
         if self.alone < 0:
             raise ValueError(f"alone must be 0 or more, got {self.alone}")
+
+
+@dataclass(frozen=True)
+class BenchConfig:
+    """What the bench measures, see `brushgs.bench`.
+
+    Attributes:
+        families: at least one.
+        strokes: counts of the curve of strokes, ascending, each >= 1; those that leave nothing to merge fall
+            away, and one stroke per Gaussian that is kept is always the last.
+        count: strokes of all other families: that of the counts which is next to it.
+        repeats: rounds in which every point runs, >= 1; slow ones in three at most.
+    """
+
+    families: tuple[BenchFamily, ...] = get_args(BenchFamily)
+    strokes: tuple[int, ...] = (125, 250, 500, 1000, 2000, 4000, 8000, 16000, 32000, 64000)
+    count: int = 2000
+    repeats: int = 5
+
+    @classmethod
+    def quick(cls) -> "BenchConfig":
+        """One that ends within a minute on a scene of 100,000 Gaussians, at 640 x 360 pixels."""
+        return cls(strokes=(250, 1000, 4000, 16000), count=250, repeats=3)
+
+    def __post_init__(self) -> None:
+        known = get_args(BenchFamily)
+        unknown = [name for name in self.families if name not in known]
+        if unknown or not self.families:
+            found = repr(unknown[0]) if unknown else "none"
+            raise ValueError(f"families must be among {', '.join(known)}, got {found}")
+        if not self.strokes or self.strokes[0] < 1 or any(a >= b for a, b in pairwise(self.strokes)):
+            raise ValueError(
+                f"strokes must ascend from 1 or more, got {', '.join(map(str, self.strokes)) or 'none'}"
+            )
+        for name in ("count", "repeats"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}")
 
 
 @dataclass(frozen=True)
