@@ -22,8 +22,8 @@ The protocol, in full, so that others can repeat it:
    channels, and the largest difference. Against the plain picture also SSIM, FLIP and the share of its alpha
    left unpainted; see `brushgs.likeness`.
 3. **Verified before it is timed.** Of each picture a square of 32 x 32 pixels, where most strokes lie, is
-   painted by the float64 definition from the strokes as they lie in space, and held to it: on average to
-   1e-4 with at most 0.2 % of the pixels off by more than 1/255 (float32), or to 1e-9 (float64). The plain
+   painted by the float64 definition from the strokes as they lie in space, and held to it: to 2e-5 on average
+   but for at most 0.2 % of the pixels, off by more than 1/255 (float32), or to 1e-9 (float64). The plain
    picture and, on a smaller square, the supersampled one are verified the same way. Every run that is timed
    must give what was verified, bit for bit; a whole painting, too. What fails ends the bench with its name.
 4. **Seconds.** Wall clock. All points of a family run in turns, `repeats` rounds of them: a machine that

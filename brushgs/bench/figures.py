@@ -18,7 +18,7 @@ class Verified:
     """How far a picture is from what it should be, before it was timed: see `brushgs.bench.verify`."""
 
     against: str
-    mean: float  # difference of a channel, 0 to 1
+    mean: float  # difference of a channel, 0 to 1, over all pixels but those beyond a step
     beyond_step: float  # share of the pixels off by more than 1/255
     largest: float  # difference of any channel
 

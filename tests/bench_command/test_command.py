@@ -10,9 +10,11 @@ import pytest
 
 import brushgs as bg
 from brushgs import arguments, cli, plotting
+from brushgs.bench import BenchReport
 from brushgs.bench.families import SIZES, STOPS
 from brushgs.config import BenchConfig
 from brushgs.io.images import read_image
+from brushgs.report import pace
 from brushgs.still_life import still_life
 
 FAMILIES = ["strokes", "merge", "filter", "precision", "sh", "size"]
@@ -78,7 +80,7 @@ def test_the_command_writes_figures_table_and_plot(scene, capsys):
         assert any(point["is_best"] for point in family["points"])
         for point in family["points"]:
             assert set(point) >= {"label", "series", "value", "error", "seconds", "verified", "strokes"}
-            assert point["verified"]["mean"] <= 1e-4
+            assert point["verified"]["mean"] <= 2e-5
             for spread in point["seconds"].values():
                 assert 0 < spread["q1"] <= spread["median"] <= spread["q3"]
                 assert spread["runs"] >= 1
@@ -153,6 +155,25 @@ def test_the_soft_order_is_held_to_its_own_definition(scene, capsys):
     precision = next(f for f in json.loads(out)["bench"]["families"] if f["name"] == "precision")
     assert "16x12" in precision["title"]  # drawn at a quarter: the definition goes pixel by pixel
     assert precision["points"][-1]["error"]["largest"] < 1e-10
+
+
+def test_progress_counts_runs_not_frames(scene, monkeypatch):
+    told = []
+    stage = BenchReport.stage
+
+    def recorded(self, name, *, frames=None, of="frames"):
+        if frames is not None:
+            told.append([name, of, frames, 0])
+        return stage(self, name, frames=frames, of=of)
+
+    def advance(self):
+        told[-1][3] += 1
+
+    monkeypatch.setattr(BenchReport, "stage", recorded)
+    monkeypatch.setattr(BenchReport, "advance", advance)
+    assert cli.main(["bench", scene, *SMALL, "--families", "strokes,merge", "-o", "a.csv", "--quiet"]) == 0
+    assert told == [["strokes", "runs", 9, 9], ["merge", "runs", 20, 20]]  # each verified, then all timed
+    assert pace(3, 9, 1.5, "runs") == "3/9 runs, 2 a second, 0:03 left"
 
 
 def configs(*words):

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from brushgs.bench.advice import advice, curves_of
 from brushgs.bench.figures import Bench, Family, Point, Verified, mark_best
-from brushgs.bench.plot import write_plot
+from brushgs.bench.plot import COLORS, write_plot
 from brushgs.bench.table import rows
 from brushgs.bench.timing import Run, Spread, time_in_turns
 from brushgs.curve import knee
@@ -161,6 +162,17 @@ def test_a_plot_of_any_number_of_families_is_whole_and_light(tmp_path, count):
         panel = picture[40:300, 374 * column : 374 * (column + 1), :3]
         assert (panel.min(axis=2) < 0.4).sum() > 500
     assert path.stat().st_size < 60_000
+
+
+def test_a_plot_keeps_the_colours_of_its_series(tmp_path):
+    """Few colours are written: each of these must be among them."""
+    points = [replace(point(1 + i, 0.1, strokes=1 + i), series=f"series {i}") for i in range(4)]
+    write_plot(Bench((family(points),), None, None), tmp_path / "plot.png", "title")
+    seen = {
+        tuple(color) for color in np.rint(255 * read_image(tmp_path / "plot.png")[..., :3]).reshape(-1, 3)
+    }
+    for color in COLORS:
+        assert tuple(bytes.fromhex(color[1:])) in seen
 
 
 def test_errors_of_zero_have_a_place_on_a_logarithmic_plot(tmp_path):
