@@ -9,7 +9,6 @@ of all scenes, as JSON, go to the folder that --json names.
 
 import argparse
 import re
-from dataclasses import replace
 from pathlib import Path
 
 from brushgs import arguments
@@ -37,20 +36,21 @@ def main() -> None:
     parser.add_argument("scenes", nargs="*", choices=[*SCENES, []], metavar="SCENE")
     parser.add_argument("--page", type=Path, default=Path("examples/measured/curves.md"))
     parser.add_argument("--json", type=Path, help="folder for the figures of each scene")
-    parser.add_argument("--repeats", type=int)
+    parser.add_argument("--repeats", type=int, help="as `brushgs bench` has it")
     parser.add_argument("--quick", action="store_true")
     asked = parser.parse_args()
     print(describe(), flush=True)
     for name in asked.scenes or SCENES:
         file, flags = SCENES[name]
-        words = ["bench", str(SCENES_FOLDER / file), *flags, *(["--quick"] if asked.quick else [])]
+        flags = [*flags, *(["--quick"] if asked.quick else [])]
+        flags += ["--repeats", str(asked.repeats)] if asked.repeats else []
+        words = ["bench", str(SCENES_FOLDER / file), *flags]
         paint, config = arguments.bench_configs(arguments.parse(words))
-        config = replace(config, repeats=asked.repeats or config.repeats)
         picture = asked.page.with_name(f"curves-{name}.png")
         report = report_bench(SCENES_FOLDER / file, picture, paint, config, report=BenchReport())
         if asked.json:
             (asked.json / f"{name}.json").write_text(report.as_json() + "\n")
-        shown = " ".join([Path(file).name, *flags, *(["--quick"] if asked.quick else [])])
+        shown = " ".join([Path(file).name, *flags])
         block = block_of(report.result, f"brushgs bench {shown}", picture.name)
         asked.page.write_text(placed(asked.page.read_text(), name, block))
         print(f"{name}: {report.result.advice}", flush=True)
@@ -62,7 +62,7 @@ def block_of(result: Bench, command: str, picture: str) -> str:
     cells = [" | ".join([row[0].strip("* "), *row[1:]]) for row in rows(strokes)]
     lines = [HEADING, "|".join("-" for _ in HEADING.split("|")), *cells]
     best = [
-        f"- {family.title}: {', '.join(point.label for point in family.best)}."
+        f"- {family.title}: {'; '.join(point.label for point in family.best)}."
         for family in result.families
         if family.name != "strokes"
     ]
