@@ -17,6 +17,7 @@ from brushgs.choices import (
     MAX_SIDE,
     PRESETS,
     VIDEO_SUFFIXES,
+    BenchFamily,
     ColorSpace,
     Extent,
     Features,
@@ -31,6 +32,7 @@ from brushgs.choices import (
 
 if TYPE_CHECKING:
     from brushgs.config import (
+        BenchConfig,
         ClusterConfig,
         DrawConfig,
         PaintConfig,
@@ -60,6 +62,7 @@ SEQUENCE_FLAGS = ("frames", "seconds", "fps", "loop", "resume", "jobs", "schedul
 
 # A quarter of the pixels of a picture that is looked at; steps of 3 degrees.
 STABILITY_SIZE, STABILITY_ORBIT = (640, 360), 120
+BENCH_QUICK_SIZE = (640, 360)
 
 
 class UsageError(ValueError):
@@ -185,6 +188,44 @@ def build_parser() -> ArgumentParser:
         "--no-plot", action="store_true", help="no stability.png, which needs brushgs[plot]"
     )
     _add_telling(stability)
+
+    bench = command("bench", "draw the curves of error against run time of a scene")
+    bench.add_argument("scene", type=Path, help="trained 3D Gaussian scene (.ply)")
+    _add_output(
+        bench,
+        "folder for bench.json, bench.csv and bench.png, default SCENE-bench in the current folder; or one "
+        "file, .json, .csv or .png",
+    )
+    bench.add_argument(
+        "--quick",
+        action="store_true",
+        help="fewer counts and repeats at 640x360: under a minute on 100,000 Gaussians and two processors",
+    )
+    bench.add_argument(
+        "--families",
+        type=_words,
+        metavar="NAME,...",
+        help=f"which curves, of {', '.join(get_args(BenchFamily))}; default all that the scene has use for",
+    )
+    bench.add_argument(
+        "--strokes",
+        type=_counts,
+        metavar="N,...",
+        help="stroke counts of the first curve, ascending, each 1 or more; default 125 to 64000 by doubling; "
+        "one per Gaussian that is kept is always the last",
+    )
+    bench.add_argument(
+        "--repeats",
+        type=_count_from(1),
+        metavar="N",
+        help="rounds in which every point runs, 1 or more, default 5 (3 with --quick)",
+    )
+    _add_draw(bench)
+    _add_prune(bench)
+    _add_merging(bench)
+    _add_view(bench)
+    bench.add_argument("--no-plot", action="store_true", help="no bench.png, which needs brushgs[plot]")
+    _add_telling(bench)
 
     strokes = command("strokes", "list the built-in strokes")
     strokes.add_argument("--json", action="store_true", help="as a JSON list")
@@ -370,6 +411,30 @@ def stability_configs(args: Namespace) -> "tuple[PaintConfig, PathConfig, Stabil
     return paint, path, StabilityConfig(**_chosen(args, {}, "pairs"))
 
 
+def bench_configs(args: Namespace) -> "tuple[PaintConfig, BenchConfig]":
+    """What `brushgs bench` paints, and what it measures.
+
+    Raises:
+        ValueError: if a value is out of range, or flags exclude each other.
+    """
+    from dataclasses import replace
+
+    from brushgs.config import BenchConfig, PaintConfig
+
+    chosen = _chosen(args, {}, "families", "strokes", "repeats")
+    config = replace(BenchConfig.quick() if args.quick else BenchConfig(), **chosen)
+    args.strokes = None  # of the painting it is not one count but all
+    if args.quick and args.size is None and args.camera_file is None:
+        args.size = BENCH_QUICK_SIZE
+    paint = PaintConfig(
+        prune=prune_config(args),
+        cluster=cluster_config(args),
+        view=view_config(args),
+        draw=draw_config(args),
+    )
+    return paint, config
+
+
 def _chosen(args: Namespace, preset: Any, *names: str) -> dict[str, Any]:
     """The values of some flags that were given, else those of the preset; the rest keep their default."""
     given = {name: getattr(args, name) for name in names if getattr(args, name, None) is not None}
@@ -453,6 +518,10 @@ def _add_strokes(parser: ArgumentParser) -> None:
 
 def _add_cluster(parser: ArgumentParser) -> None:
     _add_strokes(parser)
+    _add_merging(parser)
+
+
+def _add_merging(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--features",
         choices=get_args(Features),
@@ -620,6 +689,15 @@ def _count_from(least: int) -> Callable[[str], int]:
         return int(text)
 
     return count
+
+
+def _counts(text: str) -> tuple[int, ...]:
+    """Counts with commas between them."""
+    return tuple(_count_from(1)(word) for word in text.split(","))
+
+
+def _words(text: str) -> tuple[str, ...]:
+    return tuple(word.strip() for word in text.split(","))
 
 
 def _strokes(text: str) -> int | float | str:

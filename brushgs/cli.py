@@ -171,6 +171,16 @@ def _stability(args: Namespace) -> None:
         )
 
 
+def _bench(args: Namespace) -> None:
+    paint, config = arguments.bench_configs(args)
+    from brushgs.bench import BenchReport, report_bench
+
+    report = BenchReport()
+    output = args.output or _beside(args.scene, "bench", "")
+    with _told(args, report):
+        report_bench(args.scene, output, paint, config, report=report, wants_plot=not args.no_plot)
+
+
 def _strokes(args: Namespace) -> None:
     import json
 
@@ -219,6 +229,7 @@ COMMANDS = {
     "cluster": _cluster,
     "recolor": _recolor,
     "stability": _stability,
+    "bench": _bench,
     "strokes": _strokes,
     "info": _info,
 }

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from math import ceil, inf, pi
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from brushgs.choices import (
     MAX_SIDE,
+    BenchFamily,
     ColorSpace,
     Extent,
     Features,
@@ -302,6 +303,43 @@ class PaletteConfig:
                 f"; for {self.strength:g} % write {self.strength / 100:g}" if 1 < self.strength <= 100 else ""
             )
             raise ValueError(f"palette-strength must be in [0, 1], got {self.strength:g}{cure}")
+
+
+@dataclass(frozen=True)
+class BenchConfig:
+    """What the bench measures, see `brushgs.bench`.
+
+    Attributes:
+        families: at least one.
+        strokes: counts of the curve of strokes, ascending, each >= 1; those that leave nothing to merge fall
+            away, and one stroke per Gaussian that is kept is always the last.
+        count: strokes of all other families: that of the counts which is next to it.
+        repeats: rounds in which every point runs, >= 1; slow ones in three at most.
+    """
+
+    families: tuple[BenchFamily, ...] = get_args(BenchFamily)
+    strokes: tuple[int, ...] = (125, 250, 500, 1000, 2000, 4000, 8000, 16000, 32000, 64000)
+    count: int = 2000
+    repeats: int = 5
+
+    @classmethod
+    def quick(cls) -> "BenchConfig":
+        """One that ends within a minute on a scene of 100,000 Gaussians, at 640 x 360 pixels."""
+        return cls(strokes=(250, 1000, 4000, 16000), count=250, repeats=3)
+
+    def __post_init__(self) -> None:
+        known = get_args(BenchFamily)
+        unknown = [name for name in self.families if name not in known]
+        if unknown or not self.families:
+            found = repr(unknown[0]) if unknown else "none"
+            raise ValueError(f"families must be among {', '.join(known)}, got {found}")
+        if not self.strokes or self.strokes[0] < 1 or any(a >= b for a, b in pairwise(self.strokes)):
+            raise ValueError(
+                f"strokes must ascend from 1 or more, got {', '.join(map(str, self.strokes)) or 'none'}"
+            )
+        for name in ("count", "repeats"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}")
 
 
 @dataclass(frozen=True)

@@ -324,14 +324,6 @@ def _points_in(
     return x * inverse - 0.5, y * inverse - 0.5, z
 
 
-def psnr(picture: Array, truth: Array) -> float:
-    """Peak signal to noise ratio in dB of two equal-shaped arrays of values 0 to 1; infinity if equal."""
-    if picture.shape != truth.shape:
-        raise ValueError(f"psnr: shapes must agree, got {list(picture.shape)} and {list(truth.shape)}")
-    mean = float(np.mean(np.square(picture - truth, dtype=np.float64)))
-    return float(-10 * np.log10(mean)) if mean > 0 else float("inf")
-
-
 class _Strokes(NamedTuple):
     """The boxes of one frame beside the ellipses they must cover, float64, by ascending id."""
 

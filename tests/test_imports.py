@@ -16,9 +16,10 @@ LAYERS = [
     ["passes", "project", "still_life", "background", "paths"],
     ["lock"],
     ["raster"],
-    ["metrics", "image_strokes", "curve"],
+    ["metrics", "likeness", "image_strokes", "curve"],
     ["sight", "stroke_count"],
-    ["report", "describe", "spread", "counting", "stages", "pipeline", "sequence", "stability"],
+    ["report", "describe", "spread", "counting", "stages", "pipeline", "sequence", "plotting", "measured"],
+    ["bench", "stability"],
     ["demo", "arguments", "cli"],
     ["__main__"],
 ]
@@ -79,7 +80,10 @@ HEAVY = {"numpy", "scipy", "sklearn", "skimage", "OpenImageIO", "av", "rich", "t
 HEAVY |= {"matplotlib"}
 
 
-@pytest.mark.parametrize("words", [["--help"], ["--version"], ["render", "--help"], ["stability", "--help"]])
+WORDS = [["--help"], ["--version"], *([name, "--help"] for name in ("render", "stability", "bench"))]
+
+
+@pytest.mark.parametrize("words", WORDS)
 def test_help_loads_nothing_heavy(words):
     code = f"import brushgs.cli\ntry: brushgs.cli.main({words!r})\nexcept SystemExit as e: assert e.code == 0"
     assert not loaded_by(code) & HEAVY

@@ -11,7 +11,6 @@ from brushgs.metrics import (
     match_views,
     off_axis_share,
     orientation_events,
-    psnr,
     warp_error,
     whole_pixels,
 )
@@ -256,11 +255,3 @@ def test_rendered_gaussians_on_a_plane_keep_still():
     assert error.valid_share > 0.7
     assert error.rmse < 0.005
     assert warp_error(*painted).rmse > 2 * error.rmse
-
-
-def test_psnr_is_in_decibels():
-    picture = np.full((4, 4, 3), 0.5)
-    assert psnr(picture, picture + 0.1) == pytest.approx(20)
-    assert psnr(picture, picture) == np.inf
-    with pytest.raises(ValueError, match="shapes must agree"):
-        psnr(picture, picture[1:])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs import cli
+from brushgs import cli, plotting
 from brushgs.config import DrawConfig, StabilityConfig
 from brushgs.io.images import read_image
 from brushgs.metrics import View, covers_ellipse, off_axis_share, orientation_events, warp_error
@@ -408,7 +408,7 @@ def test_a_plot_that_cannot_be_drawn_leaves_what_was_there(result, tmp_path, mon
 
 
 def test_the_plot_needs_matplotlib_and_the_figures_do_not(scene, capsys, monkeypatch):
-    monkeypatch.setattr(plot, "find_spec", lambda name: None)
+    monkeypatch.setattr(plotting, "find_spec", lambda name: None)
     code, out, err = run(capsys, scene, *SMALL)
     assert (code, out) == (2, "")
     assert err == (

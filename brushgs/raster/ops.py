@@ -14,6 +14,7 @@ from brushgs.choices import MAX_PIXELS, MAX_SIDE, Filter, Lock, Order, ViewLock
 from brushgs.levels import axis_levels, filtered_along_u, filtered_along_v, level_bounds
 from brushgs.lock import follow
 from brushgs.project import Directions, project
+from brushgs.raster.constants import MIN_TRANSMITTANCE
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.textures import StrokeTexture
 from brushgs.threads import num_threads_or_default
@@ -143,6 +144,7 @@ def rasterize(
     width: int,
     filter: Filter = "mip",
     depth: bool = True,
+    min_transmittance: float = MIN_TRANSMITTANCE,
     num_threads: int | None = None,
 ) -> Frame:
     """Paint boxes front to back with a stroke texture.
@@ -150,7 +152,7 @@ def rasterize(
     At the centre p of a pixel a box with axes u, v and half extents h has x' = u . (p - center) and
     y' = v . (p - center). Inside (|x'| < h_u, |y'| < h_v) the coverage is read at ((1 + x'/h_u)/2,
     (1 + y'/h_v)/2) of the stroke image, and alpha = min(0.99, opacity x coverage). Alphas under 1/255 are
-    skipped; a pixel is finished before its transmittance falls under 1e-4.
+    skipped; a pixel is finished before its transmittance falls under `min_transmittance`.
     Source: Xiang et al. 2025, section 3.4; blending: Kerbl et al. 2023. Defined by `raster/reference.py`.
 
     Where boxes have bands their order is soft. Box j hides the share S(x) of box i, x = (z_i - z_j) / b with
@@ -158,7 +160,7 @@ def rasterize(
     where each hides a part of the other and none jumps while it passes. Box i weighs w_i = alpha_i x product
     over j of (1 - alpha_j S_ij), and weights are scaled to sum to 1 - product of (1 - alpha_i). A box is not
     seen, though it hides, in a pixel where what lies wholly in front (x >= 1) and the box itself would leave
-    less than 1e-4 of the light; a pixel takes no more boxes once all so far, however near, would leave less
+    less than `min_transmittance`; a pixel takes no more boxes once all so far, however near, would leave less
     than 1e-31. Boxes further apart than their bands give the same bits as boxes without. The built-in kernels
     ("gaussian", "ellipse") do not look at bands.
 
@@ -171,6 +173,10 @@ def rasterize(
             "mip": bilinear from a copy of the image filtered for the stroke's size, so that small strokes do
             not shimmer. "nearest": the nearest texel. The built-in kernels need no filter.
         depth: whether the frame carries a depth.
+        min_transmittance: a pixel is finished before it would let less light through, in [0, 1); what lies
+            behind is not looked at, and can change the picture by about as much. The default is a hair under
+            1e-4, so that both of two strokes of full paint are seen, which leave just that. 0: all strokes
+            count (in soft order up to the 1e-31 above).
         num_threads: None takes the processors available to this process. The picture does not depend on it.
 
     Returns:
@@ -188,6 +194,8 @@ def rasterize(
         raise ValueError(
             f"rasterize: width x height must be at most {MAX_PIXELS} pixels, got {width} x {height}"
         )
+    if not 0 <= min_transmittance < 1:
+        raise ValueError(f"rasterize: min_transmittance must be in [0, 1), got {min_transmittance}")
     threads = num_threads_or_default(num_threads)
     levels = _levels_for(boxes, texture, filter)
     is_single = boxes.centers.dtype == np.float32
@@ -197,6 +205,7 @@ def rasterize(
     _core.rasterize(
         _kernel_of(texture, filter),
         threads,
+        float(min_transmittance),
         boxes.centers,
         boxes.half_extents,
         boxes.angles,

@@ -163,19 +163,26 @@ def _fade(depths: F64, half_extents: F64, camera: Camera) -> F64:
 
 
 def rasterize(
-    boxes: Boxes, texture: StrokeTexture, *, height: int, width: int, filter: Filter = "mip"
+    boxes: Boxes,
+    texture: StrokeTexture,
+    *,
+    height: int,
+    width: int,
+    filter: Filter = "mip",
+    min_transmittance: float = MIN_TRANSMITTANCE,
 ) -> Frame:
     """Paint boxes, nearest first; arguments and result as `brushgs.rasterize`, always in float64.
 
     Source: Xiang et al. 2025, 3.4 (texture mapping); Kerbl et al. 2023 (blending and its thresholds).
     """
     if boxes.bands is not None and texture.kind == "image":
-        return _rasterize_softly(boxes, boxes.bands, texture, height=height, width=width, filter=filter)
+        size = height, width
+        return _rasterize_softly(boxes, boxes.bands, texture, *size, filter, min_transmittance)
     rgb, depth = np.zeros((height, width, 3)), np.zeros((height, width))
     transmittance, is_open = np.ones((height, width)), np.ones((height, width), dtype=bool)
     for row, window, alpha in _alphas(boxes, texture, height, width, filter):
         is_painted = is_open[window] & (alpha >= MIN_ALPHA)
-        is_last = is_painted & (transmittance[window] * (1 - alpha) < MIN_TRANSMITTANCE)
+        is_last = is_painted & (transmittance[window] * (1 - alpha) < min_transmittance)
         weight = np.where(is_painted & ~is_last, alpha * transmittance[window], 0)
         rgb[window] += weight[..., None] * boxes.colors[row].astype(np.float64)
         depth[window] += weight * float(boxes.depths[row])
@@ -186,7 +193,13 @@ def rasterize(
 
 
 def _rasterize_softly(
-    boxes: Boxes, bands: Array, texture: StrokeTexture, *, height: int, width: int, filter: Filter
+    boxes: Boxes,
+    bands: Array,
+    texture: StrokeTexture,
+    height: int,
+    width: int,
+    filter: Filter,
+    min_transmittance: float,
 ) -> Frame:
     """Boxes that fade into each other where their depths are close, pixel by pixel."""
     rgb, alpha, depth = np.zeros((height, width, 3)), np.zeros((height, width)), np.zeros((height, width))
@@ -199,12 +212,17 @@ def _rasterize_softly(
             alphas.setdefault(pixel, []).append(values[y, x])
     for pixel, own in rows.items():
         z, colors = boxes.depths[own].astype(np.float64), boxes.colors[own].astype(np.float64)
-        weights, alpha[pixel] = soft_weights(np.array(alphas[pixel]), z, bands[own].astype(np.float64))
-        rgb[pixel], depth[pixel] = weights @ colors, weights @ z / alpha[pixel]
+        weights, alpha[pixel] = soft_weights(
+            np.array(alphas[pixel]), z, bands[own].astype(np.float64), min_transmittance
+        )
+        if alpha[pixel] > 0:
+            rgb[pixel], depth[pixel] = weights @ colors, weights @ z / alpha[pixel]
     return Frame(rgb, alpha, depth)
 
 
-def soft_weights(alphas: F64, z: F64, bands: F64) -> tuple[F64, float]:
+def soft_weights(
+    alphas: F64, z: F64, bands: F64, min_transmittance: float = MIN_TRANSMITTANCE
+) -> tuple[F64, float]:
     """What each fragment of a pixel, nearest first, weighs in its colour, [n], and the alpha of the pixel.
 
     Fragment j hides the share S_ij of fragment i: all where it lies a band or more in front, nothing where as
@@ -219,10 +237,10 @@ def soft_weights(alphas: F64, z: F64, bands: F64) -> tuple[F64, float]:
     share = np.where(is_near, 0.5 + x * (3 - x**2) / 4, is_hidden)
     np.fill_diagonal(share, 0)
     in_front = np.prod(1 - alphas * is_hidden, axis=1)
-    is_kept = in_front * (1 - alphas) >= MIN_TRANSMITTANCE  # as sorted strokes end
+    is_kept = in_front * (1 - alphas) >= min_transmittance  # as sorted strokes end
     weights = np.where(is_kept, alphas * np.prod(1 - alphas * share, axis=1), 0)
     alpha = 1 - np.prod(1 - alphas[is_kept])
-    return weights * (alpha / weights.sum()), alpha
+    return (weights * (alpha / weights.sum()) if alpha > 0 else weights), alpha
 
 
 def _alphas(
@@ -231,8 +249,9 @@ def _alphas(
     """Each box that reaches into the picture: its row, a window around it, alpha there (0 outside it)."""
     columns = (boxes.centers, boxes.half_extents, boxes.angles, boxes.opacities)
     boxes64 = zip(*(c.astype(np.float64) for c in columns), strict=True)
+    copies: dict[tuple[int, int], NDArray[np.uint8]] = {}
     for row, (center, half, angle, opacity) in enumerate(boxes64):
-        coverage, scale = _coverage_of_box(texture, half, filter)
+        coverage, scale = _coverage_of_box(texture, half, filter, copies)
         half = half * scale
         reach = np.abs([[np.cos(angle), np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ half
         low = np.clip(np.floor(center - reach), 0, (width, height)).astype(int)
@@ -248,14 +267,21 @@ def _alphas(
         yield row, window, np.where(is_inside, alpha, 0)
 
 
-def _coverage_of_box(texture: StrokeTexture, half: F64, filter: Filter) -> tuple[NDArray[np.uint8], F64]:
-    """The texels that serve a box of these half extents, and how much larger than it they reach, [2]."""
+def _coverage_of_box(
+    texture: StrokeTexture, half: F64, filter: Filter, copies: dict[tuple[int, int], NDArray[np.uint8]]
+) -> tuple[NDArray[np.uint8], F64]:
+    """The texels that serve a box of these half extents, and how much larger than it they reach, [2].
+
+    `copies` of the stroke image are kept: to filter one takes longer than to paint with it.
+    """
     if texture.kind != "image" or filter != "mip":
         return texture.coverage, np.ones(2)
     rows, columns = texture.coverage.shape
     u, v = level_index(half[0], columns), level_index(half[1], rows)
     scale = np.array([axis_levels(columns)[u].scale, axis_levels(rows)[v].scale])
-    return level_coverage(texture.coverage, u, v), scale
+    if (u, v) not in copies:
+        copies[u, v] = level_coverage(texture.coverage, u, v)
+    return copies[u, v], scale
 
 
 def _sample(texture: StrokeTexture, coverage: NDArray[np.uint8], s: F64, t: F64, filter: Filter) -> F64:

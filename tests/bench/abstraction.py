@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import brushgs as bg
+from brushgs.likeness import psnr, spilt, unpainted
 from brushgs.passes.extent import robust_frame
 from brushgs.still_life import still_life, still_life_camera
 from tests.bench.machine import describe
@@ -75,14 +76,13 @@ class Truth:
         self.frames = [bg.render(gaussians, camera, kernel, depth=False) for camera in cameras]
 
     def judge(self, strokes: bg.Gaussians, texture: bg.StrokeTexture, sigmas: float) -> Quality:
-        squares, missed, spilt, painted = [], 0.0, 0.0, 0.0
-        for camera, plain in zip(self.cameras, self.frames, strict=True):
-            frame = bg.render(strokes, camera, texture, num_sigmas=sigmas, lock="off", depth=False)
-            squares.append(np.mean((on_white(frame) - on_white(plain)) ** 2, dtype=np.float64))
-            missed += float(np.maximum(plain.alpha - frame.alpha, 0).sum(dtype=np.float64))
-            spilt += float(np.maximum(frame.alpha - plain.alpha, 0).sum(dtype=np.float64))
-            painted += float(plain.alpha.sum(dtype=np.float64))
-        return Quality(float(-10 * np.log10(np.mean(squares))), missed / painted, spilt / painted)
+        frames = [
+            bg.render(strokes, camera, texture, num_sigmas=sigmas, lock="off", depth=False)
+            for camera in self.cameras
+        ]
+        picture, plain = (np.concatenate([on_white(f) for f in side]) for side in (frames, self.frames))
+        alpha, plain_alpha = (np.concatenate([f.alpha for f in side]) for side in (frames, self.frames))
+        return Quality(psnr(picture, plain), unpainted(alpha, plain_alpha), spilt(alpha, plain_alpha))
 
 
 def on_white(frame: bg.Frame) -> NDArray[np.floating]:

@@ -10,14 +10,15 @@ project is always there; real ones are taken where they are found.
 
 import argparse
 from collections.abc import Callable
-from dataclasses import replace
 from typing import get_args
 
 import numpy as np
 
+from brushgs.bench.supersample import supersampled
 from brushgs.choices import Filter
 from brushgs.framing import frame_scene
 from brushgs.io import load
+from brushgs.likeness import rmse
 from brushgs.passes.cluster import cluster
 from brushgs.passes.prune import prune
 from brushgs.project import project
@@ -29,7 +30,6 @@ from tests.bench.machine import describe
 from tests.bench.raster import measure
 from tests.scenes import SCENES_FOLDER
 
-FACTOR = 8  # samples a pixel along each side
 STILL_LIFE = "still life"
 
 
@@ -64,8 +64,8 @@ def view_of(name: str, width: int, height: int) -> tuple[Gaussians, Camera]:
 
 
 def compare(name: str, boxes: Boxes, texture: StrokeTexture, camera: Camera, repeat: int) -> None:
-    truth = supersampled(boxes, texture, camera).over((1, 1, 1))
     size = {"width": camera.width, "height": camera.height}
+    truth = supersampled(boxes, texture, **size).over((1, 1, 1))
     calls: dict[str, Callable[[], Frame]] = {
         filter: lambda f=filter: rasterize(boxes, texture, filter=f, depth=False, **size)
         for filter in get_args(Filter)
@@ -82,22 +82,6 @@ def compare(name: str, boxes: Boxes, texture: StrokeTexture, camera: Camera, rep
             f"({min(times[filter]):.2f}-{max(times[filter]):.2f}), {slower:.2f} of bilinear",
             flush=True,
         )
-
-
-def supersampled(boxes: Boxes, texture: StrokeTexture, camera: Camera) -> Frame:
-    """The mean of FACTOR x FACTOR bilinear samples in each pixel, premultiplied."""
-    large = replace(boxes, centers=FACTOR * boxes.centers, half_extents=FACTOR * boxes.half_extents)
-    width, height = FACTOR * camera.width, FACTOR * camera.height
-    frame = rasterize(large, texture, width=width, height=height, filter="bilinear", depth=False)
-    shape = camera.height, FACTOR, camera.width, FACTOR
-    return Frame(
-        frame.rgb.reshape(*shape, 3).mean(axis=(1, 3)).astype(frame.rgb.dtype),
-        frame.alpha.reshape(shape).mean(axis=(1, 3)).astype(frame.rgb.dtype),
-    )
-
-
-def rmse(picture: np.ndarray, truth: np.ndarray) -> float:
-    return float(np.sqrt(np.mean((picture.astype(np.float64) - truth) ** 2)))
 
 
 if __name__ == "__main__":

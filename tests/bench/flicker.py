@@ -46,8 +46,9 @@ from numpy.typing import NDArray
 import brushgs as bg
 from brushgs.framing import default_elevation, frame_scene, subject
 from brushgs.levels import axis_levels, level_coverage, level_index
+from brushgs.likeness import psnr
 from brushgs.lock import follow
-from brushgs.metrics import SPIN, View, ViewMatch, match_views, psnr, whole_pixels
+from brushgs.metrics import SPIN, View, ViewMatch, match_views, whole_pixels
 from tests.bench.machine import describe
 from tests.scenes import SCENES_FOLDER
 

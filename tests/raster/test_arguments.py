@@ -35,6 +35,9 @@ BAD_NUMBERS = [np.nan, np.inf, -np.inf]
             r"rasterize: width x height must be at most 268435456 pixels, got 30000",
         ),
         ({"num_threads": 0}, r"num_threads must be at least 1, got 0"),
+        ({"min_transmittance": -1e-9}, r"rasterize: min_transmittance must be in \[0, 1\), got -1e-09"),
+        ({"min_transmittance": 1.0}, r"rasterize: min_transmittance must be in \[0, 1\), got 1.0"),
+        ({"min_transmittance": np.nan}, r"rasterize: min_transmittance must be in \[0, 1\), got nan"),
     ],
 )
 def test_options_out_of_range_are_refused_by_name(option, message):

@@ -206,18 +206,19 @@ def is_at_threshold(monkeypatch, boxes: Boxes, path: str, row: int, column: int)
     boxes = boxes.take(near).astype(np.float64)
     boxes = replace(boxes, centers=boxes.centers - (column, row))
 
-    def pixel(moved: Boxes) -> np.ndarray:
-        return reference.rasterize(moved, texture_of(kind), width=1, height=1, filter=filter).rgb[0, 0]
+    def pixel(moved: Boxes, **options) -> np.ndarray:
+        size = {"width": 1, "height": 1}
+        return reference.rasterize(moved, texture_of(kind), filter=filter, **size, **options).rgb[0, 0]
 
     reach = 1e-6  # of 20 px and of 1: some eight units in the last place
     moved = [pixel(replace(boxes, centers=boxes.centers + 20 * reach * np.array(d))) for d in np.eye(2)]
     moved += [pixel(replace(boxes, centers=boxes.centers - 20 * reach * np.array(d))) for d in np.eye(2)]
     moved += [pixel(replace(boxes, half_extents=boxes.half_extents * (1 + f * reach))) for f in (-1, 1)]
-    for name in ("MIN_ALPHA", "MIN_TRANSMITTANCE"):
-        for factor in (1 - 10 * reach, 1 + 10 * reach):
-            with monkeypatch.context() as patch:
-                patch.setattr(reference, name, getattr(reference, name) * factor)
-                moved.append(pixel(boxes))
+    for factor in (1 - 10 * reach, 1 + 10 * reach):
+        moved.append(pixel(boxes, min_transmittance=MIN_TRANSMITTANCE * factor))
+        with monkeypatch.context() as patch:
+            patch.setattr(reference, "MIN_ALPHA", MIN_ALPHA * factor)
+            moved.append(pixel(boxes))
     return bool(np.abs(np.array(moved) - pixel(boxes)).max() > 2e-4)
 
 

@@ -226,7 +226,7 @@ nb::ndarray<nb::numpy, T> new_plane(const std::vector<std::size_t>& shape) {
 }
 
 template <class T>
-void rasterize(brushgs::Kernel kernel, int num_threads, In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles,
+void rasterize(brushgs::Kernel kernel, int num_threads, double min_transmittance, In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles,
                In<T, 1> depths, In<T, 2> colors, In<T, 1> opacities, std::optional<In<T, 1>> bands,
                const std::vector<In<std::uint16_t, 1>>& pairs,
                In<std::int32_t, 2> sizes, In<double, 2> reaches, In<std::uint16_t, 1> level_of_box, Out<T, 3> rgb, Out<T, 2> alpha,
@@ -239,6 +239,7 @@ void rasterize(brushgs::Kernel kernel, int num_threads, In<T, 2> centers, In<T, 
     params.width = static_cast<int>(rgb.shape(1));
     params.height = static_cast<int>(rgb.shape(0));
     params.num_threads = num_threads;
+    params.min_transmittance = min_transmittance;
     params.levels = levels;
     params.level_of_box = {level_of_box.data(), level_of_box.size()};
     const brushgs::BoxView<T> boxes{centers.shape(0), centers.data(), half_extents.data(), angles.data(),
@@ -270,7 +271,7 @@ auto choose_levels(In<T, 2> half_extents, In<double, 1> bounds_u, In<double, 1> 
 
 template <class T>
 void def_rasterize(nb::module_& m) {
-    m.def("rasterize", &rasterize<T>, "kernel"_a, "num_threads"_a, "centers"_a.noconvert(),
+    m.def("rasterize", &rasterize<T>, "kernel"_a, "num_threads"_a, "min_transmittance"_a, "centers"_a.noconvert(),
           "half_extents"_a.noconvert(), "angles"_a.noconvert(), "depths"_a.noconvert(), "colors"_a.noconvert(),
           "opacities"_a.noconvert(), "bands"_a.noconvert().none(), "pairs"_a.noconvert(), "sizes"_a.noconvert(), "reaches"_a.noconvert(), "level_of_box"_a.noconvert(),
           "rgb"_a.noconvert(), "alpha"_a.noconvert(), "depth"_a.noconvert().none(),

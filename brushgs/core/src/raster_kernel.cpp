@@ -2,6 +2,7 @@
 #include "brushgs/raster.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "brushgs/lanes.hpp"
 #include "brushgs/trig.hpp"
@@ -140,8 +141,11 @@ struct TileState {
     alignas(64) T depth[kNumBlocks][kBlockPixels];
     std::uint16_t alive[kNumBlocks];  // pixels that still let light through
     std::uint32_t alive_blocks;
+    T min_transmittance;  // a pixel is finished before it lets less light through
 
-    void start(int num_columns, int num_rows, bool with_depth) {
+    void start(const RasterParams& params, int x0, int y0, bool with_depth) {
+        const int num_columns = params.width - x0, num_rows = params.height - y0;
+        min_transmittance = static_cast<T>(params.min_transmittance);
         __builtin_memset(red, 0, sizeof red);
         __builtin_memset(green, 0, sizeof green);
         __builtin_memset(blue, 0, sizeof blue);
@@ -383,6 +387,7 @@ template <class T, Kernel kernel, bool with_depth>
     std::uint32_t blocks = sample_record<T, kernel>(params, record, x0, y0, tile, alphas);
     const Real depth = L::set(record.depth);
     const Real red = L::set(record.red), green = L::set(record.green), blue = L::set(record.blue);
+    const Real darkest = L::set(tile.min_transmittance);
 
     for (; blocks != 0; blocks &= blocks - 1) {
         const int b = __builtin_ctz(blocks);
@@ -394,7 +399,7 @@ template <class T, Kernel kernel, bool with_depth>
             const Real before = L::load(tile.transmittance[b] + lane);
             const Real full = before * alpha;
             const Real after = before - full;
-            const auto kept = L::at_least(painted, after, L::set(static_cast<T>(kMinTransmittance)));
+            const auto kept = L::at_least(painted, after, darkest);
             const Real weight = L::where(kept, full);
             L::store(tile.transmittance[b] + lane, L::select(kept, after, before));
             const auto add = [&](T* plane, Real value) {
@@ -650,7 +655,7 @@ template <class T, bool with_depth>
     unsigned finished = 0;
     for (int part = 0; part < num_parts; ++part) {
         const Real light = L::load(behind_final + part * W);
-        const auto dark = L::less(L::from_bits(~0u), light, L::set(static_cast<T>(kMinTransmittance)));
+        const auto dark = L::less(L::from_bits(~0u), light, L::set(tile.min_transmittance));
         finished |= L::bits(dark) << (part * W);
     }
     if (finished &= tile.alive[b]; finished != 0) {  // what waits and shows may still be hidden in part by what is not
@@ -711,7 +716,7 @@ template <class T, bool with_depth>
         const int lane = part * W;
         const auto all = L::from_bits(~0u);
         const Real left = front[part] - front[part] * alpha[part];
-        const auto kept = L::at_least(all, left, L::set(static_cast<T>(kMinTransmittance)));
+        const auto kept = L::at_least(all, left, L::set(tile.min_transmittance));
         shown |= (L::bits(kept) << lane) & pixels;
         const Real before = L::load(soft.light[b] + lane), after = before - before * alpha[part];
         L::store(soft.light[b] + lane, after);
@@ -740,9 +745,11 @@ void finish_softly(const Record<T>* records, Pending<T>& pending, SoftState<T>& 
         if (waiting > 0) retire<T, with_depth>(records, b, first, waiting, queues, soft, tile);
         if (soft.shared[b] == 0) continue;
         for (int lane = 0; lane < kBlockPixels; lane += L::width) {
-            const auto shared = L::from_bits(static_cast<unsigned>(soft.shared[b]) >> lane);
+            const Real weights = L::load(soft.weights[b] + lane);  // 0 where none leaves enough light to be seen
+            const auto shared = L::at_least(L::from_bits(static_cast<unsigned>(soft.shared[b]) >> lane), weights,
+                                            L::set(std::numeric_limits<T>::min()));
             const Real alpha = L::set(1) - L::load(tile.transmittance[b] + lane);
-            const Real factor = L::select(shared, alpha / L::load(soft.weights[b] + lane), L::set(1));
+            const Real factor = L::select(shared, alpha / weights, L::set(1));
             const auto scale = [&](T* plane) { L::store(plane + lane, L::load(plane + lane) * factor); };
             scale(tile.red[b]);
             scale(tile.green[b]);
@@ -811,7 +818,7 @@ void paint_tile(const RasterParams& params, const Record<T>* records, const std:
     const int x0 = tile_x * kTileWidth, y0 = tile_y * kTileHeight;
     TileState<T> tile;
     const bool with_depth = picture.depth != nullptr;
-    tile.start(params.width - x0, params.height - y0, with_depth);
+    tile.start(params, x0, y0, with_depth);
     switch (params.kernel) {
         case Kernel::bilinear: blend_with<T, Kernel::bilinear>(params, records, ids, num_ids, x0, y0, tile, with_depth); break;
         case Kernel::nearest: blend_with<T, Kernel::nearest>(params, records, ids, num_ids, x0, y0, tile, with_depth); break;
@@ -827,7 +834,7 @@ void paint_tile_softly(const RasterParams& params, const Record<T>* records, con
     const int x0 = tile_x * kTileWidth, y0 = tile_y * kTileHeight;
     TileState<T> tile;
     const bool with_depth = picture.depth != nullptr;
-    tile.start(params.width - x0, params.height - y0, with_depth);
+    tile.start(params, x0, y0, with_depth);
     if (params.kernel == Kernel::bilinear)
         blend_with_softly<T, Kernel::bilinear>(params, records, bands, ids, num_ids, x0, y0, pending, tile, with_depth);
     else

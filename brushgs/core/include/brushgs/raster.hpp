@@ -51,6 +51,7 @@ struct RasterParams {
     int width;                           // pixels
     int height;                          // pixels
     int num_threads;                     // >= 1, at most; negative: so many, whether they pay or not
+    double min_transmittance;            // 0 to 1: a pixel is finished before it lets less light through
     std::span<const Level> levels;       // images only: at least one
     std::span<const std::uint16_t> level_of_box;  // [M] row of `levels`; empty: all use levels[0]
 };

@@ -1,0 +1,97 @@
+"""The page of the curves: each scene's picture, command, advice and table, measured anew.
+
+    python -m tests.bench.curves [SCENE ...] [--page examples/measured/curves.md] [--repeats 5] [--quick]
+
+SCENE is a name of the table below; all of them without one. What stands between the two marks of a scene in
+the page is replaced, and its picture, curves-SCENE.png beside the page; the text around them stays. Figures
+of all scenes, as JSON, go to the folder that --json names.
+"""
+
+import argparse
+import re
+from pathlib import Path
+
+from brushgs import arguments
+from brushgs.bench import BenchReport, report_bench
+from brushgs.bench.figures import Bench
+from brushgs.bench.table import rows
+from tests.bench.machine import describe
+from tests.scenes import SCENES_FOLDER
+
+SCENES = {  # file and flags
+    "koala": ("koala.ply", []),
+    "chair": ("derived/chair.ply", ["--up", "+z"]),
+    "truck": ("derived/truck.ply", []),
+    "skull": ("derived/skull_sh3.ply", []),
+    "biker": ("biker.compressed.ply", []),
+    "campsite": ("derived/campsite.ply", []),
+}
+HEADING = "strokes | ms a frame (quartiles) | ms a painting | RMSE of 255 | PSNR | SSIM | FLIP | unpainted"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("scenes", nargs="*", choices=[*SCENES, []], metavar="SCENE")
+    parser.add_argument("--page", type=Path, default=Path("examples/measured/curves.md"))
+    parser.add_argument("--json", type=Path, help="folder for the figures of each scene")
+    parser.add_argument("--repeats", type=int, help="as `brushgs bench` has it")
+    parser.add_argument("--quick", action="store_true")
+    asked = parser.parse_args()
+    print(describe(), flush=True)
+    for name in asked.scenes or SCENES:
+        file, flags = SCENES[name]
+        flags = [*flags, *(["--quick"] if asked.quick else [])]
+        flags += ["--repeats", str(asked.repeats)] if asked.repeats else []
+        words = ["bench", str(SCENES_FOLDER / file), *flags]
+        paint, config = arguments.bench_configs(arguments.parse(words))
+        picture = asked.page.with_name(f"curves-{name}.png")
+        report = report_bench(SCENES_FOLDER / file, picture, paint, config, report=BenchReport())
+        if asked.json:
+            (asked.json / f"{name}.json").write_text(report.as_json() + "\n")
+        shown = " ".join([Path(file).name, *flags])
+        block = block_of(report.result, f"brushgs bench {shown}", picture.name)
+        asked.page.write_text(placed(asked.page.read_text(), name, block))
+        print(f"{name}: {report.result.advice}", flush=True)
+
+
+def block_of(result: Bench, command: str, picture: str) -> str:
+    """Command, picture, advice and the table of the strokes, as Markdown."""
+    strokes = result["strokes"]
+    cells = [" | ".join([row[0].strip("* "), *row[1:]]) for row in rows(strokes)]
+    lines = [HEADING, "|".join("-" for _ in HEADING.split("|")), *cells]
+    best = [
+        f"- {family.title}: {'; '.join(point.label for point in family.best)}."
+        for family in result.families
+        if family.name != "strokes"
+    ]
+    return "\n".join(
+        [
+            f"`{command}`: {result.advice}.",
+            "",
+            f"![]({picture})",
+            "",
+            *lines,
+            "",
+            "Best of the others:",
+            *best,
+        ]
+    )
+
+
+def placed(page: str, name: str, block: str) -> str:
+    """The page with the block of a scene between its marks.
+
+    Raises:
+        ValueError: if the page has no such marks.
+    """
+    start, end = f"<!-- {name} -->", f"<!-- end of {name} -->"
+    pattern = re.compile(re.escape(start) + ".*?" + re.escape(end), re.DOTALL)
+    if not pattern.search(page):
+        raise ValueError(f"curves: the page must hold {start} and {end}, got neither or one")
+    return pattern.sub(lambda _: f"{start}\n{block}\n{end}", page)
+
+
+if __name__ == "__main__":
+    main()
