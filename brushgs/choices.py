@@ -15,6 +15,7 @@ Extent = Literal["fitted", "paper"]
 ViewLock = Literal["anchor", "off"]  # of one view, which knows of no other
 Lock = Literal["track", "anchor", "off"]  # of a sequence
 Order = Literal["depth", "soft"]
+Floaters = Literal["sure", "strong", "keep"]  # which of them a cure drops
 
 # Flags by name -> value. "paper" is the published method (Xiang et al. 2025) without its defects.
 PRESETS: Mapping[str, Mapping[str, Any]] = {

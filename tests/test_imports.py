@@ -17,7 +17,7 @@ LAYERS = [
     ["lock"],
     ["raster"],
     ["metrics", "image_strokes"],
-    ["report", "describe", "spread", "stages", "pipeline", "sequence", "stability"],
+    ["report", "describe", "spread", "stages", "pipeline", "sequence", "stability", "doctor"],
     ["demo", "arguments", "cli"],
     ["__main__"],
 ]

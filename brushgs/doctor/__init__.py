@@ -8,7 +8,7 @@ they come. `cure` applies them.
 """
 
 from brushgs.doctor.cure import cure
-from brushgs.doctor.examine import Examination, examine, look_at
+from brushgs.doctor.examination import Examination, examine, look_at
 from brushgs.doctor.findings import Finding
 from brushgs.doctor.run import DoctorReport, run_doctor
 

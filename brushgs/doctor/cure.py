@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brushgs.doctor.examine import Examination
+from brushgs.doctor.examination import Examination
 from brushgs.quats import normalized
 from brushgs.scene import Gaussians
 

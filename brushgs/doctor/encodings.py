@@ -4,6 +4,7 @@ Each judgement needs a clear difference between the readings; else the usual lay
 the comments are of ten real scenes (examples/measured/doctor.md).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +17,8 @@ from brushgs.io.columns import Columns
 from brushgs.io.reading import Reading
 from brushgs.quats import rotation_matrices
 from brushgs.shapes import Array
+
+_Found = Callable[..., None]  # takes the name of a finding, a sentence, and facts
 
 FEWEST_ROWS = 10  # below, numbers may be anything
 ALMOST_ALL = 0.999  # of the rows; the rest may be damaged
@@ -56,14 +59,18 @@ def diagnose(columns: Columns) -> Diagnosis:
 
     def found(name: str, what: str, **facts: float) -> None:
         findings.append(
-            Finding(name, "fault", len(rows), len(rows) / total, what, {k: round(v, 4) for k, v in facts.items()})
+            Finding(
+                name, "fault", len(rows), len(rows) / total, what, {k: round(v, 4) for k, v in facts.items()}
+            )
         )
 
     if count > 1:
         evidence = linear_evidence(scales[picked], distances[:, 1])
         if evidence > LEAST_EVIDENCE:
             reading = replace(reading, scales="linear")
-            found("linear-scales", "scales are stored as they are, not as their logarithms", nats_a_row=evidence)
+            found(
+                "linear-scales", "scales are stored as they are, not as their logarithms", nats_a_row=evidence
+            )
     reading = _judge_opacities(columns.opacities[rows], reading, found)
     reading = _judge_colors(columns.sh[rows, 0], reading, found)
     if count > 3:
@@ -129,7 +136,7 @@ def order_evidence(quats: Array, scales: Array, neighbours: Array) -> tuple[floa
 
     def cosines(order: list[int]) -> NDArray[np.float64]:
         rotations = rotation_matrices(quats[chosen][:, order])
-        return np.abs((rotations[np.arange(len(shortest)), :, shortest] * normals).sum(axis=1))
+        return np.asarray(np.abs((rotations[np.arange(len(shortest)), :, shortest] * normals).sum(axis=1)))
 
     gains = cosines([0, 1, 2, 3]) - cosines([3, 0, 1, 2])
     error = gains.std() / np.sqrt(len(gains))
@@ -145,12 +152,14 @@ def _usable_rows(columns: Columns) -> NDArray[np.int64]:
     return np.flatnonzero(is_usable & ~np.isnan(columns.opacities))
 
 
-def _judge_opacities(values: Array, reading: Reading, found: "_Found") -> Reading:
+def _judge_opacities(values: Array, reading: Reading, found: _Found) -> Reading:
     low, high = np.percentile(values, (1, 99))
     if ((values >= 0) & (values <= 1)).mean() >= ALMOST_ALL:
         # Equal opacities may be either; with plain scales beside them they are plain, too.
         if high - low > SPREAD_OPACITY or reading.scales == "linear":
-            found("linear-opacities", "opacities are stored as 0 to 1, not as their logits", low=low, high=high)
+            found(
+                "linear-opacities", "opacities are stored as 0 to 1, not as their logits", low=low, high=high
+            )
             return replace(reading, opacities="linear")
     elif ((values >= 0) & (values <= 255) & (values == np.round(values))).mean() >= ALMOST_ALL:
         found("byte-opacities", "opacities are stored as 0 to 255, not as their logits", low=low, high=high)
@@ -158,7 +167,7 @@ def _judge_opacities(values: Array, reading: Reading, found: "_Found") -> Readin
     return reading
 
 
-def _judge_colors(values: Array, reading: Reading, found: "_Found") -> Reading:
+def _judge_colors(values: Array, reading: Reading, found: _Found) -> Reading:
     low, high = np.percentile(values, (1, 99))
     facts = {"low": float(low), "high": float(high)}
     if ((values >= 0) & (values <= 1)).all(axis=1).mean() >= ALMOST_ALL:

@@ -103,10 +103,10 @@ def _touching_pairs(gaussians: Gaussians) -> tuple[NDArray[np.int64], NDArray[np
         reach += _widths(covars[others], lines) * sigmas[others]
         i, k = np.nonzero(distances[rows, 1:] < reach)
         pairs.append((i + start) * len(gaussians) + others[i, k])
-    keys = np.concatenate(pairs)
-    first, second = np.divmod(keys, len(gaussians))
-    first, second = np.minimum(first, second), np.maximum(first, second)
-    first, second = np.divmod(np.unique(first * len(gaussians) + second), len(gaussians))
+    first, second = np.divmod(np.concatenate(pairs), len(gaussians))
+    keys = np.minimum(first, second) * len(gaussians) + np.maximum(first, second)
+    keys.sort()
+    first, second = np.divmod(keys[np.diff(keys, prepend=-1) > 0], len(gaussians))
     return first, second
 
 

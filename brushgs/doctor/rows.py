@@ -54,7 +54,8 @@ def check_copies(gaussians: Gaussians, total: int) -> list[Finding]:
     count = len(gaussians) - len(first)
     if not count:
         return []
-    is_coarse = len(np.unique(gaussians.scales[:, 0])) < FEW_VALUES * len(gaussians)
+    num_values = np.count_nonzero(np.diff(np.sort(gaussians.scales[:, 0]), prepend=-1))
+    is_coarse = num_values < FEW_VALUES * len(gaussians)
     severity: Severity = "note" if is_coarse and count <= CHANCE_COPIES * len(gaussians) else "odd"
     rows = np.ones(len(gaussians), bool)
     rows[first] = False
@@ -86,7 +87,9 @@ def check_bands(gaussians: Gaussians) -> list[Finding]:
     if not count:
         return []
     bands = f"degree {degree + 1}" if count == 1 else f"degrees {degree + 1} to {gaussians.sh_degree}"
-    effect = "are zero in every row" if not largest else f"change no colour by more than {255 * largest:.2g}/255"
+    effect = (
+        "are zero in every row" if not largest else f"change no colour by more than {255 * largest:.2g}/255"
+    )
     facts = {"degree": degree, "terms": {d: k for k, d in SH_TERMS.items()}[degree], "largest": largest}
     what = f"spherical harmonics of {bands} {effect}"
     return [Finding("empty-sh-bands", "note", count, count / gaussians.sh_degree, what, facts)]

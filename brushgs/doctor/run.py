@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from brushgs import __version__
+from brushgs.choices import Floaters
 from brushgs.doctor.cure import cure
-from brushgs.doctor.examine import Examination, Floaters, look_at
+from brushgs.doctor.examination import Examination, look_at
 from brushgs.doctor.table import lines, verdict
 from brushgs.pipeline import check_output
 from brushgs.report import Report

@@ -1,4 +1,4 @@
-"""Findings about sizes, places and light: what is far off, fills the view, is a needle, or too dark to see."""
+"""Findings about sizes, places and light: far off, filling the view, needles, too dark to see."""
 
 import numpy as np
 
@@ -17,8 +17,8 @@ FAR = 50.0
 SKY = 0.05
 # Longest axis over the radius that holds 98 %: at most 0.31 (chair). At 1 a box is wider than the scene.
 FILLING = 1.0
-# Longest over middle axis, and longest over that radius. No Gaussian of the ten has both: the chair's 166 with
-# an aspect above 300 are shorter than 0.1, where its longest have an aspect below 100.
+# Longest over middle axis, and longest over that radius. No Gaussian of the ten has both: the chair's 199 of
+# an aspect above 100 and a length above 0.05 end at 0.1.
 NEEDLE_ASPECT, NEEDLE_LENGTH = 100.0, 0.1
 # Means weighted by painted area. Real scenes: luminance 0.19 (biker) and more; 99th percentile of the
 # opacities 0.83 and more, but for a firework made by a script, 0.22.

@@ -34,9 +34,7 @@ class Core:
         return np.asarray(np.linalg.norm(means - self.center, axis=1) / self.radius)
 
 
-def nearest(
-    points: Array, queries: Array, count: int
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def nearest(points: Array, queries: Array, count: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Distances and rows [Q, count] of the points nearest to each query, nearest first."""
     tree = cKDTree(points)
     distances, rows = tree.query(queries, k=range(1, count + 1), workers=num_threads_or_default(None))

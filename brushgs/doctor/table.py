@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from brushgs.doctor.examine import Examination
+from brushgs.doctor.examination import Examination
 from brushgs.doctor.findings import Finding
 
 GUESSES = ("up-axis", "unit")
@@ -30,5 +30,5 @@ def verdict(examination: Examination) -> str:
 def _rows(finding: Finding) -> str:
     if finding.name in (*GUESSES, "empty-sh-bands"):
         return ""
-    share = f"{finding.share:.1%}" if finding.share >= 0.01 else f"{finding.share:.2g}"
-    return f", {finding.count:,} rows ({share})"
+    share = f"{100 * finding.share:.2g}" if finding.share < 1 else "all"
+    return f", {finding.count:,} rows ({share}{' %' * (finding.share < 1)})"

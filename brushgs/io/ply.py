@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.compressed_ply import is_compressed, read_compressed
 from brushgs.io.columns import Columns
+from brushgs.io.compressed_ply import is_compressed, read_compressed
 from brushgs.io.identify import open_ply
 from brushgs.io.inria_ply import check_is_scene, read_inria
 from brushgs.io.notes import LoadNotes
@@ -42,7 +42,9 @@ def read_ply(path: str | Path, reading: Reading = USUAL) -> tuple[Gaussians, Loa
     elif reading.is_usual:
         columns, dropped, num_terms_stored = read_compressed(*source.place)
     else:
-        raise SceneError(path, "is a compressed PLY, which can be read in one way only; leave the reading out")
+        raise SceneError(
+            path, "is a compressed PLY, which can be read in one way only; leave the reading out"
+        )
     warn_of_surplus(source.path, source.header, source.size)
     dropped.report(source.path, source.vertex.count)
     gaussians = columns.gaussians()
@@ -147,7 +149,7 @@ def _warn_of_other_reading(path: Path, gaussians: Gaussians) -> None:
         is_fog = gaussians.scales.min() >= 1
         if is_fog or high - low > _SPREAD:
             seems.append("scales and opacities" if is_fog else "opacities")
-    colors = gaussians.sh[: _SOME_ROWS, 0]
+    colors = gaussians.sh[:_SOME_ROWS, 0]
     if colors.min() >= 0 and colors.max() > _BLINDING:
         seems.append("colours")
     if seems:

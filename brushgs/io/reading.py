@@ -51,10 +51,17 @@ class Reading:
     colors: Colors = "sh"
 
     def __post_init__(self) -> None:
-        for name, words in (("scales", Scales), ("opacities", Opacities), ("quats", Quats), ("colors", Colors)):
+        for name, words in (
+            ("scales", Scales),
+            ("opacities", Opacities),
+            ("quats", Quats),
+            ("colors", Colors),
+        ):
             value = getattr(self, name)
             if value not in get_args(words):
-                raise ValueError(f"Reading: {name} must be one of {', '.join(get_args(words))}, got {value!r}")
+                raise ValueError(
+                    f"Reading: {name} must be one of {', '.join(get_args(words))}, got {value!r}"
+                )
 
     @property
     def is_usual(self) -> bool:

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
+from brushgs.choices import Floaters
 from brushgs.doctor.encodings import diagnose
 from brushgs.doctor.equal import equal_rows
 from brushgs.doctor.findings import SEVERITIES, Finding, Rows
@@ -18,8 +18,6 @@ from brushgs.io.dropped import Dropped, drop_faults
 from brushgs.io.ply import RawScene, read_raw
 from brushgs.io.reading import Reading
 from brushgs.scene import Gaussians
-
-Floaters = Literal["sure", "strong", "keep"]
 
 
 @dataclass(frozen=True)
@@ -145,5 +143,13 @@ def _check_floaters(gaussians: Gaussians, rest: Rows, floaters: Floaters, total:
     facts = {"area_share": share, "nearest": float(apart.gaps[is_far].min())}
     drops = floaters != "keep" and (is_seen or floaters == "strong")
     return [
-        Finding("floaters", "odd" if is_seen else "note", count, count / total, what, facts, rows if drops else None)
+        Finding(
+            "floaters",
+            "odd" if is_seen else "note",
+            count,
+            count / total,
+            what,
+            facts,
+            rows if drops else None,
+        )
     ]
