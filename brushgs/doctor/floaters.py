@@ -21,7 +21,9 @@ from brushgs.quats import rotation_matrices
 from brushgs.scene import Gaussians
 from brushgs.shapes import Array
 
-FAINTEST = 0.02  # opacity at which a Gaussian ends: what is thinner joins nothing
+# Opacity at which a Gaussian ends: what is thinner joins nothing. In scenes that are faint as a whole it ends
+# at a share of their strong ones.
+FAINTEST, FAINTEST_SHARE = 0.02, 0.025
 MANY = 6  # touching neighbours that make a Gaussian part of a body: a dense fog of strays has fewer
 CHAIN = 4  # Gaussians that may hang on to a body in a row
 # A piece of so few Gaussians is a body only if it is solid: its opacities sum to SOLID. The pieces that hang
@@ -91,7 +93,9 @@ def _touching_pairs(gaussians: Gaussians) -> tuple[NDArray[np.int64], NDArray[np
     count = min(NUM_NEIGHBOURS + 1, len(gaussians))
     distances, near = nearest(gaussians.means, gaussians.means, count)
     covars = _covars(gaussians)
-    sigmas = np.sqrt(2 * np.log(np.maximum(gaussians.opacities / FAINTEST, 1)))  # where it has faded to that
+    faintest = min(FAINTEST, FAINTEST_SHARE * float(np.percentile(gaussians.opacities, 99)))
+    visible = np.maximum(gaussians.opacities, faintest)
+    sigmas = np.sqrt(2 * np.log(np.maximum(visible / max(faintest, 1e-30), 1)))  # where it has faded to that
     pairs = []
     for start in range(0, len(gaussians), _BLOCK):
         rows = slice(start, min(start + _BLOCK, len(gaussians)))
