@@ -31,6 +31,7 @@ TYPICAL_LOG_SIZE = 0.6
 # Nats a row by which plain scales must be the likelier. Ten real scenes in units of 1e-4 to 3e4: 1.5 and more
 # where they are plain (two made ones: 0.5, 2.8), below -2.2 where they are logarithms.
 LEAST_EVIDENCE = 0.25
+TINY = 1e-30  # a plain scale of 0, for its logarithm
 FLAT, PLANAR = 2.0, 0.7  # middle over shortest axis; 1 - smallest over middle variance of the neighbours
 FEWEST_FLAT = 100
 # Mean |cosine| of shortest axis and normal, wxyz less xyzw: 0.08 to 0.41 (10 to 40 standard errors), and as
@@ -53,35 +54,20 @@ def diagnose(columns: Columns) -> Diagnosis:
     findings: list[Finding] = []
     if len(rows) < FEWEST_ROWS:
         return Diagnosis(reading, findings)
-    means, scales = columns.means[rows], columns.scales[rows]
-    points = means[equal_rows(means)[0]]
+    means = columns.means[rows]
+    points = means[equal_rows(means)[0]]  # many at one place would take a k-d tree the square of their number
     picked = np.random.default_rng(0).permutation(len(rows))[:SAMPLE]
-    count = min(NUM_NEIGHBOURS + 1, len(points))
-    distances, near = nearest(points, means[picked], count)
-    total = len(columns.means)
+    distances, near = nearest(points, means[picked], min(NUM_NEIGHBOURS + 1, len(points)))
 
     def found(name: str, what: str, **facts: float) -> None:
-        findings.append(
-            Finding(
-                name, "fault", len(rows), len(rows) / total, what, {k: round(v, 4) for k, v in facts.items()}
-            )
-        )
+        rounded = {fact: round(float(value), 4) for fact, value in facts.items()}
+        findings.append(Finding(name, "fault", len(rows), len(rows) / len(columns.means), what, rounded))
 
-    if count > 1:
-        evidence = linear_evidence(scales[picked], distances[:, 1])
-        if evidence > LEAST_EVIDENCE:
-            reading = replace(reading, scales="linear")
-            found(
-                "linear-scales", "scales are stored as they are, not as their logarithms", nats_a_row=evidence
-            )
+    scales, quats = columns.scales[rows][picked], columns.quats[rows][picked]
+    reading = _judge_scales(scales, distances, reading, found)
     reading = _judge_opacities(columns.opacities[rows], reading, found)
     reading = _judge_colors(columns.sh[rows, 0], reading, found)
-    if count > 3:
-        alignment, errors = order_evidence(columns.quats[rows][picked], scales[picked], points[near])
-        if alignment < -LEAST_ALIGNMENT and errors < -LEAST_ERRORS:
-            reading = replace(reading, quats="xyzw")
-            what = "rotations are stored as x, y, z, w: read so, flat Gaussians lie on the surfaces"
-            found("xyzw-quaternions", what, alignment=alignment, standard_errors=errors)
+    reading = _judge_order(quats, scales, points[near], reading, found)
     return Diagnosis(reading, findings)
 
 
@@ -89,8 +75,8 @@ def linear_evidence(scales: Array, spacings: Array) -> float:
     """How much likelier plain scales are than logarithms, nats a row; below zero where they are less so.
 
     Two marks of a right reading: the longest axis is about as long as the distance to the nearest neighbour,
-    and sizes are spread like a log-normal: a bell curve fits the logs of the raw
-    values better than the values themselves, for the shortest, middle and longest axes.
+    and sizes are spread like a log-normal: a bell curve fits the logs of the raw values better than the values
+    themselves, for the shortest, middle and longest axes.
 
     Args:
         scales: [n, 3] raw values.
@@ -113,14 +99,14 @@ def linear_evidence(scales: Array, spacings: Array) -> float:
     return float(evidence)
 
 
-def order_evidence(quats: Array, scales: Array, neighbours: Array) -> tuple[float, float]:
+def order_evidence(quats: Array, log_scales: Array, neighbours: Array) -> tuple[float, float]:
     """Whether the shortest axes of flat Gaussians stand on the surfaces as wxyz (above zero) or as xyzw.
 
     A surface's normal is the direction in which the neighbours of a point spread least.
 
     Args:
         quats: [n, 4] as stored, no row zero.
-        scales: [n, 3] of which only the order and ratios count: plain or log, see `FLAT`.
+        log_scales: [n, 3] natural logarithms.
         neighbours: [n, k, 3] points around each.
 
     Returns:
@@ -129,13 +115,12 @@ def order_evidence(quats: Array, scales: Array, neighbours: Array) -> tuple[floa
     points = neighbours.astype(np.float64)
     points -= points.mean(axis=1, keepdims=True)
     variances, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", points, points))
-    sizes = np.sort(scales.astype(np.float64), axis=1)
-    is_log = (sizes < 0).any()
-    gap = sizes[:, 1] - sizes[:, 0] if is_log else np.log(sizes[:, 1] / np.maximum(sizes[:, 0], 1e-300))
-    chosen = (gap > np.log(FLAT)) & (variances[:, 0] < (1 - PLANAR) * variances[:, 1])
+    with np.errstate(invalid="ignore"):  # two scales of 0
+        flatness = np.subtract(*np.sort(log_scales, axis=1)[:, 1::-1].T)
+    chosen = (flatness > np.log(FLAT)) & (variances[:, 0] < (1 - PLANAR) * variances[:, 1])
     if chosen.sum() < FEWEST_FLAT:
         return 0.0, 0.0
-    normals, shortest = axes[chosen, :, 0], scales[chosen].argmin(axis=1)
+    normals, shortest = axes[chosen, :, 0], log_scales[chosen].argmin(axis=1)
 
     def cosines(order: list[int]) -> NDArray[np.float64]:
         rotations = rotation_matrices(quats[chosen][:, order])
@@ -153,6 +138,30 @@ def _usable_rows(columns: Columns) -> NDArray[np.int64]:
         is_usable &= np.isfinite(column).all(axis=1)
     is_usable &= ~np.isnan(columns.scales).any(axis=1) & (columns.scales < np.inf).all(axis=1)
     return np.flatnonzero(is_usable & ~np.isnan(columns.opacities))
+
+
+def _judge_scales(scales: Array, distances: Array, reading: Reading, found: _Found) -> Reading:
+    if distances.shape[1] < 2:  # all at one place
+        return reading
+    evidence = linear_evidence(scales, distances[:, 1])
+    if evidence <= LEAST_EVIDENCE:
+        return reading
+    found("linear-scales", "scales are stored as they are, not as their logarithms", nats_a_row=evidence)
+    return replace(reading, scales="linear")
+
+
+def _judge_order(quats: Array, scales: Array, neighbours: Array, reading: Reading, found: _Found) -> Reading:
+    if neighbours.shape[1] < 4:  # a plane needs three
+        return reading
+    logs = scales.astype(np.float64)
+    if reading.scales == "linear":
+        logs = np.log(np.maximum(logs, TINY))
+    alignment, errors = order_evidence(quats, logs, neighbours)
+    if alignment > -LEAST_ALIGNMENT or errors > -LEAST_ERRORS:
+        return reading
+    what = "rotations are stored as x, y, z, w: read so, flat Gaussians lie on the surfaces"
+    found("xyzw-quaternions", what, alignment=alignment, standard_errors=errors)
+    return replace(reading, quats="xyzw")
 
 
 def _judge_opacities(values: Array, reading: Reading, found: _Found) -> Reading:
