@@ -75,8 +75,8 @@ def linear_evidence(scales: Array, spacings: Array) -> float:
     """How much likelier plain scales are than logarithms, nats a row; below zero where they are less so.
 
     Two marks of a right reading: the longest axis is about as long as the distance to the nearest neighbour,
-    and sizes are spread like a log-normal: a bell curve fits the logs of the raw values better than the values
-    themselves, for the shortest, middle and longest axes.
+    and sizes are spread like a log-normal: a bell curve fits the logs of the raw values better than the
+    values themselves, for the shortest, middle and longest axes.
 
     Args:
         scales: [n, 3] raw values.
@@ -165,7 +165,7 @@ def _judge_order(quats: Array, scales: Array, neighbours: Array, reading: Readin
 
 
 def _judge_opacities(values: Array, reading: Reading, found: _Found) -> Reading:
-    low, high = np.percentile(values, (1, 99))
+    low, high = np.percentile(values, (1, 99), method="nearest")  # infinite logits are legitimate
     if ((values >= 0) & (values <= 1)).mean() >= ALMOST_ALL:
         # Equal opacities may be either; with plain scales beside them they are plain, too.
         if high - low > SPREAD_OPACITY or reading.scales == "linear":

@@ -13,6 +13,8 @@ def equal_rows(*columns: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
     Two rows that differ share a sum once in some 1e19 pairs: by chance in no scene that fits a disk.
     """
+    if not len(columns[0]):
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
     sums = np.zeros(len(columns[0]), np.uint64)
     flat = [values for column in columns for values in column.reshape(len(column), -1).T]
     for place, values in enumerate(flat, 1):

@@ -1,6 +1,6 @@
 """A scene file -> what is wrong or odd with it, and the scene as it should be read."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -108,19 +108,14 @@ def _check_places(
             rest &= ~finding.rows
     for check in (check_far, check_filling):
         for finding in check(gaussians.take(rest), total):
-            assert finding.rows is not None
-            rows = np.zeros(len(gaussians), bool)
-            rows[np.flatnonzero(rest)[finding.rows]] = True
-            findings.append(_with_rows(finding, rows))
-            rest &= ~rows
+            if finding.rows is not None:
+                rows = np.zeros(len(gaussians), bool)
+                rows[np.flatnonzero(rest)[finding.rows]] = True
+                rest &= ~rows
+                finding = replace(finding, rows=rows)
+            findings.append(finding)
     findings += check_needles(gaussians.take(rest), total)
     return findings + _check_floaters(gaussians, rest, floaters, total)
-
-
-def _with_rows(finding: Finding, rows: Rows) -> Finding:
-    return Finding(
-        finding.name, finding.severity, finding.count, finding.share, finding.what, finding.facts, rows
-    )
 
 
 def _check_floaters(gaussians: Gaussians, rest: Rows, floaters: Floaters, total: int) -> list[Finding]:

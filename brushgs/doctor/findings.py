@@ -77,8 +77,9 @@ class Finding:
     @property
     def cure(self) -> str:
         """What `--fix` does about it."""
-        is_spared = self.rows is None and self.severity == "note" and self.name in _DROPPING
-        return "leaves them: too little to be seen, or not sure" if is_spared else KINDS[self.name].cure
+        if self.rows is None and self.name in _DROPPING:
+            return "leaves them: too few to be seen, asked to be kept, or most of the scene"
+        return KINDS[self.name].cure
 
     def as_dict(self) -> dict[str, Any]:
         """All but the rows, ready for JSON."""
@@ -94,4 +95,4 @@ class Finding:
         }
 
 
-_DROPPING = ("duplicate-rows", "far-outliers", "floaters")
+_DROPPING = ("duplicate-rows", "far-outliers", "screen-fillers", "floaters")

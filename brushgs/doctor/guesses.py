@@ -49,7 +49,7 @@ def _away_from_ground(gaussians: Gaussians) -> str | None:
     """The axis that points up from a level ground; None where there is none, or not surely one."""
     center, radius = robust_frame(gaussians.means)
     places = (gaussians.means - center) / radius
-    sizes = np.sort(gaussians.scales, axis=1)
+    sizes = np.sort(gaussians.scales.astype(np.float64), axis=1)
     weights = projected_areas(gaussians.scales) * gaussians.opacities * (sizes[:, 1] > 2 * sizes[:, 0])
     if not weights.sum() > 0:
         return None

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brushgs.doctor.findings import Finding
+from brushgs.doctor.findings import Finding, Rows
 from brushgs.doctor.space import Core
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.extent import robust_frame
@@ -23,6 +23,7 @@ NEEDLE_ASPECT, NEEDLE_LENGTH = 100.0, 0.1
 # Means weighted by painted area. Real scenes: luminance 0.19 (biker) and more; 99th percentile of the
 # opacities 0.83 and more, but for a firework made by a script, 0.22.
 DARK, FAINT = 0.03, 0.1
+MOST = 0.5  # share of the rows above which nothing is dropped
 
 
 def check_far(gaussians: Gaussians, total: int) -> list[Finding]:
@@ -30,33 +31,33 @@ def check_far(gaussians: Gaussians, total: int) -> list[Finding]:
     core = Core.of(gaussians.means)
     distances = core.distances(gaussians.means)
     rows = distances > FAR
-    rows &= 3 * gaussians.scales.max(axis=1) < SKY * core.radius * distances
+    rows &= 3 * gaussians.scales.max(axis=1).astype(np.float64) < SKY * core.radius * distances
     count = int(rows.sum())
     if not count:
         return []
     farthest = float(distances[rows].max())
     what = f"Gaussians lie {FAR:g} and more radii of the scene away from it, the farthest {farthest:.3g}"
-    return [Finding("far-outliers", "odd", count, count / total, what, {"farthest": farthest}, rows)]
+    facts = {"farthest": farthest}
+    return [Finding("far-outliers", "odd", count, count / total, what, facts, _unless_most(rows))]
 
 
 def check_filling(gaussians: Gaussians, total: int) -> list[Finding]:
     """Gaussians larger than the scene that lie over it."""
     center, radius = robust_frame(gaussians.means)
-    sizes = gaussians.scales.max(axis=1) / radius
+    sizes = gaussians.scales.max(axis=1).astype(np.float64) / radius
     rows = (sizes > FILLING) & (np.linalg.norm(gaussians.means - center, axis=1) < 3 * sizes * radius)
     count = int(rows.sum())
     if not count:
         return []
     what = f"Gaussians are larger than the whole scene and lie over it, the largest {sizes.max():.3g} times"
-    return [
-        Finding("screen-fillers", "odd", count, count / total, what, {"largest": float(sizes.max())}, rows)
-    ]
+    facts = {"largest": float(sizes.max())}
+    return [Finding("screen-fillers", "odd", count, count / total, what, facts, _unless_most(rows))]
 
 
 def check_needles(gaussians: Gaussians, total: int) -> list[Finding]:
     """Gaussians that are long beside the scene and a hundred times as long as wide."""
     _, radius = robust_frame(gaussians.means)
-    sizes = np.sort(gaussians.scales, axis=1)
+    sizes = np.sort(gaussians.scales.astype(np.float64), axis=1)
     is_long = (sizes[:, 2] > NEEDLE_LENGTH * radius) & (sizes[:, 2] <= FILLING * radius)
     is_needle = is_long & (sizes[:, 2] > NEEDLE_ASPECT * sizes[:, 1])
     count = int(is_needle.sum())
@@ -82,3 +83,8 @@ def check_light(gaussians: Gaussians, total: int) -> list[Finding]:
         what = f"the mean luminance is {mean:.2g} of 1: on a dark ground nothing will be seen"
         findings.append(Finding("all-dark", "odd", count, share, what, {"luminance": mean}))
     return findings
+
+
+def _unless_most(rows: Rows) -> Rows | None:
+    """The rows to drop; None where they are the scene itself rather than strays in it."""
+    return rows if rows.mean() <= MOST else None

@@ -17,10 +17,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 import brushgs as bg
-from brushgs.doctor import Examination, look_at
+from brushgs.config import ClusterConfig, DrawConfig, PaintConfig, PruneConfig
+from brushgs.doctor import Examination, look_at, run_doctor
 from brushgs.framing import AXES, frame_scene
 from brushgs.passes.extent import robust_frame
-from brushgs.still_life import still_life
+from brushgs.pipeline import paint
+from brushgs.still_life import still_life, still_life_camera
 from tests.bench.machine import describe
 from tests.doctor import plant
 from tests.scenes import SCENES_FOLDER
@@ -31,6 +33,7 @@ SCENES = {
     "derived/skull_sh3.ply": "-y", "derived/playbot_sh2.ply": "-y", "derived/campsite.ply": "-y",
 }  # fmt: skip
 VIEWS, SIZE = (30, 150, 270), (400, 300)
+PICTURE = (135, 180)
 CLEAR = 0.08  # radii of the scene from anything, beyond both their sizes: a floater that all would call one
 
 
@@ -132,15 +135,41 @@ def psnr_row(name: str, gaussians: bg.Gaussians, sound: Examination) -> None:
     print_row(name, int(rows.sum()), *(f"{level:.1f}" for level in levels))
 
 
+def draw(folder: Path, tmp: Path) -> None:
+    """The still life with floaters planted, and cured: plain, and painted with a dry brush."""
+    from skimage.transform import resize
+
+    planted = plant.floaters(plant.columns_of(still_life(), tmp), 0.01)
+    run_doctor(plant.write(planted, tmp / "before.ply"), tmp / "after.ply")
+    camera = still_life_camera(width=800, height=600)
+    for name in ("before", "after"):
+        for stroke, strokes in (("gaussian", None), ("dry_brush", 2000)):
+            config = PaintConfig(
+                prune=PruneConfig(keep=0.7 if strokes else 1.0),
+                cluster=ClusterConfig(strokes=strokes),
+                draw=DrawConfig(stroke=stroke),
+            )
+            picture = paint(bg.load(tmp / f"{name}.ply"), config, camera=camera).over((1, 1, 1))
+            small = resize(np.clip(picture, 0, 1), PICTURE, anti_aliasing=True).astype(np.float32)
+            frame = bg.Frame(small, np.ones(PICTURE, np.float32))
+            bg.save(frame, folder / f"doctor-{name}-{stroke}.png")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scenes", nargs="*", help="parts of their names, default all")
     parser.add_argument("--shares", nargs="*", type=float, default=[0.01, 0.001])
     parser.add_argument("--only", nargs="*", default=["sound", "planted", "floaters", "pictures"])
+    parser.add_argument(
+        "--draw", type=Path, metavar="FOLDER", help="only draw the pictures of the still life"
+    )
     args = parser.parse_args()
     print(describe(), file=sys.stderr)
     with tempfile.TemporaryDirectory() as folder:
         tmp, looked = Path(folder), {}
+        if args.draw:
+            draw(args.draw, tmp)
+            return
         print_row("scene", "Gaussians", "faults", "odd", "notes", "up", "seconds")
         print_row(*["---"] * 7)
         for name, gaussians in scenes(args.scenes):
