@@ -12,7 +12,7 @@ from brushgs.doctor.findings import SEVERITIES, Finding, Rows
 from brushgs.doctor.floaters import STRONG_GAP, SURE_GAP, VISIBLE, find_apart
 from brushgs.doctor.guesses import guess_unit, guess_up
 from brushgs.doctor.rows import check_bands, check_copies, check_dropped, check_quats
-from brushgs.doctor.shapes import check_far, check_filling, check_light, check_needles
+from brushgs.doctor.shapes import FAINT, check_far, check_filling, check_light, check_needles
 from brushgs.io.columns import Columns
 from brushgs.io.dropped import Dropped, drop_faults
 from brushgs.io.ply import RawScene, read_raw
@@ -132,11 +132,12 @@ def _check_floaters(gaussians: Gaussians, rest: Rows, floaters: Floaters, total:
     count, area = int(rows.sum()), float(apart.areas[is_far].sum())
     if not count:
         return []
-    is_seen = area >= VISIBLE
+    is_haze = bool(np.percentile(gaussians.opacities, 99) < FAINT)  # where all is faint, nothing is sure
+    is_seen = area >= VISIBLE and not is_haze
     share = area / float(apart.areas.sum())
     what = f"Gaussians hang in the air apart from everything solid: {share:.2g} of the painted area"
     facts = {"area_share": share, "nearest": float(apart.gaps[is_far].min())}
-    drops = floaters != "keep" and (is_seen or floaters == "strong")
+    drops = floaters != "keep" and (is_seen or floaters == "strong") and not is_haze
     return [
         Finding(
             "floaters",
