@@ -10,8 +10,10 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from brushgs.doctor import Finding, examine
     from brushgs.errors import SceneError, SceneWarning
     from brushgs.io import load, load_cameras, save
+    from brushgs.io.reading import Reading
     from brushgs.io.video import save_video
     from brushgs.lock import track
     from brushgs.passes.cluster import cluster
@@ -28,14 +30,17 @@ __version__ = "0.1.0"
 _HOME = {
     "Boxes": "scene",
     "Camera": "scene",
+    "Finding": "doctor",
     "Frame": "scene",
     "Gaussians": "scene",
     "Palette": "passes.recolor",
+    "Reading": "io.reading",
     "SceneError": "errors",
     "SceneWarning": "errors",
     "StrokeTexture": "textures",
     "choose_strokes": "stroke_count",
     "cluster": "passes.cluster",
+    "examine": "doctor",
     "load": "io",
     "load_cameras": "io",
     "project": "project",
@@ -52,14 +57,17 @@ _HOME = {
 __all__ = [
     "Boxes",
     "Camera",
+    "Finding",
     "Frame",
     "Gaussians",
     "Palette",
+    "Reading",
     "SceneError",
     "SceneWarning",
     "StrokeTexture",
     "choose_strokes",
     "cluster",
+    "examine",
     "load",
     "load_cameras",
     "project",

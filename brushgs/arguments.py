@@ -22,6 +22,7 @@ from brushgs.choices import (
     Extent,
     Features,
     Filter,
+    Floaters,
     Lock,
     Merge,
     Method,
@@ -226,6 +227,21 @@ def build_parser() -> ArgumentParser:
     _add_view(bench)
     bench.add_argument("--no-plot", action="store_true", help="no bench.png, which needs brushgs[plot]")
     _add_telling(bench)
+    doctor = command("doctor", "find what is wrong or odd with a scene file, and cure it")
+    doctor.epilog = (
+        "Exit code: 0 where the scene is sound or only odd, or a cured scene was written; 3 where a fault "
+        "was found; 2 where the file cannot be used at all."
+    )
+    doctor.add_argument("scene", type=Path, help="trained 3D Gaussian scene (.ply)")
+    doctor.add_argument("--fix", type=Path, metavar="FILE", help="write the cured scene to this .ply")
+    doctor.add_argument(
+        "--floaters",
+        choices=get_args(Floaters),
+        default="sure",
+        help="what hangs in the air and --fix drops: what is 'sure' to be apart (default), 'strong': nearer "
+        "things too, which takes some thin leaves along; 'keep' all",
+    )
+    _add_telling(doctor)
 
     strokes = command("strokes", "list the built-in strokes")
     strokes.add_argument("--json", action="store_true", help="as a JSON list")

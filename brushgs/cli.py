@@ -1,14 +1,15 @@
 """The command line: text in, exit codes out. No arithmetic, and nothing heavy is imported before it is used.
 
 Exit codes: 0 done, 1 a fault of brushgs itself, 2 an input that cannot be used (one sentence on stderr),
-130 stopped with Ctrl-C. stdout carries data only: the path that was written, or JSON.
+3 a fault that `brushgs doctor` found in a scene, 130 stopped with Ctrl-C. stdout carries data only: the path
+that was written, JSON, or what was asked for.
 """
 
 import os
 import sys
 import warnings
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,7 +20,7 @@ from brushgs.errors import SceneWarning
 if TYPE_CHECKING:
     from brushgs.report import Report
 
-EXIT_FAULT, EXIT_INPUT, EXIT_STOPPED = 1, 2, 130
+EXIT_FAULT, EXIT_INPUT, EXIT_ILL, EXIT_STOPPED = 1, 2, 3, 130
 DEMO_SIZE = (1200, 900)
 DEMO_GROUND = "#2e2113"  # painters tone a canvas: what strokes leave open stays warm and dark
 
@@ -41,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         args = arguments.parse(sys.argv[1:] if argv is None else argv)
         is_debug = args.debug
-        COMMANDS[args.command](args)
+        exit_code = COMMANDS[args.command](args)
         sys.stdout.flush()
     except KeyboardInterrupt as stop:
         return _say(f"stopped: {stop}" if str(stop) else "stopped", EXIT_STOPPED)
@@ -57,7 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         name = type(error).__name__
         return _say(f"a fault of brushgs itself, {name}: {error}; run it again with --debug", EXIT_FAULT)
-    return 0
+    return exit_code or 0
 
 
 def _say(sentence: str, exit_code: int) -> int:
@@ -96,7 +97,8 @@ def _told(args: Namespace, report: "Report | None" = None) -> Iterator["Report"]
         print(report.as_json())
     elif not args.quiet:
         report.print_table()
-        print(report.output)
+        if report.output is not None:
+            print(report.output)
 
 
 def _render(args: Namespace) -> None:
@@ -181,6 +183,15 @@ def _bench(args: Namespace) -> None:
         report_bench(args.scene, output, paint, config, report=report, wants_plot=not args.no_plot)
 
 
+def _doctor(args: Namespace) -> int:
+    from brushgs.doctor.run import DoctorReport, run_doctor
+
+    report = DoctorReport()
+    with _told(args, report):
+        run_doctor(args.scene, args.fix, floaters=args.floaters, report=report)
+    return EXIT_ILL if report.has_faults else 0
+
+
 def _strokes(args: Namespace) -> None:
     import json
 
@@ -222,7 +233,7 @@ def _beside(scene: Path, ending: str, suffix: str) -> Path:
     return Path(f"{stem}-{'_'.join(ending.split())}{suffix}")
 
 
-COMMANDS = {
+COMMANDS: dict[str, Callable[[Namespace], int | None]] = {
     "render": _render,
     "demo": _demo,
     "prune": _prune,
@@ -230,6 +241,7 @@ COMMANDS = {
     "recolor": _recolor,
     "stability": _stability,
     "bench": _bench,
+    "doctor": _doctor,
     "strokes": _strokes,
     "info": _info,
 }

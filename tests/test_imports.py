@@ -19,7 +19,7 @@ LAYERS = [
     ["metrics", "likeness", "image_strokes", "curve"],
     ["sight", "stroke_count"],
     ["report", "describe", "spread", "counting", "stages", "pipeline", "sequence", "plotting", "measured"],
-    ["bench", "stability"],
+    ["bench", "doctor", "stability"],
     ["demo", "arguments", "cli"],
     ["__main__"],
 ]

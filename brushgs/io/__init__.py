@@ -5,18 +5,24 @@ from pathlib import Path
 from brushgs.io.cameras import load_cameras
 from brushgs.io.notes import LoadNotes
 from brushgs.io.ply import read_ply
+from brushgs.io.reading import USUAL, Reading
 from brushgs.scene import Frame, Gaussians
 
-__all__ = ["LoadNotes", "load", "load_cameras", "read_ply", "save"]
+__all__ = ["LoadNotes", "Reading", "load", "load_cameras", "read_ply", "save"]
 
 
-def load(path: str | Path) -> Gaussians:
+def load(path: str | Path, reading: Reading = USUAL) -> Gaussians:
     """Read a trained 3D Gaussian scene; `read_ply` is the same and tells what it found.
+
+    Args:
+        path: a .ply file.
+        reading: what its numbers mean, where the file does not follow the usual layout; `bg.examine`
+            and `brushgs doctor` find that out.
 
     Raises:
         SceneError: if the file cannot be used; says why and what to do.
     """
-    return read_ply(path)[0]
+    return read_ply(path, reading)[0]
 
 
 def save(value: Gaussians | Frame, path: str | Path) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.io.dropped import Dropped, drop_faults
+from brushgs.io.reading import USUAL, Reading
 from brushgs.scene import Gaussians
 from brushgs.threads import num_threads_or_default
 
@@ -76,6 +77,8 @@ def fill(
     num_rest: int,
     is_sequential: bool,
     is_logit: bool,
+    reading: Reading = USUAL,
+    is_raw: bool = False,
 ) -> tuple[Columns, Dropped]:
     """Fill columns block by block; the result does not depend on the number of threads.
 
@@ -87,6 +90,8 @@ def fill(
         num_rest: f_rest coefficients per channel in the file, for the names of columns.
         is_sequential: the decoder must be called in order, so by one thread.
         is_logit: opacities come as logits, not as they are.
+        reading: what the raw values are.
+        is_raw: whether all rows are wanted as the file has them: nothing is checked, left out or decoded.
 
     Returns:
         The rows that can be drawn, in order, as views of `columns`, and what was left out.
@@ -107,6 +112,11 @@ def fill(
                 stop = min(start + block_rows, last)
                 block = columns.part(start, stop)
                 decode(start, stop, block)
+                if is_raw:
+                    done.append((start, stop - start, Dropped()))
+                    continue
+                if not reading.is_usual:
+                    reading.standardize(block)
                 dropped = drop_faults(block, start, num_rest)
                 kept = stop - start - dropped.num_rows
                 block.part(0, kept).activate(is_logit=is_logit)

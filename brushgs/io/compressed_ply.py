@@ -21,6 +21,7 @@ from brushgs.io.dropped import Dropped
 from brushgs.io.inria_ply import count_terms
 from brushgs.io.ply_header import Element, Header
 from brushgs.io.ply_rows import check_decoded_size, check_size, open_rows
+from brushgs.io.reading import SH_C0, Reading
 
 F32 = NDArray[np.float32]
 U32 = NDArray[np.uint32]
@@ -30,7 +31,6 @@ _PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
 _AXES = {"position": ("x", "y", "z"), "scale": ("scale_x", "scale_y", "scale_z"), "color": ("r", "g", "b")}
 _CHUNK_ROWS = 256
 _BLOCK_ROWS = 16 * _CHUNK_ROWS
-_SH_C0 = 0.28209479177387814  # 1 / (2 sqrt(pi)): the basis function of degree 0
 _SH_RANGE = 8.0  # f_rest is stored in -4 to 4
 
 
@@ -40,7 +40,9 @@ def is_compressed(header: Header) -> bool:
     return header.find("chunk") is not None and vertex is not None and _PACKED[0] in vertex.names
 
 
-def read_compressed(path: Path, header: Header, vertex: Element, size: int) -> tuple[Columns, Dropped, int]:
+def read_compressed(
+    path: Path, header: Header, vertex: Element, size: int, *, is_raw: bool = False
+) -> tuple[Columns, Dropped, int]:
     """Read and decode the rows of element `vertex` with their chunks.
 
     Args:
@@ -48,6 +50,7 @@ def read_compressed(path: Path, header: Header, vertex: Element, size: int) -> t
         header: a header for which `is_compressed` holds.
         vertex: its element of that name.
         size: bytes of the whole file.
+        is_raw: whether all rows are wanted, with log-scales and logits, neither checked nor decoded.
 
     Returns:
         The columns, the rows left out, and the number of spherical-harmonic terms.
@@ -93,7 +96,10 @@ def read_compressed(path: Path, header: Header, vertex: Element, size: int) -> t
         num_rest=num_terms - 1,
         is_sequential=header.is_ascii,
         is_logit=False,
+        is_raw=is_raw,
     )
+    if is_raw:
+        Reading(opacities="linear").standardize(columns)
     return columns, dropped, num_terms
 
 
@@ -137,7 +143,7 @@ def _decode(rows: NDArray[np.void], ranges: dict[str, tuple[F32, F32]], start: i
     out.means[:] = _between(ranges["position"], chunks, _unpack(position, (11, 10, 11)))
     out.scales[:] = _between(ranges["scale"], chunks, _unpack(scale, (11, 10, 11)))
     rgba = _unpack(color, (8, 8, 8, 8))
-    out.sh[:, 0] = (_between(ranges["color"], chunks, rgba[:, :3]) - 0.5) / _SH_C0
+    out.sh[:, 0] = (_between(ranges["color"], chunks, rgba[:, :3]) - 0.5) / SH_C0
     out.opacities[:] = rgba[:, 3]
     out.quats[:] = _unpack_quats(rotation)
 

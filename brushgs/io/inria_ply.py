@@ -19,6 +19,7 @@ from brushgs.io.columns import Columns, Decoder, fill
 from brushgs.io.dropped import Dropped
 from brushgs.io.ply_header import Element, Header
 from brushgs.io.ply_rows import check_decoded_size, check_size, open_rows
+from brushgs.io.reading import USUAL, Reading
 
 _MEANS = ("x", "y", "z")
 _COLORS = ("f_dc_0", "f_dc_1", "f_dc_2")
@@ -72,7 +73,15 @@ def count_terms(path: Path, element: Element) -> int:
     return _NUM_REST[len(rest)]
 
 
-def read_inria(path: Path, header: Header, vertex: Element, size: int) -> tuple[Columns, Dropped, int]:
+def read_inria(
+    path: Path,
+    header: Header,
+    vertex: Element,
+    size: int,
+    *,
+    reading: Reading = USUAL,
+    is_raw: bool = False,
+) -> tuple[Columns, Dropped, int]:
     """Read and decode the rows of element `vertex`.
 
     Args:
@@ -80,6 +89,8 @@ def read_inria(path: Path, header: Header, vertex: Element, size: int) -> tuple[
         header: its header.
         vertex: an element that passed `check_is_scene`.
         size: bytes of the whole file.
+        reading: what the numbers mean.
+        is_raw: whether all rows and bands are wanted as the file has them, neither checked nor decoded.
 
     Returns:
         The columns without bands of spherical harmonics that are zero throughout, the rows left out,
@@ -92,7 +103,7 @@ def read_inria(path: Path, header: Header, vertex: Element, size: int) -> tuple[
     check_size(path, header, vertex, size)
     check_decoded_size(path, vertex.count, num_terms, size)
     block_rows = max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
-    num_used = _count_used_terms(path, header, vertex, num_terms, block_rows)
+    num_used = num_terms if is_raw else _count_used_terms(path, header, vertex, num_terms, block_rows)
     plan = _Plan(vertex.dtype, num_terms, num_used)
 
     @contextmanager
@@ -107,6 +118,8 @@ def read_inria(path: Path, header: Header, vertex: Element, size: int) -> tuple[
         num_rest=num_terms - 1,
         is_sequential=header.is_ascii,
         is_logit=True,
+        reading=reading,
+        is_raw=is_raw,
     )
     return columns, dropped, num_terms
 

@@ -260,7 +260,8 @@ def test_scales_and_opacities_stored_without_log_and_logit_are_told(tmp_path: Pa
     columns["opacity"] = np.random.default_rng(1).random(50).astype(np.float32)
     path = write_scene(tmp_path / "a.ply", columns)
     with pytest.warns(
-        SceneWarning, match=r"a\.ply: scales and opacities seem to be stored as they are, .*; export"
+        SceneWarning,
+        match=r"a\.ply: scales and opacities seem to be stored as they are, .*; 'brushgs doctor .*a\.ply",
     ):
         load(path)
     columns["opacity"][7] = 1.1

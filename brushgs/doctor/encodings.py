@@ -1,0 +1,192 @@
+"""Which reading of the raw columns makes a scene: logs or plain scales, wxyz or xyzw, coefficients or RGB.
+
+Each judgement needs a clear difference between the readings; else the usual layout is taken. The figures in
+the comments are of ten real scenes (examples/measured/doctor.md).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.doctor.equal import equal_rows
+from brushgs.doctor.findings import Finding
+from brushgs.doctor.space import NUM_NEIGHBOURS, nearest
+from brushgs.io.columns import Columns
+from brushgs.io.reading import Reading
+from brushgs.quats import rotation_matrices
+from brushgs.shapes import Array
+
+_Found = Callable[..., None]  # takes the name of a finding, a sentence, and facts
+
+FEWEST_ROWS = 10  # below, numbers may be anything
+ALMOST_ALL = 0.999  # of the rows; the rest may be damaged
+SAMPLE = 20_000  # rows that are looked at closely
+# Share of logits within 0 to 1: at most 0.24. Of rows with all three f_dc there: at most 0.19.
+SPREAD_OPACITY, SPREAD_COLOR = 0.02, 0.25  # between percentiles 1 and 99: equal values say nothing
+BLINDING = 16.0  # largest f_dc of a real scene: 12.6
+# Median log of the longest axis over the distance to the nearest neighbour: -1.3 to 1.6.
+TYPICAL_LOG_SIZE = 0.6
+# Nats a row by which plain scales must be the likelier. Ten real scenes in units of 1e-4 to 3e4: 1.5 and more
+# where they are plain (two made ones: 0.5, 2.8), below -2.2 where they are logarithms.
+LEAST_EVIDENCE = 0.25
+TINY = 1e-30  # a plain scale of 0, for its logarithm
+FLAT, PLANAR = 2.0, 0.7  # middle over shortest axis; 1 - smallest over middle variance of the neighbours
+FEWEST_FLAT = 100
+# Mean |cosine| of shortest axis and normal, wxyz less xyzw: 0.08 to 0.41 (10 to 40 standard errors), and as
+# much below zero where the order is wrong.
+LEAST_ALIGNMENT, LEAST_ERRORS = 0.03, 6.0
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """How the columns are best read, and the findings that say so."""
+
+    reading: Reading
+    findings: list[Finding]
+
+
+def diagnose(columns: Columns) -> Diagnosis:
+    """Judge raw columns."""
+    rows = _usable_rows(columns)
+    reading = Reading()
+    findings: list[Finding] = []
+    if len(rows) < FEWEST_ROWS:
+        return Diagnosis(reading, findings)
+    means = columns.means[rows]
+    points = means[equal_rows(means)[0]]  # many at one place would take a k-d tree the square of their number
+    picked = np.random.default_rng(0).permutation(len(rows))[:SAMPLE]
+    distances, near = nearest(points, means[picked], min(NUM_NEIGHBOURS + 1, len(points)))
+
+    def found(name: str, what: str, **facts: float) -> None:
+        rounded = {fact: round(float(value), 4) for fact, value in facts.items()}
+        findings.append(Finding(name, "fault", len(rows), len(rows) / len(columns.means), what, rounded))
+
+    scales, quats = columns.scales[rows][picked], columns.quats[rows][picked]
+    reading = _judge_scales(scales, distances, reading, found)
+    reading = _judge_opacities(columns.opacities[rows], reading, found)
+    reading = _judge_colors(columns.sh[rows, 0], reading, found)
+    reading = _judge_order(quats, scales, points[near], reading, found)
+    return Diagnosis(reading, findings)
+
+
+def linear_evidence(scales: Array, spacings: Array) -> float:
+    """How much likelier plain scales are than logarithms, nats a row; below zero where they are less so.
+
+    Two marks of a right reading: the longest axis is about as long as the distance to the nearest neighbour,
+    and sizes are spread like a log-normal: a bell curve fits the logs of the raw values better than the
+    values themselves, for the shortest, middle and longest axes.
+
+    Args:
+        scales: [n, 3] raw values.
+        spacings: [n] distance to the nearest neighbour, world units.
+    """
+    raw = np.sort(scales.astype(np.float64), axis=1)
+    if (raw >= 0).mean() < ALMOST_ALL:
+        return -np.inf
+    spacings = np.asarray(spacings, np.float64)
+    usable = (raw[:, 0] > 0) & (spacings > 0)
+    if usable.sum() < FEWEST_ROWS:
+        return -np.inf
+    raw, spacings = raw[usable], spacings[usable]
+    as_log = abs(np.median(raw[:, 2] - np.log(spacings)) - TYPICAL_LOG_SIZE)
+    as_linear = abs(np.median(np.log(raw[:, 2] / spacings)) - TYPICAL_LOG_SIZE)
+    evidence = as_log - as_linear
+    for values in raw.T:  # shortest, middle and longest axis
+        if values.std() > 1e-6 * values.mean():
+            evidence += np.log(values.std() / np.log(values).std()) - np.log(values).mean()
+    return float(evidence)
+
+
+def order_evidence(quats: Array, log_scales: Array, neighbours: Array) -> tuple[float, float]:
+    """Whether the shortest axes of flat Gaussians stand on the surfaces as wxyz (above zero) or as xyzw.
+
+    A surface's normal is the direction in which the neighbours of a point spread least.
+
+    Args:
+        quats: [n, 4] as stored, no row zero.
+        log_scales: [n, 3] natural logarithms.
+        neighbours: [n, k, 3] points around each.
+
+    Returns:
+        Mean |cosine| of axis and normal as wxyz less that as xyzw, and that over its standard error.
+    """
+    points = neighbours.astype(np.float64)
+    points -= points.mean(axis=1, keepdims=True)
+    variances, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", points, points))
+    with np.errstate(invalid="ignore"):  # two scales of 0
+        flatness = np.subtract(*np.sort(log_scales, axis=1)[:, 1::-1].T)
+    chosen = (flatness > np.log(FLAT)) & (variances[:, 0] < (1 - PLANAR) * variances[:, 1])
+    if chosen.sum() < FEWEST_FLAT:
+        return 0.0, 0.0
+    normals, shortest = axes[chosen, :, 0], log_scales[chosen].argmin(axis=1)
+
+    def cosines(order: list[int]) -> NDArray[np.float64]:
+        rotations = rotation_matrices(quats[chosen][:, order])
+        return np.asarray(np.abs((rotations[np.arange(len(shortest)), :, shortest] * normals).sum(axis=1)))
+
+    gains = cosines([0, 1, 2, 3]) - cosines([3, 0, 1, 2])
+    error = gains.std() / np.sqrt(len(gains))
+    return float(gains.mean()), float(gains.mean() / max(error, 1e-12))
+
+
+def _usable_rows(columns: Columns) -> NDArray[np.int64]:
+    """Rows that some reading can draw."""
+    is_usable = columns.quats.any(axis=1)
+    for column in (columns.means, columns.quats, columns.sh[:, 0]):
+        is_usable &= np.isfinite(column).all(axis=1)
+    is_usable &= ~np.isnan(columns.scales).any(axis=1) & (columns.scales < np.inf).all(axis=1)
+    return np.flatnonzero(is_usable & ~np.isnan(columns.opacities))
+
+
+def _judge_scales(scales: Array, distances: Array, reading: Reading, found: _Found) -> Reading:
+    if distances.shape[1] < 2:  # all at one place
+        return reading
+    evidence = linear_evidence(scales, distances[:, 1])
+    if evidence <= LEAST_EVIDENCE:
+        return reading
+    found("linear-scales", "scales are stored as they are, not as their logarithms", nats_a_row=evidence)
+    return replace(reading, scales="linear")
+
+
+def _judge_order(quats: Array, scales: Array, neighbours: Array, reading: Reading, found: _Found) -> Reading:
+    if neighbours.shape[1] < 4:  # a plane needs three
+        return reading
+    logs = scales.astype(np.float64)
+    if reading.scales == "linear":
+        logs = np.log(np.maximum(logs, TINY))
+    alignment, errors = order_evidence(quats, logs, neighbours)
+    if alignment > -LEAST_ALIGNMENT or errors > -LEAST_ERRORS:
+        return reading
+    what = "rotations are stored as x, y, z, w: read so, flat Gaussians lie on the surfaces"
+    found("xyzw-quaternions", what, alignment=alignment, standard_errors=errors)
+    return replace(reading, quats="xyzw")
+
+
+def _judge_opacities(values: Array, reading: Reading, found: _Found) -> Reading:
+    low, high = np.percentile(values, (1, 99), method="nearest")  # infinite logits are legitimate
+    if ((values >= 0) & (values <= 1)).mean() >= ALMOST_ALL:
+        # Equal opacities may be either; with plain scales beside them they are plain, too.
+        if high - low > SPREAD_OPACITY or reading.scales == "linear":
+            found(
+                "linear-opacities", "opacities are stored as 0 to 1, not as their logits", low=low, high=high
+            )
+            return replace(reading, opacities="linear")
+    elif ((values >= 0) & (values <= 255) & (values == np.round(values))).mean() >= ALMOST_ALL:
+        found("byte-opacities", "opacities are stored as 0 to 255, not as their logits", low=low, high=high)
+        return replace(reading, opacities="byte")
+    return reading
+
+
+def _judge_colors(values: Array, reading: Reading, found: _Found) -> Reading:
+    low, high = np.percentile(values, (1, 99))
+    facts = {"low": float(low), "high": float(high)}
+    if ((values >= 0) & (values <= 1)).all(axis=1).mean() >= ALMOST_ALL:
+        if high - low > SPREAD_COLOR:
+            found("linear-colors", "colours are stored as RGB of 0 to 1, not as coefficients", **facts)
+            return replace(reading, colors="rgb")
+    elif high > BLINDING and ((values >= 0) & (values <= 255)).all(axis=1).mean() >= ALMOST_ALL:
+        found("byte-colors", "colours are stored as RGB of 0 to 255, not as coefficients", **facts)
+        return replace(reading, colors="byte")
+    return reading

@@ -1,0 +1,90 @@
+"""Findings about sizes, places and light: far off, filling the view, needles, too dark to see."""
+
+import numpy as np
+
+from brushgs.doctor.findings import Finding, Rows
+from brushgs.doctor.space import Core
+from brushgs.passes.contribution import projected_areas
+from brushgs.passes.extent import robust_frame
+from brushgs.passes.prune import LUMINANCE
+from brushgs.scene import Gaussians
+from brushgs.sh import base_colors
+
+# Radii of the core (the middle 80 %). The outermost Gaussian of the ten real scenes lies at 6.1.
+FAR = 50.0
+# Three standard deviations over the distance: what looks smaller from the middle of the scene is a dot there,
+# and no sky.
+SKY = 0.05
+# Longest axis over the radius that holds 98 %: at most 0.31 (chair). At 1 a box is wider than the scene.
+FILLING = 1.0
+# Longest over middle axis, and longest over that radius. No Gaussian of the ten has both: the chair's 199 of
+# an aspect above 100 and a length above 0.05 end at 0.1.
+NEEDLE_ASPECT, NEEDLE_LENGTH = 100.0, 0.1
+# Means weighted by painted area. Real scenes: luminance 0.19 (biker) and more; 99th percentile of the
+# opacities 0.83 and more, but for a firework made by a script, 0.22.
+DARK, FAINT = 0.03, 0.1
+MOST = 0.5  # share of the rows above which nothing is dropped
+
+
+def check_far(gaussians: Gaussians, total: int) -> list[Finding]:
+    """Gaussians so far out that the scene is a dot beside them."""
+    core = Core.of(gaussians.means)
+    distances = core.distances(gaussians.means)
+    rows = distances > FAR
+    rows &= 3 * gaussians.scales.max(axis=1).astype(np.float64) < SKY * core.radius * distances
+    count = int(rows.sum())
+    if not count:
+        return []
+    farthest = float(distances[rows].max())
+    what = f"Gaussians lie {FAR:g} and more radii of the scene away from it, the farthest {farthest:.3g}"
+    facts = {"farthest": farthest}
+    return [Finding("far-outliers", "odd", count, count / total, what, facts, _unless_most(rows))]
+
+
+def check_filling(gaussians: Gaussians, total: int) -> list[Finding]:
+    """Gaussians larger than the scene that lie over it."""
+    center, radius = robust_frame(gaussians.means)
+    sizes = gaussians.scales.max(axis=1).astype(np.float64) / radius
+    rows = (sizes > FILLING) & (np.linalg.norm(gaussians.means - center, axis=1) < 3 * sizes * radius)
+    count = int(rows.sum())
+    if not count:
+        return []
+    what = f"Gaussians are larger than the whole scene and lie over it, the largest {sizes.max():.3g} times"
+    facts = {"largest": float(sizes.max())}
+    return [Finding("screen-fillers", "odd", count, count / total, what, facts, _unless_most(rows))]
+
+
+def check_needles(gaussians: Gaussians, total: int) -> list[Finding]:
+    """Gaussians that are long beside the scene and a hundred times as long as wide."""
+    _, radius = robust_frame(gaussians.means)
+    sizes = np.sort(gaussians.scales.astype(np.float64), axis=1)
+    is_long = (sizes[:, 2] > NEEDLE_LENGTH * radius) & (sizes[:, 2] <= FILLING * radius)
+    is_needle = is_long & (sizes[:, 2] > NEEDLE_ASPECT * sizes[:, 1])
+    count = int(is_needle.sum())
+    if not count:
+        return []
+    length = float(sizes[is_needle, 2].max() / radius)
+    what = f"Gaussians are needles, the longest {length:.2g} radii of the scene"
+    return [Finding("needles", "odd", count, count / total, what, {"longest": length})]
+
+
+def check_light(gaussians: Gaussians, total: int) -> list[Finding]:
+    """A scene of which next to nothing can be seen."""
+    findings = []
+    count, share = len(gaussians), len(gaussians) / total
+    strong = float(np.percentile(gaussians.opacities, 99))
+    if strong < FAINT:
+        what = f"99 % of the opacities are below {strong:.2g}"
+        findings.append(Finding("all-faint", "odd", count, share, what, {"opacity_99": strong}))
+    weights = projected_areas(gaussians.scales) * gaussians.opacities
+    luminances = base_colors(gaussians.sh) @ LUMINANCE
+    mean = float(np.average(luminances, weights=weights)) if weights.sum() > 0 else float(luminances.mean())
+    if mean < DARK:
+        what = f"the mean luminance is {mean:.2g} of 1: on a dark ground nothing will be seen"
+        findings.append(Finding("all-dark", "odd", count, share, what, {"luminance": mean}))
+    return findings
+
+
+def _unless_most(rows: Rows) -> Rows | None:
+    """The rows to drop; None where they are the scene itself rather than strays in it."""
+    return rows if rows.mean() <= MOST else None

@@ -1,0 +1,168 @@
+"""Each fault planted is found and named; sound scenes have nothing above a note."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.doctor import look_at
+from tests.doctor import plant
+from tests.doctor.scenes import ball, fruit, scaled
+
+MADE = {"fruit": fruit, "ball": ball}
+UNITS = [1e-4, 1e-2, 1.0, 30.0, 1e4]
+
+
+def serious(findings: list[bg.Finding]) -> dict[str, str]:
+    return {finding.name: finding.severity for finding in findings if finding.severity != "note"}
+
+
+def examine(planted: plant.Planted, tmp_path: Path) -> list[bg.Finding]:
+    return bg.examine(plant.write(planted, tmp_path / "planted.ply"))
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("made", MADE)
+def test_a_sound_scene_has_nothing_above_a_note_in_any_unit(made: str, unit: float, tmp_path: Path) -> None:
+    columns = plant.columns_of(scaled(MADE[made](), unit), tmp_path)
+    assert serious(examine(plant.nothing(columns), tmp_path)) == {}
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_random_scenes_have_nothing_above_a_note(seed: int, tmp_path: Path) -> None:
+    bg.save(ball(seed, 400 * (seed + 1)), tmp_path / "a.ply")
+    assert serious(bg.examine(tmp_path / "a.ply")) == {}
+
+
+@pytest.mark.parametrize("made", MADE)
+@pytest.mark.parametrize("name", plant.WHOLE)
+def test_a_fault_of_the_whole_file_is_found_and_nothing_else(name: str, made: str, tmp_path: Path) -> None:
+    columns = plant.columns_of(MADE[made](), tmp_path)
+    for way in plant.WHOLE[name]:
+        findings = examine(way(columns), tmp_path)
+        assert name in {finding.name for finding in findings}
+        assert set(serious(findings)) <= {name}
+        assert (serious(findings).get(name) == "fault") == (name in plant.FAULTS)
+
+
+@pytest.mark.parametrize("made", MADE)
+@pytest.mark.parametrize("share", [0.01, 0.001])
+@pytest.mark.parametrize("name", [name for name in plant.SOME if name != "floaters"])
+def test_rows_at_fault_are_counted(name: str, share: float, made: str, tmp_path: Path) -> None:
+    planted = plant.SOME[name](plant.columns_of(MADE[made](), tmp_path), share)
+    findings = examine(planted, tmp_path)
+    severity = "fault" if name in plant.FAULTS else "odd"
+    assert serious(findings) == {name: severity}
+    found = next(finding for finding in findings if finding.name == name)
+    assert found.count == planted.rows.sum()
+    assert found.share == pytest.approx(planted.rows.mean())
+    if found.rows is not None:  # the very rows: what the cure drops
+        np.testing.assert_array_equal(found.rows, planted.rows)
+
+
+@pytest.mark.parametrize("made", MADE)
+@pytest.mark.parametrize("unit", UNITS)
+def test_plain_scales_are_told_from_logarithms_in_any_unit(made: str, unit: float, tmp_path: Path) -> None:
+    columns = plant.columns_of(scaled(MADE[made](), unit), tmp_path)
+    assert set(serious(examine(plant.linear_scales(columns), tmp_path))) == {"linear-scales"}
+
+
+def test_several_faults_at_once_are_all_named(tmp_path: Path) -> None:
+    columns = plant.columns_of(fruit(), tmp_path)
+    for way in (plant.linear_scales, plant.linear_opacities, plant.xyzw, plant.byte_colors):
+        columns = way(columns).columns
+    columns = plant.broken(plant.unrotated(columns).columns).columns
+    findings = examine(plant.nothing(columns), tmp_path)
+    assert set(serious(findings)) == {
+        "linear-scales", "linear-opacities", "xyzw-quaternions", "byte-colors",
+        "non-finite-rows", "zero-quaternions",
+    }  # fmt: skip
+    assert [finding.severity for finding in findings] == sorted(
+        (finding.severity for finding in findings), key=["fault", "odd", "note"].index
+    )
+
+
+def test_sky_far_away_is_no_outlier(tmp_path: Path) -> None:
+    """A shell of wide Gaussians 200 radii off fills the view from inside: that is what skies are."""
+    far = ball(1, 400)
+    size = np.full_like(far.scales, 30.0)
+    sky = bg.Gaussians(far.means * np.float32(200), far.quats, size, far.opacities, far.sh)
+    scene = ball()
+    columns = [
+        np.concatenate([getattr(scene, n), getattr(sky, n)])
+        for n in ("means", "quats", "scales", "opacities", "sh")
+    ]
+    bg.save(bg.Gaussians(*columns), tmp_path / "a.ply")
+    assert "far-outliers" not in {finding.name for finding in bg.examine(tmp_path / "a.ply")}
+
+
+def test_equal_opacities_are_not_judged(tmp_path: Path) -> None:
+    columns = plant.columns_of(ball(), tmp_path)
+    columns["opacity"][:] = 0.847
+    assert serious(examine(plant.nothing(columns), tmp_path)) == {}
+
+
+def test_a_few_damaged_rows_do_not_hide_another_reading(tmp_path: Path) -> None:
+    columns = plant.linear_opacities(plant.columns_of(ball(), tmp_path)).columns
+    columns["opacity"][[3, 77]] = 1.5, -0.2
+    findings = {finding.name: finding for finding in examine(plant.nothing(columns), tmp_path)}
+    assert findings["linear-opacities"].severity == "fault"
+    assert findings["non-finite-rows"].count == 2  # no opacity in any reading
+
+
+@pytest.mark.parametrize("up", ["-y", "+z"])
+def test_the_up_axis_is_stated_by_the_header_or_not_sure(up: str, tmp_path: Path) -> None:
+    bg.save(ball(), tmp_path / "a.ply")
+    note = next(f for f in bg.examine(tmp_path / "a.ply") if f.name == "up-axis")
+    assert note.facts == {"up": "-y", "confidence": "not sure"}
+    text = (
+        (tmp_path / "a.ply").read_bytes().replace(b"1.0\n", f"1.0\ncomment Vertical Axis: {up}\n".encode(), 1)
+    )
+    (tmp_path / "b.ply").write_bytes(text)
+    note = next(f for f in bg.examine(tmp_path / "b.ply") if f.name == "up-axis")
+    assert note.facts == {"up": up, "confidence": "stated"}
+
+
+@pytest.mark.parametrize(("axis", "sign"), [(0, 1), (1, -1), (1, 1), (2, 1)])
+def test_a_level_ground_below_everything_tells_which_way_is_up(axis: int, sign: int, tmp_path: Path) -> None:
+    """A ball over a square floor."""
+    rng = np.random.default_rng(3)
+    scene, count = ball(), 3000
+    means = rng.uniform(-3, 3, (count, 3))
+    means[:, axis] = -1.5 * sign
+    scales = np.full((count, 3), 0.1)
+    scales[:, axis] = 0.005
+    quats = np.tile([1.0, 0, 0, 0], (count, 1))
+    floor = means, quats, scales, np.full(count, 0.9), np.zeros((count, 1, 3))
+    names = ("means", "quats", "scales", "opacities", "sh")
+    columns = [
+        np.concatenate([getattr(scene, n), c.astype(np.float32)]) for n, c in zip(names, floor, strict=True)
+    ]
+    bg.save(bg.Gaussians(*columns), tmp_path / "a.ply")
+    note = next(f for f in bg.examine(tmp_path / "a.ply") if f.name == "up-axis")
+    assert note.facts == {"up": f"{'+' if sign > 0 else '-'}{'xyz'[axis]}", "confidence": "likely"}
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 17, 50])
+def test_tiny_scenes_are_examined(count: int, tmp_path: Path) -> None:
+    bg.save(ball().take(slice(count)), tmp_path / "a.ply")
+    assert serious(bg.examine(tmp_path / "a.ply")) == {}
+
+
+def test_a_scene_at_one_place_is_examined(tmp_path: Path) -> None:
+    """All positions equal: no radius, no neighbours; a k-d tree of them would take the square of N."""
+    scene = ball(0, 30_000)
+    bg.save(
+        bg.Gaussians(np.ones_like(scene.means), scene.quats, scene.scales, scene.opacities, scene.sh),
+        tmp_path / "a.ply",
+    )
+    assert serious(bg.examine(tmp_path / "a.ply")) == {}
+
+
+def test_what_the_examination_read_is_the_scene(tmp_path: Path) -> None:
+    bg.save(fruit(), tmp_path / "a.ply")
+    examination, loaded = look_at(tmp_path / "a.ply"), bg.load(tmp_path / "a.ply")
+    assert examination.reading.is_usual
+    for name in ("means", "quats", "scales", "opacities", "sh"):
+        np.testing.assert_array_equal(getattr(examination.gaussians, name), getattr(loaded, name))

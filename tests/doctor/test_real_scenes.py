@@ -1,0 +1,78 @@
+"""Real scenes, where they are present: no false alarm, planted faults found, subjects left whole."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.doctor import cure, look_at
+from brushgs.framing import AXES, frame_scene
+from tests.doctor import plant
+from tests.scenes import real_scene
+
+# Scene -> what is odd about it, seen in pictures: dark blobs around koala, haze around the chair, scraps of
+# sky over the truck. None has a fault.
+SOUND = {
+    "koala.ply": {"floaters"},
+    "rubber_toy_cloud.ply": set(),
+    "sunflower_tile.ply": set(),
+    "biker.compressed.ply": set(),
+    "derived/truck.ply": {"floaters"},
+    "derived/chair.ply": {"floaters"},
+    "derived/skull_sh3.ply": set(),
+    "derived/playbot_sh2.ply": set(),
+    "derived/campsite.ply": set(),
+    "train_first1000.ply": set(),
+}
+UP = {"koala.ply": "-y", "train_first1000.ply": "-y", "derived/playbot_sh2.ply": "-y"}
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_a_sound_real_scene_has_no_false_alarm(name: str) -> None:
+    findings = bg.examine(real_scene(name))
+    assert {f.name for f in findings if f.severity == "fault"} == set()
+    assert {f.name for f in findings if f.severity == "odd"} == SOUND[name]
+    up = next(f.facts for f in findings if f.name == "up-axis")
+    assert (up["up"], up["confidence"]) == ((UP[name], "likely") if name in UP else ("-y", "not sure"))
+
+
+@pytest.mark.parametrize("frame", [0, 5])
+def test_the_firework_holds_rgb_where_coefficients_belong(frame: int) -> None:
+    """Its f_dc are 0 to 0.3 and 0 to 1: its script wrote colours as they are."""
+    findings = bg.examine(real_scene(f"hanabi_frames/frame_{frame:03d}.ply"))
+    assert [f.name for f in findings if f.severity != "note"] == ["linear-colors"]
+
+
+@pytest.mark.parametrize("scene", ["rubber_toy_cloud.ply", "sunflower_tile.ply"])
+@pytest.mark.parametrize("name", plant.WHOLE)
+def test_a_fault_planted_into_a_real_scene_is_found(name: str, scene: str, tmp_path: Path) -> None:
+    columns = plant.columns_of(bg.load(real_scene(scene)), tmp_path)
+    for way in plant.WHOLE[name]:
+        findings = bg.examine(plant.write(way(columns), tmp_path / "a.ply"))
+        assert name in {f.name for f in findings}
+        assert {f.name for f in findings if f.severity != "note"} <= {name}
+
+
+@pytest.mark.parametrize(
+    ("scene", "up", "least"),
+    [("koala.ply", "-y", 38), ("derived/truck.ply", "-y", 80), ("derived/chair.ply", "+z", 47)],
+)
+def test_dropping_floaters_leaves_the_subject_whole(scene: str, up: str, least: float) -> None:
+    """What is solid (alpha above 0.9) without them stays: PSNR over three views, white ground.
+
+    Measured: koala 40.1 (blobs hang before the deck), truck no change at all, chair 49.7; elsewhere, where
+    the floaters were, 34.8, 51.9 and 30.1.
+    """
+    examination = look_at(real_scene(scene))
+    kept = cure(examination)
+    assert len(kept) < len(examination.gaussians)
+    texture, errors = bg.StrokeTexture.open("gaussian"), []
+    for azimuth in (30, 150, 270):
+        camera = frame_scene(
+            examination.gaussians, width=400, height=300, up=AXES[up], azimuth=np.radians(azimuth)
+        )
+        before, after = (bg.render(g, camera, texture) for g in (examination.gaussians, kept))
+        change = np.square(before.over((1, 1, 1)) - after.over((1, 1, 1))).mean(axis=2)
+        errors.append(change[after.alpha > 0.9])
+    assert -10 * np.log10(np.concatenate(errors).mean() + 1e-12) > least
