@@ -162,7 +162,7 @@ void place(const ProjectParams& params, std::size_t first, std::size_t count, Bl
         case Lock::anchor: place<T, Lock::anchor>(params, block); break;
         case Lock::given:
             for (std::size_t i = 0; i < count; ++i) {
-                block.direction_asked[i] = params.directions[first + i];
+                block.direction_asked[i] = within_reach(static_cast<double>(params.directions[first + i]));
                 block.swell[i] = params.swells == nullptr ? 1 : params.swells[first + i];
             }
             place<T, Lock::given>(params, block);
