@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from brushgs.project import Directions
-from brushgs.raster.reference import ANCHOR_PULL, CLAMP, FADED_NEAR
+from brushgs.raster.reference import ANCHOR_PULL, CLAMP, DIRECTION_NOISE, FADED_NEAR
 from brushgs.scene import Boxes, Camera, Gaussians
 from brushgs.sh import sh_basis
 
@@ -68,7 +68,9 @@ def exact(
         pull = 1 + ANCHOR_PULL * side * ((square[:, 0] - square[:, 1]) / square.sum(axis=1)) ** 2
         c, s = np.cos(theta), np.sin(theta)
         along, across = pull * (c * px + s * py), c * py - s * px
-        angles = np.arctan2(s * along + c * across, c * along - s * across)
+        bent = np.arctan2(s * along + c * across, c * along - s * across)
+        lengths = scales.max(axis=1) * camera.K[[0, 1], [0, 1]].max() / t[:, 2]
+        angles = np.where(np.hypot(px, py) > DIRECTION_NOISE * lengths, bent, theta)
     # Along a direction off the axis by d: the ellipse's own two deviations, turned.
     cos2, sin2 = np.cos(angles - theta) ** 2, np.sin(angles - theta) ** 2
     u, v = cos2 * square[:, 0] + sin2 * square[:, 1], sin2 * square[:, 0] + cos2 * square[:, 1]

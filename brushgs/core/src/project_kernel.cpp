@@ -52,7 +52,7 @@ constexpr double kAnchorPull = 8;
     const double along = pull * (major.cosine * longest.x + major.sine * longest.y);
     const double across = major.cosine * longest.y - major.sine * longest.x;
     const double length = __builtin_sqrt(along * along + across * across);
-    const bool is_seen = length * length > kDirectionNoise * kDirectionNoise * variance.along;
+    const bool is_seen = length > kDirectionNoise * longest.length;  // not end-on to the last digit
     const double inverse = 1 / length;
     const double x = is_seen ? along * inverse : 1.0, y = is_seen ? across * inverse : 0.0;
     const double bent_cosine = major.cosine * x - major.sine * y, bent_sine = major.sine * x + major.cosine * y;
