@@ -94,7 +94,7 @@ def start(points: Points, weights: NDArray[np.float64], num_clusters: int, seed:
 
 
 def _distinct(points: Points) -> Points:
-    """The points without repetitions, in order. No tree can part equal centres: each query would visit all."""
+    """The points without repetitions, in order. No tree parts equal centres: each query would visit all."""
     return points[np.sort(np.unique(points, axis=0, return_index=True)[1])]
 
 

@@ -139,8 +139,9 @@ def _anchored(
 ) -> F64:
     """[M] directions in (-pi, pi]: the projection of the longest axis, bent toward the major axis.
 
-    `axes` [M, 3] are the longest axes in the world, `projected` [M, 2] their columns of `M`, `lengths` [M] how long
-    these would be if the axes lay across the view. An axis seen end-on to the last digit has no direction.
+    `axes` [M, 3] are the longest axes in the world, `projected` [M, 2] their columns of `M`, `lengths` [M]
+    how long these would be if the axes lay across the view. An axis seen end-on to the last digit has no
+    direction.
     """
     along, across = _variances(M, major, low_pass)
     anisotropy = (along - across) / (along + across)

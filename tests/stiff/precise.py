@@ -1,9 +1,10 @@
 """`brushgs.project` once more, in extended precision: what errors are measured against.
 
-NumPy's `longdouble` has 64 bits of mantissa on x86 and 15 of exponent (113 and 15 on arm64 Linux): needles of aspect
-1e8 keep ten digits of their thin side, and nothing leaves the range. Inputs are taken as they are, float32 ones too:
-what is measured is the arithmetic, not the rounding of the scene. Only the harmonics (`brushgs.sh`) and the light of
-fading are in float64. The extents come from the determinant of the ellipse, another way than the core's.
+NumPy's `longdouble` has 64 bits of mantissa on x86 and 15 of exponent (113 and 15 on arm64 Linux): needles
+of aspect 1e8 keep ten digits of their thin side, and nothing leaves the range. Inputs are taken as they
+are, float32 ones too: what is measured is the arithmetic, not the rounding of the scene. Only the harmonics
+(`brushgs.sh`) are in float64. The shorter extent comes from the area of the ellipse, another way than the
+core's.
 """
 
 from dataclasses import dataclass
@@ -32,7 +33,7 @@ class Exact:
     colors: np.ndarray  # [N, 3]
     opacities: np.ndarray  # [N]
     axes: np.ndarray  # [N, 2] deviations of the ellipse, the longer first, pixels
-    shade_size: np.ndarray  # [N, 3] sum of |coefficient x basis|: what the rounding of a colour is relative to
+    shade_size: np.ndarray  # [N, 3] sum of |coefficient x basis|: rounding of a colour is relative to it
 
 
 def exact(
@@ -83,7 +84,8 @@ def exact(
     if fade:
         opacities = opacities * faded(t[:, 2], half_extents, axes[:, 0], camera, low_pass)
     f, c = camera.K[[0, 1], [0, 1]].astype(X), camera.K[:2, 2].astype(X)
-    shades = sh_basis(directions.astype(np.float64), gaussians.sh_degree)[..., None] * gaussians.sh.astype(np.float64)
+    basis = sh_basis(directions.astype(np.float64), gaussians.sh_degree)
+    shades = basis[..., None] * gaussians.sh.astype(np.float64)
     return Exact(
         t[:, :2] / t[:, 2:] * f + c,
         half_extents,
@@ -132,13 +134,16 @@ def faded(depths, half_extents, longer, camera: Camera, low_pass: float) -> np.n
     near, area = X(camera.near), 4 * half_extents.prod(axis=1)
     inverse = np.sqrt(X(camera.width * camera.height) / area)
     length = longer / np.sqrt(longer**2 + X(low_pass))
-    return smooth_step((depths / near - 1) / (X(FADED_NEAR) - 1)) * smooth_step((inverse - 0.1) / 0.4) * length
+    return (
+        smooth_step((depths / near - 1) / (X(FADED_NEAR) - 1)) * smooth_step((inverse - 0.1) / 0.4) * length
+    )
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Worst over the boxes. Relative, but `angle`: radians off, weighed by what a turn moves; centres: pixels off over
-    pixels from the middle of the picture or half extents, whichever is more; colours over the size of what was summed.
+    """Worst over the boxes. Relative, but `angle`: radians off, weighed by what a turn moves; centres:
+    pixels off over pixels from the middle of the picture or half extents, whichever is more; colours over
+    the size of what was summed.
     """
 
     length: float
@@ -156,7 +161,7 @@ def errors_of(boxes: Boxes, wanted: Exact) -> Errors:
     ratio = np.abs(half - expected) / expected
     turn = (boxes.angles.astype(X) - wanted.angles[ids]) / (2 * X(np.pi))
     turn = np.abs(turn - np.round(turn)) * 2 * X(np.pi)
-    turn = np.minimum(turn, np.abs(turn - X(np.pi)))  # a line; half a turn is the business of the lock's own tests
+    turn = np.minimum(turn, np.abs(turn - X(np.pi)))  # of a line; arrows have tests of their own
     squares = expected**2
     anisotropy = np.abs(squares[:, 0] - squares[:, 1]) / squares.sum(axis=1)
     away = np.abs(boxes.centers.astype(X) - wanted.centers[ids])

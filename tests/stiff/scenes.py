@@ -1,4 +1,4 @@
-"""Stiff and hostile scenes by name: small, made here, all values within float32, each with a path of cameras."""
+"""Stiff and hostile scenes by name: small, made here, within float32, each with a path of cameras."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,8 +17,8 @@ EYE = (0.3, -0.4, -3.0)
 class Stiff:
     """A scene, the views along a closed path, and what must come of it.
 
-    `outcome` "drawn": the first view shows it. "dropped": no box is left, all are counted. "finite": whatever is
-    shown has no NaN; what that is hangs on rounding or on the pass.
+    `outcome` "drawn": the first view shows it. "dropped": no box is left, all are counted. "finite":
+    whatever is shown has no NaN; what that is hangs on rounding or on the pass.
     """
 
     scene: Gaussians
@@ -42,7 +42,7 @@ BASE = random_scene()
 
 
 def scene(**columns) -> Gaussians:
-    """`BASE` with other columns, each a value for all rows or a function of the column; in float64, within float32."""
+    """`BASE` with other columns: each a value for all rows or a function of the column; within float32."""
     changed = {}
     for name, value in columns.items():
         old = getattr(BASE, name)
@@ -55,7 +55,9 @@ def scene(**columns) -> Gaussians:
 
 def some(value, each: int = 5):
     """A function of a column that sets every so many rows to a value."""
-    return lambda old: np.where((np.arange(len(old)) % each == 0).reshape(-1, *[1] * (old.ndim - 1)), value, old)
+    return lambda old: np.where(
+        (np.arange(len(old)) % each == 0).reshape(-1, *[1] * (old.ndim - 1)), value, old
+    )
 
 
 def orbit(eye=EYE, target=(0, 0, 0), *, views: int = 5, **camera) -> list[Camera]:
@@ -94,7 +96,9 @@ SCENES: dict[str, Stiff] = {
     "needles of ratio 1e7": Stiff(of_shape(lambda s: s * (10, 1e-6, 1e-6)), orbit()),
     "needles across": Stiff(of_shape(lambda s: s * (3, 1e-5, 1e-5), ALONG_X), FRONT),
     "needles end-on": Stiff(of_shape(lambda s: s * (1, 1e-5, 1e-5), END_ON), FRONT),
-    "needles through the near plane": Stiff(of_shape(lambda s: s * (100, 0.01, 0.01), END_ON), orbit((0, 0, -0.5))),
+    "needles through the near plane": Stiff(
+        of_shape(lambda s: s * (100, 0.01, 0.01), END_ON), orbit((0, 0, -0.5))
+    ),
     "Gaussians around the camera": Stiff(scene(means=some(AT_EYE), scales=some(2.0)), orbit()),
     "the camera in a mean": Stiff(scene(means=some(np.array(EYE))), orbit()),
     "the camera inside": Stiff(BASE, orbit((0.05, 0.02, 0.01), (1, 0.2, 0.3))),
@@ -104,14 +108,13 @@ SCENES: dict[str, Stiff] = {
     ),
     "1e-4 wide": resized(1e-4),
     "1e4 wide": resized(1e4),
-    "1e5 from the origin": Stiff(
-        scene(means=lambda m: m + 1e5), orbit(np.add(EYE, 1e5), (1e5, 1e5, 1e5))
-    ),
+    "1e5 from the origin": Stiff(scene(means=lambda m: m + 1e5), orbit(np.add(EYE, 1e5), (1e5, 1e5, 1e5))),
     "isotropic": Stiff(scene(scales=0.1), orbit()),
     "horizontal": Stiff(of_shape(lambda s: s * (3, 0.1, 0.1), ALONG_X), FRONT),
     "vertical": Stiff(of_shape(lambda s: s * (3, 0.1, 0.1), ALONG_Y), FRONT),
     "sub-pixel strokes": Stiff(scene(scales=lambda s: s * 0.03, means=lambda m: m * 0.3), orbit()),
-    "points": Stiff(scene(scales=0), orbit(), "finite"),  # the kernels draw dots; strokes without length have faded
+    # The kernels draw dots; strokes without length have faded.
+    "points": Stiff(scene(scales=0), orbit(), "finite"),
     "equal depths": Stiff(scene(means=lambda m: m * (1, 1, 0)), FRONT),
     "N = 0": Stiff(BASE.take(slice(0, 0)), orbit(), "dropped"),
     "N = 1": Stiff(scene(means=0).take(slice(0, 1)), orbit()),

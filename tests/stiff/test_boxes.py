@@ -23,7 +23,9 @@ HALF_UNIT = 2.0**-24  # of float32: what rounding to it costs
 def shapes(aspect: float, kind: str, depth: float, scale: float, dtype, *, seed: int = 0) -> Gaussians:
     """Needles or discs of this aspect ratio in all directions, before `VIEW`."""
     g = np.random.default_rng([seed, int(np.log10(aspect))])
-    seen = np.stack([g.uniform(-0.4, 0.4, N), g.uniform(-0.3, 0.3, N), g.uniform(0.7, 1.4, N)], axis=1) * depth
+    seen = (
+        np.stack([g.uniform(-0.4, 0.4, N), g.uniform(-0.3, 0.3, N), g.uniform(0.7, 1.4, N)], axis=1) * depth
+    )
     thin = np.exp(g.uniform(0, 1, N)) / aspect
     middle = thin * g.uniform(1, 2, N) if kind == "needle" else g.uniform(0.5, 1, N)
     columns = (
@@ -60,8 +62,8 @@ def worst_errors(scenes, lock: str) -> dict[str, float]:
 def test_float64_boxes_are_right_to_a_millionth_of_the_promise(aspect, kind, lock):
     """The promise is 1e-4 of each extent and 1e-4 radians up to an aspect ratio of 1e5.
 
-    Measured up to 1e8: 1e-12 of each extent, 2e-14 radians, 6e-15 of depths and centres, 1e-15 of colours; opacities
-    of strokes that have almost faded 6e-12. At 1e12: 2e-8 of the shorter extent, the rest alike.
+    Measured up to 1e8: 1e-12 of each extent, 2e-14 radians, 6e-15 of depths and centres, 1e-15 of colours;
+    opacities of strokes that have almost faded 6e-12. At 1e12: 2e-8 of the shorter extent, the rest alike.
     """
     scenes = [shapes(aspect, kind, *place, np.float64) for place in PLACES]
     errors = worst_errors(scenes, lock)
@@ -75,7 +77,8 @@ def test_float64_boxes_are_right_to_a_millionth_of_the_promise(aspect, kind, loc
 @pytest.mark.parametrize("kind", ["needle", "disc"])
 @pytest.mark.parametrize("aspect", [1.0, 1e2, 1e5, 1e8, 1e12])
 def test_float32_boxes_are_those_of_float64_rounded(aspect, kind, lock):
-    """Extents, centres, depths, opacities to half a unit in the last place; angles by theirs (up to pi: 1.2e-7).
+    """Extents, centres, depths, opacities to half a unit in the last place; angles by theirs (up to pi:
+    1.2e-7).
 
     Colours, which alone are computed in float32: measured 2.4e-7 of what is summed.
     """
@@ -92,9 +95,9 @@ def test_float32_boxes_are_those_of_float64_rounded(aspect, kind, lock):
 def test_needles_seen_end_on_keep_both_extents(aspect, tilt):
     """Where the long axis all but vanishes, what is left of it is a difference: known to 1e-16 of the axis.
 
-    Measured: 2e-16 of the axis over the ellipse that is seen, at most 5e-10 for the directions of the ellipse itself.
-    The anchored direction is that of the vanishing axis: known to 1e-16 / tilt radians, 7e-9 at a tilt of 1e-8. Below
-    1e-14 it has none, and the major axis takes its place.
+    Measured: 2e-16 of the axis over the ellipse that is seen, at most 5e-10 for the directions of the
+    ellipse itself. The anchored direction is that of the vanishing axis: known to 1e-16 / tilt radians,
+    7e-9 at a tilt of 1e-8. Below 1e-14 it has none, and the major axis takes its place.
     """
     g = np.random.default_rng(6)
     quats = np.array(END_ON) + tilt * g.normal(size=(N, 4))

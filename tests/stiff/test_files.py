@@ -1,4 +1,4 @@
-"""Stiff and hostile files: read rightly, dropped and counted, or refused by name; and what was read can be painted."""
+"""Stiff and hostile files: read rightly, dropped and counted, or refused; what was read can be painted."""
 
 import warnings
 from pathlib import Path
@@ -26,7 +26,9 @@ def paint(gaussians: bg.Gaussians) -> None:
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("name", scene_columns(1, degree=1))
-def test_nan_or_infinity_in_any_column_is_dropped_and_counted_where_it_means_nothing(tmp_path: Path, name, value):
+def test_nan_or_infinity_in_any_column_is_dropped_and_counted_where_it_means_nothing(
+    tmp_path: Path, name, value
+):
     columns = scene_columns(20, degree=1)
     columns[name][[3, 11]] = value
     path = write_scene(tmp_path / "a.ply", columns)
@@ -34,7 +36,9 @@ def test_nan_or_infinity_in_any_column_is_dropped_and_counted_where_it_means_not
         gaussians, notes = read_ply(path)
         assert (len(gaussians), notes.rows_dropped) == (20, 0)
     else:
-        with pytest.warns(SceneWarning, match=rf"2 of 20 rows were left out: 2 hold .*row 3, {name} = {value:g}"):
+        with pytest.warns(
+            SceneWarning, match=rf"2 of 20 rows were left out: 2 hold .*row 3, {name} = {value:g}"
+        ):
             gaussians, notes = read_ply(path)
         assert (len(gaussians), notes.rows_dropped) == (18, 2)
     paint(gaussians)
@@ -77,7 +81,9 @@ def test_nine_hundred_thousand_all_zero_rows_beside_a_scene(tmp_path: Path):
         load(nothing)
 
 
-@pytest.mark.parametrize("fault", ["linear scales", "opacities as they are", "xyzw quaternions", "colours to 255"])
+@pytest.mark.parametrize(
+    "fault", ["linear scales", "opacities as they are", "xyzw quaternions", "colours to 255"]
+)
 def test_columns_in_another_encoding_are_loaded_and_painted_finite(tmp_path: Path, fault):
     """What is meant cannot be known here: `brushgs doctor` names it and cures it when asked."""
     columns = scene_columns(60)

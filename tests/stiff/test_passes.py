@@ -14,6 +14,11 @@ from brushgs.scene import Gaussians
 from tests.stiff.scenes import LARGEST, SCENES, orbit, resized, scene
 from tests.stiff.test_pictures import DTYPES, TEXTURES, assert_finite
 
+# As published; it takes ten times as long as all else here.
+HARD_FOR_MINIBATCH = {
+    "extents of 2e7", "N = 2", "all positions equal", "all rows equal", "scales of the largest float",
+    "some means of the largest float", "1e-30 wide", "1e30 wide",
+}  # fmt: skip
 METHODS = [method for method in get_args(Method) if method != "auto"]  # which is one of them
 
 
@@ -24,7 +29,10 @@ def test_what_passes_make_of_a_scene_can_be_painted(name, dtype):
     gaussians, camera = SCENES[name].scene.astype(dtype), SCENES[name].cameras[0]
     wanted = max(1, len(gaussians) // 3)
     results = {f"prune {weight}": prune(gaussians, 0.5, weight=weight) for weight in get_args(Weight)}
-    for features, merge, method in product(get_args(Features), get_args(Merge), METHODS):
+    ways = [(*way, "lloyd") for way in product(get_args(Features), get_args(Merge))]
+    if dtype == np.float32 and name in HARD_FOR_MINIBATCH:
+        ways.append(("paper", "paper", "minibatch"))
+    for features, merge, method in ways:
         how = {"features": features, "merge": merge, "method": method}
         results[f"cluster {how}"] = cluster(gaussians, wanted, **how)
     for result in results.values():
@@ -36,7 +44,7 @@ def test_what_passes_make_of_a_scene_can_be_painted(name, dtype):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_raw_features_of_a_huge_scene_are_still_clustered(method):
-    """Squared in float32, coordinates of 1e30 are all infinitely far apart: once they made a single cluster."""
+    """Squared in float32, coordinates of 1e30 are all infinite: once they made a single cluster."""
     huge, plain = resized(1e30).scene.astype(np.float32), resized(2.0**20).scene.astype(np.float32)
     for gaussians in (huge, plain):
         assert len(cluster(gaussians, 20, features="paper", method=method)) == 20
@@ -50,12 +58,16 @@ def test_merged_scales_end_at_the_largest_number_of_the_type(merge):
 
 
 def test_many_equal_gaussians_are_clustered_as_fast_as_others():
-    """40,000 equal rows in 8000 clusters: with equal centres in the tree each query visits all, for two minutes."""
+    """With equal centres in the tree each query visited all of them: 900,000 rows took a minute."""
     one = scene().take(slice(0, 1)).astype(np.float32)
     equal = one.take(np.zeros(40_000, int))
     apart = equal.means + np.random.default_rng(0).normal(size=(40_000, 3)).astype(np.float32)
     half = Gaussians(
-        np.where(np.arange(40_000)[:, None] % 2, equal.means, apart), equal.quats, equal.scales, equal.opacities, equal.sh
+        np.where(np.arange(40_000)[:, None] % 2, equal.means, apart),
+        equal.quats,
+        equal.scales,
+        equal.opacities,
+        equal.sh,
     )
     assert len(cluster(equal, 8000)) == 1
     assert 7900 <= len(cluster(half, 8000)) <= 8000

@@ -72,8 +72,8 @@ def test_what_is_not_drawn_is_counted(name, dtype):
         assert painted(name, dtype, "mip").alpha.max() > 0.2
 
 
-# Depths 3e9 from the camera are 256 world units apart in float32: the strokes lie at one depth and keep the order of
-# the rows. In float64 they do not.
+# Depths 3e9 from the camera are 256 world units apart in float32: the strokes lie at one depth and keep the
+# order of the rows. In float64 they do not.
 NO_ORDER = "the camera 1e9 away, in close-up"
 
 
@@ -83,9 +83,9 @@ NO_ORDER = "the camera 1e9 away, in close-up"
 def test_float32_shows_what_float64_shows(name, path, order):
     """Both are given the same float32 numbers. Boxes are made in float64 either way, and sampled in float32.
 
-    Measured: worst mean difference 5.4e-6, from the rounding of texel coordinates in needles a thousand times as long
-    as the picture (`bilinear`; else 1.5e-6), worst pixel 2e-4, or 0.004 where it takes another texel (`nearest`). One
-    pixel of 2700 may lie beyond 1/255.
+    Measured: worst mean difference 5.4e-6, from the rounding of texel coordinates in needles a thousand
+    times as long as the picture (`bilinear`; else 1.5e-6), worst pixel 2e-4, or 0.004 where it takes
+    another texel (`nearest`). One pixel of 2700 may lie beyond 1/255.
     """
     actual, expected = (painted(name, dtype, path, order=order) for dtype in DTYPES)
     off = np.abs(actual.rgb - expected.rgb).max(axis=2)

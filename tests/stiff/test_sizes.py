@@ -1,4 +1,4 @@
-"""Pictures of one pixel and of 67 million, textures of any kind, and more strokes than tile lists would fit."""
+"""Pictures of one pixel and of 67 million, textures of any kind, and more strokes than tile lists hold."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -45,17 +45,22 @@ def test_a_picture_of_8192_by_8192_has_its_strokes_where_they_belong(order):
         alone = rasterize(window, bristles(), height=64, width=64)
         part = frame.rgb[y : y + 64, x : x + 64]
         assert part.any()
-        np.testing.assert_allclose(part, alone.rgb, atol=2e-3)  # 8192 pixels away float32 centres lie 5e-4 off
+        # 8192 pixels away float32 centres lie 5e-4 off.
+        np.testing.assert_allclose(part, alone.rgb, atol=2e-3)
     middle = frame.alpha[1000:1100, 1000:1100]
     assert 0 < np.count_nonzero(middle) < 600  # the long stroke passes here, two pixels wide
 
 
 def test_strips_of_a_picture_are_the_picture():
-    """20,000 strokes over 4096 tiles are painted in two strips; over the left 256 tiles alone in one. Bit for bit."""
+    """20,000 strokes over 4096 tiles are painted in two strips; over the left 256 tiles alone in one. Bit
+    for bit.
+    """
     boxes = random_boxes(20_000, 2048, 64, sizes=(4e4, 5e4), dtype=np.float32)
     boxes = replace(boxes, centers=np.clip(boxes.centers, 0, (2048, 64)).astype(np.float32))
     for some in (boxes, bands_of(boxes, 1e-3)):
-        wide, left = (rasterize(some, texture_of("image"), height=64, width=width) for width in (32_767, 2048))
+        wide, left = (
+            rasterize(some, texture_of("image"), height=64, width=width) for width in (32_767, 2048)
+        )
         np.testing.assert_array_equal(wide.rgb[:, :2048], left.rgb)
         np.testing.assert_array_equal(wide.depth[:, :2048], left.depth)
         assert wide.alpha.min() > 0.9
@@ -64,7 +69,9 @@ def test_strips_of_a_picture_are_the_picture():
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("path", PATHS)
 def test_boxes_of_any_finite_numbers_are_painted_finite(path, dtype):
-    """Places, extents, angles, depths, colours and bands from the smallest to the largest float32, at random."""
+    """Places, extents, angles, depths, colours and bands from the smallest to the largest float32, at
+    random.
+    """
     kind, filter = PATHS[path]
     g, texture = np.random.default_rng(0), texture_of(kind)
     sizes = (0, 1e-45, 1e-30, 1e-12, 1e-6, 1e-3, 0.5, 3, 20, 200, 1e4, 1e7, 1e12, 1e20, 1e30, 3e38)
@@ -92,7 +99,9 @@ def test_angles_of_any_size_are_turned_all_the_way(angle):
     np.testing.assert_allclose(actual.rgb, expected.rgb, atol=1e-9)
     scene, camera = random_scene(), orbit(EYE)[0]
     asked = Directions(np.full(60, angle, np.float32))
-    near = Directions(np.arctan2(np.sin(np.float64(asked.angles)), np.cos(np.float64(asked.angles))).astype(np.float32))
+    near = Directions(
+        np.arctan2(np.sin(np.float64(asked.angles)), np.cos(np.float64(asked.angles))).astype(np.float32)
+    )
     one, two = (project(scene, camera, lock=lock) for lock in (asked, near))
     np.testing.assert_allclose(one.half_extents, two.half_extents, rtol=1e-6)
 
