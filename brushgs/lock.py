@@ -220,7 +220,8 @@ def _middle_and_reach(gaussians: Gaussians) -> tuple[F64, float]:
     """Middle of the strokes, and the distance within which half of them lie; robust against far outliers."""
     if len(gaussians) == 0:
         return np.zeros(3), 1.0
-    middle = np.median(gaussians.means, axis=0).astype(np.float64)
-    reach = float(np.median(np.linalg.norm(gaussians.means - middle, axis=1)))
-    size = float(np.median(gaussians.scales))
+    means = gaussians.means.astype(np.float64)  # sums of the largest float32 leave its range
+    middle = np.median(means, axis=0)
+    reach = float(np.median(np.linalg.norm(means - middle, axis=1)))
+    size = float(np.median(gaussians.scales.astype(np.float64)))
     return middle, max(reach, size, float(np.finfo(np.float32).tiny))

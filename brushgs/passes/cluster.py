@@ -170,12 +170,16 @@ def _minibatch(points: Points, weights: NDArray[np.float64], num_clusters: int, 
     from sklearn.cluster import MiniBatchKMeans
     from sklearn.exceptions import ConvergenceWarning
 
+    # It squares in float32, which ends at coordinates of 1e19: a power of two less changes no bit but that.
+    _, exponent = np.frexp(np.abs(points).max())
+    points = np.ldexp(points, -exponent)
     model = MiniBatchKMeans(num_clusters, batch_size=BATCH, n_init=1, random_state=seed)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)  # fewer different points than clusters is fine
         model.fit(points, sample_weight=weights)
     used, labels = np.unique(model.labels_, return_inverse=True)
-    return Clusters(labels.astype(np.int32), len(used), int(model.n_iter_), float(model.inertia_))
+    inertia = float(np.ldexp(model.inertia_, 2 * exponent))
+    return Clusters(labels.astype(np.int32), len(used), int(model.n_iter_), inertia)
 
 
 def _integer(name: str, value: int, low: int, high: int | None) -> int:

@@ -29,7 +29,9 @@ def cluster_features(gaussians: Gaussians, features: Features = "balanced") -> N
     """
     points = np.empty((len(gaussians), 9), dtype=np.float32)
     if features == "paper":
-        points[:, :3], points[:, 3:6] = gaussians.means, gaussians.scales
+        largest = np.finfo(np.float32).max
+        points[:, :3] = np.clip(gaussians.means, -largest, largest)
+        points[:, 3:6] = np.minimum(gaussians.scales, largest)
         points[:, 6:] = base_colors(gaussians.sh)
         return points
     center, radius = robust_frame(gaussians.means)

@@ -18,6 +18,7 @@ from brushgs.threads import num_threads_or_default
 NUM_STEPS = 20
 GAIN = 1e-3  # a step that lowers the inertia by less than this share is the last
 START_ROUNDS = (0.4, 0.3, 0.3)  # shares of the centres; ten rounds end no lower
+MORE_ROUNDS = 8  # at most, for centres that earlier rounds drew twice: those of repeated points
 ONE_BY_ONE = 32  # so few centres are drawn each in a round of its own: two in one island show
 
 Points = NDArray[np.float32]
@@ -89,11 +90,12 @@ def start(
     centers, distances = points[:0].astype(np.float64), np.full(len(points), np.inf)
     errors, nearest = np.ones(len(points)), np.zeros(len(points), dtype=np.int32)
     shares = START_ROUNDS if num_clusters > ONE_BY_ONE else np.full(num_clusters, 1 / num_clusters)
-    for target in np.rint(np.cumsum(shares) * num_clusters).astype(int):
-        if not errors.any():
+    targets = np.rint(np.cumsum(shares) * num_clusters).astype(int)
+    for target in (*targets, *[num_clusters] * MORE_ROUNDS):
+        if not errors.any() or target == len(centers):
             break
         count = target - len(centers)
-        fresh = points[_spread_rows(weights * errors, count, shift.random())].astype(np.float64)
+        fresh = _distinct(points[_spread_rows(weights * errors, count, shift.random())]).astype(np.float64)
         to_fresh, nearest_fresh = assign(points, fresh)
         is_nearer = to_fresh < distances
         nearest[is_nearer] = nearest_fresh[is_nearer] + len(centers)
@@ -101,6 +103,11 @@ def start(
         errors = distances**2
         centers = np.concatenate([centers, fresh])
     return centers, distances, nearest
+
+
+def _distinct(points: Points) -> Points:
+    """The points without repetitions, in order. No tree parts equal centres: each query would visit all."""
+    return points[np.sort(np.unique(points, axis=0, return_index=True)[1])]
 
 
 def _spread_rows(mass: NDArray[np.float64], count: int, shift: float) -> NDArray[np.intp]:

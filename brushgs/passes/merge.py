@@ -15,6 +15,7 @@ Two rules. "paper" is the published one: plain means, and a scale that grows wit
 Sums run in float64, in row order: equal input gives equal output, bit for bit.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -78,7 +79,10 @@ def merge_clusters(
         merged = _cover(gaussians, compact, len(used), overlap, visible)
     else:
         merged = _paper(gaussians, compact, len(used))
-    return merged.astype(gaussians.means.dtype.type)
+    dtype = gaussians.means.dtype.type
+    # Both rules enlarge; what was the largest number already stays that.
+    scales = np.minimum(merged.scales, np.finfo(dtype).max)
+    return replace(merged, scales=scales).astype(dtype)
 
 
 def _paper(gaussians: Gaussians, labels: NDArray[np.intp], num: int) -> Gaussians:

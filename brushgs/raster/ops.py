@@ -16,8 +16,11 @@ from brushgs.lock import follow
 from brushgs.project import Directions, project
 from brushgs.raster.constants import MIN_TRANSMITTANCE
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.shapes import Array
 from brushgs.textures import StrokeTexture
 from brushgs.threads import num_threads_or_default
+
+WHOLE_EXPONENT = 40  # bands of 1e-12 to 1e12 world units are taken as they are
 
 
 def render(
@@ -202,6 +205,8 @@ def rasterize(
     new_plane: Any = _core.new_plane_float32 if is_single else _core.new_plane_float64
     rgb, alpha = new_plane([height, width, 3]), new_plane([height, width])
     z = new_plane([height, width]) if depth else None
+    bands = boxes.bands if texture.kind == "image" else None
+    depths, bands, exponent = _in_range(boxes.depths, bands)
     _core.rasterize(
         _kernel_of(texture, filter),
         threads,
@@ -209,10 +214,10 @@ def rasterize(
         boxes.centers,
         boxes.half_extents,
         boxes.angles,
-        boxes.depths,
+        depths,
         boxes.colors,
         boxes.opacities,
-        boxes.bands if texture.kind == "image" else None,
+        bands,
         levels.pairs,
         levels.sizes,
         levels.reaches,
@@ -221,7 +226,22 @@ def rasterize(
         alpha,
         z,
     )
+    if exponent and z is not None:
+        np.ldexp(z, -exponent, out=z)
     return Frame(rgb, alpha, z)
+
+
+def _in_range(depths: Array, bands: Array | None) -> tuple[Array, Array | None, int]:
+    """Depths and bands in a unit, a power of two, in which their squares fit the type, and its exponent.
+
+    The kernel squares bands. In float32 that ends at 1e19 and begins at 1e-19 world units.
+    """
+    largest = 0.0 if bands is None else float(bands.max(initial=0))
+    if bands is None or largest == 0 or 2.0**-WHOLE_EXPONENT < largest < 2.0**WHOLE_EXPONENT:
+        return depths, bands, 0
+    largest_exponent = np.finfo(depths.dtype).maxexp - 2
+    exponent = int(min(-np.frexp(largest)[1], largest_exponent - np.frexp(depths[-1])[1]))
+    return np.ldexp(depths, exponent), np.ldexp(bands, exponent), exponent
 
 
 def _kernel_of(texture: StrokeTexture, filter: Filter) -> _core.Kernel:

@@ -55,7 +55,8 @@ def project(
         angles = lock.angles[ids].astype(np.float64)
     elif lock == "anchor":
         rows, longest = np.arange(len(ids)), np.argmax(scales[ids], axis=1)
-        angles = _anchored(angles, M, R[rows, :, longest], M[rows, :, longest], directions, low_pass)
+        lengths = scales[ids, longest] * camera.K[[0, 1], [0, 1]].max() / t[:, 2]
+        angles = _anchored(angles, M, R[rows, :, longest], M[rows, :, longest], lengths, directions, low_pass)
     half_extents = num_sigmas * np.sqrt(np.stack(_variances(M, angles, low_pass), axis=1))
     opacities = opacities[ids]
     if isinstance(lock, Directions):
@@ -133,10 +134,14 @@ def _variances(M: F64, angles: F64, low_pass: float) -> tuple[F64, F64]:
     return along, across
 
 
-def _anchored(major: F64, M: F64, axes: F64, projected: F64, directions: F64, low_pass: float) -> F64:
+def _anchored(
+    major: F64, M: F64, axes: F64, projected: F64, lengths: F64, directions: F64, low_pass: float
+) -> F64:
     """[M] directions in (-pi, pi]: the projection of the longest axis, bent toward the major axis.
 
-    `axes` [M, 3] are the longest axes in the world, `projected` [M, 2] their columns of `M`.
+    `axes` [M, 3] are the longest axes in the world, `projected` [M, 2] their columns of `M`, `lengths` [M]
+    how long these would be if the axes lay across the view. An axis seen end-on to the last digit has no
+    direction.
     """
     along, across = _variances(M, major, low_pass)
     anisotropy = (along - across) / (along + across)
@@ -144,7 +149,7 @@ def _anchored(major: F64, M: F64, axes: F64, projected: F64, directions: F64, lo
     pull = 1 + ANCHOR_PULL * side * anisotropy**2
     lean = np.arctan2(projected[:, 1], projected[:, 0]) - major
     bend = np.arctan2(np.sin(lean), pull * np.cos(lean))
-    is_seen = np.hypot(projected[:, 0], projected[:, 1]) > DIRECTION_NOISE * np.sqrt(along)
+    is_seen = np.hypot(projected[:, 0], projected[:, 1]) > DIRECTION_NOISE * lengths
     return np.where(is_seen, (major + bend + np.pi) % (2 * np.pi) - np.pi, major)
 
 

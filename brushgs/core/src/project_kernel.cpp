@@ -52,7 +52,7 @@ constexpr double kAnchorPull = 8;
     const double along = pull * (major.cosine * longest.x + major.sine * longest.y);
     const double across = major.cosine * longest.y - major.sine * longest.x;
     const double length = __builtin_sqrt(along * along + across * across);
-    const bool is_seen = length * length > kDirectionNoise * kDirectionNoise * variance.along;
+    const bool is_seen = length > kDirectionNoise * longest.length;  // not end-on to the last digit
     const double inverse = 1 / length;
     const double x = is_seen ? along * inverse : 1.0, y = is_seen ? across * inverse : 0.0;
     const double bent_cosine = major.cosine * x - major.sine * y, bent_sine = major.sine * x + major.cosine * y;
@@ -162,7 +162,7 @@ void place(const ProjectParams& params, std::size_t first, std::size_t count, Bl
         case Lock::anchor: place<T, Lock::anchor>(params, block); break;
         case Lock::given:
             for (std::size_t i = 0; i < count; ++i) {
-                block.direction_asked[i] = params.directions[first + i];
+                block.direction_asked[i] = within_reach(static_cast<double>(params.directions[first + i]));
                 block.swell[i] = params.swells == nullptr ? 1 : params.swells[first + i];
             }
             place<T, Lock::given>(params, block);

@@ -52,8 +52,11 @@ struct Kernels {
 
 // What the sides of a box are moved outwards before the question which tiles it reaches, in pixels: painting
 // decides, this must only never leave out a tile. The outline is as exact as a float.
-inline float slack_of(const Outline& o) {
-    return 1e-2f + 1e-6f * (std::fabs(o.center_x) + std::fabs(o.center_y) + o.reach_u + o.reach_v);
+inline double slack_of(const Outline& o) {
+    // In double: of boxes as large as a float can say, the sum would be infinite.
+    const double size = std::fabs(static_cast<double>(o.center_x)) + std::fabs(static_cast<double>(o.center_y)) +
+                        static_cast<double>(o.reach_u) + static_cast<double>(o.reach_v);
+    return 1e-2 + 1e-6 * size;
 }
 
 // The right and left ends of a box within a row of tiles.
@@ -130,7 +133,8 @@ inline std::pair<int, int> reached_columns(const RowSpans& spans, int row, const
 inline void visit_four(const TileRange& range, const Outline& o, int columns, Chunk& chunk) {
     const float dx = static_cast<float>(range.last_column * kTileWidth) - o.center_x;
     const float dy = static_cast<float>(range.last_row * kTileHeight) - o.center_y;
-    const float to_center = 0.5f * (std::fabs(o.cos) + std::fabs(o.sin)) - slack_of(o);  // of the nearest pixel
+    const float nearest = 0.5f * (std::fabs(o.cos) + std::fabs(o.sin));  // pixel centre to the point they share
+    const float to_center = nearest - static_cast<float>(slack_of(o));
     const float u = o.cos * dx + o.sin * dy, v = o.cos * dy - o.sin * dx;
     const bool beyond_u = std::fabs(u) + to_center > o.reach_u, beyond_v = std::fabs(v) + to_center > o.reach_v;
     const int facing_u = ((u < 0) != (o.cos < 0) ? 0 : 1) + ((u < 0) != (o.sin < 0) ? 0 : 2);
@@ -300,15 +304,24 @@ LevelChoice choose_levels(std::size_t count, const T* half_extents, std::span<co
     return choice;
 }
 
+namespace {
+
+// Paints the rows of pixels that `params` names.
 template <class T>
-void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture) {
+void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture) {
     const Kernels<T> kernels;
     const auto storage = std::make_unique_for_overwrite<Record<T>[]>(boxes.count);
     Record<T>* records = storage.get();
     const TileLists tiles = make_tiles(params, kernels, boxes, records);
-    const auto num_tiles = static_cast<std::size_t>(tiles.columns) * static_cast<std::size_t>(tiles.rows);
-    const double work = kTileCost * static_cast<double>(num_tiles) + kVisitCost * tiles.starts[num_tiles];
-    parallel_for(num_tiles, useful_threads(work, params.num_threads), [&](std::size_t tile) {
+    const auto columns = static_cast<std::size_t>(tiles.columns);
+    const std::size_t first_tile = static_cast<std::size_t>(params.first_row / kTileHeight) * columns;
+    const int end_row = (params.end_row + kTileHeight - 1) / kTileHeight;
+    const std::size_t end_tile = static_cast<std::size_t>(end_row) * columns;
+    const std::size_t num_tiles = end_tile - first_tile;
+    const double visits = tiles.starts[end_tile] - tiles.starts[first_tile];
+    const double work = kTileCost * static_cast<double>(num_tiles) + kVisitCost * visits;
+    parallel_for(num_tiles, useful_threads(work, params.num_threads), [&](std::size_t item) {
+        const std::size_t tile = first_tile + item;
         const std::uint32_t first = tiles.starts[tile];
         const int column = static_cast<int>(tile) % tiles.columns, row = static_cast<int>(tile) / tiles.columns;
         const std::uint32_t* ids = tiles.ids.get() + first;
@@ -320,6 +333,54 @@ void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Pictur
         thread_local Pending<T> pending;
         kernels.paint_tile_softly(params, records, boxes.bands, ids, num_ids, column, row, pending, picture);
     });
+}
+
+// Entries of the lists of tiles that are made at a time: some 12 bytes each while they are.
+constexpr double kMostVisits = 1 << 26;
+
+// Half-open range of rows of pixels, whole tiles but at the end of the picture.
+struct Strip {
+    int first_row, end_row;
+};
+
+// The strips of the picture to paint one after the other, so that the lists of tiles stay small in memory even
+// where very many boxes are very large. Counted from above: a box reaches no further than the sum of its half
+// extents.
+template <class T>
+std::vector<Strip> strips_of(const RasterParams& params, const BoxView<T>& boxes) {
+    const int columns = (params.width + kTileWidth - 1) / kTileWidth;
+    const int rows = (params.height + kTileHeight - 1) / kTileHeight;
+    const double most_visits = static_cast<double>(boxes.count) * columns * rows;
+    double visits = 0;
+    for (std::size_t i = 0; i < boxes.count && most_visits > kMostVisits; ++i) {
+        const double half_u = static_cast<double>(boxes.half_extents[2 * i]);
+        const double reach = half_u + static_cast<double>(boxes.half_extents[2 * i + 1]);
+        const auto tiles = [&](T center, int length, int tile) {
+            const double c = static_cast<double>(center);
+            return 1 + std::max(std::min(c + reach, 1.0 * length) - std::max(c - reach, 0.0), 0.0) / tile;
+        };
+        visits += tiles(boxes.centers[2 * i], params.width, kTileWidth) *
+                  tiles(boxes.centers[2 * i + 1], params.height, kTileHeight);
+    }
+    const int num_strips = static_cast<int>(std::min(std::floor(visits / kMostVisits) + 1, 1.0 * rows));
+    std::vector<Strip> strips;
+    for (int strip = 0; strip < num_strips; ++strip) {
+        const int first = rows * strip / num_strips, end = rows * (strip + 1) / num_strips;
+        strips.push_back({first * kTileHeight, std::min(end * kTileHeight, params.height)});
+    }
+    return strips;
+}
+
+}  // namespace
+
+template <class T>
+void rasterize(const RasterParams& whole, const BoxView<T>& boxes, const Picture<T>& picture) {
+    for (const Strip& strip : strips_of(whole, boxes)) {
+        RasterParams params = whole;
+        params.first_row = strip.first_row;
+        params.end_row = strip.end_row;
+        paint_strip(params, boxes, picture);
+    }
 }
 
 template void add_slots(Pending<float>&);

@@ -77,9 +77,10 @@ void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_
     const double reach_x = std::fabs(axis.cos) * reach_u + std::fabs(axis.sin) * reach_v;
     const double reach_y = std::fabs(axis.sin) * reach_u + std::fabs(axis.cos) * reach_v;
     const double left = std::ceil(clamped(center_x - reach_x - 0.5, 0.0, 1e5));
-    const double top = std::ceil(clamped(center_y - reach_y - 0.5, 0.0, 1e5));
+    const double top = std::ceil(clamped(center_y - reach_y - 0.5, static_cast<double>(params.first_row), 1e5));
     const double right = std::floor(clamped(center_x + reach_x - 0.5, -1.0, params.width - 1.0));
-    const double bottom = std::floor(clamped(center_y + reach_y - 0.5, -1.0, params.height - 1.0));
+    const int end_row = params.end_row < params.height ? params.end_row : params.height;
+    const double bottom = std::floor(clamped(center_y + reach_y - 0.5, -1.0, end_row - 1.0));
     if (!(left <= right && top <= bottom)) return;
     record.left = static_cast<std::int16_t>(left);
     record.top = static_cast<std::int16_t>(top);
@@ -117,7 +118,8 @@ void make_records(const RasterParams& params, const BoxView<T>& boxes, std::size
     for (std::size_t first = begin; first < end; first += group) {
         const std::size_t count = end - first < group ? end - first : group;
         double sines[group], cosines[group], angles[group] = {};
-        for (std::size_t k = 0; k < count; ++k) angles[k] = static_cast<double>(boxes.angles[first + k]);
+        for (std::size_t k = 0; k < count; ++k)
+            angles[k] = within_reach(static_cast<double>(boxes.angles[first + k]));
         for (std::size_t k = 0; k < group; ++k) {
             const SinCos axis = sincos_of(angles[k]);
             sines[k] = axis.sin;

@@ -147,6 +147,7 @@ struct ViewFrame {
 // enters only as a + c, a - c and 2 b. Not yet with the low-pass.
 struct Footprint {
     double depth, center_x, center_y;
+    double unit;  // of the world at that depth, pixels along the longer side of one
     double mx[3], my[3];
     double sum, difference, twice_b, spread;
 };
@@ -159,6 +160,7 @@ struct Footprint {
     const double inverse_depth = 1 / f.depth;
     const double ratio_x = (w[0] * x + w[1] * y + w[2] * z + w[3]) * inverse_depth;
     const double ratio_y = (w[4] * x + w[5] * y + w[6] * z + w[7]) * inverse_depth;
+    f.unit = larger(view.fx, view.fy) * inverse_depth;
     f.center_x = view.fx * ratio_x + view.cx, f.center_y = view.fy * ratio_y + view.cy;
 
     // J W, the rows of the projection at the clamped point, before the division by depth.
@@ -201,12 +203,13 @@ struct Variances {
 // The longest own axis as it projects, pixels; equally long ones: the first. Signed, and fixed in the scene.
 struct LongestAxis {
     double x, y;        // its column of M
+    double length;      // of that column if the axis lay across the view, pixels: rounding in x and y is relative to it
     double axis[3];     // unit vector in the world
 };
 
 [[gnu::always_inline]] static inline LongestAxis longest_axis(const Footprint& f, const double axes[3][3],
                                                               const double scales[3]) {
-    LongestAxis longest{f.mx[0], f.my[0], {axes[0][0], axes[0][1], axes[0][2]}};
+    LongestAxis longest{f.mx[0], f.my[0], 0, {axes[0][0], axes[0][1], axes[0][2]}};
     double scale = scales[0];
     for (int k = 1; k < 3; ++k) {
         const bool is_longer = scales[k] > scale;
@@ -215,6 +218,7 @@ struct LongestAxis {
         longest.y = is_longer ? f.my[k] : longest.y;
         for (int c = 0; c < 3; ++c) longest.axis[c] = is_longer ? axes[k][c] : longest.axis[c];
     }
+    longest.length = scale * f.unit;
     return longest;
 }
 

@@ -52,6 +52,8 @@ struct RasterParams {
     int height;                          // pixels
     int num_threads;                     // >= 1, at most; negative: so many, whether they pay or not
     double min_transmittance;            // 0 to 1: a pixel is finished before it lets less light through
+    int first_row = 0;                   // pixels: where a strip of the picture begins that is painted alone,
+    int end_row = 1 << 15;               // and ends; `rasterize` sets both
     std::span<const Level> levels;       // images only: at least one
     std::span<const std::uint16_t> level_of_box;  // [M] row of `levels`; empty: all use levels[0]
 };

@@ -2,13 +2,23 @@
 // rounding the same on every instruction set.
 #pragma once
 
+#include <cmath>
+
 namespace brushgs::BRUSHGS_ISA {
 
 struct SinCos {
     double sin, cos;
 };
 
-// To about 1e-16 absolute for |angle| <= 1e5 radians.
+constexpr double kLargestAngle = 1e5;  // radians: what `sincos_of` takes
+
+// The angle, within (-pi, pi] where it was beyond what `sincos_of` takes. For loops that load, not for the lanes.
+[[gnu::always_inline]] static inline double within_reach(double angle) {
+    const bool is_near = -kLargestAngle <= angle && angle <= kLargestAngle;
+    return is_near ? angle : std::atan2(std::sin(angle), std::cos(angle));
+}
+
+// To about 1e-16 absolute for |angle| <= kLargestAngle.
 [[gnu::always_inline]] static inline SinCos sincos_of(double angle) {
     constexpr double two_over_pi = 0.63661977236758134308;
     constexpr double half_pi_high = 1.57079632679489655800;  // pi/2 as a double, and what that leaves

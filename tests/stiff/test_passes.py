@@ -1,0 +1,88 @@
+"""Stiff and hostile scenes through prune and cluster, with every option: what comes back can be painted."""
+
+from itertools import product
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from brushgs.choices import Features, Merge, Method, Weight
+from brushgs.passes.cluster import cluster
+from brushgs.passes.prune import prune
+from brushgs.raster.ops import render
+from brushgs.scene import Gaussians
+from tests.stiff.scenes import LARGEST, SCENES, orbit, resized, scene
+from tests.stiff.test_pictures import DTYPES, TEXTURES, assert_finite
+
+# As published; it takes ten times as long as all else here.
+HARD_FOR_MINIBATCH = {
+    "extents of 2e7", "N = 2", "all positions equal", "all rows equal", "scales of the largest float",
+    "some means of the largest float", "1e-30 wide", "1e30 wide",
+}  # fmt: skip
+METHODS = [method for method in get_args(Method) if method != "auto"]  # which is one of them
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("name", SCENES)
+def test_what_passes_make_of_a_scene_can_be_painted(name, dtype):
+    """`Gaussians` itself refuses NaN, infinity, zero quaternions and opacities out of range."""
+    gaussians, camera = SCENES[name].scene.astype(dtype), SCENES[name].cameras[0]
+    wanted = max(1, len(gaussians) // 3)
+    results = {f"prune {weight}": prune(gaussians, 0.5, weight=weight) for weight in get_args(Weight)}
+    ways = [(*way, "lloyd") for way in product(get_args(Features), get_args(Merge))]
+    if dtype == np.float32 and name in HARD_FOR_MINIBATCH:
+        ways.append(("paper", "paper", "minibatch"))
+    for features, merge, method in ways:
+        how = {"features": features, "merge": merge, "method": method}
+        results[f"cluster {how}"] = cluster(gaussians, wanted, **how)
+    for result in results.values():
+        assert result.means.dtype == dtype
+        assert min(len(gaussians), 1) <= len(result) <= max(wanted, (len(gaussians) + 1) // 2)
+        assert_finite(render(result, camera, TEXTURES["image"], order="soft"))
+        assert_finite(render(result, camera, TEXTURES["gaussian"]))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_raw_features_of_a_huge_scene_are_still_clustered(method):
+    """Squared in float32, coordinates of 1e30 are all infinite: once they made a single cluster."""
+    huge, plain = resized(1e30).scene.astype(np.float32), resized(2.0**20).scene.astype(np.float32)
+    for gaussians in (huge, plain):
+        assert len(cluster(gaussians, 20, features="paper", method=method)) == 20
+
+
+@pytest.mark.parametrize("merge", get_args(Merge))
+def test_merged_scales_end_at_the_largest_number_of_the_type(merge):
+    largest = scene(scales=LARGEST, means=lambda m: np.sign(m) * LARGEST).astype(np.float32)
+    merged = cluster(largest, 1, merge=merge)
+    assert merged.scales.max() == np.float32(LARGEST)
+
+
+def test_many_equal_gaussians_are_clustered_as_fast_as_others():
+    """With equal centres in the tree each query visited all of them: 900,000 rows took a minute."""
+    one = scene().take(slice(0, 1)).astype(np.float32)
+    equal = one.take(np.zeros(40_000, int))
+    apart = equal.means + np.random.default_rng(0).normal(size=(40_000, 3)).astype(np.float32)
+    half = Gaussians(
+        np.where(np.arange(40_000)[:, None] % 2, equal.means, apart),
+        equal.quats,
+        equal.scales,
+        equal.opacities,
+        equal.sh,
+    )
+    assert len(cluster(equal, 8000)) == 1
+    assert 7900 <= len(cluster(half, 8000)) <= 8000
+
+
+def test_as_many_strokes_as_gaussians_or_more_are_the_scene_itself():
+    gaussians = scene()
+    for num_strokes in (60, 61, 10**12):
+        assert cluster(gaussians, num_strokes) is gaussians
+
+
+@pytest.mark.parametrize("n", [0, 1, 2])
+def test_no_one_and_two_gaussians_go_all_the_way(n):
+    gaussians = scene(means=0).take(slice(0, n)).astype(np.float32)
+    for keep, num_strokes in product((0.01, 1.0), (1, 2, 3)):
+        strokes = cluster(prune(gaussians, keep), num_strokes)
+        assert len(strokes) <= n
+        assert render(strokes, orbit()[0], TEXTURES["image"]).alpha.any() == (n > 0)
