@@ -80,9 +80,7 @@ def test_leaving_it_out_changes_nothing(found, name):
 
 
 def test_strokes_behind_a_finished_pixel_add_less_than_is_stated(found):
-    shortcut = found.get("strokes behind a finished pixel")
-    if shortcut is None:
-        pytest.skip("rasterize does not take min_transmittance")
+    shortcut = found["strokes behind a finished pixel"]
     assert 0 < difference(shortcut.on(), shortcut.off()) <= shortcut.bound
 
 

@@ -13,7 +13,6 @@ stands what could be left out, and is not, because too little would be saved.
 """
 
 import argparse
-import inspect
 import subprocess
 import sys
 import time
@@ -38,6 +37,7 @@ from brushgs.passes.morton import morton_order
 from brushgs.passes.prune import highest
 from brushgs.pipeline import paint
 from brushgs.raster import ops
+from brushgs.raster.constants import MAX_ALPHA, MIN_TRANSMITTANCE
 from brushgs.report import Report
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.sh import sh_basis
@@ -281,17 +281,17 @@ def of_drawing(p: Painting) -> list[Shortcut]:
             lambda: [quantise(p.frame.over((1, 1, 1)), np.uint8).astype(np.uint8)],
         ),
     ]
-    if "min_transmittance" in inspect.signature(bg.rasterize).parameters:
-        # What is behind 1e-4 of the light adds at most that times the brightest colour to a channel.
-        bound = 1e-4 * max(1.0, float(p.boxes.colors.max(initial=0)))
-        found.append(
-            Shortcut(
-                "strokes behind a finished pixel",
-                lambda: pixels(draw(p.boxes, p.camera, p.texture)),
-                lambda: pixels(draw(p.boxes, p.camera, p.texture, min_transmittance=0.0)),
-                bound,
-            )
+    # A pixel is finished before the stroke that would leave less than 1e-4 of its light. The darkest stroke
+    # leaves 0.01 of what reaches it, so at most 0.01 is still to come, times the brightest colour.
+    bound = MIN_TRANSMITTANCE / (1 - MAX_ALPHA) * max(1.0, float(p.boxes.colors.max(initial=0)))
+    found.append(
+        Shortcut(
+            "strokes behind a finished pixel",
+            lambda: pixels(draw(p.boxes, p.camera, p.texture)),
+            lambda: pixels(draw(p.boxes, p.camera, p.texture, min_transmittance=0.0)),
+            bound,
         )
+    )
     return found
 
 
