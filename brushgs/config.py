@@ -314,18 +314,20 @@ class BenchConfig:
         strokes: counts of the curve of strokes, ascending, each >= 1; those that leave nothing to merge fall
             away, and one stroke per Gaussian that is kept is always the last.
         count: strokes of all other families: that of the counts which is next to it.
+        methods: of k-means, that the family of merging compares; at least one.
         repeats: rounds in which every point runs, >= 1; slow ones in three at most.
     """
 
     families: tuple[BenchFamily, ...] = get_args(BenchFamily)
     strokes: tuple[int, ...] = (125, 250, 500, 1000, 2000, 4000, 8000, 16000, 32000, 64000)
     count: int = 2000
+    methods: tuple[Method, ...] = ("auto", "minibatch")
     repeats: int = 5
 
     @classmethod
     def quick(cls) -> "BenchConfig":
         """One that ends within a minute on a scene of 100,000 Gaussians, at 640 x 360 pixels."""
-        return cls(strokes=(250, 1000, 4000, 16000), count=250, repeats=3)
+        return cls(strokes=(250, 1000, 4000, 16000), count=250, methods=("auto",), repeats=3)
 
     def __post_init__(self) -> None:
         known = get_args(BenchFamily)

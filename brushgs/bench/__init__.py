@@ -6,8 +6,8 @@ The protocol, in full, so that others can repeat it:
    - `strokes`: their number, up to one per Gaussian that is kept. Against the **plain picture**, the whole
      scene as loaded with the kernel it was trained for. Seconds of a frame (project and rasterise) and of a
      whole painting (load the file, prune, cluster, project, rasterise);
-   - `merge`: "cover" and "paper", by "auto" and "minibatch" k-means, of "balanced" and "paper" features.
-     Against the plain picture; seconds of clustering and merging;
+   - `merge`: "cover" and "paper", by "auto" and (unless quick) "minibatch" k-means, of "balanced" and
+     "paper" features. Against the plain picture; seconds of clustering and merging;
    - `filter`: how a stroke image is read. Against 8 x 8 bilinear samples a pixel; seconds of a frame;
    - `precision`: float32 and float64, and the light at which a pixel is finished (`min_transmittance`).
      Against the float64 definition (`brushgs.raster.reference`) that finishes none, at full size with the

@@ -15,7 +15,7 @@ from brushgs.bench.subject import KERNEL, Subject
 from brushgs.bench.supersample import FACTOR, supersampled
 from brushgs.bench.timing import Run
 from brushgs.bench.verify import agrees, busiest, check_square, expected_boxes, same
-from brushgs.choices import Features, Filter, Merge, Method
+from brushgs.choices import Features, Filter, Merge
 from brushgs.io import read_ply
 from brushgs.likeness import Likeness, compare, unpainted
 from brushgs.passes.cluster import Grouping
@@ -120,8 +120,7 @@ def _strokes(subject: Subject) -> Plan:
 
 
 def _merge(subject: Subject) -> Plan:
-    methods: tuple[Method, ...] = ("auto", "minibatch")
-    groups = [(method, features) for method in methods for features in get_args(Features)]
+    groups = [(method, features) for method in subject.config.methods for features in get_args(Features)]
     ways = [(method, features, merge) for method, features in groups for merge in get_args(Merge)]
 
     def trials() -> Iterator[Trial]:
