@@ -13,6 +13,7 @@
 #include "brushgs/lock.hpp"
 #include "brushgs/project.hpp"
 #include "brushgs/raster.hpp"
+#include "brushgs/raster_backward.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -202,6 +203,56 @@ void rasterize(brushgs::Kernel kernel, int num_threads, In<T, 2> centers, In<T, 
     brushgs::rasterize(params, boxes, picture);
 }
 
+template <class T>
+const T* data_or_null(const std::optional<In<T, 2>>& array) {
+    return array ? array->data() : nullptr;
+}
+
+template <class T>
+void rasterize_backward(brushgs::Kernel kernel, int num_threads, double min_transmittance, In<T, 2> centers,
+                        In<T, 2> half_extents, In<T, 1> angles, In<T, 1> depths, In<T, 2> colors, In<T, 1> opacities,
+                        const std::vector<In<std::uint16_t, 1>>& pairs, In<std::int32_t, 2> sizes,
+                        In<double, 2> reaches, In<std::uint16_t, 1> level_of_box, In<T, 3> rgb, In<T, 2> alpha,
+                        std::optional<In<T, 2>> depth, In<T, 3> v_rgb, std::optional<In<T, 2>> v_alpha,
+                        std::optional<In<T, 2>> v_depth, Out<T, 2> v_centers, Out<T, 2> v_half_extents,
+                        Out<T, 1> v_angles, Out<T, 1> v_depths, Out<T, 2> v_colors, Out<T, 1> v_opacities,
+                        const std::vector<Out<double, 2>>& v_texels) {
+    std::vector<brushgs::Level> levels;
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+        levels.push_back({pairs[i].data(), sizes(i, 0), sizes(i, 1), reaches(i, 0), reaches(i, 1)});
+    std::vector<double*> texels;
+    for (const auto& of_level : v_texels) texels.push_back(of_level.data());
+    brushgs::RasterParams params{};
+    params.kernel = kernel;
+    params.width = static_cast<int>(rgb.shape(1));
+    params.height = static_cast<int>(rgb.shape(0));
+    params.num_threads = num_threads;
+    params.levels = levels;
+    params.level_of_box = {level_of_box.data(), level_of_box.size()};
+    const brushgs::BoxView<T> boxes{centers.shape(0), centers.data(), half_extents.data(), angles.data(),
+                                    depths.data(),    colors.data(),  opacities.data(),    nullptr};
+    const brushgs::PictureGradients<T> picture{rgb.data(),   alpha.data(),          data_or_null(depth),
+                                               v_rgb.data(), data_or_null(v_alpha), data_or_null(v_depth)};
+    const brushgs::BoxGradients<T> gradients{v_centers.data(), v_half_extents.data(), v_angles.data(),
+                                             v_depths.data(),  v_colors.data(),       v_opacities.data()};
+    const nb::gil_scoped_release without_gil;
+    brushgs::rasterize_backward(params, min_transmittance, boxes, picture, gradients, texels);
+}
+
+template <class T>
+void def_rasterize_backward(nb::module_& m) {
+    m.def("rasterize_backward", &rasterize_backward<T>, "kernel"_a, "num_threads"_a, "min_transmittance"_a,
+          "centers"_a.noconvert(), "half_extents"_a.noconvert(), "angles"_a.noconvert(), "depths"_a.noconvert(),
+          "colors"_a.noconvert(), "opacities"_a.noconvert(), "pairs"_a.noconvert(), "sizes"_a.noconvert(),
+          "reaches"_a.noconvert(), "level_of_box"_a.noconvert(), "rgb"_a.noconvert(), "alpha"_a.noconvert(),
+          "depth"_a.noconvert().none(), "v_rgb"_a.noconvert(), "v_alpha"_a.noconvert().none(),
+          "v_depth"_a.noconvert().none(), "v_centers"_a.noconvert(), "v_half_extents"_a.noconvert(),
+          "v_angles"_a.noconvert(), "v_depths"_a.noconvert(), "v_colors"_a.noconvert(), "v_opacities"_a.noconvert(),
+          "v_texels"_a.noconvert(),
+          "Write the gradients by the boxes, and add to those by the texels of each level (or to none), of a loss "
+          "whose gradients by the picture are v_rgb, v_alpha and v_depth; shapes are trusted.");
+}
+
 // A vector that becomes a NumPy array without a copy.
 template <class T>
 auto to_array(std::vector<T>&& values) {
@@ -272,4 +323,6 @@ NB_MODULE(_core, m) {
     m.def("new_plane_float64", &new_plane<double>, "shape"_a, "An uninitialised array for a frame.");
     def_rasterize<float>(m);
     def_rasterize<double>(m);
+    def_rasterize_backward<float>(m);
+    def_rasterize_backward<double>(m);
 }
