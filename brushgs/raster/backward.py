@@ -5,13 +5,12 @@ by `name` and has its shape. The arithmetic is in the compiled core, which blend
 the way forward but its arguments and results.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs import _core
 from brushgs.choices import Filter
+from brushgs.gradients import BOX_COLUMNS, BoxGradients
 from brushgs.levels import level_gradient
 from brushgs.raster.constants import MIN_TRANSMITTANCE
 from brushgs.raster.ops import _kernel_of, _levels_for
@@ -19,19 +18,6 @@ from brushgs.scene import Boxes, Frame
 from brushgs.shapes import Array
 from brushgs.textures import StrokeTexture
 from brushgs.threads import num_threads_or_default
-
-
-@dataclass(frozen=True, eq=False)
-class BoxGradients:
-    """Gradients by the columns of `Boxes`, in its dtype, and by the coverage of the texture, 0 to 1, float64."""
-
-    centers: Array  # [M, 2]
-    half_extents: Array  # [M, 2]
-    angles: Array  # [M]
-    depths: Array  # [M]
-    colors: Array  # [M, 3]
-    opacities: Array  # [M]
-    coverage: NDArray[np.float64] | None = None  # [h, w]
 
 
 def rasterize_backward(
@@ -69,14 +55,13 @@ def rasterize_backward(
     if with_coverage and texture.kind != "image":
         raise ValueError(f"rasterize_backward: the built-in kernel {texture.kind!r} has no coverage")
     levels = _levels_for(boxes, texture, filter)
-    columns = ("centers", "half_extents", "angles", "depths", "colors", "opacities")
-    gradients = {name: np.empty_like(getattr(boxes, name)) for name in columns}
+    gradients = {name: np.empty_like(getattr(boxes, name)) for name in BOX_COLUMNS}
     v_texels = [np.zeros((rows, width)) for width, rows in levels.sizes] if with_coverage else []
     _core.rasterize_backward(
         _kernel_of(texture, filter),
         num_threads_or_default(num_threads),
         min_transmittance,
-        *(getattr(boxes, name) for name in columns),
+        *(getattr(boxes, name) for name in BOX_COLUMNS),
         levels.pairs,
         levels.sizes,
         levels.reaches,

@@ -12,6 +12,7 @@
 #include "brushgs/frame_pool.hpp"
 #include "brushgs/lock.hpp"
 #include "brushgs/project.hpp"
+#include "brushgs/project_backward.hpp"
 #include "brushgs/raster.hpp"
 #include "brushgs/raster_backward.hpp"
 
@@ -114,6 +115,72 @@ void def_project(nb::module_& m) {
           "Gaussians that have none.");
 }
 
+template <class Array>
+auto data_or_null(const std::optional<Array>& array) {
+    return array ? array->data() : nullptr;
+}
+
+template <class T>
+void project_backward(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
+                      In<double, 2> viewmat, In<double, 2> K, int width, int height, double near, double num_sigmas,
+                      double low_pass, int num_threads, brushgs::Lock lock, std::optional<In<float, 1>> directions,
+                      std::optional<In<float, 1>> swells, bool fades, In<std::int32_t, 1> ids, In<T, 2> colors,
+                      std::optional<In<T, 2>> v_centers, std::optional<In<T, 2>> v_half_extents,
+                      std::optional<In<T, 1>> v_angles, std::optional<In<T, 1>> v_depths,
+                      std::optional<In<T, 2>> v_colors, std::optional<In<T, 1>> v_opacities,
+                      std::optional<Out<T, 2>> v_means, std::optional<Out<T, 2>> v_quats,
+                      std::optional<Out<T, 2>> v_scales, std::optional<Out<T, 1>> v_gaussian_opacities,
+                      std::optional<Out<T, 3>> v_sh) {
+    const brushgs::GaussianColumns<T> gaussians{.means = means.data(),
+                                                .quats = quats.data(),
+                                                .scales = scales.data(),
+                                                .opacities = opacities.data(),
+                                                .sh = sh.data(),
+                                                .count = means.shape(0),
+                                                .sh_terms = sh.shape(1)};
+    const std::size_t terms = gaussians.sh_terms;
+    const brushgs::ProjectParams params{.view = view_of(viewmat, K, width, height, near),
+                                        .num_sigmas = num_sigmas,
+                                        .low_pass = low_pass,
+                                        .sh_degree = terms == 1 ? 0 : (terms == 4 ? 1 : (terms == 9 ? 2 : 3)),
+                                        .num_threads = num_threads,
+                                        .lock = lock,
+                                        .directions = data_or_null(directions),
+                                        .swells = data_or_null(swells),
+                                        .fades = fades,
+                                        .band = 0};
+    const brushgs::ProjectedBoxes<T> boxes{.count = ids.shape(0),
+                                           .ids = ids.data(),
+                                           .colors = colors.data(),
+                                           .v_centers = data_or_null(v_centers),
+                                           .v_half_extents = data_or_null(v_half_extents),
+                                           .v_angles = data_or_null(v_angles),
+                                           .v_depths = data_or_null(v_depths),
+                                           .v_colors = data_or_null(v_colors),
+                                           .v_opacities = data_or_null(v_opacities)};
+    const brushgs::GaussianGradients<T> gradients{.means = data_or_null(v_means),
+                                                  .quats = data_or_null(v_quats),
+                                                  .scales = data_or_null(v_scales),
+                                                  .opacities = data_or_null(v_gaussian_opacities),
+                                                  .sh = data_or_null(v_sh)};
+    const nb::gil_scoped_release without_gil;
+    brushgs::project_backward(gaussians, params, boxes, gradients);
+}
+
+template <class T>
+void def_project_backward(nb::module_& m) {
+    m.def("project_backward", &project_backward<T>, "means"_a.noconvert(), "quats"_a.noconvert(),
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(), "viewmat"_a.noconvert(),
+          "K"_a.noconvert(), "width"_a, "height"_a, "near"_a, "num_sigmas"_a, "low_pass"_a, "num_threads"_a, "lock"_a,
+          "directions"_a.noconvert().none(), "swells"_a.noconvert().none(), "fades"_a, "ids"_a.noconvert(),
+          "colors"_a.noconvert(), "v_centers"_a.noconvert().none(), "v_half_extents"_a.noconvert().none(),
+          "v_angles"_a.noconvert().none(), "v_depths"_a.noconvert().none(), "v_colors"_a.noconvert().none(),
+          "v_opacities"_a.noconvert().none(), "v_means"_a.noconvert().none(), "v_quats"_a.noconvert().none(),
+          "v_scales"_a.noconvert().none(), "v_gaussian_opacities"_a.noconvert().none(), "v_sh"_a.noconvert().none(),
+          "Write the rows with a box of the gradients by Gaussians (those given) of a loss whose gradients by the "
+          "boxes are those given; ids and colors as `project` made them, shapes trusted.");
+}
+
 template <class T>
 nb::tuple follow(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<double, 3> viewmats,
                  In<double, 3> Ks, In<double, 1> nears, int width, int height, bool is_closed, double step,
@@ -201,11 +268,6 @@ void rasterize(brushgs::Kernel kernel, int num_threads, In<T, 2> centers, In<T, 
     const brushgs::Picture<T> picture{rgb.data(), alpha.data(), depth ? depth->data() : nullptr};
     nb::gil_scoped_release release;
     brushgs::rasterize(params, boxes, picture);
-}
-
-template <class T>
-const T* data_or_null(const std::optional<In<T, 2>>& array) {
-    return array ? array->data() : nullptr;
 }
 
 template <class T>
@@ -317,6 +379,8 @@ NB_MODULE(_core, m) {
         .value("given", brushgs::Lock::given);
     def_project<float>(m);
     def_project<double>(m);
+    def_project_backward<float>(m);
+    def_project_backward<double>(m);
     def_follow<float>(m);
     def_follow<double>(m);
     m.def("new_plane_float32", &new_plane<float>, "shape"_a, "An uninitialised array for a frame.");
