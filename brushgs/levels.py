@@ -110,7 +110,7 @@ def level_coverage(coverage: NDArray[np.uint8], level_u: int, level_v: int) -> N
 def level_gradient(
     coverage: NDArray[np.uint8], level_u: int, level_v: int, v_texels: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The derivative of `level_coverage`: from the gradient of a loss by a level's texels to that by the source.
+    """The derivative of `level_coverage`: the gradient of a loss by the source from that by a level's texels.
 
     Rounding to 8 bits counts as none. A texel that was cut to the range of 8 bits passes nothing on.
 

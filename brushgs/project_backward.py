@@ -1,25 +1,29 @@
 """The derivative of `project` on NumPy arrays: gradients of a loss by the boxes in, by the Gaussians out.
 
-What `brushgs.autograd` puts behind torch tensors; it needs no torch itself. `v_name` is the gradient of the loss
-by `name` and has its shape. The arithmetic is in the compiled core, which projects once more.
+What `brushgs.autograd` puts behind torch tensors; it needs no torch itself. `v_name` is the gradient of the
+loss by `name` and has its shape. The arithmetic is in the compiled core, which projects once more.
 """
 
 from collections.abc import Collection
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brushgs import _core
 from brushgs.choices import ViewLock
 from brushgs.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS, BoxGradients, GaussianGradients
 from brushgs.project import Directions
-from brushgs.scene import Boxes, Camera, Gaussians
+from brushgs.scene import Camera, Gaussians
+from brushgs.shapes import Array
 from brushgs.threads import num_threads_or_default
 
 
 def project_backward(
     gaussians: Gaussians,
     camera: Camera,
-    boxes: Boxes,
+    ids: NDArray[np.int32],
+    colors: Array,
     v_boxes: BoxGradients,
     *,
     num_sigmas: float = 2.0,
@@ -44,7 +48,8 @@ def project_backward(
     Args:
         gaussians: as projected.
         camera: as projected.
-        boxes: what `project` made of them, without changes.
+        ids: [M] of the boxes that `project` made of them, like the next.
+        colors: [M, 3].
         v_boxes: the gradient by the boxes.
         num_sigmas: as projected.
         low_pass: as projected.
@@ -54,14 +59,18 @@ def project_backward(
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Returns:
-        The columns asked for; in bands of spherical harmonics that are all zero as well, which `project` skips.
+        The columns asked for. Bands of spherical harmonics that are all zero, and skipped by `project`, too.
     """
     given = lock if isinstance(lock, Directions) else None
-    outputs = {
+    outputs: dict[str, Any] = {
         name: np.zeros_like(getattr(gaussians, name)) if name in wanted else None for name in GAUSSIAN_COLUMNS
     }
     _core.project_backward(
-        *(getattr(gaussians, name) for name in GAUSSIAN_COLUMNS),
+        gaussians.means,
+        gaussians.quats,
+        gaussians.scales,
+        gaussians.opacities,
+        gaussians.sh,
         camera.viewmat,
         camera.K,
         int(camera.width),
@@ -74,8 +83,8 @@ def project_backward(
         None if given is None else given.angles,
         None if given is None else given.swells,
         bool(fade),
-        boxes.ids,
-        boxes.colors,
+        ids,
+        colors,
         *(getattr(v_boxes, name) for name in BOX_COLUMNS),
         *outputs.values(),
     )

@@ -1,9 +1,11 @@
 """The derivative of `rasterize` on NumPy arrays: gradients of a loss by the picture in, by the boxes out.
 
-What `brushgs.autograd` puts behind torch tensors; it needs no torch itself. `v_name` is the gradient of the loss
-by `name` and has its shape. The arithmetic is in the compiled core, which blends once more: nothing is kept from
-the way forward but its arguments and results.
+What `brushgs.autograd` puts behind torch tensors; it needs no torch itself. `v_name` is the gradient of the
+loss by `name` and has its shape. The arithmetic is in the compiled core, which blends once more: nothing is
+kept from the way forward but its arguments and results.
 """
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,13 +57,18 @@ def rasterize_backward(
     if with_coverage and texture.kind != "image":
         raise ValueError(f"rasterize_backward: the built-in kernel {texture.kind!r} has no coverage")
     levels = _levels_for(boxes, texture, filter)
-    gradients = {name: np.empty_like(getattr(boxes, name)) for name in BOX_COLUMNS}
+    gradients: dict[str, Any] = {name: np.empty_like(getattr(boxes, name)) for name in BOX_COLUMNS}
     v_texels = [np.zeros((rows, width)) for width, rows in levels.sizes] if with_coverage else []
     _core.rasterize_backward(
         _kernel_of(texture, filter),
         num_threads_or_default(num_threads),
         min_transmittance,
-        *(getattr(boxes, name) for name in BOX_COLUMNS),
+        boxes.centers,
+        boxes.half_extents,
+        boxes.angles,
+        boxes.depths,
+        boxes.colors,
+        boxes.opacities,
         levels.pairs,
         levels.sizes,
         levels.reaches,
@@ -82,7 +89,7 @@ def rasterize_backward(
 def _by_coverage(
     texture: StrokeTexture, codes: list[tuple[int, int]], v_texels: list[NDArray[np.float64]]
 ) -> NDArray[np.float64]:
-    """[h, w] gradient by the coverage from that by the texels of the levels in use, as the core reads them."""
+    """[h, w] gradient by the coverage, from that by the texels of the levels in use as the core has them."""
     total = np.zeros(texture.coverage.shape)
     for code, values in zip(codes, v_texels, strict=True):
         for axis in (0, 1):  # an axis of one texel was given a second one like it
