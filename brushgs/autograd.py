@@ -6,16 +6,16 @@
     loss(frame.over((1, 1, 1))).backward()
 
 Pictures are those of the functions of the same names in `brushgs`, bit for bit. Gradients are the derivative
-of what was computed, in float32 or float64, on the CPU; arguments are not copied. They do not depend on the number
-of threads, nor the memory they take on the number of fragments: strokes are blended once more, nothing is kept of
-one fragment. Only what requires a gradient gets one.
+of what was computed, in float32 or float64, on the CPU; arguments are not copied. They do not depend on the
+number of threads, nor the memory they take on the number of fragments: strokes are blended once more, nothing
+is kept of one fragment. Only what requires a gradient gets one.
 
 Where the derivative does not exist, this comes back:
 
 - Zero from what decides by a threshold: whether a pixel centre lies in a box (its edge), alphas under 1/255,
-  what lies behind a finished pixel, alphas held at 0.99, colours held at 0, the level of the image that serves
-  a box, which Gaussians have boxes and in what order. So the kernel "ellipse" and `filter="nearest"` give
-  gradients to colours, opacities and depths, and none to the shape of a box.
+  what lies behind a finished pixel, alphas held at 0.99, colours held at 0, the level of the image that
+  serves a box, which Gaussians have boxes and in what order. So the kernel "ellipse" and `filter="nearest"`
+  give gradients to colours, opacities and depths, and none to the shape of a box.
 - Zero by the angle of a round ellipse (its direction below rounding, 1e-14). Just above, that gradient is as
   large as one over the anisotropy.
 - Nothing through `Directions`, nor through the size that `num_sigmas=None` takes from the texture.
@@ -206,7 +206,8 @@ def rasterize(
     Args:
         boxes: M strokes, nearest first.
         texture: what fills a box; or the coverage of a stroke image as a tensor [h, w] of 0 to 1, which
-            then gets a gradient: through the levels of `filter="mip"` as well, by the transpose of what makes them.
+            then gets a gradient: through the levels of `filter="mip"` as well, by the transpose of what
+            makes them.
         height: pixels, see `brushgs.rasterize`, like the others.
         width: pixels.
         filter: how a stroke image is read.

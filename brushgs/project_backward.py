@@ -62,8 +62,10 @@ def project_backward(
         The columns asked for. Bands of spherical harmonics that are all zero, and skipped by `project`, too.
     """
     given = lock if isinstance(lock, Directions) else None
+    columns = {name: getattr(gaussians, name) for name in GAUSSIAN_COLUMNS}
     outputs: dict[str, Any] = {
-        name: np.zeros_like(getattr(gaussians, name)) if name in wanted else None for name in GAUSSIAN_COLUMNS
+        name: np.zeros(column.shape, column.dtype) if name in wanted else None
+        for name, column in columns.items()
     }
     _core.project_backward(
         gaussians.means,

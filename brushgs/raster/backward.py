@@ -58,7 +58,9 @@ def rasterize_backward(
         raise ValueError(f"rasterize_backward: the built-in kernel {texture.kind!r} has no coverage")
     levels = _levels_for(boxes, texture, filter)
     gradients: dict[str, Any] = {name: np.empty_like(getattr(boxes, name)) for name in BOX_COLUMNS}
-    v_texels = [np.zeros((rows, width)) for width, rows in levels.sizes] if with_coverage else []
+    v_texels: list[NDArray[np.float64]] = (
+        [np.zeros((rows, width)) for width, rows in levels.sizes] if with_coverage else []
+    )
     _core.rasterize_backward(
         _kernel_of(texture, filter),
         num_threads_or_default(num_threads),
@@ -79,8 +81,13 @@ def rasterize_backward(
         v_rgb,
         v_alpha,
         v_depth,
-        *gradients.values(),
-        v_texels,
+        v_centers=gradients["centers"],
+        v_half_extents=gradients["half_extents"],
+        v_angles=gradients["angles"],
+        v_depths=gradients["depths"],
+        v_colors=gradients["colors"],
+        v_opacities=gradients["opacities"],
+        v_texels=v_texels,
     )
     coverage = _by_coverage(texture, levels.codes, v_texels) if with_coverage else None
     return BoxGradients(**gradients, coverage=coverage)

@@ -54,7 +54,8 @@ void write_gradients(const RasterParams& params, const BoxView<T>& boxes, const 
     const double v_by_u = v * v_u + factor * (dv_dx * sums[kUx] + dv_dy * sums[kUy]);
     const double u_by_v = u * v_v + factor * (du_dx * sums[kVx] + du_dy * sums[kVy]);
     const double v_by_v = v * v_v + factor * (dv_dx * sums[kVx] + dv_dy * sums[kVy]);
-    const double per_pixel_u = std::hypot(du_dx, du_dy), per_pixel_v = std::hypot(dv_dx, dv_dy);
+    const double per_pixel_u = std::sqrt(du_dx * du_dx + du_dy * du_dy);
+    const double per_pixel_v = std::sqrt(dv_dx * dv_dx + dv_dy * dv_dy);
     const double along = per_pixel_v > 0 ? per_pixel_u / per_pixel_v : 0;  // 0: an image of one texel
     const double across = per_pixel_u > 0 ? per_pixel_v / per_pixel_u : 0;
 

@@ -1,0 +1,5 @@
+"""These tests need PyTorch, which painting does not."""
+
+import pytest
+
+pytest.importorskip("torch", reason="brushgs.autograd needs PyTorch: pip install 'brushgs[refine]'")
