@@ -318,24 +318,25 @@ def _once(where: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
 class _Project(torch.autograd.Function):  # type: ignore[misc]
     @staticmethod
     def forward(ctx: Any, camera: Camera, options: dict[str, Any], *columns: Tensor) -> tuple[Tensor, ...]:
-        boxes = project_arrays(scene.Gaussians(*map(_array, columns)), camera, **options)
+        gaussians = scene.Gaussians(*map(_array, columns))
+        boxes = project_arrays(gaussians, camera, **options)
         outputs = {name: _tensor(getattr(boxes, name)) for name in (*BOX_COLUMNS, "ids")}
-        ctx.camera, ctx.options = camera, options
+        ctx.gaussians, ctx.boxes, ctx.camera, ctx.options = gaussians, boxes, camera, options
         ctx.set_materialize_grads(False)
         ctx.mark_non_differentiable(outputs["ids"])
-        ctx.save_for_backward(*columns, outputs["ids"], outputs["colors"])
+        ctx.save_for_backward(*columns, outputs["ids"], outputs["colors"])  # torch sees that none changes
         return tuple(outputs.values())
 
     @staticmethod
     @_once("project")
     def backward(ctx: Any, *gradients: Tensor | None) -> tuple[Tensor | None, ...]:
-        *columns, ids, colors = ctx.saved_tensors
+        assert ctx.saved_tensors  # raises where one was changed in place
         needs = zip(GAUSSIAN_COLUMNS, ctx.needs_input_grad[2:], strict=True)
         found = project_backward(
-            scene.Gaussians(*map(_array, columns)),
+            ctx.gaussians,
             ctx.camera,
-            _array(ids),
-            _array(colors),
+            ctx.boxes.ids,
+            ctx.boxes.colors,
             BoxGradients(*(None if g is None else _array(g) for g in gradients[:-1])),
             wanted=[name for name, is_needed in needs if is_needed],
             **ctx.options,
@@ -358,7 +359,7 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
         boxes = scene.Boxes(*arrays)
         frame = rasterize_arrays(boxes, texture, **options)
         picture = [None if p is None else torch.from_numpy(p) for p in (frame.rgb, frame.alpha, frame.depth)]
-        ctx.texture, ctx.options = texture, options
+        ctx.boxes, ctx.frame, ctx.texture, ctx.options = boxes, frame, texture, options
         ctx.coverage_dtype = None if coverage is None else coverage.dtype
         ctx.set_materialize_grads(False)
         ctx.save_for_backward(*columns, ids, *picture)
@@ -367,15 +368,14 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
     @staticmethod
     @_once("rasterize")
     def backward(ctx: Any, *gradients: Tensor | None) -> tuple[Tensor | None, ...]:
-        *columns, rgb, alpha, depth = ctx.saved_tensors
+        assert ctx.saved_tensors  # raises where one was changed in place
         v_rgb, v_alpha, v_depth = (None if g is None else _array(g) for g in gradients)
         needs_coverage, *needs = ctx.needs_input_grad[3:]
-        arrays: list[Any] = [_array(column) for column in columns]
         found = rasterize_backward(
-            scene.Boxes(*arrays),
+            ctx.boxes,
             ctx.texture,
-            scene.Frame(_array(rgb), _array(alpha), None if depth is None else _array(depth)),
-            np.zeros(rgb.shape, _array(rgb).dtype) if v_rgb is None else v_rgb,
+            ctx.frame,
+            np.zeros_like(ctx.frame.rgb) if v_rgb is None else v_rgb,
             v_alpha,
             v_depth,
             filter=ctx.options["filter"],

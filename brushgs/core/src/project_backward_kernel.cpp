@@ -283,8 +283,14 @@ template <int degree, class T>
 void shade_back(const GaussianColumns<T>& gaussians, const ProjectedBoxes<T>& boxes,
                 const GaussianGradients<T>& gradients, std::size_t first, std::size_t count, Block& block) {
     constexpr std::size_t num_terms = (degree + 1) * (degree + 1);
+    constexpr std::size_t ahead = 8, line = 64 / sizeof(T);  // boxes lie in depth order, their rows anywhere
     const std::size_t stride = 3 * gaussians.sh_terms;
     for (std::size_t i = 0; i < count; ++i) {
+        const auto next = static_cast<std::size_t>(boxes.ids[first + (i + ahead < count ? i + ahead : i)]);
+        for (std::size_t k = 0; k < 3 * num_terms; k += line) {
+            if (gradients.means != nullptr) __builtin_prefetch(gaussians.sh + stride * next + k);
+            if (gradients.sh != nullptr) __builtin_prefetch(gradients.sh + stride * next + k, 1);
+        }
         const std::size_t box = first + i, row = static_cast<std::size_t>(boxes.ids[box]);
         T v_color[3];
         for (std::size_t c = 0; c < 3; ++c)

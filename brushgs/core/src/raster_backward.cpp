@@ -117,17 +117,19 @@ void rasterize_backward(const RasterParams& params, double min_transmittance, co
                         const PictureGradients<T>& picture, const BoxGradients<T>& gradients,
                         std::span<double* const> texels) {
     const BackwardKernels<T> kernels;
-    const auto records = make_buffer<Record<T>>(boxes.count);
+    thread_local Scratch<Record<T>> record_memory;
+    Record<T>* const records = record_memory.take(boxes.count).data();
     BoxVisits visits;
-    const TileLists tiles = make_tiles(params, kernels.make_records, boxes, records.get(), &visits);
+    const TileLists tiles = make_tiles(params, kernels.make_records, boxes, records, &visits);
     const auto num_tiles = static_cast<std::size_t>(tiles.columns) * static_cast<std::size_t>(tiles.rows);
-    const auto sums = make_buffer<T>(kNumSums * static_cast<std::size_t>(tiles.starts.back()));
+    thread_local Scratch<T> sum_memory;
+    T* const sums = sum_memory.take(kNumSums * static_cast<std::size_t>(tiles.starts.back())).data();
     const auto differentiate = [&](std::size_t tile, double* const* into) {
         const std::uint32_t first = tiles.starts[tile];
         const int column = static_cast<int>(tile) % tiles.columns, row = static_cast<int>(tile) / tiles.columns;
-        kernels.differentiate_tile(params, static_cast<T>(min_transmittance), records.get(), tiles.ids.get() + first,
+        kernels.differentiate_tile(params, static_cast<T>(min_transmittance), records, tiles.ids.get() + first,
                                    tiles.starts[tile + 1] - first, column, row, picture,
-                                   sums.get() + kNumSums * static_cast<std::size_t>(first), into);
+                                   sums + kNumSums * static_cast<std::size_t>(first), into);
     };
     if (texels.empty()) {
         parallel_for(num_tiles, params.num_threads, [&](std::size_t tile) { differentiate(tile, nullptr); });
@@ -149,7 +151,7 @@ void rasterize_backward(const RasterParams& params, double min_transmittance, co
             }
             double of_box[kNumSums] = {};
             for (std::uint32_t k = visits.starts[i]; k < visits.starts[i + 1]; ++k) {
-                const T* of_tile = sums.get() + kNumSums * static_cast<std::size_t>(visits.entries[k]);
+                const T* of_tile = sums + kNumSums * static_cast<std::size_t>(visits.entries[k]);
                 for (int s = 0; s < kNumSums; ++s) of_box[s] += static_cast<double>(of_tile[s]);
             }
             write_gradients(params, boxes, records[i], i, of_box, gradients);
