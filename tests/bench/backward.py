@@ -6,8 +6,8 @@
 pass to all columns of the Gaussians. The yardstick T (torch_painter.py) paints the same boxes in torch; it is
 compared with `brushgs.autograd.rasterize`, both from boxes to gradients by boxes. Pictures and gradients of
 the two are checked against each other first, then timed interleaved. Milliseconds are medians
-(minimum-maximum) of the wall clock, or with --processor-time of what all threads took, which hardly depends on
-what else runs.
+(minimum-maximum) of the wall clock, or with --processor-time of what all threads took, which hardly depends
+on what else runs.
 
 Memory is the peak of a process of its own, which paints, or paints and differentiates, the same strokes with
 other opacities: the fainter, the more fragments lie in front of each other before a pixel is finished, while
