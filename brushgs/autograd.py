@@ -330,7 +330,7 @@ class _Project(torch.autograd.Function):  # type: ignore[misc]
     @staticmethod
     @_once("project")
     def backward(ctx: Any, *gradients: Tensor | None) -> tuple[Tensor | None, ...]:
-        assert ctx.saved_tensors  # raises where one was changed in place
+        _ = ctx.saved_tensors  # raises where one was changed in place
         needs = zip(GAUSSIAN_COLUMNS, ctx.needs_input_grad[2:], strict=True)
         found = project_backward(
             ctx.gaussians,
@@ -368,7 +368,7 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
     @staticmethod
     @_once("rasterize")
     def backward(ctx: Any, *gradients: Tensor | None) -> tuple[Tensor | None, ...]:
-        assert ctx.saved_tensors  # raises where one was changed in place
+        _ = ctx.saved_tensors  # raises where one was changed in place
         v_rgb, v_alpha, v_depth = (None if g is None else _array(g) for g in gradients)
         needs_coverage, *needs = ctx.needs_input_grad[3:]
         found = rasterize_backward(
