@@ -16,12 +16,13 @@ the pairs of tiles and boxes stay the same.
 
 import argparse
 import json
-import resource
+import re
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -176,7 +177,8 @@ def peak_of(camera: Camera, who: str, opacity: float) -> float:
         coverage = torch.tensor(TEXTURE.coverage / 255, dtype=torch.float32)
         rgb, _ = torch_painter.paint(columns, coverage, width=camera.width, height=camera.height)
         torch.autograd.grad(rgb, columns["centers"], weights_of(camera))
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    status = Path("/proc/self/status").read_text()
+    return int(re.search(r"VmHWM:\s*(\d+) kB", status)[1]) / 1024
 
 
 def show_memory(arguments: argparse.Namespace) -> None:
