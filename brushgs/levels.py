@@ -109,6 +109,39 @@ def level_coverage(coverage: NDArray[np.uint8], level_u: int, level_v: int) -> N
     return filtered_along_v(filtered_along_u(coverage, level_u), level_v)
 
 
+def level_gradient(
+    coverage: NDArray[np.uint8], level_u: int, level_v: int, v_texels: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The derivative of `level_coverage`: the gradient of a loss by the source from that by a level's texels.
+
+    Rounding to 8 bits counts as none. A texel that was cut to the range of 8 bits passes nothing on.
+
+    Args:
+        coverage: uint8 [h, w] source.
+        level_u: index into `axis_levels(w)`.
+        level_v: index into `axis_levels(h)`.
+        v_texels: [rows, columns] like the level, in units of the loss by any unit of coverage.
+
+    Returns:
+        [h, w] in the same unit.
+    """
+    if level_u == 0 and level_v == 0:
+        return v_texels
+    height, width = coverage.shape
+    texels = unrounded_coverage(coverage, level_u, level_v)
+    v_texels = np.where((texels >= 0) & (texels <= 255), v_texels, 0.0)
+    if level_v:
+        v_texels = _level_matrix(height, level_v).T @ v_texels
+    if level_u:
+        v_texels = (_level_matrix(width, level_u).T @ v_texels.T).T
+    return np.asarray(v_texels)
+
+
+def unrounded_coverage(coverage: NDArray[np.uint8], level_u: int, level_v: int) -> NDArray[np.float64]:
+    """`level_coverage` before it is rounded and cut to 8 bits."""
+    return _along_v(filtered_along_u(coverage, level_u), level_v)
+
+
 def filtered_along_u(coverage: NDArray[np.uint8], level_u: int) -> NDArray[np.float64]:
     """The first half of `level_coverage`, which all its levels of one `level_u` share."""
     texels = coverage.astype(np.float64)
@@ -119,9 +152,12 @@ def filtered_along_u(coverage: NDArray[np.uint8], level_u: int) -> NDArray[np.fl
 
 def filtered_along_v(texels: NDArray[np.float64], level_v: int) -> NDArray[np.uint8]:
     """The second half of `level_coverage`, of what `filtered_along_u` gave."""
-    if level_v:
-        texels = _filtered(texels, level_v)
-    return np.asarray(np.clip(np.rint(texels), 0, 255).astype(np.uint8))
+    return np.asarray(np.clip(np.rint(_along_v(texels, level_v)), 0, 255).astype(np.uint8))
+
+
+def _along_v(texels: NDArray[np.float64], level_v: int) -> NDArray[np.float64]:
+    """The same before it is rounded and cut to 8 bits."""
+    return _filtered(texels, level_v) if level_v else texels
 
 
 def _filtered(texels: NDArray[np.float64], level: int) -> NDArray[np.float64]:

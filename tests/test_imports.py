@@ -11,11 +11,12 @@ PACKAGE = Path(__file__).resolve().parent.parent / "brushgs"
 # A module may import from its own layer and from those above it in this list.
 LAYERS = [
     ["errors", "shapes", "choices", "config", "threads"],
-    ["scene"],
+    ["scene", "gradients"],
     ["sh", "quats", "levels", "textures", "io", "framing", "motion", "key_path"],
-    ["passes", "project", "still_life", "background", "paths"],
+    ["passes", "project", "project_backward", "still_life", "background", "paths"],
     ["lock"],
     ["raster"],
+    ["autograd"],
     ["metrics", "likeness", "image_strokes", "curve"],
     ["sight", "stroke_count"],
     ["report", "describe", "spread", "counting", "stages", "pipeline", "sequence", "plotting", "measured"],

@@ -31,26 +31,6 @@ struct SortEntry {
     std::uint32_t position;  // of the record, in the order of the rows
 };
 
-// Memory that a thread keeps from frame to frame: pages fresh from the system cost more time than what is
-// computed in them. Grows to the largest frame, 60 bytes a float Gaussian in all.
-template <class Value>
-class Scratch {
-public:
-    std::span<Value> take(std::size_t count) {
-        if (capacity_ < count) {
-            values_.reset();  // before the larger one is made
-            capacity_ = 0;
-            values_ = make_buffer<Value>(count);
-            capacity_ = count;
-        }
-        return {values_.get(), count};
-    }
-
-private:
-    Buffer<Value> values_;
-    std::size_t capacity_ = 0;
-};
-
 template <class T>
 std::size_t project_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params,
                          std::size_t begin, std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
@@ -165,7 +145,7 @@ BoxColumns<T> project(const GaussianColumns<T>& gaussians, const ProjectParams& 
     const std::size_t num_items = (gaussians.count + kRowsPerItem - 1) / kRowsPerItem;
 
     // Every item has room for all its rows, so that none waits for the counts of those before it.
-    thread_local Scratch<BoxRecord<T>> record_memory;
+    thread_local Scratch<BoxRecord<T>> record_memory;  // with the entries below 60 bytes a float Gaussian
     const std::span<BoxRecord<T>> records = record_memory.take(gaussians.count);
     std::vector<std::size_t> num_boxes(num_items);
     std::vector<ProjectCounts> culled(num_items);

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <memory>
 #include <new>
+#include <span>
 #include <type_traits>
 
 #ifdef __linux__
@@ -36,5 +37,25 @@ Buffer<T> make_buffer(std::size_t count) {
 #endif
     return Buffer<T>(static_cast<T*>(memory));
 }
+
+// Memory that a thread keeps from frame to frame: pages fresh from the system cost more time than what is
+// computed in them. Grows to the largest frame.
+template <class Value>
+class Scratch {
+public:
+    std::span<Value> take(std::size_t count) {
+        if (capacity_ < count) {
+            values_.reset();  // before the larger one is made
+            capacity_ = 0;
+            values_ = make_buffer<Value>(count);
+            capacity_ = count;
+        }
+        return {values_.get(), count};
+    }
+
+private:
+    Buffer<Value> values_;
+    std::size_t capacity_ = 0;
+};
 
 }  // namespace brushgs
