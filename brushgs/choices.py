@@ -16,6 +16,7 @@ ViewLock = Literal["anchor", "off"]  # of one view, which knows of no other
 Lock = Literal["track", "anchor", "off"]  # of a sequence
 Order = Literal["depth", "soft"]
 ColorSpace = Literal["lab", "linear", "srgb"]  # that a palette is matched in
+Params = Literal["colour", "free", "all"]  # of strokes, that refinement moves
 
 # Flags by name -> value. "paper" is the published method (Xiang et al. 2025) without its defects.
 PRESETS: Mapping[str, Mapping[str, Any]] = {

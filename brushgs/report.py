@@ -54,16 +54,19 @@ class Report:
     _started: float = field(default_factory=time.perf_counter)
     _progress: "Progress | None" = None
     _bar: "TaskID | None" = None
+    _unit: str = "frames"
 
     @contextmanager
-    def stage(self, name: str, *, frames: int | None = None) -> Iterator[Stage]:
+    def stage(self, name: str, *, frames: int | None = None, unit: str = "frames") -> Iterator[Stage]:
         """Time a step, and show that it runs. The step fills in what it did.
 
         Args:
             name: what it is called in the table.
             frames: how many frames it makes, if it is one that calls `advance` after each.
+            unit: what to call them.
         """
         stage = Stage(name)
+        self._unit = unit
         self._start_bar(name, frames)
         start = time.perf_counter()
         try:
@@ -73,13 +76,13 @@ class Report:
             self._stop_bar()
         self.stages.append(stage)
 
-    def advance(self) -> None:
-        """Show that one more frame of the running step is done."""
+    def advance(self, note: str = "") -> None:
+        """Show that one more frame of the running step is done, and a note on how it goes."""
         if self._progress is None or self._bar is None:
             return
         task = self._progress.tasks[-1]
         done, total = round(task.completed) + 1, round(task.total or 0)
-        told = pace(done, total, task.elapsed or 0.0)
+        told = ", ".join(filter(None, [pace(done, total, task.elapsed or 0.0, self._unit), note]))
         self._progress.update(self._bar, completed=done, told=told)
 
     @property
@@ -144,9 +147,9 @@ class Report:
         self._bar = None
 
 
-def pace(done: int, total: int, seconds: float) -> str:
+def pace(done: int, total: int, seconds: float, unit: str = "frames") -> str:
     """Frames done, frames a second and time left, such as "34/120 frames, 8.2 a second, 0:11 left"."""
-    text = f"{done}/{total} frames"
+    text = f"{done}/{total} {unit}"
     if not done or not seconds > 0:
         return text
     minutes, rest = divmod(round((total - done) * seconds / done), 60)

@@ -10,14 +10,14 @@ import pytest
 PACKAGE = Path(__file__).resolve().parent.parent / "brushgs"
 # A module may import from its own layer and from those above it in this list.
 LAYERS = [
-    ["errors", "shapes", "choices", "config", "threads"],
+    ["errors", "shapes", "choices", "region", "config", "threads"],
     ["scene"],
     ["sh", "quats", "levels", "textures", "io", "framing", "motion", "key_path"],
     ["passes", "project", "still_life", "background", "paths"],
     ["lock"],
-    ["raster"],
+    ["raster", "autograd"],
     ["metrics", "image_strokes"],
-    ["report", "describe", "spread", "stages", "pipeline", "sequence", "stability"],
+    ["report", "describe", "spread", "stages", "pipeline", "sequence", "stability", "refine"],
     ["demo", "arguments", "cli"],
     ["__main__"],
 ]
