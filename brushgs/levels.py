@@ -104,13 +104,46 @@ def level_coverage(coverage: NDArray[np.uint8], level_u: int, level_v: int) -> N
     """
     if level_u == 0 and level_v == 0:
         return coverage
+    return np.asarray(np.clip(np.rint(_filtered(coverage, level_u, level_v)), 0, 255).astype(np.uint8))
+
+
+def level_gradient(
+    coverage: NDArray[np.uint8], level_u: int, level_v: int, v_texels: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The derivative of `level_coverage`: the gradient of a loss by the source from that by a level's texels.
+
+    Rounding to 8 bits counts as none. A texel that was cut to the range of 8 bits passes nothing on.
+
+    Args:
+        coverage: uint8 [h, w] source.
+        level_u: index into `axis_levels(w)`.
+        level_v: index into `axis_levels(h)`.
+        v_texels: [rows, columns] like the level, in units of the loss by any unit of coverage.
+
+    Returns:
+        [h, w] in the same unit.
+    """
+    if level_u == 0 and level_v == 0:
+        return v_texels
+    height, width = coverage.shape
+    texels = _filtered(coverage, level_u, level_v)
+    v_texels = np.where((texels >= 0) & (texels <= 255), v_texels, 0.0)
+    if level_v:
+        v_texels = _level_matrix(height, level_v).T @ v_texels
+    if level_u:
+        v_texels = (_level_matrix(width, level_u).T @ v_texels.T).T
+    return np.asarray(v_texels)
+
+
+def _filtered(coverage: NDArray[np.uint8], level_u: int, level_v: int) -> NDArray[np.float64]:
+    """The texels of one level before they are rounded and cut to 8 bits."""
     height, width = coverage.shape
     texels = coverage.astype(np.float64)
     if level_u:
         texels = (_level_matrix(width, level_u) @ texels.T).T
     if level_v:
         texels = _level_matrix(height, level_v) @ texels
-    return np.asarray(np.clip(np.rint(texels), 0, 255).astype(np.uint8))
+    return np.asarray(texels)
 
 
 @lru_cache(maxsize=128)

@@ -11,11 +11,12 @@ PACKAGE = Path(__file__).resolve().parent.parent / "brushgs"
 # A module may import from its own layer and from those above it in this list.
 LAYERS = [
     ["errors", "shapes", "choices", "region", "config", "threads"],
-    ["scene"],
+    ["scene", "gradients"],
     ["sh", "quats", "levels", "textures", "io", "framing", "motion", "key_path"],
-    ["passes", "project", "still_life", "background", "paths"],
+    ["passes", "project", "project_backward", "still_life", "background", "paths"],
     ["lock"],
-    ["raster", "autograd"],
+    ["raster"],
+    ["autograd"],
     ["metrics", "image_strokes"],
     ["report", "describe", "spread", "stages", "pipeline", "sequence", "stability", "refine"],
     ["demo", "arguments", "cli"],

@@ -235,12 +235,13 @@ class _Levels(NamedTuple):
     sizes: NDArray[np.int32]  # [L, 2] columns, rows
     reaches: NDArray[np.float64]  # [L, 2] along u, v: half extents of the box that the texels span
     of_box: NDArray[np.uint16]  # [M] row of the above; [0]: all boxes use the first
+    codes: list[tuple[int, int]]  # L times the level along u and along v, see `level_coverage`
 
 
 def _levels_for(boxes: Boxes, texture: StrokeTexture, filter: Filter) -> _Levels:
     all_first = np.empty(0, np.uint16)
     if texture.kind != "image":
-        return _Levels([], np.empty((0, 2), np.int32), np.empty((0, 2)), all_first)
+        return _Levels([], np.empty((0, 2), np.int32), np.empty((0, 2)), all_first, [])
     rows, columns = texture.coverage.shape
     u, v = axis_levels(columns), axis_levels(rows)
     if filter == "mip":
@@ -251,7 +252,7 @@ def _levels_for(boxes: Boxes, texture: StrokeTexture, filter: Filter) -> _Levels
     levels = [_packed(texture, *code) for code in codes]
     sizes = np.array([size for _, size in levels], np.int32).reshape(-1, 2)
     reaches = np.array([(u[i].scale, v[j].scale) for i, j in codes]).reshape(-1, 2)
-    return _Levels([pairs for pairs, _ in levels], sizes, reaches, of_box)
+    return _Levels([pairs for pairs, _ in levels], sizes, reaches, of_box, codes)
 
 
 _Packed = tuple[NDArray[np.uint16], tuple[int, int]]

@@ -84,7 +84,7 @@ def mean_psnr(strokes: Gaussians, judges: Sequence[Lesson], drawing: Drawing) ->
     """PSNR in dB to the plain picture on white, mean over views."""
     found = []
     for judge in judges:
-        frame = render(strokes, judge.camera, drawing.texture, depth=False, **drawing.options())
+        frame = render(strokes, judge.camera, drawing.texture, **drawing.options())
         wanted = judge.wanted.numpy()
         found.append(psnr(frame.over(GROUND), wanted[..., :3] + (1 - wanted[..., 3:])))
     return float(np.mean(found))

@@ -48,7 +48,7 @@ class Drawing:
 
     def options(self) -> dict[str, Any]:
         """Arguments of `render`, of arrays and of tensors."""
-        return {"num_sigmas": self.num_sigmas, "filter": self.filter, "lock": self.lock}
+        return {"num_sigmas": self.num_sigmas, "filter": self.filter, "lock": self.lock, "depth": False}
 
 
 @dataclass

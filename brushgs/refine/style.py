@@ -87,7 +87,7 @@ def stylise(
     def score(strokes: Gaussians) -> float:
         found = []
         for judge in judges:
-            frame = render(strokes, judge.camera, drawing.texture, depth=False, **drawing.options())
+            frame = render(strokes, judge.camera, drawing.texture, **drawing.options())
             loss = loss_of(torch.from_numpy(frame.rgb), torch.from_numpy(frame.alpha), _on_white(judge))
             found.append(float(loss))
         return float(-10 * np.log10(np.mean(found)))

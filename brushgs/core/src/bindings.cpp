@@ -12,7 +12,9 @@
 #include "brushgs/frame_pool.hpp"
 #include "brushgs/lock.hpp"
 #include "brushgs/project.hpp"
+#include "brushgs/project_backward.hpp"
 #include "brushgs/raster.hpp"
+#include "brushgs/raster_backward.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -113,6 +115,72 @@ void def_project(nb::module_& m) {
           "Gaussians that have none.");
 }
 
+template <class Array>
+auto data_or_null(const std::optional<Array>& array) {
+    return array ? array->data() : nullptr;
+}
+
+template <class T>
+void project_backward(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
+                      In<double, 2> viewmat, In<double, 2> K, int width, int height, double near, double num_sigmas,
+                      double low_pass, int num_threads, brushgs::Lock lock, std::optional<In<float, 1>> directions,
+                      std::optional<In<float, 1>> swells, bool fades, In<std::int32_t, 1> ids, In<T, 2> colors,
+                      std::optional<In<T, 2>> v_centers, std::optional<In<T, 2>> v_half_extents,
+                      std::optional<In<T, 1>> v_angles, std::optional<In<T, 1>> v_depths,
+                      std::optional<In<T, 2>> v_colors, std::optional<In<T, 1>> v_opacities,
+                      std::optional<Out<T, 2>> v_means, std::optional<Out<T, 2>> v_quats,
+                      std::optional<Out<T, 2>> v_scales, std::optional<Out<T, 1>> v_gaussian_opacities,
+                      std::optional<Out<T, 3>> v_sh) {
+    const brushgs::GaussianColumns<T> gaussians{.means = means.data(),
+                                                .quats = quats.data(),
+                                                .scales = scales.data(),
+                                                .opacities = opacities.data(),
+                                                .sh = sh.data(),
+                                                .count = means.shape(0),
+                                                .sh_terms = sh.shape(1)};
+    const std::size_t terms = gaussians.sh_terms;
+    const brushgs::ProjectParams params{.view = view_of(viewmat, K, width, height, near),
+                                        .num_sigmas = num_sigmas,
+                                        .low_pass = low_pass,
+                                        .sh_degree = terms == 1 ? 0 : (terms == 4 ? 1 : (terms == 9 ? 2 : 3)),
+                                        .num_threads = num_threads,
+                                        .lock = lock,
+                                        .directions = data_or_null(directions),
+                                        .swells = data_or_null(swells),
+                                        .fades = fades,
+                                        .band = 0};
+    const brushgs::ProjectedBoxes<T> boxes{.count = ids.shape(0),
+                                           .ids = ids.data(),
+                                           .colors = colors.data(),
+                                           .v_centers = data_or_null(v_centers),
+                                           .v_half_extents = data_or_null(v_half_extents),
+                                           .v_angles = data_or_null(v_angles),
+                                           .v_depths = data_or_null(v_depths),
+                                           .v_colors = data_or_null(v_colors),
+                                           .v_opacities = data_or_null(v_opacities)};
+    const brushgs::GaussianGradients<T> gradients{.means = data_or_null(v_means),
+                                                  .quats = data_or_null(v_quats),
+                                                  .scales = data_or_null(v_scales),
+                                                  .opacities = data_or_null(v_gaussian_opacities),
+                                                  .sh = data_or_null(v_sh)};
+    const nb::gil_scoped_release without_gil;
+    brushgs::project_backward(gaussians, params, boxes, gradients);
+}
+
+template <class T>
+void def_project_backward(nb::module_& m) {
+    m.def("project_backward", &project_backward<T>, "means"_a.noconvert(), "quats"_a.noconvert(),
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(), "viewmat"_a.noconvert(),
+          "K"_a.noconvert(), "width"_a, "height"_a, "near"_a, "num_sigmas"_a, "low_pass"_a, "num_threads"_a, "lock"_a,
+          "directions"_a.noconvert().none(), "swells"_a.noconvert().none(), "fades"_a, "ids"_a.noconvert(),
+          "colors"_a.noconvert(), "v_centers"_a.noconvert().none(), "v_half_extents"_a.noconvert().none(),
+          "v_angles"_a.noconvert().none(), "v_depths"_a.noconvert().none(), "v_colors"_a.noconvert().none(),
+          "v_opacities"_a.noconvert().none(), "v_means"_a.noconvert().none(), "v_quats"_a.noconvert().none(),
+          "v_scales"_a.noconvert().none(), "v_gaussian_opacities"_a.noconvert().none(), "v_sh"_a.noconvert().none(),
+          "Write the rows with a box of the gradients by Gaussians (those given) of a loss whose gradients by the "
+          "boxes are those given; ids and colors as `project` made them, shapes trusted.");
+}
+
 template <class T>
 nb::tuple follow(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<double, 3> viewmats,
                  In<double, 3> Ks, In<double, 1> nears, int width, int height, bool is_closed, double step,
@@ -202,6 +270,51 @@ void rasterize(brushgs::Kernel kernel, int num_threads, In<T, 2> centers, In<T, 
     brushgs::rasterize(params, boxes, picture);
 }
 
+template <class T>
+void rasterize_backward(brushgs::Kernel kernel, int num_threads, double min_transmittance, In<T, 2> centers,
+                        In<T, 2> half_extents, In<T, 1> angles, In<T, 1> depths, In<T, 2> colors, In<T, 1> opacities,
+                        const std::vector<In<std::uint16_t, 1>>& pairs, In<std::int32_t, 2> sizes,
+                        In<double, 2> reaches, In<std::uint16_t, 1> level_of_box, In<T, 3> rgb, In<T, 2> alpha,
+                        std::optional<In<T, 2>> depth, In<T, 3> v_rgb, std::optional<In<T, 2>> v_alpha,
+                        std::optional<In<T, 2>> v_depth, Out<T, 2> v_centers, Out<T, 2> v_half_extents,
+                        Out<T, 1> v_angles, Out<T, 1> v_depths, Out<T, 2> v_colors, Out<T, 1> v_opacities,
+                        const std::vector<Out<double, 2>>& v_texels) {
+    std::vector<brushgs::Level> levels;
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+        levels.push_back({pairs[i].data(), sizes(i, 0), sizes(i, 1), reaches(i, 0), reaches(i, 1)});
+    std::vector<double*> texels;
+    for (const auto& of_level : v_texels) texels.push_back(of_level.data());
+    brushgs::RasterParams params{};
+    params.kernel = kernel;
+    params.width = static_cast<int>(rgb.shape(1));
+    params.height = static_cast<int>(rgb.shape(0));
+    params.num_threads = num_threads;
+    params.levels = levels;
+    params.level_of_box = {level_of_box.data(), level_of_box.size()};
+    const brushgs::BoxView<T> boxes{centers.shape(0), centers.data(), half_extents.data(), angles.data(),
+                                    depths.data(),    colors.data(),  opacities.data(),    nullptr};
+    const brushgs::PictureGradients<T> picture{rgb.data(),   alpha.data(),          data_or_null(depth),
+                                               v_rgb.data(), data_or_null(v_alpha), data_or_null(v_depth)};
+    const brushgs::BoxGradients<T> gradients{v_centers.data(), v_half_extents.data(), v_angles.data(),
+                                             v_depths.data(),  v_colors.data(),       v_opacities.data()};
+    const nb::gil_scoped_release without_gil;
+    brushgs::rasterize_backward(params, min_transmittance, boxes, picture, gradients, texels);
+}
+
+template <class T>
+void def_rasterize_backward(nb::module_& m) {
+    m.def("rasterize_backward", &rasterize_backward<T>, "kernel"_a, "num_threads"_a, "min_transmittance"_a,
+          "centers"_a.noconvert(), "half_extents"_a.noconvert(), "angles"_a.noconvert(), "depths"_a.noconvert(),
+          "colors"_a.noconvert(), "opacities"_a.noconvert(), "pairs"_a.noconvert(), "sizes"_a.noconvert(),
+          "reaches"_a.noconvert(), "level_of_box"_a.noconvert(), "rgb"_a.noconvert(), "alpha"_a.noconvert(),
+          "depth"_a.noconvert().none(), "v_rgb"_a.noconvert(), "v_alpha"_a.noconvert().none(),
+          "v_depth"_a.noconvert().none(), "v_centers"_a.noconvert(), "v_half_extents"_a.noconvert(),
+          "v_angles"_a.noconvert(), "v_depths"_a.noconvert(), "v_colors"_a.noconvert(), "v_opacities"_a.noconvert(),
+          "v_texels"_a.noconvert(),
+          "Write the gradients by the boxes, and add to those by the texels of each level (or to none), of a loss "
+          "whose gradients by the picture are v_rgb, v_alpha and v_depth; shapes are trusted.");
+}
+
 // A vector that becomes a NumPy array without a copy.
 template <class T>
 auto to_array(std::vector<T>&& values) {
@@ -266,10 +379,14 @@ NB_MODULE(_core, m) {
         .value("given", brushgs::Lock::given);
     def_project<float>(m);
     def_project<double>(m);
+    def_project_backward<float>(m);
+    def_project_backward<double>(m);
     def_follow<float>(m);
     def_follow<double>(m);
     m.def("new_plane_float32", &new_plane<float>, "shape"_a, "An uninitialised array for a frame.");
     m.def("new_plane_float64", &new_plane<double>, "shape"_a, "An uninitialised array for a frame.");
     def_rasterize<float>(m);
     def_rasterize<double>(m);
+    def_rasterize_backward<float>(m);
+    def_rasterize_backward<double>(m);
 }

@@ -10,6 +10,8 @@
 
 #include "brushgs/blending.hpp"
 #include "brushgs/footprint.hpp"
+#include "brushgs/placing.hpp"
+#include "brushgs/sh.hpp"
 #include "brushgs/trig.hpp"
 
 namespace brushgs::BRUSHGS_ISA {
@@ -34,55 +36,6 @@ struct alignas(64) Block {
 
 inline std::size_t index(double fate) { return static_cast<std::size_t>(fate); }
 
-// How much the major axis of the ellipse pulls on an anchored direction: 1 + this x (the squared sine between
-// the longest axis and the view) x (the squared anisotropy). At 8, orbits of trained scenes in steps of 1.5
-// degrees turn no stroke by more than 15 degrees a step, away from the singular views; at 20 some do.
-constexpr double kAnchorPull = 8;
-
-// The anchored direction. In the frame of the ellipse (x along its major axis) the projection p of the
-// Gaussian's longest axis is stretched along x: that bends it toward the branch of the major axis nearer to
-// it, not at all where the ellipse is round or the longest axis is seen end-on. Continuous wherever p is
-// not zero, that is for every view but the two along the longest axis.
-[[gnu::always_inline]] inline Direction anchor_direction(const Direction& major, const Variances& variance,
-                                                         const LongestAxis& longest, const double view[3]) {
-    const double cosine = longest.axis[0] * view[0] + longest.axis[1] * view[1] + longest.axis[2] * view[2];
-    const double side = larger(1 - cosine * cosine, 0);
-    const double anisotropy = (variance.along - variance.across) / (variance.along + variance.across);
-    const double pull = 1 + kAnchorPull * side * anisotropy * anisotropy;
-    const double along = pull * (major.cosine * longest.x + major.sine * longest.y);
-    const double across = major.cosine * longest.y - major.sine * longest.x;
-    const double length = __builtin_sqrt(along * along + across * across);
-    const bool is_seen = length * length > kDirectionNoise * kDirectionNoise * variance.along;
-    const double inverse = 1 / length;
-    const double x = is_seen ? along * inverse : 1.0, y = is_seen ? across * inverse : 0.0;
-    const double bent_cosine = major.cosine * x - major.sine * y, bent_sine = major.sine * x + major.cosine * y;
-    return {bent_cosine, bent_sine, angle_of(bent_cosine, bent_sine)};
-}
-
-[[gnu::always_inline]] inline double smooth_step(double t) {
-    const double x = t < 0 ? 0 : (t > 1 ? 1 : t);
-    return x * x * (3 - 2 * x);
-}
-
-// A stroke fades in between the near plane and this many times its distance. The near plane of a framed camera lies
-// at 1 % of the way to the subject, and a step of 1.5 degrees around it moves the camera by 2.6 %.
-constexpr double kFadedNear = 8;
-// In the inverse length of the box, the root of the area of the picture over its own: where a box grows evenly toward
-// the camera, it fades evenly.
-constexpr double kWhole = 0.5;     // up to 4 pictures in area a stroke is whole,
-constexpr double kVanished = 0.1;  // and from 100 on it is gone
-
-// The share of its opacity that a stroke keeps: nothing at the near plane, nothing where its box is 100 times
-// the picture, and as much as the low-pass does not add to its length where it is shorter than a pixel; smooth in
-// between, so that no stroke appears or vanishes from one frame to the next. `variance` is along the major axis.
-[[gnu::always_inline]] inline double fade_of(double depth, double near, double box_area, double picture_area,
-                                             double variance, double low_pass) {
-    const double nearness = (depth - near) / ((kFadedNear - 1) * near);
-    const double smallness = (__builtin_sqrt(picture_area / box_area) - kVanished) / (kWhole - kVanished);
-    const double length = __builtin_sqrt(larger(variance - low_pass, 0) / variance);
-    return smooth_step(nearness) * smooth_step(smallness) * length;
-}
-
 // Fills the second half of `block` from the first, for Gaussians whose boxes are stored as T.
 template <class T, Lock lock>
 void place(const ProjectParams& params, Block& block) {
@@ -106,7 +59,7 @@ void place(const ProjectParams& params, Block& block) {
         const double major = variance.along;
         double thinness = 1;  // the paint of a stroke stays the same where its box is larger than it need be
         if constexpr (lock == Lock::anchor) {
-            u = anchor_direction(u, variance, longest_axis(f, axes, scales), toward);
+            u = anchored(u, variance, longest_axis(f, axes, scales), toward).direction;
             variance = variances(f, u.cosine, u.sine, p.low_pass);
         }
         if constexpr (lock == Lock::given) {
@@ -122,10 +75,9 @@ void place(const ProjectParams& params, Block& block) {
         const double half_u = p.num_sigmas * __builtin_sqrt(variance.along);
         const double half_v = p.num_sigmas * __builtin_sqrt(variance.across);
 
-        const double fade = fade_of(f.depth, camera.near, 4 * half_u * half_v, camera.width * camera.height,
-                                    major, p.low_pass);
+        const Fade fade = fade_of(camera, f.depth, 4 * half_u * half_v, major, p.low_pass);
         const double paint = block.opacity[i] * thinness;
-        const double visible = fades > 0 ? paint * fade : paint;
+        const double visible = fades > 0 ? paint * fade.share() : paint;
 
         // Outside: the upright rectangle around the box and the image have no area in common.
         const double reach_x = absolute(u.cosine) * half_u + absolute(u.sine) * half_v;
@@ -168,59 +120,6 @@ void place(const ProjectParams& params, std::size_t first, std::size_t count, Bl
             place<T, Lock::given>(params, block);
             break;
     }
-}
-
-// The real spherical harmonics of 3D Gaussian Splatting up to `degree` at a unit direction.
-template <int degree, class T>
-inline void sh_basis(T x, T y, T z, T* basis) {
-    basis[0] = T(0.28209479177387814);
-    if constexpr (degree >= 1) {
-        basis[1] = T(-0.4886025119029199) * y;
-        basis[2] = T(0.4886025119029199) * z;
-        basis[3] = T(-0.4886025119029199) * x;
-    }
-    if constexpr (degree >= 2) {
-        const T xx = x * x, yy = y * y, zz = z * z;
-        basis[4] = T(1.0925484305920792) * (x * y);
-        basis[5] = T(-1.0925484305920792) * (y * z);
-        basis[6] = T(0.31539156525252005) * (2 * zz - xx - yy);
-        basis[7] = T(-1.0925484305920792) * (x * z);
-        basis[8] = T(0.5462742152960396) * (xx - yy);
-        if constexpr (degree >= 3) {
-            basis[9] = T(-0.5900435899266435) * y * (3 * xx - yy);
-            basis[10] = T(2.890611442640554) * z * (x * y);
-            basis[11] = T(-0.4570457994644658) * y * (4 * zz - xx - yy);
-            basis[12] = T(0.3731763325901154) * z * (2 * zz - 3 * xx - 3 * yy);
-            basis[13] = T(-0.4570457994644658) * x * (4 * zz - xx - yy);
-            basis[14] = T(1.445305721320277) * z * (xx - yy);
-            basis[15] = T(-0.5900435899266435) * x * (xx - 3 * yy);
-        }
-    }
-}
-
-// Sum over terms of basis x coefficient. Four terms of three channels are twelve numbers in a row: three
-// vectors of four, whose sums are sorted by channel at the end.
-template <int degree, class T>
-inline void add_terms(const T* sh, const T* basis, T* color) {
-    constexpr int num_terms = (degree + 1) * (degree + 1);
-    typedef T Quad __attribute__((vector_size(4 * sizeof(T))));
-    typedef decltype(Quad{} < Quad{}) Order;
-    Quad first{}, second{}, third{};
-    for (int k = 0; k + 4 <= num_terms; k += 4) {
-        Quad weights, terms;
-        __builtin_memcpy(&weights, basis + k, sizeof weights);
-        __builtin_memcpy(&terms, sh + 3 * k, sizeof terms);
-        first += terms * __builtin_shuffle(weights, Order{0, 0, 0, 1});
-        __builtin_memcpy(&terms, sh + 3 * k + 4, sizeof terms);
-        second += terms * __builtin_shuffle(weights, Order{1, 1, 2, 2});
-        __builtin_memcpy(&terms, sh + 3 * k + 8, sizeof terms);
-        third += terms * __builtin_shuffle(weights, Order{2, 3, 3, 3});
-    }
-    color[0] = (first[0] + first[3]) + (second[2] + third[1]);
-    color[1] = (first[1] + second[0]) + (second[3] + third[2]);
-    color[2] = (first[2] + second[1]) + (third[0] + third[3]);
-    if constexpr (num_terms % 4 == 1)
-        for (int c = 0; c < 3; ++c) color[c] += basis[num_terms - 1] * sh[3 * (num_terms - 1) + c];
 }
 
 // Lists the lanes under `count` that are kept, counts what becomes of all, and returns how many are kept.

@@ -147,6 +147,7 @@ struct ViewFrame {
 // enters only as a + c, a - c and 2 b. Not yet with the low-pass.
 struct Footprint {
     double depth, center_x, center_y;
+    double ratio_x, ratio_y;  // x / z and y / z in the camera
     double mx[3], my[3];
     double sum, difference, twice_b, spread;
 };
@@ -157,12 +158,12 @@ struct Footprint {
     Footprint f;
     f.depth = w[8] * x + w[9] * y + w[10] * z + w[11];
     const double inverse_depth = 1 / f.depth;
-    const double ratio_x = (w[0] * x + w[1] * y + w[2] * z + w[3]) * inverse_depth;
-    const double ratio_y = (w[4] * x + w[5] * y + w[6] * z + w[7]) * inverse_depth;
-    f.center_x = view.fx * ratio_x + view.cx, f.center_y = view.fy * ratio_y + view.cy;
+    f.ratio_x = (w[0] * x + w[1] * y + w[2] * z + w[3]) * inverse_depth;
+    f.ratio_y = (w[4] * x + w[5] * y + w[6] * z + w[7]) * inverse_depth;
+    f.center_x = view.fx * f.ratio_x + view.cx, f.center_y = view.fy * f.ratio_y + view.cy;
 
     // J W, the rows of the projection at the clamped point, before the division by depth.
-    const double at_x = clamped(ratio_x, view.limit_x), at_y = clamped(ratio_y, view.limit_y);
+    const double at_x = clamped(f.ratio_x, view.limit_x), at_y = clamped(f.ratio_y, view.limit_y);
     const double jx[3] = {w[0] - at_x * w[8], w[1] - at_x * w[9], w[2] - at_x * w[10]};
     const double jy[3] = {w[4] - at_y * w[8], w[5] - at_y * w[9], w[6] - at_y * w[10]};
 
@@ -202,15 +203,17 @@ struct Variances {
 struct LongestAxis {
     double x, y;        // its column of M
     double axis[3];     // unit vector in the world
+    double which;       // 0, 1 or 2
 };
 
 [[gnu::always_inline]] static inline LongestAxis longest_axis(const Footprint& f, const double axes[3][3],
                                                               const double scales[3]) {
-    LongestAxis longest{f.mx[0], f.my[0], {axes[0][0], axes[0][1], axes[0][2]}};
+    LongestAxis longest{f.mx[0], f.my[0], {axes[0][0], axes[0][1], axes[0][2]}, 0};
     double scale = scales[0];
     for (int k = 1; k < 3; ++k) {
         const bool is_longer = scales[k] > scale;
         scale = is_longer ? scales[k] : scale;
+        longest.which = is_longer ? k : longest.which;
         longest.x = is_longer ? f.mx[k] : longest.x;
         longest.y = is_longer ? f.my[k] : longest.y;
         for (int c = 0; c < 3; ++c) longest.axis[c] = is_longer ? axes[k][c] : longest.axis[c];

@@ -1,0 +1,445 @@
+"""`project`, `rasterize` and `render` on torch tensors, with gradients.
+
+    import brushgs.autograd as ba
+    strokes = ba.Gaussians.of(scene, requires_grad=True)
+    frame = ba.render(strokes, camera, texture)
+    loss(frame.over((1, 1, 1))).backward()
+
+Pictures are those of the functions of the same names in `brushgs`, bit for bit. Gradients are the derivative
+of what was computed, in float32 or float64, on the CPU; arguments are not copied. They do not depend on the number
+of threads, nor the memory they take on the number of fragments: strokes are blended once more, nothing is kept of
+one fragment. Only what requires a gradient gets one.
+
+Where the derivative does not exist, this comes back:
+
+- Zero from what decides by a threshold: whether a pixel centre lies in a box (its edge), alphas under 1/255,
+  what lies behind a finished pixel, alphas held at 0.99, colours held at 0, the level of the image that serves
+  a box, which Gaussians have boxes and in what order. So the kernel "ellipse" and `filter="nearest"` give
+  gradients to colours, opacities and depths, and none to the shape of a box.
+- Zero by the angle of a round ellipse (its direction below rounding, 1e-14). Just above, that gradient is as
+  large as one over the anisotropy.
+- Nothing through `Directions`, nor through the size that `num_sigmas=None` takes from the texture.
+- A texture given as a tensor is rounded to 8 bits, and its gradient passes that as if it were not.
+- Second derivatives and the soft order are refused.
+
+Needs PyTorch: `pip install 'brushgs[refine]'`.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import wraps
+from typing import Any, Self
+
+import numpy as np
+
+from brushgs import scene
+from brushgs.choices import Filter, Order, ViewLock
+from brushgs.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS, BoxGradients
+from brushgs.project import Directions
+from brushgs.project import project as project_arrays
+from brushgs.project_backward import project_backward
+from brushgs.raster.backward import rasterize_backward
+from brushgs.raster.ops import is_directed
+from brushgs.raster.ops import rasterize as rasterize_arrays
+from brushgs.scene import Camera
+from brushgs.shapes import Array
+from brushgs.textures import StrokeTexture
+
+try:
+    import torch
+    from torch import Tensor
+except ModuleNotFoundError as error:
+    raise ModuleNotFoundError(
+        "brushgs.autograd: needs PyTorch, which is not installed; pip install 'brushgs[refine]'", name="torch"
+    ) from error
+
+
+@dataclass(frozen=True, eq=False)
+class Gaussians:
+    """N Gaussians as tensors of one dtype, float32 or float64; shapes and ranges as in `brushgs.Gaussians`.
+
+    Values are checked where they are used.
+
+    Raises:
+        TypeError: if a column is no tensor, on another device than the CPU or of another dtype.
+    """
+
+    means: Tensor  # [N, 3]
+    quats: Tensor  # [N, 4]
+    scales: Tensor  # [N, 3]
+    opacities: Tensor  # [N]
+    sh: Tensor  # [N, k, 3]
+
+    def __post_init__(self) -> None:
+        _check_tensors("Gaussians", {name: getattr(self, name) for name in GAUSSIAN_COLUMNS})
+
+    @classmethod
+    def of(cls, gaussians: scene.Gaussians, *, requires_grad: bool = False) -> Self:
+        """Copies of the columns of a scene, in its dtype."""
+        columns = (torch.tensor(getattr(gaussians, name)) for name in GAUSSIAN_COLUMNS)
+        return cls(*(column.requires_grad_(requires_grad) for column in columns))
+
+    def numpy(self) -> scene.Gaussians:
+        """The scene without gradients; it shares the memory of contiguous tensors.
+
+        Raises:
+            ValueError: if a shape or value breaks the rules of `brushgs.Gaussians`.
+        """
+        return scene.Gaussians(*(_array(getattr(self, name)) for name in GAUSSIAN_COLUMNS))
+
+    def __len__(self) -> int:
+        return len(self.means)
+
+
+@dataclass(frozen=True, eq=False)
+class Boxes:
+    """M oriented rectangles as tensors, nearest first; shapes, units and ranges as in `brushgs.Boxes`.
+
+    Raises:
+        TypeError: if a column is no tensor, on another device than the CPU or of another dtype.
+    """
+
+    centers: Tensor  # [M, 2]
+    half_extents: Tensor  # [M, 2]
+    angles: Tensor  # [M]
+    depths: Tensor  # [M]
+    colors: Tensor  # [M, 3]
+    opacities: Tensor  # [M]
+    ids: Tensor  # [M] int32, the Gaussian (row) behind each box: no gradient
+
+    def __post_init__(self) -> None:
+        _check_tensors("Boxes", {name: getattr(self, name) for name in BOX_COLUMNS})
+
+    @classmethod
+    def of(cls, boxes: scene.Boxes, *, requires_grad: bool = False) -> Self:
+        """Copies of the columns of boxes without bands, in their dtype.
+
+        Raises:
+            ValueError: if the boxes have bands.
+        """
+        if boxes.bands is not None:
+            raise ValueError('Boxes: boxes must have no bands here; project with order="depth"')
+        columns = {n: torch.tensor(getattr(boxes, n)).requires_grad_(requires_grad) for n in BOX_COLUMNS}
+        return cls(**columns, ids=torch.tensor(boxes.ids))
+
+    def __len__(self) -> int:
+        return len(self.centers)
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One picture as tensors; as in `brushgs.Frame`."""
+
+    rgb: Tensor  # [H, W, 3]
+    alpha: Tensor  # [H, W]
+    depth: Tensor | None = None  # [H, W]
+
+    def over(self, background: Sequence[float] | Tensor) -> Tensor:
+        """The picture on a background, [H, W, 3].
+
+        Args:
+            background: one RGB colour or an [H, W, 3] tensor, display-encoded, 0 to 1.
+
+        Raises:
+            ValueError: if it has another shape.
+        """
+        ground = torch.as_tensor(background, dtype=self.rgb.dtype)
+        if tuple(ground.shape) not in ((3,), tuple(self.rgb.shape)):
+            raise ValueError(
+                f"over: background must have shape [3] or {list(self.rgb.shape)}, got {list(ground.shape)}"
+            )
+        return self.rgb + (1 - self.alpha[..., None]) * ground
+
+
+def project(
+    gaussians: Gaussians,
+    camera: Camera,
+    *,
+    num_sigmas: float = 2.0,
+    low_pass: float = 0.3,
+    lock: ViewLock | Directions = "off",
+    fade: bool = False,
+    order: Order = "depth",
+    num_threads: int | None = None,
+) -> Boxes:
+    """Project Gaussians to boxes: `brushgs.project` with gradients by all columns of the Gaussians.
+
+    Culled Gaussians get zeros. Bands of spherical harmonics that are all zero have their gradient too.
+
+    Args:
+        gaussians: N Gaussians in world space.
+        camera: one pinhole camera; it gets no gradient.
+        num_sigmas: see `brushgs.project`, like the others.
+        low_pass: pixels squared.
+        lock: "off" and "anchor" pass gradients through the angle, `Directions` do not.
+        fade: whether strokes fade that would otherwise appear or vanish.
+        order: "depth"; "soft" has no gradient.
+        num_threads: None takes the processors available to this process. The result does not depend on it.
+
+    Raises:
+        TypeError: if an argument has another type.
+        ValueError: if a value is out of range or `order` is "soft".
+    """
+    if not isinstance(gaussians, Gaussians):
+        raise TypeError(
+            f"project: gaussians must be brushgs.autograd.Gaussians, got {type(gaussians).__name__}; "
+            "use Gaussians.of"
+        )
+    _check_order("project", order)
+    options = {"num_sigmas": num_sigmas, "low_pass": low_pass, "lock": lock, "fade": fade}
+    columns = (getattr(gaussians, name) for name in GAUSSIAN_COLUMNS)
+    return Boxes(*_Project.apply(camera, {**options, "num_threads": num_threads}, *columns))
+
+
+def rasterize(
+    boxes: Boxes,
+    texture: StrokeTexture | Tensor,
+    *,
+    height: int,
+    width: int,
+    filter: Filter = "mip",
+    depth: bool = True,
+    num_threads: int | None = None,
+) -> Frame:
+    """Paint boxes with a stroke texture: `brushgs.rasterize` with gradients by the boxes and the texture.
+
+    Args:
+        boxes: M strokes, nearest first.
+        texture: what fills a box; or the coverage of a stroke image as a tensor [h, w] of 0 to 1, which
+            then gets a gradient: through the levels of `filter="mip"` as well, by the transpose of what makes them.
+        height: pixels, see `brushgs.rasterize`, like the others.
+        width: pixels.
+        filter: how a stroke image is read.
+        depth: whether the frame carries a depth, which has a gradient too.
+        num_threads: None takes the processors available to this process. The result does not depend on it.
+
+    Raises:
+        TypeError: if an argument has another type.
+        ValueError: if a value is out of range.
+    """
+    if not isinstance(boxes, Boxes):
+        raise TypeError(
+            f"rasterize: boxes must be brushgs.autograd.Boxes, got {type(boxes).__name__}; use Boxes.of"
+        )
+    stroke, coverage = _stroke_of("rasterize", texture)
+    options = {"height": height, "width": width, "filter": filter, "depth": depth, "num_threads": num_threads}
+    columns = (getattr(boxes, name) for name in BOX_COLUMNS)
+    return Frame(*_Rasterize.apply(stroke, options, boxes.ids, coverage, *columns))
+
+
+def render(
+    gaussians: Gaussians,
+    camera: Camera,
+    texture: StrokeTexture | Tensor,
+    *,
+    lock: ViewLock | Directions = "anchor",
+    order: Order = "depth",
+    filter: Filter = "mip",
+    num_sigmas: float | None = None,
+    low_pass: float = 0.3,
+    depth: bool = True,
+    num_threads: int | None = None,
+) -> Frame:
+    """Paint Gaussians as one camera sees them: `brushgs.render` with gradients.
+
+    Args:
+        gaussians: N Gaussians in world space; each becomes a stroke.
+        camera: one pinhole camera; its size is the size of the picture.
+        texture: see `rasterize`.
+        lock: see `project`; the built-in kernels are drawn along the axes of the ellipse.
+        order: "depth"; "soft" has no gradient.
+        filter: see `rasterize`.
+        num_sigmas: half length of a box in standard deviations; None takes the texture's, held fixed.
+        low_pass: see `project`.
+        depth: see `rasterize`.
+        num_threads: see `rasterize`.
+
+    Raises:
+        TypeError: if an argument has another type.
+        ValueError: if a value is out of range or `order` is "soft".
+    """
+    _check_order("render", order)
+    stroke, _ = _stroke_of("render", texture)
+    boxes = project(
+        gaussians,
+        camera,
+        num_sigmas=stroke.fitted_sigmas if num_sigmas is None else num_sigmas,
+        low_pass=low_pass,
+        lock=lock if is_directed(stroke) else "off",
+        fade=is_directed(stroke),
+        num_threads=num_threads,
+    )
+    return rasterize(
+        boxes,
+        texture,
+        height=camera.height,
+        width=camera.width,
+        filter=filter,
+        depth=depth,
+        num_threads=num_threads,
+    )
+
+
+class _Refuse(torch.autograd.Function):  # type: ignore[misc]
+    """Passes gradients on as they are, and does not let anyone differentiate them."""
+
+    @staticmethod
+    def forward(ctx: Any, where: str, *gradients: Tensor) -> tuple[Tensor, ...]:
+        ctx.where = where
+        return tuple(gradient.view_as(gradient) for gradient in gradients)
+
+    @staticmethod
+    def backward(ctx: Any, *_: Tensor) -> None:
+        raise RuntimeError(
+            f"{ctx.where}: has no second derivatives; detach its gradients before using them in a loss"
+        )
+
+
+def _once(where: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """For a `backward` that cannot be differentiated: who tries is told by name."""
+
+    def decorate(backward: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(backward)
+        def guarded(ctx: Any, *gradients: Tensor | None) -> tuple[Tensor | None, ...]:
+            with torch.no_grad():
+                outputs = tuple(backward(ctx, *gradients))
+            if not torch.is_grad_enabled():  # it is where the graph of the gradient is asked for
+                return outputs
+            tensors = [output.requires_grad_() for output in outputs if output is not None]
+            guards = iter(_Refuse.apply(where, *tensors))
+            return tuple(None if output is None else next(guards) for output in outputs)
+
+        return guarded
+
+    return decorate
+
+
+class _Project(torch.autograd.Function):  # type: ignore[misc]
+    @staticmethod
+    def forward(ctx: Any, camera: Camera, options: dict[str, Any], *columns: Tensor) -> tuple[Tensor, ...]:
+        boxes = project_arrays(scene.Gaussians(*map(_array, columns)), camera, **options)
+        outputs = {name: _tensor(getattr(boxes, name)) for name in (*BOX_COLUMNS, "ids")}
+        ctx.camera, ctx.options = camera, options
+        ctx.set_materialize_grads(False)
+        ctx.mark_non_differentiable(outputs["ids"])
+        ctx.save_for_backward(*columns, outputs["ids"], outputs["colors"])
+        return tuple(outputs.values())
+
+    @staticmethod
+    @_once("project")
+    def backward(ctx: Any, *gradients: Tensor | None) -> tuple[Tensor | None, ...]:
+        *columns, ids, colors = ctx.saved_tensors
+        needs = zip(GAUSSIAN_COLUMNS, ctx.needs_input_grad[2:], strict=True)
+        found = project_backward(
+            scene.Gaussians(*map(_array, columns)),
+            ctx.camera,
+            _array(ids),
+            _array(colors),
+            BoxGradients(*(None if g is None else _array(g) for g in gradients[:-1])),
+            wanted=[name for name, is_needed in needs if is_needed],
+            **ctx.options,
+        )
+        by_column = (getattr(found, name) for name in GAUSSIAN_COLUMNS)
+        return None, None, *(None if g is None else torch.from_numpy(g) for g in by_column)
+
+
+class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
+    @staticmethod
+    def forward(
+        ctx: Any,
+        texture: StrokeTexture,
+        options: dict[str, Any],
+        ids: Tensor,
+        coverage: Tensor | None,  # what `texture` was made of
+        *columns: Tensor,
+    ) -> tuple[Tensor | None, ...]:
+        arrays: list[Any] = [_array(column) for column in (*columns, ids)]
+        boxes = scene.Boxes(*arrays)
+        frame = rasterize_arrays(boxes, texture, **options)
+        picture = [None if p is None else torch.from_numpy(p) for p in (frame.rgb, frame.alpha, frame.depth)]
+        ctx.texture, ctx.options = texture, options
+        ctx.coverage_dtype = None if coverage is None else coverage.dtype
+        ctx.set_materialize_grads(False)
+        ctx.save_for_backward(*columns, ids, *picture)
+        return tuple(picture)
+
+    @staticmethod
+    @_once("rasterize")
+    def backward(ctx: Any, *gradients: Tensor | None) -> tuple[Tensor | None, ...]:
+        *columns, rgb, alpha, depth = ctx.saved_tensors
+        v_rgb, v_alpha, v_depth = (None if g is None else _array(g) for g in gradients)
+        needs_coverage, *needs = ctx.needs_input_grad[3:]
+        arrays: list[Any] = [_array(column) for column in columns]
+        found = rasterize_backward(
+            scene.Boxes(*arrays),
+            ctx.texture,
+            scene.Frame(_array(rgb), _array(alpha), None if depth is None else _array(depth)),
+            np.zeros(rgb.shape, _array(rgb).dtype) if v_rgb is None else v_rgb,
+            v_alpha,
+            v_depth,
+            filter=ctx.options["filter"],
+            with_coverage=needs_coverage,
+            num_threads=ctx.options["num_threads"],
+        )
+        by_column = (getattr(found, name) for name in BOX_COLUMNS)
+        return (
+            None,
+            None,
+            None,
+            None if found.coverage is None else torch.from_numpy(found.coverage).to(ctx.coverage_dtype),
+            *(
+                torch.from_numpy(g) if is_needed else None
+                for g, is_needed in zip(by_column, needs, strict=True)
+            ),
+        )
+
+
+def _array(tensor: Tensor) -> Any:
+    """The values, in the memory of the tensor where it is contiguous."""
+    return tensor.detach().contiguous().numpy()
+
+
+def _tensor(column: Array) -> Tensor:
+    """A column of fresh boxes, in the memory that they do not share with anyone."""
+    column = column.view()
+    column.flags.writeable = True  # boxes are read-only; torch knows no such thing
+    return torch.from_numpy(column)
+
+
+def _check_tensors(where: str, columns: dict[str, Any]) -> None:
+    for name, column in columns.items():
+        if not isinstance(column, Tensor):
+            raise TypeError(f"{where}: {name} must be a torch tensor, got {type(column).__name__}")
+        if column.device.type != "cpu":
+            raise TypeError(f"{where}: {name} must be on the CPU, got {column.device}; call .cpu() on it")
+        if column.dtype not in (torch.float32, torch.float64):
+            raise TypeError(
+                f"{where}: {name} must be float32 or float64, got {_name(column)}; call .float() on it"
+            )
+        first, first_column = next(iter(columns.items()))
+        if column.dtype != first_column.dtype:
+            raise TypeError(
+                f"{where}: {name} must be {_name(first_column)} like {first}, got {_name(column)}"
+            )
+
+
+def _name(tensor: Tensor) -> str:
+    return str(tensor.dtype).removeprefix("torch.")
+
+
+def _check_order(where: str, order: Order) -> None:
+    if order != "depth":
+        raise ValueError(
+            f'{where}: order must be "depth", got {order!r}; the soft order has no gradient, '
+            'refine with "depth" and paint with "soft"'
+        )
+
+
+def _stroke_of(where: str, texture: StrokeTexture | Tensor) -> tuple[StrokeTexture, Tensor | None]:
+    """The texture, and the coverage that it was made of where that is a tensor."""
+    if isinstance(texture, StrokeTexture):
+        return texture, None
+    if not isinstance(texture, Tensor):
+        raise TypeError(f"{where}: texture must be a StrokeTexture or a tensor, got {type(texture).__name__}")
+    _check_tensors(where, {"texture": texture})
+    return StrokeTexture.from_coverage(_array(texture)), texture

@@ -1,0 +1,52 @@
+// The derivative of `project`: from the gradient of a loss by the boxes to that by the Gaussians.
+//
+// Every box is computed once more from its Gaussian; boxes without a gradient by some column leave it out.
+#pragma once
+
+#include "brushgs/project.hpp"
+
+namespace brushgs {
+
+// M boxes as `project` made them, and the gradients of the loss by them; layout as in brushgs.Boxes.
+template <class T>
+struct ProjectedBoxes {
+    std::size_t count;         // M
+    const std::int32_t* ids;   // [M]
+    const T* colors;           // [M, 3]: a channel that was cut at 0 passes nothing on
+    const T* v_centers;        // [M, 2]; this and those below: or null for zeros
+    const T* v_half_extents;   // [M, 2]
+    const T* v_angles;         // [M]
+    const T* v_depths;         // [M]
+    const T* v_colors;         // [M, 3]
+    const T* v_opacities;      // [M]
+};
+
+// Gradients by the Gaussians; rows without a box are left as they are. Null where it is not wanted.
+template <class T>
+struct GaussianGradients {
+    T* means;      // [count, 3]
+    T* quats;      // [count, 4]
+    T* scales;     // [count, 3]
+    T* opacities;  // [count]
+    T* sh;         // [count, sh_terms, 3]
+};
+
+// `params` as for `project`, but that `sh_degree` should be the one stored: bands that are all zero have a gradient.
+template <class T>
+void project_backward(const GaussianColumns<T>& gaussians, const ProjectParams& params,
+                      const ProjectedBoxes<T>& boxes, const GaussianGradients<T>& gradients);
+
+// Implemented once per instruction set, in project_backward_kernel.cpp: the boxes [begin, end).
+#define BRUSHGS_DECLARE_PROJECT_BACKWARD(isa)                                                                  \
+    namespace isa {                                                                                            \
+    template <class T>                                                                                         \
+    void project_backward_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params,               \
+                               const ProjectedBoxes<T>& boxes, const GaussianGradients<T>& gradients,          \
+                               std::size_t begin, std::size_t end);                                            \
+    }
+BRUSHGS_DECLARE_PROJECT_BACKWARD(baseline)
+BRUSHGS_DECLARE_PROJECT_BACKWARD(avx2)
+BRUSHGS_DECLARE_PROJECT_BACKWARD(avx512)
+#undef BRUSHGS_DECLARE_PROJECT_BACKWARD
+
+}  // namespace brushgs

@@ -1,0 +1,278 @@
+// How a record covers the pixels of a tile: what painting and its derivative have in common.
+//
+// A tile is read in blocks of 4 x 4 pixels. Compiled once per instruction set, see CMakeLists.txt.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "brushgs/lanes.hpp"
+#include "brushgs/raster.hpp"
+
+namespace brushgs::BRUSHGS_ISA {
+
+constexpr int kBlockSize = 4;                                    // pixels; a block has 4 x 4 of them
+constexpr int kBlockPixels = kBlockSize * kBlockSize;
+constexpr int kBlockColumns = kTileWidth / kBlockSize;           // 8
+constexpr int kBlockRows = kTileHeight / kBlockSize;             // 4
+constexpr int kNumBlocks = kBlockColumns * kBlockRows;           // 32: a tile's blocks fit a 32-bit mask
+static_assert(kNumBlocks == 32);
+
+// The pixels of a tile that lie in the picture, a bit each of the blocks of `alive`; returns the blocks with any.
+inline std::uint32_t open_pixels(int num_columns, int num_rows, std::uint16_t (&alive)[kNumBlocks]) {
+    __builtin_memset(alive, 0xFF, sizeof alive);
+    if (num_columns >= kTileWidth && num_rows >= kTileHeight) return 0xFFFFFFFFu;
+    std::uint32_t blocks = 0;
+    for (int b = 0; b < kNumBlocks; ++b) {  // at the picture's edge
+        unsigned pixels = 0;
+        for (int p = 0; p < kBlockPixels; ++p) {
+            const int x = b % kBlockColumns * kBlockSize + p % kBlockSize;
+            const int y = b / kBlockColumns * kBlockSize + p / kBlockSize;
+            if (x < num_columns && y < num_rows) pixels |= 1u << p;
+        }
+        alive[b] = static_cast<std::uint16_t>(pixels);
+        blocks |= (pixels == 0 ? 0u : 1u) << b;
+    }
+    return blocks;
+}
+
+// Pixels of block b of a tile that let no more light through.
+template <class Tile>
+[[gnu::always_inline]] inline void finish_pixels(Tile& tile, int b, unsigned pixels) {
+    const unsigned still_alive = tile.alive[b] & ~pixels;  // no branch: it would be taken often and known late
+    tile.alive[b] = static_cast<std::uint16_t>(still_alive);
+    tile.alive_blocks &= ~((still_alive == 0 ? 1u : 0u) << b);
+}
+
+// Blocks of the tile whose pixels overlap the record's pixel bounds.
+template <class T>
+std::uint32_t blocks_in_bounds(const Record<T>& record, int x0, int y0) {
+    const int first_column = (record.left > x0 ? record.left - x0 : 0) / kBlockSize;
+    const int last_column = (record.right < x0 + kTileWidth - 1 ? record.right - x0 : kTileWidth - 1) / kBlockSize;
+    const int first_row = (record.top > y0 ? record.top - y0 : 0) / kBlockSize;
+    const int last_row = (record.bottom < y0 + kTileHeight - 1 ? record.bottom - y0 : kTileHeight - 1) / kBlockSize;
+    const std::uint32_t row = (0xFFu >> (kBlockColumns - 1 - (last_column - first_column))) << first_column;
+    const std::uint32_t rows = (0xFFFFFFFFu >> (8 * (kBlockRows - 1 - (last_row - first_row)))) << (8 * first_row);
+    return row * 0x01010101u & rows;
+}
+
+// 2^x for x <= 0, to the precision of T.
+template <class T>
+[[gnu::always_inline]] inline auto exp2_negative(typename Lanes<T>::Real x) {
+    using L = Lanes<T>;
+    constexpr int degree = sizeof(T) == 4 ? 6 : 13;  // Taylor on |f| <= 1/2: below 2e-7 and 1e-17
+    constexpr double ln2 = 0.693147180559945309417;
+    const auto n = L::whole(x - L::set(T(0.5)));
+    const auto f = x - n;
+    double coefficient[degree + 1];
+    coefficient[0] = 1;
+    for (int k = 1; k <= degree; ++k) coefficient[k] = coefficient[k - 1] * ln2 / k;
+    auto sum = L::set(static_cast<T>(coefficient[degree]));
+    for (int k = degree - 1; k >= 0; --k) sum = sum * f + L::set(static_cast<T>(coefficient[k]));
+    return sum * L::exp2_of_whole(n);
+}
+
+// A constant of the tile loop: where each pixel of a block, and each block of a tile, lies (pixels).
+template <class T>
+struct Offsets {
+    alignas(64) T pixel_x[kBlockPixels], pixel_y[kBlockPixels], block_x[kNumBlocks], block_y[kNumBlocks];
+
+    constexpr Offsets() : pixel_x(), pixel_y(), block_x(), block_y() {
+        for (int p = 0; p < kBlockPixels; ++p) {
+            pixel_x[p] = static_cast<T>(p % kBlockSize);
+            pixel_y[p] = static_cast<T>(p / kBlockSize);
+        }
+        for (int b = 0; b < kNumBlocks; ++b) {
+            block_x[b] = static_cast<T>(b % kBlockColumns * kBlockSize);
+            block_y[b] = static_cast<T>(b / kBlockColumns * kBlockSize);
+        }
+    }
+};
+template <class T>
+constexpr Offsets<T> offsets{};
+
+// How one kernel turns (u, v) into coverage, and between which coordinates a box lies.
+template <class T, Kernel kernel>
+struct Sampler {
+    using L = Lanes<T>;
+    using Real = typename L::Real;
+    static constexpr bool is_image = kernel == Kernel::bilinear || kernel == Kernel::nearest;
+    Real low_u, high_u, low_v, high_v;
+    const std::uint16_t* pairs = nullptr;
+    Real stride;
+
+    [[gnu::always_inline]] inline Sampler(const RasterParams& params, const Record<T>& record) {
+        if constexpr (is_image) {
+            const Level& level = params.levels[static_cast<std::size_t>(record.level)];
+            low_u = low_v = L::set(0);
+            high_u = L::set(static_cast<T>(level.columns - 1));
+            high_v = L::set(static_cast<T>(level.rows - 1));
+            pairs = level.pairs;
+            stride = L::set(static_cast<T>(level.columns));
+        } else {
+            low_u = low_v = L::set(-record.limit);
+            high_u = high_v = L::set(record.limit);
+            stride = L::set(0);
+        }
+    }
+
+    // Move the sides of the box outwards.
+    [[gnu::always_inline]] inline void widen(Real along_u, Real along_v) {
+        low_u = low_u - along_u;
+        high_u = high_u + along_u;
+        low_v = low_v - along_v;
+        high_v = high_v + along_v;
+    }
+
+    // Those of `mask` that lie strictly inside the box.
+    [[gnu::always_inline]] inline auto inside(typename L::Mask mask, Real u, Real v) const {
+        mask = L::less(L::less(mask, low_u, u), u, high_u);
+        return L::less(L::less(mask, low_v, v), v, high_v);
+    }
+
+    // Coverage at a point and how it changes along u and v: of images 0 to 255 and its derivative by texels, of the
+    // Gaussian 0 to 1 and the derivative of its logarithm. Where nothing changes smoothly there is no slope.
+    struct Sample {
+        Real coverage, slope_u, slope_v;
+    };
+
+    // Defined where `mask` is set.
+    [[gnu::always_inline]] inline Sample sample(Real u, Real v, typename L::Mask mask) const {
+        const Real zero = L::set(0);
+        if constexpr (is_image) {
+            const Real column = L::whole(u), row = L::whole(v);
+            const auto quad = L::gather(pairs, L::truncate(row * stride + column), mask);
+            Real fu = u - column, fv = v - row;
+            if constexpr (kernel == Kernel::nearest) {
+                fu = nearest_of(fu);
+                fv = nearest_of(fv);
+            }
+            const Real c00 = L::template byte<0>(quad), c10 = L::template byte<1>(quad);
+            const Real c01 = L::template byte<2>(quad), c11 = L::template byte<3>(quad);
+            const Real step_upper = c01 - c00, step_lower = c11 - c10;
+            const Real upper = c00 + fu * step_upper;
+            const Real lower = c10 + fu * step_lower;
+            const Real slope_v = lower - upper, coverage = upper + fv * slope_v;
+            if constexpr (kernel == Kernel::nearest) return {coverage, zero, zero};
+            return {coverage, step_upper + fv * (step_lower - step_upper), slope_v};
+        } else if constexpr (kernel == Kernel::gaussian) {
+            constexpr double half_log2_e = 0.5 * 1.44269504088896340736;
+            const Real value = exp2_negative<T>((u * u + v * v) * L::set(static_cast<T>(-half_log2_e)));
+            return {value, zero - u, zero - v};
+        } else {
+            return {L::where(L::less(mask, u * u + v * v, L::set(1)), L::set(1)), zero, zero};
+        }
+    }
+
+    // 0 where a fraction rounds down, 1 where it rounds up.
+    [[gnu::always_inline]] static inline Real nearest_of(Real fraction) {
+        return L::where(L::at_least(L::from_bits(~0u), fraction, L::set(T(0.5))), L::set(1));
+    }
+};
+
+// Texel coordinates at the first pixel of each block of a tile, and which of the blocks meet the box.
+template <class T>
+struct BlockCoordinates {
+    using L = Lanes<T>;
+    using Real = typename L::Real;
+    alignas(64) T u[kNumBlocks];
+    alignas(64) T v[kNumBlocks];
+
+    template <class Sampler>
+    [[gnu::always_inline]] inline std::uint32_t find(const Record<T>& record, const Sampler& sampler, int x0, int y0,
+                                                     std::uint32_t blocks) {
+        const T dx = static_cast<T>(x0 - record.anchor_x), dy = static_cast<T>(y0 - record.anchor_y);
+        const T tile_u = record.offset_u + (record.du_dx * dx + record.du_dy * dy);
+        const T tile_v = record.offset_v + (record.dv_dx * dx + record.dv_dy * dy);
+        // Separating axes: a block lies beside the box when its pixel centres all lie beyond one of its sides.
+        constexpr T to_middle = (kBlockSize - 1) / T(2);
+        const Real middle_u = L::set(to_middle * (record.du_dx + record.du_dy));
+        const Real middle_v = L::set(to_middle * (record.dv_dx + record.dv_dy));
+        // Rounding must not leave out a block with a pixel that is inside by its own coordinates.
+        constexpr T rounding = (sizeof(T) == 4 ? T(0x1p-23) : T(0x1p-52)) * 8;
+        constexpr T reach = to_middle + rounding * kTileWidth;
+        Sampler widened = sampler;
+        widened.widen((sampler.high_u - sampler.low_u) * L::set(rounding),
+                      (sampler.high_v - sampler.low_v) * L::set(rounding));
+        widened.widen(L::set(reach * (std::fabs(record.du_dx) + std::fabs(record.du_dy))),
+                      L::set(reach * (std::fabs(record.dv_dx) + std::fabs(record.dv_dy))));
+        const Real du_dx = L::set(record.du_dx), du_dy = L::set(record.du_dy);
+        const Real dv_dx = L::set(record.dv_dx), dv_dy = L::set(record.dv_dy);
+        std::uint32_t overlapping = 0;
+        for (int first = 0; first < kNumBlocks; first += L::width) {
+            const Real bx = L::load(offsets<T>.block_x + first), by = L::load(offsets<T>.block_y + first);
+            const Real block_u = L::set(tile_u) + (du_dx * bx + du_dy * by);
+            const Real block_v = L::set(tile_v) + (dv_dx * bx + dv_dy * by);
+            L::store(u + first, block_u);
+            L::store(v + first, block_v);
+            const auto meets = widened.inside(L::from_bits(blocks >> first), block_u + middle_u, block_v + middle_v);
+            overlapping |= L::bits(meets) << first;
+        }
+        return overlapping;
+    }
+};
+
+// How the coverage of a record changes at the pixels of a tile, see Sampler::Sample.
+template <class T>
+struct Slopes {
+    alignas(64) T u[kNumBlocks][kBlockPixels];
+    alignas(64) T v[kNumBlocks][kBlockPixels];
+};
+
+// The alpha of a record at the pixels of a tile that still let light through, 0 outside its box; returns the blocks
+// of 4 x 4 pixels that it may touch, of which alone `alphas`, and `slopes` where asked for, are written. Sifted:
+// alphas too faint to count are 0, only blocks with others are returned, and `pixels` says which pixels of a block
+// these are.
+template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = false, class Tile>
+[[gnu::always_inline]] inline std::uint32_t sample_record(const RasterParams& params, const Record<T>& record, int x0,
+                                                          int y0, const Tile& tile,
+                                                          T (&alphas)[kNumBlocks][kBlockPixels],
+                                                          std::uint16_t* pixels = nullptr,
+                                                          Slopes<T>* slopes = nullptr) {
+    using L = Lanes<T>;
+    using Real = typename L::Real;
+    constexpr int W = L::width;
+    std::uint32_t blocks = blocks_in_bounds(record, x0, y0) & tile.alive_blocks;
+    if (blocks == 0) return 0;
+    const Sampler<T, kernel> sampler(params, record);
+    BlockCoordinates<T> block;
+    blocks = block.find(record, sampler, x0, y0, blocks);
+
+    Real lane_u[kBlockPixels / W], lane_v[kBlockPixels / W];
+    for (int part = 0; part < kBlockPixels / W; ++part) {
+        const Real px = L::load(offsets<T>.pixel_x + part * W), py = L::load(offsets<T>.pixel_y + part * W);
+        lane_u[part] = L::set(record.du_dx) * px + L::set(record.du_dy) * py;
+        lane_v[part] = L::set(record.dv_dx) * px + L::set(record.dv_dy) * py;
+    }
+    const Real opacity = L::set(record.opacity);
+    for (std::uint32_t rest = blocks; rest != 0; rest &= rest - 1) {
+        const int b = __builtin_ctz(rest);
+        unsigned seen = 0;
+        for (int part = 0; part < kBlockPixels / W; ++part) {
+            const int lane = part * W;
+            const Real u = L::set(block.u[b]) + lane_u[part];
+            const Real v = L::set(block.v[b]) + lane_v[part];
+            const auto inside = sampler.inside(L::from_bits(static_cast<unsigned>(tile.alive[b]) >> lane), u, v);
+            const auto sample = sampler.sample(u, v, inside);
+            const Real alpha = L::min(opacity * sample.coverage, L::set(static_cast<T>(kMaxAlpha)));
+            if constexpr (with_slopes) {
+                L::store(slopes->u[b] + lane, sample.slope_u);
+                L::store(slopes->v[b] + lane, sample.slope_v);
+            }
+            if constexpr (is_sifted) {
+                const auto painted = L::at_least(inside, alpha, L::set(static_cast<T>(kMinAlpha)));
+                L::store(alphas[b] + lane, L::where(painted, alpha));
+                seen |= L::bits(painted) << lane;
+            } else {
+                L::store(alphas[b] + lane, L::where(inside, alpha));
+            }
+        }
+        if constexpr (is_sifted) {
+            pixels[b] = static_cast<std::uint16_t>(seen);
+            blocks &= ~((seen == 0 ? 1u : 0u) << b);
+        }
+    }
+    return blocks;
+}
+
+}  // namespace brushgs::BRUSHGS_ISA
