@@ -115,7 +115,7 @@ class Fit:
         self.objective, self.score, self.plan = objective, score, plan
         self.optimizer = variables.optimizer(plan.rates)
         self.curve, self.step = Curve(), 0
-        self._best = -np.inf, [value.detach().clone() for value in variables.moving.values()]
+        self._best: tuple[float, list[Tensor]] | None = None  # of the looks after the first
         self._since: list[float] = []
         self._seconds = 0.0
 
@@ -144,10 +144,12 @@ class Fit:
             if time.perf_counter() - saved > SECONDS_BETWEEN_CHECKPOINTS:
                 self._save()
                 saved = time.perf_counter()
-        for value, best in zip(self.variables.moving.values(), self._best[1], strict=True):
-            value.data.copy_(best)
         if self.plan.checkpoint is not None:
             self.plan.checkpoint.unlink(missing_ok=True)
+        if self._best is None or self._best[0] < self.curve.scores[0]:
+            return self.variables.strokes
+        for value, best in zip(self.variables.moving.values(), self._best[1], strict=True):
+            value.data.copy_(best)
         return self.variables.result()
 
     def _step(self) -> None:
@@ -171,17 +173,21 @@ class Fit:
         return int(np.random.default_rng((self.plan.seed, around)).permutation(len(self.cameras))[place])
 
     def _look(self) -> None:
-        score, curve = self.score(self.variables.result()), self.curve
+        curve, is_first = self.curve, not self.curve.scores
+        score = self.score(self.variables.strokes if is_first else self.variables.result())
         curve.steps.append(self.step)
         curve.seconds.append(round(self._seconds, 3))
         curve.losses.append(float(np.mean(self._since)) if self._since else float("nan"))
         curve.scores.append(score)
         self._since = []
-        if score > self._best[0]:
+        if not is_first and (self._best is None or score > self._best[0]):
             self._best = score, [value.detach().clone() for value in self.variables.moving.values()]
         if self.step == self.plan.steps:
             curve.stopped = f"all {self.step} steps are done"
-        elif len(curve.scores) > PATIENCE and self._best[0] - max(curve.scores[:-PATIENCE]) < LEAST_GAIN:
+        elif (
+            len(curve.scores) > PATIENCE
+            and max(curve.scores[-PATIENCE:]) - max(curve.scores[:-PATIENCE]) < LEAST_GAIN
+        ):
             curve.stopped = f"the last {PATIENCE} looks brought less than {LEAST_GAIN} together"
 
     def _save(self) -> None:
