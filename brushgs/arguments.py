@@ -27,6 +27,7 @@ from brushgs.choices import (
     Merge,
     Method,
     Order,
+    Params,
     Weight,
     size_rule,
 )
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
         PaletteConfig,
         PathConfig,
         PruneConfig,
+        RefineConfig,
         SequenceConfig,
         StabilityConfig,
         ViewConfig,
@@ -165,6 +167,16 @@ def build_parser() -> ArgumentParser:
     _add_palette(recolor, is_required=True)
     _add_telling(recolor)
 
+    refine = command("refine", "fit strokes to the scene, or to a style image: PLY in, PLY out")
+    refine.add_argument("scene", type=Path, help="trained 3D Gaussian scene (.ply)")
+    _add_output(refine, "scene file, default SCENE-refined.ply in the current folder")
+    _add_draw(refine)
+    _add_prune(refine)
+    _add_cluster(refine)
+    _add_palette(refine, is_required=False)
+    _add_refine(refine)
+    _add_telling(refine)
+
     stability = command("stability", "measure how still the strokes hold along a camera path")
     stability.add_argument("scene", type=Path, help="trained 3D Gaussian scene (.ply)")
     _add_output(
@@ -287,6 +299,31 @@ def palette_config(args: Namespace) -> "PaletteConfig | None":
 
     given = {"strength": args.palette_strength, "space": args.palette_space}
     return PaletteConfig(args.palette, **{name: value for name, value in given.items() if value is not None})
+
+
+def refine_configs(args: Namespace) -> "tuple[PaintConfig, RefineConfig]":
+    """How `brushgs refine` makes and draws strokes, and what it moves.
+
+    Raises:
+        ValueError: if a value is out of range, or flags exclude each other.
+    """
+    from brushgs.config import PaintConfig, RefineConfig, ViewConfig
+    from brushgs.region import Region
+
+    if args.to == "style" and args.style is None:
+        raise ValueError("--to style must stand beside --style, which says what style")
+    if args.to == "self" and args.style is not None:
+        raise ValueError("--to self must not stand beside --style; leave one out")
+    paint = PaintConfig(
+        prune=prune_config(args),
+        cluster=cluster_config(args),
+        palette=palette_config(args),
+        view=ViewConfig(**_chosen(args, {}, "up")),
+        draw=draw_config(args),
+    )
+    chosen = _chosen(args, {}, "style", "params", "steps", "views", "size", "seed", "vgg_weights")
+    where = None if args.where is None else Region.parse(args.where)
+    return paint, RefineConfig(**chosen, where=where, is_resumed=bool(args.resume))
 
 
 def prune_config(args: Namespace) -> "PruneConfig":
@@ -554,6 +591,45 @@ def _add_merging(parser: ArgumentParser) -> None:
         help="k-means: 'auto' by size (default), 'lloyd' in exact steps, 'minibatch' as published",
     )
     parser.add_argument("--seed", type=_count_from(0), help="seed of the clustering, 0 or more, default 0")
+
+
+def _add_refine(parser: ArgumentParser) -> None:
+    group = parser.add_argument_group("refinement", "needs PyTorch: pip install 'brushgs[refine]'")
+    group.add_argument(
+        "--to",
+        choices=("self", "style"),
+        help="'self': the scene's plain picture (default); 'style': a style image (default with --style)",
+    )
+    group.add_argument(
+        "--style", type=Path, metavar="FILE", help="a picture whose colours and marks are taken"
+    )
+    group.add_argument(
+        "--params",
+        choices=get_args(Params),
+        help="what of the strokes moves: 'colour' alone, 'free' all but opacity, 'all' (default)",
+    )
+    group.add_argument(
+        "--where",
+        metavar="REGION",
+        help="strokes that may change: box:x0,y0,z0,x1,y1,z1, sphere:x,y,z,radius (world units) or "
+        "colour:#rrggbb,distance; default all",
+    )
+    group.add_argument("--steps", type=_count_from(1), metavar="N", help="at most so many, default 2000")
+    group.add_argument(
+        "--views", type=_count_from(1), metavar="N", help="to learn from, around the scene, default 24"
+    )
+    group.add_argument("--size", type=_size, metavar="WxH", help="of these views in pixels, default 384x288")
+    group.add_argument(
+        "--up", metavar="AXIS", help="direction that is up, default what the file says, else -y"
+    )
+    group.add_argument(
+        "--vgg-weights",
+        type=Path,
+        metavar="FILE",
+        help="torchvision's weights of VGG-16 or VGG-19 (.pth), default those in torch's cache, else "
+        "features that need none",
+    )
+    group.add_argument("--resume", action="store_true", help="go on with a refinement that was stopped")
 
 
 def _add_palette(parser: ArgumentParser, *, is_required: bool) -> None:

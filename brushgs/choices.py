@@ -18,6 +18,7 @@ Order = Literal["depth", "soft"]
 ColorSpace = Literal["lab", "linear", "srgb"]  # that a palette is matched in
 BenchFamily = Literal["strokes", "merge", "filter", "precision", "sh", "size"]
 Floaters = Literal["sure", "strong", "keep"]  # which of them a cure drops
+Params = Literal["colour", "free", "all"]  # of strokes, that refinement moves
 
 # Flags by name -> value. "paper" is the published method (Xiang et al. 2025) without its defects.
 PRESETS: Mapping[str, Mapping[str, Any]] = {

@@ -156,6 +156,15 @@ def _recolor(args: Namespace) -> None:
         recolor_file(args.scene, args.output or _beside(args.scene, "recolored", ".ply"), config, report)
 
 
+def _refine(args: Namespace) -> None:
+    paint, config = arguments.refine_configs(args)
+    with _told(args) as report:
+        from brushgs.refine.run import refine_file
+
+        output = args.output or _beside(args.scene, "refined", ".ply")
+        refine_file(args.scene, output, paint, config, report=report)
+
+
 def _stability(args: Namespace) -> None:
     paint, path, config = arguments.stability_configs(args)
     from brushgs.stability import StabilityReport, report_stability
@@ -239,6 +248,7 @@ COMMANDS: dict[str, Callable[[Namespace], int | None]] = {
     "prune": _prune,
     "cluster": _cluster,
     "recolor": _recolor,
+    "refine": _refine,
     "stability": _stability,
     "bench": _bench,
     "doctor": _doctor,

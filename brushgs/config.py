@@ -20,13 +20,16 @@ from brushgs.choices import (
     Merge,
     Method,
     Order,
+    Params,
     Weight,
     size_rule,
 )
+from brushgs.region import Region
 
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
 DEFAULT_FPS = 24.0  # of film
+DEFAULT_STEPS, REFINE_SIZE = 2000, (384, 288)  # of a refinement
 MAX_FRAMES = 99_999  # more than an hour of film; five digits number them
 MAX_PSNR = 100.0  # dB; pictures of 16 bits agree no better
 MAX_FPS = 1000.0  # more is a slip of the pen, and video formats count no finer than milliseconds
@@ -353,6 +356,43 @@ class PaintConfig:
     palette: PaletteConfig | None = None
     view: ViewConfig = field(default_factory=ViewConfig)
     draw: DrawConfig = field(default_factory=DrawConfig)
+
+
+@dataclass(frozen=True)
+class RefineConfig:
+    """How strokes are refined.
+
+    Attributes:
+        style: a picture to come near to; None to come near to the plain picture of the scene.
+        params: which numbers of the strokes move, see `brushgs.refine.variables`.
+        where: strokes that may change; None for all.
+        steps: at most so many, >= 1.
+        views: to learn from, >= 1.
+        size: (width, height) of these views, pixels.
+        seed: of the order of the views, 0 or more.
+        vgg_weights: torchvision's file of VGG-16 or VGG-19; None for features without weights, unless torch's
+            hub has such a file.
+        is_resumed: whether a run that was stopped is gone on with.
+    """
+
+    style: Path | None = None
+    params: Params = "all"
+    where: Region | None = None
+    steps: int = DEFAULT_STEPS
+    views: int = 24
+    size: tuple[int, int] = REFINE_SIZE
+    seed: int = 0
+    vgg_weights: Path | None = None
+    is_resumed: bool = False
+
+    def __post_init__(self) -> None:
+        for name, least in (("steps", 1), ("views", 1), ("seed", 0)):
+            if getattr(self, name) < least:
+                raise ValueError(f"{name} must be {least} or more, got {getattr(self, name)}")
+        if broken := size_rule(*self.size):
+            raise ValueError(f"size {broken}")
+        if self.vgg_weights is not None and self.style is None:
+            raise ValueError("vgg-weights must stand beside style: only a style image is matched by features")
 
 
 @dataclass(frozen=True)

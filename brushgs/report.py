@@ -76,13 +76,13 @@ class Report:
             self._stop_bar()
         self.stages.append(stage)
 
-    def advance(self) -> None:
-        """Show that one more frame, or whatever the running step makes, is done."""
+    def advance(self, note: str = "") -> None:
+        """Show that one more frame, or what else the running step makes, is done; a note says how it goes."""
         if self._progress is None or self._bar is None:
             return
         task = self._progress.tasks[-1]
         done, total = round(task.completed) + 1, round(task.total or 0)
-        told = pace(done, total, task.elapsed or 0.0, self._counted)
+        told = ", ".join(filter(None, [pace(done, total, task.elapsed or 0.0, self._counted), note]))
         self._progress.update(self._bar, completed=done, told=told)
 
     @property

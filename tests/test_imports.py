@@ -10,7 +10,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parent.parent / "brushgs"
 # A module may import from its own layer and from those above it in this list.
 LAYERS = [
-    ["errors", "shapes", "choices", "config", "threads"],
+    ["errors", "shapes", "choices", "region", "config", "threads"],
     ["scene", "gradients"],
     ["sh", "quats", "levels", "textures", "io", "framing", "motion", "key_path"],
     ["passes", "project", "project_backward", "still_life", "background", "paths"],
@@ -20,7 +20,7 @@ LAYERS = [
     ["metrics", "likeness", "image_strokes", "curve"],
     ["sight", "stroke_count"],
     ["report", "describe", "spread", "counting", "stages", "pipeline", "sequence", "plotting", "measured"],
-    ["bench", "doctor", "stability"],
+    ["bench", "doctor", "refine", "stability"],
     ["demo", "arguments", "cli"],
     ["__main__"],
 ]

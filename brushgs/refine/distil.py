@@ -1,0 +1,90 @@
+"""Strokes fitted to the plain picture of the scene they stand for, from cameras that the program places.
+
+The scene itself is the teacher: its plain picture (the kernel it was trained for, all Gaussians) from every
+view. No photographs are needed. Strokes are drawn as they will be in the painting, with the stroke image, so
+that they learn to make up for what a lacy brush leaves open.
+Source: Kerbl et al. 2023, section 5 (loss, optimiser); the teacher is ours.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+import brushgs.autograd as ba
+from brushgs.likeness import psnr
+from brushgs.raster.ops import render
+from brushgs.refine.fit import Curve, Drawing, Fit, Plan
+from brushgs.refine.losses import photometric, roundness
+from brushgs.refine.variables import Variables
+from brushgs.scene import Camera, Gaussians
+from brushgs.textures import StrokeTexture
+
+GROUND = (1.0, 1.0, 1.0)  # error is judged on white, as everywhere
+# The weight of the term that keeps strokes round where all parameters move, and the aspect it leaves free.
+ROUNDNESS, FREE_ASPECT = 0.05, 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class Lesson:
+    """A view, and what is to be seen there.
+
+    Attributes:
+        camera: the view.
+        wanted: [H, W, 4] premultiplied RGB and alpha of the plain picture.
+    """
+
+    camera: Camera
+    wanted: Tensor
+
+    @classmethod
+    def of(cls, scene: Gaussians, camera: Camera) -> "Lesson":
+        """What the plain picture of a scene shows in a view."""
+        frame = render(scene, camera, StrokeTexture.open("gaussian"), depth=False)
+        return cls(camera, torch.from_numpy(np.dstack([frame.rgb, frame.alpha])))
+
+
+def distil(
+    variables: Variables,
+    lessons: Sequence[Lesson],
+    judges: Sequence[Lesson],
+    drawing: Drawing,
+    plan: Plan,
+    advance: Callable[[float], None] = lambda score: None,
+) -> tuple[Gaussians, Curve]:
+    """Fit strokes to the plain picture.
+
+    Args:
+        variables: strokes to move, and which of their numbers.
+        lessons: views to learn from.
+        judges: other views, to judge by.
+        drawing: how strokes are drawn.
+        plan: how long.
+        advance: called after every step with the latest mean PSNR of the judges.
+
+    Returns:
+        The strokes with the highest PSNR of the judges, and the curve of PSNR in dB.
+    """
+
+    def objective(frame: ba.Frame, view: int, strokes: ba.Gaussians) -> Tensor:
+        painted = torch.cat([frame.rgb, frame.alpha[..., None]], dim=2)
+        loss = photometric(painted, lessons[view].wanted)
+        if "opacities" in variables.moving:
+            loss = loss + ROUNDNESS * roundness(strokes.scales, FREE_ASPECT)
+        return loss
+
+    cameras = [lesson.camera for lesson in lessons]
+    fit = Fit(variables, cameras, drawing, objective, lambda s: mean_psnr(s, judges, drawing), plan)
+    return fit.run(advance), fit.curve
+
+
+def mean_psnr(strokes: Gaussians, judges: Sequence[Lesson], drawing: Drawing) -> float:
+    """PSNR in dB to the plain picture on white, mean over views."""
+    found = []
+    for judge in judges:
+        frame = render(strokes, judge.camera, drawing.texture, **drawing.options())
+        wanted = judge.wanted.numpy()
+        found.append(psnr(frame.over(GROUND), wanted[..., :3] + (1 - wanted[..., 3:])))
+    return float(np.mean(found))

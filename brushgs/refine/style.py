@@ -1,0 +1,101 @@
+"""Strokes refined toward a style image: features near to its own, the subject kept, the picture calm.
+
+Source: Zhang et al. 2022, ARF (NNFM, content and total variation; colours are transferred first).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+import brushgs.autograd as ba
+from brushgs.passes.recolor import Palette
+from brushgs.raster.ops import render
+from brushgs.refine.distil import FREE_ASPECT, ROUNDNESS, Lesson
+from brushgs.refine.fit import Curve, Drawing, Fit, Plan
+from brushgs.refine.losses import color_distance, roundness, total_variation
+from brushgs.refine.nnfm import Style, style_gradient
+from brushgs.refine.variables import Variables
+from brushgs.scene import Gaussians
+from brushgs.shapes import Array
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What each loss counts.
+
+    Attributes:
+        content: of the mean cosine distance to the features of the recoloured plain picture.
+        variation: of the total variation.
+        color: of the squared distance of mean and covariance of the colours to the painting's.
+    """
+
+    content: float = 0.3
+    variation: float = 0.02
+    color: float = 2.0
+
+
+def stylise(
+    variables: Variables,
+    lessons: Sequence[Lesson],
+    judges: Sequence[Lesson],
+    style: Style,
+    painting: Array,
+    drawing: Drawing,
+    plan: Plan,
+    weights: Weights = Weights(),
+    advance: Callable[[float], None] = lambda score: None,
+) -> tuple[Gaussians, Curve]:
+    """Refine strokes toward a painting.
+
+    Args:
+        variables: strokes to move, recoloured already, and which of their numbers.
+        lessons: views, with what the plain picture in the painting's colours shows there: the content.
+        judges: other views, to judge by.
+        style: features of the painting.
+        painting: [H, W, C] the painting itself, for its colours.
+        drawing: how strokes are drawn.
+        plan: how long.
+        weights: of the losses.
+        advance: called after every step with the latest score.
+
+    Returns:
+        The strokes with the lowest loss in the judges' views, and the curve: its scores are -10 log10 of that
+        loss.
+    """
+    palette = Palette.of_image(painting, space="srgb")
+    mean, covariance = (torch.from_numpy(v).float() for v in (palette.mean, palette.covariance))
+
+    def loss_of(rgb: Tensor, alpha: Tensor, content: Tensor) -> Tensor:
+        picture = rgb + (1 - alpha)[..., None]  # on white
+        near, kept, gradient = style_gradient(
+            picture.permute(2, 0, 1).detach(), style, content, weights.content
+        )
+        pull = (picture.permute(2, 0, 1) * gradient).sum()
+        loss = near + weights.content * kept + (pull - pull.detach())  # the value, with the derivative
+        loss = loss + weights.variation * total_variation(picture)
+        return loss + weights.color * color_distance(rgb, alpha, mean, covariance)
+
+    def objective(frame: ba.Frame, view: int, strokes: ba.Gaussians) -> Tensor:
+        loss = loss_of(frame.rgb, frame.alpha, _on_white(lessons[view]))
+        if "opacities" in variables.moving:
+            loss = loss + ROUNDNESS * roundness(strokes.scales, FREE_ASPECT)
+        return loss
+
+    def score(strokes: Gaussians) -> float:
+        found = []
+        for judge in judges:
+            frame = render(strokes, judge.camera, drawing.texture, **drawing.options())
+            loss = loss_of(torch.from_numpy(frame.rgb), torch.from_numpy(frame.alpha), _on_white(judge))
+            found.append(float(loss))
+        return float(-10 * np.log10(np.mean(found)))
+
+    fit = Fit(variables, [lesson.camera for lesson in lessons], drawing, objective, score, plan)
+    return fit.run(advance), fit.curve
+
+
+def _on_white(lesson: Lesson) -> Tensor:
+    """[3, H, W]."""
+    return (lesson.wanted[..., :3] + (1 - lesson.wanted[..., 3:])).permute(2, 0, 1)

@@ -1,0 +1,160 @@
+"""Features without weights, VGG from a file, and matching them tile by tile."""
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="needs the extra [refine]")
+
+import brushgs as bg  # noqa: E402
+from brushgs.refine import nnfm  # noqa: E402
+from brushgs.refine.bank import _KINDS, WEIGHTS, FilterBank  # noqa: E402
+from brushgs.refine.vgg import Vgg, find_weights  # noqa: E402
+
+WIDTHS = {
+    16: (64, 64, 0, 128, 128, 0, 256, 256, 256, 0, 512, 512, 512, 0, 512, 512, 512),
+    19: (64, 64, 0, 128, 128, 0, 256, 256, 256, 256, 0, 512, 512, 512, 512, 0, 512, 512, 512, 512),
+}
+
+
+def stripes(angle, height=96, width=128, period=6.0):
+    """[3, H, W] a grey pattern of stripes that run in a direction."""
+    y, x = np.mgrid[:height, :width]
+    wave = 0.5 + 0.4 * np.sin(2 * np.pi * (np.cos(angle) * y - np.sin(angle) * x) / period)
+    return torch.from_numpy(np.stack([wave] * 3)).float()
+
+
+def noise(height=96, width=128, seed=0):
+    return torch.rand(3, height, width, generator=torch.Generator().manual_seed(seed))
+
+
+@pytest.fixture(scope="module")
+def vgg_file(tmp_path_factory):
+    """A file of torchvision's layout with random weights, as far as the layers that are read."""
+    torch.manual_seed(0)
+
+    def make(depth):
+        path, state, place, channels = tmp_path_factory.mktemp("vgg") / "w.pth", {}, 0, 3
+        for width in WIDTHS[depth]:
+            if width == 0:
+                place += 1
+                continue
+            used = width if width < 512 else 1  # what lies deeper is not read: it need not be large
+            state[f"features.{place}.weight"] = 0.1 * torch.randn(used, channels, 3, 3)
+            state[f"features.{place}.bias"] = 0.1 * torch.randn(used)
+            place, channels = place + 2, used
+        torch.save(state, path)
+        return path
+
+    return make
+
+
+def test_each_kind_of_feature_has_its_weight_over_the_painting():
+    painting = noise()
+    for group in FilterBank(painting)(painting):
+        for kind, weight in zip(_KINDS, WEIGHTS, strict=True):
+            assert float(group[kind].square().sum(0).mean().sqrt()) == pytest.approx(weight, rel=1e-4)
+
+
+@pytest.mark.parametrize("angle", [0.0, np.pi / 8, np.pi / 2, -np.pi / 4])
+def test_stripes_answer_to_the_filter_of_their_direction(angle):
+    edges = FilterBank(noise())(stripes(angle))[0][_KINDS[2]].mean(dim=(1, 2))
+    # A filter at k pi / 8 bends across that direction: stripes along `angle` bend at a right angle to it.
+    assert int(edges.argmax()) == round((angle + np.pi / 2) / (np.pi / 8)) % 8
+
+
+def test_the_style_image_is_at_distance_nought_from_itself_and_turned_stripes_are_not():
+    painting = stripes(0.3)
+    style = nnfm.Style(FilterBank(painting), painting)
+    same, _, _ = nnfm.style_gradient(painting, style, None, 0.0)
+    turned, _, _ = nnfm.style_gradient(stripes(0.3 + np.pi / 2), style, None, 0.0)
+    assert same < 1e-5
+    assert turned > 0.1
+
+
+def test_tiles_change_neither_losses_nor_gradient(monkeypatch):
+    picture, content = noise(200, 330, 1), noise(200, 330, 2)
+    style = nnfm.Style(FilterBank(noise()), noise())
+    whole = nnfm.style_gradient(picture, style, content, 0.5)
+    monkeypatch.setattr(nnfm, "TILE", 64)
+    tiled = nnfm.style_gradient(picture, style, content, 0.5)
+    assert tiled[:2] == pytest.approx(whole[:2], rel=1e-5)
+    np.testing.assert_allclose(tiled[2], whole[2], atol=2e-5 * float(whole[2].abs().max()))
+
+
+def test_the_gradient_is_that_of_finite_differences():
+    picture, content = noise(40, 48, 1).double(), noise(40, 48, 2).double()
+    style = nnfm.Style(FilterBank(noise()), noise())
+    style._sets = [own.double() for own in style._sets]
+    _, _, gradient = nnfm.style_gradient(picture, style, content, 0.5)
+    way = torch.randn(picture.shape, generator=torch.Generator().manual_seed(3), dtype=torch.float64)
+    losses = []
+    for sign in (1, -1):
+        near, kept, _ = nnfm.style_gradient(picture + sign * 1e-5 * way, style, content, 0.5)
+        losses.append(near + 0.5 * kept)
+    assert float((gradient * way).sum()) == pytest.approx((losses[0] - losses[1]) / 2e-5, rel=1e-3)
+
+
+@pytest.mark.parametrize(("depth", "channels"), [(16, 768), (19, 1024)])
+def test_vgg_reads_torchvisions_file(vgg_file, depth, channels):
+    path = vgg_file(depth)
+    features = Vgg(path)
+    assert features.depth == depth
+    (group,) = features(noise(64, 96))
+    assert group.shape == (channels, 16, 24)
+    # The first layers by hand.
+    state = torch.load(path, weights_only=True)
+    mean, std = torch.tensor(((0.485, 0.456, 0.406), (0.229, 0.224, 0.225)))
+    x = (noise(64, 96) - mean[:, None, None]) / std[:, None, None]
+    for place in (0, 2, "pool", 5, 7, "pool", 10):
+        if place == "pool":
+            x = torch.nn.functional.max_pool2d(x[None], 2)[0]
+        else:
+            names = f"features.{place}.weight", f"features.{place}.bias"
+            x = torch.relu(torch.nn.functional.conv2d(x[None], *(state[n] for n in names), padding=1))[0]
+    np.testing.assert_allclose(group[:256], x, rtol=1e-4, atol=1e-4)
+
+
+def test_vgg_tiles_change_nothing(vgg_file, monkeypatch):
+    features, picture = Vgg(vgg_file(16)), noise(120, 200, 1)
+    style = nnfm.Style(features, noise())
+    whole = nnfm.style_gradient(picture, style, None, 0.0)
+    monkeypatch.setattr(nnfm, "TILE", 64)
+    tiled = nnfm.style_gradient(picture, style, None, 0.0)
+    assert tiled[0] == pytest.approx(whole[0], rel=1e-4)
+    np.testing.assert_allclose(tiled[2], whole[2], atol=1e-4 * float(whole[2].abs().max()))
+
+
+def test_weights_in_the_hubs_cache_are_found(vgg_file, monkeypatch, tmp_path):
+    monkeypatch.setenv("TORCH_HOME", str(tmp_path))
+    assert find_weights() is None
+    folder = tmp_path / "hub" / "checkpoints"
+    folder.mkdir(parents=True)
+    (folder / "vgg16-397923af.pth").write_bytes(vgg_file(16).read_bytes())
+    assert Vgg(find_weights()).depth == 16
+
+
+@pytest.mark.parametrize(
+    ("damage", "sentence"),
+    [
+        (
+            lambda state: state.pop("features.10.weight"),
+            r"features\.10\.weight must have shape .*got nothing",
+        ),
+        (lambda state: state.update({"features.0.bias": torch.zeros(3)}), r"features\.0\.bias .* got \[3\]"),
+        (lambda state: state["features.5.bias"].fill_(float("nan")), r"features\.5\.bias must hold finite"),
+    ],
+)
+def test_a_file_of_other_weights_is_refused(vgg_file, damage, sentence, tmp_path):
+    state = torch.load(vgg_file(16), weights_only=True)
+    damage(state)
+    torch.save(state, tmp_path / "w.pth")
+    with pytest.raises(bg.SceneError, match=sentence):
+        Vgg(tmp_path / "w.pth")
+
+
+def test_what_is_no_file_of_weights_is_refused(tmp_path):
+    (tmp_path / "w.pth").write_bytes(b"not weights")
+    with pytest.raises(bg.SceneError, match="is no file of weights"):
+        Vgg(tmp_path / "w.pth")
+    with pytest.raises(bg.SceneError, match="there is no such file of weights"):
+        Vgg(tmp_path / "none.pth")
