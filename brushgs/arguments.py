@@ -542,7 +542,8 @@ def _add_prune(parser: ArgumentParser) -> None:
         "--keep",
         type=_number,
         metavar="SHARE",
-        help="share of the Gaussians that is kept, in (0, 1], default 0.7 (1 with --stroke gaussian)",
+        help="share of the Gaussians that is kept, in (0, 1], default 0.7 (1 for strokes from a file, "
+        "and with --stroke gaussian)",
     )
     parser.add_argument(
         "--weight",

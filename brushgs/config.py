@@ -26,6 +26,7 @@ from brushgs.choices import (
 )
 from brushgs.region import Region
 
+DEFAULT_KEEP = 0.7  # of the Gaussians, as published
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
 DEFAULT_FPS = 24.0  # of film
@@ -42,17 +43,24 @@ class PruneConfig:
     """Which Gaussians stay.
 
     Attributes:
-        keep: share of the Gaussians that stays, in (0, 1]; those of highest weight.
+        keep: share of the Gaussians that stays, in (0, 1]; those of highest weight. None for 0.7, and for all
+            of a file of strokes.
         weight: "contribution" or "paper" (the published intensity), see `prune`.
     """
 
-    keep: float = 0.7
+    keep: float | None = None
     weight: Weight = "contribution"
 
     def __post_init__(self) -> None:
-        if not 0 < self.keep <= 1:
+        if self.keep is not None and not 0 < self.keep <= 1:
             cure = f"; for {self.keep:g} % write {self.keep / 100:g}" if 1 < self.keep <= 100 else ""
             raise ValueError(f"keep must be in (0, 1], got {self.keep:g}{cure}")
+
+    def share(self, *, is_strokes: bool = False) -> float:
+        """The share that stays of a scene, or of what are strokes already."""
+        if self.keep is not None:
+            return self.keep
+        return 1.0 if is_strokes else DEFAULT_KEEP
 
 
 @dataclass(frozen=True)

@@ -66,12 +66,12 @@ def paint_file(
     view_lock(config.draw)
     texture = open_stroke(config.draw, report)
     palette = open_palette(config.palette, report)
-    gaussians, file_up = load_scene(scene, report)
-    camera = choose_camera(gaussians, config.view, report, file_up=file_up, camera=camera)
+    gaussians, notes = load_scene(scene, report)
+    camera = choose_camera(gaussians, config.view, report, file_up=notes.up, camera=camera)
     ground = open_ground(config.draw, camera, report)
     sight = look(gaussians, camera, texture, config.cluster, config.draw, ground, report)
     num_loaded = len(gaussians)
-    gaussians = prune_scene(gaussians, config.prune, report)
+    gaussians = prune_scene(gaussians, config.prune, report, is_strokes=notes.is_strokes)
     gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded, sight=sight)
     gaussians = recolor_scene(gaussians, palette, config.palette, report)
     boxes = project_scene(gaussians, camera, texture, config.draw, report)
@@ -108,8 +108,9 @@ def paint(
 def prune_file(scene: str | Path, output: str | Path, config: PruneConfig, report: Report) -> Report:
     """The prune pass alone: scene file to scene file."""
     check_output(Path(output), (".ply",), inputs=(Path(scene),))
-    gaussians, _ = load_scene(scene, report)
-    return write_scene(prune_scene(gaussians, config, report), output, report)
+    gaussians, notes = load_scene(scene, report)
+    gaussians = prune_scene(gaussians, config, report)
+    return write_scene(gaussians, output, report, is_strokes=notes.is_strokes)
 
 
 def cluster_file(scene: str | Path, output: str | Path, config: ClusterConfig, report: Report) -> Report:
@@ -119,23 +120,24 @@ def cluster_file(scene: str | Path, output: str | Path, config: ClusterConfig, r
     default, and seen with the plain kernel.
     """
     check_output(Path(output), (".ply",), inputs=(Path(scene),))
-    gaussians, file_up = load_scene(scene, report)
+    gaussians, notes = load_scene(scene, report)
     sight = None
     if config.aim is not None:
         draw = DrawConfig(stroke="gaussian")
         texture = open_stroke(draw, report)
-        camera = choose_camera(gaussians, ViewConfig(), report, file_up=file_up)
+        camera = choose_camera(gaussians, ViewConfig(), report, file_up=notes.up)
         sight = look(gaussians, camera, texture, config, draw, None, report)
     strokes = cluster_scene(gaussians, config, report, num_loaded=len(gaussians), sight=sight)
-    return write_scene(strokes, output, report)
+    return write_scene(strokes, output, report, is_strokes=True)
 
 
 def recolor_file(scene: str | Path, output: str | Path, config: PaletteConfig, report: Report) -> Report:
     """The palette pass alone: scene file to scene file."""
     check_output(Path(output), (".ply",), inputs=(Path(scene), config.file))
     palette = open_palette(config, report)
-    gaussians, _ = load_scene(scene, report)
-    return write_scene(recolor_scene(gaussians, palette, config, report), output, report)
+    gaussians, notes = load_scene(scene, report)
+    gaussians = recolor_scene(gaussians, palette, config, report)
+    return write_scene(gaussians, output, report, is_strokes=notes.is_strokes)
 
 
 def input_files(scene: str | Path, config: PaintConfig) -> tuple[Path, ...]:

@@ -20,6 +20,7 @@ from brushgs.report import Report, Stage
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 if TYPE_CHECKING:
+    from brushgs.io import LoadNotes
     from brushgs.passes.recolor import Palette
     from brushgs.sight import Sight
     from brushgs.textures import StrokeTexture
@@ -46,15 +47,16 @@ def open_stroke(config: DrawConfig, report: Report) -> "StrokeTexture":
     return texture
 
 
-def load_scene(path: str | Path, report: Report) -> tuple[Gaussians, str | None]:
-    """The Gaussians of a file and the up axis that its header states."""
+def load_scene(path: str | Path, report: Report) -> "tuple[Gaussians, LoadNotes]":
+    """The Gaussians of a file, and what else it says."""
     with report.stage("load") as stage:
         from brushgs.io import read_ply
 
         gaussians, notes = read_ply(path)
         dropped = f", {notes.rows_dropped:,} rows dropped" if notes.rows_dropped else ""
         degree = f"SH degree {notes.sh_degree_used}"
-        stage.did = f"{len(gaussians):,} Gaussians, {degree}, {notes.format}{dropped}"
+        what = "strokes" if notes.is_strokes else "Gaussians"
+        stage.did = f"{len(gaussians):,} {what}, {degree}, {notes.format}{dropped}"
         stage.counts = {
             "gaussians": len(gaussians),
             "rows_read": notes.rows_read,
@@ -62,11 +64,12 @@ def load_scene(path: str | Path, report: Report) -> tuple[Gaussians, str | None]
             "sh_degree_stored": notes.sh_degree_stored,
             "sh_degree_used": notes.sh_degree_used,
             "format": notes.format,
+            "is_strokes": notes.is_strokes,
         }
         if notes.sh_degree_used < notes.sh_degree_stored:
             bands = _band_words(notes.sh_degree_used, notes.sh_degree_stored)
             stage.left_out.append(f"{bands}: zero in every row")
-    return gaussians, notes.up
+    return gaussians, notes
 
 
 def choose_camera(
@@ -92,18 +95,21 @@ def choose_camera(
     return camera
 
 
-def prune_scene(gaussians: Gaussians, config: PruneConfig, report: Report) -> Gaussians:
-    """Fewer Gaussians: those of highest weight."""
+def prune_scene(
+    gaussians: Gaussians, config: PruneConfig, report: Report, *, is_strokes: bool = False
+) -> Gaussians:
+    """Fewer Gaussians: those of highest weight. Of strokes, all, unless a share is asked for."""
     with report.stage("prune") as stage:
-        num_before = len(gaussians)
-        if config.keep < 1:
+        num_before, keep = len(gaussians), config.share(is_strokes=is_strokes)
+        if keep < 1:
             from brushgs.passes.prune import prune
 
-            gaussians = prune(gaussians, config.keep, weight=config.weight)
+            gaussians = prune(gaussians, keep, weight=config.weight)
             stage.did = f"kept {len(gaussians):,} of {num_before:,} by {config.weight}"
         else:
             stage.did = f"kept all {num_before:,}"
-            stage.left_out.append("choosing: all are kept (keep = 1)")
+            reason = "they are strokes already" if config.keep is None else "keep = 1"
+            stage.left_out.append(f"choosing: all are kept ({reason})")
         stage.counts = {"before": num_before, "after": len(gaussians), "weight": config.weight}
     return gaussians
 
@@ -318,12 +324,14 @@ def write_picture(frame: Frame, path: Path, ground: Ground, config: DrawConfig, 
         stage.counts = {"path": str(path), "bytes": path.stat().st_size, "background": config.background}
 
 
-def write_scene(gaussians: Gaussians, output: str | Path, report: Report) -> Report:
-    """Gaussians to a scene file; ends the report."""
+def write_scene(
+    gaussians: Gaussians, output: str | Path, report: Report, *, is_strokes: bool = False
+) -> Report:
+    """Gaussians to a scene file, which says of strokes that they are; ends the report."""
     with report.stage("write") as stage:
-        from brushgs.io import save
+        from brushgs.io.write_ply import write_ply
 
-        save(gaussians, output)
+        write_ply(gaussians, output, is_strokes=is_strokes)
         size = Path(output).stat().st_size
         stage.did = f"{output}, {size_words(size)}"
         stage.counts = {"path": str(output), "bytes": size, "gaussians": len(gaussians)}

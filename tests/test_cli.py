@@ -461,6 +461,20 @@ def test_a_bad_palette_gets_one_sentence(scene, blue, capsys, words, sentence):
     assert re.search(sentence, err), err
 
 
+def test_strokes_from_a_file_are_all_painted_unless_a_share_is_asked_for(scene, capsys):
+    assert run(capsys, "cluster", scene, "--strokes", "40", "-o", "few.ply")[0] == 0
+    words = ["few.ply", "--stroke", "flat", "--size", "64x48"]
+    _, out, _ = run(capsys, "render", *words, "--json")
+    counts = {stage["name"]: stage["counts"] for stage in json.loads(out)["stages"]}
+    assert counts["load"]["is_strokes"]
+    assert counts["prune"]["after"] == counts["load"]["gaussians"]
+    _, out, _ = run(capsys, "render", *words, "--keep", "0.5", "--json")
+    assert json.loads(out)["stages"][3]["counts"]["after"] == round(0.5 * counts["load"]["gaussians"])
+    assert run(capsys, "prune", "few.ply", "--keep", "0.9", "-o", "fewer.ply")[0] == 0
+    _, out, _ = run(capsys, "render", "fewer.ply", "--json")
+    assert json.loads(out)["stages"][1]["counts"]["is_strokes"], "a pass over strokes leaves strokes"
+
+
 def test_strokes_lists_the_names(capsys):
     assert run(capsys, "strokes") == (0, "\n".join(builtin_names()) + "\n", "")
     assert json.loads(run(capsys, "strokes", "--json")[1]) == builtin_names()

@@ -81,8 +81,8 @@ def test_the_camera_does_not_depend_on_how_many_strokes_are_painted(scene):
     cameras = []
     for strokes in (10, 1000):
         report = Report()
-        loaded, up = stages.load_scene(scene, report)
-        cameras.append(stages.choose_camera(loaded, SMALL, report, file_up=up))
+        loaded, notes = stages.load_scene(scene, report)
+        cameras.append(stages.choose_camera(loaded, SMALL, report, file_up=notes.up))
         paint(loaded, config(strokes=strokes), camera=cameras[-1])
     np.testing.assert_array_equal(cameras[0].viewmat, cameras[1].viewmat)
 

@@ -96,8 +96,8 @@ class Subject:
 
     def prune(self, gaussians: Gaussians) -> Gaussians:
         """As `brushgs render` does."""
-        config = self.paint.prune
-        return prune(gaussians, config.keep, weight=config.weight) if config.keep < 1 else gaussians
+        keep = self.paint.prune.share()
+        return prune(gaussians, keep, weight=self.paint.prune.weight) if keep < 1 else gaussians
 
     def group(self, method: Method, features: Features) -> Grouping:
         """Which Gaussians share a stroke, for all families but that of their count."""

@@ -14,6 +14,7 @@ class LoadNotes:
         sh_degree_stored: degree of the spherical harmonics in the file, 0 to 3.
         sh_degree_used: degree that came in; lower than stored where the bands above are all zero.
         up: axis that points up as the header states it, "+x" to "-z"; None if it is silent.
+        is_strokes: whether the header says that its Gaussians are strokes that brushgs made.
     """
 
     format: str
@@ -22,3 +23,4 @@ class LoadNotes:
     sh_degree_stored: int
     sh_degree_used: int
     up: str | None
+    is_strokes: bool = False

@@ -57,6 +57,7 @@ def read_ply(path: str | Path, reading: Reading = USUAL) -> tuple[Gaussians, Loa
         sh_degree_stored=SH_TERMS[num_terms_stored],
         sh_degree_used=gaussians.sh_degree,
         up=source.header.up,
+        is_strokes=source.header.is_strokes,
     )
     return gaussians, notes
 

@@ -18,6 +18,7 @@ _TYPES = {
 _BYTE_ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
 _MAX_HEADER = 1 << 20  # bytes; real headers have 2 KiB, so a megabyte without an end is no header
 # Blanks are counted: two open runs of them beside each other take time with the square of their length.
+STROKES = "strokes of brushgs"  # the comment on Gaussians that are strokes: they are painted as they are
 _UP = re.compile(r"\b(?:vertical|up)[ _-]?axis\s{0,9}[:=]?\s{0,9}([+-]?)([xyz])\b", re.IGNORECASE)
 # Scenes have 62 properties at most and a handful of elements; tables grow with the square of either.
 _MAX_PROPERTIES, _MAX_ELEMENTS = 1000, 100
@@ -54,12 +55,14 @@ class Header:
         elements: in the order of the file.
         data_offset: byte at which the first row begins.
         up: axis that a comment names as up, "+x" to "-z", or None.
+        is_strokes: whether a comment says that the rows are strokes, see `STROKES`.
     """
 
     encoding: str
     elements: tuple[Element, ...]
     data_offset: int
     up: str | None
+    is_strokes: bool = False
 
     @property
     def is_ascii(self) -> bool:
@@ -81,6 +84,7 @@ class _Draft:
     properties: list[tuple[str, str]] = field(default_factory=list)  # of the element being read
     lists: list[str] = field(default_factory=list)
     up: str | None = None
+    is_strokes: bool = False
 
     def close_element(self) -> None:
         """Give the element read last its properties."""
@@ -113,7 +117,7 @@ def parse_header(file: BinaryIO, path: Path) -> Header:
     if not draft.encoding:
         raise SceneError(path, "the header has no 'format' line; the file is damaged: get it again")
     offset = end + 2 * len(newline) + len(b"end_header")
-    return Header(draft.encoding, tuple(draft.elements), offset, draft.up)
+    return Header(draft.encoding, tuple(draft.elements), offset, draft.up, draft.is_strokes)
 
 
 def _read_line(draft: _Draft, line: str) -> None:
@@ -122,6 +126,7 @@ def _read_line(draft: _Draft, line: str) -> None:
         case []:
             pass
         case ["comment" | "obj_info", *_]:
+            draft.is_strokes |= line == f"comment {STROKES}"
             if axis := _UP.search(line):
                 draft.up = (axis[1] or "+") + axis[2].lower()
         case ["format", encoding, _] if encoding in _BYTE_ORDERS and not draft.elements:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.io.atomic import replacing
+from brushgs.io.ply_header import STROKES
 from brushgs.scene import Gaussians
 from brushgs.shapes import Array
 
@@ -15,7 +16,7 @@ _LARGEST_LOG = 88.722  # just below the log of the largest float32, so that exp 
 _BLOCK_ROWS = 1 << 14
 
 
-def write_ply(gaussians: Gaussians, path: str | Path) -> None:
+def write_ply(gaussians: Gaussians, path: str | Path, *, is_strokes: bool = False) -> None:
     """Write Gaussians as binary little-endian float32, log-scales and opacity logits.
 
     What is written reads back within float32 rounding of the logs. No infinity is written: a scale of
@@ -24,6 +25,7 @@ def write_ply(gaussians: Gaussians, path: str | Path) -> None:
     Args:
         gaussians: N >= 1 Gaussians.
         path: the name of the file; appears when it is complete.
+        is_strokes: whether a comment says that they are strokes: painting keeps all of them by default.
 
     Raises:
         ValueError: if there are no Gaussians or a value is too large for float32.
@@ -38,7 +40,9 @@ def write_ply(gaussians: Gaussians, path: str | Path) -> None:
             raise ValueError(f"save: {name} must fit float32, got larger values; shrink the scene first")
     names = _names(gaussians.sh.shape[1])
     lines = "".join(f"property float {name}\n" for name in names)
-    header = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(gaussians)}\n{lines}end_header\n"
+    comment = f"comment {STROKES}\n" if is_strokes else ""
+    begin = f"ply\nformat binary_little_endian 1.0\n{comment}element vertex {len(gaussians)}\n"
+    header = f"{begin}{lines}end_header\n"
     with replacing(path) as temporary, temporary.open("wb") as file:
         file.write(header.encode("ascii"))
         for start in range(0, len(gaussians), _BLOCK_ROWS):

@@ -73,12 +73,12 @@ def refine_file(
         paint = replace(paint, palette=PaletteConfig(config.style))
     texture = open_stroke(paint.draw, report)
     palette = open_palette(paint.palette, report)
-    gaussians, file_up = load_scene(scene, report)
+    gaussians, notes = load_scene(scene, report)
     sight = None
     if paint.cluster.aim is not None:  # only a count for a picture needs one
-        camera = choose_camera(gaussians, paint.view, report, file_up=file_up)
+        camera = choose_camera(gaussians, paint.view, report, file_up=notes.up)
         sight = look(gaussians, camera, texture, paint.cluster, paint.draw, None, report)
-    strokes = prune_scene(gaussians, paint.prune, report)
+    strokes = prune_scene(gaussians, paint.prune, report, is_strokes=notes.is_strokes)
     strokes = cluster_scene(strokes, paint.cluster, report, num_loaded=len(gaussians), sight=sight)
     strokes = recolor_scene(strokes, palette, paint.palette, report)
 
@@ -89,12 +89,12 @@ def refine_file(
         from brushgs.passes.recolor import recolor
 
         gaussians = recolor(gaussians, palette, paint.palette.strength)
-    lessons, judges = _lessons(gaussians, paint.view.up or file_up or DEFAULT_UP, config, report)
+    lessons, judges = _lessons(gaussians, paint.view.up or notes.up or DEFAULT_UP, config, report)
     plan = Plan(
         config.steps, seed=config.seed, checkpoint=checkpoint_of(output), is_resumed=config.is_resumed
     )
     strokes = refine_strokes(strokes, lessons, judges, drawing, plan, config, report)
-    return write_scene(strokes, output, report)
+    return write_scene(strokes, output, report, is_strokes=True)
 
 
 def refine_strokes(

@@ -28,6 +28,7 @@ def options(config: PaintConfig) -> dict[str, Any]:
     """The options that the frames depend on, known before any work: name -> number, text or None."""
     steps = asdict(config.prune) | asdict(config.cluster) | asdict(config.draw)
     del steps["threads"]
+    steps["keep"] = config.prune.share()
     if config.cluster.aim is not None:
         steps["strokes"] = str(config.cluster.aim)
     if config.palette is not None:

@@ -69,12 +69,12 @@ def report_stability(
     if paint.draw.background == "transparent":
         raise ValueError("background must be a colour or an image to compare pictures on, got transparent")
     texture = open_stroke(paint.draw, report)
-    gaussians, file_up = load_scene(scene, report)
-    way = _plan(gaussians, paint, path, file_up, report)
+    gaussians, notes = load_scene(scene, report)
+    way = _plan(gaussians, paint, path, notes.up, report)
     ground = open_ground(paint.draw, way.cameras[0], report)
     assert ground is not None
     sight = look(gaussians, way.cameras[0], texture, paint.cluster, paint.draw, ground, report)
-    strokes = prune_scene(gaussians, paint.prune, report)
+    strokes = prune_scene(gaussians, paint.prune, report, is_strokes=notes.is_strokes)
     strokes = cluster_scene(strokes, paint.cluster, report, num_loaded=len(gaussians), sight=sight)
     easel = Easel(gaussians, strokes, way.closed, texture, paint.draw, ground, paint.cluster.seed)
     report.settings = _settings(scene, paint, path, config, way)
