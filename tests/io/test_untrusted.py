@@ -8,6 +8,7 @@ import os
 import struct
 import zlib
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -415,6 +416,28 @@ def test_colours_that_overflow_are_white(tmp_path):
 def test_a_chain_of_directories_is_not_followed(tmp_path):
     (tmp_path / "a.tif").write_bytes(many_directories(20_000))
     assert read_image(tmp_path / "a.tif").shape == (1, 1, 1)
+
+
+@pytest.mark.parametrize("marker", [0xC0, 0xC2])
+@pytest.mark.parametrize("between", [b"", b"junk\xff", b"\xff\xff", b"\xff\xfe\0\x06\xff\xda\xff\xc0"])
+def test_a_jpeg_is_refused_by_its_size_before_a_decoder_sees_it(tmp_path, monkeypatch, marker, between):
+    # A progressive one takes two bytes for each pixel as soon as it is opened.
+    frame = bytes([0xFF, marker]) + struct.pack(">HBHHB3B", 11, 8, 65500, 65500, 1, 1, 0x11, 0)
+    (tmp_path / "a.jpg").write_bytes(b"\xff\xd8\xff\xd0" + between + frame + b"\xff\xda" + bytes(20))
+    monkeypatch.setattr("OpenImageIO.ImageInput.open", lambda *_: pytest.fail("a decoder saw it"))
+    refuse(read_image, tmp_path / "a.jpg", "must have at most 33554432 pixels, got 65500x65500")
+
+
+def test_a_jpeg_of_very_many_segments_is_refused(tmp_path):
+    (tmp_path / "a.jpg").write_bytes(b"\xff\xd8" + b"\xff\xfe\0\x02" * 20_000)
+    refuse(read_image, tmp_path / "a.jpg", "states no size in its first 10000 segments")
+
+
+@pytest.mark.parametrize("progressive", [0, 1])
+def test_the_size_of_a_jpeg_is_found_where_its_writer_put_it(tmp_path, progressive):
+    path = write_raw(tmp_path / "a.jpg", np.zeros((64, 48, 3), np.uint8), **{"jpeg:progressive": progressive})
+    assert read_image(path).shape == (64, 48, 3)
+    refuse(partial(read_image, max_pixels=64 * 48 - 1), path, "must have at most 3071 pixels, got 48x64")
 
 
 def test_a_jpeg_of_a_thousand_passes_is_refused(tmp_path):
