@@ -39,6 +39,7 @@ VIDEO_SUFFIXES = (".mp4", ".webm", ".gif")
 
 # The core keeps pixel bounds in 16 bits; a picture of the most pixels needs some 14 GB until it is written.
 MAX_SIDE, MAX_PIXELS = 32767, 2**28
+MAX_UNASKED = 2**26  # pixels of a picture whose size only a file says: cameras have less, and it takes 4 GB
 
 
 def size_rule(width: int, height: int) -> str | None:
@@ -48,3 +49,13 @@ def size_rule(width: int, height: int) -> str | None:
     if width * height > MAX_PIXELS:
         return f"must hold at most {MAX_PIXELS / 1e6:.0f} million pixels, got {width}x{height}"
     return None
+
+
+def unasked_rule(width: int, height: int) -> str | None:
+    """The same of a size that nobody asked for, because a camera file says it."""
+    if width * height <= MAX_UNASKED:
+        return None
+    return (
+        f"asks for pictures of {width}x{height} pixels, more than {MAX_UNASKED / 1e6:.0f} million; say with "
+        "--size what size they should have"
+    )

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from brushgs.choices import unasked_rule
 from brushgs.config import DEFAULT_FPS, DEFAULT_SIZE, MAX_FPS, MAX_FRAMES, PathConfig, ViewConfig
 from brushgs.errors import SceneError
 from brushgs.framing import (
@@ -197,7 +198,10 @@ def _from_file(gaussians: Gaussians, view: ViewConfig, path: PathConfig) -> Came
     is_curve = path.frames is not None or path.seconds is not None
     views = file.keys if is_curve and len(file.keys) > 1 else file.cameras
     ball = _ball(gaussians)
-    cameras = _fitted(views, view.size or (file.cameras[0].width, file.cameras[0].height), ball)
+    first = file.cameras[0]
+    if view.size is None and (broken := unasked_rule(first.width, first.height)):
+        raise SceneError(path.file, broken)
+    cameras = _fitted(views, view.size or (first.width, first.height), ball)
     if not is_curve:
         if is_loop and len(cameras) > 1 and _is_same(cameras[-1], cameras[0], ball):
             cameras.pop()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from brushgs.background import Ground, open_background
-from brushgs.choices import ViewLock
+from brushgs.choices import ViewLock, unasked_rule
 from brushgs.config import DEFAULT_SIZE, ClusterConfig, DrawConfig, PaletteConfig, PruneConfig, ViewConfig
 from brushgs.counting import choose, make
 from brushgs.errors import SceneError, SceneWarning
@@ -355,7 +355,11 @@ def _camera_of_file(path: Path, config: ViewConfig, stage: Stage) -> Camera:
     stage.did = f"view {config.view} of {len(cameras)} in {path.name}"
     stage.counts = {"source": str(path), "view": config.view, "views": len(cameras)}
     camera = cameras[config.view]
-    return camera if config.size is None else camera.resized(*config.size)
+    if config.size is not None:
+        return camera.resized(*config.size)
+    if broken := unasked_rule(camera.width, camera.height):
+        raise SceneError(path, broken)
+    return camera
 
 
 def _framed_camera(gaussians: Gaussians, config: ViewConfig, file_up: str | None, stage: Stage) -> Camera:

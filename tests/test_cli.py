@@ -461,6 +461,23 @@ def test_a_bad_palette_gets_one_sentence(scene, blue, capsys, words, sentence):
     assert re.search(sentence, err), err
 
 
+@pytest.mark.parametrize("flag", ["--camera-file", "--path"])
+def test_a_camera_file_does_not_choose_a_picture_that_fills_the_memory(scene, capsys, flag):
+    turn = np.eye(3).tolist()
+    views = [
+        {"id": i, "img_name": str(i), "width": 16000, "height": 16000, "position": [0, 0, -9 - i]}
+        | {"rotation": turn, "fx": 9e3, "fy": 9e3}
+        for i in range(2)
+    ]
+    Path("cameras.json").write_text(json.dumps(views))
+    output = "a.png" if flag == "--camera-file" else "f/"
+    words = ["--stroke", "ellipse", "--strokes", "20", flag, "cameras.json", "-o", output]
+    code, _, err = run(capsys, "render", scene, *words)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "cameras.json: asks for pictures of 16000x16000 pixels" in err
+    assert run(capsys, "render", scene, *words, "--size", "32x32")[0] == 0
+
+
 def test_strokes_from_a_file_are_all_painted_unless_a_share_is_asked_for(scene, capsys):
     assert run(capsys, "cluster", scene, "--strokes", "40", "-o", "few.ply")[0] == 0
     words = ["few.ply", "--stroke", "flat", "--size", "64x48"]
