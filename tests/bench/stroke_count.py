@@ -68,7 +68,7 @@ class Scene:
         file, up = (SCENES | OTHERS)[name]
         self.name, self.texture = name, bg.StrokeTexture.open(stroke)
         self.loaded = bg.load(SCENES_FOLDER / file)
-        self.kept = bg.prune(self.loaded, PruneConfig().keep)
+        self.kept = bg.prune(self.loaded, PruneConfig().share())
         self.camera = frame_scene(self.loaded, width=size[0], height=size[1], up=up_vector(up))
 
     def sight(self) -> Sight:
