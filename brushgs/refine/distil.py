@@ -86,7 +86,7 @@ def distil(
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """PyTorch on one thread, on whose number its sums depend; drawing, which takes the time, goes on in all."""
+    """PyTorch on one thread, as its sums depend on the number; drawing takes the time, and goes on in all."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
