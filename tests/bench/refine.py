@@ -149,7 +149,8 @@ def line(row: dict[str, Any]) -> str:
         f"{row['cpu_seconds']:.0f}",
         f"{row['flicker_before']:.2f}",
         f"{row['flicker_after']:.2f}",
-        f"{row['flicker_after'] / row['flicker_before']:.2f}",
+        # Where strokes move less than the plain picture itself there is no excess to compare with.
+        f"{row['flicker_after'] / row['flicker_before']:.2f}" if row["flicker_before"] > 0 else "-",
         f"{row['thin_before']:.1%}",
         f"{row['thin_after']:.1%}",
     ]

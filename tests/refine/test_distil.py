@@ -101,19 +101,22 @@ def test_equal_runs_give_equal_strokes_and_another_seed_others(strokes, lessons,
     assert not same(first, other)
 
 
-def test_strokes_do_not_depend_on_the_number_of_threads(strokes, lessons, judges, drawing):
+def test_strokes_and_losses_do_not_depend_on_the_number_of_threads(scene, strokes, judges, drawing):
+    # Large enough for PyTorch to share out its sums: without a rule the losses differ in the last digit.
+    large = [Lesson.of(scene, view) for view in views_around(scene, 3, width=160, height=120)]
     before = torch.get_num_threads()
     found = []
     try:
         for threads in (1, 2, 5):
             torch.set_num_threads(threads)
             with at_most(threads):
-                found.append(refined(strokes, lessons, judges, drawing, steps=15)[0])
+                found.append(refined(strokes, large, judges, drawing, steps=6))
             assert torch.get_num_threads() == threads  # as it was found
     finally:
         torch.set_num_threads(before)
-    assert same(found[0], found[1])
-    assert same(found[0], found[2])
+    for other, curve in found[1:]:
+        assert same(found[0][0], other)
+        assert found[0][1].losses[1:] == curve.losses[1:]
 
 
 def test_a_run_that_was_stopped_goes_on_as_if_it_had_not_been(
