@@ -45,6 +45,7 @@ SCENES = {
     "biker": ("biker.compressed.ply", "-y"),
 }
 STEP, SIZE, THIN = np.radians(1.5), 400, 10.0
+LEAST_EXCESS = 0.5  # of 255
 
 
 def thin_share(strokes: bg.Gaussians) -> float:
@@ -149,8 +150,10 @@ def line(row: dict[str, Any]) -> str:
         f"{row['cpu_seconds']:.0f}",
         f"{row['flicker_before']:.2f}",
         f"{row['flicker_after']:.2f}",
-        # Where strokes move less than the plain picture itself there is no excess to compare with.
-        f"{row['flicker_after'] / row['flicker_before']:.2f}" if row["flicker_before"] > 0 else "-",
+        # Where strokes move no more than the plain picture itself there is no excess to compare with.
+        f"{row['flicker_after'] / row['flicker_before']:.2f}"
+        if row["flicker_before"] > LEAST_EXCESS
+        else "-",
         f"{row['thin_before']:.1%}",
         f"{row['thin_after']:.1%}",
     ]
