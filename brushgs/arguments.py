@@ -614,12 +614,12 @@ def _add_refine(parser: ArgumentParser) -> None:
         help="strokes that may change: box:x0,y0,z0,x1,y1,z1, sphere:x,y,z,radius (world units) or "
         "colour:#rrggbb,distance; default all",
     )
-    group.add_argument("--steps", type=_count_from(1), metavar="N", help="at most so many, default 800")
+    group.add_argument("--steps", type=_count_from(1), metavar="N", help="at most so many, default 900")
     group.add_argument(
         "--views",
         type=_count_from(1),
         metavar="N",
-        help="to learn from, around the scene, default 160, with --style 24",
+        help="to learn from, around the scene, default 320, with --style 24",
     )
     group.add_argument("--size", type=_size, metavar="WxH", help="of these views in pixels, default 384x288")
     group.add_argument(

@@ -29,7 +29,7 @@ from brushgs.region import Region
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
 DEFAULT_FPS = 24.0  # of film
-DEFAULT_STEPS, REFINE_SIZE = 800, (384, 288)  # of a refinement
+DEFAULT_STEPS, REFINE_SIZE = 900, (384, 288)  # of a refinement
 MAX_FRAMES = 99_999  # more than an hour of film; five digits number them
 MAX_PSNR = 100.0  # dB; pictures of 16 bits agree no better
 MAX_FPS = 1000.0  # more is a slip of the pen, and video formats count no finer than milliseconds
@@ -367,7 +367,7 @@ class RefineConfig:
         params: which numbers of the strokes move, see `brushgs.refine.variables`.
         where: strokes that may change; None for all.
         steps: at most so many, >= 1.
-        views: to learn from, >= 1; None for 160 of the scene, or 24 toward a style image.
+        views: to learn from, >= 1; None for 320 of the scene, or 24 toward a style image.
         size: (width, height) of these views, pixels.
         seed: of the order of the views, 0 or more.
         vgg_weights: torchvision's file of VGG-16 or VGG-19; None for features without weights, unless torch's

@@ -41,7 +41,8 @@ if TYPE_CHECKING:
 
 JUDGES = 6  # views held out
 # Views to learn from. The scene's own pictures cost milliseconds each, and few views are learned by heart.
-SELF_VIEWS, STYLE_VIEWS = 160, 24
+SELF_VIEWS, STYLE_VIEWS = 320, 24
+MOST_BYTES = 6e8  # of their pictures: larger ones are fewer, unless a number is asked for
 
 
 def refine_file(
@@ -261,7 +262,8 @@ def _lessons(
         from brushgs.refine.views import views_around
 
         width, height = config.size
-        num_views = config.views or (SELF_VIEWS if config.style is None else STYLE_VIEWS)
+        fitting = max(STYLE_VIEWS, min(SELF_VIEWS, int(MOST_BYTES // (16 * width * height))))
+        num_views = config.views or (fitting if config.style is None else STYLE_VIEWS)
         lessons, judges = (
             [
                 Lesson.of(gaussians, view)

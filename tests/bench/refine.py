@@ -1,9 +1,9 @@
 """What refinement brings: error against seconds, flicker before and after, and what each set of numbers does.
 
     OMP_NUM_THREADS=1 python -m tests.bench.refine [--scenes koala chair truck biker]
-        [--textures swirl dry_brush] [--params all] [--strokes 2000] [--steps 800] [--json FILE] [--plot FILE]
+        [--textures swirl dry_brush] [--params all] [--strokes 2000] [--steps 900] [--json FILE] [--plot FILE]
 
-Strokes are those of the default pipeline (prune 0.7, cluster), fitted as `brushgs refine` does: 160 views to
+Strokes are those of the default pipeline (prune 0.7, cluster), fitted as `brushgs refine` does: 320 views to
 learn from at 384 x 288, 6 others to judge by, PSNR on white to the plain picture. Thin are strokes whose
 longest scale is more than 10 times the middle one.
 
