@@ -615,9 +615,12 @@ def _add_refine(parser: ArgumentParser) -> None:
         help="strokes that may change: box:x0,y0,z0,x1,y1,z1, sphere:x,y,z,radius (world units) or "
         "colour:#rrggbb,distance; default all",
     )
-    group.add_argument("--steps", type=_count_from(1), metavar="N", help="at most so many, default 2000")
+    group.add_argument("--steps", type=_count_from(1), metavar="N", help="at most so many, default 900")
     group.add_argument(
-        "--views", type=_count_from(1), metavar="N", help="to learn from, around the scene, default 24"
+        "--views",
+        type=_count_from(1),
+        metavar="N",
+        help="to learn from, around the scene, default 320, with --style 24",
     )
     group.add_argument("--size", type=_size, metavar="WxH", help="of these views in pixels, default 384x288")
     group.add_argument(
@@ -631,6 +634,14 @@ def _add_refine(parser: ArgumentParser) -> None:
         "features that need none",
     )
     group.add_argument("--resume", action="store_true", help="go on with a refinement that was stopped")
+    group.add_argument(
+        "--report",
+        type=Path,
+        metavar="FOLDER",
+        help="gets refine.json and refine.png: error against seconds, pictures before and after; or one "
+        "file, .json or .png",
+    )
+    group.add_argument("--no-plot", action="store_true", help="no refine.png, which needs brushgs[plot]")
 
 
 def _add_palette(parser: ArgumentParser, *, is_required: bool) -> None:

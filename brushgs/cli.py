@@ -158,11 +158,21 @@ def _recolor(args: Namespace) -> None:
 
 def _refine(args: Namespace) -> None:
     paint, config = arguments.refine_configs(args)
-    with _told(args) as report:
-        from brushgs.refine.run import refine_file
+    from brushgs.refine.run import refine_file
+    from brushgs.refine.told import RefineReport
 
+    report = RefineReport()
+    with _told(args, report):
         output = args.output or _beside(args.scene, "refined", ".ply")
-        refine_file(args.scene, output, paint, config, report=report)
+        refine_file(
+            args.scene,
+            output,
+            paint,
+            config,
+            report=report,
+            folder=args.report,
+            wants_plot=not args.no_plot,
+        )
 
 
 def _stability(args: Namespace) -> None:

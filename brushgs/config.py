@@ -30,7 +30,7 @@ DEFAULT_KEEP = 0.7  # of the Gaussians, as published
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
 DEFAULT_FPS = 24.0  # of film
-DEFAULT_STEPS, REFINE_SIZE = 2000, (384, 288)  # of a refinement
+DEFAULT_STEPS, REFINE_SIZE = 900, (384, 288)  # of a refinement
 MAX_FRAMES = 99_999  # more than an hour of film; five digits number them
 MAX_PSNR = 100.0  # dB; pictures of 16 bits agree no better
 MAX_FPS = 1000.0  # more is a slip of the pen, and video formats count no finer than milliseconds
@@ -375,7 +375,7 @@ class RefineConfig:
         params: which numbers of the strokes move, see `brushgs.refine.variables`.
         where: strokes that may change; None for all.
         steps: at most so many, >= 1.
-        views: to learn from, >= 1.
+        views: to learn from, >= 1; None for 320 of the scene, or 24 toward a style image.
         size: (width, height) of these views, pixels.
         seed: of the order of the views, 0 or more.
         vgg_weights: torchvision's file of VGG-16 or VGG-19; None for features without weights, unless torch's
@@ -387,7 +387,7 @@ class RefineConfig:
     params: Params = "all"
     where: Region | None = None
     steps: int = DEFAULT_STEPS
-    views: int = 24
+    views: int | None = None
     size: tuple[int, int] = REFINE_SIZE
     seed: int = 0
     vgg_weights: Path | None = None
@@ -395,8 +395,9 @@ class RefineConfig:
 
     def __post_init__(self) -> None:
         for name, least in (("steps", 1), ("views", 1), ("seed", 0)):
-            if getattr(self, name) < least:
-                raise ValueError(f"{name} must be {least} or more, got {getattr(self, name)}")
+            value = getattr(self, name)
+            if value is not None and value < least:
+                raise ValueError(f"{name} must be {least} or more, got {value}")
         if broken := size_rule(*self.size):
             raise ValueError(f"size {broken}")
         if self.vgg_weights is not None and self.style is None:

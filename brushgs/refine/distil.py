@@ -6,7 +6,8 @@ that they learn to make up for what a lacy brush leaves open.
 Source: Kerbl et al. 2023, section 5 (loss, optimiser); the teacher is ours.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,6 +65,8 @@ def distil(
         plan: how long.
         advance: called after every step with the latest mean PSNR of the judges.
 
+    Equal arguments give equal strokes, bit for bit, for any number of threads.
+
     Returns:
         The strokes with the highest PSNR of the judges, and the curve of PSNR in dB.
     """
@@ -77,7 +80,19 @@ def distil(
 
     cameras = [lesson.camera for lesson in lessons]
     fit = Fit(variables, cameras, drawing, objective, lambda s: mean_psnr(s, judges, drawing), plan)
-    return fit.run(advance), fit.curve
+    with _one_thread():
+        return fit.run(advance), fit.curve
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """PyTorch on one thread, as its sums depend on the number; drawing takes the time, and goes on in all."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
 
 
 def mean_psnr(strokes: Gaussians, judges: Sequence[Lesson], drawing: Drawing) -> float:

@@ -23,7 +23,8 @@ from brushgs.textures import StrokeTexture
 
 LAST_RATE = 0.05  # of the first, at the last step, along half a cosine
 LOOKS = 20  # at the error, over all steps
-# Looks in a row that bring less than this together end the fit: the eye sees no tenth of a decibel.
+# Looks in a row that bring less than this together end the fit: the eye sees no tenth of a decibel. Not in
+# its first half: what high rates throw about, falling ones settle.
 PATIENCE, LEAST_GAIN = 5, 0.05
 SECONDS_BETWEEN_CHECKPOINTS = 20.0
 
@@ -186,6 +187,7 @@ class Fit:
             curve.stopped = f"all {self.step} steps are done"
         elif (
             len(curve.scores) > PATIENCE
+            and 2 * self.step >= self.plan.steps
             and max(curve.scores[-PATIENCE:]) - max(curve.scores[:-PATIENCE]) < LEAST_GAIN
         ):
             curve.stopped = f"the last {PATIENCE} looks brought less than {LEAST_GAIN} together"

@@ -5,19 +5,21 @@ stroke (-> palette) -> load -> prune -> cluster (-> recolor) -> views -> refine 
 
 import importlib.util
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from brushgs.config import PaintConfig, PaletteConfig, RefineConfig, Up
+from brushgs.config import PaintConfig, PaletteConfig, RefineConfig, Up, ViewConfig
 from brushgs.counting import look
-from brushgs.framing import DEFAULT_UP
+from brushgs.framing import DEFAULT_UP, frame_scene, up_vector
 from brushgs.io.images import read_image
+from brushgs.measured import Outputs, plain_config
 from brushgs.pipeline import check_output, input_files
+from brushgs.refine.told import FILES, Refinement, RefineReport, write_plot
 from brushgs.report import Report
-from brushgs.scene import Gaussians
+from brushgs.scene import Camera, Gaussians
 from brushgs.shapes import Array
 from brushgs.stages import (
     box_sigmas,
@@ -38,6 +40,9 @@ if TYPE_CHECKING:
     from brushgs.refine.nnfm import Style
 
 JUDGES = 6  # views held out
+# Views to learn from. The scene's own pictures cost milliseconds each, and few views are learned by heart.
+SELF_VIEWS, STYLE_VIEWS = 320, 24
+MOST_BYTES = 6e8  # of their pictures: larger ones are fewer, unless a number is asked for
 
 
 def refine_file(
@@ -46,8 +51,10 @@ def refine_file(
     paint: PaintConfig | None = None,
     config: RefineConfig | None = None,
     *,
-    report: Report | None = None,
-) -> Report:
+    report: RefineReport | None = None,
+    folder: str | Path | None = None,
+    wants_plot: bool = True,
+) -> RefineReport:
     """Refine the strokes of a scene file; write them as a scene file.
 
     Args:
@@ -56,6 +63,9 @@ def refine_file(
         paint: how strokes are made and will be drawn; of its view only what is up.
         config: see `RefineConfig`.
         report: where the stages are told; a new one if None.
+        folder: gets `refine.json` and `refine.png`, the curve and the pictures before and after, and is made
+            if missing; or one file that ends in .json or .png; None for neither.
+        wants_plot: whether a folder gets the plot, which needs matplotlib.
 
     Returns:
         The report, with one stage per step.
@@ -64,10 +74,13 @@ def refine_file(
         SceneError: if a file cannot be read or written, or PyTorch is missing.
         ValueError: if an option does not suit the scene.
     """
-    paint, config, report = paint or PaintConfig(), config or RefineConfig(), report or Report()
-    output = Path(output)
+    paint, config, report = paint or PaintConfig(), config or RefineConfig(), report or RefineReport()
+    output, outputs = Path(output), None
     extras = tuple(path for path in (config.style, config.vgg_weights) if path is not None)
     check_output(output, (".ply",), inputs=(*input_files(scene, paint), *extras))
+    if folder is not None:
+        outputs = Outputs.of(Path(folder), report.name, FILES, wants_plot=wants_plot)
+        outputs.check((*input_files(scene, paint), *extras))
     check_torch()
     if config.style is not None and paint.palette is None:
         paint = replace(paint, palette=PaletteConfig(config.style))
@@ -89,12 +102,21 @@ def refine_file(
         from brushgs.passes.recolor import recolor
 
         gaussians = recolor(gaussians, palette, paint.palette.strength)
-    lessons, judges = _lessons(gaussians, paint.view.up or notes.up or DEFAULT_UP, config, report)
+    up = paint.view.up or notes.up or DEFAULT_UP
+    lessons, judges = _lessons(gaussians, up, config, report)
     plan = Plan(
         config.steps, seed=config.seed, checkpoint=checkpoint_of(output), is_resumed=config.is_resumed
     )
-    strokes = refine_strokes(strokes, lessons, judges, drawing, plan, config, report)
-    return write_scene(strokes, output, report, is_strokes=True)
+    refined = refine_strokes(strokes, lessons, judges, drawing, plan, config, report)
+    report.settings = _settings(scene, paint, config, up)
+    if outputs is not None:
+        title = f"{Path(scene).stem}, {len(strokes):,} strokes of {texture.name}, {config.params}"
+        camera = frame_scene(gaussians, width=config.size[0], height=config.size[1], up=_direction(up))
+        _write_report(outputs, report, _Shown(gaussians, strokes, refined, camera), drawing, title)
+    write_scene(refined, output, report, is_strokes=True)
+    if outputs is not None:
+        outputs.write_text(".json", report.as_json() + "\n")
+    return report
 
 
 def refine_strokes(
@@ -104,9 +126,12 @@ def refine_strokes(
     drawing: "Drawing",
     plan: "Plan",
     config: RefineConfig,
-    report: Report,
+    report: RefineReport,
 ) -> Gaussians:
-    """The stage itself: strokes toward the plain picture, or toward a style image."""
+    """The stage itself: strokes toward the plain picture, or toward a style image.
+
+    The figures become `report.result`.
+    """
     from brushgs.refine.distil import distil, mean_psnr
     from brushgs.refine.members import members
     from brushgs.refine.variables import Variables
@@ -145,6 +170,19 @@ def refine_strokes(
             "stopped": curve.stopped,
             **{f"curve_{name}": values for name, values in asdict(curve).items() if name != "stopped"},
         }
+        report.result = Refinement(
+            config.params,
+            len(strokes),
+            int(moves.sum()),
+            before,
+            after,
+            curve.stopped,
+            config.style is not None,
+            tuple(curve.steps),
+            tuple(curve.seconds),
+            tuple(curve.losses),
+            tuple(curve.scores),
+        )
         if not moves.all():
             stage.left_out.append(f"{int((~moves).sum()):,} strokes outside {config.where}: not touched")
     return refined
@@ -165,6 +203,56 @@ def checkpoint_of(output: Path) -> Path:
     return output.with_name(f"{output.stem}.checkpoint")
 
 
+@dataclass(frozen=True)
+class _Shown:
+    """What the pictures of a report show, and from where."""
+
+    scene: Gaussians
+    before: Gaussians
+    after: Gaussians
+    camera: Camera
+
+
+def _write_report(
+    outputs: Outputs, report: RefineReport, shown: _Shown, drawing: "Drawing", title: str
+) -> None:
+    """The folder, if one is asked for, and the plot; the JSON comes last of all."""
+    with report.stage("report") as stage:
+        outputs.make_folder()
+        if outputs.plot is not None:
+            from brushgs.raster.ops import render
+            from brushgs.refine.distil import GROUND, Lesson
+
+            plain = Lesson.of(shown.scene, shown.camera).wanted.numpy()
+            pictures = {
+                name: render(strokes, shown.camera, drawing.texture, **drawing.options()).over(GROUND)
+                for name, strokes in (("before", shown.before), ("after", shown.after))
+            } | {"plain": plain[..., :3] + (1 - plain[..., 3:])}
+            write_plot(report.result, pictures, outputs.plot, title)
+        else:
+            stage.left_out.append("plot: not asked for")
+        written = [str(path) for path in outputs.paths.values()]
+        stage.did = " and ".join(written)
+        stage.counts = {"paths": written}
+
+
+def _settings(scene: str | Path, paint: PaintConfig, config: RefineConfig, up: Up) -> dict[str, Any]:
+    """All that a reader needs to repeat the figures."""
+    return {
+        "scene": str(scene),
+        "prune": plain_config(paint.prune),
+        "cluster": plain_config(paint.cluster),
+        "draw": plain_config(paint.draw),
+        "view": plain_config(ViewConfig(up=up)),
+        "refine": plain_config(config),
+        "judges": JUDGES,
+    }
+
+
+def _direction(up: Up) -> Array:
+    return up_vector(up) if isinstance(up, str) else np.asarray(up, dtype=np.float64)
+
+
 def _lessons(
     gaussians: Gaussians, up: Up, config: RefineConfig, report: Report
 ) -> "tuple[list[Lesson], list[Lesson]]":
@@ -174,15 +262,17 @@ def _lessons(
         from brushgs.refine.views import views_around
 
         width, height = config.size
+        fitting = max(STYLE_VIEWS, min(SELF_VIEWS, int(MOST_BYTES // (16 * width * height))))
+        num_views = config.views or (fitting if config.style is None else STYLE_VIEWS)
         lessons, judges = (
             [
                 Lesson.of(gaussians, view)
                 for view in views_around(gaussians, num, width=width, height=height, up=up, shift=shift)
             ]
-            for num, shift in ((config.views, 0.0), (JUDGES, 0.5))
+            for num, shift in ((num_views, 0.0), (JUDGES, 0.5))
         )
-        stage.did = f"{config.views} to learn from, {JUDGES} others to judge by, {width}x{height}"
-        stage.counts = {"views": config.views, "judges": JUDGES, "width": width, "height": height}
+        stage.did = f"{num_views} to learn from, {JUDGES} others to judge by, {width}x{height}"
+        stage.counts = {"views": num_views, "judges": JUDGES, "width": width, "height": height}
     return lessons, judges
 
 

@@ -24,7 +24,9 @@ MOVING: dict[Params, tuple[str, ...]] = {
     "all": ("base", "bands", "means", "scales", "quats", "opacities"),
 }
 LEAST_SCALE = 1e-7  # of the scene's radius: a scale of zero has no logarithm
-LEAST_OPACITY = 1e-4  # and its distance from 1: neither end has a logit
+# Neither end of the opacities has a logit. The kernel holds alphas at 0.99, so nothing is seen of the upper
+# limit, and a stroke as solid as that finds its way back: at 0.9999 its logit is twice as far up.
+LEAST_OPACITY, MOST_OPACITY = 1e-4, 0.99
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ class Variables:
             "means": np.zeros_like(rows.means),  # away from where they were, in own sizes
             "scales": np.log(np.maximum(rows.scales, LEAST_SCALE * radius)),
             "quats": quats,
-            "opacities": _logit(np.clip(rows.opacities, LEAST_OPACITY, 1 - LEAST_OPACITY)),
+            "opacities": _logit(np.clip(rows.opacities, LEAST_OPACITY, MOST_OPACITY)),
             "base": rows.sh[:, :1],
             "bands": rows.sh[:, 1:],
         }

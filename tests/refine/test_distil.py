@@ -10,6 +10,7 @@ torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 
 import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
+from brushgs.io.images import read_image  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
 from brushgs.refine.distil import Lesson, distil, mean_psnr  # noqa: E402
 from brushgs.refine.fit import Drawing, Plan  # noqa: E402
@@ -18,6 +19,7 @@ from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
 from brushgs.region import Region  # noqa: E402
 from brushgs.still_life import still_life  # noqa: E402
+from brushgs.threads import at_most  # noqa: E402
 
 COLUMNS = ("means", "quats", "scales", "opacities", "sh")
 SIZE = {"width": 64, "height": 48}
@@ -97,6 +99,24 @@ def test_equal_runs_give_equal_strokes_and_another_seed_others(strokes, lessons,
     )
     assert same(first, second)
     assert not same(first, other)
+
+
+def test_strokes_and_losses_do_not_depend_on_the_number_of_threads(scene, strokes, judges, drawing):
+    # Large enough for PyTorch to share out its sums: without a rule the losses differ in the last digit.
+    large = [Lesson.of(scene, view) for view in views_around(scene, 3, width=160, height=120)]
+    before = torch.get_num_threads()
+    found = []
+    try:
+        for threads in (1, 2, 5):
+            torch.set_num_threads(threads)
+            with at_most(threads):
+                found.append(refined(strokes, large, judges, drawing, steps=6))
+            assert torch.get_num_threads() == threads  # as it was found
+    finally:
+        torch.set_num_threads(before)
+    for other, curve in found[1:]:
+        assert same(found[0][0], other)
+        assert found[0][1].losses[1:] == curve.losses[1:]
 
 
 def test_a_run_that_was_stopped_goes_on_as_if_it_had_not_been(
@@ -186,6 +206,32 @@ def test_the_command_writes_strokes_and_tells_the_gain(file, tmp_path, monkeypat
     assert sorted(p.name for p in tmp_path.iterdir()) == ["pears-refined.ply"]
 
 
+def test_a_report_has_the_curve_the_settings_and_the_pictures(file, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["refine", file, *SMALL, "--report", "told", "--quiet"]) == 0
+    told = json.loads((tmp_path / "told" / "refine.json").read_text())
+    found = told["refine"]
+    assert found["psnr_after"] == pytest.approx(max(found["scores"]))
+    assert found["psnr_before"] == pytest.approx(found["scores"][0])
+    assert found["losses"][0] is None
+    assert found["losses"][-1] < found["losses"][1]
+    assert found["steps"][-1] == 10
+    assert len({len(found[name]) for name in ("steps", "seconds", "losses", "scores")}) == 1
+    assert told["settings"]["refine"]["views"] == 4
+    assert told["settings"]["draw"]["stroke"] == "flat"
+    picture = read_image(tmp_path / "told" / "refine.png")
+    assert picture.shape[1] == 1440
+    assert len(np.unique(picture.reshape(-1, picture.shape[2]), axis=0)) > 500  # pictures, not lines alone
+
+
+def test_a_report_can_be_one_file_or_go_without_its_plot(file, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["refine", file, *SMALL, "--report", "a.json", "--quiet"]) == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.json", "pears-refined.ply"]
+    assert cli.main(["refine", file, *SMALL, "--report", "b", "--no-plot", "--quiet"]) == 0
+    assert [p.name for p in (tmp_path / "b").iterdir()] == ["refine.json"]
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
@@ -195,6 +241,9 @@ def test_the_command_writes_strokes_and_tells_the_gain(file, tmp_path, monkeypat
         (["--style", "none.jpg"], "none.jpg: there is no such picture"),
         (["--vgg-weights", "w.pth"], "vgg-weights must stand beside style"),
         (["--to", "style"], "--to style must stand beside --style"),
+        (["--report", "a.txt"], "output must be a folder or end in .json, .png, got 'a.txt'"),
+        (["--report", "none/a.json"], "does not exist; create it first"),
+        (["--report", "a.png", "--no-plot"], "--no-plot must not stand beside an output that is a plot"),
         (["--steps", "0"], "must be a whole number of 1 or more"),
         (["-o", "a.png"], "output must end in .ply"),
     ],
