@@ -16,6 +16,7 @@ tells strokes from noise.
 
 import argparse
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -43,6 +44,14 @@ from tests.scenes import SCENES_FOLDER
 
 SCENES = {"koala": ("koala.ply", "-y"), "chair": ("derived/chair.ply", "+z")}
 NUM_STROKES, SIZE, VIEWS, JUDGES = 2000, (224, 168), 12, 3
+CHILD = """
+import resource, sys
+import brushgs.refine.run as run
+from brushgs.cli import main
+run.JUDGES = 1
+main(sys.argv[1:])
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
 PATCH = 9  # pixels of a scale, that are neighbours
 VGG_16 = (64, 64, 0, 128, 128, 0, 256, 256, 256)
 
@@ -146,8 +155,8 @@ def _energies(picture, alpha):
         energy = F.conv2d(padded, _turned_filters()[:8])[0].square()
         inside = 1 - F.max_pool2d(1 - F.avg_pool2d(painted, scale), 2 * REACH + 1, 1, REACH)[0]
         energy = energy * (inside > 0.99)
-        agreed = F.avg_pool2d(torch.einsum("ak,khw->ahw", axes, energy), PATCH, ceil_mode=False)
-        both = F.avg_pool2d(energy, PATCH).sum()
+        agreed = F.avg_pool2d(torch.einsum("ak,khw->ahw", axes, energy), PATCH, ceil_mode=True)
+        both = F.avg_pool2d(energy, PATCH, ceil_mode=True).sum().clamp_min(1e-12)
         whole = energy.sum(dim=(1, 2))
         found.append(torch.cat([whole, (whole.sum() * agreed.norm(dim=0).sum() / both)[None]]))
     return torch.stack(found).numpy()
@@ -159,7 +168,7 @@ def _shares(energies):
 
 
 def _grain(energies) -> float:
-    return float((energies[:, 8] / energies[:, :8].sum(axis=1)).mean())
+    return float((energies[:, 8] / np.maximum(energies[:, :8].sum(axis=1), 1e-12)).mean())
 
 
 def _root(covariance):
@@ -190,41 +199,46 @@ def draw(folder: Path, paths: dict[str, Path], steps: int) -> list[Row]:
     for name, path in paths.items():
         row, *pair = refine(case, path, "dry_brush", steps)
         rows.append(row)
-        camera, drawing = still_life_camera(width=360, height=270), drawing_with("dry_brush")
+        camera, drawing = still_life_camera(width=280, height=210), drawing_with("dry_brush")
         painting = torch.from_numpy(read_image(path)[..., :3].copy()).permute(2, 0, 1)[None]
-        shown = [F.interpolate(painting, (270, 360), mode="area")[0].permute(1, 2, 0).numpy()]
+        shown = [F.interpolate(painting, (210, 280), mode="area")[0].permute(1, 2, 0).numpy()]
         shown += [bg.render(s, camera, drawing.texture, **drawing.options()).over((1, 1, 1)) for s in pair]
         sheet = np.clip(np.concatenate(shown, axis=1), 0, 1).astype(np.float32)
-        frame = bg.Frame(sheet, np.ones(sheet.shape[:2], np.float32), None)
-        bg.save(frame, folder / f"style-{name}.jpg")
+        _save_jpeg(sheet, folder / f"style-{name}.jpg")
     return rows
 
 
+def _save_jpeg(picture, path: Path) -> None:
+    import OpenImageIO as oiio  # noqa: N813
+
+    height, width, _ = picture.shape
+    spec = oiio.ImageSpec(width, height, 3, "uint8")
+    spec.attribute("compression", "jpeg:80")
+    output = oiio.ImageOutput.create(str(path))
+    if not output.open(str(path), spec) or not output.write_image(np.rint(255 * picture).astype(np.uint8)):
+        raise OSError(f"{path}: {output.geterror() or oiio.geterror()}")
+    output.close()
+
+
 def memory(paths: dict[str, Path], folder: Path) -> str:
-    """Peak of a process that does nothing else, through the command line, 3 and 8 steps apart."""
+    """Peak of a process that does nothing but one refinement through the command line, with one judge."""
     scene, weights = folder / "scene.ply", folder / "vgg.pth"
     bg.save(still_life(), scene)
     save_random_vgg(weights)
     lines = ["features | size | peak memory | seconds a step", "-|-|-|-"]
-    for label, extra in (
-        ("without weights", []),
-        ("VGG-16, random weights", ["--vgg-weights", str(weights)]),
-    ):
+    for label, extra in (("without weights", ()), ("VGG-16, random weights", ("--vgg-weights", weights))):
         command = ["refine", scene, "--style", paths["night"], "--strokes", "2000", "--stroke", "dry_brush"]
-        command += ["--size", "1280x720", "--views", "2", "--steps", "3", *extra, "-o", folder / "out.ply"]
-        code = "import resource, sys; from brushgs.cli import main; main(sys.argv[1:]); "
-        code += "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+        command += ["--size", "1280x720", "--views", "1", "--steps", "1", *extra, "-o", folder / "out.ply"]
         run = subprocess.run(
-            [sys.executable, "-c", code, *map(str, command), "--json"],
+            [sys.executable, "-c", CHILD, *map(str, command), "--json"],
             capture_output=True,
             text=True,
             check=True,
         )
-        stages, peak = run.stdout.rsplit("\n", 2)[:2]
-        stage = next(s for s in json.loads(stages)["stages"] if s["name"] == "refine")
-        seconds = stage.get("counts", stage)
-        each = seconds["curve_seconds"][-1] / seconds["curve_steps"][-1]
-        lines.append(f"{label} | 1280x720 | {int(peak) / 2**20:.2f} GB | {each:.1f}")
+        report, peak = run.stdout.strip().rsplit("\n", 1)
+        seconds = json.loads(re.search(r'"curve_seconds": (\[[^]]*\])', report)[1])
+        lines.append(f"{label} | 1280x720 | {int(peak) / 2**20:.2f} GB | {seconds[-1]:.1f}")
+        print(lines[-1], file=sys.stderr, flush=True)
     return "\n".join(lines)
 
 

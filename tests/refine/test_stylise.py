@@ -17,6 +17,7 @@ from brushgs.refine.fit import Drawing, Plan  # noqa: E402
 from brushgs.refine.nnfm import Style  # noqa: E402
 from brushgs.refine.style import RATES, stylise  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
+from brushgs.refine.vgg import Vgg  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
 from brushgs.still_life import still_life  # noqa: E402
 from tests.bench.paintings import paint  # noqa: E402
@@ -57,9 +58,9 @@ def drawing():
 
 @pytest.fixture
 def styled(painting, strokes, views, drawing):
-    def run(params="all", steps=20, start=strokes, views=views):
+    def run(params="all", steps=20, start=strokes, views=views, features=FilterBank):
         pixels = torch.from_numpy(painting).permute(2, 0, 1).contiguous()
-        style = Style(FilterBank(pixels), pixels)
+        style = Style(features(pixels), pixels)
         plan = Plan(steps, rates=RATES)
         return stylise(Variables(start, params), *views, style, painting, drawing, plan)
 
@@ -171,6 +172,13 @@ def test_without_gradients_the_losses_are_the_same(painting):
     assert without[:2] == with_gradient[:2]
     assert not without[2].any()
     assert with_gradient[2].any()
+
+
+def test_the_loss_falls_with_the_features_of_a_network_too(styled, tmp_path):
+    save_random_vgg(tmp_path / "vgg.pth")
+    curve = styled(steps=2, features=lambda pixels: Vgg(tmp_path / "vgg.pth"))[1]
+    losses = 10 ** (-np.array(curve.scores) / 10)
+    assert losses.min() < 0.7 * losses[0]  # measured 0.48
 
 
 def test_a_file_of_vgg_is_used_from_the_command_line(files, tmp_path, capsys):
