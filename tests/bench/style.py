@@ -155,8 +155,8 @@ def _energies(picture, alpha):
         energy = F.conv2d(padded, _turned_filters()[:8])[0].square()
         inside = 1 - F.max_pool2d(1 - F.avg_pool2d(painted, scale), 2 * REACH + 1, 1, REACH)[0]
         energy = energy * (inside > 0.99)
-        agreed = F.avg_pool2d(torch.einsum("ak,khw->ahw", axes, energy), PATCH, ceil_mode=True)
-        both = F.avg_pool2d(energy, PATCH, ceil_mode=True).sum().clamp_min(1e-12)
+        agreed = F.avg_pool2d(torch.einsum("ak,khw->ahw", axes, energy), PATCH)
+        both = F.avg_pool2d(energy, PATCH).sum().clamp_min(1e-12)
         whole = energy.sum(dim=(1, 2))
         found.append(torch.cat([whole, (whole.sum() * agreed.norm(dim=0).sum() / both)[None]]))
     return torch.stack(found).numpy()
