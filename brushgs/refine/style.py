@@ -21,8 +21,7 @@ from brushgs.refine.variables import Rates, Variables
 from brushgs.scene import Gaussians
 from brushgs.shapes import Array
 
-# Strokes turn and stretch further here than in a fit to their own scene: a painting runs another way. With
-# the rates of that fit the distance of the directions fell by a tenth in 100 steps, with these by two thirds.
+# Strokes turn and stretch further here than in a fit to their own scene: a painting runs another way.
 RATES = Rates(means=0.04, scales=0.03, quats=0.04, base=0.03)
 
 
