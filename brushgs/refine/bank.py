@@ -1,10 +1,11 @@
-"""Features of a picture that need no trained weights: colour, its spread, and oriented edges and lines.
+"""Features of a picture that need no trained weights: colour, its spread, strength and direction of marks.
 
-At three scales, an octave apart, every position gets 23 numbers: mean and standard deviation of each
-channel around it; the energy of edges in 8 directions and of lines in 8 directions (derivatives of a
-Gaussian, turned; Freeman and Adelson 1991), pooled around it; and a constant, so that a cosine sees how
-strong the others are.
-Each kind is scaled to a root mean square of one over the painting it is compared with.
+At three scales, an octave apart, every position gets 25 numbers: mean and standard deviation of each channel
+around it; the energy of edges and of lines (derivatives of a Gaussian, turned; Freeman and Adelson 1991)
+pooled around it, as the mean over 8 directions and, for each direction, how far it stands out from that mean
+as a share of it; and a constant, so that a cosine sees how strong the others are. Direction is a share
+because it is none of contrast: a faint hatching runs the same way as a bold one.
+Each kind is scaled to a root mean square of its weight over the painting it is compared with.
 """
 
 from functools import cache
@@ -22,9 +23,12 @@ POOL, POOL_REACH = 2.0, 5  # of means and energies
 HALO = 4 * (REACH + POOL_REACH)  # pixels of the picture that a position sees around it
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 CONSTANT = 0.5
-# Root mean square of each kind after scaling: colour means, colour spreads, edges, lines.
-WEIGHTS = (2.0, 0.5, 1.0, 1.0)
-_KINDS = (slice(0, 3), slice(3, 6), slice(6, 14), slice(14, 22))
+FAINT = 0.01  # energy (root) under which a direction fades: a flat ground has none
+# Root mean square of each kind after scaling: colour means, colour spreads, strengths, directions.
+WEIGHTS = (2.0, 0.5, 0.5, 2.0)
+_KINDS = (slice(0, 3), slice(3, 6), slice(6, 8), slice(8, 24))
+_CHANNELS = 24
+_CONTENT_SCALES = slice(1, 3)  # what tells the subject: its colours, not the marks in which they are laid
 
 
 class FilterBank:
@@ -44,11 +48,11 @@ class FilterBank:
         Args:
             painting: [3, H, W] RGB, 0 to 1.
         """
-        self._factors = [torch.ones(22, 1, 1)] * len(SCALES)
+        self._factors = [torch.ones(_CHANNELS, 1, 1)] * len(SCALES)
         factors = []
         with torch.no_grad():
             for group in self(painting):
-                factor = torch.ones(22, 1, 1)
+                factor = torch.ones(_CHANNELS, 1, 1)
                 for kind, weight in zip(_KINDS, WEIGHTS, strict=True):
                     rms = group[kind].square().sum(dim=0).mean().sqrt()
                     factor[kind] = weight / rms.clamp_min(1e-3)
@@ -56,7 +60,7 @@ class FilterBank:
         self._factors = factors
 
     def __call__(self, picture: Tensor) -> list[Tensor]:
-        """Features of a picture [3, H, W], at each scale [23, h, w]: positions start at the first pixel."""
+        """Features of a picture [3, H, W], at each scale [25, h, w]: positions start at the first pixel."""
         groups = []
         for scale, stride, factor in zip(SCALES, STRIDES, self._factors, strict=True):
             reduced = F.avg_pool2d(picture[None], scale, ceil_mode=True)[0] if scale > 1 else picture
@@ -64,9 +68,13 @@ class FilterBank:
             groups.append(torch.cat([maps, torch.full_like(maps[:1], CONSTANT)]))
         return groups
 
+    def content(self, groups: list[Tensor]) -> list[Tensor]:
+        """What of the features [25, n] tells the subject: colours at the coarser scales."""
+        return [torch.cat([group[_KINDS[0]], group[-1:]]) for group in groups[_CONTENT_SCALES]]
+
 
 def _scale_features(picture: Tensor, stride: int) -> Tensor:
-    """[22, h, w] of one scale, not scaled."""
+    """[24, h, w] of one scale, not scaled."""
     luminance = torch.einsum("chw,c->hw", picture, torch.tensor(LUMINANCE, dtype=picture.dtype))
     weights = _turned_filters().to(picture.dtype)
     padded = F.pad(luminance[None, None], (REACH,) * 4, mode="replicate")
@@ -74,7 +82,10 @@ def _scale_features(picture: Tensor, stride: int) -> Tensor:
     pooled = _pool(torch.cat([picture, picture.square(), energy]), stride)
     mean = pooled[:3]
     spread = (pooled[3:6] - mean.square()).clamp_min(0).add(1e-5).sqrt()
-    return torch.cat([mean - 0.5, spread, pooled[6:].add(1e-8).sqrt()])
+    roots = pooled[6:].add(1e-8).sqrt().unflatten(0, (2, DIRECTIONS))
+    strength = roots.mean(dim=1)
+    directions = (roots - strength[:, None]) / (strength[:, None] + FAINT)
+    return torch.cat([mean - 0.5, spread, strength, directions.flatten(0, 1)])
 
 
 def _pool(maps: Tensor, stride: int) -> Tensor:

@@ -34,6 +34,10 @@ class Features(Protocol):
         """The groups."""
         ...
 
+    def content(self, groups: list[Tensor]) -> list[Tensor]:
+        """What of groups [D, n] tells the subject, one [d, n] for each of the last groups."""
+        ...
+
 
 class Style:
     """A style image as sets of unit features to be near to.
@@ -41,16 +45,22 @@ class Style:
     Args:
         features: what they are.
         painting: [3, H, W] RGB, 0 to 1.
+        there: [H, W] alpha of the painting: features are taken where it is above one half; None for 1.
         seed: of the choice where there are more than `MAX_STYLE`.
     """
 
-    def __init__(self, features: Features, painting: Tensor, *, seed: int = 0) -> None:
+    def __init__(
+        self, features: Features, painting: Tensor, there: Tensor | None = None, *, seed: int = 0
+    ) -> None:
         self.features = features
         generator = torch.Generator().manual_seed(seed)
         self._sets = []
         with torch.no_grad():
-            for group in features(painting):
+            for group, stride in zip(features(painting), features.strides, strict=True):
                 unit = _unit(group.flatten(1))
+                if there is not None:
+                    shown = there[::stride, ::stride].flatten() > 0.5
+                    unit = unit[:, shown] if bool(shown.any()) else unit
                 if unit.shape[1] > MAX_STYLE:
                     unit = unit[:, torch.randperm(unit.shape[1], generator=generator)[:MAX_STYLE]]
                 self._sets.append(unit.contiguous())
@@ -69,7 +79,11 @@ class Style:
 
 
 def style_gradient(
-    picture: Tensor, style: Style, content: Tensor | None, content_weight: float
+    picture: Tensor,
+    style: Style,
+    content: Tensor | None,
+    content_weight: float,
+    counts: Tensor | None = None,
 ) -> tuple[float, float, Tensor]:
     """Style and content loss of a picture, and the derivative of style + weight x content by its pixels.
 
@@ -78,12 +92,15 @@ def style_gradient(
         style: what to be near to.
         content: [3, H, W] picture whose features should be kept where they are; None for none.
         content_weight: of the mean cosine distance to these.
+        counts: [H, W] what a position there counts, 0 to 1, somewhere above 0; None for all alike. An empty
+            ground is no mark of a brush, and can come near to no painting.
 
     Returns:
-        The two losses, and [3, H, W].
+        The two losses, and [3, H, W]; zeros where torch's gradients are off.
     """
     features, gradient = style.features, torch.zeros_like(picture)
-    counts = [_num_positions(picture.shape[1:], stride) for stride in features.strides]
+    counts = torch.ones(picture.shape[1:], dtype=picture.dtype) if counts is None else counts
+    totals = [counts[::stride, ::stride].sum().clamp_min(1e-6) for stride in features.strides]
     near_total = kept_total = 0.0
     for rows, columns, inner in _tiles(picture.shape[1:], features.halo):
 
@@ -91,26 +108,33 @@ def style_gradient(
             groups = zip(features(pixels), features.strides, strict=True)
             return [_inside(group, stride, inner).flatten(1) for group, stride in groups]
 
+        there = counts[None, rows, columns]
+        shares = [
+            _inside(there[:, ::stride, ::stride], stride, inner).flatten() / total
+            for stride, total in zip(features.strides, totals, strict=True)
+        ]
         tile = picture[:, rows, columns].detach().requires_grad_()
         groups = seen(tile)
-        near = _mean(style.distances(groups), counts)
+        near = _mean(style.distances(groups), shares)
         kept = torch.zeros(())
         if content is not None:
             with torch.no_grad():
-                wanted = seen(content[:, rows, columns])
-            away = [1 - (_unit(a) * _unit(b)).sum(dim=0) for a, b in zip(groups, wanted, strict=True)]
-            kept = _mean(away, counts)
-        (near + content_weight * kept).backward()
-        assert tile.grad is not None, "the tile is a leaf"
-        gradient[:, rows, columns] += tile.grad
+                wanted = features.content(seen(content[:, rows, columns]))
+            own = features.content(groups)
+            away = [1 - (_unit(a) * _unit(b)).sum(dim=0) for a, b in zip(own, wanted, strict=True)]
+            kept = _mean(away, shares[-len(away) :])
+        if torch.is_grad_enabled():
+            (near + content_weight * kept).backward()
+            assert tile.grad is not None, "the tile is a leaf"
+            gradient[:, rows, columns] += tile.grad
         near_total += float(near.detach())
         kept_total += float(kept.detach())
     return near_total, kept_total, gradient
 
 
-def _mean(distances: list[Tensor], counts: list[int]) -> Tensor:
-    """The share of some positions in the mean over all, groups counting alike."""
-    return torch.stack([d.sum() / n for d, n in zip(distances, counts, strict=True)]).sum() / len(counts)
+def _mean(distances: list[Tensor], shares: list[Tensor]) -> Tensor:
+    """The part of some positions in the mean over all, weighed by their shares, groups counting alike."""
+    return torch.stack([(d * s).sum() for d, s in zip(distances, shares, strict=True)]).mean()
 
 
 def _tiles(size: torch.Size, halo: int) -> Iterator[tuple[slice, slice, tuple[int, int, int, int]]]:
@@ -132,10 +156,6 @@ def _tiles(size: torch.Size, halo: int) -> Iterator[tuple[slice, slice, tuple[in
 def _inside(group: Tensor, stride: int, inner: tuple[int, int, int, int]) -> Tensor:
     top, bottom, left, right = inner
     return group[:, top // stride : -(-bottom // stride), left // stride : -(-right // stride)]
-
-
-def _num_positions(size: torch.Size, stride: int) -> int:
-    return int(-(-size[0] // stride) * -(-size[1] // stride))
 
 
 def _unit(features: Tensor) -> Tensor:

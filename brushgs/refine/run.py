@@ -147,12 +147,19 @@ def refine_strokes(
         if config.style is None:
             refined, curve = distil(variables, lessons, judges, drawing, plan, advance)
         else:
-            from brushgs.refine.style import stylise
+            from brushgs.refine.style import RATES, stylise
 
             painting = read_image(config.style)
             style = _style(painting, config, plan.seed)
             refined, curve = stylise(
-                variables, lessons, judges, style, painting, drawing, plan, advance=advance
+                variables,
+                lessons,
+                judges,
+                style,
+                painting,
+                drawing,
+                replace(plan, rates=RATES),
+                advance=advance,
             )
         after = mean_psnr(refined, judges, drawing)
         stage.did = (
@@ -285,7 +292,13 @@ def _style(painting: Array, config: RefineConfig, seed: int) -> "Style":
     from brushgs.refine.vgg import Vgg, find_weights
 
     rgb = painting[..., :3] if painting.shape[2] >= 3 else np.repeat(painting[..., :1], 3, axis=2)
+    there = None
+    if painting.shape[2] in (2, 4):  # what is not painted is no style: its colour there is anything
+        alpha = painting[..., -1:]
+        mean = (rgb * alpha).sum(axis=(0, 1)) / max(float(alpha.sum()), 1e-9)
+        rgb = rgb * alpha + (1 - alpha) * mean.astype(rgb.dtype)
+        there = torch.from_numpy(np.ascontiguousarray(alpha[..., 0]))
     pixels = torch.from_numpy(np.ascontiguousarray(rgb)).permute(2, 0, 1).contiguous()
     weights = config.vgg_weights or find_weights()
     features = FilterBank(pixels) if weights is None else Vgg(weights)
-    return Style(features, pixels, seed=seed)
+    return Style(features, pixels, there, seed=seed)

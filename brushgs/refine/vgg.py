@@ -68,6 +68,10 @@ class Vgg:
                 found.append(x[0])
         return [torch.cat(found)]
 
+    def content(self, groups: list[Tensor]) -> list[Tensor]:
+        """What of the features tells the subject: all."""
+        return groups
+
 
 def find_weights() -> Path | None:
     """The weights in the cache of torch's hub, if they are there."""
