@@ -615,7 +615,9 @@ def _add_refine(parser: ArgumentParser) -> None:
         help="strokes that may change: box:x0,y0,z0,x1,y1,z1, sphere:x,y,z,radius (world units) or "
         "colour:#rrggbb,distance; default all",
     )
-    group.add_argument("--steps", type=_count_from(1), metavar="N", help="at most so many, default 900")
+    group.add_argument(
+        "--steps", type=_count_from(1), metavar="N", help="at most so many, default 900 (100 with --style)"
+    )
     group.add_argument(
         "--views",
         type=_count_from(1),

@@ -30,7 +30,7 @@ DEFAULT_KEEP = 0.7  # of the Gaussians, as published
 DEFAULT_STROKES = 7000  # the count the method was published with
 DEFAULT_SIZE = (1280, 720)
 DEFAULT_FPS = 24.0  # of film
-DEFAULT_STEPS, REFINE_SIZE = 900, (384, 288)  # of a refinement
+DEFAULT_STEPS, STYLE_STEPS, REFINE_SIZE = 900, 100, (384, 288)  # of a refinement, and one to a style
 MAX_FRAMES = 99_999  # more than an hour of film; five digits number them
 MAX_PSNR = 100.0  # dB; pictures of 16 bits agree no better
 MAX_FPS = 1000.0  # more is a slip of the pen, and video formats count no finer than milliseconds
@@ -374,7 +374,7 @@ class RefineConfig:
         style: a picture to come near to; None to come near to the plain picture of the scene.
         params: which numbers of the strokes move, see `brushgs.refine.variables`.
         where: strokes that may change; None for all.
-        steps: at most so many, >= 1.
+        steps: at most so many, >= 1; None for 900, and 100 toward a style image.
         views: to learn from, >= 1; None for 320 of the scene, or 24 toward a style image.
         size: (width, height) of these views, pixels.
         seed: of the order of the views, 0 or more.
@@ -386,7 +386,7 @@ class RefineConfig:
     style: Path | None = None
     params: Params = "all"
     where: Region | None = None
-    steps: int = DEFAULT_STEPS
+    steps: int | None = None
     views: int | None = None
     size: tuple[int, int] = REFINE_SIZE
     seed: int = 0
@@ -402,6 +402,11 @@ class RefineConfig:
             raise ValueError(f"size {broken}")
         if self.vgg_weights is not None and self.style is None:
             raise ValueError("vgg-weights must stand beside style: only a style image is matched by features")
+
+    @property
+    def most_steps(self) -> int:
+        """The steps asked for, or the usual ones."""
+        return self.steps or (DEFAULT_STEPS if self.style is None else STYLE_STEPS)
 
 
 @dataclass(frozen=True)

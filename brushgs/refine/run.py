@@ -105,7 +105,7 @@ def refine_file(
     up = paint.view.up or notes.up or DEFAULT_UP
     lessons, judges = _lessons(gaussians, up, config, report)
     plan = Plan(
-        config.steps, seed=config.seed, checkpoint=checkpoint_of(output), is_resumed=config.is_resumed
+        config.most_steps, seed=config.seed, checkpoint=checkpoint_of(output), is_resumed=config.is_resumed
     )
     refined = refine_strokes(strokes, lessons, judges, drawing, plan, config, report)
     report.settings = _settings(scene, paint, config, up)
