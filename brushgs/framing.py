@@ -55,6 +55,15 @@ def up_vector(text: str) -> NDArray[np.float64]:
     return np.asarray(vector / length)
 
 
+def direction_of(up: str | ArrayLike) -> NDArray[np.float64]:
+    """The direction [3] that is meant by a name, as `up_vector` reads it, or by three numbers of any length.
+
+    Raises:
+        ValueError: if a name means nothing.
+    """
+    return up_vector(up) if isinstance(up, str) else np.asarray(up, dtype=np.float64)
+
+
 def frame_scene(
     gaussians: Gaussians,
     *,

@@ -21,10 +21,10 @@ from brushgs.framing import (
     NEAR_SHARE,
     camera_axes,
     default_elevation,
+    direction_of,
     fit_eye,
     frame_scene,
     subject,
-    up_vector,
 )
 from brushgs.key_path import SAME_VIEW, through
 from brushgs.motion import view_changes
@@ -176,7 +176,7 @@ def _orbit(gaussians: Gaussians, view: ViewConfig, path: PathConfig, file_up: st
         width=width,
         height=height,
         fov_y=view.fov_y,
-        up=up_vector(up) if isinstance(up, str) else up,
+        up=direction_of(up),
         azimuth=view.azimuth,
         elevation=view.elevation,
         zoom=view.zoom,

@@ -15,7 +15,7 @@ from brushgs.choices import ViewLock, unasked_rule
 from brushgs.config import DEFAULT_SIZE, ClusterConfig, DrawConfig, PaletteConfig, PruneConfig, ViewConfig
 from brushgs.counting import choose, make
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.framing import DEFAULT_UP, default_elevation, frame_scene, subject, up_vector
+from brushgs.framing import DEFAULT_UP, default_elevation, direction_of, frame_scene, subject
 from brushgs.report import Report, Stage
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
@@ -366,7 +366,7 @@ def _framed_camera(gaussians: Gaussians, config: ViewConfig, file_up: str | None
     """A camera framed on the scene; says which way is up and how that is known."""
     up = config.up or file_up or DEFAULT_UP
     source = "as asked" if config.up else "as its header says" if file_up else "assumed, change it with --up"
-    direction = up_vector(up) if isinstance(up, str) else np.asarray(up, dtype=np.float64)
+    direction = direction_of(up)
     points, has_surroundings = subject(gaussians)
     elevation = default_elevation(points, direction) if config.elevation is None else config.elevation
     width, height = config.size or DEFAULT_SIZE

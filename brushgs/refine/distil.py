@@ -46,6 +46,10 @@ class Lesson:
         frame = render(scene, camera, StrokeTexture.open("gaussian"), depth=False)
         return cls(camera, torch.from_numpy(np.dstack([frame.rgb, frame.alpha])))
 
+    def on(self, ground: Sequence[float] | Tensor) -> Tensor:
+        """[H, W, 3] what is to be seen, on a ground of one RGB colour."""
+        return ba.Frame(self.wanted[..., :3], self.wanted[..., 3]).over(ground)
+
 
 def distil(
     variables: Variables,
@@ -100,6 +104,5 @@ def mean_psnr(strokes: Gaussians, judges: Sequence[Lesson], drawing: Drawing) ->
     found = []
     for judge in judges:
         frame = render(strokes, judge.camera, drawing.texture, **drawing.options())
-        wanted = judge.wanted.numpy()
-        found.append(psnr(frame.over(GROUND), wanted[..., :3] + (1 - wanted[..., 3:])))
+        found.append(psnr(frame.over(GROUND), judge.on(GROUND).numpy()))
     return float(np.mean(found))

@@ -1,6 +1,7 @@
 """One way to move strokes downhill, whatever the objective: steps, a falling rate, looks, checkpoints.
 
-The same strokes, views and seed give the same fit, bit for bit, also when it was stopped and gone on with.
+The same strokes, views and seed give the same fit, bit for bit, also when it was stopped and gone on with;
+sums of PyTorch may depend on its number of threads, of which `distil` takes one.
 """
 
 import time
@@ -59,8 +60,8 @@ class Curve:
     Attributes:
         steps: [M] done until each look.
         seconds: [M] of steps until then; the looks themselves are not counted.
-        losses: [M] mean loss of the steps since the look before; that of the first step at the start.
-        errors: [M] what the look found, dB or a loss; the higher the better where `is_gain`.
+        losses: [M] mean loss of the steps since the look before; NaN where no step was done yet.
+        scores: [M] what the look found, in dB; the higher the better.
         stopped: why the fit ended.
     """
 

@@ -5,7 +5,7 @@ stroke (-> palette) -> load -> prune -> cluster (-> recolor) -> views -> refine 
 
 import importlib.util
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from brushgs.config import PaintConfig, PaletteConfig, RefineConfig, Up, ViewConfig
 from brushgs.counting import look
-from brushgs.framing import DEFAULT_UP, frame_scene, up_vector
+from brushgs.framing import DEFAULT_UP, direction_of, frame_scene
 from brushgs.io.images import read_image
 from brushgs.measured import Outputs, plain_config
 from brushgs.pipeline import check_output, input_files
@@ -109,12 +109,11 @@ def refine_file(
     )
     refined = refine_strokes(strokes, lessons, judges, drawing, plan, config, report)
     report.settings = _settings(scene, paint, config, up)
+    write_scene(refined, output, report, is_strokes=True)  # first: it must not be lost with a plot
     if outputs is not None:
         title = f"{Path(scene).stem}, {len(strokes):,} strokes of {texture.name}, {config.params}"
-        camera = frame_scene(gaussians, width=config.size[0], height=config.size[1], up=_direction(up))
+        camera = frame_scene(gaussians, width=config.size[0], height=config.size[1], up=direction_of(up))
         _write_report(outputs, report, _Shown(gaussians, strokes, refined, camera), drawing, title)
-    write_scene(refined, output, report, is_strokes=True)
-    if outputs is not None:
         outputs.write_text(".json", report.as_json() + "\n")
     return report
 
@@ -169,14 +168,6 @@ def refine_strokes(
         if config.style is not None:
             fallen = 1 - 10 ** (-(max(curve.scores) - curve.scores[0]) / 10)
             stage.did += f"; the loss to {config.style.name} fell by {fallen:.0%}"
-        stage.counts = {
-            "params": config.params,
-            "moved": int(moves.sum()),
-            "psnr_before": round(before, 4),
-            "psnr_after": round(after, 4),
-            "stopped": curve.stopped,
-            **{f"curve_{name}": values for name, values in asdict(curve).items() if name != "stopped"},
-        }
         report.result = Refinement(
             config.params,
             len(strokes),
@@ -190,6 +181,11 @@ def refine_strokes(
             tuple(curve.losses),
             tuple(curve.scores),
         )
+        told = report.result.as_dict()
+        stage.counts = {
+            name: told[name] for name in ("params", "moved", "psnr_before", "psnr_after", "stopped")
+        }
+        stage.counts |= {f"curve_{name}": told[name] for name in ("steps", "seconds", "losses", "scores")}
         if not moves.all():
             stage.left_out.append(f"{int((~moves).sum()):,} strokes outside {config.where}: not touched")
     return refined
@@ -230,11 +226,11 @@ def _write_report(
             from brushgs.raster.ops import render
             from brushgs.refine.distil import GROUND, Lesson
 
-            plain = Lesson.of(shown.scene, shown.camera).wanted.numpy()
+            plain = Lesson.of(shown.scene, shown.camera).on(GROUND)
             pictures = {
                 name: render(strokes, shown.camera, drawing.texture, **drawing.options()).over(GROUND)
                 for name, strokes in (("before", shown.before), ("after", shown.after))
-            } | {"plain": plain[..., :3] + (1 - plain[..., 3:])}
+            } | {"plain": plain.numpy()}
             write_plot(report.result, pictures, outputs.plot, title)
         else:
             stage.left_out.append("plot: not asked for")
@@ -254,10 +250,6 @@ def _settings(scene: str | Path, paint: PaintConfig, config: RefineConfig, up: U
         "refine": plain_config(config),
         "judges": JUDGES,
     }
-
-
-def _direction(up: Up) -> Array:
-    return up_vector(up) if isinstance(up, str) else np.asarray(up, dtype=np.float64)
 
 
 def _lessons(

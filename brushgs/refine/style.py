@@ -75,11 +75,11 @@ def stylise(
     mean, covariance = (torch.from_numpy(v).float() for v in (palette.mean, palette.covariance))
 
     def loss_of(rgb: Tensor, alpha: Tensor, lesson: Lesson) -> Tensor:
-        picture = rgb + (1 - alpha)[..., None] * mean  # a ground that is no colour of its own
+        picture = ba.Frame(rgb, alpha).over(mean)  # a ground that is no colour of its own
         near, kept, gradient = style_gradient(
             picture.permute(2, 0, 1).detach(),
             style,
-            _on_ground(lesson, mean),
+            lesson.on(mean).permute(2, 0, 1),
             weights.content,
             lesson.wanted[..., 3],
         )
@@ -106,8 +106,3 @@ def stylise(
 
     fit = Fit(variables, [lesson.camera for lesson in lessons], drawing, objective, score, plan)
     return fit.run(advance), fit.curve
-
-
-def _on_ground(lesson: Lesson, ground: Tensor) -> Tensor:
-    """[3, H, W]."""
-    return (lesson.wanted[..., :3] + (1 - lesson.wanted[..., 3:]) * ground).permute(2, 0, 1)

@@ -6,7 +6,7 @@ view is both.
 
 import numpy as np
 
-from brushgs.framing import DEFAULT_UP, default_elevation, frame_scene, subject, up_vector
+from brushgs.framing import DEFAULT_UP, default_elevation, direction_of, frame_scene, subject
 from brushgs.scene import Camera, Gaussians
 
 GOLDEN = (np.sqrt(5) - 1) / 2  # successive multiples of it fill a circle evenly, however many there are
@@ -39,7 +39,7 @@ def views_around(
     """
     if num_views < 1:
         raise ValueError(f"views must be at least 1, got {num_views}")
-    direction = up_vector(up) if isinstance(up, str) else np.asarray(up, dtype=np.float64)
+    direction = direction_of(up)
     middle = default_elevation(subject(gaussians)[0], direction)
     views = []
     for index in range(num_views):

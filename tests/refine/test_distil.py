@@ -197,7 +197,7 @@ SMALL = ["--strokes", "100", "--steps", "10", "--views", "4", "--size", "64x48",
 def test_the_command_writes_strokes_and_tells_the_gain(file, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert cli.main(["refine", file, *SMALL, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)  # JSON knows no NaN
     assert told["output"] == "pears-refined.ply"
     counts = next(stage["counts"] for stage in told["stages"] if stage["name"] == "refine")
     assert counts["psnr_after"] > counts["psnr_before"]
@@ -230,6 +230,18 @@ def test_a_report_can_be_one_file_or_go_without_its_plot(file, tmp_path, monkeyp
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.json", "pears-refined.ply"]
     assert cli.main(["refine", file, *SMALL, "--report", "b", "--no-plot", "--quiet"]) == 0
     assert [p.name for p in (tmp_path / "b").iterdir()] == ["refine.json"]
+
+
+def test_the_strokes_are_there_though_the_plot_fails(file, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("brushgs.refine.run.write_plot", full)
+    assert cli.main(["refine", file, *SMALL, "--report", "told"]) == 2
+    assert "No space left" in capsys.readouterr().err
+    assert len(bg.load("pears-refined.ply")) <= 100
 
 
 @pytest.mark.parametrize(
