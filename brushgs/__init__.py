@@ -4,26 +4,24 @@ The public names live in the modules listed in `_HOME` and are imported at first
 `import brushgs` (and with it `brushgs --help`) costs nothing.
 """
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from brushgs.brushes.texture import StrokeTexture
     from brushgs.doctor import Finding, examine
     from brushgs.errors import SceneError, SceneWarning
     from brushgs.io import load, load_cameras, save
-    from brushgs.io.reading import Reading
-    from brushgs.io.video import save_video
-    from brushgs.lock import track
+    from brushgs.io.pictures.video import save_video
+    from brushgs.io.scenes.encoding import Reading
     from brushgs.passes.cluster import cluster
     from brushgs.passes.prune import prune
     from brushgs.passes.recolor import Palette, recolor
-    from brushgs.project import project
-    from brushgs.raster.ops import rasterize, render, render_sequence
+    from brushgs.rendering.project import project
+    from brushgs.rendering.rasterize import rasterize, render, render_sequence
+    from brushgs.rendering.track import track
     from brushgs.scene import Boxes, Camera, Frame, Gaussians
-    from brushgs.stroke_count import choose_strokes
-    from brushgs.textures import StrokeTexture
+    from brushgs.stroke_count.choose import choose_strokes
 
 __version__ = "0.1.0"
 
@@ -34,24 +32,24 @@ _HOME = {
     "Frame": "scene",
     "Gaussians": "scene",
     "Palette": "passes.recolor",
-    "Reading": "io.reading",
+    "Reading": "io.scenes.encoding",
     "SceneError": "errors",
     "SceneWarning": "errors",
-    "StrokeTexture": "textures",
-    "choose_strokes": "stroke_count",
+    "StrokeTexture": "brushes.texture",
+    "choose_strokes": "stroke_count.choose",
     "cluster": "passes.cluster",
     "examine": "doctor",
     "load": "io",
     "load_cameras": "io",
-    "project": "project",
+    "project": "rendering.project",
     "prune": "passes.prune",
-    "rasterize": "raster.ops",
+    "rasterize": "rendering.rasterize",
     "recolor": "passes.recolor",
-    "render": "raster.ops",
-    "render_sequence": "raster.ops",
+    "render": "rendering.rasterize",
+    "render_sequence": "rendering.rasterize",
     "save": "io",
-    "save_video": "io.video",
-    "track": "lock",
+    "save_video": "io.pictures.video",
+    "track": "rendering.track",
 }
 
 __all__ = [
@@ -89,17 +87,6 @@ def __getattr__(name: str) -> object:
     value = getattr(import_module(f"brushgs.{_HOME[name]}"), name)
     globals()[name] = value
     return value
-
-
-class _Package(ModuleType):
-    """This package. Importing a module sets it as an attribute here; a public name of the same name stays."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if not (name in _HOME and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package
 
 
 def __dir__() -> list[str]:

@@ -33,18 +33,18 @@ from typing import Any, Self
 import numpy as np
 
 from brushgs import scene
-from brushgs.choices import Filter, Order, ViewLock
-from brushgs.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS, BoxGradients
-from brushgs.project import Directions
-from brushgs.project import project as project_arrays
-from brushgs.project_backward import project_backward
-from brushgs.raster.backward import rasterize_backward
-from brushgs.raster.constants import MIN_TRANSMITTANCE
-from brushgs.raster.ops import is_directed
-from brushgs.raster.ops import rasterize as rasterize_arrays
+from brushgs.arrays import Array
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.options.choices import Filter, Order, ViewLock
+from brushgs.rendering.constants import MIN_TRANSMITTANCE
+from brushgs.rendering.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS, BoxGradients
+from brushgs.rendering.project import Directions
+from brushgs.rendering.project import project as project_arrays
+from brushgs.rendering.project_backward import project_backward
+from brushgs.rendering.rasterize import is_directed
+from brushgs.rendering.rasterize import rasterize as rasterize_arrays
+from brushgs.rendering.rasterize_backward import rasterize_backward
 from brushgs.scene import Camera
-from brushgs.shapes import Array
-from brushgs.textures import StrokeTexture
 
 try:
     import torch

@@ -6,7 +6,7 @@ q and -q are the same rotation; any length above zero will do, because lengths a
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.shapes import Array
+from brushgs.arrays import Array
 
 
 def normalized(quats: Array) -> NDArray[np.float64]:

@@ -11,8 +11,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.arrays import Array
 from brushgs.scene import Gaussians
-from brushgs.shapes import Array
 
 C0 = 0.5 / np.sqrt(np.pi)  # value of the view-independent basis function, 0.2821
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 import brushgs as bg
+from brushgs.brushes.texture import builtin_names
 from brushgs.still_life import still_life, still_life_camera
-from brushgs.textures import builtin_names
 
 
 def main() -> None:

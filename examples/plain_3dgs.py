@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import brushgs as bg
-from brushgs.framing import frame_scene, up_vector
+from brushgs.cameras.framing import frame_scene, up_vector
 from brushgs.still_life import still_life
 
 

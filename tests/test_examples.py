@@ -9,7 +9,7 @@ import av
 import pytest
 
 import brushgs.still_life
-from brushgs.io.images import read_image
+from brushgs.io.pictures.images import read_image
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 

@@ -8,19 +8,21 @@ from scipy.linalg import solveh_banded
 from scipy.spatial import cKDTree
 
 import brushgs as bg
-from brushgs import _core, levels
-from brushgs.config import ClusterConfig, DrawConfig, PaintConfig, PathConfig, PruneConfig, ViewConfig
-from brushgs.io.images import quantise
+from brushgs import _core
+from brushgs.brushes import levels
+from brushgs.io.pictures.images import quantise
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
+from brushgs.options.sequence import PathConfig
+from brushgs.painting import sequence as sequence_stages
+from brushgs.painting.report import Report
+from brushgs.painting.sequence import paint_sequence
+from brushgs.painting.still import paint
 from brushgs.passes import contribution, lloyd
 from brushgs.passes.cluster import group
 from brushgs.passes.features import cluster_features
 from brushgs.passes.merge import merge_clusters
-from brushgs.pipeline import paint
-from brushgs.raster import ops
-from brushgs.report import Report
+from brushgs.rendering import rasterize as ops
 from brushgs.scene import Frame, Gaussians
-from brushgs.sequence import paint_sequence
-from brushgs.sequence import stages as sequence_stages
 from brushgs.still_life import still_life
 from tests.bench.leave_out import Painting, difference, shortcuts
 

@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.arrays import Array
 from brushgs.doctor.equal import equal_rows
 from brushgs.doctor.findings import Finding
 from brushgs.doctor.space import NUM_NEIGHBOURS, nearest
-from brushgs.io.columns import Columns
-from brushgs.io.reading import Reading
+from brushgs.io.scenes.columns import Columns
+from brushgs.io.scenes.encoding import Reading
 from brushgs.quats import rotation_matrices
-from brushgs.shapes import Array
 
 _Found = Callable[..., None]  # takes the name of a finding, a sentence, and facts
 

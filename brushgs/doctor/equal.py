@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.shapes import Array
+from brushgs.arrays import Array
 
 _ODD = 0x9E3779B97F4A7C15  # 2^64 over the golden ratio: multiples of it are spread evenly
 

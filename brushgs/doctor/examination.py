@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.choices import Floaters
 from brushgs.doctor.encodings import diagnose
 from brushgs.doctor.equal import equal_rows
 from brushgs.doctor.findings import SEVERITIES, Finding, Rows
@@ -13,10 +12,11 @@ from brushgs.doctor.floaters import STRONG_GAP, SURE_GAP, VISIBLE, find_apart
 from brushgs.doctor.guesses import guess_unit, guess_up
 from brushgs.doctor.rows import check_bands, check_copies, check_dropped, check_quats
 from brushgs.doctor.shapes import FAINT, check_far, check_filling, check_light, check_needles
-from brushgs.io.columns import Columns
-from brushgs.io.dropped import Dropped, drop_faults
-from brushgs.io.ply import RawScene, read_raw
-from brushgs.io.reading import Reading
+from brushgs.io.scenes.columns import Columns
+from brushgs.io.scenes.dropped import Dropped, drop_faults
+from brushgs.io.scenes.encoding import Reading
+from brushgs.io.scenes.ply import RawScene, read_raw
+from brushgs.options.choices import Floaters
 from brushgs.scene import Gaussians
 
 

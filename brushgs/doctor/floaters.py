@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.arrays import Array
 from brushgs.doctor.findings import Rows
 from brushgs.doctor.space import NUM_NEIGHBOURS, nearest
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.extent import robust_frame
 from brushgs.quats import rotation_matrices
 from brushgs.scene import Gaussians
-from brushgs.shapes import Array
 
 FAINTEST = 0.02  # opacity at which a Gaussian ends: what is thinner joins nothing
 # The 99th percentile of the opacities is 0.83 and more in real scenes. Where it is less, the scene is faint

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.cameras.framing import DEFAULT_UP, subject
 from brushgs.doctor.findings import Finding
-from brushgs.framing import DEFAULT_UP, subject
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.extent import robust_frame
 from brushgs.quats import rotation_matrices

@@ -4,7 +4,7 @@ import numpy as np
 
 from brushgs.doctor.equal import equal_rows
 from brushgs.doctor.findings import Finding, Severity
-from brushgs.io.dropped import Dropped
+from brushgs.io.scenes.dropped import Dropped
 from brushgs.scene import SH_TERMS, Gaussians
 
 # Files of few distinct numbers (codebooks of 256 scales, colours in 8 bits) hold true copies by chance:

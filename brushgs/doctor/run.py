@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from brushgs import __version__
-from brushgs.choices import Floaters
 from brushgs.doctor.cure import cure
 from brushgs.doctor.examination import Examination, look_at
 from brushgs.doctor.table import lines, verdict
-from brushgs.pipeline import check_output
-from brushgs.report import Report
-from brushgs.stages import write_scene
+from brushgs.options.choices import Floaters
+from brushgs.painting.report import Report
+from brushgs.painting.stages import write_scene
+from brushgs.painting.still import check_output
 
 SCHEMA = 1  # of the JSON; grows when a field changes its meaning
 

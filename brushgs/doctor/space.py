@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from brushgs.arrays import Array
 from brushgs.passes.extent import robust_frame
-from brushgs.shapes import Array
 from brushgs.threads import num_threads_or_default
 
 # Between the 10th and 90th percentile: a tenth of the rows may lie anywhere without moving it.

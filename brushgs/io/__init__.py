@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from brushgs.io.cameras import load_cameras
-from brushgs.io.notes import LoadNotes
-from brushgs.io.ply import read_ply
-from brushgs.io.reading import USUAL, Reading
+from brushgs.io.cameras.read import load_cameras
+from brushgs.io.scenes.encoding import USUAL, Reading
+from brushgs.io.scenes.notes import LoadNotes
+from brushgs.io.scenes.ply import read_ply
 from brushgs.scene import Frame, Gaussians
 
 __all__ = ["LoadNotes", "Reading", "load", "load_cameras", "read_ply", "save"]
@@ -38,11 +38,11 @@ def save(value: Gaussians | Frame, path: str | Path) -> None:
     if isinstance(value, Gaussians):
         if Path(path).suffix.lower() != ".ply":
             raise ValueError(f"save: Gaussians must go to a .ply file, got {str(path)!r}; change the suffix")
-        from brushgs.io.write_ply import write_ply
+        from brushgs.io.scenes.ply_write import write_ply
 
         write_ply(value, path)
     elif isinstance(value, Frame):
-        from brushgs.io.images import write_frame
+        from brushgs.io.pictures.images import write_frame
 
         write_frame(value, path)
     else:

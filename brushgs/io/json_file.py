@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from brushgs.errors import SceneError
-from brushgs.io.opening import read_whole
+from brushgs.io.files import read_whole
 
 MAX_BYTES = 1 << 25  # of a file; 40,000 views as nerfstudio writes them have some 20 MB
 # Bytes of memory beside twice the file, less what the parser and the interpreter need on the way.

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.choices import Features, Merge, Method
+from brushgs.options.choices import Features, Merge, Method
 from brushgs.passes.contribution import contributions, visible_shares
 from brushgs.passes.features import cluster_features
 from brushgs.passes.lloyd import Clusters, Points, lloyd

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.choices import ColorSpace
-from brushgs.io.srgb import linear_from_srgb, srgb_from_linear, srgb_slope
-from brushgs.shapes import Array
+from brushgs.arrays import Array
+from brushgs.colors import linear_from_srgb, srgb_from_linear, srgb_slope
+from brushgs.options.choices import ColorSpace
 
 F64 = NDArray[np.float64]
 

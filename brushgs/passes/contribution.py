@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.arrays import Array
 from brushgs.passes.extent import robust_frame
 from brushgs.scene import Gaussians
-from brushgs.shapes import Array
 from brushgs.threads import num_threads_or_default
 
 THOMSEN = 1.6075  # exponent of the surface formula, off by 1.1 % at most

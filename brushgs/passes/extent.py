@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.shapes import Array
+from brushgs.arrays import Array
 
 
 def robust_frame(means: Array) -> tuple[NDArray[np.float64], float]:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.choices import Features
+from brushgs.options.choices import Features
 from brushgs.passes.extent import robust_frame
 from brushgs.scene import Gaussians
 from brushgs.sh import base_colors

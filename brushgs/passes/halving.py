@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.shapes import check
+from brushgs.arrays import check
 
 NEAR_WORST = 0.25  # of the largest inertia: the cells above it are halved in one round
 

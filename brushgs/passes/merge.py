@@ -21,11 +21,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.choices import Merge
+from brushgs.arrays import Array, check
+from brushgs.options.choices import Merge
 from brushgs.passes.contribution import projected_areas, visible_shares
 from brushgs.quats import normalized, quats_of, rotation_matrices
 from brushgs.scene import Gaussians
-from brushgs.shapes import Array, check
 
 # Factor on the variance between members, 1.16 in length. Members spread evenly over a disc have half its
 # radius as deviation, and a Gaussian of that deviation paints half of the disc: 2 would paint as much, but

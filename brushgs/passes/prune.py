@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.choices import Weight
+from brushgs.options.choices import Weight
 from brushgs.passes.contribution import contributions
 from brushgs.scene import Gaussians
 from brushgs.sh import base_colors

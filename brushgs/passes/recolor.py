@@ -13,12 +13,12 @@ from typing import get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.choices import ColorSpace
+from brushgs.arrays import Array, check
+from brushgs.options.choices import ColorSpace
 from brushgs.passes.color_space import Space
 from brushgs.passes.contribution import projected_areas
 from brushgs.scene import Gaussians
 from brushgs.sh import C0
-from brushgs.shapes import Array, check
 from brushgs.threads import num_threads_or_default
 
 # A difference of colours is stretched at most so far: more would paint the noise of a grey scene in bright

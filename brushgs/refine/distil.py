@@ -15,13 +15,13 @@ import torch
 from torch import Tensor
 
 import brushgs.autograd as ba
-from brushgs.likeness import psnr
-from brushgs.raster.ops import render
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.measure.likeness import psnr
 from brushgs.refine.fit import Curve, Drawing, Fit, Plan
 from brushgs.refine.losses import photometric, roundness
 from brushgs.refine.variables import Variables
+from brushgs.rendering.rasterize import render
 from brushgs.scene import Camera, Gaussians
-from brushgs.textures import StrokeTexture
 
 GROUND = (1.0, 1.0, 1.0)  # error is judged on white, as everywhere
 # The weight of the term that keeps strokes round where all parameters move, and the aspect it leaves free.

@@ -16,11 +16,11 @@ import torch
 from torch import Tensor
 
 import brushgs.autograd as ba
+from brushgs.brushes.texture import StrokeTexture
 from brushgs.errors import SceneError
-from brushgs.io.atomic import replacing
+from brushgs.io.files import replacing
 from brushgs.refine.variables import Rates, Variables
 from brushgs.scene import Camera, Gaussians
-from brushgs.textures import StrokeTexture
 
 LAST_RATE = 0.05  # of the first, at the last step, along half a cosine
 LOOKS = 20  # at the error, over all steps

@@ -11,17 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from brushgs.config import PaintConfig, PaletteConfig, RefineConfig, Up, ViewConfig
-from brushgs.counting import look
-from brushgs.framing import DEFAULT_UP, direction_of, frame_scene
-from brushgs.io.images import read_image
-from brushgs.measured import Outputs, plain_config
-from brushgs.pipeline import check_output, input_files
-from brushgs.refine.told import FILES, Refinement, RefineReport, write_plot
-from brushgs.report import Report
-from brushgs.scene import Camera, Gaussians
-from brushgs.shapes import Array
-from brushgs.stages import (
+from brushgs.arrays import Array
+from brushgs.cameras.framing import DEFAULT_UP, direction_of, frame_scene
+from brushgs.io.pictures.images import read_image
+from brushgs.measure.report import Outputs, plain_config
+from brushgs.options.experiments import RefineConfig
+from brushgs.options.painting import PaintConfig, PaletteConfig, Up, ViewConfig
+from brushgs.painting.count import look
+from brushgs.painting.report import Report
+from brushgs.painting.stages import (
     box_sigmas,
     choose_camera,
     cluster_scene,
@@ -33,6 +31,9 @@ from brushgs.stages import (
     view_lock,
     write_scene,
 )
+from brushgs.painting.still import check_output, input_files
+from brushgs.refine.report import FILES, Refinement, RefineReport, write_plot
+from brushgs.scene import Camera, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.refine.distil import Lesson
@@ -132,7 +133,7 @@ def refine_strokes(
     The figures become `report.result`.
     """
     from brushgs.refine.distil import distil, mean_psnr
-    from brushgs.refine.members import members
+    from brushgs.refine.select import members
     from brushgs.refine.variables import Variables
 
     with report.stage("refine", frames=plan.steps, of="steps") as stage:
@@ -223,8 +224,8 @@ def _write_report(
     with report.stage("report") as stage:
         outputs.make_folder()
         if outputs.plot is not None:
-            from brushgs.raster.ops import render
             from brushgs.refine.distil import GROUND, Lesson
+            from brushgs.rendering.rasterize import render
 
             plain = Lesson.of(shown.scene, shown.camera).on(GROUND)
             pictures = {
@@ -279,7 +280,7 @@ def _style(painting: Array, config: RefineConfig, seed: int) -> "Style":
     """The features of a painting: VGG's where there are weights, else the weight-free ones."""
     import torch
 
-    from brushgs.refine.bank import FilterBank
+    from brushgs.refine.filter_bank import FilterBank
     from brushgs.refine.nnfm import Style
     from brushgs.refine.vgg import Vgg, find_weights
 

@@ -11,15 +11,15 @@ import torch
 from torch import Tensor
 
 import brushgs.autograd as ba
+from brushgs.arrays import Array
 from brushgs.passes.recolor import Palette
-from brushgs.raster.ops import render
 from brushgs.refine.distil import FREE_ASPECT, ROUNDNESS, Lesson
 from brushgs.refine.fit import Curve, Drawing, Fit, Plan
 from brushgs.refine.losses import color_distance, roundness, total_variation
 from brushgs.refine.nnfm import Style, style_gradient
 from brushgs.refine.variables import Rates, Variables
+from brushgs.rendering.rasterize import render
 from brushgs.scene import Gaussians
-from brushgs.shapes import Array
 
 # Strokes turn and stretch further here than in a fit to their own scene: a painting runs another way.
 RATES = Rates(means=0.04, scales=0.03, quats=0.04, base=0.03)

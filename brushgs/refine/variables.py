@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 import brushgs.autograd as ba
-from brushgs.choices import Params
+from brushgs.options.choices import Params
 from brushgs.passes.extent import robust_frame
 from brushgs.scene import Gaussians
 

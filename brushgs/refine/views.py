@@ -6,7 +6,7 @@ view is both.
 
 import numpy as np
 
-from brushgs.framing import DEFAULT_UP, default_elevation, direction_of, frame_scene, subject
+from brushgs.cameras.framing import DEFAULT_UP, default_elevation, direction_of, frame_scene, subject
 from brushgs.scene import Camera, Gaussians
 
 GOLDEN = (np.sqrt(5) - 1) / 2  # successive multiples of it fill a circle evenly, however many there are

@@ -10,17 +10,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-from brushgs.still_life.surfaces import (
-    Floats,
-    Patch,
-    revolve,
-    sheet,
-    smooth,
-    sphere,
-    tube,
-    turn,
-    unit,
-)
+from brushgs.still_life.surfaces import Floats, Patch, revolve, sheet, smooth, sphere, tube, turn, unit
 
 BLADE = np.array([[0.9, -0.06, -2.3], [2.05, -0.06, -1.62]])  # heel and tip of the knife
 

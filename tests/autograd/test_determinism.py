@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from brushgs import _core
-from brushgs.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS
-from brushgs.raster.backward import rasterize_backward
-from brushgs.raster.ops import rasterize
-from tests.raster.strokes import PATHS, random_boxes, texture_of
-from tests.test_project_backward import backward, directions, scene_of
+from brushgs.rendering.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS
+from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.rasterize_backward import rasterize_backward
+from tests.rendering.strokes import PATHS, random_boxes, texture_of
+from tests.rendering.test_project_backward import backward, directions, scene_of
 
 SIZE = {"width": 201, "height": 97}
 

@@ -9,8 +9,8 @@ import pytest
 torch = pytest.importorskip("torch", reason="brushgs.autograd needs PyTorch: pip install 'brushgs[refine]'")
 
 import brushgs.autograd as ba  # noqa: E402
-from tests.raster.strokes import bands_of, boxes_of, bristles  # noqa: E402
-from tests.test_project_backward import CAMERA, scene_of  # noqa: E402
+from tests.rendering.strokes import bands_of, boxes_of, bristles  # noqa: E402
+from tests.rendering.test_project_backward import CAMERA, scene_of  # noqa: E402
 
 SIZE = {"width": 20, "height": 20}
 BOXES = boxes_of([[9, 9]], 4.0)

@@ -6,10 +6,10 @@ import pytest
 torch = pytest.importorskip("torch", reason="brushgs.autograd needs PyTorch: pip install 'brushgs[refine]'")
 
 import brushgs.autograd as ba  # noqa: E402
-from brushgs.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS  # noqa: E402
+from brushgs.rendering.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS  # noqa: E402
 from brushgs.scene import Camera  # noqa: E402
-from tests.raster.strokes import PATHS, boxes_of, bristles, texture_of  # noqa: E402
-from tests.test_project_backward import directions, scene_of  # noqa: E402
+from tests.rendering.strokes import PATHS, boxes_of, bristles, texture_of  # noqa: E402
+from tests.rendering.test_project_backward import directions, scene_of  # noqa: E402
 
 SIZE = {"width": 12, "height": 12}
 CAMERA = Camera.look_at((0.3, -0.4, 2.4), (0, 0, 0), **SIZE, near=0.2)

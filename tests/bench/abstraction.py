@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import brushgs as bg
-from brushgs.likeness import psnr, spilt, unpainted
+from brushgs.measure.likeness import psnr, spilt, unpainted
 from brushgs.passes.extent import robust_frame
 from brushgs.still_life import still_life, still_life_camera
 from tests.bench.machine import describe

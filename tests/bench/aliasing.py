@@ -14,18 +14,18 @@ from typing import get_args
 
 import numpy as np
 
-from brushgs.bench.supersample import supersampled
-from brushgs.choices import Filter
-from brushgs.framing import frame_scene
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.cameras.framing import frame_scene
 from brushgs.io import load
-from brushgs.likeness import rmse
+from brushgs.measure.bench.supersample import supersampled
+from brushgs.measure.likeness import rmse
+from brushgs.options.choices import Filter
 from brushgs.passes.cluster import cluster
 from brushgs.passes.prune import prune
-from brushgs.project import project
-from brushgs.raster.ops import rasterize
+from brushgs.rendering.project import project
+from brushgs.rendering.rasterize import rasterize
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.still_life import still_life, still_life_camera
-from brushgs.textures import StrokeTexture
 from tests.bench.machine import describe
 from tests.bench.raster import measure
 from tests.scenes import SCENES_FOLDER

@@ -18,12 +18,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.io.atomic import replacing
-from brushgs.project import project
-from brushgs.raster import reference
-from brushgs.raster.ops import render
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.io.files import replacing
+from brushgs.rendering import reference
+from brushgs.rendering.project import project
+from brushgs.rendering.rasterize import render
 from brushgs.scene import Camera, Gaussians
-from brushgs.textures import StrokeTexture
 from tests.bench.machine import describe
 from tests.stiff.precise import HAS_DIGITS, Exact, errors_of, exact
 

@@ -11,10 +11,10 @@ import argparse
 import re
 from pathlib import Path
 
-from brushgs import arguments
-from brushgs.bench import BenchReport, report_bench
-from brushgs.bench.figures import Bench
-from brushgs.bench.table import rows
+from brushgs.cli import flags as arguments
+from brushgs.measure.bench import BenchReport, report_bench
+from brushgs.measure.bench.figures import Bench
+from brushgs.measure.bench.table import rows
 from tests.bench.machine import describe
 from tests.scenes import SCENES_FOLDER
 

@@ -17,11 +17,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 import brushgs as bg
-from brushgs.config import ClusterConfig, DrawConfig, PaintConfig, PruneConfig
+from brushgs.cameras.framing import AXES, frame_scene
 from brushgs.doctor import Examination, look_at, run_doctor
-from brushgs.framing import AXES, frame_scene
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig
+from brushgs.painting.still import paint
 from brushgs.passes.extent import robust_frame
-from brushgs.pipeline import paint
 from brushgs.still_life import still_life, still_life_camera
 from tests.bench.machine import describe
 from tests.doctor import plant

@@ -4,7 +4,7 @@
                                   [--places 6] [--step-deg 1.5] [--size 500] [--json FILE]
 
 At `--places` places of an orbit around the framed view two pictures are painted `--step-deg` apart, and
-`brushgs.metrics.warp_error` compares them on white. Strokes are those of the default pipeline (prune 0.7,
+`brushgs.measure.metrics.warp_error` compares them on white. Strokes are those of the default pipeline (prune 0.7,
 cluster, fitted extents, `mip`). The first table has the RMSE, its excess over the plain render's own, the
 RMSE of the worst 1 % of pixels, the same inside boxes that flip or spin when unlocked, and PSNR to the
 plain render:
@@ -44,11 +44,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import brushgs as bg
-from brushgs.framing import default_elevation, frame_scene, subject
-from brushgs.levels import axis_levels, level_coverage, level_index
-from brushgs.likeness import psnr
-from brushgs.lock import follow
-from brushgs.metrics import SPIN, View, ViewMatch, match_views, whole_pixels
+from brushgs.brushes.levels import axis_levels, level_coverage, level_index
+from brushgs.cameras.framing import default_elevation, frame_scene, subject
+from brushgs.measure.likeness import psnr
+from brushgs.measure.metrics import SPIN, View, ViewMatch, match_views, whole_pixels
+from brushgs.rendering.track import follow
 from tests.bench.machine import describe
 from tests.scenes import SCENES_FOLDER
 

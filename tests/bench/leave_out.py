@@ -25,24 +25,25 @@ from unittest.mock import patch
 import numpy as np
 
 import brushgs as bg
-from brushgs import _core, levels
-from brushgs.config import PaintConfig, ViewConfig
-from brushgs.io.images import quantise
-from brushgs.lock import follow
+from brushgs import _core
+from brushgs.brushes import levels
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.io.pictures.images import quantise
+from brushgs.options.painting import PaintConfig, ViewConfig
+from brushgs.painting.report import Report
+from brushgs.painting.stages import choose_camera
+from brushgs.painting.still import paint
 from brushgs.passes import contribution, lloyd
 from brushgs.passes.cluster import cluster_weights, group
 from brushgs.passes.features import cluster_features
 from brushgs.passes.merge import merge_clusters
 from brushgs.passes.morton import morton_order
 from brushgs.passes.prune import highest
-from brushgs.pipeline import paint
-from brushgs.raster import ops
-from brushgs.raster.constants import MAX_ALPHA, MIN_TRANSMITTANCE
-from brushgs.report import Report
+from brushgs.rendering import rasterize as ops
+from brushgs.rendering.constants import MAX_ALPHA, MIN_TRANSMITTANCE
+from brushgs.rendering.track import follow
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.sh import sh_basis
-from brushgs.stages import choose_camera
-from brushgs.textures import StrokeTexture
 from tests.bench import workloads
 from tests.bench.machine import describe
 
@@ -183,7 +184,7 @@ def of_projection(p: Painting) -> list[Shortcut]:
     fainter = with_faint(boxes, p.scene, p.camera, kernel.num_sigmas)
 
     def all_bands() -> list[Array]:
-        with patch("brushgs.project.used_sh_degree", lambda scene: scene.sh_degree):
+        with patch("brushgs.rendering.project.used_sh_degree", lambda scene: scene.sh_degree):
             return [bg.project(flat, p.camera).colors]
 
     return [

@@ -17,11 +17,11 @@ from pathlib import Path
 import numpy as np
 
 import brushgs as bg
-from brushgs.framing import up_vector
-from brushgs.lock import follow
-from brushgs.metrics import orientation_events
-from brushgs.paths import orbit
-from brushgs.project import project
+from brushgs.cameras.framing import up_vector
+from brushgs.cameras.paths import orbit
+from brushgs.measure.metrics import orientation_events
+from brushgs.rendering.project import project
+from brushgs.rendering.track import follow
 from brushgs.scene import Camera, Gaussians
 from tests.bench import workloads
 from tests.bench.machine import describe

@@ -7,7 +7,7 @@ on finished ground are left out early.
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.raster.constants import MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
+from brushgs.rendering.constants import MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
 from brushgs.scene import Boxes
 
 F32 = NDArray[np.float32]

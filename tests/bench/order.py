@@ -34,8 +34,8 @@ from typing import Any
 import numpy as np
 
 import brushgs as bg
-from brushgs.likeness import psnr
-from brushgs.metrics import View, match_views
+from brushgs.measure.likeness import psnr
+from brushgs.measure.metrics import View, match_views
 from tests.bench.flicker import (
     F64,
     Canvas,

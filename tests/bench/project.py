@@ -17,8 +17,8 @@ from collections.abc import Callable
 import numpy as np
 
 from brushgs import _core
-from brushgs.project import project
-from brushgs.raster import reference
+from brushgs.rendering import reference
+from brushgs.rendering.project import project
 from brushgs.scene import Gaussians
 from tests.bench import workloads
 from tests.bench.machine import describe

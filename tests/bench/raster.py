@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 
 from brushgs import _core
-from brushgs.project import project
-from brushgs.raster.ops import rasterize, render
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering.project import project
+from brushgs.rendering.rasterize import rasterize, render
 from brushgs.scene import Boxes, Camera, Frame
-from brushgs.textures import StrokeTexture
 from tests.bench import numpy_painter, scanline, workloads
 from tests.bench.machine import describe
 

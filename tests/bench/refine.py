@@ -7,7 +7,7 @@ Strokes are those of the default pipeline (prune 0.7, cluster), fitted as `brush
 learn from at 384 x 288, 6 others to judge by, PSNR on white to the plain picture. Thin are strokes whose
 longest scale is more than 10 times the middle one.
 
-Flicker is the excess of the temporal report (`brushgs.stability`), of `track` at gap 1: at `--places` places
+Flicker is the excess of the temporal report (`brushgs.measure.stability`), of `track` at gap 1: at `--places` places
 of an orbit around the framed view two pictures are painted 1.5 degrees apart, in soft order, fading; the
 earlier is moved to the later view, and the RMSE of the plain picture over the same pair subtracted. Of 255.
 
@@ -24,16 +24,26 @@ from typing import Any
 import numpy as np
 
 import brushgs as bg
-from brushgs.config import DEFAULT_STEPS, REFINE_SIZE
-from brushgs.framing import up_vector
-from brushgs.lock import follow
-from brushgs.metrics import match_views
-from brushgs.plotting import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, label, new_figure, save_figure
+from brushgs.cameras.framing import up_vector
+from brushgs.measure.metrics import match_views
+from brushgs.measure.plotting import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    label,
+    new_figure,
+    save_figure,
+)
+from brushgs.options.experiments import DEFAULT_STEPS, REFINE_SIZE
 from brushgs.refine.distil import Lesson, distil
 from brushgs.refine.fit import Drawing, Plan
 from brushgs.refine.run import JUDGES, SELF_VIEWS
 from brushgs.refine.variables import Variables
 from brushgs.refine.views import views_around
+from brushgs.rendering.track import follow
 from tests.bench.flicker import WHITE, orbit, plain_view
 from tests.bench.machine import describe
 from tests.scenes import SCENES_FOLDER

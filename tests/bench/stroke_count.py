@@ -6,14 +6,14 @@
 SCENE is a name of the table below. The view is the one that `brushgs render` frames, 1280 x 720, on white.
 
 The full curve has nine counts from 125 to 32,000, clustered each, and the end of the scene, a stroke for
-every Gaussian kept (`brushgs.curve` says why it must end there): error of a painted frame to the plain
+every Gaussian kept (`brushgs.stroke_count.curve` says why it must end there): error of a painted frame to the plain
 picture, seconds of a frame (least of the repeats, counts in turns; with --cpu of the processor, which other
 work on the machine disturbs less). "to 32k" is the knee of the same curve without that end. "auto" is
 `choose_strokes`; its seconds contain the plain picture. Beside it stands what it must be quicker than: one
 clustering to that count and ten frames of it, in turns, medians. "expected" and "found" are dB at that count.
 
 --aims: budgets and sizes asked for, what came of them, and in how many clusterings, in place of the rest.
---cost: measures frames of all scenes at two sizes, fits the constants of `brushgs.sight` to them by least
+--cost: measures frames of all scenes at two sizes, fits the constants of `brushgs.stroke_count.view_model` to them by least
 squares of the relative error, once with all and once without each scene, and tells what auto would choose
 then: the constants know no scene that they are tried on.
 """
@@ -29,17 +29,17 @@ from pathlib import Path
 import numpy as np
 
 import brushgs as bg
-from brushgs import sight as sight_module
-from brushgs.config import ClusterConfig, DrawConfig, ErrorBudget, PruneConfig, StrokeSize
-from brushgs.counting import look
-from brushgs.curve import Curve, fitted_rmse, fitted_seconds, knee, psnr_of
+from brushgs.cameras.framing import frame_scene, up_vector
 from brushgs.errors import SceneWarning
-from brushgs.framing import frame_scene, up_vector
-from brushgs.metrics import seen_areas
-from brushgs.report import Report
-from brushgs.sight import Sight
-from brushgs.stages import cluster_scene
-from brushgs.stroke_count import choose_in_sight
+from brushgs.measure.metrics import seen_areas
+from brushgs.options.painting import ClusterConfig, DrawConfig, ErrorBudget, PruneConfig, StrokeSize
+from brushgs.painting.count import look
+from brushgs.painting.report import Report
+from brushgs.painting.stages import cluster_scene
+from brushgs.stroke_count import view_model as sight_module
+from brushgs.stroke_count.choose import choose_in_sight
+from brushgs.stroke_count.curve import Curve, fitted_rmse, fitted_seconds, knee, psnr_of
+from brushgs.stroke_count.view_model import Sight
 from tests.bench.machine import describe
 from tests.scenes import SCENES_FOLDER
 

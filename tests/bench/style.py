@@ -28,10 +28,10 @@ import torch
 import torch.nn.functional as F  # noqa: N812
 
 import brushgs as bg
-from brushgs.io.images import read_image
+from brushgs.io.pictures.images import read_image
 from brushgs.passes.recolor import Palette, recolor
-from brushgs.refine.bank import LUMINANCE, REACH, FilterBank, _turned_filters
 from brushgs.refine.distil import Lesson
+from brushgs.refine.filter_bank import LUMINANCE, REACH, FilterBank, _turned_filters
 from brushgs.refine.fit import Drawing, Plan
 from brushgs.refine.nnfm import Style
 from brushgs.refine.style import RATES, stylise

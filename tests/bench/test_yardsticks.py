@@ -5,11 +5,11 @@ import shutil
 import numpy as np
 import pytest
 
-from brushgs.bench.supersample import supersampled
-from brushgs.likeness import rmse
-from brushgs.project import project
-from brushgs.raster import reference
-from brushgs.textures import StrokeTexture
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.measure.bench.supersample import supersampled
+from brushgs.measure.likeness import rmse
+from brushgs.rendering import reference
+from brushgs.rendering.project import project
 from tests.bench import numpy_painter, scanline, workloads
 
 WIDTH, HEIGHT = 120, 90

@@ -7,7 +7,7 @@ autograd keeps all of it.
 import torch
 from torch import Tensor
 
-from brushgs.raster.constants import MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
+from brushgs.rendering.constants import MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
 
 TILE = 32  # pixels; fastest of 16, 32 and 64
 BATCH = 128  # strokes

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import brushgs as bg
+from brushgs.cameras.framing import AXES, frame_scene
 from brushgs.doctor import cure, look_at
-from brushgs.framing import AXES, frame_scene
 from tests.doctor import plant
 from tests.scenes import real_scene
 

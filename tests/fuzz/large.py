@@ -138,19 +138,19 @@ CASES: dict[str, Callable[[], Made]] = {
 
 
 def _as_image(path: Path) -> object:
-    from brushgs.io.images import read_image
+    from brushgs.io.pictures.images import read_image
 
     return read_image(path)
 
 
 def _as_stroke(path: Path) -> object:
-    from brushgs.textures import StrokeTexture
+    from brushgs.brushes.texture import StrokeTexture
 
     return StrokeTexture.open(path).height
 
 
 def _as_ground(path: Path) -> object:
-    from brushgs.background import open_background
+    from brushgs.painting.background import open_background
 
     return open_background(str(path), 1280, 720)
 

@@ -15,7 +15,7 @@ def _scene(path: Path) -> object:
 
 
 def _cameras(path: Path) -> object:
-    from brushgs.io.cameras import read_cameras
+    from brushgs.io.cameras.read import read_cameras
 
     file = read_cameras(path)
     return [*file.cameras, *file.keys]
@@ -23,9 +23,9 @@ def _cameras(path: Path) -> object:
 
 def _picture(path: Path) -> object:
     """The same file as a picture, as a stroke and as a background."""
-    from brushgs.background import open_background
-    from brushgs.io.images import read_image
-    from brushgs.textures import StrokeTexture
+    from brushgs.brushes.texture import StrokeTexture
+    from brushgs.io.pictures.images import read_image
+    from brushgs.painting.background import open_background
 
     image = read_image(path, max_pixels=PIXELS)  # what is too large for it does not reach the others
     ground = open_background(str(path), 40, 30)
@@ -34,7 +34,7 @@ def _picture(path: Path) -> object:
 
 
 def _ledger(path: Path) -> object:
-    from brushgs.io.numbered import Ledger, NumberedFiles
+    from brushgs.io.pictures.numbered import Ledger, NumberedFiles
 
     ledger = Ledger.read(NumberedFiles(path.parent, "%05d.png"))
     if ledger is not None:

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.choices import Filter, Order
-from brushgs.project import project
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.options.choices import Filter, Order
+from brushgs.rendering.project import project
 from brushgs.scene import Boxes, Gaussians
 from brushgs.still_life import still_life, still_life_camera
-from brushgs.textures import StrokeTexture
 
 FOLDER = Path(__file__).parent
 WIDTH, HEIGHT = 128, 96

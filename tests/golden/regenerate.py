@@ -5,8 +5,8 @@ Look at the outcome before it is committed; it travels in a commit of its own.
 
 import sys
 
-from brushgs.io.images import write_frame
-from brushgs.raster import reference
+from brushgs.io.pictures.images import write_frame
+from brushgs.rendering import reference
 from brushgs.scene import Frame
 from tests.golden.cases import CASES, FOLDER, HEIGHT, WIDTH, Case
 

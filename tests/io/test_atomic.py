@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from brushgs import SceneError
-from brushgs.io.atomic import replacing, unstopped
+from brushgs.io.files import replacing, unstopped
 
 
 def test_the_file_appears_whole_and_nothing_else_is_left(tmp_path: Path) -> None:

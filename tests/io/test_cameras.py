@@ -7,7 +7,7 @@ import pytest
 
 from brushgs import Camera, SceneError, SceneWarning
 from brushgs.io import load_cameras
-from brushgs.io.cameras import read_cameras
+from brushgs.io.cameras.read import read_cameras
 
 # A camera at (1, 2, 3) that looks along world +x; its picture has world +z up.
 FORWARD, RIGHT, UP = np.array([1.0, 0, 0]), np.array([0, -1.0, 0]), np.array([0, 0, 1.0])

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from brushgs import SceneError, SceneWarning
 from brushgs.io import load_cameras
-from brushgs.io.colmap import MODELS
+from brushgs.io.cameras.colmap import MODELS
 from brushgs.quats import rotation_matrices
 from tests.scenes import real_scene
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 import brushgs as bg
 from brushgs import Frame, SceneError
-from brushgs.io.images import quantise, read_image, write_frame
-from brushgs.io.srgb import linear_from_srgb, srgb_from_linear
+from brushgs.colors import linear_from_srgb, srgb_from_linear
+from brushgs.io.pictures.images import quantise, read_image, write_frame
 
 
 def make_frame(height: int = 5, width: int = 7, *, depth: bool = False) -> Frame:

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from brushgs import SceneError
-from brushgs.io.numbered import Ledger, NumberedFiles
+from brushgs.io.pictures.numbered import Ledger, NumberedFiles
 
 SUFFIXES = (".png", ".exr")
 

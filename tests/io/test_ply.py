@@ -3,8 +3,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import brushgs.io.columns
-import brushgs.io.inria_ply
+import brushgs.io.scenes.columns
+import brushgs.io.scenes.ply_inria
 from brushgs import Gaussians, SceneError, SceneWarning
 from brushgs.io import load, read_ply
 from tests.io.ply_maker import decoded, element_bytes, scene_columns, write_ply_file, write_scene
@@ -118,7 +118,7 @@ def test_bands_that_are_zero_everywhere_are_left_out(tmp_path: Path) -> None:
 
 
 def test_one_value_in_the_last_row_keeps_its_band(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(brushgs.io.inria_ply, "_BLOCK_BYTES", 1000)
+    monkeypatch.setattr(brushgs.io.scenes.ply_inria, "_BLOCK_BYTES", 1000)
     columns = {k: v * 0 if k.startswith("f_rest") else v for k, v in scene_columns(50, degree=3).items()}
     columns["f_rest_22"][49] = 1  # green, eighth term: degree 2
     gaussians, notes = read_ply(write_scene(tmp_path / "a.ply", columns))
@@ -243,8 +243,8 @@ def test_blocks_and_threads_do_not_change_what_is_read(
     for index in range(4):
         columns[f"rot_{index}"][bad[100:]] = 0
     path = write_scene(tmp_path / "a.ply", columns)
-    monkeypatch.setattr(brushgs.io.inria_ply, "_BLOCK_BYTES", 41 * 37)
-    monkeypatch.setattr(brushgs.io.columns, "_count_threads", lambda num_rows: num_threads)
+    monkeypatch.setattr(brushgs.io.scenes.ply_inria, "_BLOCK_BYTES", 41 * 37)
+    monkeypatch.setattr(brushgs.io.scenes.columns, "_count_threads", lambda num_rows: num_threads)
     first = min(bad[:100])
     with pytest.warns(
         SceneWarning, match=rf"300 of 1000 rows .* 100 hold .* \(first: row {first}, x = nan\)"

@@ -16,10 +16,11 @@ import OpenImageIO
 import pytest
 
 from brushgs import SceneError, SceneWarning, StrokeTexture
-from brushgs.background import open_background
-from brushgs.io import images, load, load_cameras
-from brushgs.io.images import read_image
-from brushgs.io.numbered import Ledger, NumberedFiles
+from brushgs.io import load, load_cameras
+from brushgs.io.pictures import images
+from brushgs.io.pictures.images import read_image
+from brushgs.io.pictures.numbered import Ledger, NumberedFiles
+from brushgs.painting.background import open_background
 from tests.fuzz.corpus import many_directories
 from tests.io import test_cameras, test_colmap, test_compressed_ply
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
@@ -139,7 +140,7 @@ def test_a_line_of_text_without_end_is_refused(tmp_path):
 
 
 def test_text_is_read_piece_by_piece(tmp_path, monkeypatch):
-    monkeypatch.setattr("brushgs.io.ply_rows._PIECE", 100)
+    monkeypatch.setattr("brushgs.io.scenes.ply_rows._PIECE", 100)
     columns = scene_columns(50)
     np.testing.assert_array_equal(
         load(write_scene(tmp_path / "a.ply", columns, "ascii")).means[:, 0], columns["x"]
@@ -279,7 +280,7 @@ def test_a_quaternion_of_any_length_is_a_rotation(tmp_path, quat):
 
 
 def test_more_views_than_any_capture_has_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("brushgs.io.colmap._MOST", 3)
+    monkeypatch.setattr("brushgs.io.cameras.colmap._MOST", 3)
     images = [test_colmap.Image(f"{i}.jpg") for i in range(4)]
     assert len(load_cameras(test_colmap.write(tmp_path, "bin", images=images[:3]))) == 3
     refuse(load_cameras, test_colmap.write(tmp_path, "bin", images=images), "must hold at most 3 entries")

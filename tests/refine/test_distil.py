@@ -10,14 +10,14 @@ torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 
 import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
-from brushgs.io.images import read_image  # noqa: E402
+from brushgs.io.pictures.images import read_image  # noqa: E402
+from brushgs.options.region import Region  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
 from brushgs.refine.distil import Lesson, distil, mean_psnr  # noqa: E402
 from brushgs.refine.fit import Drawing, Plan  # noqa: E402
-from brushgs.refine.members import members  # noqa: E402
+from brushgs.refine.select import members  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
-from brushgs.region import Region  # noqa: E402
 from brushgs.still_life import still_life  # noqa: E402
 from brushgs.threads import at_most  # noqa: E402
 

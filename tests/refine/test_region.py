@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.refine.members import members
-from brushgs.region import Region
+from brushgs.options.region import Region
+from brushgs.refine.select import members
 from brushgs.sh import C0
 
 

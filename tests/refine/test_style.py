@@ -7,7 +7,7 @@ torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 
 import brushgs as bg  # noqa: E402
 from brushgs.refine import nnfm  # noqa: E402
-from brushgs.refine.bank import _KINDS, WEIGHTS, FilterBank  # noqa: E402
+from brushgs.refine.filter_bank import _KINDS, WEIGHTS, FilterBank  # noqa: E402
 from brushgs.refine.vgg import Vgg, find_weights  # noqa: E402
 
 WIDTHS = {

@@ -11,8 +11,8 @@ import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
 from brushgs.passes.recolor import Palette, recolor  # noqa: E402
 from brushgs.refine import nnfm  # noqa: E402
-from brushgs.refine.bank import FilterBank  # noqa: E402
 from brushgs.refine.distil import Lesson  # noqa: E402
+from brushgs.refine.filter_bank import FilterBank  # noqa: E402
 from brushgs.refine.fit import Drawing, Plan  # noqa: E402
 from brushgs.refine.nnfm import Style  # noqa: E402
 from brushgs.refine.style import RATES, stylise  # noqa: E402

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from brushgs.project import Directions
-from brushgs.raster.reference import ANCHOR_PULL, CLAMP, DIRECTION_NOISE, FADED_NEAR
+from brushgs.rendering.project import Directions
+from brushgs.rendering.reference import ANCHOR_PULL, CLAMP, DIRECTION_NOISE, FADED_NEAR
 from brushgs.scene import Boxes, Camera, Gaussians
 from brushgs.sh import sh_basis
 

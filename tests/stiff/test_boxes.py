@@ -6,8 +6,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from brushgs.lock import follow
-from brushgs.project import Directions, project
+from brushgs.rendering.project import Directions, project
+from brushgs.rendering.track import follow
 from brushgs.scene import Camera, Gaussians
 from tests.stiff.precise import X, errors_of, exact, needs_digits
 from tests.stiff.scenes import END_ON, SCENES

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from brushgs.project import project, project_counted
-from brushgs.raster import reference
-from brushgs.raster.ops import render, render_sequence
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering import reference
+from brushgs.rendering.project import project, project_counted
+from brushgs.rendering.rasterize import render, render_sequence
 from brushgs.scene import Boxes, Frame
-from brushgs.textures import StrokeTexture
-from tests.raster.strokes import PATHS, bristles
+from tests.rendering.strokes import PATHS, bristles
 from tests.stiff.scenes import SCENES
 
 DTYPES = (np.float32, np.float64)

@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from brushgs.brushes.texture import StrokeTexture
 from brushgs.errors import SceneError
-from brushgs.project import Directions, project
-from brushgs.raster import reference
-from brushgs.raster.ops import rasterize
-from brushgs.textures import StrokeTexture
-from tests.raster.strokes import PATHS, bands_of, boxes_of, bristles, random_boxes, texture_of
+from brushgs.rendering import reference
+from brushgs.rendering.project import Directions, project
+from brushgs.rendering.rasterize import rasterize
+from tests.brushes.test_texture import PALETTE_PNG, blob, rgba, write_image
+from tests.rendering.strokes import PATHS, bands_of, boxes_of, bristles, random_boxes, texture_of
 from tests.stiff.scenes import EYE, orbit, random_scene
 from tests.stiff.test_pictures import assert_finite
-from tests.test_textures import PALETTE_PNG, blob, rgba, write_image
 
 
 @pytest.mark.parametrize("path", PATHS)

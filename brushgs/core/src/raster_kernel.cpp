@@ -274,7 +274,7 @@ void blend_with(const RasterParams& params, const Record<T>* records, const std:
         blend_all<T, kernel, false>(params, records, ids, num_ids, x0, y0, tile);
 }
 
-// Soft order. The definition is in brushgs/raster/reference.py. A fragment whose depth is further from the next
+// Soft order. The definition is in brushgs/rendering/reference.py. A fragment whose depth is further from the next
 // record's than any band reaches is final: it is retired into the sums, in stroke order, as sorted strokes are.
 // Those that are not yet wait in the queue of their block, all its pixels together.
 

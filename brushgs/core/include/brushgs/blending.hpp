@@ -1,4 +1,4 @@
-// The thresholds of blending, as scenes are trained with them (Kerbl et al. 2023). brushgs/raster/constants.py
+// The thresholds of blending, as scenes are trained with them (Kerbl et al. 2023). brushgs/rendering/constants.py
 // hands them to Python: they stand nowhere else.
 #pragma once
 

@@ -1,6 +1,6 @@
 // Boxes and a stroke texture become a picture: strokes are blended front to back, tile by tile.
 //
-// The definition is brushgs/raster/reference.py; this is the same, fast. In short:
+// The definition is brushgs/rendering/reference.py; this is the same, fast. In short:
 //   1. every box becomes a record: the affine map from pixel to texel, and the tiles it overlaps;
 //   2. every tile gets the list of its records, in stroke order (two passes: count, then fill);
 //   3. every tile is painted alone, in 4 x 4 pixel blocks, until no pixel lets light through.

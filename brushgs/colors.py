@@ -1,0 +1,30 @@
+"""The sRGB transfer function: display-encoded values to linear light and back.
+
+Scenes are trained and blended display-encoded; only files that hold linear light (EXR) need this.
+Values above 1 follow the same formula, negative ones are mirrored. Source: IEC 61966-2-1.
+"""
+
+import numpy as np
+
+from brushgs.arrays import Array
+
+
+def linear_from_srgb(encoded: Array) -> Array:
+    """Linear light of display-encoded values, any shape."""
+    size = np.abs(encoded)
+    linear = np.where(size <= 0.04045, size / 12.92, ((size + 0.055) / 1.055) ** 2.4)
+    return np.asarray(np.copysign(linear, encoded), dtype=encoded.dtype)
+
+
+def srgb_from_linear(linear: Array) -> Array:
+    """Display-encoded values of linear light, any shape."""
+    size = np.abs(linear)
+    encoded = np.where(size <= 0.0031308, size * 12.92, 1.055 * size ** (1 / 2.4) - 0.055)
+    return np.asarray(np.copysign(encoded, linear), dtype=linear.dtype)
+
+
+def srgb_slope(encoded: Array) -> Array:
+    """Derivative of `linear_from_srgb`, any shape: 1/12.92 and above."""
+    size = np.abs(encoded)
+    slope = np.where(size <= 0.04045, 1 / 12.92, 2.4 / 1.055 * ((size + 0.055) / 1.055) ** 1.4)
+    return np.asarray(slope, dtype=encoded.dtype)

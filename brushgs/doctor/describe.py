@@ -1,0 +1,51 @@
+"""What a scene file holds, in a few figures."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from brushgs.cameras.framing import DEFAULT_UP, subject
+from brushgs.io import read_ply
+
+DARK = 0.1  # display-encoded; below it a Gaussian is nearly black
+
+
+def describe(path: str | Path) -> dict[str, Any]:
+    """Figures of a scene: what `brushgs info` prints.
+
+    Returns:
+        Name -> number, text or list of numbers, ready for JSON. Percentiles are 1, 50 and 99; the size is
+        the standard deviation along the longest axis, the aspect the longest over the middle one.
+
+    Raises:
+        SceneError: if the file cannot be used.
+    """
+    gaussians, notes = read_ply(path)
+    points, has_surroundings = subject(gaussians)
+    longest, middle = np.sort(gaussians.scales, axis=1)[:, :0:-1].T
+    aspects = longest / np.maximum(middle, np.finfo(longest.dtype).tiny)
+    base = 0.5 + gaussians.sh[:, 0] * 0.5 / np.sqrt(np.pi)
+    return {
+        "file": str(path),
+        "bytes": Path(path).stat().st_size,
+        "format": notes.format,
+        "gaussians": len(gaussians),
+        "rows_dropped": notes.rows_dropped,
+        "sh_degree": notes.sh_degree_stored,
+        "sh_degree_used": notes.sh_degree_used,
+        "up": notes.up or f"not stated ({DEFAULT_UP} is assumed)",
+        "low": _floats(gaussians.means.min(axis=0)),
+        "high": _floats(gaussians.means.max(axis=0)),
+        "subject_low": _floats(points.min(axis=0)),
+        "subject_high": _floats(points.max(axis=0)),
+        "has_surroundings": has_surroundings,
+        "size": _floats(np.percentile(longest, (1, 50, 99))),
+        "aspect": _floats(np.percentile(aspects, (1, 50, 99))),
+        "opacity": _floats(np.percentile(gaussians.opacities, (1, 50, 99))),
+        "dark_share": float((base.max(axis=1) < DARK).mean()),
+    }
+
+
+def _floats(values: Any) -> list[float]:
+    return [float(f"{value:.6g}") for value in values]

@@ -1,0 +1,1 @@
+"""Camera files become a list of `Camera`: one file per format."""

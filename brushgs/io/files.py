@@ -1,0 +1,145 @@
+"""Files of users: opened if they are plain and small enough for their reader, written whole or not at all.
+
+A pipe would be waited for without end, a device such as /dev/zero never ends, and a file that is read whole
+must be small enough for that: so all readers open their files here. What is written goes to a temporary name
+beside the target, and is renamed when complete.
+"""
+
+import os
+import secrets
+import signal
+import stat
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+from brushgs.errors import SceneError
+
+
+def open_plain(path: Path, what: str = "file", *, buffering: int = -1) -> BinaryIO:
+    """Open a plain file, or what a link to one leads to, at its first byte.
+
+    Args:
+        path: the file.
+        what: what is expected there, such as ".ply file", for the messages.
+        buffering: as in `open`.
+
+    Raises:
+        SceneError: if there is no such file, it is a folder, pipe or device, or may not be read.
+    """
+    check_plain(path, what)
+    try:
+        return path.open("rb", buffering=buffering)
+    except OSError as error:
+        raise _told(path, what, error) from None
+
+
+def check_plain(path: Path, what: str = "file") -> None:
+    """Refuse what `open_plain` would refuse, as far as that shows without opening it. Raises the same."""
+    try:
+        mode = path.stat().st_mode
+    except OSError as error:
+        raise _told(path, what, error) from None
+    except ValueError:  # a zero byte in the name
+        raise SceneError(repr(str(path)), f"there is no such {what.split()[-1]}; check the path") from None
+    if stat.S_ISDIR(mode):
+        raise _told(path, what, IsADirectoryError())
+    if not stat.S_ISREG(mode):
+        raise SceneError(path, "is a pipe or device, which cannot be read twice; save it to a file first")
+
+
+def is_plain(path: Path) -> bool:
+    """Whether there is a plain file of that name; a name that no file can have is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def read_whole(path: Path, most: int, what: str = "file") -> bytes:
+    """The content of a plain file of at most `most` bytes.
+
+    Raises:
+        SceneError: see `open_plain`; or if it is larger, which shows before it is read.
+    """
+    with open_plain(path, what) as file:
+        try:
+            # One byte more than allowed: some files, and all that grow, are longer than they say.
+            content = b"" if path.stat().st_size > most else file.read(most + 1)
+            size = max(len(content), path.stat().st_size)
+        except OSError as error:
+            raise SceneError(path, f"cannot be read ({error.strerror}); check the path") from None
+    if size > most:
+        rule = f"a {what} must have at most {most >> 20} MiB, got {size / 2**20:.0f}"
+        raise SceneError(path, f"{rule}; split it or leave out what is not needed")
+    return content
+
+
+def _told(path: Path, what: str, error: OSError) -> SceneError:
+    """A fault of the file system in a sentence."""
+    match error:
+        case FileNotFoundError():
+            return SceneError(path, f"there is no such {what.split()[-1]}; check the path")
+        case IsADirectoryError():
+            return SceneError(path, f"is a folder; name the {what} inside it")
+        case PermissionError():
+            return SceneError(path, "may not be read; change its permissions")
+    return SceneError(path, f"cannot be opened ({error.strerror}); check the path")
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """A temporary path to write to; it takes the name `path` when the block ends without an error.
+
+    The temporary file lies in the same folder (a rename across file systems is a copy) and has the
+    same suffix. If the block raises, it is removed and what stood at `path` before is untouched. A
+    symbolic link stays one: the file it points to is replaced.
+
+    Args:
+        path: the name wanted in the end.
+
+    Raises:
+        SceneError: if the folder is missing or cannot be written to, or if `path` is a folder or device.
+    """
+    target = Path(path).resolve()
+    if target.exists() and not target.is_file():
+        # Renaming onto /dev/null would put a plain file in its place.
+        raise SceneError(path, "is not a regular file and cannot be replaced; choose another name")
+    temporary = target.with_name(f".{target.stem[:64]}-{secrets.token_hex(4)}{target.suffix}")
+    try:
+        # Made here with the usual rights of a new file, and so that a folder at fault shows early.
+        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+    except FileNotFoundError:
+        raise SceneError(path, f"the folder {target.parent} does not exist; create it first") from None
+    except OSError as error:
+        raise SceneError(path, f"cannot be written ({error.strerror}); choose another folder") from None
+    try:
+        yield temporary
+        temporary.replace(target)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise SceneError(path, f"cannot be written ({error.strerror}); check the disk") from error
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def unstopped() -> Iterator[None]:
+    """Hold Ctrl-C back until the block is done: for short work that must not be left in the middle.
+
+    Python hears signals in its main thread only; in other threads nothing needs to be held back.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    heard: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: heard.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
+        if heard:
+            signal.raise_signal(signal.SIGINT)

@@ -1,0 +1,174 @@
+"""Numbered picture files, and the ledger beside them that says which painting they belong to.
+
+The ledger of `FOLDER/%05d.png` is `FOLDER/.%05d.png.json`: one line of JSON that describes the painting, then
+one for each frame that was finished, with the size of its file. A frame is there when the ledger says so and
+its file has that size: what lies there from before is never taken for a part of this painting.
+"""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from brushgs.errors import SceneError
+from brushgs.io.files import read_whole, replacing, unstopped
+
+_PLACE = re.compile(r"%(?:0[1-9][0-9]?)?d")  # %d or %05d
+_MOST_BYTES, _MOST_LINES = 8 << 20, 200_000  # of a ledger; a path has at most 99,999 frames
+DEFAULT_NAME = "%05d.png"
+
+
+@dataclass(frozen=True)
+class NumberedFiles:
+    """The files of a sequence: a folder, and a name with a place for the number of the frame.
+
+    Attributes:
+        folder: where they lie.
+        name: such as "%05d.png".
+    """
+
+    folder: Path
+    name: str
+
+    @classmethod
+    def of(cls, path: Path, suffixes: tuple[str, ...]) -> "NumberedFiles":
+        """The files that a pattern such as frames/%05d.png stands for.
+
+        Raises:
+            ValueError: if the name has not exactly one place for a number, the folder has one, or the
+                suffix is none of `suffixes`.
+        """
+        known = ", ".join(suffixes)
+        if "%" in str(path.parent):
+            raise ValueError(
+                f"the number must stand in the name of the file, not of its folder, got '{path}'"
+            )
+        if path.suffix.lower() not in suffixes:
+            raise ValueError(
+                f"numbered frames must end in {known}, got '{path}'; the suffix decides the format"
+            )
+        if len(_PLACE.findall(path.name)) != 1 or path.name.count("%") != 1:
+            raise ValueError(
+                f"a name of numbered frames must hold one number such as %05d, got '{path}'; "
+                f"write {path.parent / DEFAULT_NAME}"
+            )
+        return cls(path.parent, path.name)
+
+    @property
+    def pattern(self) -> Path:
+        """Folder and name."""
+        return self.folder / self.name
+
+    @property
+    def ledger(self) -> Path:
+        """Where the ledger lies."""
+        return self.folder / f".{self.name}.json"
+
+    def path(self, index: int) -> Path:
+        """The file of a frame, from 0."""
+        return self.folder / (self.name % index)
+
+    def number(self, path: Path) -> int | None:
+        """The number of the frame that a file would be; None where its name is no such one."""
+        before, after = _PLACE.split(self.name)
+        match = re.fullmatch(f"{re.escape(before)}([0-9]+){re.escape(after)}", path.name)
+        return int(match[1]) if match and self.path(int(match[1])).name == path.name else None
+
+    def numbers(self) -> list[int]:
+        """The numbers of the frames that are there, in order."""
+        found = (self.number(path) for path in self.folder.glob("*"))
+        return sorted(number for number in found if number is not None)
+
+
+@dataclass
+class Ledger:
+    """What is known of the frames of a sequence.
+
+    Attributes:
+        files: where they lie.
+        painting: what they are painted from: name -> number, text or None, ready for JSON.
+        sizes: bytes of each finished frame, by number.
+    """
+
+    files: NumberedFiles
+    painting: Mapping[str, Any]
+    sizes: dict[int, int] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, files: NumberedFiles) -> "Ledger | None":
+        """The ledger beside the frames; None where there is none.
+
+        Raises:
+            SceneError: if it cannot be read, or is something else.
+        """
+        try:
+            files.ledger.stat()
+        except FileNotFoundError:
+            return None
+        except OSError:
+            pass  # told by whoever opens it
+        first, *lines = read_whole(files.ledger, _MOST_BYTES).splitlines() or [b""]
+        try:
+            painting = json.loads(first)["painting"] if len(lines) <= _MOST_LINES else None
+        except (ValueError, KeyError, TypeError, RecursionError):
+            painting = None
+        if not isinstance(painting, dict):
+            raise SceneError(
+                files.ledger, "is no ledger of frames; remove it, or leave out --resume to paint all anew"
+            )
+        return cls(files, painting, dict(_entries(lines)))
+
+    def is_done(self, index: int) -> bool:
+        """Whether a frame of this painting is there, whole."""
+        try:
+            return index in self.sizes and self.files.path(index).stat().st_size == self.sizes[index]
+        except OSError:
+            return False
+
+    def begin(self) -> None:
+        """Begin or go on with the frames: the folder is made if need be, and the ledger written anew.
+
+        Raises:
+            SceneError: if the folder or the ledger cannot be written.
+        """
+        try:
+            self.files.folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise SceneError(self.files.folder, f"the folder cannot be made: {error.strerror}") from None
+        with replacing(self.files.ledger) as temporary:
+            lines = [json.dumps({"painting": self.painting})]
+            lines += [_line(index, size) for index, size in sorted(self.sizes.items())]
+            temporary.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+
+    def add(self, index: int, content: bytes) -> None:
+        """Write a frame, whole or not at all, then its line of the ledger.
+
+        Raises:
+            SceneError: if either cannot be written.
+        """
+        with unstopped():
+            with replacing(self.files.path(index)) as temporary:
+                temporary.write_bytes(content)
+            self.sizes[index] = len(content)
+            try:
+                with self.files.ledger.open("a", encoding="utf-8") as ledger:
+                    ledger.write(f"{_line(index, len(content))}\n")
+            except OSError as error:
+                message = f"cannot be written ({error.strerror}); check the disk"
+                raise SceneError(self.files.ledger, message) from None
+
+
+def _line(index: int, size: int) -> str:
+    return json.dumps({"frame": index, "bytes": size})
+
+
+def _entries(lines: list[bytes]) -> Iterator[tuple[int, int]]:
+    """Frame and size of each line that is whole: the last one may be cut off."""
+    for line in lines:
+        try:
+            entry = json.loads(line)
+            yield int(entry["frame"]), int(entry["bytes"])
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
+            continue

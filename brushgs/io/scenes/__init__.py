@@ -1,0 +1,1 @@
+"""Scene files become Gaussians, and Gaussians scene files: one file per format."""

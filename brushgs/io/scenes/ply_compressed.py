@@ -1,0 +1,196 @@
+"""The compressed layout of PlayCanvas and SuperSplat: 16 bytes a Gaussian, in chunks of 256.
+
+A chunk stores the smallest and largest position, log-scale and (in later files) colour of its
+Gaussians; each Gaussian stores where it lies between them, in 11 + 10 + 11 bits (position and
+log-scale) or 8 bits (colour), its opacity in 8 bits and its rotation as the three smaller components
+of the quaternion in 10 bits each. An optional element `sh` holds f_rest in 8 bits. The layout is
+defined by the PlayCanvas engine and splat-transform.
+"""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError
+from brushgs.io.scenes.columns import Columns, Decoder, fill
+from brushgs.io.scenes.dropped import Dropped
+from brushgs.io.scenes.encoding import SH_C0, Reading
+from brushgs.io.scenes.ply_header import Element, Header
+from brushgs.io.scenes.ply_inria import count_terms
+from brushgs.io.scenes.ply_rows import check_decoded_size, check_size, open_rows
+
+F32 = NDArray[np.float32]
+U32 = NDArray[np.uint32]
+
+_PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
+# What a chunk has the smallest and largest value of, by axis.
+_AXES = {"position": ("x", "y", "z"), "scale": ("scale_x", "scale_y", "scale_z"), "color": ("r", "g", "b")}
+_CHUNK_ROWS = 256
+_BLOCK_ROWS = 16 * _CHUNK_ROWS
+_SH_RANGE = 8.0  # f_rest is stored in -4 to 4
+
+
+def is_compressed(header: Header) -> bool:
+    """Whether a header describes this layout."""
+    vertex = header.find("vertex")
+    return header.find("chunk") is not None and vertex is not None and _PACKED[0] in vertex.names
+
+
+def read_compressed(
+    path: Path, header: Header, vertex: Element, size: int, *, is_raw: bool = False
+) -> tuple[Columns, Dropped, int]:
+    """Read and decode the rows of element `vertex` with their chunks.
+
+    Args:
+        path: the file.
+        header: a header for which `is_compressed` holds.
+        vertex: its element of that name.
+        size: bytes of the whole file.
+        is_raw: whether all rows are wanted, with log-scales and logits, neither checked nor decoded.
+
+    Returns:
+        The columns, the rows left out, and the number of spherical-harmonic terms.
+
+    Raises:
+        SceneError: if the file is cut off, a property is missing or chunks do not match the rows.
+    """
+    for name in _PACKED:
+        if name not in vertex.names:
+            raise SceneError(path, f"no property {name!r} among {len(vertex.names)} read; export it again")
+    rest = header.find("sh")
+    num_terms = 1 if rest is None else count_terms(path, rest)
+    if num_terms == 1:
+        rest = None  # there is nothing in it
+    for element in (vertex,) if rest is None else (vertex, rest):
+        check_size(path, header, element, size)
+        if element.count != vertex.count:
+            raise SceneError(
+                path,
+                f"element 'sh' must have {vertex.count} rows, got {element.count}; export it again",
+            )
+    check_decoded_size(path, vertex.count, num_terms, size)
+    ranges = _read_ranges(path, header, vertex.count, size)
+
+    @contextmanager
+    def open_decoder() -> Iterator[Decoder]:
+        with ExitStack() as stack:
+            packed = stack.enter_context(open_rows(path, header, vertex, _BLOCK_ROWS))
+            if rest is not None:
+                rest_rows = stack.enter_context(open_rows(path, header, rest, _BLOCK_ROWS))
+
+            def decode(start: int, stop: int, out: Columns) -> None:
+                _decode(packed.read(start, stop), ranges, start, out)
+                if rest is not None:
+                    _decode_rest(rest_rows.read(start, stop), out.sh)
+
+            yield decode
+
+    columns, dropped = fill(
+        Columns.empty(vertex.count, num_terms),
+        open_decoder,
+        block_rows=_BLOCK_ROWS,
+        num_rest=num_terms - 1,
+        is_sequential=header.is_ascii,
+        is_logit=False,
+        is_raw=is_raw,
+    )
+    if is_raw:
+        Reading(opacities="linear").standardize(columns)
+    return columns, dropped, num_terms
+
+
+def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[str, tuple[F32, F32]]:
+    """Smallest and largest value of each chunk, by name: position, scale, color; [chunks, 3] each."""
+    chunk = header.find("chunk")
+    assert chunk is not None
+    if chunk.count * _CHUNK_ROWS < num_rows:
+        raise SceneError(
+            path,
+            f"must have a chunk for {_CHUNK_ROWS} Gaussians, got {chunk.count} for {num_rows}; export again",
+        )
+    check_size(path, header, chunk, size)
+    has_colors = "min_r" in chunk.names  # not in earlier files: colours in 0 to 1
+    for axes in _AXES.values() if has_colors else (_AXES["position"], _AXES["scale"]):
+        for name in (f"{end}_{axis}" for end in ("min", "max") for axis in axes):
+            if name not in chunk.names:
+                raise SceneError(path, f"no property {name!r} in element 'chunk'; export it again")
+    num_used = -(-num_rows // _CHUNK_ROWS)
+    with open_rows(path, header, chunk, num_used) as reader:
+        rows = reader.read(0, num_used)
+    zeros = np.zeros((num_used, 3), np.float32)
+    ranges = {"color": (zeros, zeros + 1)}
+    for kind, axes in _AXES.items():
+        if kind != "color" or has_colors:
+            low, high = (_column(rows, tuple(f"{end}_{axis}" for axis in axes)) for end in ("min", "max"))
+            ranges[kind] = low, high
+    return ranges
+
+
+def _column(rows: NDArray[np.void], names: tuple[str, ...]) -> F32:
+    """[rows, names]; numbers beyond float32 become infinity, which is looked for when rows are read."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.stack([rows[name].astype(np.float32) for name in names], axis=1)
+
+
+def _decode(rows: NDArray[np.void], ranges: dict[str, tuple[F32, F32]], start: int, out: Columns) -> None:
+    """Unpack some rows, of which the first is row `start` of the file."""
+    position, rotation, scale, color = (rows[name].astype(np.uint32) for name in _PACKED)
+    chunks = np.arange(start, start + len(rows)) // _CHUNK_ROWS
+    out.means[:] = _between(ranges["position"], chunks, _unpack(position, (11, 10, 11)))
+    out.scales[:] = _between(ranges["scale"], chunks, _unpack(scale, (11, 10, 11)))
+    rgba = _unpack(color, (8, 8, 8, 8))
+    out.sh[:, 0] = (_between(ranges["color"], chunks, rgba[:, :3]) - 0.5) / SH_C0
+    out.opacities[:] = rgba[:, 3]
+    out.quats[:] = _unpack_quats(rotation)
+
+
+def _unpack(packed: NDArray[np.integer[Any]], bits: tuple[int, ...]) -> F32:
+    """[n] words -> [n, len(bits)] fractions, 0 to 1, from the highest bits down."""
+    fractions = np.empty((len(packed), len(bits)), np.float32)
+    shift = sum(bits)
+    for index, width in enumerate(bits):
+        shift -= width
+        largest = (1 << width) - 1
+        fractions[:, index] = (packed >> shift & largest) / np.float32(largest)
+    return fractions
+
+
+def _between(limits: tuple[F32, F32], chunks: NDArray[np.integer[Any]], fractions: F32) -> F32:
+    """Values that lie at `fractions` between the ends of their chunk."""
+    low, high = (end[chunks] for end in limits)
+    return np.asarray(low * (1 - fractions) + high * fractions)
+
+
+def _unpack_quats(packed: U32) -> F32:
+    """[n] words -> [n, 4] unit quaternions, w x y z.
+
+    The upper two bits name the largest component, which follows from the unit length; the others
+    come in order, each as a fraction of -1/sqrt(2) to 1/sqrt(2).
+    """
+    largest = packed >> 30
+    small = (_unpack(packed & 0x3FFFFFFF, (10, 10, 10)) - 0.5) * np.float32(np.sqrt(2))
+    quats = np.empty((len(packed), 4), np.float32)
+    for index in range(4):
+        is_here = largest == index
+        others = [other for other in range(4) if other != index]
+        quats[np.ix_(is_here, others)] = small[is_here]
+        quats[is_here, index] = np.sqrt(np.maximum(1 - np.square(small[is_here]).sum(axis=1), 0))
+    return quats
+
+
+def _decode_rest(rows: NDArray[np.void], sh: F32) -> None:
+    """f_rest of some rows, stored channel by channel.
+
+    A byte stands for the middle of its 256th of the range; the two ends are exact.
+    """
+    values = (np.arange(256, dtype=np.float32) + 0.5) / 256
+    values[[0, 255]] = 0, 1
+    values = (values - 0.5) * _SH_RANGE
+    num_rest = sh.shape[1] - 1
+    for channel in range(3):
+        for term in range(num_rest):
+            sh[:, 1 + term, channel] = values[rows[f"f_rest_{channel * num_rest + term}"].astype(np.uint8)]

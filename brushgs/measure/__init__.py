@@ -1,0 +1,1 @@
+"""Error, likeness and temporal measures, and the commands built on them: bench and stability."""

@@ -1,0 +1,358 @@
+"""The families of the bench: what varies in each, what the truth is, and what is timed.
+
+Each makes its points one by one, painted and verified; `measure` times them.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, get_args
+
+import numpy as np
+
+from brushgs.arrays import Array
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.io import read_ply
+from brushgs.measure.bench.figures import Verified
+from brushgs.measure.bench.subject import KERNEL, Subject
+from brushgs.measure.bench.supersample import FACTOR, supersampled
+from brushgs.measure.bench.timing import Run
+from brushgs.measure.bench.verify import agrees, busiest, check_square, expected_boxes, same
+from brushgs.measure.likeness import Likeness, compare, unpainted
+from brushgs.options.choices import Features, Filter, Merge
+from brushgs.passes.cluster import Grouping
+from brushgs.passes.merge import merge_clusters
+from brushgs.rendering import reference
+from brushgs.rendering.constants import MIN_TRANSMITTANCE
+from brushgs.rendering.project import project
+from brushgs.rendering.rasterize import is_directed, rasterize, render
+from brushgs.scene import Camera, Frame, Gaussians
+from brushgs.sh import used_sh_degree
+
+# A hair under round values, as the default is: strokes of full paint leave powers of 0.01, and rounding must
+# not decide whether they count.
+STOPS = tuple(1e4 * stop * MIN_TRANSMITTANCE for stop in (0.1, 3e-2, 1e-2, 1e-3, 1e-4, 1e-5, 0.0))
+SIZES = (0.125, 0.25, 0.5, 0.75, 1.0, 1.5)  # of the side of the picture asked for
+TRUE_SIZE = 2.0  # that the truth of the sizes is painted in
+SOFT_SHRINK = 4  # the soft order is defined pixel by pixel: its reference is drawn so much smaller
+TRUTH_SIDE = 6  # pixels of the square in which the supersampled truth is verified
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A point, verified, that is still to be timed; fields as those of `figures.Point`."""
+
+    label: str
+    series: str
+    value: float | None
+    error: Likeness
+    verified: Verified
+    strokes: int
+    runs: dict[str, tuple[Run, ...]]
+    unpainted: float | None = None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A family before it is measured.
+
+    Attributes:
+        title: what varies.
+        truth: what errors are against.
+        cost: what the seconds are of.
+        num_points: how many trials there are.
+        trials: makes them.
+        num_runs: how many different things are timed.
+        idle: why the scene has no use for the family; None where it has.
+    """
+
+    title: str
+    truth: str
+    cost: str
+    num_points: int
+    trials: Callable[[], Iterator[Trial]]
+    num_runs: int
+    idle: str | None = None
+
+
+def plan_families(subject: Subject) -> dict[str, Plan]:
+    """Those asked for by name, in the order of the report."""
+    makers: dict[str, Callable[[Subject], Plan]] = {
+        "strokes": _strokes,
+        "merge": _merge,
+        "filter": _filter,
+        "precision": _precision,
+        "sh": _sh,
+        "size": _size,
+    }
+    return {name: make(subject) for name, make in makers.items() if name in subject.config.families}
+
+
+def _strokes(subject: Subject) -> Plan:
+    counts = subject.counts
+
+    def whole(count: int) -> Frame:
+        gaussians, _ = read_ply(subject.path)
+        return subject.draw(subject.cluster(subject.prune(gaussians), count))
+
+    def trials() -> Iterator[Trial]:
+        for count in counts:
+            strokes = subject.cluster(subject.kept, count)
+            name = f"strokes {len(strokes):,}"
+            frame = subject.draw(strokes)
+            yield Trial(
+                f"{len(strokes):,}",
+                "strokes",
+                float(len(strokes)),
+                _against_plain(subject, frame),
+                _checked(name, subject, frame, strokes),
+                len(strokes),
+                {
+                    "frame": _run(name, partial(subject.draw, strokes), frame),
+                    "painting": _run(name, partial(whole, count), frame),
+                },
+                unpainted(frame.alpha, subject.plain.alpha),
+            )
+
+    truth = "the plain picture: the whole scene with its own kernel"
+    cost = "a frame: project and rasterise"
+    return Plan("number of strokes", truth, cost, len(counts), trials, 2 * len(counts))
+
+
+def _merge(subject: Subject) -> Plan:
+    groups = [(method, features) for method in subject.config.methods for features in get_args(Features)]
+    ways = [(method, features, merge) for method, features in groups for merge in get_args(Merge)]
+
+    def trials() -> Iterator[Trial]:
+        grouped: dict[tuple[str, str], tuple[Grouping, tuple[Run]]] = {}
+        for method, features, merge in ways:
+            name = f"merge {merge}, {method}, {features}"
+            if (method, features) not in grouped:  # both merges are of the same groups
+                work = partial(subject.group, method=method, features=features)
+                grouping = work()
+                grouped[method, features] = grouping, _run(name, work, grouping)
+            grouping, run = grouped[method, features]
+            merged = partial(merge_clusters, subject.kept, grouping.labels, merge=merge)
+            strokes = merged()
+            frame = subject.draw(strokes)
+            yield Trial(
+                f"{method} {features}, {merge}",
+                f"{method} {features}",
+                None,
+                _against_plain(subject, frame),
+                _checked(name, subject, frame, strokes),
+                len(strokes),
+                {"clustering": (*run, *_run(name, merged, strokes))},
+                unpainted(frame.alpha, subject.plain.alpha),
+            )
+
+    idle = None if subject.count < len(subject.kept) else f"{len(subject.kept):,} Gaussians: none is merged"
+    title = f"merge, k-means and features, {subject.count:,} strokes"
+    num_runs = len(groups) + len(ways)
+    return Plan(title, "the plain picture", "clustering and merging", len(ways), trials, num_runs, idle)
+
+
+def _filter(subject: Subject) -> Plan:
+    camera = subject.camera
+    size = {"height": camera.height, "width": camera.width}
+
+    def trials() -> Iterator[Trial]:
+        boxes = _boxes(subject, subject.strokes)
+        threads = subject.paint.draw.threads
+        true = supersampled(boxes, subject.texture, num_threads=threads, **size)
+        _check_truth(subject, true)
+        for filter in get_args(Filter):
+            frame = subject.draw(subject.strokes, filter=filter)
+            name = f"filter {filter}"
+            yield Trial(
+                filter,
+                "filter",
+                None,
+                compare(subject.picture(frame), subject.picture(true)),
+                _checked(name, subject, frame, subject.strokes, filter=filter),
+                len(subject.strokes),
+                {"frame": _run(name, partial(subject.draw, subject.strokes, filter=filter), frame)},
+            )
+
+    idle = None if subject.texture.kind == "image" else "a kernel is computed, not sampled"
+    title = f"texture filter, {subject.count:,} strokes"
+    truth = f"{FACTOR} x {FACTOR} bilinear samples a pixel"
+    return Plan(title, truth, "a frame", len(get_args(Filter)), trials, len(get_args(Filter)), idle)
+
+
+def _precision(subject: Subject) -> Plan:
+    camera, how = subject.camera, subject.how
+    if how["order"] == "soft" and is_directed(subject.texture):
+        small = (max(1, side // SOFT_SHRINK) for side in (camera.width, camera.height))
+        camera = _stretched(camera, *small)
+    size = {"height": camera.height, "width": camera.width}
+    dtypes = (np.float32, np.float64)
+
+    def trials() -> Iterator[Trial]:
+        boxes = expected_boxes(subject.strokes, camera, subject.texture, how)
+        true = reference.rasterize(boxes, subject.texture, filter=how["filter"], min_transmittance=0, **size)
+        for dtype in dtypes:
+            strokes = subject.strokes.astype(dtype)
+            for stop in STOPS:
+
+                def work(strokes: Gaussians = strokes, stop: float = stop) -> Frame:
+                    return rasterize(
+                        _boxes(subject, strokes, camera),
+                        subject.texture,
+                        filter=how["filter"],
+                        depth=False,
+                        min_transmittance=stop,
+                        num_threads=how["num_threads"],
+                        **size,
+                    )
+
+                name, frame = f"precision {dtype.__name__}, stop at {stop:.0e}", work()
+                yield Trial(
+                    f"{dtype.__name__}, {stop:.0e}" if stop else f"{dtype.__name__}, none",
+                    dtype.__name__,
+                    stop,
+                    compare(subject.picture(frame), subject.picture(true)),
+                    check_square(name, frame, strokes, camera, subject.texture, how, min_transmittance=stop),
+                    len(strokes),
+                    {"frame": _run(name, work, frame)},
+                )
+
+    title = f"precision and early stop, {subject.count:,} strokes, {camera.width}x{camera.height}"
+    truth = "the float64 reference without an early stop"
+    num_points = len(STOPS) * len(dtypes)
+    return Plan(title, truth, "a frame", num_points, trials, num_points)
+
+
+def _sh(subject: Subject) -> Plan:
+    used, gaussians = used_sh_degree(subject.gaussians), subject.gaussians
+    kernel, how = StrokeTexture.open(KERNEL), subject.plain_how
+
+    def trials() -> Iterator[Trial]:
+        true = subject.picture(subject.plain)
+        for degree in range(used + 1):
+            less = replace(gaussians, sh=np.ascontiguousarray(gaussians.sh[:, : (degree + 1) ** 2]))
+
+            def work(less: Gaussians = less) -> Frame:
+                return render(less, subject.camera, kernel, depth=False, **how)
+
+            name, frame = f"SH degree {degree}", work()
+            yield Trial(
+                str(degree),
+                "degree",
+                float(degree),
+                compare(subject.picture(frame), true),
+                check_square(name, frame, less, subject.camera, kernel, how),
+                len(less),
+                {"frame": _run(name, work, frame)},
+            )
+
+    idle = None if used > 0 else "the scene has degree 0 only"
+    title = f"SH degree, plain picture of {len(gaussians):,} Gaussians"
+    return Plan(title, f"degree {used}", "a plain frame", used + 1, trials, used + 1, idle)
+
+
+def _size(subject: Subject) -> Plan:
+    def camera_of(share: float) -> Camera:
+        sides = (max(1, round(share * side)) for side in (subject.camera.width, subject.camera.height))
+        return _stretched(subject.camera, *sides)
+
+    def trials() -> Iterator[Trial]:
+        large = subject.draw(subject.strokes, camera_of(TRUE_SIZE))
+        true = _resampled(subject.picture(large), subject.camera)
+        for share in SIZES:
+            camera = camera_of(share)
+
+            def work(camera: Camera = camera) -> Frame:
+                return subject.draw(subject.strokes, camera)
+
+            label, frame = f"{camera.width}x{camera.height}", work()
+            yield Trial(
+                label,
+                "size",
+                share,
+                compare(_resampled(subject.picture(frame), subject.camera), true),
+                _checked(f"size {label}", subject, frame, subject.strokes, camera),
+                len(subject.strokes),
+                {"frame": _run(f"size {label}", work, frame)},
+            )
+
+    true_camera = camera_of(TRUE_SIZE)
+    title = f"picture size, {subject.count:,} strokes"
+    truth = f"{true_camera.width}x{true_camera.height}, all brought to {_size_words(subject.camera)}"
+    return Plan(title, truth, "a frame", len(SIZES), trials, len(SIZES))
+
+
+def _size_words(camera: Camera) -> str:
+    return f"{camera.width}x{camera.height}"
+
+
+def _run(name: str, work: Callable[[], Any], verified: Any) -> tuple[Run]:
+    """The only run of a cost."""
+    return (Run(work, lambda result: same(name, result, verified)),)
+
+
+def _against_plain(subject: Subject, frame: Frame) -> Likeness:
+    return compare(subject.picture(frame), subject.picture(subject.plain), wants_all=True)
+
+
+def _checked(
+    name: str,
+    subject: Subject,
+    frame: Frame,
+    strokes: Gaussians,
+    camera: Camera | None = None,
+    **changed: Any,
+) -> Verified:
+    how = subject.how | changed
+    return check_square(name, frame, strokes, camera or subject.camera, subject.texture, how)
+
+
+def _boxes(subject: Subject, strokes: Gaussians, camera: Camera | None = None) -> Any:
+    """Those that `render` paints."""
+    how, has_direction = subject.how, is_directed(subject.texture)
+    return project(
+        strokes,
+        camera or subject.camera,
+        num_sigmas=how["num_sigmas"],
+        lock=how["lock"] if has_direction else "off",
+        fade=has_direction,
+        order=how["order"] if has_direction else "depth",
+        num_threads=how["num_threads"],
+    )
+
+
+def _check_truth(subject: Subject, true: Frame) -> None:
+    """A small square of the supersampled picture against the definition, drawn at eight times the size."""
+    boxes = expected_boxes(subject.strokes, subject.camera, subject.texture, subject.how)
+    x, y = busiest(boxes, subject.camera, TRUTH_SIDE)
+    width, height = (min(TRUTH_SIDE, s) for s in (subject.camera.width - x, subject.camera.height - y))
+    large = replace(
+        boxes, centers=FACTOR * (boxes.centers - (x, y)), half_extents=FACTOR * boxes.half_extents
+    )
+    fine = reference.rasterize(
+        large, subject.texture, height=FACTOR * height, width=FACTOR * width, filter="bilinear"
+    )
+    blocks = height, FACTOR, width, FACTOR
+    expected = Frame(
+        fine.rgb.reshape(*blocks, 3).mean(axis=(1, 3)), fine.alpha.reshape(blocks).mean(axis=(1, 3))
+    )
+    square = Frame(true.rgb[y : y + height, x : x + width], true.alpha[y : y + height, x : x + width])
+    agrees("filter, the supersampled truth", square, expected, "the reference")
+
+
+def _stretched(camera: Camera, width: int, height: int) -> Camera:
+    """The same view to its very edges in another size, whatever the rounding of the sides."""
+    scale = np.diag([width / camera.width, height / camera.height, 1.0])
+    return replace(camera, K=scale @ camera.K, width=width, height=height)
+
+
+def _resampled(picture: Array, camera: Camera) -> Array:
+    """A picture brought to the size of a camera: enlarged linearly, or averaged down with a triangle."""
+    if picture.shape[:2] == (camera.height, camera.width):
+        return picture
+    import OpenImageIO as oiio  # noqa: N813
+
+    roi = oiio.ROI(0, camera.width, 0, camera.height, 0, 1, 0, 3)
+    source = oiio.ImageBuf(np.ascontiguousarray(picture, dtype=np.float32))
+    result = oiio.ImageBufAlgo.resize(source, "triangle", 0.0, roi)
+    return np.asarray(result.get_pixels(oiio.FLOAT))

@@ -1,0 +1,69 @@
+"""The curves as tables for people: one per family, one row per point."""
+
+from typing import TYPE_CHECKING
+
+from brushgs.measure.bench.figures import Bench, Family
+from brushgs.measure.bench.timing import Spread
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+NONE, BEST = "-", "*"
+COLUMNS = ("", "ms (quartiles)", "painting", "RMSE of 255", "PSNR", "SSIM", "FLIP", "unpainted")
+
+
+def print_bench(result: Bench, console: "Console") -> None:
+    """A table per family, and the advice."""
+    for family in result.families:
+        console.print(f"{family.title}: against {family.truth}, ms of {family.cost}", markup=False)
+        console.print(family_table(family), markup=False)
+    console.print(f"{BEST} on the Pareto front: no other is both nearer and faster", markup=False)
+    if result.advice is not None:
+        console.print(result.advice, markup=False, soft_wrap=True)
+
+
+def family_table(family: Family) -> "Table":
+    """The points of a family, without columns that nothing was measured for."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    cells = rows(family)
+    shown = [i for i in range(len(COLUMNS)) if any(row[i] != NONE for row in cells)]
+    for i in shown:
+        table.add_column(COLUMNS[i], justify="right" if i else "left", no_wrap=True)
+    for row in cells:
+        table.add_row(*(row[i] for i in shown))
+    return table
+
+
+def rows(family: Family) -> list[list[str]]:
+    """Cells of each point: label, milliseconds, whole painting, RMSE of 255, and the other likenesses."""
+    return [
+        [
+            f"{BEST if point.is_best else ' '} {point.label}",
+            _milliseconds(point.cost),
+            _milliseconds(point.seconds.get("painting")),
+            f"{255 * point.error.rmse:.3g}",
+            "equal" if point.error.psnr is None else f"{point.error.psnr:.2f}",
+            _number(point.error.ssim, "{:.3f}"),
+            _number(point.error.flip, "{:.3f}"),
+            _number(point.unpainted, "{:.1%}"),
+        ]
+        for point in family.points
+    ]
+
+
+def _milliseconds(spread: Spread | None) -> str:
+    if spread is None:
+        return NONE
+    return " ".join([_digits(spread.median), f"({_digits(spread.q1)}-{_digits(spread.q3)})"])
+
+
+def _digits(seconds: float) -> str:
+    return f"{1000 * seconds:.1f}" if seconds < 0.1 else f"{1000 * seconds:.0f}"
+
+
+def _number(value: float | None, form: str) -> str:
+    return NONE if value is None else form.format(value)

@@ -1,0 +1,143 @@
+"""A picture is verified before it is timed: what is fast and wrong has no place on a curve.
+
+A square of the picture, there where its strokes are, is painted once more by the plain float64 definition of
+projecting and rasterising (`brushgs.rendering.reference`), from the same strokes. The two may differ as float32
+does from float64: a pixel that falls on the other side of a box edge, of the skip of faint paint or of the
+early stop changes by more than rounding, so few may.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.measure.bench.figures import Verified
+from brushgs.rendering import reference
+from brushgs.rendering.constants import MIN_TRANSMITTANCE
+from brushgs.rendering.rasterize import is_directed
+from brushgs.scene import Boxes, Camera, Frame, Gaussians
+
+SIDE = 32  # pixels of the square
+STEP = 1 / 255  # of an 8-bit picture
+
+
+class WrongPictureError(RuntimeError):
+    """A picture that is not what it should be, so that its time means nothing."""
+
+
+@dataclass(frozen=True)
+class Bound:
+    """How far a picture may be from its definition.
+
+    Attributes:
+        mean: difference of a channel, 0 to 1, over all pixels but those beyond a step.
+        beyond_step: share of the pixels off by more than 1/255.
+    """
+
+    mean: float
+    beyond_step: float
+
+
+# Measured worst in any family of real scenes: 1.9e-6, and no pixel beyond a step. Two of 32 x 32 may be.
+SINGLE = Bound(mean=2e-5, beyond_step=2e-3)
+DOUBLE = Bound(mean=1e-9, beyond_step=0.0)
+
+
+def bound_of(frame: Frame) -> Bound:
+    """The bound of a picture by its precision."""
+    return SINGLE if frame.rgb.dtype == np.float32 else DOUBLE
+
+
+def agrees(name: str, frame: Frame, expected: Frame, against: str, bound: Bound | None = None) -> Verified:
+    """How far a picture is from what it should be.
+
+    Raises:
+        WrongPictureError: if that is further than the bound of its precision; names the point.
+    """
+    bound = bound or bound_of(frame)
+    planes = [np.abs(np.subtract(frame.rgb, expected.rgb, dtype=np.float64))]
+    planes.append(np.abs(np.subtract(frame.alpha, expected.alpha, dtype=np.float64))[..., None])
+    off = np.concatenate(planes, axis=2)
+    is_far = off.max(axis=2) > STEP
+    mean = float(off[~is_far].mean()) if not is_far.all() else float(off.mean())
+    found = Verified(against, mean, float(is_far.mean()), float(off.max()))
+    if not (found.mean <= bound.mean and found.beyond_step <= bound.beyond_step):
+        raise WrongPictureError(
+            f"bench: {name} paints another picture than {against}: mean difference {found.mean:.1e} (at most "
+            f"{bound.mean:.0e}), {found.beyond_step:.2%} of the pixels off by a step (at most "
+            f"{bound.beyond_step:.1%})"
+        )
+    return found
+
+
+def same(name: str, result: Any, verified: Any) -> None:
+    """Hold a repeated run to the first, bit for bit: two values of one dataclass of arrays.
+
+    Raises:
+        WrongPictureError: if they differ; names the point.
+    """
+    for field in fields(verified):
+        one, other = getattr(result, field.name), getattr(verified, field.name)
+        is_same = one is other is None or (one is not None and np.array_equal(one, other))
+        if not is_same:
+            raise WrongPictureError(f"bench: {name} came out different when it ran again: {field.name}")
+
+
+def check_square(
+    name: str,
+    frame: Frame,
+    gaussians: Gaussians,
+    camera: Camera,
+    texture: StrokeTexture,
+    how: Mapping[str, Any],
+    *,
+    side: int = SIDE,
+    min_transmittance: float = MIN_TRANSMITTANCE,
+) -> Verified:
+    """Verify a frame of `render(gaussians, camera, texture, **how)` by a square of its definition.
+
+    Raises:
+        WrongPictureError: see `agrees`.
+    """
+    boxes = expected_boxes(gaussians, camera, texture, how)
+    x, y = busiest(boxes, camera, side)
+    width, height = min(side, camera.width - x), min(side, camera.height - y)
+    near = replace(boxes, centers=boxes.centers - (x, y)).take(touching(boxes, x, y, side))
+    size = {"width": width, "height": height, "filter": how["filter"]}
+    expected = reference.rasterize(near, texture, min_transmittance=min_transmittance, **size)
+    square = Frame(frame.rgb[y : y + height, x : x + width], frame.alpha[y : y + height, x : x + width])
+    return agrees(name, square, expected, f"the reference, {width}x{height} pixels from ({x}, {y})")
+
+
+def expected_boxes(
+    gaussians: Gaussians, camera: Camera, texture: StrokeTexture, how: Mapping[str, Any]
+) -> Boxes:
+    """The float64 boxes that `render` with these options should paint."""
+    has_direction = is_directed(texture)
+    return reference.project(
+        gaussians,
+        camera,
+        num_sigmas=how["num_sigmas"],
+        lock=how["lock"] if has_direction else "off",
+        fade=has_direction,
+        order=how["order"] if has_direction else "depth",
+    )
+
+
+def busiest(boxes: Boxes, camera: Camera, side: int) -> tuple[int, int]:
+    """Upper left corner (x, y) of the square of a coarse grid in which most boxes have their centre."""
+    columns, rows = -(-camera.width // side), -(-camera.height // side)
+    column, row = (boxes.centers // side).astype(np.int64).T
+    is_inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+    counts = np.bincount(row[is_inside] * columns + column[is_inside], minlength=rows * columns)
+    y, x = divmod(int(np.argmax(counts)), columns)
+    return x * side, y * side
+
+
+def touching(boxes: Boxes, x: int, y: int, side: int) -> Any:
+    """[M] which boxes may reach into a square; filtered stroke images reach a little beyond their box."""
+    middle = np.array([x, y]) + 0.5 * side
+    reach = 2 * np.hypot(*boxes.half_extents.T)[:, None] + side
+    return (np.abs(boxes.centers - middle) < reach).all(axis=1)

@@ -1,0 +1,144 @@
+"""What the temporal report found, as values, and as JSON."""
+
+from dataclasses import asdict, dataclass
+from math import degrees
+from typing import Any
+
+from brushgs.measure.metrics import Events
+
+SCHEMA = 1  # of the JSON; grows when a field changes its meaning
+
+
+@dataclass(frozen=True)
+class Warp:
+    """Flicker at one gap, each figure the mean over the pairs; see the protocol, 4.
+
+    Attributes:
+        gap: frames between the two pictures of a pair.
+        pairs: compared.
+        rmse: 0 to 1.
+        worst_1pct: RMSE over the worst 1 % of the valid pixels, 0 to 1.
+        valid_share: of the pixels, 0 to 1.
+        excess: `rmse` less that of the plain render.
+        excess_worst_1pct: `worst_1pct` less that of the plain render.
+        marks: RMS of what the strokes add to the plain picture, 0 to 1.
+        redrawn: how much of these marks does not move with the scene: 0 none, 1 as much as if each frame
+            had marks of its own; None where there are none.
+    """
+
+    gap: int
+    pairs: int
+    rmse: float
+    worst_1pct: float
+    valid_share: float
+    excess: float
+    excess_worst_1pct: float
+    marks: float
+    redrawn: float | None
+
+
+@dataclass(frozen=True)
+class Turning:
+    """Flicker where strokes turn by themselves when unlocked; see the protocol, 5."""
+
+    rmse: float
+    excess: float
+
+
+@dataclass(frozen=True)
+class Loop:
+    """The last picture of a closed path against the first."""
+
+    rmse: float
+    largest: float
+
+
+@dataclass(frozen=True)
+class Seconds:
+    """Wall clock per frame."""
+
+    track: float
+    project: float
+    draw: float
+
+
+@dataclass(frozen=True)
+class Figures:
+    """All that was measured of one configuration. None stands where a figure has no meaning.
+
+    Attributes:
+        name: of the configuration, see the protocol, 2.
+        what: the same in words.
+        strokes: how many it paints with.
+        lock: how directions are chosen.
+        filter: how the stroke image is read.
+        order: how strokes hide each other.
+        num_sigmas: half extent of a box in standard deviations.
+        events: flips, spins, pops and the like.
+        off_axis_share: of slender stroke-frames, those off both axes.
+        shortfall: of the worst box, as a share of the reach of its ellipse; 0 or less: all cover theirs.
+        warps: one per gap at which there is a pair with pixels to compare, ascending.
+        turning: flicker where strokes turn.
+        loop: None on an open path.
+        alone: frames that were drawn again.
+        alone_equal: how many of them came out the same, to the byte.
+        seconds: per frame.
+        errors: RMSE at gap 1 of each pair, in the order of the path.
+    """
+
+    name: str
+    what: str
+    strokes: int
+    lock: str | None
+    filter: str | None
+    order: str | None
+    num_sigmas: float | None
+    events: Events | None
+    off_axis_share: float | None
+    shortfall: float | None
+    warps: tuple[Warp, ...]
+    turning: Turning | None
+    loop: Loop | None
+    alone: int
+    alone_equal: int
+    seconds: Seconds
+    errors: tuple[float, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON; the largest step in degrees."""
+        value = asdict(self)
+        if self.events is not None:
+            value["events"]["largest_step_deg"] = degrees(value["events"].pop("largest_step"))
+        return value
+
+
+@dataclass(frozen=True)
+class Stability:
+    """The report.
+
+    Attributes:
+        num_frames: views of the path; a closed one repeats its first.
+        is_closed: whether it does.
+        stride: from the first frame of a pair to that of the next.
+        starts: number of the earlier frame of each pair at gap 1 that has pixels to compare.
+        configurations: one per configuration, in the order of the table.
+    """
+
+    num_frames: int
+    is_closed: bool
+    stride: int
+    starts: tuple[int, ...]
+    configurations: tuple[Figures, ...]
+
+    def __getitem__(self, name: str) -> Figures:
+        return next(figures for figures in self.configurations if figures.name == name)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        return {
+            "frames": self.num_frames,
+            "closed": self.is_closed,
+            "stride": self.stride,
+            "starts": list(self.starts),
+            "configurations": [figures.as_dict() for figures in self.configurations],
+        }

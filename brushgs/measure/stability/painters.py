@@ -1,0 +1,228 @@
+"""The configurations that the temporal report compares: what each paints a frame with, and what it takes."""
+
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from brushgs.arrays import Array
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.measure.image_strokes import paint_image
+from brushgs.measure.stability.figures import Seconds
+from brushgs.options.choices import Filter, Lock, Order
+from brushgs.options.painting import DrawConfig
+from brushgs.painting.stages import box_sigmas
+from brushgs.rendering.project import project
+from brushgs.rendering.rasterize import is_directed, rasterize
+from brushgs.rendering.track import Track, follow
+from brushgs.scene import Boxes, Camera, Frame, Gaussians
+
+
+@dataclass
+class Clock:
+    """Wall-clock seconds spent on a kind of work, and how often."""
+
+    seconds: dict[str, float] = field(default_factory=lambda: {"track": 0.0, "project": 0.0, "draw": 0.0})
+    frames: int = 0
+
+    @contextmanager
+    def of(self, kind: str) -> Iterator[None]:
+        """Add the time of the block."""
+        start = time.perf_counter()
+        yield
+        self.seconds[kind] += time.perf_counter() - start
+
+    def per_frame(self, num_frames: int) -> Seconds:
+        """Of a path of so many frames, not all of which were painted."""
+        painted = max(1, self.frames)
+        project, draw = (self.seconds[kind] / painted for kind in ("project", "draw"))
+        return Seconds(self.seconds["track"] / num_frames, project, draw)
+
+
+@dataclass
+class StrokePainter:
+    """Paints the strokes of a scene, each view's directions chosen by a lock."""
+
+    name: str
+    what: str
+    gaussians: Gaussians
+    cameras: Sequence[Camera]
+    texture: StrokeTexture
+    lock: Lock
+    filter: Filter
+    num_sigmas: float
+    fades: bool  # whether strokes fade instead of appearing and vanishing
+    num_threads: int | None
+    order: Order = "depth"
+    is_deep: bool = False  # whether frames carry a depth
+    clock: Clock = field(default_factory=Clock)
+    _track: Track | None = None
+
+    def boxes(self, index: int, lock: Lock | None = None) -> Boxes:
+        """The boxes of a frame; with lock "off" the ellipses behind them."""
+        lock = lock or self.lock
+        return project(
+            self.gaussians,
+            self.cameras[index],
+            num_sigmas=self.num_sigmas,
+            lock=self._followed().directions(index) if lock == "track" else lock,
+            fade=self.fades,
+            order=self.order,
+            num_threads=self.num_threads,
+        )
+
+    def all_boxes(self, lock: Lock | None = None) -> Iterator[Boxes]:
+        """The boxes of every frame of the path."""
+        return (self.boxes(index, lock) for index in range(len(self.cameras)))
+
+    def paint(self, index: int, plain: Array | None = None) -> Frame:
+        """One frame; the plain picture is not looked at."""
+        if self.lock == "track":
+            self._followed()
+        with self.clock.of("project"):
+            boxes = self.boxes(index)
+        with self.clock.of("draw"):
+            frame = self.draw(boxes, self.cameras[index])
+        self.clock.frames += 1
+        return frame
+
+    def draw(self, boxes: Boxes, camera: Camera) -> Frame:
+        """Boxes to a picture."""
+        return rasterize(
+            boxes,
+            self.texture,
+            height=camera.height,
+            width=camera.width,
+            filter=self.filter,
+            depth=self.is_deep,
+            num_threads=self.num_threads,
+        )
+
+    def _followed(self) -> Track:
+        """The track, followed when it is first asked for."""
+        if self._track is None:
+            with self.clock.of("track"):
+                self._track = follow(self.gaussians, self.cameras, num_threads=self.num_threads)
+        return self._track
+
+
+@dataclass
+class ImagePainter:
+    """Paints a plain picture by itself, with strokes on the image plane."""
+
+    name: str
+    what: str
+    texture: StrokeTexture
+    num_strokes: int
+    filter: Filter
+    seed: int
+    ground: Sequence[float] | Array
+    num_threads: int | None
+    clock: Clock = field(default_factory=Clock)
+
+    def paint(self, index: int, plain: Array | None = None) -> Frame:
+        """One frame, from the plain picture of that frame on its ground, and nothing else."""
+        assert plain is not None
+        with self.clock.of("draw"):
+            frame = paint_image(
+                plain,
+                self.texture,
+                num_strokes=self.num_strokes,
+                seed=self.seed,
+                filter=self.filter,
+                ground=self.ground,
+                num_threads=self.num_threads,
+            )
+        self.clock.frames += 1
+        return frame
+
+
+@dataclass(frozen=True)
+class Easel:
+    """All that is painted with: the scene, its strokes and a path.
+
+    Attributes:
+        scene: the Gaussians as loaded, for the plain picture.
+        strokes: the Gaussians that became strokes.
+        cameras: the views; of a closed path the last equals the first.
+        texture: the stroke.
+        draw: filter, extent and order (soft, unless it says else) of `track`, `anchor` and `off`; threads.
+        ground: under every picture.
+        seed: of the strokes on the image plane.
+    """
+
+    scene: Gaussians
+    strokes: Gaussians
+    cameras: Sequence[Camera]
+    texture: StrokeTexture
+    draw: DrawConfig
+    ground: Sequence[float] | Array
+    seed: int
+
+    def painters(self, num_threads: int | None) -> dict[str, StrokePainter | ImagePainter]:
+        """One painter per configuration by name, in the order of the table, each with a clock at zero."""
+        sigmas, asked = box_sigmas(self.texture, self.draw), self.draw.filter
+        is_stroke = is_directed(self.texture)  # a kernel has no direction, and is drawn as `render` does
+
+        def strokes(
+            name: str,
+            what: str,
+            lock: Lock,
+            filter: Filter,
+            num_sigmas: float,
+            fades: bool,
+            order: Order = (self.draw.order or "soft") if is_stroke else "depth",
+        ) -> StrokePainter:
+            return StrokePainter(
+                name,
+                what,
+                self.strokes,
+                self.cameras,
+                self.texture,
+                lock if is_stroke else "off",
+                filter,
+                num_sigmas,
+                fades,
+                num_threads,
+                order,
+            )
+
+        kernel = StrokeTexture.open("gaussian")
+        painters: list[StrokePainter | ImagePainter] = [
+            strokes("track", "directions followed along the path", "track", asked, sigmas, is_stroke),
+            strokes("anchor", "directions of each view by itself", "anchor", asked, sigmas, is_stroke),
+            strokes("off", "directions of the ellipses", "off", asked, sigmas, is_stroke),
+            strokes(
+                "published",
+                "off, bilinear, 2 sigma",
+                "off",
+                "bilinear",
+                self.texture.num_sigmas,
+                False,
+                "depth",
+            ),
+            ImagePainter(
+                "image",
+                "each plain picture painted alone",
+                self.texture,
+                len(self.strokes),
+                asked,
+                self.seed,
+                self.ground,
+                num_threads,
+            ),
+            StrokePainter(
+                "plain",
+                "the whole scene with its own kernel",
+                self.scene,
+                self.cameras,
+                kernel,
+                "off",
+                "mip",
+                kernel.num_sigmas,
+                False,
+                num_threads,
+                is_deep=True,
+            ),
+        ]
+        return {painter.name: painter for painter in painters}

@@ -1,0 +1,150 @@
+"""`brushgs stability`: a scene file becomes a table, a JSON file and a plot."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from brushgs.cameras.paths import CameraPath, plan_path
+from brushgs.measure.report import MeasuredReport, Outputs, plain_camera, plain_config
+from brushgs.measure.stability.figures import SCHEMA, Stability
+from brushgs.measure.stability.measure import check_cameras, measure_stability, painted_frames
+from brushgs.measure.stability.painters import Easel
+from brushgs.measure.stability.plot import write_plot
+from brushgs.options.experiments import StabilityConfig
+from brushgs.options.painting import PaintConfig
+from brushgs.options.sequence import PathConfig
+from brushgs.painting.background import check_background
+from brushgs.painting.count import look
+from brushgs.painting.report import Report
+from brushgs.painting.stages import cluster_scene, load_scene, open_ground, open_stroke, prune_scene
+from brushgs.painting.still import input_files
+from brushgs.scene import Gaussians
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@dataclass
+class StabilityReport(MeasuredReport):
+    """A run, and what it found: `result` is a `Stability`."""
+
+    name: ClassVar[str] = "stability"
+    schema: ClassVar[int] = SCHEMA
+
+    def print_figures(self, console: "Console") -> None:
+        """One column per configuration."""
+        from brushgs.measure.stability.table import stability_table
+
+        console.print(stability_table(self.result), markup=False)
+
+
+def report_stability(
+    scene: str | Path,
+    output: str | Path,
+    paint: PaintConfig,
+    path: PathConfig,
+    config: StabilityConfig | None = None,
+    *,
+    report: StabilityReport | None = None,
+    wants_plot: bool = True,
+) -> StabilityReport:
+    """Measure how still the strokes of a scene hold along a path; write figures and plot.
+
+    Args:
+        scene: a trained 3D Gaussian scene.
+        output: a folder, which gets `stability.json` and `stability.png` and is made if missing; or one file
+            that ends in .json or .png.
+        paint: pruning, strokes, view and stroke; its lock is not looked at, all are painted.
+        path: the way of the camera.
+        config: what is measured.
+        report: where the stages are told; a new one if None.
+        wants_plot: whether a folder gets the plot, which needs matplotlib.
+
+    Raises:
+        SceneError: if a file cannot be read or written.
+        ValueError: if an option does not suit the scene, before any long work where that can be known.
+    """
+    config, report, output = config or StabilityConfig(), report or StabilityReport(), Path(output)
+    outputs = Outputs.of(output, report.name, (".json", ".png"), wants_plot=wants_plot)
+    outputs.check(input_files(scene, paint))
+    check_background(paint.draw.background)
+    if paint.draw.background == "transparent":
+        raise ValueError("background must be a colour or an image to compare pictures on, got transparent")
+    texture = open_stroke(paint.draw, report)
+    gaussians, notes = load_scene(scene, report)
+    way = _plan(gaussians, paint, path, notes.up, report)
+    ground = open_ground(paint.draw, way.cameras[0], report)
+    assert ground is not None
+    sight = look(gaussians, way.cameras[0], texture, paint.cluster, paint.draw, ground, report)
+    strokes = prune_scene(gaussians, paint.prune, report, is_strokes=notes.is_strokes)
+    strokes = cluster_scene(strokes, paint.cluster, report, num_loaded=len(gaussians), sight=sight)
+    easel = Easel(gaussians, strokes, way.closed, texture, paint.draw, ground, paint.cluster.seed)
+    report.settings = _settings(scene, paint, path, config, way)
+    report.result = _measure(easel, config, report)
+    _write(outputs, report, f"{Path(scene).stem}, {len(strokes):,} strokes of {texture.name}, {way.source}")
+    report.output = str(output)
+    outputs.write_text(".json", report.as_json() + "\n")
+    return report
+
+
+def _plan(
+    gaussians: Gaussians, paint: PaintConfig, path: PathConfig, file_up: str | None, report: Report
+) -> CameraPath:
+    with report.stage("path") as stage:
+        way = plan_path(gaussians, paint.view, path, file_up=file_up)
+        check_cameras(way.closed)
+        first = way.cameras[0]
+        stage.did = f"{way.source}, {len(way.cameras)} views, {first.width}x{first.height}"
+        stage.counts = {
+            "source": way.source,
+            "views": len(way.cameras),
+            "loop": way.is_loop,
+            "width": first.width,
+            "height": first.height,
+        }
+    return way
+
+
+def _measure(easel: Easel, config: StabilityConfig, report: Report) -> Stability:
+    num_painted = painted_frames(easel.cameras, config)
+    with report.stage("measure", frames=num_painted) as stage:
+        result = measure_stability(easel, config, advance=report.advance)
+        num_pairs = len(result.starts)
+        stage.did = (
+            f"{num_painted} frames in {len(result.configurations)} configurations, {num_pairs} pairs a gap"
+        )
+        stage.counts = {"frames": num_painted, "pairs": num_pairs, "stride": result.stride}
+        num_left = len(easel.cameras) - num_painted
+        if num_left:
+            stage.left_out.append(f"painting {num_left} frames: no pair needs them (--pairs)")
+    return result
+
+
+def _settings(
+    scene: str | Path, paint: PaintConfig, path: PathConfig, config: StabilityConfig, way: CameraPath
+) -> dict[str, Any]:
+    """All that a reader needs to repeat the figures."""
+    return {
+        "scene": str(scene),
+        "prune": plain_config(paint.prune),
+        "cluster": plain_config(paint.cluster),
+        "draw": plain_config(paint.draw),
+        "view": plain_config(paint.view),
+        "path": plain_config(path) | {"source": way.source},
+        "measure": plain_config(config),
+        "first_camera": plain_camera(way.cameras[0]),
+        "last_camera": plain_camera(way.cameras[-1]),
+    }
+
+
+def _write(outputs: Outputs, report: StabilityReport, title: str) -> None:
+    """The folder, if one is asked for, and the plot."""
+    with report.stage("write") as stage:
+        outputs.make_folder()
+        if outputs.plot is not None:
+            write_plot(report.result, outputs.plot, title)
+        written = [str(path) for path in outputs.paths.values()]
+        stage.did = " and ".join(written)
+        stage.counts = {"paths": written}
+        if outputs.plot is None:
+            stage.left_out.append("plot: not asked for")

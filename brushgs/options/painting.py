@@ -1,0 +1,249 @@
+"""What a run is asked to do: one small frozen dataclass per step, checked where it is made.
+
+Only the standard library is needed here, so that a command line can be read without loading NumPy.
+"""
+
+from dataclasses import dataclass, field
+from math import ceil, inf, pi
+from pathlib import Path
+from typing import Literal
+
+from brushgs.options.choices import (
+    MAX_SIDE,
+    ColorSpace,
+    Extent,
+    Features,
+    Filter,
+    Lock,
+    Merge,
+    Method,
+    Order,
+    Weight,
+    size_rule,
+)
+
+DEFAULT_KEEP = 0.7  # of the Gaussians, as published
+DEFAULT_STROKES = 7000  # the count the method was published with
+DEFAULT_SIZE = (1280, 720)
+MAX_PSNR = 100.0  # dB; pictures of 16 bits agree no better
+
+Up = str | tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class PruneConfig:
+    """Which Gaussians stay.
+
+    Attributes:
+        keep: share of the Gaussians that stays, in (0, 1]; those of highest weight. None for 0.7, and for all
+            of a file of strokes.
+        weight: "contribution" or "paper" (the published intensity), see `prune`.
+    """
+
+    keep: float | None = None
+    weight: Weight = "contribution"
+
+    def __post_init__(self) -> None:
+        if self.keep is not None and not 0 < self.keep <= 1:
+            cure = f"; for {self.keep:g} % write {self.keep / 100:g}" if 1 < self.keep <= 100 else ""
+            raise ValueError(f"keep must be in (0, 1], got {self.keep:g}{cure}")
+
+    def share(self, *, is_strokes: bool = False) -> float:
+        """The share that stays of a scene, or of what are strokes already."""
+        if self.keep is not None:
+            return self.keep
+        return 1.0 if is_strokes else DEFAULT_KEEP
+
+
+@dataclass(frozen=True)
+class ErrorBudget:
+    """The fewest strokes that come at least so near to the plain picture.
+
+    Attributes:
+        psnr: dB, in (0, 100].
+    """
+
+    psnr: float
+
+    def __post_init__(self) -> None:
+        if not 0 < self.psnr <= MAX_PSNR:
+            raise ValueError(f"strokes must be above 0 dB and at most {MAX_PSNR:g} dB, got {self.psnr:g} dB")
+
+    def __str__(self) -> str:
+        return f"{self.psnr:g}dB"
+
+
+@dataclass(frozen=True)
+class StrokeSize:
+    """Strokes that are typically so long in the picture, see `brushgs.stroke_count.view_model.typical_size`.
+
+    Attributes:
+        pixels: > 0, at most the longest side that a picture can have.
+    """
+
+    pixels: float
+
+    def __post_init__(self) -> None:
+        if not 0 < self.pixels <= MAX_SIDE:
+            raise ValueError(f"stroke-size must be above 0 and at most {MAX_SIDE} px, got {self.pixels:g} px")
+
+    def __str__(self) -> str:
+        return f"{self.pixels:g}px"
+
+
+Aim = Literal["auto"] | ErrorBudget | StrokeSize  # what a count of strokes is chosen for
+
+
+@dataclass(frozen=True)
+class ClusterConfig:
+    """How Gaussians become fewer and larger strokes.
+
+    Attributes:
+        strokes: at most so many: a count >= 1, a share of the scene as loaded in (0, 1) given as a
+            float, or None for one stroke per Gaussian. Or an aim, for which the count is chosen: "auto" for
+            the knee of error over cost (`choose_strokes`), an `ErrorBudget` or a `StrokeSize`.
+        features: "balanced" or "paper", see `cluster`.
+        merge: "cover" or "paper", see `cluster`.
+        method: "auto", "minibatch" or "lloyd", see `cluster`.
+        seed: of all the chance in it, 0 to 2^32 - 1.
+    """
+
+    strokes: int | float | Aim | None = DEFAULT_STROKES
+    features: Features = "balanced"
+    merge: Merge = "cover"
+    method: Method = "auto"
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.seed < 2**32:
+            raise ValueError(f"seed must be 0 to 4294967295, got {self.seed}")
+        if self.strokes is None or isinstance(self.strokes, (ErrorBudget, StrokeSize)):
+            return
+        if isinstance(self.strokes, str):
+            if self.strokes != "auto":
+                raise ValueError(f"strokes must be a number, auto, a budget or a size, got {self.strokes!r}")
+            return
+        is_share = isinstance(self.strokes, float)
+        if not (0 < self.strokes <= 1 if is_share else self.strokes >= 1):
+            raise ValueError(f"strokes must be a count >= 1 or a share in (0, 100 %], got {self.strokes}")
+
+    @property
+    def aim(self) -> Aim | None:
+        """What the count is chosen for; None where it is given."""
+        return self.strokes if isinstance(self.strokes, (str, ErrorBudget, StrokeSize)) else None
+
+    def num_strokes(self, num_gaussians: int) -> int:
+        """The count asked for, given how many Gaussians the scene has as loaded.
+
+        Raises:
+            TypeError: if it is an aim, which takes a look at the scene.
+        """
+        if isinstance(self.strokes, (str, ErrorBudget, StrokeSize)):
+            raise TypeError(f"num_strokes: strokes must be a count, a share or None, got {self.strokes}")
+        if self.strokes is None:
+            return num_gaussians
+        if isinstance(self.strokes, float):
+            return max(1, ceil(self.strokes * num_gaussians - 1e-9))
+        return self.strokes
+
+
+@dataclass(frozen=True)
+class ViewConfig:
+    """Where the picture is seen from: a camera from a file, or one framed on the scene.
+
+    Attributes:
+        size: (width, height) in pixels; None for the size of the camera in the file, or 1280 x 720.
+        camera_file: cameras.json or transforms.json; then the fields below but `view` are not used.
+        view: which camera of the file, from 0.
+        up: direction that is up in the picture: "+x" to "-z" or three numbers; None for what the
+            scene file says, or else -y.
+        azimuth: radians, see `frame_scene`.
+        elevation: radians above the horizon; None for 15 degrees, or 40 above flat ground.
+        fov_y: vertical field of view, radians.
+        zoom: 1 shows the subject whole, > 0.
+    """
+
+    size: tuple[int, int] | None = None
+    camera_file: Path | None = None
+    view: int = 0
+    up: Up | None = None
+    azimuth: float = pi / 6
+    elevation: float | None = None
+    fov_y: float = 50 * pi / 180
+    zoom: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.size is not None and (broken := size_rule(*self.size)):
+            raise ValueError(f"size {broken}")
+        if self.view < 0:
+            raise ValueError(f"view must be 0 or more, got {self.view}")
+        if not 0 < self.fov_y < pi:
+            raise ValueError(f"fov-deg must be in (0, 180) degrees, got {self.fov_y * 180 / pi:g}")
+        if self.elevation is not None and not abs(self.elevation) <= pi / 2:
+            raise ValueError(f"elevation must lie in -90 to 90 degrees, got {self.elevation * 180 / pi:g}")
+        if not 0 < self.zoom < inf:
+            raise ValueError(f"zoom must be above 0, got {self.zoom:g}")
+
+
+@dataclass(frozen=True)
+class DrawConfig:
+    """How strokes are drawn.
+
+    Attributes:
+        stroke: name of a built-in stroke, or an image file.
+        filter: "mip", "bilinear" or "nearest", see `rasterize`.
+        extent: "fitted" to what the stroke image covers, see `StrokeTexture.fitted_sigmas`, or "paper", 2
+            standard deviations whatever it covers.
+        background: "white", "black", "transparent", "#rrggbb" or an image file.
+        lock: "anchor", "track" or "off", see `project`; None for "anchor" in one picture and "track" along a
+            path, which alone can be tracked.
+        order: "depth": the nearer stroke hides the other; "soft": strokes of nearly one depth fade into each
+            other, so that none jumps in moving pictures, see `render`; None for "depth" in one picture and
+            "soft" along a path.
+        threads: None takes every processor available; the picture does not depend on it.
+    """
+
+    stroke: str = "swirl"
+    filter: Filter = "mip"
+    extent: Extent = "fitted"
+    background: str = "white"
+    lock: Lock | None = None
+    order: Order | None = None
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.threads is not None and self.threads < 1:
+            raise ValueError(f"threads must be at least 1, got {self.threads}")
+
+
+@dataclass(frozen=True)
+class PaletteConfig:
+    """Whose colours the strokes take.
+
+    Attributes:
+        file: a picture, usually of a painting.
+        strength: share of the way to its colours, in [0, 1].
+        space: where colours are compared: "lab", "linear" or "srgb", see `recolor`.
+    """
+
+    file: Path
+    strength: float = 1.0
+    space: ColorSpace = "lab"
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.strength <= 1:
+            cure = (
+                f"; for {self.strength:g} % write {self.strength / 100:g}" if 1 < self.strength <= 100 else ""
+            )
+            raise ValueError(f"palette-strength must be in [0, 1], got {self.strength:g}{cure}")
+
+
+@dataclass(frozen=True)
+class PaintConfig:
+    """A whole painting, step by step; without a palette strokes keep the colours of the scene."""
+
+    prune: PruneConfig = field(default_factory=PruneConfig)
+    cluster: ClusterConfig = field(default_factory=ClusterConfig)
+    palette: PaletteConfig | None = None
+    view: ViewConfig = field(default_factory=ViewConfig)
+    draw: DrawConfig = field(default_factory=DrawConfig)

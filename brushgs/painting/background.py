@@ -1,0 +1,109 @@
+"""What lies behind the strokes: "white", "#rrggbb" or a picture file becomes a colour or an array."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.io.files import is_plain
+
+NAMED = {"white": (1.0, 1.0, 1.0), "black": (0.0, 0.0, 0.0)}
+_ROWS = 64
+_FAR = 8  # times the picture: from there on the mean of whole blocks cannot be told from a smoothing
+Ground = tuple[float, float, float] | NDArray[np.float32] | None
+
+
+def check_background(text: str) -> None:
+    """Refuse what `open_background` could not use, before any work is done.
+
+    Raises:
+        ValueError: if the text is neither a known name, a colour nor an existing file.
+    """
+    is_color = text.lower() in (*NAMED, "transparent") or re.fullmatch(r"#[0-9a-fA-F]{6}", text)
+    if not is_color and not is_plain(Path(text)):
+        raise ValueError(
+            f"background must be white, black, transparent, #rrggbb or an image file, got {text!r}"
+        )
+
+
+def open_background(text: str, width: int, height: int) -> Ground:
+    """The ground under a picture.
+
+    Args:
+        text: "white", "black", "transparent", "#rrggbb", or an image file.
+        width: of the picture, pixels.
+        height: of the picture, pixels.
+
+    Returns:
+        None for transparent, one RGB colour 0 to 1, or float32 [height, width, 3]: the image scaled to
+        fill the picture, cut evenly at the sides that stand over; its own transparency shows white.
+
+    Raises:
+        ValueError: if the text means nothing.
+        SceneError: if the image cannot be read.
+    """
+    check_background(text)
+    name = text.lower()
+    if name == "transparent":
+        return None
+    if name in NAMED:
+        return NAMED[name]
+    if text.startswith("#") and not is_plain(Path(text)):
+        red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
+        return red, green, blue
+    from brushgs.io.pictures.images import read_image
+
+    return _fill(_flatten(read_image(text)), width, height)
+
+
+def _middle(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
+    """The image without most of what would stand over: scaled, a line of pixels would be endless."""
+    rows, columns = image.shape[:2]
+    factor = max(width / columns, height / rows)
+    for axis, (have, side) in enumerate(((rows, height), (columns, width))):
+        # Twice what is seen, so that the middle of it is the same, and what is smoothed at its ends.
+        keep = min(have, 2 * math.ceil(side / factor) + 2 + have % 2)
+        start = (have - keep) // 2
+        image = np.take(image, range(start, start + keep), axis) if keep < have else image
+    return image
+
+
+def _coarse(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
+    """Means of whole pixels where the image is far larger than the picture: to smooth it takes minutes."""
+    step = min(image.shape[0] // (_FAR * height), image.shape[1] // (_FAR * width))
+    if step < 2:
+        return image
+    rows, columns = (side // step for side in image.shape[:2])
+    blocks = image[: rows * step, : columns * step].reshape(rows, step, columns, step, -1)
+    return np.asarray(blocks.mean(axis=(1, 3), dtype=np.float32))
+
+
+def _flatten(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """[H, W, 3] of 1 to 4 channels with straight alpha, on white."""
+    rows, columns, channels = image.shape
+    flat = np.empty((rows, columns, 3), np.float32)
+    for start in range(0, rows, _ROWS):  # a few rows at a time: whole copies of a large image add up
+        part = image[start : start + _ROWS]
+        color = part[..., :3] if channels >= 3 else part[..., :1]
+        if channels in (2, 4):
+            alpha = part[..., -1:]
+            color = color * alpha + (1 - alpha)
+        flat[start : start + _ROWS] = color
+    return flat
+
+
+def _fill(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
+    """Scaled to cover width x height, the middle of it, antialiased where it gets smaller."""
+    rows, columns = image.shape[:2]
+    if (rows, columns) != (height, width):
+        from skimage.transform import resize
+
+        image = _coarse(_middle(image, width, height), width, height)
+        rows, columns = image.shape[:2]
+        factor = max(width / columns, height / rows)
+        size = max(height, round(rows * factor)), max(width, round(columns * factor))
+        image = resize(image, size, order=1, anti_aliasing=factor < 1).astype(np.float32)
+    top, left = (image.shape[0] - height) // 2, (image.shape[1] - width) // 2
+    return np.ascontiguousarray(image[top : top + height, left : left + width])

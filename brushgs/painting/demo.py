@@ -1,0 +1,56 @@
+"""The example scene, built, written as a trained scene would be, and painted."""
+
+from pathlib import Path
+
+from brushgs.errors import SceneError
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig
+from brushgs.painting.report import Report
+from brushgs.painting.stages import write_scene
+from brushgs.painting.still import check_output, paint_file
+from brushgs.still_life import still_life, still_life_camera
+
+SCENE_NAME = "still_life.ply"
+
+
+def paint_demo(
+    folder: str | Path,
+    *,
+    draw: DrawConfig,
+    cluster: ClusterConfig,
+    size: tuple[int, int],
+    report: Report,
+    num_gaussians: int | None = None,
+) -> Report:
+    """Write the still life as `still_life.ply` into a folder and paint it beside that.
+
+    Args:
+        folder: made if missing; files of the same names are replaced, others stay.
+        draw: the stroke and how it is drawn.
+        cluster: how many strokes; its seed is also that of the scene.
+        size: (width, height) of the picture, pixels.
+        report: where the stages are told.
+        num_gaussians: of the scene, None for its own default.
+
+    Raises:
+        SceneError: if the folder cannot be made or written to.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SceneError(folder, f"the folder cannot be made: {error.strerror}") from None
+    scene, picture = folder / SCENE_NAME, folder / f"still_life-{Path(draw.stroke).stem}.png"
+    check_output(scene, (".ply",))
+    with report.stage("build") as stage:
+        counts = {} if num_gaussians is None else {"num_gaussians": num_gaussians}
+        gaussians = still_life(seed=cluster.seed, **counts)
+        stage.did = f"a still life of {len(gaussians):,} Gaussians, SH degree 3"
+        stage.counts = {"gaussians": len(gaussians)}
+    write_scene(gaussians, scene, report)
+    del gaussians
+    is_plain = draw.stroke == "gaussian"
+    config = PaintConfig(
+        prune=PruneConfig(keep=1.0) if is_plain else PruneConfig(), cluster=cluster, draw=draw
+    )
+    camera = still_life_camera(width=size[0], height=size[1])
+    return paint_file(scene, picture, config, camera=camera, report=report)

@@ -1,0 +1,326 @@
+"""The stages of a sequence in order, each timed.
+
+    stroke (-> palette) -> load -> path (-> background) -> prune -> cluster (-> recolor)
+        -> track -> paint -> write
+
+The directions of all strokes are followed along the whole path before any frame is drawn; after that every
+frame stands alone, so frames are painted in any number of processes, or only where they are missing, and are
+the same files, bit for bit.
+"""
+
+import time
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from brushgs.cameras.paths import CameraPath, plan_path
+from brushgs.errors import SceneWarning
+from brushgs.io.pictures.numbered import Ledger, NumberedFiles
+from brushgs.io.pictures.video import check_rate, check_size, filming, padded_size
+from brushgs.options.painting import DrawConfig, PaintConfig, ViewConfig
+from brushgs.options.sequence import PathConfig, SequenceConfig
+from brushgs.painting.background import Ground
+from brushgs.painting.count import look
+from brushgs.painting.frame_painter import Painter, Shot
+from brushgs.painting.identity import check_same, found_ledger, painting
+from brushgs.painting.outputs import check_target, plan_output
+from brushgs.painting.parallel import spread
+from brushgs.painting.parallel.connection import check_scheduler
+from brushgs.painting.report import Report, Stage
+from brushgs.painting.stages import (
+    NOTHING_SEEN,
+    box_sigmas,
+    cluster_scene,
+    load_scene,
+    open_ground,
+    open_palette,
+    open_stroke,
+    prune_scene,
+    recolor_scene,
+    size_words,
+)
+from brushgs.scene import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.brushes.texture import StrokeTexture
+    from brushgs.rendering.track import Track
+
+NUM_LOOKS = 8  # views in which is looked whether any stroke is seen: a path of thousands needs no more
+
+
+def paint_sequence(
+    scene: str | Path,
+    output: str | Path,
+    path_config: PathConfig,
+    config: PaintConfig | None = None,
+    sequence: SequenceConfig | None = None,
+    *,
+    report: Report | None = None,
+) -> Report:
+    """Paint a scene file along a camera path.
+
+    Args:
+        scene: a trained 3D Gaussian scene.
+        output: a video (.mp4, .webm, .gif), a pattern of numbered pictures such as frames/%05d.png (.png,
+            .tif, .exr; the last folder is made), or a folder, which means %05d.png in it.
+        path_config: where the camera goes.
+        config: see `PaintConfig`; of its view what `plan_path` takes.
+        sequence: where the frames are painted, and which.
+        report: where the stages are told; a new one if None.
+
+    Returns:
+        The report, with one stage per step.
+
+    Raises:
+        SceneError: if a file cannot be read or written, or the frames that are to be gone on with are of
+            another painting.
+        ValueError: if an option does not suit the scene, the path or the output.
+        KeyboardInterrupt: if the run is stopped; says how to go on. Frames are whole or not there.
+    """
+    config, sequence, report = config or PaintConfig(), sequence or SequenceConfig(), report or Report()
+    target = plan_output(output, is_resumed=sequence.is_resumed)
+    check_target(target, scene, path_config, config)
+    if sequence.scheduler is not None:
+        check_scheduler(sequence.scheduler)
+    found = None
+    if sequence.is_resumed and isinstance(target, NumberedFiles):
+        found = found_ledger(target, config)
+    texture = open_stroke(config.draw, report)
+    palette = open_palette(config.palette, report)
+    gaussians, notes = load_scene(scene, report)
+    path = _plan(gaussians, config.view, path_config, notes.up, report)
+    if isinstance(target, Path):
+        check_rate(target, path.fps)
+        check_size(target, path.cameras[0].width, path.cameras[0].height)
+    ground = open_ground(config.draw, path.cameras[0], report)
+    sight = look(gaussians, path.cameras[0], texture, config.cluster, config.draw, ground, report)
+    num_loaded = len(gaussians)
+    gaussians = prune_scene(gaussians, config.prune, report, is_strokes=notes.is_strokes)
+    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded, sight=sight)
+    gaussians = recolor_scene(gaussians, palette, config.palette, report)
+    track = _track(gaussians, path, texture, config.draw, report)
+    work = _Work(gaussians, texture, ground, config, path, track, sequence)
+    if isinstance(target, Path):
+        _paint_video(work, target, report)
+        report.output = str(target)
+    else:
+        _paint_files(work, target, found, report)
+        report.output = str(target.pattern)
+    return report
+
+
+def _plan(
+    gaussians: Gaussians, view: ViewConfig, path_config: PathConfig, file_up: str | None, report: Report
+) -> CameraPath:
+    """The cameras, one per frame."""
+    with report.stage("path") as stage:
+        path = plan_path(gaussians, view, path_config, file_up=file_up)
+        count, camera = len(path.cameras), path.cameras[0]
+        size, kind = f"{camera.width}x{camera.height}", "a loop" if path.is_loop else "open"
+        stage.did = f"{count:,} frames, {path.fps:g} a second, {kind}, {size}: {path.source}"
+        stage.counts = {
+            "source": path.source,
+            "frames": count,
+            "fps": path.fps,
+            "loop": path.is_loop,
+            "width": camera.width,
+            "height": camera.height,
+        }
+    return path
+
+
+def _track(
+    strokes: Gaussians, path: CameraPath, texture: "StrokeTexture", draw: DrawConfig, report: Report
+) -> "Track | None":
+    """The directions of the strokes along the whole path, if they are to be followed."""
+    with report.stage("track") as stage:
+        lock, num_frames = draw.lock or "track", len(path.cameras)
+        stage.counts = {"lock": lock, "strokes": len(strokes), "frames": num_frames}
+        if not _sees_any(strokes, path, texture, draw):
+            warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
+        from brushgs.rendering.rasterize import is_directed
+
+        if lock != "track" or not is_directed(texture):
+            stage.did = "nothing"
+            reason = f"the lock is {lock!r}" if lock != "track" else f"{texture.name!r} has none"
+            stage.left_out.append(f"following directions: {reason}")
+            return None
+        from brushgs.rendering.track import follow
+
+        track = follow(strokes, path.closed, num_threads=draw.threads)
+        stage.did = f"directions of {len(strokes):,} strokes over {num_frames:,} views"
+    return track
+
+
+def _sees_any(strokes: Gaussians, path: CameraPath, texture: "StrokeTexture", draw: DrawConfig) -> bool:
+    """Whether a stroke is seen from any of some views of the path."""
+    from brushgs.rendering.project import project
+
+    sigmas, step = box_sigmas(texture, draw), -(-len(path.cameras) // NUM_LOOKS)
+    looks = (
+        project(strokes, camera, num_sigmas=sigmas, num_threads=draw.threads)
+        for camera in path.cameras[::step]
+    )
+    return any(len(boxes) for boxes in looks)
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """All that is known when the first frame is painted."""
+
+    strokes: Gaussians
+    texture: "StrokeTexture"
+    ground: Ground
+    config: PaintConfig
+    path: CameraPath
+    track: "Track | None"
+    sequence: SequenceConfig
+
+    def painter(self, suffix: str | None) -> Painter:
+        """What paints the frames."""
+        return Painter(self.strokes, self.texture, self.ground, self.config.draw, suffix)
+
+    def shot(self, index: int) -> Shot:
+        """One frame of the path."""
+        camera = self.path.cameras[index]
+        if self.track is not None:
+            return Shot(index, camera, self.track.directions(index))
+        return Shot(index, camera, "off" if self.config.draw.lock == "off" else "anchor")
+
+    def view(self, index: int) -> tuple[object, ...]:
+        """All that sets one frame of the path apart: where it is equal, so is the picture, bit for bit."""
+        camera = self.path.cameras[index]
+        place = None if self.track is None else float(self.track.positions[index])
+        lens = camera.K.tobytes(), camera.width, camera.height, camera.near
+        return camera.viewmat.tobytes(), *lens, place
+
+
+def _paint(
+    work: _Work,
+    indices: Sequence[int],
+    suffix: str | None,
+    take: Callable[[int, Any], None],
+    report: Report,
+) -> float:
+    """Paint frames and hand each, in order, to `take`; the seconds that took are given back.
+
+    While the camera rests one picture serves all its frames.
+    """
+    with report.stage("paint", frames=len(indices)) as stage:
+        start, taking = time.perf_counter(), 0.0
+        sequence = work.sequence
+        rests = [list(same) for _, same in groupby(indices, key=work.view)]
+        shots = (work.shot(rest[0]) for rest in rests)
+        frames: Any = spread(work.painter(suffix), shots, jobs=sequence.jobs, scheduler=sequence.scheduler)
+        with closing(frames):
+            for rest, frame in zip(rests, frames, strict=True):
+                for index in rest:
+                    began = time.perf_counter()
+                    take(index, frame)
+                    taking += time.perf_counter() - began
+                    report.advance()
+        stage.seconds = -taking  # told as the stage that follows
+        num_repeated = len(indices) - len(rests)
+        _tell_painted(stage, work, len(rests), num_repeated, time.perf_counter() - start - taking, report)
+    return taking
+
+
+def _tell_painted(
+    stage: Stage, work: _Work, num_painted: int, num_repeated: int, seconds: float, report: Report
+) -> None:
+    """How many frames were painted, and what one costs."""
+    sequence, num_frames = work.sequence, len(work.path.cameras)
+    stage.counts = {
+        "frames": num_frames,
+        "painted": num_painted,
+        "repeated": num_repeated,
+        "skipped": num_frames - num_painted - num_repeated,
+        "jobs": sequence.jobs,
+        "scheduler": sequence.scheduler,
+    }
+    stage.did = f"{num_painted:,} of {num_frames:,} frames"
+    if skipped := num_frames - num_painted - num_repeated:
+        stage.left_out.append(f"{skipped:,} frames: they are there, whole")
+    if num_repeated:
+        stage.left_out.append(f"{num_repeated:,} frames: the camera rests, they are those before them")
+    if not num_painted:
+        return
+    per_frame = seconds / num_painted
+    stage.did += f", {per_frame:.3f} s each"
+    stage.counts["seconds_per_frame"] = round(per_frame, 6)
+    if work.track is not None:
+        tracking = next(earlier.seconds for earlier in reversed(report.stages) if earlier.name == "track")
+        share = tracking / num_frames / per_frame
+        stage.did += f"; tracking adds {share:.1%}"
+        stage.counts["tracking_share"] = round(share, 4)
+    if sequence.scheduler is not None:
+        stage.did += f"; by the workers of {sequence.scheduler}"
+    elif sequence.jobs > 1:
+        stage.did += f"; in {sequence.jobs} processes"
+
+
+def _paint_video(work: _Work, target: Path, report: Report) -> None:
+    """All frames to a video file."""
+    path, camera, ground = work.path, work.path.cameras[0], work.config.draw.background
+    size = camera.width, camera.height
+    film = filming(target, width=size[0], height=size[1], fps=path.fps, loops=path.is_loop)
+    cure = f"no video was written; numbered frames, -o {target.with_suffix('')}/, can be gone on with"
+    with _saying_when_stopped(lambda: cure), film as reel:
+        taking = _paint(work, range(len(path.cameras)), None, lambda _, pixels: reel.add(pixels), report)
+        with report.stage("write") as stage:
+            stage.seconds = taking
+            reel.finish()
+    # Only now the file has its name, and its size.
+    num_bytes, padded = target.stat().st_size, padded_size(target, *size)
+    stage.did = f"{target}, {path.fps:g} frames a second, {size_words(num_bytes)}, on {ground}"
+    if padded != size:
+        stage.did += f"; {padded[0]}x{padded[1]}: the last row or column is doubled, for H.264 has even sides"
+    stage.counts = {"path": str(target), "bytes": num_bytes, "width": padded[0], "height": padded[1]}
+    stage.counts |= {"fps": path.fps, "background": ground}
+
+
+def _paint_files(work: _Work, files: NumberedFiles, found: Ledger | None, report: Report) -> None:
+    """The frames that are missing, each to a file."""
+    identity = painting(work.config, work.path, work.strokes, work.texture.coverage, work.ground)
+    if found is not None:
+        check_same(found, identity)
+    num_frames, ground = len(work.path.cameras), work.config.draw.background
+    done = {} if found is None else {i: size for i, size in found.sizes.items() if found.is_done(i)}
+    ledger = Ledger(files, identity, done)
+    ledger.begin()
+    missing = [index for index in range(num_frames) if index not in done]
+
+    def state() -> str:
+        return f"{len(ledger.sizes)} of {num_frames} frames are there, whole; go on with --resume"
+
+    with _saying_when_stopped(state):
+        taking = _paint(work, missing, files.pattern.suffix.lower(), ledger.add, report)
+    with report.stage("write") as stage:
+        stage.seconds = taking
+        num_bytes = sum(ledger.sizes.values())
+        stage.did = f"{files.pattern}, {num_frames:,} files, {size_words(num_bytes)}, on {ground}"
+        stage.counts = {"path": str(files.pattern), "files": num_frames, "bytes": num_bytes}
+        stage.counts["background"] = ground
+        _warn_of_others(files, num_frames)
+
+
+@contextmanager
+def _saying_when_stopped(state: Callable[[], str]) -> Iterator[None]:
+    """Say with Ctrl-C what is there, and how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(state()) from None
+
+
+def _warn_of_others(files: NumberedFiles, num_frames: int) -> None:
+    """Warn of frames of a longer sequence that was there before: a player would run on into them."""
+    others = [number for number in files.numbers() if number >= num_frames]
+    if others:
+        first = files.path(others[0]).name
+        sentence = f"{len(others)} files of an older sequence follow the last frame, from {first} on"
+        warnings.warn(SceneWarning(f"{files.pattern}: {sentence}; remove them"), stacklevel=2)

@@ -1,1 +1,0 @@
-"""Boxes and a stroke texture become a frame."""

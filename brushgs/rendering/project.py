@@ -1,0 +1,199 @@
+"""Gaussians and one camera -> Boxes: oriented rectangles on the image plane, in pixels, nearest first.
+
+The arithmetic is in the compiled core; its plain definition is `brushgs.rendering.reference.project`.
+"""
+
+from dataclasses import dataclass
+from math import inf
+from typing import get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs import _core
+from brushgs.arrays import check
+from brushgs.options.choices import Order, ViewLock
+from brushgs.scene import Boxes, Camera, Gaussians
+from brushgs.sh import used_sh_degree
+from brushgs.threads import num_threads_or_default
+
+# Depth over which strokes cross-fade in the soft order, in sizes of a stroke: swaps that show fall to nothing
+# and the picture comes no less close to the plain render (tests/bench/order.py).
+SOFT_BAND = 0.5
+
+
+@dataclass(frozen=True)
+class ProjectCounts:
+    """How many Gaussians have no box, each under the first reason that holds.
+
+    Attributes:
+        behind_near: camera z at or below `camera.near`.
+        not_finite: a value of the box is too large for the dtype of the scene.
+        faint: opacity under 1/255, which the rasteriser would skip everywhere.
+        outside: the upright rectangle around the box has no area in common with the image.
+    """
+
+    behind_near: int
+    not_finite: int
+    faint: int
+    outside: int
+
+    @property
+    def total(self) -> int:
+        """All that were left out."""
+        return self.behind_near + self.not_finite + self.faint + self.outside
+
+
+@dataclass(frozen=True, eq=False)
+class Directions:
+    """Which way each stroke of a scene points in one view, as `brushgs.rendering.track.follow` found it along a path.
+
+    A box across its ellipse must be larger than one along its axes. Its paint thins as it grows: the opacity
+    is divided by its area in areas of the smallest box around the ellipse.
+
+    Attributes:
+        angles: [N] float32, direction of the u axis of each Gaussian's box, radians from +x towards +y.
+        swells: [N] float32 >= 1 or None, the least area of each box in areas of the smallest box around its
+            ellipse: a stroke that must turn across its ellipse swells over several frames. None: 1 for all.
+
+    Raises:
+        TypeError: if a column is not float32.
+        ValueError: if lengths differ, an angle is not finite or a swell is under 1.
+    """
+
+    angles: NDArray[np.float32]  # [N]
+    swells: NDArray[np.float32] | None = None  # [N]
+
+    def __post_init__(self) -> None:
+        columns = {"angles": self.angles} | ({} if self.swells is None else {"swells": self.swells})
+        for name, column in columns.items():
+            if not isinstance(column, np.ndarray) or column.dtype != np.float32:
+                raise TypeError(f"Directions: {name} must be a float32 array")
+            column = np.ascontiguousarray(column).view()
+            column.flags.writeable = False
+            object.__setattr__(self, name, column)
+        check("Directions", **{name: (column, "N") for name, column in columns.items()})
+        if not np.isfinite(self.angles).all():
+            raise ValueError("Directions: angles must be finite")
+        if self.swells is not None and not (self.swells >= 1).all():
+            raise ValueError("Directions: swells must be >= 1")
+
+    def __len__(self) -> int:
+        return len(self.angles)
+
+
+def project(
+    gaussians: Gaussians,
+    camera: Camera,
+    *,
+    num_sigmas: float = 2.0,
+    low_pass: float = 0.3,
+    lock: ViewLock | Directions = "off",
+    fade: bool = False,
+    order: Order = "depth",
+    num_threads: int | None = None,
+) -> Boxes:
+    """Project Gaussians to oriented boxes on the image plane.
+
+    The ellipse of a Gaussian is that of the projected covariance M M^T + low_pass I with M = J W R S. Its
+    box is the smallest one in the direction that `lock` chooses, cut at `num_sigmas` standard deviations:
+    whatever the direction, the box just covers the ellipse. Gaussians that cannot paint are left out: see
+    `ProjectCounts`.
+    Source: Zwicker et al. 2002, EWA Splatting (local affine projection); Kerbl et al. 2023 (the clamp of
+    the Jacobian to 1.3 times the field of view, the low-pass, the spherical harmonics).
+
+    Args:
+        gaussians: N Gaussians in world space, fewer than 2^31.
+        camera: one pinhole camera.
+        num_sigmas: half extent of a box in standard deviations, > 0.
+        low_pass: variance added to both axes, pixels squared, >= 0; 0.3 is what scenes are trained with.
+        lock: which way the u axis of a box points. "off": along the major axis of the ellipse, angle in
+            (-pi/2, pi/2], as published: it jumps by half a turn where that axis is vertical. "anchor": the
+            branch of the major axis nearer to the projection of the Gaussian's own longest axis, bent toward
+            that projection as the ellipse gets round: continuous but where one looks along the longest
+            axis; angle in (-pi, pi]. `Directions`: as `brushgs.rendering.track.follow` chose them.
+        fade: whether strokes fade that would otherwise appear or vanish between two frames: from eight times
+            the distance of the near plane to that plane, from 4 to 100 times the area of the picture, and as
+            their length goes under a pixel (by what it is over what `low_pass` makes of it).
+        order: "depth": boxes without bands. "soft": each with a band of `SOFT_BAND` times the geometric mean
+            of the two larger scales of its Gaussian, over which `rasterize` lets boxes fade into each other.
+        num_threads: threads to run in, None for one per CPU; the result is the same, bit for bit.
+
+    Returns:
+        At most N boxes in the dtype of the scene, nearest first, ties by row: equal input gives equal
+        output. Geometry is computed in float64 for either dtype.
+
+    Raises:
+        TypeError: if an argument has another type.
+        ValueError: if `num_sigmas`, `low_pass` or `num_threads` is out of range, or `lock` or `order` is none
+            of these.
+
+    Where both axes are equally long the angle of "off" is undefined: 0 is returned there.
+    """
+    return project_counted(
+        gaussians,
+        camera,
+        num_sigmas=num_sigmas,
+        low_pass=low_pass,
+        lock=lock,
+        fade=fade,
+        order=order,
+        num_threads=num_threads,
+    )[0]
+
+
+def project_counted(
+    gaussians: Gaussians,
+    camera: Camera,
+    *,
+    num_sigmas: float = 2.0,
+    low_pass: float = 0.3,
+    lock: ViewLock | Directions = "off",
+    fade: bool = False,
+    order: Order = "depth",
+    num_threads: int | None = None,
+) -> tuple[Boxes, ProjectCounts]:
+    """`project`, and what was left out by it and why: `len(boxes) + counts.total == len(gaussians)`."""
+    if not isinstance(gaussians, Gaussians):
+        raise TypeError(f"project: gaussians must be Gaussians, got {type(gaussians).__name__}")
+    if not isinstance(camera, Camera):
+        raise TypeError(f"project: camera must be a Camera, got {type(camera).__name__}")
+    if not 0 < num_sigmas < inf:
+        raise ValueError(f"project: num_sigmas must be positive and finite, got {num_sigmas}")
+    if not 0 <= low_pass < inf:
+        raise ValueError(f"project: low_pass must be >= 0 and finite, got {low_pass}")
+    if len(gaussians) >= 2**31:
+        raise ValueError(
+            f"project: gaussians must be fewer than 2^31, got {len(gaussians)}; prune them first"
+        )
+    if order not in get_args(Order):
+        raise ValueError(f"project: order must be one of {', '.join(get_args(Order))}, got {order!r}")
+    given = lock if isinstance(lock, Directions) else None
+    if given is None and lock not in get_args(ViewLock):
+        raise ValueError(f"project: lock must be {', '.join(get_args(ViewLock))} or Directions, got {lock!r}")
+    if given is not None and len(given) != len(gaussians):
+        raise ValueError(
+            f"project: lock must hold {len(gaussians)} directions, one per Gaussian, got {len(given)}"
+        )
+    columns, culled = _core.project(
+        gaussians.means,
+        gaussians.quats,
+        gaussians.scales,
+        gaussians.opacities,
+        gaussians.sh,
+        camera.viewmat,
+        camera.K,
+        width=int(camera.width),
+        height=int(camera.height),
+        near=float(camera.near),
+        num_sigmas=float(num_sigmas),
+        low_pass=float(low_pass),
+        sh_degree=used_sh_degree(gaussians),
+        num_threads=num_threads_or_default(num_threads),
+        lock=_core.Lock.given if given is not None else getattr(_core.Lock, str(lock)),
+        directions=None if given is None else given.angles,
+        swells=None if given is None else given.swells,
+        fades=bool(fade),
+        band=SOFT_BAND if order == "soft" else 0.0,
+    )
+    return Boxes(*columns), ProjectCounts(*culled)

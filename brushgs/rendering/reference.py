@@ -1,0 +1,307 @@
+"""What projecting and rasterising mean: plain NumPy in float64, short, slow and obvious.
+
+`brushgs.project` and `brushgs.rasterize` must give the same, only faster; the tests and the benchmarks hold
+them to that. Nothing else calls these functions.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import Array
+from brushgs.brushes.levels import axis_levels, level_coverage, level_index
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.options.choices import Filter, Order, ViewLock
+from brushgs.rendering.constants import GAUSSIAN_SIGMAS, LEAST_LIGHT, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
+from brushgs.rendering.project import SOFT_BAND, Directions
+from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.sh import sh_basis
+
+F64 = NDArray[np.float64]
+
+CLAMP = 1.3  # the Jacobian is taken at most this factor outside the field of view, as scenes are trained
+FADED_NEAR = 8.0  # times the distance of the near plane: strokes nearer than that fade
+ANCHOR_PULL = 8.0  # of the major axis on an anchored direction
+DIRECTION_NOISE = 1e-14  # directions are known to this; below, an ellipse is round and an angle is vertical
+
+
+def project(
+    gaussians: Gaussians,
+    camera: Camera,
+    *,
+    num_sigmas: float = 2.0,
+    low_pass: float = 0.3,
+    lock: ViewLock | Directions = "off",
+    fade: bool = False,
+    order: Order = "depth",
+) -> Boxes:
+    """`brushgs.project`, in float64 whatever the dtype of the scene."""
+    scene = gaussians.astype(np.float64)
+    means, scales, opacities, sh = (
+        np.asarray(column, np.float64) for column in (scene.means, scene.scales, scene.opacities, scene.sh)
+    )
+    W = camera.viewmat[:3, :3]
+    t = means @ W.T + camera.viewmat[:3, 3]
+    ids = np.flatnonzero(t[:, 2] > camera.near).astype(np.int32)
+    t = t[ids]
+    directions = means[ids] - camera.position
+    directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+    J, R, S = jacobian(t, camera), rotation_matrices(scene.quats[ids]), scales[ids, None, :]
+    M = J @ W @ R * S  # [M, 2, 3], pixels per standard deviation
+    angles = major = _major_axis(M)
+    if isinstance(lock, Directions):
+        angles = lock.angles[ids].astype(np.float64)
+    elif lock == "anchor":
+        rows, longest = np.arange(len(ids)), np.argmax(scales[ids], axis=1)
+        lengths = scales[ids, longest] * camera.K[[0, 1], [0, 1]].max() / t[:, 2]
+        angles = _anchored(angles, M, R[rows, :, longest], M[rows, :, longest], lengths, directions, low_pass)
+    half_extents = num_sigmas * np.sqrt(np.stack(_variances(M, angles, low_pass), axis=1))
+    opacities = opacities[ids]
+    if isinstance(lock, Directions):
+        smallest = num_sigmas**2 * np.sqrt(np.prod(_variances(M, major, low_pass), axis=0))
+        swells = 1 if lock.swells is None else lock.swells[ids]
+        half_extents *= np.sqrt(np.maximum(swells * smallest / half_extents.prod(axis=1), 1))[:, None]
+        opacities = opacities * (smallest / half_extents.prod(axis=1))  # the same paint on a larger box
+    centers = t[:, :2] / t[:, 2:] * np.diag(camera.K)[:2] + camera.K[:2, 2]
+
+    shades = np.einsum("nk,nkc->nc", sh_basis(directions, scene.sh_degree), sh[ids])
+    colors = np.maximum(0, 0.5 + shades)
+    if fade:
+        longest = _variances(M, major, low_pass)[0]
+        opacities = opacities * _fade(t[:, 2], half_extents, camera) * np.sqrt(1 - low_pass / longest)
+
+    u = np.abs(np.stack([np.cos(angles), np.sin(angles)], axis=1))
+    reach = u * half_extents[:, :1] + u[:, ::-1] * half_extents[:, 1:]
+    is_outside = (centers + reach <= 0) | (centers - reach >= (camera.width, camera.height))
+    is_empty = half_extents <= 0
+    kept = np.flatnonzero(~(is_outside | is_empty).any(axis=1) & (opacities >= MIN_ALPHA))
+    kept = kept[np.argsort(t[kept, 2], kind="stable")]
+    sizes = np.sqrt(np.prod(np.sort(scales, axis=1)[:, 1:], axis=1))[ids]
+    return Boxes(
+        centers[kept],
+        half_extents[kept],
+        angles[kept],
+        t[kept, 2],
+        colors[kept],
+        opacities[kept],
+        ids[kept],
+        SOFT_BAND * sizes[kept] if order == "soft" else None,
+    )
+
+
+def rotation_matrices(quats: Array) -> NDArray[np.float64]:
+    """[N, 3, 3] rotations of quaternions [N, 4] w, x, y, z of any length above zero."""
+    quats = np.asarray(quats, np.float64)
+    quats = quats / np.abs(quats).max(axis=1, keepdims=True)  # squares of any length stay in range
+    w, x, y, z = (quats / np.linalg.norm(quats, axis=1, keepdims=True)).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), 2, 0)
+
+
+def jacobian(t: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+    """[M, 2, 3] derivative of the pixel by camera coordinates t, at most a little outside the view."""
+    fx, fy = camera.K[0, 0], camera.K[1, 1]
+    limit_x, limit_y = CLAMP * camera.width / (2 * fx), CLAMP * camera.height / (2 * fy)
+    z = t[:, 2]
+    ratio_x = np.clip(t[:, 0] / z, -limit_x, limit_x)
+    ratio_y = np.clip(t[:, 1] / z, -limit_y, limit_y)
+    zero = np.zeros_like(z)
+    rows = [[fx / z, zero, -fx * ratio_x / z], [zero, fy / z, -fy * ratio_y / z]]
+    return np.moveaxis(np.array(rows), 2, 0)
+
+
+def _major_axis(M: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[M] angle of the longer axis of M M^T in (-pi/2, pi/2], 0 where it is round."""
+    x, y = M[:, 0], M[:, 1]
+    difference = ((x - y) * (x + y)).sum(axis=1)  # a - c of the covariance (a, b; b, c)
+    twice_b = 2 * (x * y).sum(axis=1)
+    is_round = np.hypot(difference, twice_b) <= DIRECTION_NOISE * (M**2).sum(axis=(1, 2))
+    angles = np.where(is_round, 0.0, 0.5 * np.arctan2(twice_b, difference))
+    return np.where(angles <= -np.pi / 2 + DIRECTION_NOISE, np.pi / 2, angles)
+
+
+def _variances(M: F64, angles: F64, low_pass: float) -> tuple[F64, F64]:
+    """[M] and [M] variances of the ellipse along the direction and across it, pixels squared."""
+    u = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    v = np.stack([-u[:, 1], u[:, 0]], axis=1)
+    along, across = (((w[:, None, :] @ M) ** 2).sum(axis=(1, 2)) + low_pass for w in (u, v))
+    return along, across
+
+
+def _anchored(
+    major: F64, M: F64, axes: F64, projected: F64, lengths: F64, directions: F64, low_pass: float
+) -> F64:
+    """[M] directions in (-pi, pi]: the projection of the longest axis, bent toward the major axis.
+
+    `axes` [M, 3] are the longest axes in the world, `projected` [M, 2] their columns of `M`, `lengths` [M]
+    how long these would be if the axes lay across the view. An axis seen end-on to the last digit has no
+    direction.
+    """
+    along, across = _variances(M, major, low_pass)
+    anisotropy = (along - across) / (along + across)
+    side = 1 - (axes * directions).sum(axis=1) ** 2  # squared sine between the axis and the view
+    pull = 1 + ANCHOR_PULL * side * anisotropy**2
+    lean = np.arctan2(projected[:, 1], projected[:, 0]) - major
+    bend = np.arctan2(np.sin(lean), pull * np.cos(lean))
+    is_seen = np.hypot(projected[:, 0], projected[:, 1]) > DIRECTION_NOISE * lengths
+    return np.where(is_seen, (major + bend + np.pi) % (2 * np.pi) - np.pi, major)
+
+
+def _fade(depths: F64, half_extents: F64, camera: Camera) -> F64:
+    """[M] share of the opacity that is left near the near plane, or of a box much larger than the picture."""
+
+    def smooth_step(t: F64) -> F64:
+        t = np.clip(t, 0, 1)
+        return t * t * (3 - 2 * t)
+
+    area = 4 * half_extents.prod(axis=1) / (camera.width * camera.height)
+    with np.errstate(divide="ignore"):
+        return smooth_step((depths / camera.near - 1) / (FADED_NEAR - 1)) * smooth_step(
+            (area**-0.5 - 0.1) / 0.4
+        )
+
+
+def rasterize(
+    boxes: Boxes,
+    texture: StrokeTexture,
+    *,
+    height: int,
+    width: int,
+    filter: Filter = "mip",
+    min_transmittance: float = MIN_TRANSMITTANCE,
+) -> Frame:
+    """Paint boxes, nearest first; arguments and result as `brushgs.rasterize`, always in float64.
+
+    Source: Xiang et al. 2025, 3.4 (texture mapping); Kerbl et al. 2023 (blending and its thresholds).
+    """
+    if boxes.bands is not None and texture.kind == "image":
+        size = height, width
+        return _rasterize_softly(boxes, boxes.bands, texture, *size, filter, min_transmittance)
+    rgb, depth = np.zeros((height, width, 3)), np.zeros((height, width))
+    transmittance, is_open = np.ones((height, width)), np.ones((height, width), dtype=bool)
+    for row, window, alpha in _alphas(boxes, texture, height, width, filter):
+        is_painted = is_open[window] & (alpha >= MIN_ALPHA)
+        is_last = is_painted & (transmittance[window] * (1 - alpha) < min_transmittance)
+        weight = np.where(is_painted & ~is_last, alpha * transmittance[window], 0)
+        rgb[window] += weight[..., None] * boxes.colors[row].astype(np.float64)
+        depth[window] += weight * float(boxes.depths[row])
+        transmittance[window] -= weight
+        is_open[window] &= ~is_last
+    alpha = 1 - transmittance
+    return Frame(rgb, alpha, np.divide(depth, alpha, out=np.zeros_like(depth), where=alpha > 0))
+
+
+def _rasterize_softly(
+    boxes: Boxes,
+    bands: Array,
+    texture: StrokeTexture,
+    height: int,
+    width: int,
+    filter: Filter,
+    min_transmittance: float,
+) -> Frame:
+    """Boxes that fade into each other where their depths are close, pixel by pixel."""
+    rgb, alpha, depth = np.zeros((height, width, 3)), np.zeros((height, width)), np.zeros((height, width))
+    rows: dict[tuple[int, int], list[int]] = {}
+    alphas: dict[tuple[int, int], list[float]] = {}
+    for row, window, values in _alphas(boxes, texture, height, width, filter):
+        for y, x in np.argwhere(values >= MIN_ALPHA):
+            pixel = window[0].start + int(y), window[1].start + int(x)
+            rows.setdefault(pixel, []).append(row)
+            alphas.setdefault(pixel, []).append(values[y, x])
+    for pixel, own in rows.items():
+        z, colors = boxes.depths[own].astype(np.float64), boxes.colors[own].astype(np.float64)
+        weights, alpha[pixel] = soft_weights(
+            np.array(alphas[pixel]), z, bands[own].astype(np.float64), min_transmittance
+        )
+        if alpha[pixel] > 0:
+            rgb[pixel], depth[pixel] = weights @ colors, weights @ z / alpha[pixel]
+    return Frame(rgb, alpha, depth)
+
+
+def soft_weights(
+    alphas: F64, z: F64, bands: F64, min_transmittance: float = MIN_TRANSMITTANCE
+) -> tuple[F64, float]:
+    """What each fragment of a pixel, nearest first, weighs in its colour, [n], and the alpha of the pixel.
+
+    Fragment j hides the share S_ij of fragment i: all where it lies a band or more in front, nothing where as
+    far behind, and between them a share that is continuous in their depths, S_ij + S_ji = 1.
+    """
+    light = np.cumprod(np.append(1, 1 - alphas[:-1]))
+    alphas = np.where(light >= LEAST_LIGHT, alphas, 0)  # behind so much paint, nothing is looked at
+    gap, band = z[:, None] - z, np.hypot(bands[:, None], bands)
+    is_near = np.abs(gap) < band
+    is_hidden = ~is_near & np.tri(len(z), k=-1, dtype=bool)  # [i, j]: j lies wholly in front of i
+    x = np.divide(gap, band, out=np.zeros_like(gap), where=is_near)
+    share = np.where(is_near, 0.5 + x * (3 - x**2) / 4, is_hidden)
+    np.fill_diagonal(share, 0)
+    in_front = np.prod(1 - alphas * is_hidden, axis=1)
+    is_kept = in_front * (1 - alphas) >= min_transmittance  # as sorted strokes end
+    weights = np.where(is_kept, alphas * np.prod(1 - alphas * share, axis=1), 0)
+    alpha = 1 - np.prod(1 - alphas[is_kept])
+    return (weights * (alpha / weights.sum()) if alpha > 0 else weights), alpha
+
+
+def _alphas(
+    boxes: Boxes, texture: StrokeTexture, height: int, width: int, filter: Filter
+) -> Iterator[tuple[int, tuple[slice, slice], F64]]:
+    """Each box that reaches into the picture: its row, a window around it, alpha there (0 outside it)."""
+    columns = (boxes.centers, boxes.half_extents, boxes.angles, boxes.opacities)
+    boxes64 = zip(*(c.astype(np.float64) for c in columns), strict=True)
+    copies: dict[tuple[int, int], NDArray[np.uint8]] = {}
+    for row, (center, half, angle, opacity) in enumerate(boxes64):
+        coverage, scale = _coverage_of_box(texture, half, filter, copies)
+        half = half * scale
+        reach = np.abs([[np.cos(angle), np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ half
+        low = np.clip(np.floor(center - reach), 0, (width, height)).astype(int)
+        high = np.clip(np.ceil(center + reach), 0, (width, height)).astype(int)
+        if (half <= 0).any() or (low >= high).any():
+            continue
+        window = np.s_[int(low[1]) : int(high[1]), int(low[0]) : int(high[0])]
+        y, x = np.mgrid[window] + 0.5
+        s = (np.cos(angle) * (x - center[0]) + np.sin(angle) * (y - center[1])) / half[0]
+        t = (np.cos(angle) * (y - center[1]) - np.sin(angle) * (x - center[0])) / half[1]
+        is_inside = (np.abs(s) < 1) & (np.abs(t) < 1)
+        alpha = np.minimum(MAX_ALPHA, opacity * _sample(texture, coverage, s, t, filter))
+        yield row, window, np.where(is_inside, alpha, 0)
+
+
+def _coverage_of_box(
+    texture: StrokeTexture, half: F64, filter: Filter, copies: dict[tuple[int, int], NDArray[np.uint8]]
+) -> tuple[NDArray[np.uint8], F64]:
+    """The texels that serve a box of these half extents, and how much larger than it they reach, [2].
+
+    `copies` of the stroke image are kept: to filter one takes longer than to paint with it.
+    """
+    if texture.kind != "image" or filter != "mip":
+        return texture.coverage, np.ones(2)
+    rows, columns = texture.coverage.shape
+    u, v = level_index(half[0], columns), level_index(half[1], rows)
+    scale = np.array([axis_levels(columns)[u].scale, axis_levels(rows)[v].scale])
+    if (u, v) not in copies:
+        copies[u, v] = level_coverage(texture.coverage, u, v)
+    return copies[u, v], scale
+
+
+def _sample(texture: StrokeTexture, coverage: NDArray[np.uint8], s: F64, t: F64, filter: Filter) -> F64:
+    """Coverage 0 to 1 at (s, t) in -1 to 1 over the box."""
+    if texture.kind == "gaussian":
+        return np.asarray(np.exp(-0.5 * GAUSSIAN_SIGMAS**2 * (s * s + t * t)))
+    if texture.kind == "ellipse":
+        return np.where(s * s + t * t < 1, 1.0, 0.0)
+    u, v = (np.clip((1 + a) / 2, 0, 1) * (n - 1) for a, n in ((s, coverage.shape[1]), (t, coverage.shape[0])))
+    if filter == "nearest":
+        return np.asarray(coverage[np.floor(v + 0.5).astype(int), np.floor(u + 0.5).astype(int)] / 255)
+    row, column = np.floor(v).astype(int), np.floor(u).astype(int)
+    next_row = np.minimum(row + 1, coverage.shape[0] - 1)
+    next_column = np.minimum(column + 1, coverage.shape[1] - 1)
+    fv, fu = v - row, u - column
+    upper = (1 - fu) * coverage[row, column] + fu * coverage[row, next_column]
+    lower = (1 - fu) * coverage[next_row, column] + fu * coverage[next_row, next_column]
+    return np.asarray(((1 - fv) * upper + fv * lower) / 255)

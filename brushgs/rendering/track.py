@@ -1,0 +1,227 @@
+"""A whole camera path -> which way each stroke points in each view: no flips, no spins, no pops.
+
+One view alone settles directions by `project(lock="anchor")`; that is steady but where one looks along a
+stroke's longest axis. Where the path is known before the first frame is drawn, directions are chosen over
+all of it at once: see `follow`. Given the `Track`, every frame stands alone.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import ceil, pi, radians
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs import _core
+from brushgs.cameras.motion import lenses, screw_motion, view_changes
+from brushgs.options.choices import Order
+from brushgs.rendering.project import Directions, project
+from brushgs.scene import Boxes, Camera, Gaussians
+from brushgs.threads import num_threads_or_default
+
+F64 = NDArray[np.float64]
+
+# The path is looked at as often as the view has changed by this much, whatever the frame rate.
+KNOT_SPACING = radians(1.5)
+# A path that changes the view by more than this from frame to frame (cuts, mostly) is looked at less often.
+MOST_KNOTS_A_FRAME = 16
+SAME_VIEW = 1e-9  # relative: cameras that differ by less are one
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Which way every stroke points along a camera path.
+
+    Attributes:
+        turns: [K, N] int16, directions at the K knots of the path in 2^-16 turns from +x towards +y.
+        swells: [K, N] uint8 or None, see `Directions`; as octaves, `_core.SWELLS_AN_OCTAVE` to one.
+        positions: [F] where the frames lie among the knots, 0 to K - 1.
+    """
+
+    turns: NDArray[np.int16]  # [K, N]
+    swells: NDArray[np.uint8] | None  # [K, N]
+    positions: F64  # [F]
+
+    def __len__(self) -> int:
+        """How many frames the path has."""
+        return len(self.positions)
+
+    def directions(self, frame: int) -> Directions:
+        """Which way each Gaussian's stroke points in one frame of the path: for `project` and `render`.
+
+        Args:
+            frame: which camera of the path, 0 to F - 1.
+
+        Raises:
+            IndexError: if there is no such frame.
+        """
+        if not 0 <= frame < len(self):
+            raise IndexError(f"directions: frame must be 0 to {len(self) - 1}, got {frame}")
+        knot = min(int(self.positions[frame]), len(self.turns) - 1)
+        after = min(knot + 1, len(self.turns) - 1)
+        share = np.float32(self.positions[frame] - knot)
+        step = self.turns[after] - self.turns[knot]  # wraps: steps are less than half a turn
+        angles = (self.turns[knot] + share * step) * np.float32(2 * pi / 65536)
+        angles -= np.float32(2 * pi) * (angles > pi)
+        angles += np.float32(2 * pi) * (angles <= -pi)
+        if self.swells is None:
+            return Directions(angles)
+        octaves = (1 - share) * self.swells[knot] + share * self.swells[after]
+        return Directions(angles, np.exp2(octaves / np.float32(_core.SWELLS_AN_OCTAVE)))
+
+
+def track(
+    gaussians: Gaussians,
+    cameras: Sequence[Camera],
+    *,
+    num_sigmas: float = 2.0,
+    low_pass: float = 0.3,
+    fade: bool = False,
+    order: Order = "soft",
+    num_threads: int | None = None,
+) -> Iterator[Boxes]:
+    """The boxes of every view of a path, in directions chosen over the whole path.
+
+    Args:
+        gaussians: N Gaussians in world space.
+        cameras: the views in order, all of one size. Where the last equals the first the path is closed, and
+            the strokes come back to the directions they started with.
+        num_sigmas: see `project`.
+        low_pass: see `project`.
+        fade: see `project`.
+        order: see `project`.
+        num_threads: see `project`.
+
+    Raises:
+        ValueError: if there is no camera, sizes differ, or an option is out of range.
+    """
+    path = follow(gaussians, cameras, low_pass=low_pass, num_threads=num_threads)
+    for frame, camera in enumerate(cameras):
+        yield project(
+            gaussians,
+            camera,
+            num_sigmas=num_sigmas,
+            low_pass=low_pass,
+            lock=path.directions(frame),
+            fade=fade,
+            order=order,
+            num_threads=num_threads,
+        )
+
+
+def follow(
+    gaussians: Gaussians,
+    cameras: Sequence[Camera],
+    *,
+    low_pass: float = 0.3,
+    num_threads: int | None = None,
+) -> Track:
+    """Choose which way every stroke points, over a whole camera path.
+
+    The path is sampled at knots at most 1.5 degrees of view change apart (camera turn, or shift over the
+    distance of the scene), between frames along screw motions, so the outcome hardly depends on the frame
+    rate. Per stroke, dynamic programming finds the cheapest sequence of directions: one off the axes of the
+    ellipse costs what the box must grow to cover it, the minor axis costs a little, a turn of more than 5.2
+    degrees a knot is not allowed. Weighted least squares then takes the directions to the exact axes, the
+    closer the more slender the ellipse. A closed path comes back to the direction it started with: where the
+    axis winds an odd number of half turns, the half turn is spent where it costs least, at up to 7.2 degrees
+    a knot. Where the box of a slender stroke has to grow while it turns, it grows by at most 7 % a knot.
+
+    Args:
+        gaussians: N Gaussians in world space.
+        cameras: the F views in order, all of one size; closed where the last equals the first.
+        low_pass: variance added to both axes, pixels squared, >= 0; see `project`.
+        num_threads: None takes the processors available to this process. The result does not depend on it.
+
+    Raises:
+        ValueError: if there is no camera or sizes differ.
+    """
+    cameras = list(cameras)
+    if not cameras:
+        raise ValueError("track: cameras must hold at least one, got none")
+    sizes = sorted({(camera.width, camera.height) for camera in cameras})
+    if len(sizes) > 1:
+        raise ValueError(
+            f"track: cameras must have one size, got {sizes[0]} and {sizes[1]}; use Camera.resized"
+        )
+    knots = _knots_of(cameras, *_middle_and_reach(gaussians))
+    turns, swells = _core.follow(
+        gaussians.means,
+        gaussians.quats,
+        gaussians.scales,
+        gaussians.opacities,
+        knots.viewmats,
+        knots.Ks,
+        knots.nears,
+        width=int(cameras[0].width),
+        height=int(cameras[0].height),
+        is_closed=knots.is_closed,
+        step=knots.spacing / KNOT_SPACING,
+        low_pass=float(low_pass),
+        num_threads=num_threads_or_default(num_threads),
+    )
+    return Track(turns, swells, knots.positions)
+
+
+@dataclass(frozen=True)
+class _Knots:
+    """Views at even steps of view change along a path, and where its frames lie among them."""
+
+    viewmats: F64  # [K, 4, 4]
+    Ks: F64  # [K, 3, 3]
+    nears: F64  # [K]
+    spacing: float  # radians of view change
+    is_closed: bool
+    positions: F64  # [F]
+
+
+def _knots_of(cameras: list[Camera], middle: F64, reach: float) -> _Knots:
+    viewmats = np.stack([camera.viewmat for camera in cameras])
+    lens = lenses(cameras)
+    eyes = np.stack([camera.position for camera in cameras])
+    # A camera near the middle of the scene has most of it around itself, at about this distance.
+    distances = np.maximum(np.linalg.norm(eyes - middle, axis=1), reach)
+    changes = view_changes(viewmats[:-1], viewmats[1:], np.minimum(distances[:-1], distances[1:]))
+    ways = np.concatenate([[0.0], np.cumsum(changes)])
+    is_closed = len(cameras) > 2 and ways[-1] > 0 and _is_same_view(cameras[0], cameras[-1], reach)
+    num_steps = min(ceil(ways[-1] / KNOT_SPACING - SAME_VIEW), MOST_KNOTS_A_FRAME * len(cameras))
+    num_steps = max(num_steps, 2 if is_closed else int(ways[-1] > 0))
+    at = np.linspace(0, ways[-1], num_steps + 1)
+
+    frames = np.clip(np.searchsorted(ways, at, side="right") - 1, 0, max(len(cameras) - 2, 0))
+    after = np.minimum(frames + 1, len(cameras) - 1)
+    steps = ways[after] - ways[frames]
+    shares = np.clip((at - ways[frames]) / np.where(steps > 0, steps, 1.0), 0, 1)
+    lens = (1 - shares)[:, None] * lens[frames] + shares[:, None] * lens[after]
+    Ks = np.zeros((len(at), 3, 3))
+    Ks[:, 0, 0], Ks[:, 1, 1] = np.exp(lens[:, 0]), np.exp(lens[:, 1])
+    Ks[:, :2, 2], Ks[:, 2, 2] = lens[:, 2:4], 1
+    positions = ways / ways[-1] * num_steps if ways[-1] > 0 else np.zeros(len(cameras))
+    return _Knots(
+        viewmats=np.ascontiguousarray(screw_motion(viewmats[frames], viewmats[after], shares)),
+        Ks=Ks,
+        nears=np.exp(lens[:, 4]),
+        spacing=ways[-1] / num_steps if num_steps else KNOT_SPACING,
+        is_closed=bool(is_closed),
+        positions=positions,
+    )
+
+
+def _is_same_view(first: Camera, second: Camera, reach: float) -> bool:
+    shift = np.linalg.norm(first.position - second.position)
+    return bool(
+        np.allclose(first.viewmat[:3, :3], second.viewmat[:3, :3], rtol=0, atol=SAME_VIEW)
+        and shift <= SAME_VIEW * (reach + np.linalg.norm(first.position))
+        and np.allclose(first.K, second.K, rtol=SAME_VIEW)
+    )
+
+
+def _middle_and_reach(gaussians: Gaussians) -> tuple[F64, float]:
+    """Middle of the strokes, and the distance within which half of them lie; robust against far outliers."""
+    if len(gaussians) == 0:
+        return np.zeros(3), 1.0
+    means = gaussians.means.astype(np.float64)  # sums of the largest float32 leave its range
+    middle = np.median(means, axis=0)
+    reach = float(np.median(np.linalg.norm(means - middle, axis=1)))
+    size = float(np.median(gaussians.scales.astype(np.float64)))
+    return middle, max(reach, size, float(np.finfo(np.float32).tiny))

@@ -1,0 +1,1 @@
+"""How many strokes a scene is worth in a view."""

@@ -1,0 +1,231 @@
+"""How many strokes a scene is worth in a view, found without clustering it at count after count.
+
+A quick look at a few counts, four times apart, stands for the full curve: nested cells (`passes.halving`) in
+place of clusters, each count merged from the next, painted once, and held against the plain picture. Costs
+are modelled (`sight`), not timed: a scene gets the same count on every machine and in every run.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import Array, check
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.options.choices import Features, Filter, Merge
+from brushgs.passes.cluster import cluster_weights
+from brushgs.passes.contribution import visible_shares
+from brushgs.passes.features import cluster_features
+from brushgs.passes.halving import halve
+from brushgs.passes.merge import merge_clusters
+from brushgs.rendering.rasterize import render
+from brushgs.scene import Camera, Frame, Gaussians
+from brushgs.sh import C0, base_colors, used_sh_degree
+from brushgs.stroke_count.curve import Curve, Knee, knee, psnr_of
+from brushgs.stroke_count.view_model import Sight
+
+WHITE = (1.0, 1.0, 1.0)
+FEWEST = 128  # where the curve of the knee starts: with fewer strokes a scene is a blot
+SPACING, FEWEST_LOOKS = 4, 4  # of the counts looked at, about; closer where there would be fewer below all
+LOOK_ROWS = 4  # of four rows of pixels one is compared: neighbours tell nearly the same
+TINY = 1e-9  # in place of an error or a size of zero, which has no logarithm
+
+Rule = Literal["knee", "psnr", "size"]
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """A count of strokes, and what is expected of it.
+
+    Attributes:
+        strokes: 1 to N.
+        rule: what it was chosen by.
+        psnr: dB to the plain picture.
+        size: typical length of a stroke, pixels, see `brushgs.stroke_count.view_model.typical_size`.
+        knee: what doubling buys and costs there, of "knee"; None where a scene is too small for a curve.
+        curve: what was looked at, M counts up to N; its seconds are modelled.
+        sizes: [M] pixels, never growing.
+    """
+
+    strokes: int
+    rule: Rule
+    psnr: float
+    size: float
+    knee: Knee | None
+    curve: Curve
+    sizes: NDArray[np.float64]
+
+    def count_of_size(self, size: float) -> int:
+        """The fewest strokes whose typical size is expected to be at most so many pixels; N where none is."""
+        return _first_within(self.curve.strokes, self.sizes, size)
+
+
+def choose_strokes(
+    gaussians: Gaussians,
+    camera: Camera,
+    texture: StrokeTexture,
+    *,
+    psnr: float | None = None,
+    size: float | None = None,
+    plain: Frame | None = None,
+    background: Array | tuple[float, float, float] = WHITE,
+    filter: Filter = "mip",
+    num_sigmas: float | None = None,
+    features: Features = "balanced",
+    merge: Merge = "cover",
+    num_threads: int | None = None,
+) -> Choice:
+    """How many strokes to make of a scene for a view.
+
+    Without `psnr` and `size`: the knee of the curve of error over cost, see `brushgs.stroke_count.curve`. It takes less
+    time than clustering once and rendering ten frames, and gives the same count for any number of threads.
+
+    Args:
+        gaussians: N Gaussians, pruned as for painting, N >= 1.
+        camera: the view; what is looked at is its picture, in its size.
+        texture: the stroke.
+        psnr: in place of the knee, the fewest strokes that should come as near to the plain picture, dB,
+            > 0. Clusters come as near as the cells looked at at 0.7 to 1.4 of their count, mostly.
+        size: in place of the knee, the fewest strokes of at most that typical size, pixels, > 0. Up to 20 %
+            smaller below 1,000 strokes: clusters are more compact than cells.
+        plain: the picture to come near; None renders `gaussians` with the "gaussian" kernel.
+        background: [3] or [H, W, 3], 0 to 1, on which pictures are compared.
+        filter: see `rasterize`.
+        num_sigmas: see `render`.
+        features: see `cluster`.
+        merge: see `cluster`.
+        num_threads: see `render`.
+
+    Returns:
+        The count and what is expected of it. A scene of fewer than 256 Gaussians has no knee: each is a
+        stroke.
+
+    Raises:
+        ValueError: if there is no Gaussian, both `psnr` and `size` are given, one is not positive, or all N
+            strokes do not come as near as `psnr`.
+    """
+    if len(gaussians) == 0:
+        raise ValueError("choose_strokes: gaussians must have at least one row, got none")
+    if psnr is not None and size is not None:
+        raise ValueError("choose_strokes: psnr must not stand beside size; leave one out")
+    for name, value in (("psnr", psnr), ("size", size)):
+        if value is not None and not 0 < value < np.inf:
+            raise ValueError(f"choose_strokes: {name} must be above 0 and finite, got {value:g}")
+    if plain is None:
+        kernel = StrokeTexture.open("gaussian")
+        plain = render(gaussians, camera, kernel, depth=False, num_threads=num_threads)
+    check("choose_strokes", plain=(plain.alpha, f"{camera.height} {camera.width}"))
+    sigmas = texture.fitted_sigmas if num_sigmas is None else num_sigmas
+    sight = Sight(camera, texture, sigmas, plain, np.asarray(background), filter, num_threads)
+    return choose_in_sight(gaussians, sight, psnr=psnr, size=size, features=features, merge=merge)
+
+
+def choose_in_sight(
+    gaussians: Gaussians,
+    sight: Sight,
+    *,
+    psnr: float | None = None,
+    size: float | None = None,
+    features: Features = "balanced",
+    merge: Merge = "cover",
+) -> Choice:
+    """`choose_strokes` where the plain picture is there already; takes and raises the same."""
+    num = len(gaussians)
+    rule: Rule = "psnr" if psnr is not None else "size" if size is not None else "knee"
+    looks = []
+    for strokes in _coarser(gaussians, sight, counts_to_look_at(num, rule), features, merge):
+        boxes = sight.boxes(strokes)
+        looks.append(
+            (len(strokes), sight.rmse(boxes, LOOK_ROWS), sight.cost(strokes, boxes), sight.size(boxes))
+        )
+        if psnr is not None and len(strokes) == num:
+            _check_reach(num, psnr_of(sight.rmse(boxes)), psnr, sight.texture.name)
+    counts, errors, costs, sizes = (np.array(column) for column in zip(*reversed(looks), strict=True))
+    curve, sizes = Curve(counts, errors, costs), np.minimum.accumulate(sizes)
+    bend = None
+    if psnr is not None:
+        chosen = _first_within(counts, np.minimum.accumulate(errors), 10 ** (-psnr / 20))
+    elif size is not None:
+        chosen = _first_within(counts, sizes, size)
+    elif num < 2 * FEWEST:
+        chosen = num
+    else:
+        bend = knee(curve)
+        chosen = bend.strokes
+    error = _at(counts, np.minimum.accumulate(errors), chosen)
+    expected = psnr_of(error) if bend is None else bend.psnr
+    return Choice(chosen, rule, expected, _at(counts, sizes, chosen), bend, curve, sizes)
+
+
+def counts_to_look_at(num: int, rule: Rule) -> list[int]:
+    """Ascending counts below all `num` Gaussians, evenly apart, from 1 on; for the knee from `FEWEST`."""
+    few = [] if rule == "knee" else [count for count in (1, 2, 8, 32) if count < min(num, FEWEST)]
+    if num < 2 * FEWEST:
+        return few
+    looks = max(FEWEST_LOOKS, round(float(np.log(num / FEWEST) / np.log(SPACING))))
+    return few + [round(FEWEST * (num / FEWEST) ** (look / looks)) for look in range(looks)]
+
+
+def _coarser(
+    gaussians: Gaussians, sight: Sight, counts: list[int], features: Features, merge: Merge
+) -> Iterator[Gaussians]:
+    """All Gaussians, then about as many strokes as each count says, from the finest to the coarsest."""
+    seen = _as_seen(gaussians, sight)
+    yield seen
+    if not counts:
+        return
+    visible = visible_shares(gaussians)
+    weights = np.ones(len(gaussians)) if features == "paper" else cluster_weights(gaussians, visible)
+    partitions = halve(cluster_features(gaussians, features), weights, counts)
+    strokes = merge_clusters(seen, partitions[-1], merge=merge, visible=visible)
+    yield strokes
+    for finer, labels in zip(partitions[:0:-1], partitions[-2::-1], strict=True):
+        if labels.max() == finer.max():  # there are fewer different points than either count
+            continue
+        _, firsts = np.unique(finer, return_index=True)
+        strokes = merge_clusters(strokes, labels[firsts], merge=merge)
+        yield strokes
+
+
+def _as_seen(gaussians: Gaussians, sight: Sight) -> Gaussians:
+    """The same in the colours that this one view shows: there is less of them to merge."""
+    if used_sh_degree(gaussians) == 0:
+        return gaussians
+    boxes = sight.boxes(gaussians)
+    colors = base_colors(gaussians.sh)
+    colors[boxes.ids] = boxes.colors
+    return replace(gaussians, sh=((colors - 0.5) / C0)[:, None].astype(gaussians.sh.dtype))
+
+
+def _check_reach(num: int, reached: float, asked: float, stroke: str) -> None:
+    if reached < asked:
+        raise ValueError(
+            f"strokes: the error budget must be one that {stroke!r} can meet, got {asked:g} dB; all {num:,} "
+            f"strokes come to {reached:.1f} dB of the plain picture: ask for less or take another stroke"
+        )
+
+
+def _first_within(counts: Array, values: Array, limit: float) -> int:
+    """The fewest strokes at which falling values are at most `limit`; all where they never are.
+
+    Between two counts that were looked at, both are powers of each other.
+    """
+    is_within = values <= limit
+    if not is_within.any():
+        return int(counts[-1])
+    at = int(np.argmax(is_within))
+    if at == 0 or values[at] == 0:
+        return int(counts[at])
+    high, low = np.log(values[at - 1]), np.log(values[at])
+    share = (high - np.log(limit)) / (high - low)
+    first, last = np.log(counts[at - 1]), np.log(counts[at])
+    return int(np.clip(np.ceil(np.exp(first + share * (last - first)) - 1e-9), counts[at - 1], counts[at]))
+
+
+def _at(counts: Array, values: Array, count: int) -> float:
+    """The value at a count, between two that were looked at as a power of the count."""
+    logs = np.log(np.maximum(values, TINY))
+    value = float(np.exp(np.interp(np.log(count), np.log(counts), logs)))
+    return value if value > 2 * TINY else 0.0

@@ -1,0 +1,222 @@
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import brushgs as bg
+from brushgs.cameras.framing import AXES, MARGIN, default_elevation, frame_scene, subject, up_vector
+from brushgs.scene import Gaussians
+from tests.scenes import real_scene
+
+
+def cloud(points, opacity=0.9):
+    points = np.asarray(points, dtype=np.float32).reshape(-1, 3)
+    n = len(points)
+    return Gaussians(
+        points,
+        np.tile(np.array([1, 0, 0, 0], np.float32), (n, 1)),
+        np.full((n, 3), 0.01, np.float32),
+        np.full(n, opacity, np.float32) if np.isscalar(opacity) else np.asarray(opacity, np.float32),
+        np.zeros((n, 1, 3), np.float32),
+    )
+
+
+def box(size=(2.0, 1.0, 1.5), center=(0, 0, 0), num=3000, seed=0):
+    return np.random.default_rng(seed).uniform(-0.5, 0.5, (num, 3)) * size + center
+
+
+def pixels(camera, points):
+    """[n, 2] in units of half the picture from its middle, and [n] camera z."""
+    seen = np.asarray(points) @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
+    xy = seen[:, :2] / seen[:, 2:] * np.diag(camera.K)[:2] + camera.K[:2, 2]
+    half = np.array([camera.width, camera.height]) / 2
+    return (xy - half) / half, seen[:, 2]
+
+
+angle = st.floats(-3.2, 3.2)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    azimuth=angle,
+    elevation=st.floats(-1.55, 1.55),
+    fov_y=st.floats(0.2, 2.2),
+    size=st.sampled_from([(640, 480), (100, 700), (1280, 72)]),
+    up=st.sampled_from(sorted(AXES)),
+)
+@example(azimuth=2.0, elevation=0.75, fov_y=2.0, size=(1280, 72), up="+y")  # the eye was among the points
+@example(azimuth=-1.0, elevation=0.75, fov_y=2.0, size=(1280, 72), up="+y")  # and a point at the eye
+def test_the_whole_subject_is_in_the_picture_and_fills_it_in_one_direction(
+    azimuth, elevation, fov_y, size, up
+):
+    scene = cloud(box(center=(3, -4, 5)))
+    camera = frame_scene(
+        scene, width=size[0], height=size[1], fov_y=fov_y, up=AXES[up], azimuth=azimuth, elevation=elevation
+    )
+    xy, z = pixels(camera, scene.means.astype(float))
+    assert (z > camera.near).all()
+    reach = np.abs(xy).max(axis=0)
+    assert (reach < 1).all()
+    # A camera may not come nearer than half the subject's size, which bounds it where the lens is wide.
+    assert reach.max() > (1 - 2 * MARGIN) * 0.97 or fov_y > 1.2
+
+
+@pytest.mark.parametrize("up", sorted(AXES))
+def test_up_points_up_in_the_picture(up):
+    scene = cloud(box())
+    camera = frame_scene(scene, width=64, height=64, up=AXES[up])
+    xy, _ = pixels(camera, [scene.means.mean(0), scene.means.mean(0) + 0.2 * np.array(AXES[up])])
+    assert xy[1, 1] < xy[0, 1] - 0.05
+    assert xy[1, 0] == pytest.approx(xy[0, 0], abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("up", "front"), [("-y", (0, 0, -1)), ("+y", (0, 0, 1)), ("+z", (0, -1, 0)), ("-z", (0, 1, 0))]
+)
+def test_azimuth_zero_looks_at_the_front(up, front):
+    camera = frame_scene(cloud(box((1, 1, 1))), width=64, height=64, up=AXES[up], azimuth=0, elevation=0)
+    np.testing.assert_allclose(camera.position / np.linalg.norm(camera.position), front, atol=0.03)
+
+
+def test_azimuth_grows_to_the_right_of_the_viewer_and_elevation_upward():
+    scene = cloud(box((1, 1, 1)))
+    front = frame_scene(scene, width=64, height=64, azimuth=0, elevation=0)
+    moved = frame_scene(scene, width=64, height=64, azimuth=0.3, elevation=0.3)
+    right, down, _ = front.viewmat[:3, :3]
+    assert (moved.position - front.position) @ right > 0.1
+    assert (moved.position - front.position) @ down < -0.1
+
+
+def test_a_few_floaters_far_away_change_the_frame_little():
+    points = box((1, 1, 1))
+    far = np.concatenate([points, [[2e7, 0, 0], [0, -2e7, 3e6], [500, 500, -2e7]]])
+    cameras = [frame_scene(cloud(p), width=64, height=64) for p in (points, far)]
+    distance = np.linalg.norm(cameras[0].position)
+    assert np.linalg.norm(cameras[0].position - cameras[1].position) < 0.05 * distance
+
+
+def test_what_nobody_sees_does_not_count():
+    points = np.concatenate([box((1, 1, 1)), box((50, 50, 50), seed=1)])
+    opacity = np.repeat([0.9, 0.0], 3000)
+    alone = frame_scene(cloud(box((1, 1, 1))), width=64, height=64)
+    both = frame_scene(cloud(points, opacity), width=64, height=64)
+    np.testing.assert_allclose(both.position, alone.position, atol=0.05)
+
+
+@pytest.mark.parametrize("unit", [1e-4, 1e4])
+def test_the_unit_of_the_scene_does_not_matter(unit):
+    camera = frame_scene(cloud(box()), width=64, height=48)
+    other = frame_scene(cloud(box() * unit), width=64, height=48)
+    np.testing.assert_allclose(other.position, camera.position * unit, rtol=1e-3, atol=1e-4 * unit)
+    assert other.near == pytest.approx(camera.near * unit, rel=1e-3)
+
+
+def test_a_subject_in_wide_surroundings_is_framed_without_them():
+    rng = np.random.default_rng(0)
+    around = rng.standard_cauchy((1500, 3)) * 4
+    scene = cloud(np.concatenate([box((1, 1, 1), num=3000), around]))
+    points, has_surroundings = subject(scene)
+    assert has_surroundings
+    assert np.ptp(points, axis=0).max() < 3
+    assert not subject(cloud(box()))[1]
+
+
+def test_flat_ground_is_seen_from_higher_up():
+    up = AXES["-y"]
+    assert default_elevation(box((10, 0.3, 10)), up) == pytest.approx(np.radians(40))
+    assert default_elevation(box((1, 1, 1)), up) == pytest.approx(np.radians(15))
+    flat = frame_scene(cloud(box((10, 0.3, 10))), width=64, height=64)
+    assert -flat.viewmat[1, 1] == pytest.approx(-np.cos(np.radians(40)), abs=1e-6)
+
+
+def test_zoom_magnifies_about_the_middle():
+    scene = cloud(box())
+    near, far = (frame_scene(scene, width=64, height=64, zoom=zoom) for zoom in (2.0, 1.0))
+    np.testing.assert_array_equal(near.position, far.position)
+    np.testing.assert_allclose(pixels(near, scene.means)[0], 2 * pixels(far, scene.means)[0], atol=1e-9)
+
+
+@pytest.mark.parametrize("points", [[[0, 0, 0]], [[7, -2, 1e6]], np.zeros((5, 3)), [[0, 0, 0], [1, 0, 0]]])
+def test_one_point_or_a_line_of_them_gives_a_camera_that_sees_it(points):
+    camera = frame_scene(cloud(points), width=32, height=32)
+    xy, z = pixels(camera, np.asarray(points, dtype=float))
+    assert (np.abs(xy) < 1).all()
+    assert (z > camera.near).all()
+
+
+def test_a_scene_of_opacity_zero_still_gives_a_camera():
+    camera = frame_scene(cloud(box(), opacity=0.0), width=32, height=32)
+    assert (np.abs(pixels(camera, box())[0]) < 1).all()
+
+
+def test_large_scenes_are_framed_like_a_sample_of_them():
+    many = cloud(np.repeat(box(num=4000), 20, axis=0))
+    few = cloud(box(num=4000))
+    a, b = (frame_scene(scene, width=64, height=64) for scene in (many, few))
+    np.testing.assert_allclose(a.position, b.position, atol=0.03)
+
+
+@pytest.mark.parametrize(
+    ("text", "vector"),
+    [
+        ("-y", (0, -1, 0)),
+        ("+Z", (0, 0, 1)),
+        ("z", (0, 0, 1)),
+        ("0,-2,0", (0, -1, 0)),
+        (" 0 3 4 ", (0, 0.6, 0.8)),
+    ],
+)
+def test_up_vector_reads_axes_and_numbers(text, vector):
+    np.testing.assert_allclose(up_vector(text), vector)
+
+
+@pytest.mark.parametrize("text", ["", "up", "+w", "0,0,0", "1,2", "1,2,3,4", "nan,0,1", "inf,0,0"])
+def test_up_vector_refuses_the_rest(text):
+    with pytest.raises(ValueError, match=r"up must be one of .* or three numbers"):
+        up_vector(text)
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"zoom": 0.0}, "zoom must be > 0"),
+        ({"zoom": np.inf}, "zoom must be > 0"),
+        ({"fov_y": 3.2}, "fov_y must be in"),
+        ({"elevation": 1.6}, "elevation must lie in"),
+        ({"up": (0, 0, 0)}, "up must be a direction"),
+    ],
+)
+def test_frame_scene_refuses_what_makes_no_view(options, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        frame_scene(cloud(box()), width=64, height=64, **options)
+
+
+def test_an_empty_scene_cannot_be_framed():
+    with pytest.raises(ValueError, match="at least one row"):
+        frame_scene(cloud(np.zeros((0, 3))), width=64, height=64)
+
+
+@pytest.mark.parametrize(
+    ("name", "up"),
+    [
+        ("koala.ply", "-y"),
+        ("derived/truck.ply", "-y"),
+        ("derived/chair.ply", "+z"),
+        ("derived/skull_sh3.ply", "-y"),
+        ("derived/campsite.ply", "-y"),
+        ("derived/playbot_sh2.ply", "-y"),
+        ("biker.compressed.ply", "-y"),
+        ("sunflower_tile.ply", "+z"),
+        ("rubber_toy_cloud.ply", "+y"),
+    ],
+)
+def test_the_subject_of_a_real_scene_is_in_the_middle_and_large(name, up):
+    scene = bg.load(real_scene(name))
+    camera = frame_scene(scene, width=96, height=72, up=up_vector(up))
+    alpha = bg.render(scene, camera, bg.StrokeTexture.open("gaussian")).alpha
+    assert 0.05 < alpha.mean() < 0.9
+    rows, columns = np.indices(alpha.shape)
+    assert 0.3 < (alpha * rows).sum() / alpha.sum() / 72 < 0.7
+    assert 0.3 < (alpha * columns).sum() / alpha.sum() / 96 < 0.7
+    solid = alpha > 0.5
+    assert max(solid.any(axis=0).mean(), solid.any(axis=1).mean()) > 0.75

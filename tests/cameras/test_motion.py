@@ -1,0 +1,154 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from brushgs.cameras.motion import between, screw_motion, view_change
+from brushgs.quats import rotation_matrices
+from brushgs.scene import Camera
+
+SIZE = {"width": 64, "height": 48}
+
+
+def turned(axis, angle):
+    half = 0.5 * angle
+    axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    return rotation_matrices(np.array([[np.cos(half), *(np.sin(half) * axis)]]))[0]
+
+
+def camera(rotation=None, position=(0, 0, 0), focal=50.0, near=0.01, **size):
+    rotation = np.eye(3) if rotation is None else rotation
+    viewmat = np.eye(4)
+    viewmat[:3, :3], viewmat[:3, 3] = rotation, -rotation @ np.asarray(position, dtype=float)
+    K = [[focal, 0, 30], [0, 1.5 * focal, 20], [0, 0, 1]]
+    return Camera(viewmat, K, near=near, **(SIZE | size))
+
+
+def orbit_view(angle, radius=3.0, center=(1, -2, 5), tilt=0.4):
+    """A camera on a circle about the y axis through a centre, looking down at it."""
+    home = turned((1, 0, 0), tilt)
+    start = camera(home, home.T @ np.array([0, 0, -radius]))
+    viewmat = start.viewmat.copy()
+    viewmat[:3, :3] = viewmat[:3, :3] @ turned((0, 1, 0), angle)
+    viewmat[:3, 3] -= viewmat[:3, :3] @ np.asarray(center, dtype=float)
+    return Camera(viewmat, start.K, **SIZE)
+
+
+units = st.floats(-1, 1)
+vectors = st.tuples(units, units, units).filter(lambda v: np.linalg.norm(v) > 0.1)
+angles = st.one_of(st.floats(0, np.pi), st.floats(-18, 0).map(lambda e: 10.0**e))
+places = st.tuples(*[st.floats(-10, 10)] * 3)
+
+
+@settings(max_examples=100, deadline=None)
+@given(vectors, angles, places, places, vectors, angles)
+@example((1, 0, 0), np.pi, (0, 0, 0), (1, 1, 1), (0, 1, 0), 0.0)
+@example((1, 0, 0), 0.0, (0, 0, 0), (0, 0, 0), (0, 1, 0), 0.0)
+def test_the_ends_are_the_cameras_themselves_and_are_reached(axis, angle, here, there, home_axis, home):
+    rotation = turned(home_axis, home)
+    first, second = camera(rotation, here), camera(turned(axis, angle) @ rotation, there)
+    assert between(first, second, 0) is first
+    assert between(first, second, 1.0) is second
+    for camera_at, share in ((first, 1e-12), (second, 1 - 1e-12)):
+        np.testing.assert_allclose(between(first, second, share).viewmat, camera_at.viewmat, atol=1e-9)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(0, 6.3), st.floats(-3.1, 3.1), st.floats(0, 1), st.floats(0.01, 100))
+def test_between_two_views_of_an_orbit_lies_a_view_of_the_orbit(start, step, share, radius):
+    ends = [orbit_view(angle, radius) for angle in (start, start + step)]
+    expected = orbit_view(start + share * step, radius)
+    found = between(*ends, share)
+    np.testing.assert_allclose(found.viewmat, expected.viewmat, atol=1e-9 * max(1, radius))
+
+
+@pytest.mark.parametrize("step", [1e-15, 1e-12, 1e-8, 1e-4, 1e-2])
+def test_tiny_turns_lose_no_digits(step):
+    ends = [orbit_view(0, 1000.0), orbit_view(step, 1000.0)]
+    for share in (0.25, 0.5):
+        expected = orbit_view(share * step, 1000.0)
+        np.testing.assert_allclose(between(*ends, share).viewmat, expected.viewmat, atol=1e-12)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-15, 1e-9, 1e-5])
+def test_turns_up_to_half_a_turn_go_round_at_an_even_rate(gap):
+    first, second = camera(position=(0, 0, -2)), camera(turned((0, 1, 0), np.pi - gap), (0, 0, 2))
+    steps = [between(first, second, share) for share in np.linspace(0, 1, 9)]
+    changes = [view_change(a, b, 1e9) for a, b in pairwise(steps)]
+    np.testing.assert_allclose(changes, (np.pi - gap) / 8, atol=1e-9)
+    np.testing.assert_allclose([np.linalg.norm(c.position) for c in steps], 2, atol=1e-4)
+
+
+def test_a_straight_move_goes_straight_and_a_turn_in_place_stays():
+    far = between(camera(), camera(position=(4, 0, 2)), 0.25)
+    np.testing.assert_allclose(far.position, (1, 0, 0.5), atol=1e-15)
+    here = camera(position=(3, 1, 2))
+    there = camera(turned((1, 2, 3), 2.5), (3, 1, 2))
+    np.testing.assert_allclose(between(here, there, 0.3).position, (3, 1, 2), atol=1e-14)
+
+
+def test_parts_of_a_way_are_parts_of_the_whole_way():
+    first, second = camera(), camera(turned((1, 2, -1), 2.0), (1, 5, 2))
+    half = between(first, second, 0.5)
+    for share in (0.2, 0.5, 0.9):
+        np.testing.assert_allclose(
+            between(first, half, share).viewmat, between(first, second, share / 2).viewmat, atol=1e-14
+        )
+
+
+@settings(max_examples=30, deadline=None)
+@given(vectors, angles, places, vectors, st.floats(0, 3), places, st.floats(0, 1))
+def test_moving_scene_and_cameras_together_changes_nothing(axis, angle, there, axis2, angle2, shift, share):
+    move = np.eye(4)
+    move[:3, :3], move[:3, 3] = turned(axis2, angle2), shift
+    first, second = camera().viewmat, camera(turned(axis, min(angle, 3.1)), there).viewmat
+    plain = screw_motion(first[None], second[None], share)[0]
+    moved = screw_motion((first @ move)[None], (second @ move)[None], share)[0]
+    np.testing.assert_allclose(moved, plain @ move, atol=1e-10)
+
+
+def test_a_share_beyond_the_ends_goes_on():
+    views = [orbit_view(angle).viewmat[None] for angle in (0, 0.5, 1.25, -0.25)]
+    np.testing.assert_allclose(screw_motion(*views[:2], 2.5), views[2], atol=1e-14)
+    np.testing.assert_allclose(screw_motion(*views[:2], [-0.5]), views[3], atol=1e-14)
+
+
+def test_zoom_and_near_change_by_equal_factors_and_the_middle_by_equal_steps():
+    first, second = camera(focal=50, near=0.01), camera(focal=200, near=0.04)
+    shifted = Camera(
+        second.viewmat, second.K + np.array([[0, 0, 8], [0, 0, 4], [0, 0, 0]]), **SIZE, near=0.04
+    )
+    middle = between(first, shifted, 0.5)
+    np.testing.assert_allclose(middle.K, [[100, 0, 34], [0, 150, 22], [0, 0, 1]], rtol=1e-14)
+    assert middle.near == pytest.approx(0.02)
+
+
+def test_view_change_is_the_larger_of_turn_and_shift():
+    first = camera()
+    assert view_change(first, first, 1.0) == 0
+    assert view_change(first, camera(turned((1, 2, 3), 0.3), (0.1, 0, 0)), 1.0) == pytest.approx(0.3)
+    assert view_change(first, camera(turned((1, 2, 3), 0.3), (3, 0, 4)), 2.0) == pytest.approx(2.5)
+    assert view_change(first, camera(turned((0, 0, 1), 1e-9)), 1.0) == pytest.approx(1e-9)
+
+
+def test_view_change_along_an_orbit_is_the_angle():
+    assert view_change(orbit_view(0.2), orbit_view(0.25), 3.0) == pytest.approx(0.05, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (
+            lambda: between(camera(), camera(width=65), 0.5),
+            r"between: cameras must have one size, got 64x48 and 65x48; use Camera\.resized",
+        ),
+        (lambda: between(camera(), camera(), 1.5), r"between: share must lie in 0 to 1, got 1\.5"),
+        (lambda: between(camera(), camera(), float("nan")), "share must lie in 0 to 1, got nan"),
+        (lambda: view_change(camera(), camera(), 0.0), r"view_change: distance must be > 0, got 0\.0"),
+    ],
+)
+def test_what_makes_no_motion_is_refused(call, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        call()

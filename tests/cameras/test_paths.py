@@ -1,0 +1,480 @@
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import brushgs as bg
+from brushgs.cameras.framing import AXES, MARGIN, frame_scene, subject, up_vector
+from brushgs.cameras.motion import between, view_change
+from brushgs.cameras.paths import CameraPath, orbit, plan_path
+from brushgs.errors import SceneError
+from brushgs.io.cameras.read import read_cameras
+from brushgs.options.painting import ViewConfig
+from brushgs.options.sequence import MAX_FRAMES, PathConfig
+from brushgs.scene import Camera, Gaussians
+from tests.scenes import real_scene
+
+SIZE = {"width": 64, "height": 48}
+
+
+def cloud(points):
+    points = np.asarray(points, dtype=np.float32).reshape(-1, 3)
+    n = len(points)
+    return Gaussians(
+        points,
+        np.tile(np.array([1, 0, 0, 0], np.float32), (n, 1)),
+        np.full((n, 3), 0.01, np.float32),
+        np.full(n, 0.9, np.float32),
+        np.zeros((n, 1, 3), np.float32),
+    )
+
+
+def box(size=(2.0, 1.0, 1.5), center=(3, -4, 5), num=1500, seed=0):
+    return np.random.default_rng(seed).uniform(-0.5, 0.5, (num, 3)) * size + center
+
+
+SCENE = cloud(box())
+
+
+def reach(camera, points):
+    """Largest distance of points from the middle of the picture, in half pictures, and their camera z."""
+    seen = np.asarray(points, dtype=float) @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
+    xy = seen[:, :2] / seen[:, 2:] * np.diag(camera.K)[:2] + camera.K[:2, 2]
+    half = np.array([camera.width, camera.height]) / 2
+    return np.abs((xy - half) / half).max(), seen[:, 2]
+
+
+def axes_of(camera):
+    """Right, down, forward in the world."""
+    return camera.viewmat[:3, :3]
+
+
+def angle_between(a, b):
+    return np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    azimuth=st.floats(-3.2, 3.2),
+    elevation=st.one_of(st.none(), st.floats(-1.57, 1.57)),
+    fov_y=st.floats(0.2, 2.2),
+    size=st.sampled_from([(640, 480), (100, 700), (1280, 72)]),
+    up=st.sampled_from(sorted(AXES)),
+    extent=st.sampled_from([(2, 1, 1.5), (0.1, 3, 0.1), (4, 0.2, 1), (1e-4, 1e-4, 1e-4)]),
+    over_poles=st.booleans(),
+)
+def test_every_view_of_an_orbit_holds_the_subject_and_no_farther_than_needed(
+    azimuth, elevation, fov_y, size, up, extent, over_poles
+):
+    scene = cloud(box(extent, num=300))
+    cameras = orbit(
+        scene,
+        24,
+        width=size[0],
+        height=size[1],
+        fov_y=fov_y,
+        up=AXES[up],
+        azimuth=azimuth,
+        elevation=elevation,
+        over_poles=over_poles,
+    )
+    # Float32 means near (3, -4, 5) lie on a grid of 5e-7, which the smallest box feels.
+    points, _ = subject(scene)
+    for camera in cameras:
+        filled, depths = reach(camera, points)
+        assert filled < 1 - MARGIN
+        assert depths.min() > camera.near
+
+
+def test_the_widest_view_of_an_orbit_fills_the_picture_up_to_the_margin():
+    for up in sorted(AXES):
+        cameras = orbit(SCENE, 90, up=AXES[up], **SIZE)
+        widest = max(reach(camera, subject(SCENE)[0])[0] for camera in cameras)
+        assert widest == pytest.approx(1 - 2 * MARGIN, abs=0.02)
+
+
+@pytest.mark.parametrize("over_poles", [False, True])
+def test_an_orbit_begins_with_the_direction_of_the_framed_view(over_poles):
+    options = {"azimuth": 0.7, "elevation": 0.3, "up": AXES["+z"], "zoom": 1.5} | SIZE
+    framed, first = frame_scene(SCENE, **options), orbit(SCENE, 8, over_poles=over_poles, **options)[0]
+    np.testing.assert_array_equal(axes_of(first), axes_of(framed))
+    np.testing.assert_array_equal(first.K, framed.K)
+    assert 1 <= first.near / framed.near < 1.5
+
+
+@pytest.mark.parametrize("over_poles", [False, True])
+@pytest.mark.parametrize("num", [3, 7, 120])
+def test_an_orbit_closes_in_even_steps_and_does_not_repeat_its_first_view(over_poles, num):
+    cameras = orbit(SCENE, num, over_poles=over_poles, **SIZE)
+    assert len(cameras) == num
+    for one, two in pairwise([*cameras, cameras[0]]):
+        assert view_change(one, two, 1e9) == pytest.approx(2 * np.pi / num, rel=1e-9)
+    center = lines_meet(cameras)
+    distances = [np.linalg.norm(camera.position - center) for camera in cameras]
+    np.testing.assert_allclose(distances, distances[0], rtol=1e-12)
+    assert len({camera.near for camera in cameras}) == 1
+
+
+def lines_meet(cameras):
+    """The point nearest to the optical axes of all cameras: the least squares of the distances."""
+    forwards = np.stack([axes_of(camera)[2] for camera in cameras])
+    off = np.eye(3) - forwards[:, :, None] * forwards[:, None]
+    positions = np.stack([camera.position for camera in cameras])
+    return np.linalg.solve(off.sum(axis=0), np.einsum("nij,nj->i", off, positions))
+
+
+@pytest.mark.parametrize("up", sorted(AXES))
+def test_an_orbit_looks_at_one_point_inside_the_subject_at_constant_elevation(up):
+    cameras = orbit(SCENE, 16, up=AXES[up], elevation=0.3, **SIZE)
+    center = lines_meet(cameras)
+    assert (np.abs(center - (3, -4, 5)) < np.array((2, 1, 1.5)) / 2).all()
+    for camera in cameras:
+        assert np.cross(camera.position - center, axes_of(camera)[2]) == pytest.approx(0, abs=1e-10)
+        assert -axes_of(camera)[2] @ AXES[up] == pytest.approx(np.sin(0.3), rel=1e-12)
+        assert axes_of(camera)[0] @ AXES[up] == pytest.approx(0, abs=1e-12)
+
+
+def test_the_azimuth_of_an_orbit_grows_to_the_right_of_the_viewer():
+    first, second = orbit(SCENE, 100, elevation=0.0, **SIZE)[:2]
+    assert (second.position - first.position) @ axes_of(first)[0] > 0
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(3, 240), st.integers(0, 239), st.floats(0, 1), st.booleans())
+def test_what_lies_between_two_frames_lies_on_the_orbit(num, index, share, over_poles):
+    options = {"elevation": 0.4, "azimuth": 0.2} | SIZE
+    frames = [*(cameras := orbit(SCENE, num, over_poles=over_poles, **options)), cameras[0]]
+    index %= num
+    found = between(frames[index], frames[index + 1], share)
+    turn = 2 * np.pi * (index + share) / num
+    options["elevation" if over_poles else "azimuth"] += turn
+    if over_poles:  # an elevation beyond the pole is no start of an orbit: tip the first view instead
+        center, first = lines_meet(cameras), cameras[0]
+        rotation = np.eye(3)
+        rotation[1:, 1:] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
+        rotation = rotation @ axes_of(first)
+        shift = axes_of(first) @ center + first.viewmat[:3, 3] - rotation @ center
+    else:
+        first = orbit(SCENE, 1, **options)[0]
+        rotation, shift = axes_of(first), first.viewmat[:3, 3]
+    np.testing.assert_allclose(found.viewmat[:3, :3], rotation, atol=1e-9)
+    np.testing.assert_allclose(found.viewmat[:3, 3], shift, atol=1e-9)
+
+
+@pytest.mark.parametrize("over_poles", [False, True])
+def test_twice_the_frames_of_an_orbit_hold_the_same_views(over_poles):
+    few, many = (orbit(SCENE, num, over_poles=over_poles, **SIZE) for num in (35, 70))
+    for one, other in zip(few, many[::2], strict=True):
+        np.testing.assert_array_equal(one.viewmat, other.viewmat)
+
+
+def test_over_the_poles_passes_both_and_the_picture_never_spins():
+    num = 72
+    cameras = orbit(SCENE, num, elevation=0.0, over_poles=True, **SIZE)
+    up = np.array(AXES["-y"])
+    heights = [-axes_of(camera)[2] @ up for camera in cameras]
+    assert max(heights) == pytest.approx(1, abs=1e-12)
+    assert min(heights) == pytest.approx(-1, abs=1e-12)
+    for one, two in pairwise([*cameras, cameras[0]]):
+        turn = axes_of(two) @ axes_of(one).T
+        roll = np.arctan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1])  # about the line of sight
+        assert abs(roll) < 1e-12
+        assert angle_between(axes_of(one)[1], axes_of(two)[1]) == pytest.approx(2 * np.pi / num, rel=1e-9)
+
+
+def test_an_orbit_at_the_pole_spins_the_picture_in_place():
+    cameras = orbit(SCENE, 8, elevation=np.pi / 2, **SIZE)
+    for camera in cameras:
+        np.testing.assert_allclose(camera.position, cameras[0].position, atol=1e-9)
+
+
+@pytest.mark.parametrize("points", [[[0, 0, 0]], [[7, -2, 1e6]], np.zeros((5, 3)), [[0, 0, 0], [1, 0, 0]]])
+def test_one_point_or_a_line_of_them_can_be_orbited(points):
+    for camera in orbit(cloud(points), 5, **SIZE):
+        filled, depths = reach(camera, points)
+        assert filled < 1
+        assert depths.min() > camera.near
+
+
+def test_an_orbit_of_nothing_or_of_no_frames_is_refused():
+    with pytest.raises(ValueError, match="at least one row"):
+        orbit(cloud(np.zeros((0, 3))), 3, **SIZE)
+    with pytest.raises(ValueError, match="orbit: num_frames must be at least 1, got 0"):
+        orbit(SCENE, 0, **SIZE)
+
+
+@pytest.mark.parametrize(
+    "name", ["koala.ply", "derived/chair.ply", "derived/truck.ply", "derived/campsite.ply"]
+)
+def test_the_subject_of_a_real_scene_stays_in_every_view(name):
+    scene = bg.load(real_scene(name))
+    up = up_vector("+z" if "chair" in name else "-y")
+    points = subject(scene)[0]
+    for over_poles in (False, True):
+        cameras = orbit(scene, 36, up=up, over_poles=over_poles, **SIZE)
+        found = [reach(camera, points) for camera in cameras]
+        assert max(filled for filled, _ in found) < 1 - MARGIN
+        assert min(depths.min() for _, depths in found) > 3 * cameras[0].near
+
+
+# --- the path that is asked for
+
+
+def matrix_of(camera):
+    """World from camera with x right, y up, z backward, as nerfstudio writes it."""
+    return np.linalg.inv(camera.viewmat) @ np.diag([1.0, -1, -1, 1])
+
+
+def views(num, width=64, height=48):
+    eyes = [(3 + 4 * np.sin(t), -5, 5 - 4 * np.cos(t)) for t in np.linspace(0.1, 5.0, num)]
+    return [Camera.look_at(eye, (3, -4, 5), fov_y=0.9, width=width, height=height) for eye in eyes]
+
+
+def write_inria(tmp_path, cameras):
+    path = tmp_path / "cameras.json"
+    entries = [
+        {
+            "width": c.width,
+            "height": c.height,
+            "position": c.position.tolist(),
+            "rotation": axes_of(c).T.tolist(),
+            "fx": c.K[0, 0],
+            "fy": c.K[1, 1],
+        }
+        for c in cameras
+    ]
+    path.write_text(json.dumps(entries))
+    return path
+
+
+def write_camera_path(tmp_path, frames, keys=(), **fields):
+    path = tmp_path / "camera_path.json"
+    fov = float(np.degrees(0.9))
+    content = {
+        "render_width": 64,
+        "render_height": 48,
+        "camera_path": [{"camera_to_world": matrix_of(c).ravel().tolist(), "fov": fov} for c in frames],
+        "keyframes": [{"matrix": matrix_of(c).ravel().tolist(), "fov": fov} for c in keys],
+    }
+    path.write_text(json.dumps(content | fields))
+    return path
+
+
+def plan(file=None, *, view=None, scene=SCENE, **options):
+    return plan_path(scene, view or ViewConfig(), PathConfig(file=file, **options))
+
+
+def assert_same_views(found, expected, atol=1e-12):
+    assert len(found) == len(expected)
+    for one, other in zip(found, expected, strict=True):
+        np.testing.assert_allclose(one.viewmat, other.viewmat, atol=atol)
+        np.testing.assert_allclose(one.K, other.K, rtol=1e-9)
+        assert (one.width, one.height) == (other.width, other.height)
+
+
+def test_an_orbit_is_planned_as_the_view_says():
+    view = ViewConfig(size=(64, 48), up="+z", azimuth=0.5, elevation=0.1, fov_y=0.8, zoom=1.2)
+    path = plan_path(SCENE, view, PathConfig(orbit=12, fps=30))
+    options = {"azimuth": 0.5, "elevation": 0.1, "fov_y": 0.8, "zoom": 1.2, "up": AXES["+z"]} | SIZE
+    assert_same_views(path.cameras, orbit(SCENE, 12, **options), atol=0)
+    assert (path.is_loop, path.fps) == (True, 30)
+    assert path.source == "one turn in steps of 30 degrees; up is +z (as asked)"
+
+
+def test_an_orbit_takes_the_up_axis_of_the_scene_file_and_the_usual_size_and_rate():
+    path = plan_path(SCENE, ViewConfig(), PathConfig(orbit=3), file_up="+z")
+    assert_same_views(path.cameras, orbit(SCENE, 3, up=AXES["+z"], width=1280, height=720), atol=0)
+    assert path.fps == 24
+    assert "up is +z (as its header says)" in path.source
+    assumed = plan_path(SCENE, ViewConfig(up=(0, 0, 2.5)), PathConfig(orbit=3))
+    assert_same_views(assumed.cameras, path.cameras, atol=1e-12)
+
+
+def test_a_closed_path_ends_with_its_first_view_again():
+    path = plan_path(SCENE, ViewConfig(size=(64, 48)), PathConfig(orbit=5))
+    assert len(path.cameras) == 5
+    assert path.closed[:5] == path.cameras
+    assert path.closed[5] is path.cameras[0]
+    open_path = CameraPath(path.cameras, False, 24.0, "")
+    assert open_path.closed == path.cameras
+
+
+def test_the_views_of_a_training_are_the_frames(tmp_path):
+    cameras = views(5)
+    path = plan(write_inria(tmp_path, cameras))
+    assert_same_views(path.cameras, cameras)
+    assert (path.is_loop, path.fps, path.source) == (False, 24, "5 views of cameras.json")
+
+
+@pytest.mark.parametrize("loop", [False, True])
+def test_with_a_number_of_frames_they_are_key_views(tmp_path, loop):
+    cameras = views(5)
+    path = plan(write_inria(tmp_path, cameras), frames=41, loop=loop)
+    assert len(path.cameras) == 41
+    assert_same_views(path.cameras[:1], cameras[:1], atol=1e-9)
+    assert path.source == "a curve through 5 key views of cameras.json"
+    if loop:
+        assert view_change(path.cameras[-1], path.cameras[0], 4.0) > 0.1
+    else:
+        assert_same_views(path.cameras[-1:], cameras[-1:], atol=1e-9)
+
+
+@pytest.mark.parametrize("loop", [False, True])
+def test_the_frame_rate_does_not_change_the_way(tmp_path, loop):
+    file = write_inria(tmp_path, views(5))
+    slow, fast, faster = (plan(file, seconds=2, fps=fps, loop=loop) for fps in (12, 24, 120))
+    assert len(slow.cameras) == 24 + (not loop)
+    assert len(faster.cameras) == 240 + (not loop)
+    assert_same_views(fast.cameras[::2], slow.cameras)
+    assert_same_views(faster.cameras[::10], slow.cameras)
+
+
+def test_the_poses_of_a_camera_path_are_the_frames_with_its_rate(tmp_path):
+    frames, keys = views(6), views(3)
+    path = plan(write_camera_path(tmp_path, frames, keys, fps=15, seconds=4.0, is_cycle=True))
+    assert_same_views(path.cameras, frames)
+    assert (path.is_loop, path.fps) == (True, 15)
+    assert plan(write_camera_path(tmp_path, frames, fps=15), fps=60).fps == 60
+    assert plan(write_camera_path(tmp_path, frames, seconds=3.0)).fps == 2
+    assert plan(write_camera_path(tmp_path, frames)).fps == 24
+    with pytest.raises(
+        SceneError, match=r"camera_path\.json: says 1e\+06 frames a second, above 1000; give --fps"
+    ):
+        plan(write_camera_path(tmp_path, frames, fps=1e6))
+
+
+def test_key_frames_of_a_camera_path_are_its_key_views(tmp_path):
+    frames, keys = views(6), views(3)
+    path = plan(write_camera_path(tmp_path, frames, keys), frames=9)
+    assert path.source == "a curve through 3 key views of camera_path.json"
+    assert_same_views([path.cameras[0], path.cameras[-1]], [keys[0], keys[-1]], atol=1e-9)
+    without = plan(write_camera_path(tmp_path, frames), frames=9)
+    assert without.source == "a curve through 6 key views of camera_path.json"
+
+
+@pytest.mark.parametrize("is_text", [False, True])
+def test_key_frames_may_be_text_with_columns_first(tmp_path, is_text):
+    keys = views(3)
+    path = write_camera_path(tmp_path, views(2), keys)
+    if is_text:
+        content = json.loads(path.read_text())
+        for entry, key in zip(content["keyframes"], keys, strict=True):
+            entry["matrix"] = json.dumps(matrix_of(key).T.ravel().tolist())
+        path.write_text(json.dumps(content))
+    assert_same_views(read_cameras(path).keys, keys)
+
+
+def test_a_loop_leaves_out_a_last_view_that_is_the_first_again(tmp_path):
+    cameras = views(5)
+    closed = write_inria(tmp_path, [*cameras, cameras[0]])
+    assert_same_views(plan(closed, loop=True).cameras, cameras)
+    assert len(plan(closed).cameras) == 6
+    curve = plan(closed, frames=10, loop=True).cameras
+    open_file = write_inria(tmp_path, cameras)
+    assert_same_views(plan(open_file, loop=True).cameras, cameras)
+    assert_same_views(plan(open_file, frames=10, loop=True).cameras, curve)
+
+
+@pytest.mark.parametrize("options", [{}, {"frames": 7}])
+def test_all_frames_have_one_size(tmp_path, options):
+    cameras = [*views(3), *views(2, 80, 60)]
+    file = write_inria(tmp_path, cameras)
+    assert {(c.width, c.height) for c in plan(file, **options).cameras} == {(64, 48)}
+    wide = plan(file, view=ViewConfig(size=(320, 100)), **options).cameras
+    assert {(c.width, c.height) for c in wide} == {(320, 100)}
+    # the vertical field of view stays
+    np.testing.assert_allclose([c.K[1, 1] for c in wide], 50 / np.tan(0.45), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("unit", "near"), [(1.0, 0.01), (1e4, 0.01), (1e-4, 0.01 * 4.1231e-4)])
+def test_the_near_plane_suits_the_scene(tmp_path, unit, near):
+    scaled = []
+    for camera in views(4):
+        viewmat = camera.viewmat.copy()
+        viewmat[:3, 3] *= unit
+        scaled.append(Camera(viewmat, camera.K, 64, 48))
+    path = plan(write_inria(tmp_path, scaled), scene=cloud(box() * unit))
+    assert len({camera.near for camera in path.cameras}) == 1
+    assert path.cameras[0].near == pytest.approx(near, rel=0.01)
+
+
+def test_a_scene_without_gaussians_can_be_passed_through(tmp_path):
+    empty = cloud(np.zeros((0, 3)))
+    file = write_inria(tmp_path, views(4))
+    assert len(plan(file, scene=empty).cameras) == 4
+    assert len(plan(file, scene=empty, frames=9).cameras) == 9
+
+
+def test_too_few_key_views_are_told_with_the_file(tmp_path):
+    file = write_inria(tmp_path, views(1))
+    with pytest.raises(
+        SceneError, match=r"cameras\.json: a path must have at least 2 different key views, got 1; "
+    ):
+        plan(file, frames=10)
+    with pytest.raises(
+        SceneError, match="at least 3 different key views, got 2; give neither frames nor seconds"
+    ):
+        plan(write_inria(tmp_path, views(2)), seconds=1.0, loop=True)
+    assert len(plan(write_inria(tmp_path, views(1))).cameras) == 1
+
+
+@pytest.mark.parametrize(("seconds", "fps"), [(1e-3, 24), (1e9, 24), (1e300, 1000)])
+def test_a_senseless_duration_is_refused(tmp_path, seconds, fps):
+    with pytest.raises(ValueError, match=f"seconds times fps must give 1 to {MAX_FRAMES} frames, got"):
+        plan(write_inria(tmp_path, views(3)), seconds=seconds, fps=fps)
+
+
+def test_a_camera_file_beside_a_path_is_refused():
+    with pytest.raises(ValueError, match="camera-file must not stand beside a camera path"):
+        plan_path(SCENE, ViewConfig(camera_file=Path("a.json")), PathConfig(orbit=3))
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({}, "a camera path must be either an orbit or a path from a file, got neither"),
+        ({"fps": 24.0}, "got neither"),
+        ({"orbit": 9, "file": Path("a.json")}, "got both"),
+        ({"orbit": 2}, "orbit must be 3 to 99999 frames, got 2"),
+        ({"orbit": 100_000}, "orbit must be 3 to 99999 frames, got 100000"),
+        (
+            {"orbit": 9, "frames": 9},
+            "frames must not stand beside orbit, which counts the frames itself; leave",
+        ),
+        ({"orbit": 9, "seconds": 3.0}, "seconds must not stand beside orbit, .*; set fps"),
+        ({"file": Path("a"), "frames": 9, "seconds": 3.0}, "frames must not stand beside seconds"),
+        ({"file": Path("a"), "frames": 1}, "frames must be 2 to 99999, got 1"),
+        ({"file": Path("a"), "seconds": 0.0}, "seconds must be above 0, got 0"),
+        ({"file": Path("a"), "seconds": float("nan")}, "seconds must be above 0, got nan"),
+        ({"file": Path("a"), "fps": 0.0}, "fps must be above 0 and at most 1000, got 0"),
+        ({"orbit": 9, "fps": float("inf")}, "fps must be above 0 and at most 1000, got inf"),
+    ],
+)
+def test_senseless_paths_are_refused(options, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        PathConfig(**options)
+
+
+@pytest.mark.parametrize(
+    ("name", "num_views", "size"),
+    [
+        ("derived/koala_cameras.json", 102, (1064, 1898)),
+        ("nerfstudio_camera_path.json", 60, (1920, 1080)),
+        ("colmap_sparse", 64, (1917, 1073)),
+    ],
+)
+def test_real_files_are_paths(name, num_views, size):
+    file = real_scene(name)
+    as_is, curve = plan(file), plan(file, frames=50, view=ViewConfig(size=(64, 64)))
+    assert len(as_is.cameras) == num_views
+    assert {(c.width, c.height) for c in as_is.cameras} == {size}
+    assert as_is.fps == (30 if "path" in name else 24)
+    assert len(curve.cameras) == 50
+    if "path" in name:  # from its two key frames: nerfstudio's own way has the same ends
+        for index in (0, -1):
+            step = view_change(curve.cameras[index], as_is.cameras[index].resized(64, 64), 1.0)
+            assert step < 0.05

@@ -1,0 +1,667 @@
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs import cli
+from brushgs.brushes.texture import builtin_names
+from brushgs.cli import flags as arguments
+from brushgs.io.pictures.images import read_image
+from brushgs.options.painting import ClusterConfig, DrawConfig, PruneConfig
+from brushgs.options.sequence import PathConfig, SequenceConfig
+from brushgs.sh import base_colors
+from brushgs.still_life import still_life
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "pears.ply"
+    bg.save(still_life(2000), path)
+    return path
+
+
+@pytest.fixture
+def scene(made, tmp_path, monkeypatch):
+    """A scene; the current folder is empty."""
+    monkeypatch.chdir(tmp_path)
+    return str(made)
+
+
+def names(folder="."):
+    """What lies in a folder, hidden files too."""
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+SMALL = ["--stroke", "ellipse", "--strokes", "100", "--size", "64x48"]
+
+
+def run(capsys, *words):
+    """Exit code, stdout and stderr of one command."""
+    code = cli.main([str(word) for word in words])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def test_render_names_its_output_prints_the_path_and_a_table(scene, capsys):
+    code, out, err = run(capsys, "render", scene, *SMALL)
+    assert code == 0
+    assert out == "pears-ellipse.png\n"
+    assert read_image("pears-ellipse.png").shape == (48, 64, 3)
+    for word in (
+        "stage",
+        "what it did",
+        "seconds",
+        "left out",
+        "load",
+        "prune",
+        "cluster",
+        "total",
+        "kept 1,",
+    ):
+        assert word in err
+    assert "assumed" in err
+    assert names() == ["pears-ellipse.png"]
+
+
+def test_the_name_of_an_output_has_no_spaces(scene, capsys):
+    assert run(capsys, "render", scene, *SMALL, "--stroke", "Dry Brush")[1] == "pears-Dry_Brush.png\n"
+
+
+def test_quiet_says_nothing(scene, capsys):
+    assert run(capsys, "render", scene, *SMALL, "--quiet") == (0, "", "")
+    assert Path("pears-ellipse.png").is_file()
+
+
+def test_json_goes_to_stdout_alone(scene, capsys):
+    code, out, err = run(capsys, "render", scene, *SMALL, "--json", "-o", "x.tif")
+    value = json.loads(out)
+    assert (code, err, value["output"]) == (0, "", "x.tif")
+    assert [stage["name"] for stage in value["stages"]][-1] == "write"
+
+
+def test_the_plain_picture_takes_the_whole_scene(scene, capsys):
+    _, out, _ = run(capsys, "render", scene, "--stroke", "gaussian", "--size", "64x48", "--json")
+    stages = {stage["name"]: stage["counts"] for stage in json.loads(out)["stages"]}
+    assert stages["project"]["before"] == stages["load"]["gaussians"]
+
+
+@pytest.mark.parametrize(
+    ("words", "prune", "cluster", "draw"),
+    [
+        ([], PruneConfig(), ClusterConfig(), DrawConfig()),
+        (
+            ["--stroke", "gaussian"],
+            PruneConfig(keep=1.0),
+            ClusterConfig(strokes=None),
+            DrawConfig("gaussian"),
+        ),
+        (
+            ["--stroke", "gaussian", "--strokes", "50", "--keep", "0.5"],
+            PruneConfig(keep=0.5),
+            ClusterConfig(strokes=50),
+            DrawConfig("gaussian"),
+        ),
+        (
+            ["--preset", "paper"],
+            PruneConfig(weight="paper"),
+            ClusterConfig(features="paper", merge="paper", method="minibatch"),
+            DrawConfig(filter="bilinear", extent="paper", lock="off", order="depth"),
+        ),
+        (
+            ["--preset", "paper", "--merge", "cover", "--filter", "mip", "--lock", "anchor"],
+            PruneConfig(weight="paper"),
+            ClusterConfig(features="paper", merge="cover", method="minibatch"),
+            DrawConfig(filter="mip", extent="paper", lock="anchor", order="depth"),
+        ),
+        (
+            ["--strokes", "10%", "--seed", "4", "--threads", "2", "--background", "black"],
+            PruneConfig(),
+            ClusterConfig(strokes=0.1, seed=4),
+            DrawConfig(background="black", threads=2),
+        ),
+        (["--strokes", "all"], PruneConfig(), ClusterConfig(strokes=None), DrawConfig()),
+    ],
+)
+def test_flags_become_configuration(words, prune, cluster, draw):
+    config = arguments.paint_config(arguments.parse(["render", "a.ply", *words]))
+    assert (config.prune, config.cluster, config.draw) == (prune, cluster, draw)
+
+
+@pytest.mark.parametrize(
+    ("words", "path", "sequence"),
+    [
+        (["--orbit", "120"], PathConfig(orbit=120), SequenceConfig()),
+        (
+            ["--path", "p.json", "--seconds", "2.5", "--fps", "30", "--loop", "--jobs", "3"],
+            PathConfig(file=Path("p.json"), seconds=2.5, fps=30, loop=True),
+            SequenceConfig(jobs=3),
+        ),
+        (
+            ["--path", "p", "--frames", "9", "--scheduler", "tcp://host:8786", "--resume"],
+            PathConfig(file=Path("p"), frames=9),
+            SequenceConfig(scheduler="tcp://host:8786", is_resumed=True),
+        ),
+        ([], None, SequenceConfig()),
+    ],
+)
+def test_path_flags_become_configuration(words, path, sequence):
+    args = arguments.parse(["render", "a.ply", *words])
+    assert (arguments.path_config(args), arguments.sequence_config(args)) == (path, sequence)
+
+
+def test_view_flags_become_radians_and_keep_their_signs():
+    words = ["render", "a.ply", "--up", "-y", "--azimuth", "-90", "--elevation", "-10", "--fov-deg", "60"]
+    view = arguments.paint_config(arguments.parse([*words, "--zoom", "2", "--size", "30x20"])).view
+    assert view.up == "-y"
+    assert (view.azimuth, view.elevation) == pytest.approx((-1.5707963, -0.1745329))
+    assert view.fov_y == pytest.approx(1.0471976)
+    assert (view.zoom, view.size) == (2.0, (30, 20))
+
+
+@pytest.mark.parametrize("up", ["-y", "+Z", "-0.1,-1,0", "0,0,1", "-.5 1 0"])
+def test_up_may_start_with_a_minus(scene, capsys, up):
+    assert run(capsys, "render", scene, *SMALL, "--up", up, "--quiet")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--size", "12"], r"--size must be WIDTHxHEIGHT in pixels such as 1280x720, got '12'"),
+        (["--size", "0x5"], r"--size must be 1x1 to 32767x32767 pixels, got 0x5"),
+        (["--size", "30000x30000"], r"--size must hold at most 268 million pixels, got 30000x30000"),
+        (["--strokes", "0"], r"--strokes must be a count of 1 or more, a share .* got '0'"),
+        (["--strokes", "0%"], r"--strokes must be above 0 % and at most 100 %, got '0%'"),
+        (["--strokes", "many"], r"--strokes must be a count .* got 'many'"),
+        (["--keep", "30"], r"keep must be in \(0, 1\], got 30; for 30 % write 0.3"),
+        (["--keep", "some"], r"--keep must be a number, got 'some'"),
+        (["--zoom", "nan"], r"--zoom must be a number"),
+        (["--zoom", "0"], r"zoom must be above 0"),
+        (["--elevation", "91"], r"elevation must lie in -90 to 90 degrees, got 91"),
+        (["--fov-deg", "180"], r"fov-deg must be in \(0, 180\) degrees"),
+        (["--threads", "0"], r"--threads must be a whole number of 1 or more, got '0'"),
+        (["--seed", "-1"], r"--seed"),
+        (["--view", "3"], r"--view must stand beside --camera-file"),
+        (["--camera-file", "c.json", "--azimuth", "3"], r"--azimuth must not stand beside --camera-file"),
+        (["--camera-file", "c.json", "--fov-deg", "3"], r"--fov-deg must not stand beside --camera-file"),
+        (["--camera-file", "none.json"], r"none\.json: "),
+        (["--up", "sideways"], r"up must be one of .* or three numbers .* got 'sideways'"),
+        (["--background", "redish"], r"background must be white, black, .* got 'redish'"),
+        (["--stroke", "swirll"], r"swirll: neither a file nor a built-in stroke, .*did you mean 'swirl'\?"),
+        (["--filter", "blur"], r"--filter: invalid choice: 'blur'"),
+        (["-o", "a.jpg"], r"output must end in .png, .exr, .tif, .tiff, got 'a.jpg'"),
+        (["-o", "no/such/a.png"], r"no/such/a.png: the folder .* does not exist; create it first"),
+        (["--no-such-flag"], r"unrecognized arguments: --no-such-flag"),
+        (["--frames", "5"], r"--frames must stand beside --orbit or --path: one picture has no use for it"),
+        (["--seconds", "5"], r"--seconds must stand beside --orbit or --path"),
+        (["--fps", "5"], r"--fps must stand beside --orbit or --path"),
+        (["--loop"], r"--loop must stand beside --orbit or --path"),
+        (["--resume"], r"--resume must stand beside --orbit or --path"),
+        (["--jobs", "2"], r"--jobs must stand beside --orbit or --path"),
+        (["--scheduler", "tcp://host:1"], r"--scheduler must stand beside --orbit or --path"),
+        (
+            ["--lock", "track"],
+            r"--lock track must stand beside --orbit or --path: only a path can be tracked",
+        ),
+        (["--lock", "hard"], r"--lock: invalid choice: 'hard'"),
+        (["--order", "size"], r"--order: invalid choice: 'size'"),
+        (["-o", "a.mp4"], r"a\.mp4 is a video; say with --orbit or --path where the camera goes"),
+        (["-o", "f/%05d.png"], r"%05d\.png numbers frames; say with --orbit or --path where the camera goes"),
+        (["-o", "f/"], r"f/ is a folder, for frames; say with --orbit or --path where the camera goes"),
+        (["--orbit", "2"], r"--orbit must be a whole number of 3 or more, got '2'"),
+        (["--orbit", "9", "--path", "a.json"], r"a camera path must be either an orbit or .*, got both"),
+        (["--orbit", "9", "--frames", "5"], r"frames must not stand beside orbit"),
+        (["--orbit", "9", "--camera-file", "c.json"], r"--camera-file must not stand beside --orbit"),
+        (["--path", "p", "--camera-file", "c.json"], r"--camera-file must not stand beside --path"),
+        (["--path", "p.json", "--zoom", "2"], r"--zoom must not stand beside --path, which says where"),
+        (["--path", "none.json"], r"none\.json: "),
+        (["--orbit", "9", "--fps", "0"], r"fps must be above 0"),
+        (["--orbit", "9", "--jobs", "0"], r"--jobs must be a whole number of 1 or more, got '0'"),
+        (
+            ["--orbit", "9", "--jobs", "2", "--scheduler", "tcp://h:1"],
+            r"jobs must not stand beside scheduler",
+        ),
+        (
+            ["--orbit", "9", "--resume"],
+            r"a video cannot be gone on with \(--resume\), got 'pears-ellipse.mp4'",
+        ),
+        (
+            ["--orbit", "9", "--size", "16386x9"],
+            r"pictures in \.mp4 must be at most 16384 pixels wide and high",
+        ),
+        (["--orbit", "9", "--background", "transparent"], r"background must not be transparent in a video"),
+        (["--orbit", "9", "-o", "a.png"], r"a path has many frames and 'a\.png' is one picture"),
+        (["--orbit", "9", "-o", "no/such/%d.png"], r"the folder .*no does not exist; create it first"),
+    ],
+)
+def test_a_bad_flag_gets_one_sentence(scene, capsys, words, sentence):
+    code, out, err = run(capsys, "render", scene, "--stroke", "ellipse", *words)
+    assert (code, out) == (2, "")
+    assert re.match(f"brushgs: .*{sentence}", err), err
+    assert err.count("\n") == 1
+    assert names() == []
+
+
+@pytest.mark.parametrize("words", [[], ["paint"], ["render"], ["prune"]])
+def test_missing_words_get_one_sentence(capsys, words):
+    code, out, err = run(capsys, *words)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("brushgs: ")
+
+
+@pytest.mark.parametrize("command", ["render", "prune", "cluster", "info"])
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [(None, "missing.ply: "), (b"", "bad.ply: "), (b"ply\nformat ascii 1.0\nend_header\n", "bad.ply: ")],
+)
+def test_a_bad_scene_gets_one_sentence(tmp_path, monkeypatch, capsys, command, content, sentence):
+    monkeypatch.chdir(tmp_path)
+    name = "missing.ply"
+    if content is not None:
+        name = "bad.ply"
+        Path(name).write_bytes(content)
+    before = names()
+    code, out, err = run(capsys, command, name)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith(f"brushgs: {sentence}")
+    assert names() == before
+
+
+def test_an_existing_picture_survives_a_run_that_fails(scene, capsys, monkeypatch):
+    Path("a.png").write_bytes(b"precious")
+
+    def fail(*_, **__):
+        raise OSError(28, "No space left on device", "a.png")
+
+    monkeypatch.setattr("brushgs.io.pictures.images.write_frame", fail)
+    code, out, err = run(capsys, "render", scene, *SMALL, "-o", "a.png")
+    assert (code, out, err) == (2, "", "brushgs: a.png: No space left on device\n")
+    assert Path("a.png").read_bytes() == b"precious"
+
+
+def test_the_input_is_never_overwritten(scene, capsys):
+    before = Path(scene).read_bytes()
+    code, _, err = run(capsys, "prune", scene, "-o", scene)
+    assert code == 2
+    assert "is the input, which is never overwritten" in err
+    assert Path(scene).read_bytes() == before
+
+
+def test_debug_shows_the_traceback(scene):
+    with pytest.raises(bg.SceneError):
+        cli.main(["render", "missing.ply", *SMALL, "--debug"])
+
+
+def test_a_fault_of_our_own_is_called_one(scene, capsys, monkeypatch):
+    def fail(*_, **__):
+        raise KeyError("means")
+
+    monkeypatch.setattr("brushgs.painting.still.paint_file", fail)
+    code, _, err = run(capsys, "render", scene, *SMALL)
+    assert (code, err.count("\n")) == (1, 1)
+    assert "a fault of brushgs itself, KeyError" in err
+    with pytest.raises(KeyError):
+        cli.main(["render", scene, "--debug"])
+
+
+def test_memory_that_runs_out_is_said(scene, capsys, monkeypatch):
+    def fail(*_, **__):
+        raise MemoryError("Unable to allocate 12.0 GiB")
+
+    monkeypatch.setattr("brushgs.painting.still.paint_file", fail)
+    code, _, err = run(capsys, "render", scene, *SMALL)
+    assert code == 2
+    assert err.startswith("brushgs: out of memory (Unable to allocate 12.0 GiB)")
+
+
+def test_ctrl_c_exits_with_130(scene, capsys, monkeypatch):
+    def stop(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("brushgs.painting.still.paint_file", stop)
+    assert run(capsys, "render", scene, *SMALL) == (130, "", "brushgs: stopped\n")
+
+
+def test_a_scene_that_is_usable_with_a_loss_is_painted_with_a_note(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    gaussians = still_life(2000)
+    bg.save(gaussians, "hurt.ply")
+    data = bytearray(Path("hurt.ply").read_bytes())
+    start = data.index(b"end_header\n") + len(b"end_header\n")
+    data[start : start + 4] = b"\x00\x00\xc0\x7f"  # x of the first row becomes NaN
+    Path("hurt.ply").write_bytes(data)
+    code, out, err = run(capsys, "render", "hurt.ply", *SMALL)
+    assert (code, out) == (0, "hurt-ellipse.png\n")
+    assert re.search(r"^brushgs: note: hurt\.ply: .*1 of", err, re.MULTILINE), err
+    assert "1 rows dropped" in err
+    _, out, err = run(capsys, "render", "hurt.ply", *SMALL, "--json")
+    assert err == ""
+    assert len(json.loads(out)["notes"]) == 1
+    _, out, _ = run(capsys, "info", "hurt.ply")
+    assert re.search(r"^note +hurt\.ply", out, re.MULTILINE)
+
+
+def test_a_path_becomes_a_video_that_bears_the_name_of_scene_and_stroke(scene, capsys):
+    code, out, err = run(capsys, "render", scene, *SMALL, "--orbit", "4", "--fps", "8")
+    assert (code, out) == (0, "pears-ellipse.mp4\n")
+    assert names() == ["pears-ellipse.mp4"]
+    for word in ("path", "4 frames, 8 a second, a loop, 64x48", "track", "paint", "4 of 4 frames", "write"):
+        assert word in err
+
+
+def test_a_folder_takes_numbered_frames_and_resume_goes_on_with_them(scene, capsys):
+    assert run(capsys, "render", scene, *SMALL, "--orbit", "4", "-o", "f/")[:2] == (0, "f/%05d.png\n")
+    Path("f/00002.png").unlink()
+    words = "render", scene, *SMALL, "--orbit", "4", "-o", "f/", "--resume"
+    _, out, _ = run(capsys, *words, "--json")
+    value = json.loads(out)
+    counts = {stage["name"]: stage["counts"] for stage in value["stages"]}
+    assert (counts["paint"]["painted"], counts["paint"]["skipped"], value["output"]) == (1, 3, "f/%05d.png")
+    assert len(names("f")) == 5
+    code, _, err = run(capsys, *words, "--seed", "5")
+    assert code == 2
+    assert re.match(
+        r"brushgs: f/%05d\.png: .* another painting \(seed 0, asked is 5\); give the options", err
+    )
+
+
+@pytest.mark.parametrize(
+    ("flags", "lock"),
+    [
+        ([], "anchor"),
+        (["--lock", "off"], "off"),
+        (["--stroke", "ellipse"], "off"),
+    ],  # a kernel has no direction
+)
+def test_the_lock_of_a_picture_is_told(scene, capsys, flags, lock):
+    _, out, _ = run(capsys, "render", scene, *SMALL, "--stroke", "flat", *flags, "--json")
+    assert [s["counts"]["lock"] for s in json.loads(out)["stages"] if s["name"] == "project"] == [lock]
+
+
+@pytest.mark.parametrize(
+    ("flags", "order"),
+    [
+        ([], "depth"),
+        (["--order", "soft"], "soft"),
+        (["--order", "soft", "--stroke", "ellipse"], "depth"),  # kernels are always drawn by depth
+    ],
+)
+def test_the_order_of_a_picture_is_told(scene, capsys, flags, order):
+    _, out, _ = run(capsys, "render", scene, *SMALL, "--stroke", "flat", *flags, "--json")
+    assert [s["counts"]["order"] for s in json.loads(out)["stages"] if s["name"] == "project"] == [order]
+
+
+def test_passes_stand_alone(scene, capsys):
+    assert run(capsys, "prune", scene, "--keep", "0.5")[:2] == (0, "pears-pruned.ply\n")
+    assert run(capsys, "cluster", "pears-pruned.ply", "--strokes", "40", "-o", "few.ply")[:2] == (
+        0,
+        "few.ply\n",
+    )
+    assert len(bg.load("few.ply")) <= 40
+
+
+@pytest.fixture
+def blue(scene):
+    """A blue picture in the current folder."""
+    rgb = np.full((4, 4, 3), (0.1, 0.2, 0.8), np.float32)
+    bg.save(bg.Frame(rgb, np.ones((4, 4), np.float32), np.zeros((4, 4), np.float32)), "blue.png")
+    return "blue.png"
+
+
+def test_a_palette_gives_its_colours(scene, blue, capsys):
+    words = ["--background", "transparent", "--palette", blue]
+    code, _, err = run(capsys, "render", scene, *SMALL, *words)
+    assert code == 0
+    assert "100% of the way in lab" in err
+    picture = read_image("pears-ellipse.png")
+    painted = picture[..., 3] > 0.5
+    np.testing.assert_allclose(picture[painted, :3], [[0.1, 0.2, 0.8]] * painted.sum(), atol=0.02)
+
+
+def test_the_palette_pass_stands_alone(scene, blue, capsys):
+    words = ["--palette", blue, "--palette-strength", "0.5", "--palette-space", "srgb"]
+    assert run(capsys, "recolor", scene, *words)[:2] == (0, "pears-recolored.ply\n")
+    before, after = (base_colors(bg.load(name).sh) for name in (scene, "pears-recolored.ply"))
+    assert np.std(after) < np.std(before)
+    assert bg.load("pears-recolored.ply").means.shape == bg.load(scene).means.shape
+
+
+def test_frames_of_another_palette_are_not_gone_on_with(scene, blue, capsys):
+    words = [*SMALL, "--orbit", "3", "-o", "f/", "--palette", blue]
+    assert run(capsys, "render", scene, *words)[0] == 0
+    code, _, err = run(capsys, "render", scene, *words, "--palette-strength", "0.5", "--resume")
+    assert code == 2
+    assert "palette strength 1.0, asked is 0.5" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--palette-strength", "1"], "--palette-strength must stand beside --palette"),
+        (["--palette", "none.jpg"], r"none\.jpg: there is no such picture"),
+        (["--palette", "blue.png", "--palette-strength", "70"], r"must be in \[0, 1\], got 70; .*write 0\.7"),
+        (["--palette", "blue.png", "--palette-space", "hsv"], "invalid choice: 'hsv'"),
+        (["--palette", "clear.png"], r"clear\.png: has no colours to take"),
+        (["--palette", "blue.png", "-o", "blue.png"], r"blue\.png: is the input, which is never overwritten"),
+    ],
+)
+def test_a_bad_palette_gets_one_sentence(scene, blue, capsys, words, sentence):
+    nothing = np.zeros((4, 4, 4), np.float32)
+    bg.save(bg.Frame(nothing[..., :3], nothing[..., 3], nothing[..., 3]), "clear.png")
+    code, out, err = run(capsys, "render", scene, *SMALL, *words)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert re.search(sentence, err), err
+
+
+@pytest.mark.parametrize("flag", ["--camera-file", "--path"])
+def test_a_camera_file_does_not_choose_a_picture_that_fills_the_memory(scene, capsys, flag):
+    turn = np.eye(3).tolist()
+    views = [
+        {"id": i, "img_name": str(i), "width": 16000, "height": 16000, "position": [0, 0, -9 - i]}
+        | {"rotation": turn, "fx": 9e3, "fy": 9e3}
+        for i in range(2)
+    ]
+    Path("cameras.json").write_text(json.dumps(views))
+    output = "a.png" if flag == "--camera-file" else "f/"
+    words = ["--stroke", "ellipse", "--strokes", "20", flag, "cameras.json", "-o", output]
+    code, _, err = run(capsys, "render", scene, *words)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "cameras.json: asks for pictures of 16000x16000 pixels" in err
+    assert run(capsys, "render", scene, *words, "--size", "32x32")[0] == 0
+
+
+def test_strokes_from_a_file_are_all_painted_unless_a_share_is_asked_for(scene, capsys):
+    assert run(capsys, "cluster", scene, "--strokes", "40", "-o", "few.ply")[0] == 0
+    words = ["few.ply", "--stroke", "flat", "--size", "64x48"]
+    _, out, _ = run(capsys, "render", *words, "--json")
+    counts = {stage["name"]: stage["counts"] for stage in json.loads(out)["stages"]}
+    assert counts["load"]["is_strokes"]
+    assert counts["prune"]["after"] == counts["load"]["gaussians"]
+    _, out, _ = run(capsys, "render", *words, "--keep", "0.5", "--json")
+    assert json.loads(out)["stages"][3]["counts"]["after"] == round(0.5 * counts["load"]["gaussians"])
+    assert run(capsys, "prune", "few.ply", "--keep", "0.9", "-o", "fewer.ply")[0] == 0
+    _, out, _ = run(capsys, "render", "fewer.ply", "--json")
+    assert json.loads(out)["stages"][1]["counts"]["is_strokes"], "a pass over strokes leaves strokes"
+
+
+def test_strokes_lists_the_names(capsys):
+    assert run(capsys, "strokes") == (0, "\n".join(builtin_names()) + "\n", "")
+    assert json.loads(run(capsys, "strokes", "--json")[1]) == builtin_names()
+
+
+def test_info_tells_what_a_scene_holds(scene, capsys):
+    code, out, err = run(capsys, "info", scene)
+    assert (code, err) == (0, "")
+    assert re.search(r"^sh degree +3$", out, re.MULTILINE)
+    assert json.loads(run(capsys, "info", scene, "--json")[1])["sh_degree"] == 3
+
+
+def test_the_demo_says_where_the_picture_is(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("brushgs.painting.demo.still_life", partial(still_life, 4000))
+    code, out, err = run(capsys, "demo", "--stroke", "gaussian", "--size", "64x48")
+    assert (code, out) == (0, "brushgs-demo/still_life-gaussian.png\n")
+    assert "a still life of" in err
+    assert names("brushgs-demo") == ["still_life-gaussian.png", "still_life.ply"]
+
+
+@pytest.mark.parametrize("command", sorted(cli.COMMANDS))
+def test_every_flag_has_help_and_every_number_its_default(command, capsys):
+    with pytest.raises(SystemExit) as stop:
+        cli.main([command, "--help"])
+    assert stop.value.code == 0
+    text = " ".join(capsys.readouterr().out.split())
+    flags = arguments.build_parser()._subparsers._group_actions[0].choices[command]._actions
+    for action in flags:
+        assert action.help, action.option_strings
+        is_value = action.nargs is None and action.option_strings and action.type is not Path
+        if is_value and action.dest not in ("preset", "help"):
+            assert "default" in action.help, f"{action.option_strings} does not say its default"
+    assert "usage: brushgs" in text
+
+
+def brushgs(*words, cwd, **options):
+    command = [sys.executable, "-m", "brushgs", *map(str, words)]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    return subprocess.Popen(
+        command,
+        cwd=cwd,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    )
+
+
+def test_version_of_the_module_run_as_a_program(tmp_path):
+    with brushgs("--version", cwd=tmp_path) as process:
+        out, err = process.communicate()
+    assert (process.returncode, out, err) == (0, f"brushgs {bg.__version__}\n", "")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no file size limit")
+@pytest.mark.parametrize("output", ["a.png", "a.tif", "a.exr", "a.ply", "a.mp4", "a.webm", "a.gif"])
+def test_a_full_disc_gets_a_sentence_and_leaves_nothing(made, tmp_path, output):
+    def limit():
+        import resource
+
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))
+
+    words = ["prune", made] if output == "a.ply" else ["render", made, *SMALL]
+    words += ["--orbit", "3"] if output in ("a.mp4", "a.webm", "a.gif") else []
+    with brushgs(*words, "-o", output, cwd=tmp_path, preexec_fn=limit) as process:
+        out, err = process.communicate()
+    assert (process.returncode, out) == (2, "")
+    assert re.fullmatch(rf"brushgs: {output}: cannot be written.*; check the .*disk\n", err), err
+    assert names(tmp_path) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no file size limit")
+def test_a_disc_that_fills_while_frames_are_painted_leaves_those_that_are_whole(made, tmp_path):
+    def limit():
+        import resource
+
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))  # the ledger fits, no frame does
+
+    words = "render", made, *SMALL, "--size", "320x240", "--orbit", "3", "-o", "f/"
+    with brushgs(*words, cwd=tmp_path, preexec_fn=limit) as process:
+        out, err = process.communicate()
+    assert (process.returncode, out) == (2, "")
+    assert re.fullmatch(r"brushgs: .*/frame\.png: cannot be written.*; check the .*disk\n", err), err
+    assert names(tmp_path / "f") == [".%05d.png.json"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT to send")
+def test_a_real_ctrl_c_leaves_nothing_behind(tmp_path):
+    fifo = tmp_path / "never.ply"
+    os.mkfifo(fifo)
+    code = "import sys, time, brushgs.painting.still as p, brushgs.cli as c\n"
+    code += "def wait(*a, **k): print('ready', flush=True); time.sleep(60)\n"
+    code += "p.paint_file = wait\nsys.exit(c.main(['render', 'a.ply']))"
+    process = subprocess.Popen(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with process:
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        err = process.stderr.read()
+    assert process.returncode == 130
+    assert err == "brushgs: stopped\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminal")
+def test_a_terminal_sees_a_bar_for_each_stage_and_a_pipe_does_not(made, tmp_path):
+    import pty
+
+    words = ["render", made, "--stroke", "gaussian", "--size", "32x24"]
+    with brushgs(*words, cwd=tmp_path) as process:
+        _, piped = process.communicate()
+    assert "\x1b" not in piped
+    assert piped.count("rasterise") == 1
+
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "brushgs", *map(str, words)]
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "TERM": "xterm", "COLUMNS": "100"}
+    with subprocess.Popen(
+        command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=theirs
+    ) as process:
+        os.close(theirs)
+        shown = b""
+        while chunk := _read(ours):
+            shown += chunk
+    os.close(ours)
+    assert process.returncode == 0
+    bars, table = shown.decode().split("what it did")
+    assert "\u2501" in bars  # the line that a bar is drawn with
+    assert "rasterise" in bars
+    assert "total" in table
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminal")
+def test_a_terminal_sees_frames_done_and_the_time_left(made, tmp_path):
+    import pty
+
+    ours, theirs = pty.openpty()
+    words = ["render", str(made), *SMALL, "--orbit", "60", "-o", "f/"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "TERM": "xterm", "COLUMNS": "120"}
+    with subprocess.Popen(
+        [sys.executable, "-m", "brushgs", *words],
+        cwd=tmp_path,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=theirs,
+    ) as process:
+        os.close(theirs)
+        shown = b""
+        while chunk := _read(ours):
+            shown += chunk
+    os.close(ours)
+    assert process.returncode == 0
+    assert re.search(r"paint.*[0-9]+/60 frames, [0-9.]+ a second, [0-9]+:[0-9]{2} left", shown.decode())
+
+
+def _read(terminal):
+    """What a terminal shows next; nothing once its other end is closed."""
+    try:
+        return os.read(terminal, 65536)
+    except OSError:
+        return b""

@@ -1,0 +1,261 @@
+"""`brushgs bench`: files, table, JSON, and one sentence on bad input."""
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs import cli
+from brushgs.cli import flags as arguments
+from brushgs.io.pictures.images import read_image
+from brushgs.measure import plotting
+from brushgs.measure.bench import BenchReport
+from brushgs.measure.bench.families import SIZES, STOPS
+from brushgs.options.experiments import BenchConfig
+from brushgs.painting.report import pace
+from brushgs.still_life import still_life
+
+FAMILIES = ["strokes", "merge", "filter", "precision", "sh", "size"]
+SMALL = ["--stroke", "dry_brush", "--size", "64x48", "--repeats", "1", "--strokes", "30,90"]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A scene whose colours depend on the view."""
+    path = tmp_path_factory.mktemp("scene") / "pears.ply"
+    scene = still_life(1000)
+    sh = np.zeros((len(scene), 4, 3), np.float32)
+    sh[:, :1] = scene.sh[:, :1]
+    sh[:, 1:] = 0.1 * np.random.default_rng(0).normal(size=(len(scene), 3, 3))
+    bg.save(bg.Gaussians(scene.means, scene.quats, scene.scales, scene.opacities, sh), path)
+    return path
+
+
+@pytest.fixture
+def scene(made, tmp_path, monkeypatch):
+    """A scene file; the current folder is empty."""
+    monkeypatch.chdir(tmp_path)
+    return str(made)
+
+
+def run(capsys, *words):
+    """Exit code, stdout and stderr of one command."""
+    code = cli.main(["bench", *map(str, words)])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def names(folder="."):
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+def test_the_command_writes_figures_table_and_plot(scene, capsys):
+    code, out, err = run(capsys, scene, *SMALL)
+    assert (code, out) == (0, "pears-bench\n"), err
+    assert names() == ["pears-bench"]
+    assert names("pears-bench") == ["bench.csv", "bench.json", "bench.png"]
+    height, width, _ = read_image("pears-bench/bench.png").shape
+    assert (width, height) == (1122, 627)
+    for word in ("number of strokes", "nearest", "float64, none", "64x48", "balanced, cover", "SH degree"):
+        assert word in err
+    assert err.rstrip().splitlines()[-1].startswith("for this scene ")
+    assert "\x1b" not in err  # no progress bar in a pipe
+
+    value = json.loads(Path("pears-bench/bench.json").read_text())
+    assert (value["schema"], value["brushgs"]) == (1, bg.__version__)
+    assert value["settings"]["measure"]["strokes"] == [30, 90]
+    assert value["settings"]["draw"]["stroke"] == "dry_brush"
+    assert value["settings"]["camera"]["width"] == 64
+    assert value["settings"]["machine"]["threads"] >= 1
+    found = value["bench"]
+    assert [family["name"] for family in found["families"]] == FAMILIES
+    assert found["advice"] == err.rstrip().splitlines()[-1]
+    assert set(found["knee"]) == {"strokes", "psnr", "gain_of_doubling", "cost_of_doubling"}
+    num = {family["name"]: len(family["points"]) for family in found["families"]}
+    precision, sizes = 2 * len(STOPS), len(SIZES)
+    assert num == {"strokes": 3, "merge": 8, "filter": 3, "precision": precision, "sh": 2, "size": sizes}
+    for family in found["families"]:
+        assert any(point["is_best"] for point in family["points"])
+        for point in family["points"]:
+            assert set(point) >= {"label", "series", "value", "error", "seconds", "verified", "strokes"}
+            assert point["verified"]["mean"] <= 2e-5
+            for spread in point["seconds"].values():
+                assert 0 < spread["q1"] <= spread["median"] <= spread["q3"]
+                assert spread["runs"] >= 1
+    check_what_is_known(found)
+
+    written = list(csv.DictReader(Path("pears-bench/bench.csv").read_text().splitlines()))
+    points = [point for family in found["families"] for point in family["points"]]
+    assert [row["label"] for row in written] == [point["label"] for point in points]
+    assert [float(row["rmse"]) for row in written] == [point["error"]["rmse"] for point in points]
+
+
+def check_what_is_known(found):
+    """Signs and ends of the curves that hold on any machine."""
+    points = {family["name"]: family["points"] for family in found["families"]}
+    strokes = points["strokes"]
+    assert [point["strokes"] for point in strokes[:-1]] == [30, 90]
+    assert strokes[-1]["strokes"] == 792  # one per Gaussian that is kept
+    assert strokes[-1]["error"]["rmse"] < strokes[0]["error"]["rmse"]
+    assert all(0 <= point["unpainted"] <= 1 and 0 < point["error"]["flip"] < 1 for point in strokes)
+    assert all(set(point["seconds"]) == {"frame", "painting"} for point in strokes)
+    assert all(point["seconds"]["painting"]["q3"] > point["seconds"]["frame"]["q1"] for point in strokes)
+    assert {point["strokes"] for point in points["merge"]} <= {29, 30, 89, 90}
+    errors = {point["label"]: point["error"]["rmse"] for point in points["filter"]}
+    assert errors["mip"] < errors["bilinear"]
+    exact = points["precision"][-1]
+    assert (exact["label"], exact["value"]) == ("float64, none", 0)
+    assert exact["error"]["largest"] < 1e-10
+    single = [point["error"]["rmse"] for point in points["precision"][: len(STOPS)]]
+    assert single == sorted(single, reverse=True)
+    assert points["sh"][-1]["error"]["rmse"] == 0
+    assert points["sh"][-1]["error"]["psnr"] is None
+    assert points["sh"][0]["error"]["rmse"] > 0
+    assert points["size"][0]["error"]["rmse"] > points["size"][-1]["error"]["rmse"]
+
+
+@pytest.mark.parametrize("suffix", ["json", "csv", "png"])
+def test_one_file_may_be_asked_for_alone(scene, capsys, suffix):
+    words = [*SMALL, "--families", "filter", "-o", f"one.{suffix}", "--quiet"]
+    assert run(capsys, scene, *words) == (0, "", "")
+    assert names() == [f"one.{suffix}"]
+
+
+def test_json_on_stdout_is_what_is_written(scene, capsys):
+    code, out, err = run(capsys, scene, *SMALL, "--families", "filter,size", "--json", "-o", "all.json")
+    assert (code, err) == (0, "")
+    assert json.loads(out)["bench"] == json.loads(Path("all.json").read_text())["bench"]
+    assert [family["name"] for family in json.loads(out)["bench"]["families"]] == ["filter", "size"]
+    assert json.loads(out)["bench"]["advice"] is None
+
+
+def test_a_family_without_use_is_left_out_with_the_reason(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    flat = still_life(1000)
+    bg.save(replace(flat, sh=flat.sh[:, :1].copy()), "flat.ply")
+    words = ["flat.ply", *SMALL, "--stroke", "gaussian", "--strokes", "5000", "--no-plot", "--json"]
+    code, out, err = run(capsys, *words, "--families", "merge,filter,sh,strokes")
+    assert (code, err) == (0, "")
+    value = json.loads(out)
+    left = {stage["name"]: stage["left_out"] for stage in value["stages"]}
+    assert left["merge"] == ["the whole family: 792 Gaussians: none is merged"]
+    assert left["filter"] == ["the whole family: a kernel is computed, not sampled"]
+    assert left["sh"] == ["the whole family: the scene has degree 0 only"]
+    assert [family["name"] for family in value["bench"]["families"]] == ["strokes"]
+    assert value["bench"]["advice"] is None  # one count has no knee
+    assert names("flat-bench") == ["bench.csv", "bench.json"]
+
+
+def test_the_soft_order_is_held_to_its_own_definition(scene, capsys):
+    words = [*SMALL, "--order", "soft", "--families", "precision,filter", "--json", "--no-plot"]
+    code, out, _ = run(capsys, scene, *words)
+    assert code == 0
+    precision = next(f for f in json.loads(out)["bench"]["families"] if f["name"] == "precision")
+    assert "16x12" in precision["title"]  # drawn at a quarter: the definition goes pixel by pixel
+    assert precision["points"][-1]["error"]["largest"] < 1e-10
+
+
+def test_progress_counts_runs_not_frames(scene, monkeypatch):
+    told = []
+    stage = BenchReport.stage
+
+    def recorded(self, name, *, frames=None, of="frames"):
+        if frames is not None:
+            told.append([name, of, frames, 0])
+        return stage(self, name, frames=frames, of=of)
+
+    def advance(self):
+        told[-1][3] += 1
+
+    monkeypatch.setattr(BenchReport, "stage", recorded)
+    monkeypatch.setattr(BenchReport, "advance", advance)
+    assert cli.main(["bench", scene, *SMALL, "--families", "strokes,merge", "-o", "a.csv", "--quiet"]) == 0
+    assert told == [["strokes", "runs", 9, 9], ["merge", "runs", 20, 20]]  # each verified, then all timed
+    assert pace(3, 9, 1.5, "runs") == "3/9 runs, 2 a second, 0:03 left"
+
+
+def configs(*words):
+    return arguments.bench_configs(arguments.parse(["bench", "a.ply", *words]))
+
+
+def test_quick_takes_fewer_counts_and_repeats_and_a_smaller_picture():
+    (paint, full), (small, quick) = configs(), configs("--quick")
+    assert full == BenchConfig()
+    assert quick == BenchConfig.quick()
+    assert (paint.view.size, small.view.size) == (None, (640, 360))
+    assert len(quick.strokes) < len(full.strokes)
+    assert quick.repeats < full.repeats
+    assert quick.families == full.families == tuple(FAMILIES)
+
+
+def test_flags_win_over_quick():
+    paint, config = configs("--quick", "--repeats", "9", "--strokes", "10,20", "--size", "32x24")
+    assert (config.repeats, config.strokes, paint.view.size) == (9, (10, 20), (32, 24))
+    assert configs("--quick", "--camera-file", "c.json")[0].view.size is None
+    assert configs("--merge", "paper")[0].cluster.merge == "paper"
+
+
+def test_the_plot_needs_matplotlib_and_the_figures_do_not(scene, capsys, monkeypatch):
+    monkeypatch.setattr(plotting, "find_spec", lambda name: None)
+    words = [*SMALL, "--families", "filter"]
+    code, out, err = run(capsys, scene, *words)
+    assert (code, out) == (2, "")
+    assert "the plot needs matplotlib, which is not installed; pip install 'brushgs[plot]'" in err
+    assert names() == []
+    assert run(capsys, scene, *words, "--no-plot", "--quiet") == (0, "", "")
+
+
+def test_a_wrong_picture_ends_the_bench_and_nothing_is_written(scene, capsys, monkeypatch):
+    from brushgs.measure.bench import subject
+
+    true = subject.render
+    monkeypatch.setattr(subject, "render", lambda *a, **o: true(*a, **o | {"low_pass": 1.0}))
+    code, out, err = run(capsys, scene, *SMALL, "--families", "filter")
+    assert (code, out) == (1, "")
+    assert "WrongPictureError: bench: filter mip paints another picture than the reference, 32x32" in err
+    assert err.count("\n") == 1
+    assert names() == []
+
+
+@pytest.mark.parametrize(
+    ("words", "match"),
+    [
+        (
+            ["--families", "speed"],
+            "families must be among strokes, merge, filter, precision, sh, size, got",
+        ),
+        (["--families", ""], "families must be among strokes"),
+        (["--strokes", "10,x"], "--strokes must be a whole number of 1 or more, got 'x'"),
+        (["--strokes", "0"], "--strokes must be a whole number of 1 or more, got '0'"),
+        (["--strokes", "20,10"], "strokes must ascend from 1 or more, got 20, 10"),
+        (["--repeats", "0"], "--repeats must be a whole number of 1 or more, got '0'"),
+        (["-o", "report.pdf"], "output must be a folder or end in .json, .csv, .png, got 'report.pdf'"),
+        (["-o", "no/where/report"], "does not exist; create it first"),
+        (["-o", "a.png", "--no-plot"], "--no-plot must not stand beside an output that is a plot"),
+        (["--background", "transparent"], "background must be a colour or an image"),
+        (["--background", "pink"], "background must be white, black"),
+        (["--stroke", "nothing"], "neither a file nor a built-in stroke"),
+        (["--camera-file", "none.json", "--up", "+z"], "--up must not stand beside --camera-file"),
+        (["--orbit", "9"], "unrecognized arguments: --orbit 9"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_leaves_nothing(scene, capsys, words, match):
+    code, out, err = run(capsys, scene, *SMALL, *words)
+    assert (code, out) == (2, "")
+    assert match in err
+    assert err.count("\n") == 1
+    assert names() == []
+
+
+@pytest.mark.parametrize("options", [{"count": 0}, {"repeats": 0}])
+def test_bad_numbers_are_refused(options):
+    with pytest.raises(ValueError, match="must be at least 1, got 0"):
+        BenchConfig(**options)
+    with pytest.raises(ValueError, match=r"families must be among .*, got none"):
+        BenchConfig(families=())
+    with pytest.raises(ValueError, match="strokes must ascend from 1 or more, got none"):
+        BenchConfig(strokes=())

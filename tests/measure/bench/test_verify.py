@@ -1,0 +1,162 @@
+"""A wrong picture is never timed: what verification lets pass, and what it catches."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.measure.bench import families, measure, subject
+from brushgs.measure.bench.supersample import FACTOR, supersampled
+from brushgs.measure.bench.verify import (
+    DOUBLE,
+    SINGLE,
+    WrongPictureError,
+    agrees,
+    bound_of,
+    check_square,
+    same,
+)
+from brushgs.options.experiments import BenchConfig
+from brushgs.options.painting import DrawConfig, PaintConfig
+from brushgs.painting.report import Report
+from brushgs.rendering.rasterize import rasterize, render
+from brushgs.still_life import still_life, still_life_camera
+from brushgs.threads import num_threads_or_default
+from tests.rendering.strokes import bristles, random_boxes
+
+SCENE = still_life(3000)
+STROKES = bg.cluster(bg.prune(SCENE), 200)
+CAMERA = still_life_camera(width=96, height=72)
+BRUSH = bg.StrokeTexture.open("dry_brush")
+KERNEL = bg.StrokeTexture.open("gaussian")
+HOW = {"lock": "anchor", "order": "depth", "filter": "mip", "num_sigmas": 2.0}
+
+
+def frame_of(texture=BRUSH, strokes=STROKES, **changed):
+    return render(strokes, CAMERA, texture, depth=False, **HOW | changed)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize(
+    "changed", [{}, {"filter": "nearest"}, {"filter": "bilinear"}, {"lock": "off"}, {"order": "soft"}]
+)
+def test_right_pictures_pass_far_within_the_bound(dtype, changed):
+    """Measured worst: mean 4e-7 (float32) and 1e-15 (float64), no pixel off by a step."""
+    strokes, how = STROKES.astype(dtype), HOW | changed
+    found = check_square("x", frame_of(strokes=strokes, **changed), strokes, CAMERA, BRUSH, how)
+    assert found.mean < (1e-5 if dtype == np.float32 else 1e-13)
+    assert found.beyond_step == 0
+    assert "32x32 pixels from" in found.against
+
+
+def test_kernels_pass_too():
+    for kernel in (KERNEL, bg.StrokeTexture.open("ellipse")):
+        check_square("x", frame_of(kernel), STROKES, CAMERA, kernel, HOW)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "why"),
+    [
+        ({"filter": "bilinear"}, "another filter"),
+        ({"lock": "off"}, "other directions"),
+        ({"num_sigmas": 2.02}, "boxes one percent too large"),
+        ({"low_pass": 0.2}, "another low-pass"),
+        ({"strokes": STROKES.take(slice(1, None))}, "a stroke too few"),
+    ],
+)
+def test_a_wrong_picture_is_named(wrong, why):
+    if why == "a stroke too few":  # in the square: the nearest one there
+        boxes = bg.project(STROKES, CAMERA)
+        found = check_square("x", frame_of(), STROKES, CAMERA, BRUSH, HOW)
+        x, y = (int(word.strip("(),")) for word in found.against.split()[-2:])
+        inside = (np.abs(boxes.centers - (x + 16, y + 16)) < 8).all(axis=1)
+        wrong = {"strokes": STROKES.take(np.arange(len(STROKES)) != boxes.ids[np.argmax(inside)])}
+    with pytest.raises(WrongPictureError, match="bench: strokes 200 paints another picture than the refer"):
+        check_square("strokes 200", frame_of(**wrong), STROKES, CAMERA, BRUSH, HOW)
+
+
+def test_bounds_are_by_precision_and_nan_passes_none():
+    frame = frame_of()
+    assert bound_of(frame) is SINGLE
+    assert bound_of(bg.Frame(frame.rgb.astype(float), frame.alpha.astype(float))) is DOUBLE
+    poisoned = frame.rgb.copy()
+    poisoned[3, 4, 1] = np.nan
+    with pytest.raises(WrongPictureError):
+        agrees("x", replace(frame, rgb=poisoned), frame, "itself")
+    few = frame.rgb.copy()
+    few[:3, :3] += 0.1  # 9 of 6912 pixels: under the share
+    assert agrees("x", replace(frame, rgb=few), frame, "itself").beyond_step == pytest.approx(9 / 6912)
+
+
+def test_a_run_that_comes_out_different_is_named():
+    frame = frame_of()
+    same("x", frame_of(), frame)
+    changed = frame.alpha.copy()
+    changed[0, 0] += 1e-7
+    with pytest.raises(WrongPictureError, match="size 48x36 came out different when it ran again: alpha"):
+        same("size 48x36", replace(frame, alpha=changed), frame)
+
+
+def subject_of(tmp_path, names):
+    path = tmp_path / "scene.ply"
+    bg.save(SCENE, path)
+    paint = PaintConfig(draw=DrawConfig("dry_brush"))
+    config = BenchConfig(families=names, strokes=(50, 200), count=50, repeats=1)
+    return subject.Subject(path, bg.load(path), CAMERA, BRUSH, paint, config)
+
+
+@pytest.mark.parametrize("name", ["strokes", "merge", "filter", "size", "sh"])
+def test_a_renderer_that_paints_wrongly_ends_every_family(tmp_path, monkeypatch, name):
+    true = families.render if name == "sh" else subject.render
+
+    def wrong(*args, **options):
+        frame = true(*args, **options)
+        return replace(frame, rgb=frame.rgb * np.float32(0.99))
+
+    monkeypatch.setattr(subject, "render", wrong)
+    monkeypatch.setattr(families, "render", wrong)
+    with pytest.raises(WrongPictureError):
+        measure.measure(subject_of(tmp_path, (name,)), Report())
+
+
+def test_a_kernel_that_stops_at_another_light_ends_the_family_of_precision(tmp_path, monkeypatch):
+    def wrong(*args, min_transmittance, **options):
+        return rasterize(*args, min_transmittance=2 * min_transmittance, **options)
+
+    monkeypatch.setattr(families, "rasterize", wrong)
+    with pytest.raises(WrongPictureError, match="precision float32, stop at 1e-01"):
+        measure.measure(subject_of(tmp_path, ("precision",)), Report())
+
+
+def test_a_truth_that_is_wrong_is_named(tmp_path, monkeypatch):
+    def wrong(boxes, texture, **options):
+        return supersampled(replace(boxes, centers=boxes.centers + np.float32(0.1)), texture, **options)
+
+    monkeypatch.setattr(families, "supersampled", wrong)
+    with pytest.raises(WrongPictureError, match="filter, the supersampled truth"):
+        measure.measure(subject_of(tmp_path, ("filter",)), Report())
+
+
+def test_a_frame_that_changes_between_runs_ends_the_bench(tmp_path, monkeypatch):
+    paint, calls = subject.render, []
+
+    def fickle(*args, **options):
+        calls.append(1)
+        frame = paint(*args, **options)
+        return replace(frame, alpha=np.nextafter(frame.alpha, np.float32(2))) if len(calls) > 5 else frame
+
+    monkeypatch.setattr(subject, "render", fickle)
+    with pytest.raises(WrongPictureError, match="came out different when it ran again: alpha"):
+        measure.measure(subject_of(tmp_path, ("strokes",)), Report())
+
+
+def test_supersampling_is_the_mean_of_many_samples_whatever_the_strips():
+    boxes, texture = random_boxes(60, 40, 70, seed=2, sizes=(1, 12)), bristles()
+    found = supersampled(boxes, texture, width=40, height=70, num_threads=num_threads_or_default(None))
+    large = replace(boxes, centers=FACTOR * boxes.centers, half_extents=FACTOR * boxes.half_extents)
+    whole = rasterize(large, texture, width=8 * 40, height=8 * 70, filter="bilinear", depth=False)
+    np.testing.assert_allclose(
+        found.rgb, whole.rgb.reshape(70, 8, 40, 8, 3).mean(axis=(1, 3)), rtol=1e-12, atol=1e-12
+    )
+    np.testing.assert_allclose(found.alpha, whole.alpha.reshape(70, 8, 40, 8).mean(axis=(1, 3)), atol=1e-12)

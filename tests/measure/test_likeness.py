@@ -1,0 +1,88 @@
+"""How near a picture comes to another, against values that are known."""
+
+import numpy as np
+import pytest
+
+from brushgs.measure.likeness import Likeness, compare, flip, psnr, rmse, spilt, ssim, unpainted
+
+G = np.random.default_rng(3)
+PICTURE = np.clip(G.uniform(0, 1, (40, 50, 3)), 0, 1)
+GREY = np.full((40, 50, 3), 0.5)
+
+
+def test_psnr_is_in_decibels():
+    picture = np.full((4, 4, 3), 0.5)
+    assert psnr(picture, picture + 0.1) == pytest.approx(20)
+    assert psnr(picture, picture) == np.inf
+    with pytest.raises(ValueError, match="psnr: shapes must agree"):
+        psnr(picture, picture[1:])
+
+
+def test_rmse_is_the_root_of_the_mean_square():
+    picture = np.zeros((2, 2, 3), np.float32)
+    picture[0, 0] = 1
+    assert rmse(picture, np.zeros_like(picture)) == pytest.approx(0.5)
+    assert rmse(picture, picture) == 0
+    with pytest.raises(ValueError, match="rmse: shapes must agree, got"):
+        rmse(picture, picture[1:])
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_equal_pictures_are_alike_in_every_measure(dtype):
+    picture = PICTURE.astype(dtype)
+    assert compare(picture, picture, wants_all=True) == Likeness(0.0, 0.0, None, 1.0, 0.0)
+
+
+def test_what_takes_longer_is_measured_on_request():
+    found = compare(GREY, GREY + 0.1)
+    assert (found.ssim, found.flip) == (None, None)
+    assert found.rmse == found.largest == pytest.approx(0.1)
+    assert found.psnr == pytest.approx(20)
+
+
+def test_ssim_of_flat_pictures_is_its_luminance_term():
+    a, b = 0.5, 0.7
+    expected = (2 * a * b + 0.01**2) / (a * a + b * b + 0.01**2)
+    assert ssim(np.full_like(GREY, a), np.full_like(GREY, b)) == pytest.approx(expected)
+
+
+def test_ssim_of_unrelated_noise_is_near_zero_and_falls_with_noise():
+    other = np.random.default_rng(4).uniform(0, 1, PICTURE.shape)
+    assert abs(ssim(PICTURE, other)) < 0.05
+    levels = [ssim(PICTURE, np.clip(PICTURE + s * (other - 0.5), 0, 1)) for s in (0.05, 0.2, 0.8)]
+    assert 1 > levels[0] > levels[1] > levels[2]
+
+
+def test_a_picture_too_small_for_ssim_has_none():
+    small = PICTURE[:10]
+    with pytest.raises(ValueError, match="both sides must be at least 11 pixels, got 50x10"):
+        ssim(small, small)
+    found = compare(small, small, wants_all=True)
+    assert (found.ssim, found.flip) == (None, 0.0)
+
+
+def test_flip_is_zero_for_equal_and_nearly_one_for_black_on_white():
+    assert flip(PICTURE, PICTURE) == 0
+    assert flip(np.zeros_like(GREY), np.ones_like(GREY)) > 0.9
+    assert 0 < flip(GREY, GREY + 0.02) < flip(GREY, GREY + 0.2) < 1
+
+
+def test_flip_is_that_of_display_values_not_of_light_without_bounds():
+    """Values beyond the display are seen as its own."""
+    assert flip(GREY, np.full_like(GREY, 3.0)) == flip(GREY, np.ones_like(GREY))
+    with pytest.raises(ValueError, match="flip: "):
+        flip(GREY, GREY[1:])
+
+
+def test_unpainted_and_spilt_are_shares_of_the_plain_alpha():
+    plain, painted = np.zeros((4, 4)), np.zeros((4, 4))
+    plain[:2] = 1.0  # 8 pixels
+    painted[0] = 0.5  # half of four of them,
+    painted[3] = 0.25  # and a quarter of four others
+    assert unpainted(painted, plain) == pytest.approx((4 * 0.5 + 4) / 8)
+    assert spilt(painted, plain) == pytest.approx(4 * 0.25 / 8)
+    assert unpainted(plain, plain) == spilt(plain, plain) == 0
+    nothing = np.zeros_like(plain)
+    assert unpainted(painted, nothing) == 0
+    with pytest.raises(ValueError, match="plain_alpha"):
+        unpainted(painted, plain[1:])

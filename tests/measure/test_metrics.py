@@ -1,0 +1,257 @@
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.measure.metrics import (
+    View,
+    covers_ellipse,
+    match_views,
+    off_axis_share,
+    orientation_events,
+    warp_error,
+    whole_pixels,
+)
+
+SIZE = {"width": 200, "height": 100}
+
+
+def boxes_of(angles, *, half_extents=(20.0, 5.0), opacities=0.8, center=(100.0, 50.0), ids=None):
+    """Boxes on one spot, one per angle."""
+    angles = np.atleast_1d(np.asarray(angles, float))
+    num = len(angles)
+    return bg.Boxes(
+        np.broadcast_to(np.asarray(center, float), (num, 2)),
+        np.broadcast_to(np.asarray(half_extents, float), (num, 2)),
+        angles,
+        np.arange(num, dtype=float),
+        np.ones((num, 3)),
+        np.broadcast_to(np.asarray(opacities, float), num),
+        np.arange(num, dtype=np.int32) if ids is None else np.asarray(ids, np.int32),
+    )
+
+
+def covering(angle, ellipse):
+    """The smallest boxes around the ellipses along other directions."""
+    turn = angle - ellipse.angles
+    a, b = ellipse.half_extents.T
+    u, v = np.hypot(np.cos(turn) * a, np.sin(turn) * b), np.hypot(np.sin(turn) * a, np.cos(turn) * b)
+    return replace(ellipse, angles=np.broadcast_to(angle, turn.shape), half_extents=np.stack([u, v], 1))
+
+
+@pytest.mark.parametrize(
+    ("degrees", "flips", "spins"),
+    [(10, 0, 0), (16, 0, 1), (-80, 0, 1), (100, 1, 0), (180, 1, 0), (350, 0, 0)],
+)
+def test_steps_of_a_direction_are_wrapped_and_sorted_by_size(degrees, flips, spins):
+    step = np.radians(degrees)
+    events = orientation_events([boxes_of(0.3), boxes_of(0.3 + step)], **SIZE)
+    assert (events.num_steps, events.stroke_frames, events.flips, events.spins) == (1, 1, flips, spins)
+    assert events.largest_step == pytest.approx(abs(np.angle(np.exp(1j * step))))
+
+
+def test_strokes_are_followed_by_id_whatever_their_order():
+    first, second = boxes_of([0.0, 2.0], ids=[7, 3]), boxes_of([2.0, 0.0], ids=[3, 7])
+    events = orientation_events([first, second], **SIZE)
+    assert events.stroke_frames == 2
+    assert events.flips == events.spins == 0
+
+
+def test_shares_are_weighted_by_painted_area():
+    sides = [[20.0, 5.0], [10.0, 5.0]]
+    first = boxes_of([0.0, 0.0], half_extents=sides, opacities=[0.5, 1.0])
+    events = orientation_events([first, replace(first, angles=np.array([np.pi, 0.0]))], **SIZE)
+    assert events.flip_share == pytest.approx(0.5)
+    third = boxes_of([0.0, 0.0], half_extents=sides, opacities=[0.5, 0.5], center=(0.0, 50.0))
+    turned = orientation_events([third, replace(third, angles=np.array([np.pi, 0.0]))], **SIZE)
+    assert turned.flip_share == pytest.approx(2 / 3)  # both lie half outside
+
+
+def test_a_box_that_turns_round_its_ellipse_pops():
+    ellipse = boxes_of(0.2)
+    held = [covering(0.2, ellipse), covering(0.2 + np.radians(12), ellipse)]
+    events = orientation_events(held, ellipses=[ellipse, ellipse], **SIZE)
+    assert (events.size_pops, events.kinks, events.spins) == (1, 0, 0)
+    assert events.pop_share == 1
+
+
+def test_smooth_changes_of_shape_neither_pop_nor_kink():
+    rng = np.random.default_rng(3)
+    ellipses = [boxes_of(rng.uniform(-1, 1, 50), half_extents=rng.uniform(1, 300, 2)) for _ in range(20)]
+    events = orientation_events(ellipses, ellipses=ellipses, **SIZE)
+    assert (events.size_pops, events.kinks) == (0, 0)
+    turned = [covering(e.angles + 0.01 * k, e) for k, e in enumerate(ellipses)]
+    assert orientation_events(turned, ellipses=ellipses, **SIZE).kinks == 0
+
+
+def test_sides_rounded_to_whole_pixels_kink_once_a_pixel_and_pop_where_small():
+    ellipses = [boxes_of(0.0, half_extents=(20.3 + 0.1 * k, 2.95 + 0.02 * k)) for k in range(11)]
+    rounded = [whole_pixels(frame) for frame in ellipses]
+    events = orientation_events(rounded, ellipses=ellipses, **SIZE)
+    assert events.kinks == 2  # 21 pixels are passed, and 3
+    assert events.size_pops == 1  # 3 to 4 pixels wide, by a third in one step
+
+
+def test_a_box_that_is_widened_evenly_does_not_kink():
+    ellipse = boxes_of(0.3, half_extents=(60.0, 20.0))
+    wide = [replace(ellipse, half_extents=ellipse.half_extents * 1.015 ** (k**2 / 8)) for k in range(9)]
+    steps = np.diff([frame.half_extents[0, 0] for frame in wide])
+    assert steps.max() > 1  # by more than a pixel a frame in the end
+    assert np.diff(steps).max() < 0.5  # but smoothly
+    assert orientation_events(wide, ellipses=[ellipse] * 9, **SIZE).kinks == 0
+
+
+def test_strokes_that_come_or_go_inside_the_picture_count_by_opacity():
+    both, one = boxes_of([0.0, 0.0], opacities=[0.8, 0.25]), boxes_of(0.0, opacities=0.8)
+    events = orientation_events([both, one, both], **SIZE)
+    assert events.vanished == pytest.approx(0.5)
+    assert events.stroke_frames == 2
+    at_border = boxes_of([0.0, 0.0], half_extents=(4.0, 4.0), center=(3.0, 50.0))
+    assert orientation_events([at_border, boxes_of(0.0)], **SIZE).vanished == 0
+
+
+def test_a_stroke_over_the_whole_picture_vanishes_too():
+    near = boxes_of([0.0, 0.0], half_extents=(1e4, 1e4), opacities=[0.0, 1.0])
+    events = orientation_events([near, boxes_of(0.0)], **SIZE)
+    assert events.vanished == 1
+    assert events.vanished_share > 1  # the picture is lost; what stays is less than that
+
+
+def test_no_frames_and_no_strokes_have_no_events():
+    for frames in ([], [boxes_of([])], [boxes_of([]), boxes_of([])]):
+        events = orientation_events(frames, **SIZE)
+        assert (events.stroke_frames, events.flips, events.flip_share, events.largest_step) == (0, 0, 0, 0)
+    with pytest.raises(ValueError, match="size must be at least 1x1, got 0x4"):
+        orientation_events([], width=0, height=4)
+
+
+def test_sequences_of_different_length_are_refused():
+    with pytest.raises(ValueError, match="shorter"):
+        orientation_events([boxes_of(0.0)], ellipses=[], **SIZE)
+
+
+def test_only_slender_strokes_off_both_axes_count_as_off_axis():
+    ellipses = boxes_of(np.zeros(4), half_extents=[(20, 5), (20, 5), (20, 5), (20, 15)])
+    directions = np.radians([9.0, 95.0, -101.0, 45.0])
+    assert off_axis_share([covering(directions, ellipses)], [ellipses]) == pytest.approx(1 / 3)
+    assert off_axis_share([boxes_of(0.0, half_extents=(5, 5))], [boxes_of(0.0, half_extents=(5, 5))]) == 0
+
+
+def test_a_box_that_cuts_its_ellipse_is_told_by_how_much():
+    ellipse = boxes_of([0.4, 0.4])
+    whole = covering(np.array([0.0, 1.1]), ellipse)
+    assert covers_ellipse([whole], [ellipse]) == pytest.approx(0, abs=1e-12)
+    cut = replace(whole, half_extents=whole.half_extents * [[1, 1], [1, 0.9]])
+    assert covers_ellipse([whole, cut], [ellipse, ellipse]) == pytest.approx(0.1)
+    assert covers_ellipse([whole_pixels(ellipse)], [ellipse]) <= 0
+
+
+def camera_at(x, *, towards=0.0, size=(96, 80)):
+    return bg.Camera.look_at((x, -0.3, -4.0), (towards, 0, 0), width=size[0], height=size[1])
+
+
+def plane_view(camera, z=0.0, pattern=0.5):
+    """The plane world z = `z` with a smooth pattern in its own coordinates, and its exact depth."""
+    rows, columns = np.mgrid[: camera.height, : camera.width] + 0.5
+    pixels = np.stack([columns, rows, np.ones_like(rows)], axis=-1)
+    rays = pixels @ np.linalg.inv(camera.K).T
+    world = rays @ camera.viewmat[:3, :3]
+    depth = (z - camera.position[2]) / world[..., 2]
+    points = camera.position + world * depth[..., None]
+    rgb = 0.5 + pattern * np.sin(3 * points[..., :1] + np.array([0, 1, 2]) + 2 * points[..., 1:2])
+    return View(rgb, depth, np.ones_like(depth), camera)
+
+
+def test_a_plane_seen_twice_has_no_error_but_the_interpolation():
+    error = warp_error(plane_view(camera_at(0.0)), plane_view(camera_at(0.15)), keep_map=True)
+    # second derivative (3^2 + 2^2) * 0.5, pixels of 0.047: at most 13 * 0.5 * 0.047^2 / 8 * 2 = 0.0036
+    assert error.rmse < error.worst_1pct < 0.0036
+    assert 0.9 < error.valid_share < 1
+    assert np.mean(np.isfinite(error.squared_error)) == pytest.approx(error.valid_share)
+    assert np.sqrt(np.nanmean(error.squared_error)) == pytest.approx(error.rmse, rel=1e-5)
+
+
+def test_the_same_view_twice_has_no_error_and_a_change_of_color_is_one():
+    view = plane_view(camera_at(0.0))
+    assert warp_error(view, view).rmse < 1e-6
+    brighter = replace(view, rgb=view.rgb + 0.1)
+    assert warp_error(view, brighter).rmse == pytest.approx(0.1, rel=1e-4)
+    assert warp_error(view, brighter).worst_1pct == pytest.approx(0.1, rel=1e-4)
+
+
+def test_the_worst_pixels_are_those_of_largest_error():
+    view = plane_view(camera_at(0.0))
+    rgb = view.rgb.copy()
+    rgb[30:34, 30:50] += 0.5  # 80 of 7680 pixels: a little more than the worst 1 % (7505 valid)
+    error = warp_error(view, replace(view, rgb=rgb))
+    assert error.worst_1pct == pytest.approx(0.5, rel=1e-4)
+    assert error.rmse == pytest.approx(0.5 * np.sqrt(80 / (7680 * error.valid_share)), rel=1e-4)
+
+
+def test_what_the_first_view_does_not_see_is_not_valid():
+    first, second = plane_view(camera_at(0.0)), plane_view(camera_at(0.15))
+    hidden = np.zeros(first.depth.shape, bool)
+    hidden[20:40, 30:60] = True
+    covered = replace(
+        first,
+        depth=np.where(hidden, 0.5 * first.depth, first.depth),
+        rgb=np.where(hidden[..., None], 9.0, first.rgb),
+    )
+    error = warp_error(covered, second)
+    assert error.rmse < 0.0036
+    lost = warp_error(first, second).valid_share - error.valid_share
+    assert 20 * 30 < lost * hidden.size < 22 * 32  # and a seam of one pixel
+
+
+def test_faint_pixels_are_not_valid_in_either_view():
+    first, second = plane_view(camera_at(0.0)), plane_view(camera_at(0.15))
+    left = np.arange(first.depth.shape[1]) < 40
+    alpha = np.where(left, 0.4, 1.0) * np.ones_like(first.depth)
+    for pair in ((replace(first, alpha=alpha), second), (first, replace(second, alpha=alpha))):
+        assert 0.45 < warp_error(*pair).valid_share < 0.6
+    empty = replace(first, alpha=np.zeros_like(first.depth), depth=np.zeros_like(first.depth))
+    nothing = warp_error(first, empty)
+    assert (nothing.rmse, nothing.worst_1pct, nothing.valid_share) == (0, 0, 0)
+
+
+def test_views_behind_each_other_match_nothing():
+    first = plane_view(camera_at(0.0))
+    beyond = bg.Camera.look_at((0, 0, 4.0), (0, 0, 8.0), width=96, height=80)
+    away = replace(first, camera=beyond)
+    assert warp_error(away, first).valid_share == 0
+
+
+def test_views_may_differ_in_size():
+    first, second = plane_view(camera_at(0.0, size=(192, 160))), plane_view(camera_at(0.15))
+    assert warp_error(first, second).rmse < 0.002
+    match = match_views(first, second)
+    assert match.error(first.rgb, second.rgb).rmse == warp_error(first, second).rmse
+
+
+def test_a_picture_of_another_size_is_refused():
+    view = plane_view(camera_at(0.0))
+    with pytest.raises(ValueError, match=re.escape("View: rgb must have shape [80, 96, 3], got [80, 95, 3]")):
+        replace(view, rgb=view.rgb[:, 1:])
+    with pytest.raises(ValueError, match="error: second must have shape"):
+        match_views(view, view).error(view.rgb, view.rgb[1:])
+
+
+def test_rendered_gaussians_on_a_plane_keep_still():
+    """The whole way: a wall of Gaussians, drawn by the plain kernel from two places."""
+    x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(-2, 2, 40), np.linspace(-2, 2, 40)))
+    means = np.stack([x, y, np.zeros_like(x)], axis=1)
+    sh = (np.stack([np.sin(2 * x), np.cos(2 * y), np.sin(x + y)], axis=1) * 0.7)[:, None]
+    quats, scales = np.tile([1.0, 0, 0, 0], (len(x), 1)), np.tile([0.1, 0.1, 0.0], (len(x), 1))
+    wall = bg.Gaussians(means, quats, scales, np.full(len(x), 0.95), sh)
+    plain, painted = [], []
+    for camera in (camera_at(0.0), camera_at(0.1, towards=0.1)):  # not turned: the order by depth stays
+        frame = bg.render(wall, camera, bg.StrokeTexture.open("gaussian"))
+        plain.append(View(frame.over((1, 1, 1)), frame.depth, frame.alpha, camera))
+        strokes = bg.render(wall, camera, bg.StrokeTexture.open("dry_brush"), filter="nearest")
+        painted.append(replace(plain[-1], rgb=strokes.over((1, 1, 1))))
+    error = warp_error(*plain)
+    assert error.valid_share > 0.7
+    assert error.rmse < 0.005
+    assert warp_error(*painted).rmse > 2 * error.rmse

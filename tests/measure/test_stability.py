@@ -1,0 +1,454 @@
+import json
+import weakref
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs import cli
+from brushgs.io.pictures.images import read_image
+from brushgs.measure import plotting
+from brushgs.measure.metrics import View, covers_ellipse, off_axis_share, orientation_events, warp_error
+from brushgs.measure.stability import Easel, measure, measure_stability, plot
+from brushgs.measure.stability.plot import write_plot
+from brushgs.measure.stability.table import stability_table
+from brushgs.options.experiments import StabilityConfig
+from brushgs.options.painting import DrawConfig
+from brushgs.still_life import still_life
+
+WHITE = (1.0, 1.0, 1.0)
+WIDTH, HEIGHT = 48, 36
+KERNEL = bg.StrokeTexture.open("gaussian")
+BRUSH = bg.StrokeTexture.open("dry_brush")
+NAMES = ["track", "anchor", "off", "published", "image", "plain"]
+LASTING = NAMES[:4]
+
+
+def easel_of(scene, strokes, cameras):
+    return Easel(scene, strokes, cameras, BRUSH, DrawConfig("dry_brush"), WHITE, seed=0)
+
+
+def swing(num_views):
+    """Views from a small circle before the still life: steps of some 2 degrees."""
+    cameras = []
+    for angle in np.arange(num_views) * 2 * np.pi / num_views:
+        eye = 1.2 + 0.5 * np.cos(angle), -3.35 + 0.5 * np.sin(angle), -10.2
+        size = {"width": WIDTH, "height": HEIGHT}
+        cameras.append(bg.Camera.look_at(eye, (0.12, -1.42, 0.2), fov_y=np.radians(29), **size))
+    return cameras
+
+
+@pytest.fixture(scope="module")
+def easel():
+    """The still life from 8 places, closed."""
+    scene = still_life(4000)
+    cameras = swing(8)
+    return easel_of(scene, bg.cluster(bg.prune(scene), 150), [*cameras, cameras[0]])
+
+
+@pytest.fixture(scope="module")
+def result(easel):
+    return measure_stability(easel, StabilityConfig(alone=2))
+
+
+def on_white(frame):
+    return np.clip(frame.over(WHITE), 0, 1)
+
+
+def unlocked(easel, sigmas, *, fade):
+    return [bg.project(easel.strokes, camera, num_sigmas=sigmas, fade=fade) for camera in easel.cameras]
+
+
+def test_every_configuration_has_its_figures(result):
+    assert [figures.name for figures in result.configurations] == NAMES
+    assert result.num_frames == 9
+    assert result.is_closed
+    for figures in result.configurations:
+        assert [warp.gap for warp in figures.warps] == [1, 7]  # 10 is longer than the path
+        assert [warp.pairs for warp in figures.warps] == [8, 2]
+        assert len(figures.errors) == len(result.starts) == 8
+        assert figures.loop is not None
+        assert (figures.events is not None) == (figures.name in LASTING)
+        assert all(warp.valid_share > 0.4 for warp in figures.warps)  # measured: 0.42
+        assert figures.seconds.draw > 0
+
+
+def test_directions_are_what_the_metrics_say_of_the_boxes(easel, result):
+    for name, sigmas in (("off", BRUSH.fitted_sigmas), ("published", BRUSH.num_sigmas)):
+        boxes = unlocked(easel, sigmas, fade=name == "off")
+        assert result[name].events == orientation_events(boxes, width=WIDTH, height=HEIGHT, ellipses=boxes)
+        assert result[name].off_axis_share == off_axis_share(boxes, boxes) == 0
+        assert result[name].shortfall == covers_ellipse(boxes, boxes)
+    assert result["off"].events.flips > 0
+
+
+def test_flicker_is_what_the_metrics_say_of_the_pictures(easel, result):
+    """Of the published configuration, drawn here by the public functions alone."""
+    plain = [bg.render(easel.scene, camera, KERNEL) for camera in easel.cameras]
+    painted = [
+        bg.rasterize(boxes, BRUSH, height=HEIGHT, width=WIDTH, filter="bilinear")
+        for boxes in unlocked(easel, 2.0, fade=False)
+    ]
+    for gap, warp, of_plain in zip((1, 7), result["published"].warps, result["plain"].warps, strict=True):
+        errors = []
+        for frames in (painted, plain):
+            views = [
+                View(on_white(frame), seen.depth, seen.alpha, camera)
+                for frame, seen, camera in zip(frames, plain, easel.cameras, strict=True)
+            ]
+            pairs = zip(views[:-gap], views[gap:], strict=True)
+            errors.append([warp_error(first, second) for first, second in pairs])
+        own, ground = (np.array([(e.rmse, e.worst_1pct, e.valid_share) for e in row]) for row in errors)
+        found = warp.rmse, warp.worst_1pct, warp.valid_share
+        np.testing.assert_allclose(found, own.mean(axis=0), rtol=1e-6)
+        np.testing.assert_allclose(of_plain.rmse, ground[:, 0].mean(), rtol=1e-6)
+        np.testing.assert_allclose(warp.excess, (own - ground)[:, 0].mean(), rtol=1e-6)
+        np.testing.assert_allclose(warp.excess_worst_1pct, (own - ground)[:, 1].mean(), rtol=1e-6)
+        if gap == 1:
+            np.testing.assert_allclose(result["published"].errors, own[:, 0], rtol=1e-6)
+
+
+def test_our_configurations_paint_what_the_public_functions_paint(easel):
+    painters = easel.painters(None)
+    cameras = easel.cameras
+    tracked = bg.render_sequence(easel.strokes, cameras, BRUSH, depth=False)
+    for index, frame in enumerate(tracked):
+        assert np.array_equal(painters["track"].paint(index).rgb, frame.rgb)
+    for name in ("anchor", "off"):
+        frame = bg.render(easel.strokes, cameras[3], BRUSH, lock=name, order="soft", depth=False)
+        assert np.array_equal(painters[name].paint(3).rgb, frame.rgb)
+
+
+def test_all_but_the_published_paint_in_the_order_asked_for(easel):
+    hard = replace(easel, draw=replace(easel.draw, order="depth"))
+    painters, by_depth = easel.painters(None), hard.painters(None)
+    tracked = bg.render_sequence(easel.strokes, easel.cameras, BRUSH, order="depth", depth=False)
+    assert np.array_equal(by_depth["track"].paint(0).rgb, next(tracked).rgb)
+    for name in ("track", "anchor", "off", "published"):
+        is_other = not np.array_equal(painters[name].paint(3).rgb, by_depth[name].paint(3).rgb)
+        assert is_other == (name != "published")
+
+
+def test_a_kernel_has_no_direction_to_follow(easel):
+    painters = replace(easel, texture=KERNEL).painters(None)
+    frame = bg.render(easel.strokes, easel.cameras[0], KERNEL, depth=False)
+    for name in ("track", "anchor", "off"):
+        assert np.array_equal(painters[name].paint(0).rgb, frame.rgb)
+    assert painters["track"].clock.seconds["track"] == 0
+
+
+def test_the_plain_render_has_no_excess_and_no_marks(result):
+    for warp in result["plain"].warps:
+        assert warp.rmse > 0
+        assert (warp.excess, warp.excess_worst_1pct, warp.marks, warp.redrawn) == (0, 0, 0, None)
+    assert result["plain"].turning.excess == 0
+    for name in NAMES[:-1]:
+        assert all(warp.marks > 0 and 0 < warp.redrawn < 1.5 for warp in result[name].warps)
+
+
+def test_frames_drawn_alone_are_those_of_the_sequence(result):
+    for figures in result.configurations:
+        assert (figures.alone, figures.alone_equal) == (2, 2)
+
+
+def test_the_loop_closes(result):
+    for figures in result.configurations:
+        assert figures.loop.largest < 1e-4, figures.name  # 0 measured
+
+
+def test_an_open_path_has_no_loop_and_what_is_too_short_no_gap(easel):
+    found = measure_stability(replace(easel, cameras=easel.cameras[:2]), StabilityConfig(alone=0))
+    for figures in found.configurations:
+        assert figures.loop is None
+        assert [warp.gap for warp in figures.warps] == [1]
+        assert (figures.alone, figures.alone_equal) == (0, 0)
+
+
+def test_fewer_pairs_are_some_of_all_pairs(easel, result):
+    """And only their frames are painted."""
+    config = StabilityConfig(gaps=(1, 2), pairs=2, alone=0)
+    painted = []
+    some = measure_stability(easel, config, advance=lambda: painted.append(1))
+    assert some.stride == 4
+    assert some.starts == (0, 4)
+    assert len(painted) == measure.painted_frames(easel.cameras, config) == 7  # 0 1 2 4 5 6, and the last
+    for name in NAMES:
+        assert some[name].errors == (result[name].errors[0], result[name].errors[4])
+
+
+def test_a_camera_that_stands_still_shows_no_flicker(easel):
+    still = measure_stability(replace(easel, cameras=easel.cameras[:1] * 2), StabilityConfig(alone=0))
+    for figures in still.configurations:
+        # Pixels are read exactly where they lie, but for the rounding of the way there and back.
+        assert figures.warps[0].rmse < 1e-5
+        assert figures.warps[0].redrawn is None or figures.warps[0].redrawn < 1e-4
+        assert figures.turning is None  # nothing turns
+        assert figures.events is None or figures.events.largest_step == 0
+
+
+def test_frames_that_show_nothing_in_common_are_not_compared(easel):
+    first, far = easel.cameras[0], easel.cameras[0].viewmat.copy()
+    far[0, 3] += 1e3  # nothing but the ground is in sight
+    blind = replace(first, viewmat=far)
+    config = StabilityConfig(gaps=(1, 2), alone=0)
+    with pytest.warns(bg.SceneWarning, match="no two frames of the path show the same surface"):
+        found = measure_stability(replace(easel, cameras=[first, blind]), config)
+    assert found.starts == ()
+    for figures in found.configurations:
+        assert (figures.warps, figures.errors, figures.turning) == ((), (), None)
+    cameras = [first, blind, blind, first, easel.cameras[0]]
+    found = measure_stability(replace(easel, cameras=cameras), config)
+    assert found.starts == (3,)
+    assert [(warp.gap, warp.pairs) for warp in found["off"].warps] == [(1, 1)]
+    assert stability_table(found).row_count > 15
+
+
+def test_a_report_without_flicker_has_a_table_and_a_plot(easel, tmp_path):
+    one = replace(easel.cameras[0], viewmat=np.diag([1.0, -1.0, -1.0, 1.0]))
+    with pytest.warns(bg.SceneWarning):
+        found = measure_stability(replace(easel, cameras=[easel.cameras[0], one]), StabilityConfig(alone=0))
+    assert stability_table(found).row_count > 8
+    write_plot(found, tmp_path / "empty.png", "nothing")
+    assert names(tmp_path) == ["empty.png"]
+
+
+def needles(angles):
+    """One needle per angle of the picture, side by side before a camera at the origin that looks along z."""
+    angles = np.asarray(angles, np.float64)
+    count, zeros = len(angles), np.zeros(len(angles))
+    means = np.stack([np.linspace(-1, 1, count), zeros, np.full(count, 4.0)], axis=1)
+    quats = np.stack([np.cos(angles / 2), zeros, zeros, np.sin(angles / 2)], axis=1)
+    columns = means, quats, np.tile([0.3, 0.03, 0.03], (count, 1)), np.full(count, 0.9)
+    return bg.Gaussians(*(c.astype(np.float32) for c in columns), np.full((count, 1, 3), 0.5, np.float32))
+
+
+def rolled(*angles):
+    """Cameras at the origin that look along z, turned about that axis."""
+    K = np.array([[60.0, 0, WIDTH / 2], [0, 60.0, HEIGHT / 2], [0, 0, 1]])
+    cameras = []
+    for angle in angles:
+        viewmat = np.eye(4)
+        viewmat[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+        cameras.append(bg.Camera(viewmat, K, WIDTH, HEIGHT))
+    return cameras
+
+
+def test_a_planted_flip_shows_in_the_row_and_where_strokes_turn():
+    """One of three needles passes the upright, where the unlocked direction jumps by half a turn."""
+    scene = needles(np.radians([10, 89, -40]))
+    found = measure_stability(easel_of(scene, scene, rolled(0.0, np.radians(2))), StabilityConfig(alone=0))
+    events = found["off"].events
+    assert (events.flips, events.spins, events.stroke_frames) == (1, 0, 3)
+    assert events.flip_share == pytest.approx(1 / 3, abs=0.01)
+    assert np.degrees(events.largest_step) == pytest.approx(178, abs=0.01)
+    assert found["off"].turning.rmse > 2 * found["plain"].turning.rmse  # measured: 2.9 times
+    calm = measure_stability(easel_of(scene, scene, rolled(0.0, np.radians(-2))), StabilityConfig(alone=0))
+    assert calm["off"].events.flips == 0
+    assert calm["off"].turning is None
+
+
+def test_only_the_frames_of_the_widest_gap_are_held(easel, monkeypatch):
+    """In memory: pictures that nothing is compared with any more are let go."""
+    shots, most = weakref.WeakSet(), []
+    make = measure._shot
+
+    def recorded(*args):
+        shot = make(*args)
+        shots.add(shot.view)
+        most.append(len(shots))
+        return shot
+
+    monkeypatch.setattr(measure, "_shot", recorded)
+    open_path = replace(easel, cameras=[*easel.cameras[:8], *easel.cameras[:8]])
+    measure_stability(open_path, StabilityConfig(gaps=(1, 3), alone=0))
+    assert len(most) == 16
+    assert max(most) == 4
+
+
+@pytest.mark.parametrize(
+    ("cameras", "match"),
+    [
+        (rolled(0.0), "at least 2 views to compare, got 1"),
+        ([*rolled(0.0), rolled(0.0)[0].resized(20, 10)], "one size, got 20x10 and 48x36"),
+    ],
+)
+def test_a_path_on_which_nothing_can_be_compared_is_refused(cameras, match):
+    scene = needles([0.0])
+    with pytest.raises(ValueError, match=match):
+        measure_stability(easel_of(scene, scene, cameras))
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"gaps": ()}, "gaps must ascend from 1, got none"),
+        ({"gaps": (1, 7, 7)}, "gaps must ascend from 1, got 1, 7, 7"),
+        ({"gaps": (2, 3)}, "gaps must ascend from 1, got 2, 3"),
+        ({"pairs": 0}, "pairs must be at least 1, got 0"),
+        ({"alone": -1}, "alone must be 0 or more, got -1"),
+    ],
+)
+def test_bad_numbers_are_refused(options, match):
+    with pytest.raises(ValueError, match=match):
+        StabilityConfig(**options)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "pears.ply"
+    bg.save(still_life(2000), path)
+    return path
+
+
+@pytest.fixture
+def scene(made, tmp_path, monkeypatch):
+    """A scene file; the current folder is empty."""
+    monkeypatch.chdir(tmp_path)
+    return str(made)
+
+
+SMALL = ["--stroke", "dry_brush", "--strokes", "80", "--size", "32x24", "--orbit", "4"]
+
+
+def run(capsys, *words):
+    """Exit code, stdout and stderr of one command."""
+    code = cli.main(["stability", *map(str, words)])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def names(folder="."):
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+def test_the_command_writes_figures_and_plot_and_tells_a_table(scene, capsys):
+    code, out, err = run(capsys, scene, *SMALL)
+    assert (code, out) == (0, "pears-stability\n"), err
+    assert names("pears-stability") == ["stability.json", "stability.png"]
+    assert names() == ["pears-stability"]
+    height, width, _ = read_image("pears-stability/stability.png").shape
+    assert (width, height) == (1440, 544)
+    assert Path("pears-stability/stability.png").stat().st_size < 150_000
+    for word in ("flips", "spins", "excess", "published", "track", "loop", "3 of 3", "ms a frame: tracking"):
+        assert word in err
+    assert "\x1b" not in err  # no progress bar in a pipe
+
+
+def test_the_json_has_every_figure_and_all_that_repeats_it(scene, capsys):
+    views = [
+        {
+            "id": i,
+            "img_name": f"{i}",
+            "width": WIDTH,
+            "height": HEIGHT,
+            "position": camera.position.tolist(),
+            "rotation": camera.viewmat[:3, :3].T.tolist(),
+            "fx": camera.K[0, 0],
+            "fy": camera.K[1, 1],
+        }
+        for i, camera in enumerate(swing(4))
+    ]
+    Path("way.json").write_text(json.dumps(views))
+    words = [*SMALL[:6], "--path", "way.json", "--loop", "--seed", "3"]
+    code, out, err = run(capsys, scene, *words, "--json", "-o", "all.json")
+    assert (code, err) == (0, "")
+    assert names() == ["all.json", "way.json"]
+    value = json.loads(out)
+    assert value["notes"] == []
+    written = json.loads(Path("all.json").read_text())
+    assert written["stability"] == value["stability"]
+    assert written["settings"] == value["settings"]
+    assert value["settings"]["path"]["file"] == "way.json"
+    assert value["settings"]["cluster"]["strokes"] == 80
+    assert value["settings"]["cluster"]["seed"] == 3
+    assert value["settings"]["draw"]["stroke"] == "dry_brush"
+    assert value["settings"]["measure"] == {"gaps": [1, 7, 10], "pairs": 40, "alone": 3}
+    assert value["settings"]["first_camera"]["width"] == 32
+    found = value["stability"]
+    assert [c["name"] for c in found["configurations"]] == NAMES
+    assert (found["frames"], found["closed"], found["stride"], found["starts"]) == (5, True, 1, [0, 1, 2, 3])
+    for configuration in found["configurations"]:
+        lasts = configuration["name"] in LASTING
+        for name in ("events", "off_axis_share", "shortfall", "lock", "order"):
+            assert (configuration[name] is not None) == lasts
+        assert "turning" in configuration  # None where nothing turns
+        for name in ("warps", "loop", "alone", "alone_equal", "seconds", "errors", "strokes"):
+            assert configuration[name] is not None
+        assert set(configuration["seconds"]) == {"track", "project", "draw"}
+        assert {"rmse", "worst_1pct", "valid_share", "excess", "redrawn"} <= set(configuration["warps"][0])
+        if lasts:
+            assert {"flips", "flip_share", "spins", "size_pops", "largest_step_deg"} <= set(
+                configuration["events"]
+            )
+
+
+def test_the_plot_may_be_asked_for_alone(scene, capsys):
+    assert run(capsys, scene, *SMALL, "-o", "one.png", "--quiet") == (0, "", "")
+    assert names() == ["one.png"]
+
+
+def test_equal_figures_give_equal_plots(result, tmp_path):
+    for name in ("one.png", "two.png"):
+        write_plot(result, tmp_path / name, "title")
+    assert (tmp_path / "one.png").read_bytes() == (tmp_path / "two.png").read_bytes()
+
+
+def test_a_plot_that_cannot_be_drawn_leaves_what_was_there(result, tmp_path, monkeypatch):
+    path = tmp_path / "plot.png"
+    path.write_bytes(b"before")
+
+    def stop(*args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(plot, "_draw_excess", stop)
+    with pytest.raises(KeyboardInterrupt):
+        write_plot(result, path, "title")
+    assert path.read_bytes() == b"before"
+    assert names(tmp_path) == ["plot.png"]
+
+
+def test_the_plot_needs_matplotlib_and_the_figures_do_not(scene, capsys, monkeypatch):
+    monkeypatch.setattr(plotting, "find_spec", lambda name: None)
+    code, out, err = run(capsys, scene, *SMALL)
+    assert (code, out) == (2, "")
+    assert err == (
+        "brushgs: the plot needs matplotlib, which is not installed; pip install 'brushgs[plot]', or leave "
+        "the plot out with --no-plot\n"
+    )
+    assert names() == []
+    assert run(capsys, scene, *SMALL, "--no-plot", "--quiet") == (0, "", "")
+    assert names("pears-stability") == ["stability.json"]
+
+
+@pytest.mark.parametrize(
+    ("words", "match"),
+    [
+        (["-o", "report.pdf"], "output must be a folder or end in .json, .png, got 'report.pdf'"),
+        (["-o", "no/where/report"], "does not exist; create it first"),
+        (["-o", "a.png", "--no-plot"], "--no-plot must not stand beside an output that is a plot"),
+        (["--background", "transparent"], "background must be a colour or an image"),
+        (["--background", "pink"], "background must be white, black"),
+        (["--stroke", "nothing"], "neither a file nor a built-in stroke"),
+        (["--pairs", "0"], "--pairs must be a whole number of 1 or more, got '0'"),
+        (["--path", "way.json"], "either an orbit or a path from a file, got both"),
+        (["--lock", "off"], "unrecognized arguments: --lock off"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_leaves_nothing(scene, capsys, words, match):
+    code, out, err = run(capsys, scene, *SMALL, *words)
+    assert (code, out) == (2, "")
+    assert match in err
+    assert err.count("\n") == 1
+    assert names() == []
+
+
+def test_an_input_is_never_overwritten(scene, capsys, tmp_path):
+    brush = tmp_path / "brush.png"
+    bg.save(bg.Frame(np.ones((4, 4, 3), np.float32), np.ones((4, 4), np.float32)), brush)
+    before = brush.read_bytes()
+    code, _, err = run(capsys, scene, *SMALL, "--stroke", brush, "-o", brush)
+    assert code == 2
+    assert "is the input, which is never overwritten" in err
+    assert brush.read_bytes() == before

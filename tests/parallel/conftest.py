@@ -1,0 +1,29 @@
+"""What both ways to spread work are tested with: pictures, and processes that can import what paints them."""
+
+from pathlib import Path
+
+import pytest
+
+import brushgs as bg
+from brushgs.still_life import still_life
+from tests.parallel import work
+
+ROOT = Path(__file__).resolve().parents[2]
+NUM_FRAMES = 12
+
+
+@pytest.fixture(autouse=True)
+def _importable(monkeypatch):
+    """Other processes find `tests.parallel.work` on the path that they are given."""
+    monkeypatch.syspath_prepend(ROOT)
+
+
+@pytest.fixture(scope="session")
+def painter():
+    return work.Painter(bg.cluster(still_life(3000), 400), bg.StrokeTexture.open("flat"))
+
+
+@pytest.fixture(scope="session")
+def frames(painter):
+    """What every place must paint, bit for bit."""
+    return [painter(index) for index in range(NUM_FRAMES)]

@@ -1,0 +1,322 @@
+"""`spread` over a real Dask cluster: a scheduler and two workers, started with Dask's own commands."""
+
+import itertools
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from distributed import Client
+
+import brushgs as bg
+from brushgs import __version__
+from brushgs.errors import SceneError
+from brushgs.options.painting import ClusterConfig, PaintConfig, ViewConfig
+from brushgs.options.sequence import PathConfig, SequenceConfig
+from brushgs.painting.parallel import connection, spread
+from brushgs.painting.parallel import dask_cluster as cluster
+from brushgs.painting.sequence import paint_sequence
+from brushgs.still_life import still_life
+from tests.parallel import work
+from tests.parallel.conftest import NUM_FRAMES, ROOT
+
+
+def start(folder, name, *words):
+    """One of Dask's commands, with what it says in a file."""
+    with (folder / f"{name}.log").open("w") as log:
+        return subprocess.Popen(
+            [sys.executable, "-m", "dask", name.split("-")[0], "--no-dashboard", *words],
+            cwd=folder,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            stdout=log,
+            stderr=log,
+            start_new_session=True,
+        )
+
+
+def stop(process):
+    """End a command and all that it started."""
+    if process.poll() is not None:
+        return
+    os.killpg(process.pid, signal.SIGTERM)
+    try:
+        process.wait(timeout=30)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+
+
+def address_in(path):
+    limit = time.monotonic() + 60
+    while time.monotonic() < limit:
+        if path.exists() and path.read_text().endswith("}"):
+            return json.loads(path.read_text())["address"]
+        time.sleep(0.02)
+    raise TimeoutError(f"no scheduler wrote {path}")
+
+
+@pytest.fixture(scope="module")
+def clusters(tmp_path_factory):
+    """Two clusters: one with two workers that are started again when they die, and a frail one with one."""
+    folder = tmp_path_factory.mktemp("dask")
+    scheduler = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file"]
+    worker = ["--nthreads", "1", "--local-directory", str(folder), "--scheduler-file"]
+    running = {
+        "scheduler": start(folder, "scheduler", *scheduler, "firm.json"),
+        "worker": start(folder, "worker", *worker, "firm.json", "--nworkers", "2"),
+        "scheduler-frail": start(folder, "scheduler-frail", *scheduler, "frail.json"),
+        "worker-frail": start(folder, "worker-frail", *worker, "frail.json", "--no-nanny"),
+    }
+    yield folder, running
+    for process in reversed(running.values()):
+        stop(process)
+
+
+@pytest.fixture(scope="module")
+def watch(clusters):
+    """A client beside those of `spread`, when both workers are there."""
+    with Client(address_in(clusters[0] / "firm.json"), set_as_default=False) as client:
+        client.wait_for_workers(2, timeout=60)
+        yield client
+
+
+@pytest.fixture
+def address(watch):
+    """Address of the cluster, when both workers are there; afterwards it must be as it was."""
+    watch.wait_for_workers(2, timeout=60)
+    yield watch.scheduler.address
+    watch.wait_for_workers(2, timeout=60)
+    wait_until(lambda: watch.run_on_scheduler(num_left) == (0, 1))
+
+
+def num_left(dask_scheduler):
+    """Tasks and clients; this function's own client is one of them, those for Dask's events are not."""
+    clients = [name for name in dask_scheduler.clients if name.startswith("Client")]
+    return len(dask_scheduler.tasks), len(clients)
+
+
+def wait_until(is_so):
+    limit = time.monotonic() + 60
+    while not is_so():
+        assert time.monotonic() < limit
+        time.sleep(0.02)
+
+
+def test_frames_are_the_same_bits_on_a_cluster(address, painter, frames):
+    assert list(spread(painter, range(NUM_FRAMES), scheduler=address)) == frames
+
+
+@pytest.mark.parametrize("output", ["a/%05d.png", "a/%05d.exr", "a.mp4"])
+def test_the_files_of_a_sequence_are_the_same_from_a_cluster(address, tmp_path, monkeypatch, output):
+    monkeypatch.chdir(tmp_path)
+    bg.save(still_life(2000), "scene.ply")
+    options = PathConfig(orbit=5), PaintConfig(cluster=ClusterConfig(100), view=ViewConfig(size=(64, 48)))
+    for folder, where in (("here", SequenceConfig()), ("there", SequenceConfig(scheduler=address))):
+        Path(folder).mkdir()
+        paint_sequence("scene.ply", f"{folder}/{output}", *options, where)
+    here = {path.relative_to("here"): path.read_bytes() for path in Path("here").rglob("*.*")}
+    there = {path.relative_to("there"): path.read_bytes() for path in Path("there").rglob("*.*")}
+    assert here == there
+    assert len(here) == (1 if output == "a.mp4" else 6)
+
+
+def test_both_workers_work(address):
+    there = set(spread(work.slow_process_id, range(20), scheduler=address))
+    assert len(there) == 2
+    assert os.getpid() not in there
+
+
+def test_a_worker_killed_midway_loses_no_frame(address, painter, frames, tmp_path):
+    painter = work.Painter(painter.strokes, painter.texture, kills=4, marker=tmp_path / "killed")
+    assert list(spread(painter, range(NUM_FRAMES), scheduler=address)) == frames
+    assert painter.marker.exists()
+
+
+def test_all_workers_killed_midway_lose_no_item(address):
+    results = spread(work.slow_process_id, range(40), scheduler=address)
+    first = [next(results) for _ in range(10)]
+    for pid in set(first):
+        os.kill(pid, signal.SIGKILL)
+    rest = list(results)
+    assert len(rest) == 30
+    assert set(rest[-10:]).isdisjoint(first)
+
+
+def test_an_item_that_always_ends_its_worker_is_named(address, monkeypatch):
+    monkeypatch.setattr(cluster, "TRIES", 1)  # Dask itself tries some times before it gives up once
+    with pytest.raises(ChildProcessError, match=r"item 0 was lost \d times with the workers that had it"):
+        list(spread(work.die, [None], scheduler=address))
+
+
+def test_an_error_of_the_work_arrives_as_it_is_and_in_its_turn(address):
+    results = spread(work.fail_at_3, range(9), scheduler=address)
+    assert [next(results) for _ in range(3)] == [0, 1, 2]
+    with pytest.raises(SceneError, match=r"^a\.ply: is bad"):
+        next(results)
+
+
+def test_items_are_not_read_as_tasks_or_keys_of_dask(address):
+    items = [(len, "abc"), {"a": (work.square, 2)}, ["x"], None]
+    assert list(spread(work.identity, items, scheduler=address)) == items
+
+
+def test_one_task_takes_one_thread(address):
+    assert set(spread(work.num_threads, range(4), scheduler=address)) == {1}
+
+
+def test_few_items_are_under_way_and_closing_cancels_them(address):
+    taken = []
+    results = spread(work.square, (taken.append(x) or x for x in itertools.count()), scheduler=address)
+    assert taken == []
+    assert [next(results) for _ in range(5)] == [0, 1, 4, 9, 16]
+    assert len(taken) <= 5 + 4
+    results.close()
+
+
+def test_ctrl_c_leaves_the_cluster_alive_and_empty(address, tmp_path):
+    path = tmp_path / "endless.py"
+    path.write_text(
+        textwrap.dedent(
+            f"""
+            import itertools
+            from brushgs.spread import spread
+            from tests.parallel.work import slow_process_id
+            for pid in spread(slow_process_id, itertools.count(), scheduler="{address}"):
+                print(pid, flush=True)
+            """
+        )
+    )
+    script = subprocess.Popen(
+        [sys.executable, path],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    workers = {int(script.stdout.readline()) for _ in range(10)}
+    script.send_signal(signal.SIGINT)
+    _, err = script.communicate(timeout=60)
+    assert err.count("Traceback") == 1, err
+    assert err.endswith("KeyboardInterrupt\n")
+    assert set(spread(work.slow_process_id, range(10), scheduler=address)) == workers
+
+
+def set_version(version):
+    import sys
+
+    sys.modules["brushgs"].__version__ = version
+
+
+def hide():
+    import sys
+
+    sys.modules["hidden"], sys.modules["brushgs"] = sys.modules["brushgs"], None
+
+
+def show():
+    import sys
+
+    sys.modules["brushgs"] = sys.modules.pop("hidden")
+
+
+@pytest.mark.parametrize("where", ["worker", "scheduler"])
+def test_another_version_of_brushgs_is_refused(address, watch, where):
+    [*workers] = watch.nthreads()
+    named = f"worker {workers[1]}" if where == "worker" else where
+
+    def on(function, *words):
+        if where == "worker":
+            watch.run(function, *words, workers=workers[1:])
+        else:
+            watch.run_on_scheduler(function, *words)
+
+    on(set_version, "0.0.9")
+    try:
+        with pytest.raises(ValueError, match=f"the {named} must have brushgs {__version__} .*, got 0.0.9"):
+            list(spread(work.square, [1], scheduler=address))
+    finally:
+        on(set_version, __version__)
+    on(hide)
+    try:
+        with pytest.raises(ValueError, match=f"the {named} must have brushgs {__version__}, got none"):
+            list(spread(work.square, [1], scheduler=address))
+    finally:
+        on(show)
+
+
+def test_a_worker_of_another_version_that_comes_later_paints_nothing(address, watch):
+    results = spread(work.square, itertools.count(), scheduler=address)
+    assert next(results) == 0
+    watch.run(set_version, "0.0.9")
+    try:
+        with pytest.raises(ValueError, match=f"worker must have brushgs {__version__} .*, got 0.0.9"):
+            list(itertools.islice(results, 100))
+    finally:
+        watch.run(set_version, __version__)
+
+
+@pytest.mark.parametrize(
+    ("there", "is_alike"),
+    [
+        ({"python": "3.11.9.final.0", "distributed": "2026.8.1"}, True),
+        ({"python": "3.12.1.final.0", "distributed": "2026.8.0"}, False),
+        ({"python": "3.11.7.final.0", "distributed": "2026.3.0"}, False),
+    ],
+)
+def test_python_and_dask_must_be_alike_but_for_the_last_number(there, is_alike):
+    here = {"python": "3.11.7.final.0", "distributed": "2026.8.0"}
+    if is_alike:
+        connection.check_packages("scheduler", here, there)
+        return
+    with pytest.raises(
+        ValueError, match=r"the scheduler must have (python|distributed) .* got (3\.12|2026\.3)"
+    ):
+        connection.check_packages("scheduler", here, there)
+
+
+def test_losing_all_workers_for_good_and_then_the_scheduler_is_told(clusters, monkeypatch):
+    folder, running = clusters
+    address = address_in(folder / "frail.json")
+    monkeypatch.setattr(cluster, "LOOK", 0.1)
+    results = spread(work.slow_process_id, range(100), scheduler=address)
+    next(results)
+    monkeypatch.setattr(connection, "NO_WORKERS", 0.2)
+    os.killpg(running["worker-frail"].pid, signal.SIGKILL)
+    with pytest.raises(ConnectionError, match=f"{address} has had no workers for .*: dask worker {address}"):
+        list(results)
+    monkeypatch.setattr(connection, "NO_WORKERS", 60)
+    monkeypatch.setattr(connection, "CONNECT", 1)  # it may be gone before it is asked
+    timer = threading.Timer(0.3, os.killpg, (running["scheduler-frail"].pid, signal.SIGKILL))
+    timer.start()
+    with pytest.raises(ConnectionError, match=f"scheduler {address} is gone|no Dask scheduler answers"):
+        list(spread(work.square, [1], scheduler=address))
+    timer.join()
+
+
+def test_an_address_where_nobody_or_somebody_else_is_gets_one_sentence(monkeypatch):
+    monkeypatch.setattr(connection, "CONNECT", 0.2)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        port = silent.getsockname()[1]
+        with pytest.raises(
+            ConnectionError, match=f"no Dask scheduler answers at tcp://127.0.0.1:{port} .*timed"
+        ):
+            next(spread(work.square, [1], scheduler=f"tcp://127.0.0.1:{port}"))
+    with pytest.raises(ConnectionError, match=f"answers at tcp://127.0.0.1:{port} .Connection refused"):
+        next(spread(work.square, [1], scheduler=f"tcp://127.0.0.1:{port}"))
+
+
+def test_without_items_no_scheduler_is_asked():
+    assert list(spread(work.square, [], scheduler="tcp://127.0.0.1:1")) == []
+
+
+def test_without_dask_the_cure_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(ValueError, match=r"pip install 'brushgs\[cluster\]'"):
+        next(spread(work.square, [1], scheduler="tcp://127.0.0.1:8786"))

@@ -1,0 +1,200 @@
+"""The derivative of rasterising against differences of its definition, and where there is none. No torch."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from brushgs.brushes.levels import level_coverage, level_gradient, unrounded_coverage
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering import reference
+from brushgs.rendering.constants import MAX_ALPHA, MIN_TRANSMITTANCE
+from brushgs.rendering.gradients import BOX_COLUMNS
+from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.rasterize_backward import rasterize_backward
+from brushgs.scene import Boxes, Frame
+from tests.differences import assert_same_gradient, central_differences
+from tests.rendering.strokes import PATHS, bands_of, boxes_of, bristles, random_boxes, texture_of
+
+SIZE = {"width": 41, "height": 23}  # cut tiles and blocks
+SHAPE = (SIZE["height"], SIZE["width"])
+FLAT = StrokeTexture.from_coverage(np.full((2, 2), 255, np.uint8))
+
+
+def weights(dtype=np.float64, shape=SHAPE):
+    g = np.random.default_rng(9)
+    return tuple(g.normal(size=s).astype(dtype) for s in ((*shape, 3), shape, shape))
+
+
+def loss_of(frame: Frame, v) -> float:
+    return float((frame.rgb * v[0]).sum() + (frame.alpha * v[1]).sum() + (frame.depth * v[2]).sum())
+
+
+def backward(boxes: Boxes, texture, filter="bilinear", v=None, **options):
+    frame = rasterize(boxes, texture, filter=filter, **SIZE)
+    v = weights(boxes.centers.dtype) if v is None else v
+    return rasterize_backward(boxes, texture, frame, *v, filter=filter, **options)
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_gradients_are_differences_of_the_definition(path):
+    """Twelve boxes over each other and the picture's edge, faint and full ones: some pixels finish."""
+    kind, filter = PATHS[path]
+    texture, v = texture_of(kind), weights()
+    boxes = random_boxes(12, **SIZE, seed=4, sizes=(2, 14))
+    boxes = replace(boxes, opacities=np.linspace(0.2, 1, 12))
+    actual = backward(boxes, texture, filter)
+    for name in BOX_COLUMNS:
+        numerical = central_differences(
+            lambda values, name=name: loss_of(
+                reference.rasterize(replace(boxes, **{name: values}), texture, filter=filter, **SIZE), v
+            ),
+            getattr(boxes, name),
+        )
+        assert_same_gradient(f"{path} {name}", getattr(actual, name), numerical)
+        has_none = path in ("nearest", "ellipse") and name in ("centers", "half_extents", "angles")
+        assert numerical.any() != has_none
+
+
+@pytest.mark.parametrize("missing", ["alpha", "depth", "alpha and depth"])
+def test_a_missing_gradient_is_one_of_zeros(missing):
+    boxes, texture = random_boxes(30, **SIZE, seed=2, sizes=(1, 15)), bristles()
+    v_rgb, v_alpha, v_depth = weights()
+    given = (None if "alpha" in missing else v_alpha), (None if "depth" in missing else v_depth)
+    actual = backward(boxes, texture, v=(v_rgb, *given))
+    zeros = [np.zeros(SHAPE) if v is None else v for v in given]
+    expected = backward(boxes, texture, v=(v_rgb, *zeros))
+    for name in BOX_COLUMNS:
+        np.testing.assert_allclose(getattr(actual, name), getattr(expected, name), rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("shape", [(40, 96), (1, 30), (1, 1)])
+@pytest.mark.parametrize("filter", ["bilinear", "mip", "nearest"])
+def test_the_gradient_by_coverage_is_a_difference_of_the_definition(filter, shape, monkeypatch):
+    """Changes of a texel are floats here, on top of the 8 bits that the picture was painted with."""
+    g = np.random.default_rng(0)
+    coverage = g.integers(60, 200, shape).astype(np.uint8)
+    texture, v = StrokeTexture.from_coverage(coverage), weights()
+    boxes = random_boxes(6, **SIZE, seed=4, sizes=(2, 14))
+    actual = backward(boxes, texture, filter, with_coverage=True).coverage
+
+    def level_of(texels, *level):
+        whole = unrounded_coverage(coverage, *level)
+        is_within = (whole >= 0) & (whole <= 255)
+        return level_coverage(coverage, *level) + is_within * unrounded_coverage(texels - coverage, *level)
+
+    monkeypatch.setattr(reference, "level_coverage", level_of)
+
+    def picture(texels):
+        stroke = SimpleNamespace(kind="image", coverage=texels)
+        return reference.rasterize(boxes, stroke, filter=filter, **SIZE)
+
+    some = g.permutation(coverage.size)[:40]
+
+    def loss(values):
+        texels = coverage.astype(float)
+        texels.flat[some] = values
+        return loss_of(picture(texels), v)
+
+    painted = rasterize(boxes, texture, filter=filter, **SIZE)
+    np.testing.assert_allclose(picture(coverage.astype(float)).rgb, painted.rgb, atol=1e-9)
+    numerical = 255 * central_differences(loss, coverage.flat[some].astype(float), step=1e-4)
+    assert numerical.any()
+    assert_same_gradient(f"{filter} coverage", actual.flat[some], numerical)
+
+
+def test_a_texel_cut_to_8_bits_passes_nothing_on():
+    """The levels of an image with hard edges overshoot; what they cut cannot change a little."""
+    coverage = np.where(np.arange(64) < 32, 0, 255).astype(np.uint8)[None].repeat(8, 0)
+    texels = unrounded_coverage(coverage, 4, 0)
+    is_cut = (texels < 0) | (texels > 255)
+    assert is_cut.any()
+    assert not is_cut.all()
+    np.testing.assert_array_equal(level_gradient(coverage, 4, 0, is_cut.astype(float)), 0)
+    assert level_gradient(coverage, 4, 0, (~is_cut).astype(float)).any()
+
+
+def test_what_is_held_or_hidden_has_no_gradient():
+    """Alpha at its bound does not move; a stroke behind two full ones is not seen, a faint one neither."""
+    square = {"centers": [[20.3, 11.2]] * 4, "half_extents": 6.0}
+    boxes = boxes_of(**square, opacities=[0.003, 1.0, 1.0, 0.5], depths=[1, 2, 3, 4])
+    actual = backward(boxes, FLAT)
+    for name in BOX_COLUMNS:
+        for row in (0, 3):  # under 1/255, and behind what leaves no light
+            np.testing.assert_array_equal(getattr(actual, name)[row], 0, err_msg=name)
+    np.testing.assert_array_equal(actual.opacities, 0)
+    np.testing.assert_array_equal(actual.centers, 0)
+    assert actual.colors[1].any()
+    # What is left of the light behind the first full stroke.
+    np.testing.assert_allclose(actual.colors[2], (1 - MAX_ALPHA) * actual.colors[1], rtol=1e-9)
+
+
+def test_a_lower_stop_lets_gradients_further_down():
+    boxes = boxes_of([[20.3, 11.2]] * 4, 6.0, opacities=[0.97, 0.97, 0.97, 0.97])
+    frame = rasterize(boxes, FLAT, **SIZE)
+    deepest = [
+        rasterize_backward(boxes, FLAT, frame, *weights(), min_transmittance=stop).colors[2:].any(axis=1)
+        for stop in (MIN_TRANSMITTANCE, 1e-5)
+    ]
+    np.testing.assert_array_equal(deepest, [[False, False], [True, False]])
+
+
+@pytest.mark.parametrize("kind", ["image", "gaussian", "ellipse"])
+def test_boxes_that_paint_nothing_get_zeros(kind):
+    boxes = boxes_of(
+        [[5, 5], [-900, 5], [5, 5], [20, 10]], [[0, 3], [3, 3], [3, 3], [5, 5]], opacities=[1, 1, 0, 0.5]
+    )
+    actual = backward(boxes, texture_of(kind))
+    for name in BOX_COLUMNS:
+        np.testing.assert_array_equal(getattr(actual, name)[:3], 0, err_msg=name)
+    assert actual.colors[3].any()
+    nothing = backward(boxes.take(np.s_[:0]), texture_of(kind), with_coverage=kind == "image")
+    assert [len(getattr(nothing, name)) for name in BOX_COLUMNS] == [0] * 6
+    assert kind != "image" or not nothing.coverage.any()
+
+
+def test_float32_is_close_to_float64_also_under_many_layers():
+    """Forty strokes over each other: the difference that stands for what lies behind has to hold up."""
+    g = np.random.default_rng(3)
+    boxes = boxes_of(
+        g.uniform(12, 28, (40, 2)) * (1, 0.5), g.uniform(4, 12, (40, 2)), angles=g.uniform(-3, 3, 40),
+        colors=g.uniform(0, 1, (40, 3)), opacities=g.uniform(0.05, 0.95, 40), dtype=np.float32,
+    )  # fmt: skip
+    texture = StrokeTexture.open("gaussian")
+    single, double = (backward(b, texture) for b in (boxes, boxes.astype(np.float64)))
+    for name in BOX_COLUMNS:
+        actual, expected = getattr(single, name), getattr(double, name)
+        assert actual.dtype == np.float32
+        # Measured: 1e-6 to 6e-6 of the norm.
+        assert np.linalg.norm(actual - expected) <= 3e-5 * np.linalg.norm(expected), name
+
+
+@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_any_number_of_threads_gives_the_same_bits(path, dtype):
+    kind, filter = PATHS[path]
+    size = {"width": 201, "height": 97}
+    boxes, texture = random_boxes(5000, **size, seed=6, sizes=(0.3, 15), dtype=dtype), texture_of(kind)
+    frame = rasterize(boxes, texture, filter=filter, **size)
+    results = [
+        rasterize_backward(
+            boxes, texture, frame, *weights(dtype, (97, 201)), filter=filter, with_coverage=kind == "image",
+            num_threads=threads,
+        )
+        for threads in (1, 2, 3, 40)
+    ]  # fmt: skip
+    for result in results[1:]:
+        for name in (*BOX_COLUMNS, "coverage"):
+            np.testing.assert_array_equal(getattr(result, name), getattr(results[0], name), err_msg=name)
+
+
+def test_bands_and_a_kernel_without_an_image_are_refused():
+    boxes = random_boxes(5, **SIZE)
+    frame = rasterize(boxes, bristles(), **SIZE)
+    with pytest.raises(
+        ValueError, match='rasterize_backward: boxes must have no bands; project with order="depth"'
+    ):
+        rasterize_backward(bands_of(boxes, 0.1), bristles(), frame, *weights())
+    with pytest.raises(ValueError, match="rasterize_backward: the built-in kernel 'ellipse' has no coverage"):
+        rasterize_backward(boxes, texture_of("ellipse"), frame, *weights(), with_coverage=True)

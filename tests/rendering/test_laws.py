@@ -1,0 +1,186 @@
+"""Laws that every picture obeys, on scenes that hypothesis chooses."""
+
+from dataclasses import replace
+
+import numpy as np
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering.rasterize import rasterize, render
+from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from tests.rendering.strokes import PATHS, boxes_of, random_boxes, texture_of
+
+SEEDS = st.integers(0, 2**32 - 1)
+path_names = st.sampled_from(list(PATHS))
+CAMERA = Camera.look_at((0.4, -1, -4), (0, 0, 0), width=90, height=60)
+
+
+def scene_of(seed: int, n: int = 60) -> Gaussians:
+    """Gaussians about the origin whose depths all differ by more than rounding."""
+    g = np.random.default_rng(seed)
+    return Gaussians(
+        g.normal(size=(n, 3)) * 0.8,
+        g.normal(size=(n, 4)),
+        np.exp(g.uniform(np.log(0.01), np.log(0.5), (n, 3))),
+        g.uniform(0.1, 1, n),
+        g.normal(size=(n, 1, 3)),
+    )
+
+
+def painted(scene: Gaussians, camera: Camera, path: str, **options) -> Frame:
+    kind, filter = PATHS[path]
+    return render(scene, camera, texture_of(kind), filter=filter, **options)
+
+
+def assert_close(actual: Frame, expected: Frame, tolerance: float, share: float = 0.0) -> None:
+    """Equal to `tolerance` but for a share of the pixels, those on the other side of a hard edge."""
+    for name in ("rgb", "alpha"):
+        difference = np.abs(getattr(actual, name) - getattr(expected, name))
+        assert np.mean(difference > tolerance) <= share, (name, difference.max())
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=SEEDS, dtype=st.sampled_from([np.float32, np.float64]))
+def test_a_solid_front_stroke_hides_all_but_a_hundredth_of_the_rest(seed, dtype):
+    boxes = random_boxes(50, 80, 40, seed=seed, sizes=(3, 30), dtype=dtype)
+    columns = {name: getattr(boxes, name) for name in Boxes.__dataclass_fields__}
+    first = {"centers": (40, 20), "half_extents": 200, "angles": 0.3, "opacities": 1, "depths": 0.1}
+    for name, value in (first | {"colors": (0.2, 0.4, 0.6)}).items():
+        columns[name] = columns[name].copy()
+        columns[name][0] = value
+    frame = rasterize(Boxes(**columns), StrokeTexture.open("ellipse"), width=80, height=40)
+    assert frame.alpha.min() >= 0.99 - 1e-6
+    assert np.abs(frame.rgb - 0.99 * np.array((0.2, 0.4, 0.6))).max() <= 0.01
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=SEEDS, path=path_names, dtype=st.sampled_from([np.float32, np.float64]))
+def test_values_stay_in_range(seed, path, dtype):
+    kind, filter = PATHS[path]
+    boxes = random_boxes(80, 70, 50, seed=seed, dtype=dtype)
+    frame = rasterize(boxes, texture_of(kind), width=70, height=50, filter=filter)
+    assert frame.alpha.min() >= 0
+    assert frame.alpha.max() <= 1 - 0.9e-4  # a pixel is finished before less shines through
+    assert frame.rgb.min() >= 0
+    assert (frame.rgb <= frame.alpha[..., None] + 1e-6).all()  # colours here are at most 1
+    seen = frame.alpha > 0
+    assert not frame.depth[~seen].any()
+    assert not frame.rgb[~seen].any()
+    assert (frame.depth[seen] >= boxes.depths.min() * (1 - 1e-4)).all()
+    assert (frame.depth[seen] <= boxes.depths.max() * (1 + 1e-4)).all()
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=SEEDS, path=path_names)
+def test_a_scene_without_strokes_in_view_leaves_the_background(seed, path):
+    scene = scene_of(seed)
+    behind = replace(scene, means=scene.means - (0, 0, 100))
+    frame = painted(behind, CAMERA, path)
+    assert not frame.alpha.any()
+    np.testing.assert_array_equal(frame.over((0.1, 0.2, 0.3))[5, 7], (0.1, 0.2, 0.3))
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=SEEDS, path=path_names)
+def test_a_quaternion_and_its_negative_paint_the_same_picture(seed, path):
+    scene = scene_of(seed)
+    frame, negative = (painted(s, CAMERA, path) for s in (scene, replace(scene, quats=-scene.quats)))
+    np.testing.assert_array_equal(frame.rgb, negative.rgb)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=SEEDS, path=path_names)
+def test_the_order_of_the_rows_is_irrelevant_where_depths_differ(seed, path):
+    scene = scene_of(seed)
+    shuffled = scene.take(np.random.default_rng(seed).permutation(len(scene)))
+    frame, other = painted(scene, CAMERA, path), painted(shuffled, CAMERA, path)
+    np.testing.assert_array_equal(frame.rgb, other.rgb)
+    np.testing.assert_array_equal(frame.depth, other.depth)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=SEEDS, path=path_names)
+def test_moving_scene_and_camera_together_changes_nothing(seed, path):
+    """Boxes move by some 1e-13 px, and so do edges: a share of 0.1 % may lie on the other side of one.
+
+    `gaussian` ends in a step too, of exp(-4.5) = 0.011. Elsewhere 1e-13 px are at most 1e-11 of paint: the
+    textures of noise change fully within a texel, and a needle's box of 1 px holds 40 of them.
+    """
+    g = np.random.default_rng(seed)
+    turn, shift = Rotation.random(rng=g), g.normal(size=3) * 10
+    scene = scene_of(seed)
+    moved = replace(
+        scene,
+        means=turn.apply(np.array(scene.means)) + shift,
+        quats=(turn * Rotation.from_quat(scene.quats[:, [1, 2, 3, 0]])).as_quat()[:, [3, 0, 1, 2]],
+    )
+    viewmat = np.eye(4)
+    viewmat[:3, :3] = CAMERA.viewmat[:3, :3] @ turn.as_matrix().T
+    viewmat[:3, 3] = CAMERA.viewmat[:3, 3] - viewmat[:3, :3] @ shift
+    camera = replace(CAMERA, viewmat=viewmat)
+    assert_close(painted(moved, camera, path), painted(scene, CAMERA, path), 1e-9, share=1e-3)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=SEEDS, path=st.sampled_from(["bilinear", "nearest", "gaussian", "ellipse"]))
+def test_tripling_the_picture_triples_every_length(seed, path):
+    """By three, so that each third pixel centre stays; the mip filter is meant to differ."""
+    kind, filter = PATHS[path]
+    boxes = random_boxes(60, 50, 30, seed=seed, sizes=(2, 20))
+    larger = replace(boxes, centers=boxes.centers * 3, half_extents=boxes.half_extents * 3)
+    small = rasterize(boxes, texture_of(kind), width=50, height=30, filter=filter)
+    large = rasterize(larger, texture_of(kind), width=150, height=90, filter=filter)
+    middles = Frame(large.rgb[1::3, 1::3], large.alpha[1::3, 1::3])
+    assert_close(middles, small, 1e-10, share=1e-3)
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=SEEDS)
+@example(seed=0)
+def test_rendering_at_three_times_the_size_shows_the_same_thing(seed):
+    scene, large = scene_of(seed), CAMERA.resized(270, 180)
+    boxes = painted(scene, CAMERA, "bilinear", low_pass=0.0)
+    larger = painted(scene, large, "bilinear", low_pass=0.0)
+    assert_close(Frame(larger.rgb[1::3, 1::3], larger.alpha[1::3, 1::3]), boxes, 1e-9, share=1e-3)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=SEEDS, path=path_names, turns=st.integers(-3, 3))
+def test_half_a_turn_of_a_symmetric_stroke_and_whole_turns_of_any_change_nothing(seed, path, turns):
+    kind, filter = PATHS[path]
+    boxes = random_boxes(60, 50, 30, seed=seed, sizes=(2, 20))
+    step = np.pi if kind != "image" else 2 * np.pi
+    turned = replace(boxes, angles=boxes.angles + turns * step)
+    frame, other = (
+        rasterize(b, texture_of(kind), width=50, height=30, filter=filter) for b in (boxes, turned)
+    )
+    assert_close(other, frame, 1e-11, share=1e-3)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=SEEDS, path=path_names, dx=st.integers(-40, 40), dy=st.integers(-40, 40))
+def test_a_crop_of_the_picture_is_the_picture_of_the_crop(seed, path, dx, dy):
+    """Whole pixels of shift move strokes to other tiles and blocks; they must look the same there."""
+    kind, filter = PATHS[path]
+    boxes = random_boxes(80, 60, 60, seed=seed, sizes=(0.5, 30))
+    shifted = replace(boxes, centers=boxes.centers + np.array([dx, dy]))
+    frame, other = (
+        rasterize(b, texture_of(kind), width=60, height=60, filter=filter) for b in (boxes, shifted)
+    )
+    y, x, v, u = max(dy, 0), max(dx, 0), max(-dy, 0), max(-dx, 0)
+    h, w = 60 - abs(dy), 60 - abs(dx)
+    overlap = Frame(frame.rgb[v : v + h, u : u + w], frame.alpha[v : v + h, u : u + w])
+    moved = Frame(other.rgb[y : y + h, x : x + w], other.alpha[y : y + h, x : x + w])
+    assert_close(moved, overlap, 1e-10, share=1e-3)
+
+
+def test_one_stroke_more_behind_only_adds():
+    boxes = boxes_of([[20, 20], [24, 18]], [[15, 6], [12, 12]], angles=0.4, opacities=0.7)
+    one = boxes.take(np.s_[:1])
+    for kind, filter in PATHS.values():
+        two_frame = rasterize(boxes, texture_of(kind), width=40, height=40, filter=filter)
+        one_frame = rasterize(one, texture_of(kind), width=40, height=40, filter=filter)
+        assert (two_frame.alpha >= one_frame.alpha).all()
+        assert two_frame.alpha.sum() > one_frame.alpha.sum() * 1.2

@@ -1,0 +1,527 @@
+"""`project`: the compiled core against the float64 definition, and the laws both must keep."""
+
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields, replace
+from math import factorial
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.polynomial import legendre
+from scipy.spatial.transform import Rotation
+
+from brushgs import _core
+from brushgs.rendering import reference
+from brushgs.rendering.project import ProjectCounts, project, project_counted
+from brushgs.scene import Boxes, Camera, Gaussians
+from brushgs.sh import sh_basis, used_sh_degree
+from brushgs.threads import num_threads_or_default
+
+SIZE = {"width": 200, "height": 150}
+FRONT = Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)  # world axes are camera axes: x right, y down
+GREY = np.zeros((1, 1, 3))
+
+
+def random_scene(n: int, *, degree: int = 3, dtype=np.float64, seed: int = 0) -> Gaussians:
+    """Gaussians of all shapes in and around the view of `FRONT`, some behind it, some faint."""
+    g = np.random.default_rng(seed)
+    columns = (
+        g.normal(size=(n, 3)) * (1.5, 1.5, 3),
+        g.normal(size=(n, 4)),
+        np.exp(g.uniform(np.log(1e-3), np.log(1.0), (n, 3))),
+        g.uniform(0, 1, n),
+        0.3 * g.normal(size=(n, (degree + 1) ** 2, 3)),
+    )
+    return Gaussians(*(column.astype(dtype) for column in columns))
+
+
+def single(*, mean=(0, 0, 0), quat=(1, 0, 0, 0), scale=(1, 1, 1), dtype=np.float64) -> Gaussians:
+    columns = ([mean], [quat], [scale], [1.0], GREY)
+    return Gaussians(*(np.asarray(column, dtype=dtype) for column in columns))
+
+
+def turned(angle: float) -> tuple[float, float, float, float]:
+    """Quaternion w, x, y, z that turns by `angle` about z: from +x towards +y."""
+    return (np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2))
+
+
+def by_id(boxes: Boxes) -> dict[str, np.ndarray]:
+    """The columns by name, in the order of the Gaussians."""
+    order = np.argsort(boxes.ids)
+    assert len(np.unique(boxes.ids)) == len(boxes)
+    taken = {f.name: getattr(boxes, f.name) for f in fields(boxes)}
+    return {name: column[order] for name, column in taken.items() if column is not None}
+
+
+def assert_same_boxes(actual: Boxes, expected: Boxes, *, rtol: float, atol: float) -> None:
+    """Equal within tolerance, row by row whatever the order; angles modulo pi, weighed by what they move."""
+    actual, expected = by_id(actual), by_id(expected)
+    np.testing.assert_array_equal(actual["ids"], expected["ids"])
+    for name in ("centers", "depths", "colors", "opacities"):
+        np.testing.assert_allclose(actual[name], expected[name], rtol=rtol, atol=atol, err_msg=name)
+    # Rounding in M is some 1e-16 of the longer axis, so a needle's shorter one is known to that.
+    # Measured worst: 8.6e-16, over aspect ratios to 1e14.
+    allowed = atol + rtol * expected["half_extents"] + 4e-15 * expected["half_extents"][:, :1]
+    assert (np.abs(actual["half_extents"] - expected["half_extents"]) <= allowed).all()
+    turn = np.abs(actual["angles"] - expected["angles"])
+    turn = np.minimum(turn, np.pi - turn)
+    major, minor = expected["half_extents"].T
+    anisotropy = (major**2 - minor**2) / (major**2 + minor**2)  # a round box has no angle to be wrong
+    assert (turn * anisotropy).max(initial=0) <= rtol + atol
+
+
+def assert_identical(actual: Boxes, expected: Boxes) -> None:
+    for f in fields(expected):
+        np.testing.assert_array_equal(getattr(actual, f.name), getattr(expected, f.name), err_msg=f.name)
+
+
+# The core against the definition
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+def test_core_agrees_with_the_definition_in_float64(degree):
+    scene = random_scene(3000, degree=degree)
+    boxes = project(scene, FRONT)
+    assert 1000 < len(boxes) < 3000
+    assert_same_boxes(boxes, reference.project(scene, FRONT), rtol=1e-9, atol=1e-9)
+    assert boxes.depths.dtype == np.float64
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+def test_core_agrees_with_the_definition_in_float32(degree):
+    scene = random_scene(3000, degree=degree, dtype=np.float32)
+    boxes = project(scene, FRONT)
+    assert_same_boxes(boxes, reference.project(scene, FRONT), rtol=1e-4, atol=1e-5)
+    assert boxes.depths.dtype == np.float32
+
+
+@pytest.mark.parametrize("low_pass", [0.0, 0.3, 2.0])
+@pytest.mark.parametrize("num_sigmas", [0.5, 3.0])
+def test_core_agrees_for_other_low_passes_and_cuts(low_pass, num_sigmas):
+    scene, how = random_scene(500), {"low_pass": low_pass, "num_sigmas": num_sigmas}
+    assert_same_boxes(
+        project(scene, FRONT, **how), reference.project(scene, FRONT, **how), rtol=1e-9, atol=1e-9
+    )
+
+
+def test_core_agrees_off_centre_and_with_oblong_pixels():
+    K = np.array([[170.0, 0, 20.5], [0, 90.0, 130.25], [0, 0, 1]])
+    camera = Camera(Camera.look_at((1, -2, -4), (0.3, 0, 0), (0.2, -1, 0.1), **SIZE).viewmat, K, **SIZE)
+    scene = random_scene(2000)
+    assert_same_boxes(project(scene, camera), reference.project(scene, camera), rtol=1e-9, atol=1e-9)
+
+
+def test_definition_keeps_the_principal_frame_of_the_projected_covariance():
+    """The definition against an eigendecomposition of the covariance, which is exact enough here."""
+    scene = random_scene(300)
+    scene = replace(scene, means=scene.means * 0.2)  # all inside: the clamp of the Jacobian does nothing
+    boxes = reference.project(scene, FRONT)
+    rows = boxes.ids
+    W, t = FRONT.viewmat[:3, :3], scene.means[rows] @ FRONT.viewmat[:3, :3].T + FRONT.viewmat[:3, 3]
+    rotations = Rotation.from_quat(scene.quats[rows][:, [1, 2, 3, 0]]).as_matrix()
+    f, z = FRONT.K[0, 0], t[:, 2]
+    for i, row in enumerate(rows):
+        J = np.array([[f / z[i], 0, -f * t[i, 0] / z[i] ** 2], [0, f / z[i], -f * t[i, 1] / z[i] ** 2]])
+        M = J @ W @ rotations[i] @ np.diag(scene.scales[row])
+        variances, axes = np.linalg.eigh(M @ M.T + 0.3 * np.eye(2))
+        np.testing.assert_allclose(boxes.half_extents[i], 2 * np.sqrt(variances[::-1]), rtol=1e-6)
+        u = np.array([np.cos(boxes.angles[i]), np.sin(boxes.angles[i])])
+        assert abs(u @ axes[:, 1]) > 1 - 1e-6
+
+
+# Shapes that are hard
+
+
+@pytest.mark.parametrize("aspect", [1.0, 1e2, 1e4, 1e5, 1e8])
+def test_needles_facing_the_camera_have_the_extents_of_their_scales(aspect):
+    """Measured worst 4e-16 up to aspect 1e8, then some 4e-33 x its square: 4e-15 at 1e9, 4e-13 at 1e10."""
+    length, pixels = 0.5, FRONT.K[0, 0] / 4
+    for angle in np.linspace(-1.5, 1.5, 61):
+        needle = single(quat=turned(angle), scale=(length, length / aspect, length / aspect))
+        boxes = project(needle, FRONT, low_pass=0.0)
+        expected = 2 * pixels * length * np.array([1, 1 / aspect])
+        np.testing.assert_allclose(boxes.half_extents[0], expected, rtol=1e-14)
+        if aspect > 1:
+            assert boxes.angles[0] == pytest.approx(angle, abs=1e-14)
+
+
+@pytest.mark.parametrize("aspect", [1e1, 1e3, 1e5, 1e8])
+def test_needles_of_any_direction_keep_both_extents(aspect):
+    """The rows of M span a parallelogram: its area over the longer extent is the shorter one.
+
+    Measured worst against extended precision: 6e-15 for either extent up to aspect 1e8, 3e-12 at 1e10.
+    """
+    g = np.random.default_rng(1)
+    scene = random_scene(2000, seed=1)
+    thin = np.exp(g.uniform(0, np.log(3), (2000, 2))) / aspect
+    scene = replace(scene, scales=np.column_stack([np.ones(2000), thin]))
+    boxes = project(scene, FRONT, low_pass=0.0)
+    t = scene.means[boxes.ids] @ FRONT.viewmat[:3, :3].T + FRONT.viewmat[:3, 3]
+    J, W = reference.jacobian(t, FRONT), FRONT.viewmat[:3, :3]
+    M = J @ W @ reference.rotation_matrices(scene.quats[boxes.ids]) * scene.scales[boxes.ids, None, :]
+    longer = np.linalg.norm(M, ord=2, axis=(1, 2))
+    shorter = np.linalg.norm(np.cross(M[:, 0], M[:, 1]), axis=1) / longer
+    np.testing.assert_allclose(boxes.half_extents, 2 * np.stack([longer, shorter], axis=1), rtol=1e-12)
+    assert (longer / shorter).max() > 0.9 * aspect
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_scenes_of_any_unit_agree_with_the_definition(dtype):
+    """Extents to 2e7, depths 1e-6 to 1e6, scales 1e-8 to 1e6, quaternions of any length."""
+    g = np.random.default_rng(2)
+    n = 4000
+    depth = np.exp(g.uniform(np.log(1e-6), np.log(1e6), n))
+    means = np.stack([depth * g.normal(size=n), depth * g.normal(size=n), depth], axis=1)
+    means[:100] = g.uniform(-2e7, 2e7, (100, 3))
+    smallest, largest = (1e-44, 1e38) if dtype is np.float32 else (1e-320, 1e300)
+    columns = (
+        means,
+        g.normal(size=(n, 4)) * np.exp(g.uniform(np.log(smallest), np.log(largest), (n, 1))),
+        np.exp(g.uniform(np.log(1e-8), np.log(1e6), (n, 3))),
+        g.uniform(0.1, 1, n),
+        g.normal(size=(n, 16, 3)),
+    )
+    columns = [column.astype(dtype) for column in columns]
+    columns[1][~columns[1].any(axis=1)] = (1, 0, 0, 0)
+    scene = Gaussians(*columns)
+    camera = Camera(np.eye(4), FRONT.K, **SIZE, near=1e-7)
+    tolerance = {"rtol": 1e-4, "atol": 1e-5} if dtype is np.float32 else {"rtol": 1e-9, "atol": 1e-9}
+    boxes = project(scene, camera)
+    assert len(boxes) > 2000
+    assert_same_boxes(boxes, reference.project(scene, camera), **tolerance)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_round_things_have_angle_zero(dtype):
+    g = np.random.default_rng(3)
+    for quat in ((1, 0, 0, 0), *g.normal(size=(50, 4))):
+        boxes = project(single(quat=quat, dtype=dtype), FRONT)
+        assert boxes.angles[0] == 0
+        assert not np.signbit(boxes.angles[0])
+    flat = single(scale=(0.5, 0.5, 0.0), dtype=dtype)
+    assert project(flat, FRONT).angles[0] == 0
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("noise", [0.0, 1e-17, -1e-17, 1e-15, -1e-15])
+def test_horizontal_is_zero_and_vertical_is_plus_a_quarter_turn(dtype, noise):
+    across = project(single(quat=(1, 0, 0, noise), scale=(1, 0.1, 0.1), dtype=dtype), FRONT)
+    np.testing.assert_allclose(across.angles, 0, atol=1e-14)
+    down = project(single(quat=(1, 0, 0, noise), scale=(0.1, 1, 0.1), dtype=dtype), FRONT)
+    assert down.angles[0] == dtype(np.pi / 2)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_angles_lie_in_the_half_open_half_turn(dtype):
+    angles = np.linspace(-np.pi, np.pi, 721)
+    for angle in (*angles, -np.pi / 2 + 1e-9, -np.pi / 2 + 1e-8, -np.pi / 2 - 1e-9):
+        box = project(single(quat=turned(angle), scale=(1, 0.1, 0.1), dtype=dtype), FRONT)
+        assert -dtype(np.pi / 2) < box.angles[0] <= dtype(np.pi / 2)
+        turn = (box.angles[0] - angle) / np.pi
+        assert abs(turn - round(turn)) < 1e-7
+
+
+def test_a_needle_through_the_near_plane_has_a_finite_box():
+    for tilt in np.linspace(0, np.pi, 25):
+        quat = (np.cos(tilt / 2), 0, np.sin(tilt / 2), 0)
+        scene = single(mean=(0.003, 0.002, -3.98), quat=quat, scale=(50, 1e-3, 1e-3))
+        boxes = project(scene, FRONT)
+        assert len(boxes) == 1
+        assert_same_boxes(boxes, reference.project(scene, FRONT), rtol=1e-9, atol=1e-9)
+
+
+def test_what_lies_at_the_near_plane_is_left_out_and_beyond_it_stays():
+    camera = Camera(np.eye(4), FRONT.K, **SIZE, near=0.5)
+    for z, is_kept in ((0.5, False), (np.nextafter(0.5, 1), True), (-1.0, False), (0.0, False)):
+        boxes, counts = project_counted(single(mean=(0, 0, z)), camera)
+        assert len(boxes) == is_kept
+        assert counts == ProjectCounts(behind_near=1 - is_kept, not_finite=0, faint=0, outside=0)
+
+
+def test_scale_zero_leaves_the_low_pass():
+    boxes = project(single(scale=(0, 0, 0)), FRONT)
+    np.testing.assert_allclose(boxes.half_extents, 2 * np.sqrt(0.3), rtol=1e-15)
+    assert len(project(single(scale=(0, 0, 0)), FRONT, low_pass=0)) == 0
+
+
+# Laws
+
+
+def test_a_quaternion_and_its_negative_give_the_same_boxes():
+    scene = random_scene(500)
+    assert_identical(project(replace(scene, quats=-scene.quats), FRONT), project(scene, FRONT))
+
+
+@settings(max_examples=25, deadline=None)
+@given(exponent=st.integers(-1000, 1000))
+def test_the_length_of_a_quaternion_does_not_matter(exponent):
+    scene = random_scene(20)
+    longer = replace(scene, quats=np.ldexp(scene.quats, exponent))
+    assert_same_boxes(project(longer, FRONT), project(scene, FRONT), rtol=1e-12, atol=1e-12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_moving_camera_and_scene_together_changes_nothing(seed):
+    g = np.random.default_rng(seed)
+    turn, shift = Rotation.random(rng=g), g.normal(size=3) * 10
+    scene = random_scene(100, degree=0)  # harmonics stay with the world, so only their constant may move
+    moved = replace(
+        scene,
+        means=turn.apply(np.array(scene.means)) + shift,
+        quats=(turn * Rotation.from_quat(scene.quats[:, [1, 2, 3, 0]])).as_quat()[:, [3, 0, 1, 2]],
+    )
+    viewmat = np.eye(4)
+    viewmat[:3, :3] = FRONT.viewmat[:3, :3] @ turn.as_matrix().T
+    viewmat[:3, 3] = FRONT.viewmat[:3, 3] - viewmat[:3, :3] @ shift
+    camera = replace(FRONT, viewmat=viewmat)
+    assert_same_boxes(project(moved, camera), project(scene, FRONT), rtol=1e-9, atol=1e-8)
+
+
+def test_doubling_the_image_doubles_every_length():
+    scene = random_scene(300)
+    small, large = (project(scene, FRONT.resized(s * 200, s * 150), low_pass=0.0) for s in (1, 2))
+    np.testing.assert_array_equal(small.ids, large.ids)
+    np.testing.assert_allclose(large.centers, 2 * small.centers, rtol=1e-12, atol=1e-10)
+    np.testing.assert_allclose(large.half_extents, 2 * small.half_extents, rtol=1e-12)
+    np.testing.assert_allclose(large.angles, small.angles, atol=1e-12)
+
+
+def test_a_small_step_of_the_camera_moves_each_box_a_little():
+    scene = random_scene(300)
+    scene = replace(scene, means=scene.means * 0.3)
+    step = Camera.look_at((1e-6, 0, -4), (0, 0, 0), **SIZE)
+    before, after = by_id(project(scene, FRONT)), by_id(project(scene, step))
+    assert np.abs(after["centers"] - before["centers"]).max() < 1e-3
+    np.testing.assert_allclose(after["half_extents"], before["half_extents"], rtol=1e-4)
+
+
+def test_ties_in_depth_keep_the_order_of_the_rows():
+    scene = random_scene(20_000)
+    z = np.random.default_rng(5).integers(0, 4, 20_000)
+    scene = replace(scene, means=np.column_stack([scene.means[:, :2] * 0.1, z]))
+    boxes = project(scene, FRONT)
+    np.testing.assert_array_equal(boxes.ids, boxes.ids[np.lexsort((boxes.ids, boxes.depths))])
+    assert len(np.unique(boxes.depths)) == 4
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_boxes_come_by_depth_over_the_whole_range(dtype):
+    depth = np.exp(np.random.default_rng(6).uniform(np.log(0.011), np.log(1e30), 5000))
+    means = np.stack([0 * depth, 0 * depth, depth], axis=1)
+    scene = random_scene(5000)
+    scene = replace(scene, means=means, opacities=np.ones(5000)).astype(dtype)
+    boxes = project(scene, Camera(np.eye(4), FRONT.K, **SIZE))
+    np.testing.assert_array_equal(boxes.ids, np.argsort(scene.means[:, 2], kind="stable"))
+
+
+@pytest.mark.parametrize("n", [0, 1])
+def test_scenes_of_no_and_of_one_gaussian(n):
+    boxes, counts = project_counted(random_scene(10, seed=3).take(slice(0, n)), FRONT)
+    assert len(boxes) + counts.total == n
+    assert boxes.centers.shape[1:] == (2,)
+    assert boxes.ids.dtype == np.int32
+
+
+# Determinism
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_any_number_of_threads_gives_the_same_bits(dtype):
+    scene = random_scene(60_000, degree=1, dtype=dtype)
+    one = project(scene, FRONT, num_threads=1)
+    for num_threads in (2, 3, 4, 5):
+        assert_identical(project(scene, FRONT, num_threads=num_threads), one)
+
+
+def test_calls_side_by_side_do_not_disturb_each_other():
+    scenes = [random_scene(30_000 - 5000 * seed, degree=0, seed=seed) for seed in range(4)]
+    expected = [project(scene, FRONT, num_threads=1) for scene in scenes]
+    with ThreadPoolExecutor(4) as pool:
+        for actual, wanted in zip(
+            pool.map(lambda s: project(s, FRONT), scenes * 3), expected * 3, strict=True
+        ):
+            assert_identical(actual, wanted)
+
+
+def test_boxes_stay_as_they_are_when_the_next_view_is_projected():
+    scene = random_scene(1000)
+    boxes = project(scene, FRONT, order="soft")
+    before = {f.name: np.copy(getattr(boxes, f.name)) for f in fields(boxes)}
+    project(random_scene(1000, seed=1), FRONT)
+    for name, column in before.items():
+        np.testing.assert_array_equal(getattr(boxes, name), column)
+
+
+_DIGEST = """
+import hashlib, sys
+from brushgs import _core
+from brushgs.project import project
+from tests.rendering.test_project import FRONT, random_scene
+import numpy as np
+digest = hashlib.sha256()
+for dtype in (np.float32, np.float64):
+    boxes = project(random_scene(3000, dtype=dtype), FRONT)
+    for column in (boxes.centers, boxes.half_extents, boxes.angles, boxes.depths, boxes.colors, boxes.ids):
+        digest.update(column.tobytes())
+print(_core.isa(), digest.hexdigest())
+"""
+
+
+def test_every_instruction_set_gives_the_same_bits():
+    digests = {}
+    for isa in ("baseline", "avx2", "avx512"):
+        run = subprocess.run(
+            [sys.executable, "-c", _DIGEST],
+            env={**os.environ, "BRUSHGS_ISA": isa, "PYTHONPATH": os.pathsep.join(sys.path)},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        name, digest = run.stdout.split()
+        digests[name] = digest
+    assert "baseline" in digests
+    if _core.isa() == "baseline":
+        pytest.skip("this processor has one instruction set only")
+    assert len(digests) >= 2
+    assert len(set(digests.values())) == 1, digests
+
+
+# Colour
+
+
+def harmonics(directions: np.ndarray, degree: int) -> np.ndarray:
+    """Real spherical harmonics from Legendre polynomials, with the Condon-Shortley sign."""
+    x, y, z = directions.T
+    columns = []
+    for l in range(degree + 1):  # noqa: E741
+        for m in range(-l, l + 1):
+            k = abs(m)
+            norm = np.sqrt((2 * l + 1) / (4 * np.pi) * factorial(l - k) / factorial(l + k))
+            slope = legendre.Legendre.basis(l).deriv(k)(z) if k else legendre.Legendre.basis(l)(z)
+            turn = (x + 1j * y) ** k
+            part = 1 if m == 0 else np.sqrt(2) * (-1) ** k * (turn.real if m > 0 else turn.imag)
+            columns.append(norm * slope * part)
+    return np.stack(columns, axis=1)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_every_harmonic_is_the_real_spherical_harmonic_of_its_place(dtype):
+    means = np.random.default_rng(7).normal(size=(40, 3))
+    directions = means - FRONT.position
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    expected = harmonics(directions, 3)
+    np.testing.assert_allclose(sh_basis(directions, 3), expected, rtol=1e-12, atol=1e-13)
+    n = len(means)
+    for term in range(16):
+        sh = np.zeros((n, 16, 3))
+        sh[:, term] = (0.3, -0.2, 0.1)
+        columns = (means, np.tile((1.0, 0, 0, 0), (n, 1)), np.full((n, 3), 0.1), np.ones(n), sh)
+        boxes = project(Gaussians(*(column.astype(dtype) for column in columns)), FRONT)
+        shade = 0.5 + expected[boxes.ids, term, None] * (0.3, -0.2, 0.1)
+        np.testing.assert_allclose(boxes.colors, shade, atol=2e-7 if dtype is np.float32 else 1e-14)
+
+
+def test_colours_are_cut_at_zero_but_not_at_one():
+    for value, color in ((-10.0, 0.0), (10.0, 0.5 + 10 * 0.28209479177387814)):
+        scene = replace(single(), sh=np.full((1, 1, 3), value))
+        np.testing.assert_allclose(project(scene, FRONT).colors, color)
+
+
+@pytest.mark.parametrize("used", [0, 1, 2, 3])
+def test_empty_bands_are_not_evaluated_and_change_nothing(used):
+    scene = random_scene(10_000, dtype=np.float32)
+    sh = scene.sh.copy()
+    sh[:, (used + 1) ** 2 :] = 0
+    sh[:9000, 1:] = 0  # the bands in use show up late
+    padded, short = replace(scene, sh=sh), replace(scene, sh=sh[:, : (used + 1) ** 2])
+    assert used_sh_degree(padded) == used_sh_degree(padded) == used
+    assert_identical(project(padded, FRONT), project(short, FRONT))
+
+
+# What is left out
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_everything_left_out_is_counted_under_its_reason(dtype):
+    largest, far = (3e38 if dtype is np.float32 else 1.7e308), 1e5
+    rows = {  # mean, scale, opacity, sh
+        "kept": ((0, 0, 0), 0.1, 1, 0),
+        "behind": ((0, 0, -5), 0.1, 0, 0),
+        "faint": ((0, 0, 0), 0.1, 0.99 / 255, 0),
+        "barely": ((0, 0, 0), 0.1, dtype(1) / dtype(255), 0),
+        "left": ((-far, 0, 0), 0.1, 1, 0),
+        "below": ((0, far, 0), 0.1, 1, 0),
+        "wide": ((0, 0, 0), largest, 1, 0),
+        "glaring": ((0, 0, 0), 0.1, 1, largest),
+        "zero": ((0, 0, 0), 0.1, 0, 0),
+    }
+    mean, scale, opacity, shade = zip(*rows.values(), strict=True)
+    n = len(rows)
+    scales = np.repeat(np.array(scale)[:, None], 3, axis=1)
+    columns = (
+        np.array(mean, dtype=float),
+        np.tile((1.0, 0, 0, 0), (n, 1)),
+        scales,
+        np.array(opacity, dtype=float),
+        np.tile(np.array(shade, dtype=float)[:, None, None], (1, 16, 3)),
+    )
+    camera = replace(FRONT, K=FRONT.K * [[100, 1, 1], [1, 100, 1], [1, 1, 1]])
+    boxes, counts = project_counted(Gaussians(*(c.astype(dtype) for c in columns)), camera)
+    assert [list(rows)[i] for i in boxes.ids] == ["kept", "barely"]
+    assert counts == ProjectCounts(behind_near=1, not_finite=2, faint=2, outside=2)
+    assert counts.total == 7
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize(("gap", "num_boxes"), [(-1e-6, 1), (1e-6, 0)])
+def test_a_box_is_outside_only_if_its_upright_rectangle_is(side, axis, gap, num_boxes):
+    pixels = FRONT.K[0, 0] / 4  # of one world unit, at the needle
+    size = (SIZE["width"], SIZE["height"])[axis]
+    parts = np.cos(0.5), np.sin(0.5)
+    reach = 2 * (10 * parts[axis] + 3 * parts[1 - axis])
+    mean = np.zeros(3)
+    mean[axis] = side * (size / 2 + reach + gap) / pixels
+    needle = single(mean=mean, quat=turned(0.5), scale=(10 / pixels, 3 / pixels, 0))
+    assert len(project(needle, FRONT, low_pass=0.0)) == num_boxes
+    assert len(reference.project(needle, FRONT, low_pass=0.0)) == num_boxes
+
+
+# Arguments
+
+
+def test_arguments_of_another_type_are_refused_by_name():
+    with pytest.raises(TypeError, match=r"project: gaussians must be Gaussians, got dict"):
+        project({}, FRONT)
+    with pytest.raises(TypeError, match=r"project: camera must be a Camera, got tuple"):
+        project(single(), (1, 2))
+    with pytest.raises(TypeError, match=r"num_threads must be an integer, got float; leave it out"):
+        project(single(), FRONT, num_threads=2.0)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, np.inf, np.nan])
+def test_num_sigmas_out_of_range_is_refused(value):
+    with pytest.raises(ValueError, match=rf"project: num_sigmas must be positive and finite, got {value}"):
+        project(single(), FRONT, num_sigmas=value)
+
+
+@pytest.mark.parametrize("value", [-0.1, np.inf, np.nan])
+def test_low_pass_out_of_range_is_refused(value):
+    with pytest.raises(ValueError, match=rf"project: low_pass must be >= 0 and finite, got {value}"):
+        project(single(), FRONT, low_pass=value)
+
+
+@pytest.mark.parametrize("value", [0, -3])
+def test_fewer_than_one_thread_is_refused(value):
+    with pytest.raises(ValueError, match=rf"num_threads must be at least 1, got {value}; leave it out"):
+        project(single(), FRONT, num_threads=value)
+
+
+def test_without_a_number_every_cpu_of_the_process_gets_a_thread():
+    assert num_threads_or_default(None) == len(os.sched_getaffinity(0))
+    assert num_threads_or_default(np.int64(3)) == 3

@@ -1,0 +1,44 @@
+"""Which tiles a box reaches: a tile left out shows as a hole of up to 32 x 16 pixels."""
+
+import numpy as np
+import pytest
+
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering import reference
+from brushgs.rendering.rasterize import rasterize
+from tests.rendering.strokes import boxes_of
+
+SOLID = StrokeTexture.from_coverage(np.ones((2, 2)))
+QUARTER = np.pi / 2
+
+
+def num_wrong(boxes, width: int, height: int) -> int:
+    """Pixels that are painted but should not be, or the reverse."""
+    size = {"width": width, "height": height, "filter": "bilinear"}
+    return np.count_nonzero(
+        (rasterize(boxes, SOLID, **size).alpha > 0) != (reference.rasterize(boxes, SOLID, **size).alpha > 0)
+    )
+
+
+@pytest.mark.parametrize("quarters", [-2, -1, 0, 1, 2, 3])
+@pytest.mark.parametrize("lean", [0.0, 1e-17, 1e-13, -1e-13, 1e-9, -1e-9, 1e-7, -1e-6, 1e-5])
+def test_boxes_that_lie_along_the_pixels_fill_all_their_tiles(quarters, lean):
+    g = np.random.default_rng(1)
+    for center, half in zip(g.uniform(20, 80, (40, 2)), g.uniform(10, 60, (40, 2)), strict=True):
+        assert num_wrong(boxes_of([center], half, angles=quarters * QUARTER + lean), 130, 100) == 0
+
+
+def test_the_outline_may_touch_the_rows_and_columns_of_tiles():
+    for y in (16, 15.5, 16.5, 16 + 1e-9, 16.5 - 1e-9):
+        for half in (16, 15.99, 16.01, 32):
+            assert num_wrong(boxes_of([[48, y]], (40, half)), 130, 100) == 0
+
+
+@pytest.mark.parametrize("length", [1e3, 1e5])
+def test_needles_that_run_far_beyond_the_picture_have_no_gaps(length):
+    """The outline is kept in float32: from some 1e6 px on, single pixels at its edge may be missing."""
+    g = np.random.default_rng(2)
+    for angle in g.uniform(-np.pi, np.pi, 60):
+        along = np.array([np.cos(angle), np.sin(angle)])
+        center = g.uniform(0, 1, 2) * (300, 200) - along * length * g.uniform(-0.99, 0.99)
+        assert num_wrong(boxes_of([center], (length, 2), angles=angle), 300, 200) == 0

@@ -1,0 +1,547 @@
+"""The lock: directions of strokes that are continuous in one view, and along a whole path."""
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import brushgs as bg
+from brushgs.cameras.paths import orbit
+from brushgs.measure.metrics import covers_ellipse, off_axis_share, orientation_events
+from brushgs.rendering import reference
+from brushgs.rendering.project import Directions, project
+from brushgs.rendering.track import KNOT_SPACING, Track, follow
+from brushgs.scene import Camera, Gaussians
+
+SIZE = {"width": 160, "height": 120}
+FRONT = Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)
+STEP = np.radians(1.5)
+
+
+def strokes(n: int, *, seed: int = 0, dtype=np.float32) -> Gaussians:
+    """Needles, discs, blobs and boards of random sizes and directions in a ball."""
+    g = np.random.default_rng(seed)
+    shapes = np.array([(1, 0.05, 0.04), (1, 0.9, 0.02), (1, 0.95, 0.9), (1, 0.5, 0.1)])
+    scales = shapes[np.arange(n) % 4] * np.exp(g.uniform(np.log(0.02), np.log(0.2), (n, 1)))
+    columns = (
+        g.normal(size=(n, 3)) * 0.4,
+        g.normal(size=(n, 4)),
+        scales * g.uniform(0.7, 1, (n, 3)),
+        g.uniform(0.3, 1, n),
+        g.normal(size=(n, 1, 3)),
+    )
+    return Gaussians(*(column.astype(dtype) for column in columns))
+
+
+def one(scale, *, mean=(0, 0, 0), quat=(1, 0, 0, 0)) -> Gaussians:
+    columns = ([mean], [quat], [scale], [1.0], np.zeros((1, 1, 3)))
+    return Gaussians(*(np.asarray(column, np.float64) for column in columns))
+
+
+def turntable(num_frames: int, *, elevation: float = 0.3, step: float = STEP, distance=4.0) -> list[Camera]:
+    """Views from a circle around the origin, `step` apart."""
+    angles = step * np.arange(num_frames)
+    across = distance * np.cos(elevation)
+    eyes = np.stack(
+        [across * np.sin(angles), 0 * angles - distance * np.sin(elevation), -across * np.cos(angles)]
+    )
+    return [Camera.look_at(eye, (0, 0, 0), (0, -1, 0), **SIZE) for eye in eyes.T]
+
+
+def closed(cameras: list[Camera]) -> list[Camera]:
+    return [*cameras, cameras[0]]
+
+
+def judged(scene: Gaussians, cameras: list[Camera], lock: str):
+    """Events, the share of slender strokes off both axes, and by how much a box misses its ellipse."""
+    ellipses = [project(scene, camera) for camera in cameras]
+    boxes = (
+        list(bg.track(scene, cameras)) if lock == "track" else [project(scene, c, lock=lock) for c in cameras]
+    )
+    events = orientation_events(boxes, ellipses=ellipses, **SIZE)
+    return events, off_axis_share(boxes, ellipses), covers_ellipse(boxes, ellipses)
+
+
+def directions_of(path: Track) -> np.ndarray:
+    return np.stack([path.directions(frame).angles for frame in range(len(path))])
+
+
+def steps_of(angles: np.ndarray) -> np.ndarray:
+    """Turn from frame to frame, 0 to pi."""
+    return np.abs((np.diff(angles, axis=0) + np.pi) % (2 * np.pi) - np.pi)
+
+
+def difference(first, second) -> np.ndarray:
+    return np.abs((np.asarray(first) - second + np.pi) % (2 * np.pi) - np.pi)
+
+
+# One view
+
+
+LOCKS = {
+    "off": "off",
+    "anchor": "anchor",
+    "given": Directions(np.random.default_rng(3).uniform(-3.1, 3.1, 400).astype(np.float32)),
+    "given, swollen": Directions(
+        np.random.default_rng(4).uniform(-3.1, 3.1, 400).astype(np.float32),
+        np.random.default_rng(5).uniform(1, 3, 400).astype(np.float32),
+    ),
+}
+
+
+@pytest.mark.parametrize("fade", [False, True])
+@pytest.mark.parametrize("lock", LOCKS)
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_the_kernel_is_the_definition_for_every_lock(lock, fade, dtype):
+    scene = strokes(400, dtype=np.float32).astype(dtype)
+    actual = project(scene, FRONT, lock=LOCKS[lock], fade=fade)
+    expected = reference.project(scene.astype(np.float64), FRONT, lock=LOCKS[lock], fade=fade)
+    np.testing.assert_array_equal(np.sort(actual.ids), np.sort(expected.ids))
+    order, expected_order = np.argsort(actual.ids), np.argsort(expected.ids)
+    tolerance = {"rtol": 1e-9, "atol": 1e-9} if dtype == np.float64 else {"rtol": 1e-6, "atol": 1e-5}
+    for name in ("centers", "half_extents", "opacities", "depths"):
+        values, truth = getattr(actual, name)[order], getattr(expected, name)[expected_order]
+        np.testing.assert_allclose(values, truth, err_msg=name, **tolerance)
+    off = difference(actual.angles[order], expected.angles[expected_order])
+    assert off.max() < (1e-9 if dtype == np.float64 else 1e-6)
+
+
+def test_without_a_lock_a_vertical_stroke_flips_and_anchored_it_does_not():
+    leans = [np.pi / 2 - 0.01, np.pi / 2 + 0.01]
+    quats = [(np.cos(a / 2), 0, 0, np.sin(a / 2)) for a in leans]
+    off, anchored = (
+        [project(one((0.5, 0.1, 0.1), quat=q), FRONT, lock=lock).angles[0] for q in quats]
+        for lock in ("off", "anchor")
+    )
+    assert difference(*off) > 3
+    assert difference(*anchored) == pytest.approx(0.02, abs=1e-6)
+
+
+def test_an_anchored_needle_points_where_its_own_axis_points():
+    """Not only along the same line: turned by half a turn in the scene it is turned in the picture."""
+    for angle in np.linspace(-3, 3, 13):
+        quat = (np.cos(angle / 2), 0, 0, np.sin(angle / 2))
+        box = project(one((0.5, 0.01, 0.01), quat=quat), FRONT, lock="anchor")
+        assert difference(box.angles[0], angle) < 1e-6
+
+
+def test_a_round_ellipse_is_anchored_to_the_projected_axis():
+    """A disc that faces the camera has no major axis but still its own first axis."""
+    angle = 0.7
+    quat = (np.cos(angle / 2), 0, 0, np.sin(angle / 2))
+    for scale in ((0.3, 0.3, 0.01), (0.3, 0.3 * (1 - 1e-9), 0.3)):
+        box = project(one(scale, quat=quat), FRONT, lock="anchor")
+        assert difference(box.angles[0], angle) < 1e-6
+
+
+def test_a_needle_seen_end_on_has_a_direction_all_the_same():
+    box = project(one((0.5, 0.1, 0.02), quat=(np.sqrt(0.5), 0, np.sqrt(0.5), 0)), FRONT, lock="anchor")
+    assert np.isfinite(box.angles).all()
+    assert np.isfinite(box.half_extents).all()
+
+
+@pytest.mark.parametrize("elevation", [0.0, 0.3, 1.2])
+def test_anchored_strokes_flip_only_where_one_looks_along_their_axis(elevation):
+    """And turn by no more than 15 degrees in a step of 1.5 where that axis is 10 degrees off the view."""
+    scene, cameras = strokes(1200, seed=7, dtype=np.float64), turntable(240, elevation=elevation)
+    longest = reference.rotation_matrices(scene.quats)[np.arange(1200), :, np.argmax(scene.scales, axis=1)]
+    angles, is_free = [], []
+    for camera in cameras:
+        boxes = project(scene, camera, lock="anchor")
+        assert len(boxes) == 1200
+        angles.append(boxes.angles[np.argsort(boxes.ids)])
+        toward = scene.means - camera.position
+        cosine = (longest * toward).sum(axis=1) / np.linalg.norm(toward, axis=1)
+        is_free.append(np.abs(cosine) < np.cos(np.radians(10)))
+    steps, is_free = steps_of(np.array(angles)), np.array(is_free)
+    unlocked = steps_of(
+        np.array([project(scene, c).angles[np.argsort(project(scene, c).ids)] for c in cameras])
+    )
+    assert (unlocked > np.pi / 2).sum() > 500
+    assert steps[is_free[1:] & is_free[:-1]].max() < np.radians(15)
+
+
+@given(st.integers(0, 2**31), st.integers(0, 3))
+@settings(max_examples=30, deadline=None)
+def test_a_box_covers_its_ellipse_in_any_direction(seed, kind):
+    g = np.random.default_rng(seed)
+    scene = strokes(40, seed=seed, dtype=np.float64)
+    angles = g.uniform(-np.pi, np.pi, 40).astype(np.float32)
+    swells = None if kind == 0 else g.uniform(1, 4, 40).astype(np.float32)
+    boxes, ellipses = project(scene, FRONT, lock=Directions(angles, swells)), project(scene, FRONT)
+    assert covers_ellipse([boxes], [ellipses]) < 1e-9
+    if swells is not None:
+        rows = np.argsort(boxes.ids)
+        smallest = ellipses.half_extents.prod(axis=1)[np.argsort(ellipses.ids)]
+        areas = boxes.half_extents.prod(axis=1)[rows]
+        assert (areas >= smallest * swells[boxes.ids[rows]] * (1 - 1e-9)).all()
+
+
+@given(st.integers(0, 2**31))
+@settings(max_examples=20, deadline=None)
+def test_moving_scene_and_camera_together_changes_no_anchored_direction(seed):
+    g = np.random.default_rng(seed)
+    turn, shift = Rotation.random(random_state=g), g.normal(size=3)
+    scene = strokes(40, seed=seed, dtype=np.float64)
+    quats = (turn * Rotation.from_quat(scene.quats.copy(), scalar_first=True)).as_quat(scalar_first=True)
+    moved = replace(
+        scene, means=turn.apply(scene.means.copy()) + shift, quats=quats * g.choice((-2.0, 1.0), (40, 1))
+    )
+    viewmat = FRONT.viewmat.copy()
+    viewmat[:3, :3] = FRONT.viewmat[:3, :3] @ turn.as_matrix().T
+    viewmat[:3, 3] = FRONT.viewmat[:3, 3] - viewmat[:3, :3] @ shift
+    before, after = (
+        project(scene, FRONT, lock="anchor"),
+        project(moved, replace(FRONT, viewmat=viewmat), lock="anchor"),
+    )
+    np.testing.assert_array_equal(before.ids, after.ids)
+    assert difference(before.angles, after.angles).max() < 1e-6
+
+
+# Fading
+
+
+def opacity_at(scene: Gaussians, distance: float) -> float:
+    camera = Camera.look_at((0, 0, -distance), (0, 0, 0), **SIZE, near=1.0)
+    boxes = project(scene, camera, fade=True)
+    return float(boxes.opacities[0]) if len(boxes) else 0.0
+
+
+@pytest.mark.parametrize(
+    ("scale", "nearest", "farthest"), [(0.1, 1.0, 10.0), (1.0, 1.0, 12.0), (300.0, 40.0, 4e3)]
+)
+def test_a_stroke_that_comes_near_fades_and_does_not_vanish_at_once(scale, nearest, farthest):
+    """Small ones at the near plane, large ones where they would fill the picture many times over."""
+    distances = np.geomspace(nearest, farthest, 4000)
+    opacities = np.array([opacity_at(one((scale, scale, scale / 10)), d) for d in distances])
+    assert opacities[0] == 0
+    assert opacities.max() > 0.7  # the smallest is hardly longer than a pixel, and shrinks
+    assert (np.diff(opacities) >= -1e-3).all()
+    assert np.diff(opacities).max() < 0.01  # 1/255, where what is fainter is left out, and the step
+
+
+def test_a_stroke_that_goes_far_away_fades_in_proportion_to_its_length():
+    distances = np.geomspace(8, 1e6, 4000)
+    opacities = np.array([opacity_at(one((0.5, 0.2, 0.1)), d) for d in distances])
+    assert opacities[0] > 0.98
+    assert opacities[-1] == 0
+    assert (np.diff(opacities) <= 1e-12).all()
+    assert np.abs(np.diff(opacities)).max() < 0.01
+    pixels = 0.5 * FRONT.K[0, 0] / distances  # one standard deviation
+    is_small = (pixels < 0.05) & (opacities > 0)
+    np.testing.assert_allclose(opacities[is_small], pixels[is_small] / np.sqrt(0.3), rtol=0.01)
+
+
+def test_a_stroke_of_the_size_of_the_picture_is_whole():
+    camera = Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)
+    boxes = project(one((1.2, 1.2, 0.1)), camera, fade=True)
+    assert 4 * boxes.half_extents.prod() > SIZE["width"] * SIZE["height"]
+    assert boxes.opacities[0] > 0.999
+
+
+def test_the_plain_picture_neither_fades_nor_turns():
+    """The built-in kernels are what 3D Gaussian Splatting draws."""
+    scene, camera = strokes(300), Camera.look_at((0, 0, -0.3), (0, 0, 0), **SIZE, near=0.2)
+    texture = bg.StrokeTexture.open("gaussian")
+    boxes = project(scene, camera, num_sigmas=3.0)
+    plain = bg.rasterize(boxes, texture, **SIZE)
+    for lock in ("anchor", "off"):
+        np.testing.assert_array_equal(bg.render(scene, camera, texture, lock=lock).rgb, plain.rgb)
+    (frame,) = bg.render_sequence(scene, [camera], texture)
+    np.testing.assert_array_equal(frame.rgb, plain.rgb)
+
+
+# Paths
+
+
+PATHS = {
+    "turntable": turntable(240),
+    "level": turntable(240, elevation=0.0),
+    "from above": turntable(240, elevation=1.3),
+}
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_a_tracked_path_has_no_flip_no_spin_no_pop(name):
+    events, off_axis, miss = judged(strokes(800), PATHS[name], "track")
+    unlocked, _, _ = judged(strokes(800), PATHS[name], "off")
+    assert unlocked.flips + unlocked.spins > 500
+    assert events.stroke_frames == unlocked.stroke_frames
+    assert (events.flips, events.spins, events.size_pops) == (0, 0, 0)
+    assert np.degrees(events.largest_step) < 6
+    assert off_axis <= 1e-3  # a direction that merely stands still is no lock
+    assert miss < 1e-5
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_a_closed_path_comes_back_to_where_it_began(name):
+    scene, cameras = strokes(800), closed(PATHS[name])
+    events, off_axis, miss = judged(scene, cameras, "track")
+    assert (events.flips, events.spins, events.size_pops) == (0, 0, 0)
+    assert np.degrees(events.largest_step) < 15
+    assert off_axis <= 0.02
+    assert miss < 1e-5
+    path = follow(scene, cameras)
+    first, last = path.directions(0), path.directions(240)
+    np.testing.assert_array_equal(first.angles, last.angles)
+    np.testing.assert_array_equal(first.swells, last.swells)
+
+
+def test_a_path_over_the_poles_is_no_harder():
+    scene = strokes(800)
+    cameras = orbit(scene, 240, **SIZE, over_poles=True)
+    for path, most_degrees in ((cameras, 6), (closed(cameras), 15)):
+        events, off_axis, _ = judged(scene, path, "track")
+        assert (events.flips, events.spins, events.size_pops) == (0, 0, 0)
+        assert np.degrees(events.largest_step) < most_degrees
+        assert off_axis <= 0.02
+
+
+def test_a_line_that_winds_by_half_a_turn_is_closed_where_it_costs_least():
+    """Where the path passes between two views in which a board looks round, its line comes back turned."""
+    g = np.random.default_rng(11)
+    scene = Gaussians(
+        *(
+            column.astype(np.float32)
+            for column in (
+                np.zeros((500, 3)),
+                g.normal(size=(500, 4)),
+                np.tile((0.3, 0.2, 0.05), (500, 1)),
+                np.ones(500),
+                np.zeros((500, 1, 3)),
+            )
+        )
+    )
+    cameras = PATHS["turntable"]
+    lines = np.unwrap(
+        [project(scene, c).angles[np.argsort(project(scene, c).ids)] for c in closed(cameras)],
+        axis=0,
+        period=np.pi,
+    )
+    half_turns = np.rint((lines[-1] - lines[0]) / np.pi)
+    is_odd = half_turns % 2 == 1
+    assert 50 < is_odd.sum() < 450
+    angles = directions_of(follow(scene, closed(cameras)))
+    np.testing.assert_array_equal(angles[0], angles[-1])
+    assert np.degrees(steps_of(angles[:, ~is_odd]).max()) < 6
+    assert 6 < np.degrees(steps_of(angles[:, is_odd]).max()) < 15
+
+
+def test_the_frame_rate_does_not_change_the_story():
+    """Frames at the same places of a path point the same way, whatever lies between them."""
+    scene = strokes(800)
+    rates = {
+        every: directions_of(follow(scene, turntable(480 // every + 1, step=every * STEP / 4)))
+        for every in (1, 2, 4, 8, 16)
+    }
+    slow = rates[16]
+    for every, angles in rates.items():
+        off = difference(angles[:: 16 // every], slow)
+        assert np.degrees(np.quantile(off, 0.999)) < 1, every
+        assert np.degrees(off.max()) < 6, every
+
+
+def test_one_camera_twice_or_a_camera_that_stands_still_moves_nothing():
+    scene = strokes(100)
+    for cameras in ([FRONT], [FRONT] * 2, [FRONT] * 5):
+        angles = directions_of(follow(scene, cameras))
+        assert angles.shape == (len(cameras), 100)
+        np.testing.assert_array_equal(angles, np.broadcast_to(angles[0], angles.shape))
+
+
+def test_a_short_closed_path_closes():
+    """Too few knots for a half turn: strokes that would need one stand still."""
+    scene = strokes(400)
+    for num_frames in (2, 3, 9):
+        there = turntable(num_frames)
+        cameras = [*there, *there[-2::-1]]
+        angles = directions_of(follow(scene, cameras))
+        np.testing.assert_array_equal(angles[0], angles[-1])
+        assert np.degrees(steps_of(angles).max()) < 15
+
+
+def test_a_path_with_a_cut_is_followed_on_both_sides():
+    cameras = [*turntable(20), *turntable(20, elevation=-1.0, distance=9.0)]
+    path = follow(strokes(400), cameras)
+    assert len(path) == 40
+    angles = directions_of(path)
+    steps = np.degrees(steps_of(angles))
+    assert steps[:19].max() < 6.5
+    assert steps[20:].max() < 6.5
+
+
+def test_the_directions_of_a_path_agree_with_the_anchored_ones_more_often_than_not():
+    """So that the first picture of a film resembles the still."""
+    scene, cameras = strokes(800), PATHS["turntable"]
+    angles = directions_of(follow(scene, cameras))
+    off = [
+        difference(
+            angles[k],
+            project(scene, c, lock="anchor").angles[np.argsort(project(scene, c, lock="anchor").ids)],
+        )
+        for k, c in enumerate(cameras)
+    ]
+    assert (np.array(off) < np.pi / 4).mean() > 0.7  # measured 0.74; by chance it would be half of that
+
+
+def test_a_film_of_half_a_path_needs_no_swells_where_nothing_turns_across():
+    assert follow(one((0.3, 0.1, 0.1)), turntable(20)).swells is None
+
+
+def test_any_number_of_threads_gives_the_same_directions():
+    scene, cameras = strokes(1000), closed(turntable(60, step=2 * np.pi / 60))
+    expected = follow(scene, cameras, num_threads=1)
+    for num_threads in (2, 3, 7):
+        path = follow(scene, cameras, num_threads=num_threads)
+        np.testing.assert_array_equal(path.turns, expected.turns)
+        np.testing.assert_array_equal(path.swells, expected.swells)
+
+
+_FOLLOW = """
+import hashlib
+from brushgs import _core
+from brushgs.lock import follow
+from brushgs.project import project
+from tests.rendering.test_track import closed, strokes, turntable
+print(_core.isa())
+for scene in (strokes(1000), strokes(200, dtype="float64")):
+    path = follow(scene, closed(turntable(60, step=2 * 3.141592653589793 / 60)))
+    print(hashlib.sha256(path.turns.tobytes() + path.swells.tobytes()).hexdigest())
+    for lock in ("anchor", path.directions(3)):
+        boxes = project(scene, turntable(1)[0], lock=lock, fade=True)
+        print(hashlib.sha256(boxes.angles.tobytes() + boxes.half_extents.tobytes()).hexdigest())
+"""
+
+
+def test_every_instruction_set_gives_the_same_directions():
+    root = Path(__file__).resolve().parent.parent
+    found = {}
+    for isa in ("baseline", "avx2", "avx512"):
+        run = subprocess.run(
+            [sys.executable, "-c", _FOLLOW],
+            env={**os.environ, "BRUSHGS_ISA": isa, "PYTHONPATH": str(root)},
+            capture_output=True,
+            text=True,
+            check=True,
+            cwd=root,
+        )
+        name, *hashes = run.stdout.split()
+        found[name] = hashes
+    assert all(hashes == found["baseline"] for hashes in found.values())
+
+
+STIFF = {
+    "nothing": strokes(0),
+    "one": strokes(1),
+    "points": replace(strokes(70), scales=np.zeros((70, 3), np.float32)),
+    "flat": replace(strokes(70), scales=strokes(70).scales * np.float32((1, 1, 0))),
+    "needles of 1e7": replace(strokes(70), scales=strokes(70).scales * np.float32((1, 1e-7, 1e-7))),
+    "balls": replace(strokes(70), scales=np.full((70, 3), 0.1, np.float32)),
+    "all in one place": replace(strokes(70), means=np.zeros((70, 3), np.float32)),
+    "far outliers": replace(
+        strokes(70),
+        means=strokes(70).means * np.float32(1) ** 0
+        + np.float32(2e7) * (np.arange(70) % 7 == 0)[:, None].astype(np.float32),
+    ),
+    "1e-4 wide": replace(
+        strokes(70), means=strokes(70).means * np.float32(1e-4), scales=strokes(70).scales * np.float32(1e-4)
+    ),
+    "huge": replace(strokes(70), scales=strokes(70).scales * np.float32(1e6)),
+}
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("name", STIFF)
+def test_stiff_strokes_are_followed_without_a_fault(name, dtype):
+    scene = STIFF[name].astype(dtype)
+    through = [Camera.look_at((0.3 * t, 0.1, -t), (0, 0, 0.5), **SIZE) for t in np.linspace(2, -2, 60)]
+    for cameras in (turntable(30), closed(turntable(24, step=np.pi / 12)), through):
+        path = follow(scene, cameras)
+        for frame, boxes in enumerate(bg.track(scene, cameras, fade=True)):
+            directions = path.directions(frame)
+            assert len(directions) == len(scene)
+            assert np.abs(directions.angles).max(initial=0) <= np.float32(np.pi)
+            assert np.isfinite(boxes.half_extents).all()
+
+
+def test_strokes_behind_the_camera_at_times_are_followed():
+    cameras = [Camera.look_at((0, 0, z), (0, 0, z + 1), **SIZE) for z in np.linspace(-2, 2, 200)]
+    angles = directions_of(follow(strokes(400), cameras))
+    assert np.degrees(steps_of(angles).max()) < 15
+
+
+# Sequences
+
+
+def test_a_frame_of_a_sequence_is_the_frame_painted_alone():
+    scene, cameras = strokes(300), turntable(8)
+    texture = bg.StrokeTexture.open("dry_brush")
+    frames = [frame.rgb.copy() for frame in bg.render_sequence(scene, cameras, texture)]
+    path = follow(scene, cameras)
+    for k in (5, 0, 7):
+        alone = bg.render(scene, cameras[k], texture, lock=path.directions(k), order="soft")
+        np.testing.assert_array_equal(alone.rgb, frames[k])
+    for lock in ("anchor", "off"):
+        (first, *_) = bg.render_sequence(scene, cameras, texture, lock=lock, order="depth")
+        np.testing.assert_array_equal(first.rgb, bg.render(scene, cameras[0], texture, lock=lock).rgb)
+
+
+def test_track_yields_the_boxes_that_a_sequence_paints():
+    scene, cameras = strokes(300), turntable(4)
+    texture = bg.StrokeTexture.open("flat")
+    boxes = bg.track(scene, cameras, num_sigmas=texture.fitted_sigmas, fade=True)
+    for frame, expected in zip(boxes, bg.render_sequence(scene, cameras, texture), strict=True):
+        np.testing.assert_array_equal(bg.rasterize(frame, texture, **SIZE).rgb, expected.rgb)
+
+
+# Words
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (
+            lambda s: project(s, FRONT, lock="track"),
+            "project: lock must be anchor, off or Directions, got 'track'",
+        ),
+        (
+            lambda s: project(s, FRONT, lock=Directions(np.zeros(3, np.float32))),
+            "lock must hold 5 directions",
+        ),
+        (lambda s: Directions(np.full(5, np.nan, np.float32)), "Directions: angles must be finite"),
+        (lambda s: Directions(np.zeros(5, np.float32), np.zeros(5, np.float32)), "swells must be >= 1"),
+        (lambda s: Directions(np.zeros(5, np.float32), np.ones(4, np.float32)), "Directions: "),
+        (lambda s: follow(s, []), "track: cameras must hold at least one, got none"),
+        (lambda s: follow(s, [FRONT, FRONT.resized(80, 60)]), "track: cameras must have one size"),
+        (
+            lambda s: next(bg.render_sequence(s, [FRONT], bg.StrokeTexture.open("flat"), lock="on")),
+            "lock must be one of",
+        ),
+    ],
+)
+def test_what_makes_no_sense_is_refused_by_name(call, words):
+    with pytest.raises(ValueError, match=words):
+        call(strokes(5))
+
+
+def test_directions_of_another_dtype_are_refused():
+    with pytest.raises(TypeError, match="Directions: angles must be a float32 array"):
+        Directions(np.zeros(5))
+
+
+def test_a_frame_beyond_the_path_is_refused():
+    with pytest.raises(IndexError, match="frame must be 0 to 2, got 3"):
+        follow(strokes(5), turntable(3)).directions(3)
+
+
+def test_knots_lie_evenly_however_the_frames_do():
+    path = follow(strokes(5), turntable(10, step=8 * KNOT_SPACING))
+    assert len(path.turns) == 73
+    np.testing.assert_allclose(path.positions, np.arange(10) * 8, atol=1e-6)

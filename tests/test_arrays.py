@@ -1,0 +1,46 @@
+"""`check`: shapes by letter, and the sentence that names what is wrong."""
+
+import re
+
+import numpy as np
+import pytest
+
+from brushgs.arrays import check
+
+
+def test_letters_are_bound_to_sizes():
+    sizes = check("here", a=(np.zeros((5, 3)), "N 3"), b=(np.zeros((5, 7)), "N k"), c=(np.zeros(()), ""))
+    assert (sizes["N"], sizes["k"]) == (5, 7)
+
+
+@pytest.mark.parametrize(
+    ("shapes", "specifications", "message"),
+    [
+        ([(812, 3)], ["M 2"], "here: a must have shape [M=812, 2], got [812, 3]"),
+        ([(5, 2), (4,)], ["M 2", "M"], "here: b must have shape [M=5], got [4]"),
+        ([(5,)], ["M 2"], "here: a must have shape [M=5, 2], got [5]"),
+        ([(5, 2, 1)], ["M 2"], "here: a must have shape [M=5, 2], got [5, 2, 1]"),
+        ([()], ["M"], "here: a must have shape [M], got []"),
+        ([(2, 3)], ["n n"], "here: a must have shape [n=2, n=2], got [2, 3]"),
+        ([(4, 3)], ["4 4"], "here: a must have shape [4, 4], got [4, 3]"),
+    ],
+)
+def test_a_wrong_shape_is_named_with_the_expected_one(shapes, specifications, message):
+    arrays = {
+        name: (np.zeros(shape), specification)
+        for name, shape, specification in zip("ab", shapes, specifications, strict=False)
+    }
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        check("here", **arrays)
+
+
+@pytest.mark.parametrize("value", [[1.0, 2.0], None, 3.0, "text"])
+def test_what_is_no_array_is_named_by_its_type(value):
+    with pytest.raises(TypeError, match=f"^here: a must be a NumPy array, got {type(value).__name__}$"):
+        check("here", a=(value, "M"))
+
+
+def test_empty_arrays_have_shapes_too():
+    check("here", a=(np.zeros((0, 3)), "N 3"), b=(np.zeros((0, 16, 3)), "N k 3"))
+    with pytest.raises(ValueError, match=re.escape("b must have shape [N=0], got [1]")):
+        check("here", a=(np.zeros((0, 3)), "N 3"), b=(np.zeros(1), "N"))
