@@ -13,12 +13,13 @@ if TYPE_CHECKING:
     from brushgs.errors import SceneError, SceneWarning
     from brushgs.io import load, load_cameras, save
     from brushgs.io.pictures.video import save_video
-    from brushgs.io.scenes.encoding import Reading
+    from brushgs.io.scenes.encoding import Encoding, Reading
     from brushgs.passes.cluster import cluster
     from brushgs.passes.prune import prune
     from brushgs.passes.recolor import Palette, recolor
     from brushgs.rendering.project import project
-    from brushgs.rendering.rasterize import rasterize, render, render_sequence
+    from brushgs.rendering.rasterize import rasterize
+    from brushgs.rendering.render import render, render_sequence
     from brushgs.rendering.track import track
     from brushgs.scene import Boxes, Camera, Frame, Gaussians
     from brushgs.stroke_count.choose import choose_strokes
@@ -28,6 +29,7 @@ __version__ = "0.1.0"
 _HOME = {
     "Boxes": "scene",
     "Camera": "scene",
+    "Encoding": "io.scenes.encoding",
     "Finding": "doctor",
     "Frame": "scene",
     "Gaussians": "scene",
@@ -45,8 +47,8 @@ _HOME = {
     "prune": "passes.prune",
     "rasterize": "rendering.rasterize",
     "recolor": "passes.recolor",
-    "render": "rendering.rasterize",
-    "render_sequence": "rendering.rasterize",
+    "render": "rendering.render",
+    "render_sequence": "rendering.render",
     "save": "io",
     "save_video": "io.pictures.video",
     "track": "rendering.track",
@@ -55,6 +57,7 @@ _HOME = {
 __all__ = [
     "Boxes",
     "Camera",
+    "Encoding",
     "Finding",
     "Frame",
     "Gaussians",

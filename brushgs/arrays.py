@@ -1,4 +1,4 @@
-"""One check of argument shapes by letter, so that equal letters must agree across arguments."""
+"""Array types, and one check of argument shapes by letter: equal letters must agree across arguments."""
 
 from typing import Any
 
@@ -6,6 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.floating[Any]]  # float32 or float64
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+U8 = NDArray[np.uint8]
+U32 = NDArray[np.uint32]
+Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]  # indices
 
 
 def check(where: str, **arrays: tuple[NDArray[Any], str]) -> dict[str, int]:

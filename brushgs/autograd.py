@@ -41,7 +41,6 @@ from brushgs.rendering.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS, BoxGradie
 from brushgs.rendering.project import Directions
 from brushgs.rendering.project import project as project_arrays
 from brushgs.rendering.project_backward import project_backward
-from brushgs.rendering.rasterize import is_directed
 from brushgs.rendering.rasterize import rasterize as rasterize_arrays
 from brushgs.rendering.rasterize_backward import rasterize_backward
 from brushgs.scene import Camera
@@ -270,8 +269,8 @@ def render(
         camera,
         num_sigmas=stroke.fitted_sigmas if num_sigmas is None else num_sigmas,
         low_pass=low_pass,
-        lock=lock if is_directed(stroke) else "off",
-        fade=is_directed(stroke),
+        lock=lock if stroke.is_directed else "off",
+        fade=stroke.is_directed,
         num_threads=num_threads,
     )
     return rasterize(

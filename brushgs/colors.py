@@ -1,12 +1,15 @@
-"""The sRGB transfer function: display-encoded values to linear light and back.
+"""What is known of RGB: the luminance of a colour, and the sRGB transfer function to linear light and back.
 
-Scenes are trained and blended display-encoded; only files that hold linear light (EXR) need this.
-Values above 1 follow the same formula, negative ones are mirrored. Source: IEC 61966-2-1.
+Scenes are trained and blended display-encoded; only files that hold linear light (EXR) and comparisons of
+colours need the transfer function. Values above 1 follow the same formula, negative ones are mirrored.
+Sources: ITU-R BT.709 (luminance), IEC 61966-2-1 (sRGB).
 """
 
 import numpy as np
 
 from brushgs.arrays import Array
+
+LUMINANCE = (0.2126, 0.7152, 0.0722)  # weights of red, green and blue
 
 
 def linear_from_srgb(encoded: Array) -> Array:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from brushgs.arrays import Array
 from brushgs.scene import Gaussians
 
-C0 = 0.5 / np.sqrt(np.pi)  # value of the view-independent basis function, 0.2821
+C0 = 0.28209479177387814  # 1 / (2 sqrt(pi)): the view-independent basis function
 
 _ROWS_AT_A_TIME = 4096  # a band in use shows up in the first rows: the others need not be read
 

@@ -196,20 +196,20 @@ def test_the_table_tells_what_was_left_out(scene):
         view=ViewConfig(size=(64, 48), zoom=4.0),
     )
     paint(flat, config, report=report)
-    assert stage(report, "prune").left_out == ["choosing: all are kept (keep = 1)"]
-    assert stage(report, "cluster").left_out == ["clustering: every Gaussian is a stroke"]
-    told = stage(report, "project").left_out
+    assert stage(report, "prune").skipped == ["choosing: all are kept (keep = 1)"]
+    assert stage(report, "cluster").skipped == ["clustering: every Gaussian is a stroke"]
+    told = stage(report, "project").skipped
     assert "lock, fading and soft order: a kernel fills the ellipse and has none" in told
     assert "SH bands 2 to 3: zero in every row" in told
     for words in ("strokes outside the picture", "strokes with an opacity under 1/255"):
         assert any(words in line for line in told), words
-    assert stage(report, "rasterise").left_out == ["texture filter: a kernel is computed, not sampled"]
+    assert stage(report, "rasterise").skipped == ["texture filter: a kernel is computed, not sampled"]
     report = Report()
     paint(
         flat, PaintConfig(view=ViewConfig(size=(64, 48)), cluster=ClusterConfig(strokes=200)), report=report
     )
-    assert any("mip levels" in line for line in stage(report, "rasterise").left_out)
-    assert not any("lock" in line for line in stage(report, "project").left_out)
+    assert any("mip levels" in line for line in stage(report, "rasterise").skipped)
+    assert not any("lock" in line for line in stage(report, "project").skipped)
 
 
 @pytest.fixture
@@ -246,10 +246,10 @@ def test_a_resting_camera_is_painted_once_to_the_byte(scene, resting, tmp_path, 
     assert told.counts["painted"] == 3
     assert told.counts["repeated"] == 3
     assert told.counts["skipped"] == 0
-    assert told.left_out == ["3 frames: the camera rests, they are those before them"]
+    assert told.skipped == ["3 frames: the camera rests, they are those before them"]
     assert files[0] != files[3]
     monkeypatch.setattr(sequence_stages._Work, "view", lambda self, index: (index,))
     every, told = painted("every")
     assert told.counts["painted"] == 6
-    assert not told.left_out
+    assert not told.skipped
     assert files == every

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import check
+from brushgs.colors import LUMINANCE
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.files import is_plain
 
@@ -27,7 +28,6 @@ KERNEL_SIGMAS = {"gaussian": 3.0, "ellipse": 2.0, "image": 2.0}
 # scenes with `swirl` and `flat` 1.0 to 1.1 is nearest to the plain picture but leaves more of it unpainted.
 FITTED_REACH = 1.2
 LONG_SIDE = 256  # texels of a stroke image that are kept: more is not seen below 4K pictures
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)  # Rec. 709
 OPAQUE = 254.5 / 255  # an alpha channel nowhere below this says nothing
 CANVAS = 0.5  # height of what is not painted
 _ROWS = 64  # of an image, looked at together
@@ -77,6 +77,11 @@ class StrokeTexture:
             array = np.ascontiguousarray(array).view()
             array.flags.writeable = False
             object.__setattr__(self, field, array)
+
+    @property
+    def is_directed(self) -> bool:
+        """Whether it has a direction to lock: a stroke image does, the built-in kernels do not."""
+        return self.kind == "image"
 
     @property
     def fitted_sigmas(self) -> float:
@@ -213,7 +218,7 @@ def _coverage_and_height(
     for start in range(0, len(pixels), _ROWS):  # a few at a time: copies of a large image add up
         part = pixels[start : start + _ROWS]
         color = np.repeat(part[..., :1], 3, axis=2) if num_channels < 3 else part[..., :3].copy()
-        luminance[start : start + _ROWS] = color @ LUMINANCE
+        luminance[start : start + _ROWS] = color @ np.array(LUMINANCE, color.dtype)
     if num_channels in (2, 4) and pixels[..., -1].min() < OPAQUE:
         return np.ascontiguousarray(pixels[..., -1]), luminance
     border = np.concatenate([luminance[0], luminance[-1], luminance[:, 0], luminance[:, -1]])

@@ -6,12 +6,11 @@ move or a turn in place are its special cases. Source: Murray, Li and Sastry 199
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from brushgs.arrays import F64
 from brushgs.quats import quats_of, rotation_matrices
 from brushgs.scene import Camera
-
-Floats = NDArray[np.float64]
 
 
 def between(first: Camera, second: Camera, share: float) -> Camera:
@@ -60,7 +59,7 @@ def view_change(first: Camera, second: Camera, distance: float) -> float:
     return float(view_changes(first.viewmat[None], second.viewmat[None], distance)[0])
 
 
-def screw_motion(first: Floats, second: Floats, shares: ArrayLike) -> Floats:
+def screw_motion(first: F64, second: F64, shares: ArrayLike) -> F64:
     """Views [n, 4, 4] at `shares` (one, or [n]) of the ways from `first` to `second`, [n, 4, 4] each.
 
     A share below 0 or above 1 goes on with the same motion.
@@ -84,7 +83,7 @@ def screw_motion(first: Floats, second: Floats, shares: ArrayLike) -> Floats:
     return part @ first
 
 
-def view_changes(first: Floats, second: Floats, distances: ArrayLike) -> Floats:
+def view_changes(first: F64, second: F64, distances: ArrayLike) -> F64:
     """[n] `view_change` of views [n, 4, 4]; exactly 0 between a view and itself."""
     step = _step(first, second)
     _, theta = _axis_angle(step[:, :3, :3])
@@ -93,7 +92,7 @@ def view_changes(first: Floats, second: Floats, distances: ArrayLike) -> Floats:
     return np.where(is_same, 0.0, np.maximum(theta, shifts / distances))
 
 
-def lenses(cameras: list[Camera]) -> Floats:
+def lenses(cameras: list[Camera]) -> F64:
     """[n, 5] log fx, log fy, cx, cy, log near: what of a camera is mixed along a way, even in zoom."""
     rows = [(c.K[0, 0], c.K[1, 1], c.K[0, 2], c.K[1, 2], c.near) for c in cameras]
     values = np.array(rows, dtype=np.float64).reshape(-1, 5)
@@ -101,14 +100,14 @@ def lenses(cameras: list[Camera]) -> Floats:
     return values
 
 
-def camera_with(viewmat: Floats, lens: Floats, width: int, height: int) -> Camera:
+def camera_with(viewmat: F64, lens: F64, width: int, height: int) -> Camera:
     """The camera of a view and of one row of `lenses`."""
     fx, fy, near = np.exp(lens[[0, 1, 4]])
     K = np.array([[fx, 0.0, lens[2]], [0.0, fy, lens[3]], [0.0, 0.0, 1.0]])
     return Camera(viewmat, K, width, height, float(near))
 
 
-def _step(first: Floats, second: Floats) -> Floats:
+def _step(first: F64, second: F64) -> F64:
     """[n, 4, 4] second camera from first."""
     step = np.zeros_like(first)
     step[:, :3, :3] = second[:, :3, :3] @ first[:, :3, :3].transpose(0, 2, 1)
@@ -117,7 +116,7 @@ def _step(first: Floats, second: Floats) -> Floats:
     return step
 
 
-def _axis_angle(rotations: Floats) -> tuple[Floats, Floats]:
+def _axis_angle(rotations: F64) -> tuple[F64, F64]:
     """[n, 3] unit axes and [n] angles, 0 to pi. By way of quaternions, which lose nothing near 0 or pi."""
     quats = quats_of(rotations)
     quats = np.where(quats[:, :1] < 0, -quats, quats)
@@ -126,7 +125,7 @@ def _axis_angle(rotations: Floats) -> tuple[Floats, Floats]:
     return axis, 2 * np.arctan2(sine, quats[:, 0])
 
 
-def _turns(axis: Floats, angles: Floats) -> Floats:
+def _turns(axis: F64, angles: F64) -> F64:
     """[n, 3, 3] rotations by `angles` about unit axes [n, 3]."""
     half = 0.5 * np.broadcast_to(angles, axis.shape[:1])[:, None]
     return rotation_matrices(np.concatenate([np.cos(half), np.sin(half) * axis], axis=1))

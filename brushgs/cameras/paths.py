@@ -1,4 +1,4 @@
-"""Camera paths: around a scene, or as a file says. A path is a list of cameras; `key_path` has the curves.
+"""Camera paths: around a scene, or as a file says. A path is a list of cameras; `spline` has the curves.
 
 A loop of N frames has N different views, 1/N of the way apart; frame N would be frame 0 and is left
 out. So N frames are every second one of 2 N frames: the frame rate does not change the way. An open
@@ -8,8 +8,9 @@ path of N frames begins and ends at its ends: its frames are every second one of
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from brushgs.arrays import F64
 from brushgs.cameras.framing import (
     AXES,
     DEFAULT_AZIMUTH,
@@ -30,8 +31,6 @@ from brushgs.options.choices import unasked_rule
 from brushgs.options.painting import DEFAULT_SIZE, ViewConfig
 from brushgs.options.sequence import DEFAULT_FPS, MAX_FPS, MAX_FRAMES, PathConfig
 from brushgs.scene import Camera, Gaussians
-
-Floats = NDArray[np.float64]
 
 _SWEEP_STEPS = 64  # of the turn that the subject makes past the camera: 0.1 % of its radius is missed
 _OUTLINE_STEPS = 181  # directions in which the outermost points are looked for
@@ -151,7 +150,7 @@ def orbit(
     return cameras
 
 
-def _swept(points: Floats, axis: Floats, beside: Floats) -> Floats:
+def _swept(points: F64, axis: F64, beside: F64) -> F64:
     """[m, 3] points on the outline of what `points` [n, 3] pass through as they turn about `axis` [3].
 
     Both `axis` and the direction `beside` it, in which the circles are begun, are unit vectors.
@@ -224,7 +223,7 @@ def _num_frames(seconds: float, fps: float, is_loop: bool) -> int:
     return num_steps + (not is_loop)
 
 
-def _ball(gaussians: Gaussians) -> tuple[Floats, float] | None:
+def _ball(gaussians: Gaussians) -> tuple[F64, float] | None:
     """Middle and half size of the subject; None where there is nothing."""
     if len(gaussians) == 0:
         return None
@@ -233,7 +232,7 @@ def _ball(gaussians: Gaussians) -> tuple[Floats, float] | None:
     return 0.5 * (low + high), max(0.5 * float((high - low).max()), 1e-9)
 
 
-def _fitted(cameras: list[Camera], size: tuple[int, int], ball: tuple[Floats, float] | None) -> list[Camera]:
+def _fitted(cameras: list[Camera], size: tuple[int, int], ball: tuple[F64, float] | None) -> list[Camera]:
     """Cameras of a file in one size, with one near plane that suits the scene.
 
     The default near plane, 0.01, is what trained scenes were drawn with; it comes nearer only where the
@@ -247,6 +246,6 @@ def _fitted(cameras: list[Camera], size: tuple[int, int], ball: tuple[Floats, fl
     return [replace(camera, near=near) for camera in same_size]
 
 
-def _is_same(first: Camera, second: Camera, ball: tuple[Floats, float] | None) -> bool:
+def _is_same(first: Camera, second: Camera, ball: tuple[F64, float] | None) -> bool:
     distance = 1.0 if ball is None else ball[1]
     return bool(view_changes(first.viewmat[None], second.viewmat[None], distance)[0] < SAME_VIEW)

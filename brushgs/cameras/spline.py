@@ -4,13 +4,13 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from brushgs.arrays import F64
 from brushgs.cameras.motion import camera_with, lenses, screw_motion, view_changes
 from brushgs.scene import Camera
 
-Floats = NDArray[np.float64]
-Mix = Callable[[Floats, Floats, Floats], Floats]  # what lies between two values, at a share of the way
+Mix = Callable[[F64, F64, F64], F64]  # what lies between two values, at a share of the way
 
 SAME_VIEW = 1e-6  # radians: views closer than this are one; text with seven digits tells no more
 # Per pair of key views, by which the length of the way is measured; fewer where there are thousands of keys.
@@ -18,7 +18,7 @@ _SAMPLES, _FEWEST_SAMPLES, _MOST_SAMPLES = 64, 8, 200_000
 _SECANT_STEPS = 4  # each gains two digits or more, on a way that is nearly even within a sample
 
 
-class KeyPath:
+class CameraSpline:
     """The smooth way through key views, and where on it a view is, by the length of the way.
 
     Between two keys the view follows a cubic Bezier curve of rigid motions: the construction of de
@@ -74,13 +74,13 @@ class KeyPath:
         views, lens = self._at(np.asarray(places, dtype=np.float64))
         return [camera_with(view, row, *self.size) for view, row in zip(views, lens, strict=True)]
 
-    def _at(self, places: Floats) -> tuple[Floats, Floats]:
+    def _at(self, places: F64) -> tuple[F64, F64]:
         piece = np.clip(np.searchsorted(self.knots, places, side="right") - 1, 0, len(self.knots) - 2)
         shares = (places - self.knots[piece]) / np.diff(self.knots)[piece]
         views = _de_casteljau([points[piece] for points in self._views], shares, screw_motion)
         return views, _de_casteljau([points[piece] for points in self._lens], shares, _straight)
 
-    def _place_of(self, lengths: Floats) -> Floats:
+    def _place_of(self, lengths: F64) -> F64:
         """Places at which the way is so long: between two samples, then drawn closer by secants."""
         sample = np.searchsorted(self._lengths, lengths, side="right") - 1
         sample = np.clip(sample, 0, len(self._places) - 2)
@@ -95,27 +95,27 @@ class KeyPath:
             shares = np.clip(rate * rest, 0, 1)
         return np.asarray(start + shares * width)
 
-    def _changes(self, first: Floats, second: Floats) -> Floats:
+    def _changes(self, first: F64, second: F64) -> F64:
         distances = 0.5 * (self._distances(first) + self._distances(second))
         return view_changes(first, second, np.maximum(distances, self.reach))
 
-    def _distances(self, views: Floats) -> Floats:
+    def _distances(self, views: F64) -> F64:
         return np.asarray(np.linalg.norm(views[:, :3, :3] @ self.center + views[:, :3, 3], axis=1))
 
 
 def through(
     keys: list[Camera], num_frames: int, *, center: ArrayLike, reach: float, loop: bool = False
 ) -> list[Camera]:
-    """`num_frames` cameras at an even speed along the `KeyPath` through key views; takes and raises the same.
+    """`num_frames` cameras at an even speed along a `CameraSpline`; takes and raises the same.
 
     Of an open path first and last camera are its ends. Of a loop the first camera is not repeated.
     """
-    path = KeyPath(keys, center=center, reach=reach, loop=loop)
+    path = CameraSpline(keys, center=center, reach=reach, loop=loop)
     num_steps = num_frames if loop else num_frames - 1
     return path.cameras(np.arange(num_frames) / max(1, num_steps))
 
 
-def _bezier_points(keys: Floats, widths: Floats, loop: bool, mix: Mix) -> list[Floats]:
+def _bezier_points(keys: F64, widths: F64, loop: bool, mix: Mix) -> list[F64]:
     """Four control points [pieces, ...] of each piece of the curve through `keys`.
 
     At a key the speed is that of the parabola through it and its neighbours: the mean of the speeds of
@@ -137,12 +137,12 @@ def _bezier_points(keys: Floats, widths: Floats, loop: bool, mix: Mix) -> list[F
     return [start, after, before, end]
 
 
-def _de_casteljau(points: list[Floats], shares: Floats, mix: Mix) -> Floats:
+def _de_casteljau(points: list[F64], shares: F64, mix: Mix) -> F64:
     """Points of Bezier curves, by control points [n, ...] and shares [n]."""
     while len(points) > 1:
         points = [mix(a, b, shares) for a, b in pairwise(points)]
     return points[0]
 
 
-def _straight(first: Floats, second: Floats, shares: Floats) -> Floats:
+def _straight(first: F64, second: F64, shares: F64) -> F64:
     return first + (second - first) * shares[:, None]

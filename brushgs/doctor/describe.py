@@ -7,6 +7,7 @@ import numpy as np
 
 from brushgs.cameras.framing import DEFAULT_UP, subject
 from brushgs.io import read_ply
+from brushgs.sh import C0
 
 DARK = 0.1  # display-encoded; below it a Gaussian is nearly black
 
@@ -25,7 +26,7 @@ def describe(path: str | Path) -> dict[str, Any]:
     points, has_surroundings = subject(gaussians)
     longest, middle = np.sort(gaussians.scales, axis=1)[:, :0:-1].T
     aspects = longest / np.maximum(middle, np.finfo(longest.dtype).tiny)
-    base = 0.5 + gaussians.sh[:, 0] * 0.5 / np.sqrt(np.pi)
+    base = 0.5 + C0 * gaussians.sh[:, 0]
     return {
         "file": str(path),
         "bytes": Path(path).stat().st_size,

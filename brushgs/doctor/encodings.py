@@ -15,7 +15,7 @@ from brushgs.doctor.equal import equal_rows
 from brushgs.doctor.findings import Finding
 from brushgs.doctor.space import NUM_NEIGHBOURS, nearest
 from brushgs.io.scenes.columns import Columns
-from brushgs.io.scenes.encoding import Reading
+from brushgs.io.scenes.encoding import Encoding
 from brushgs.quats import rotation_matrices
 
 _Found = Callable[..., None]  # takes the name of a finding, a sentence, and facts
@@ -43,17 +43,17 @@ LEAST_ALIGNMENT, LEAST_ERRORS = 0.03, 6.0
 class Diagnosis:
     """How the columns are best read, and the findings that say so."""
 
-    reading: Reading
+    encoding: Encoding
     findings: list[Finding]
 
 
 def diagnose(columns: Columns) -> Diagnosis:
     """Judge raw columns."""
     rows = _usable_rows(columns)
-    reading = Reading()
+    encoding = Encoding()
     findings: list[Finding] = []
     if len(rows) < FEWEST_ROWS:
-        return Diagnosis(reading, findings)
+        return Diagnosis(encoding, findings)
     means = columns.means[rows]
     points = means[equal_rows(means)[0]]  # many at one place would take a k-d tree the square of their number
     picked = np.random.default_rng(0).permutation(len(rows))[:SAMPLE]
@@ -64,11 +64,11 @@ def diagnose(columns: Columns) -> Diagnosis:
         findings.append(Finding(name, "fault", len(rows), len(rows) / len(columns.means), what, rounded))
 
     scales, quats = columns.scales[rows][picked], columns.quats[rows][picked]
-    reading = _judge_scales(scales, distances, reading, found)
-    reading = _judge_opacities(columns.opacities[rows], reading, found)
-    reading = _judge_colors(columns.sh[rows, 0], reading, found)
-    reading = _judge_order(quats, scales, points[near], reading, found)
-    return Diagnosis(reading, findings)
+    encoding = _judge_scales(scales, distances, encoding, found)
+    encoding = _judge_opacities(columns.opacities[rows], encoding, found)
+    encoding = _judge_colors(columns.sh[rows, 0], encoding, found)
+    encoding = _judge_order(quats, scales, points[near], encoding, found)
+    return Diagnosis(encoding, findings)
 
 
 def linear_evidence(scales: Array, spacings: Array) -> float:
@@ -140,53 +140,55 @@ def _usable_rows(columns: Columns) -> NDArray[np.int64]:
     return np.flatnonzero(is_usable & ~np.isnan(columns.opacities))
 
 
-def _judge_scales(scales: Array, distances: Array, reading: Reading, found: _Found) -> Reading:
+def _judge_scales(scales: Array, distances: Array, encoding: Encoding, found: _Found) -> Encoding:
     if distances.shape[1] < 2:  # all at one place
-        return reading
+        return encoding
     evidence = linear_evidence(scales, distances[:, 1])
     if evidence <= LEAST_EVIDENCE:
-        return reading
+        return encoding
     found("linear-scales", "scales are stored as they are, not as their logarithms", nats_a_row=evidence)
-    return replace(reading, scales="linear")
+    return replace(encoding, scales="linear")
 
 
-def _judge_order(quats: Array, scales: Array, neighbours: Array, reading: Reading, found: _Found) -> Reading:
+def _judge_order(
+    quats: Array, scales: Array, neighbours: Array, encoding: Encoding, found: _Found
+) -> Encoding:
     if neighbours.shape[1] < 4:  # a plane needs three
-        return reading
+        return encoding
     logs = scales.astype(np.float64)
-    if reading.scales == "linear":
+    if encoding.scales == "linear":
         logs = np.log(np.maximum(logs, TINY))
     alignment, errors = order_evidence(quats, logs, neighbours)
     if alignment > -LEAST_ALIGNMENT or errors > -LEAST_ERRORS:
-        return reading
+        return encoding
     what = "rotations are stored as x, y, z, w: read so, flat Gaussians lie on the surfaces"
     found("xyzw-quaternions", what, alignment=alignment, standard_errors=errors)
-    return replace(reading, quats="xyzw")
+    return replace(encoding, quats="xyzw")
 
 
-def _judge_opacities(values: Array, reading: Reading, found: _Found) -> Reading:
+def _judge_opacities(values: Array, encoding: Encoding, found: _Found) -> Encoding:
     low, high = np.percentile(values, (1, 99), method="nearest")  # infinite logits are legitimate
     if ((values >= 0) & (values <= 1)).mean() >= ALMOST_ALL:
         # Equal opacities may be either; with plain scales beside them they are plain, too.
-        if high - low > SPREAD_OPACITY or reading.scales == "linear":
+        if high - low > SPREAD_OPACITY or encoding.scales == "linear":
             found(
                 "linear-opacities", "opacities are stored as 0 to 1, not as their logits", low=low, high=high
             )
-            return replace(reading, opacities="linear")
+            return replace(encoding, opacities="linear")
     elif ((values >= 0) & (values <= 255) & (values == np.round(values))).mean() >= ALMOST_ALL:
         found("byte-opacities", "opacities are stored as 0 to 255, not as their logits", low=low, high=high)
-        return replace(reading, opacities="byte")
-    return reading
+        return replace(encoding, opacities="byte")
+    return encoding
 
 
-def _judge_colors(values: Array, reading: Reading, found: _Found) -> Reading:
+def _judge_colors(values: Array, encoding: Encoding, found: _Found) -> Encoding:
     low, high = np.percentile(values, (1, 99))
     facts = {"low": float(low), "high": float(high)}
     if ((values >= 0) & (values <= 1)).all(axis=1).mean() >= ALMOST_ALL:
         if high - low > SPREAD_COLOR:
             found("linear-colors", "colours are stored as RGB of 0 to 1, not as coefficients", **facts)
-            return replace(reading, colors="rgb")
+            return replace(encoding, colors="rgb")
     elif high > BLINDING and ((values >= 0) & (values <= 255)).all(axis=1).mean() >= ALMOST_ALL:
         found("byte-colors", "colours are stored as RGB of 0 to 255, not as coefficients", **facts)
-        return replace(reading, colors="byte")
-    return reading
+        return replace(encoding, colors="byte")
+    return encoding

@@ -5,16 +5,17 @@ from pathlib import Path
 
 import numpy as np
 
+from brushgs.arrays import Mask
 from brushgs.doctor.encodings import diagnose
 from brushgs.doctor.equal import equal_rows
-from brushgs.doctor.findings import SEVERITIES, Finding, Rows
+from brushgs.doctor.findings import SEVERITIES, Finding
 from brushgs.doctor.floaters import STRONG_GAP, SURE_GAP, VISIBLE, find_apart
 from brushgs.doctor.guesses import guess_unit, guess_up
 from brushgs.doctor.rows import check_bands, check_copies, check_dropped, check_quats
 from brushgs.doctor.shapes import FAINT, check_far, check_filling, check_light, check_needles
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped, drop_faults
-from brushgs.io.scenes.encoding import Reading
+from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.ply import RawScene, read_raw
 from brushgs.options.choices import Floaters
 from brushgs.scene import Gaussians
@@ -34,7 +35,7 @@ class Examination:
 
     path: Path
     num_rows: int
-    reading: Reading
+    encoding: Encoding
     gaussians: Gaussians
     findings: list[Finding]
 
@@ -67,11 +68,11 @@ def look_at(path: str | Path, floaters: Floaters = "sure") -> Examination:
     """
     raw = read_raw(path)
     total = len(raw.columns.means)
-    reading, findings = Reading(), []
+    encoding, findings = Encoding(), []
     if not raw.is_compressed:
         diagnosis = diagnose(raw.columns)
-        reading, findings = diagnosis.reading, diagnosis.findings
-    gaussians, dropped = _decode(raw, reading)
+        encoding, findings = diagnosis.encoding, diagnosis.findings
+    gaussians, dropped = _decode(raw, encoding)
     findings += check_dropped(dropped, total)
     findings += check_quats(gaussians, total)
     copies = check_copies(gaussians, total)
@@ -80,14 +81,14 @@ def look_at(path: str | Path, floaters: Floaters = "sure") -> Examination:
     findings += check_light(gaussians, total)
     findings += [guess_up(gaussians, raw.up), guess_unit(gaussians)]
     findings.sort(key=lambda finding: SEVERITIES.index(finding.severity))
-    return Examination(Path(path), total, reading, gaussians, findings)
+    return Examination(Path(path), total, encoding, gaussians, findings)
 
 
-def _decode(raw: RawScene, reading: Reading) -> tuple[Gaussians, Dropped]:
+def _decode(raw: RawScene, encoding: Encoding) -> tuple[Gaussians, Dropped]:
     """The Gaussians of raw columns, in their place: the raw values are gone afterwards."""
     columns: Columns = raw.columns
     total = len(columns.means)
-    reading.standardize(columns)
+    encoding.standardize(columns)
     with np.errstate(all="ignore"):
         dropped = drop_faults(columns, 0, columns.sh.shape[1] - 1)
         if dropped.num_rows == total:
@@ -118,7 +119,7 @@ def _check_places(
     return findings + _check_floaters(gaussians, rest, floaters, total)
 
 
-def _check_floaters(gaussians: Gaussians, rest: Rows, floaters: Floaters, total: int) -> list[Finding]:
+def _check_floaters(gaussians: Gaussians, rest: Mask, floaters: Floaters, total: int) -> list[Finding]:
     """What hangs in the air. Gaussians at one place share one verdict."""
     candidates = np.flatnonzero(rest)
     first, groups = equal_rows(gaussians.means[candidates])

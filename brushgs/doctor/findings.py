@@ -3,11 +3,9 @@
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-import numpy as np
-from numpy.typing import NDArray
+from brushgs.arrays import Mask
 
 Severity = Literal["fault", "odd", "note"]
-Rows = NDArray[np.bool_]
 SEVERITIES: tuple[Severity, ...] = ("fault", "odd", "note")
 
 
@@ -67,7 +65,7 @@ class Finding:
     share: float
     what: str
     facts: dict[str, Any] = field(default_factory=dict)
-    rows: Rows | None = field(default=None, repr=False, compare=False)
+    rows: Mask | None = field(default=None, repr=False, compare=False)
 
     @property
     def by_default(self) -> str:

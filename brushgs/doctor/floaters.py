@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
-from brushgs.doctor.findings import Rows
+from brushgs.arrays import Array, Mask
 from brushgs.doctor.space import NUM_NEIGHBOURS, nearest
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.extent import robust_frame
@@ -60,7 +59,7 @@ class Apart:
     areas: NDArray[np.float64]
     has_bodies: bool
 
-    def beyond(self, gap: float) -> Rows:
+    def beyond(self, gap: float) -> Mask:
         """Those further than so many radii from any body."""
         return np.asarray(self.gaps > gap)
 
@@ -95,7 +94,7 @@ def find_apart(gaussians: Gaussians) -> Apart:
 def _touching_pairs(
     gaussians: Gaussians, opacities: Array, radius: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows of all pairs of neighbours that touch, each pair once."""
+    """Mask of all pairs of neighbours that touch, each pair once."""
     count = min(NUM_NEIGHBOURS + 1, len(gaussians))
     distances, near = nearest(gaussians.means, gaussians.means, count)
     covars = _covars(gaussians.quats, gaussians.scales.astype(np.float64) / radius)
@@ -136,8 +135,8 @@ def _widths(covars: Array, lines: Array) -> Array:
 
 def _outside_bodies(
     opacities: Array, a: NDArray[np.int64], b: NDArray[np.int64]
-) -> tuple[Rows, NDArray[np.int32]]:
-    """Rows that belong to no body, and the piece that each row is part of, given the pairs that touch.
+) -> tuple[Mask, NDArray[np.int32]]:
+    """Mask that belong to no body, and the piece that each row is part of, given the pairs that touch.
 
     Source of the rule of cores and rims: Ester et al. 1996, A density-based algorithm (DBSCAN).
     """

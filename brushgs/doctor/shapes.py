@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from brushgs.doctor.findings import Finding, Rows
+from brushgs.arrays import Mask
+from brushgs.colors import LUMINANCE
+from brushgs.doctor.findings import Finding
 from brushgs.doctor.space import Core
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.extent import robust_frame
-from brushgs.passes.prune import LUMINANCE
 from brushgs.scene import Gaussians
 from brushgs.sh import base_colors
 
@@ -85,6 +86,6 @@ def check_light(gaussians: Gaussians, total: int) -> list[Finding]:
     return findings
 
 
-def _unless_most(rows: Rows) -> Rows | None:
+def _unless_most(rows: Mask) -> Mask | None:
     """The rows to drop; None where they are the scene itself rather than strays in it."""
     return rows if rows.mean() <= MOST else None

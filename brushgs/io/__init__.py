@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from brushgs.io.cameras.read import load_cameras
-from brushgs.io.scenes.encoding import USUAL, Reading
+from brushgs.io.scenes.encoding import STANDARD, Encoding
 from brushgs.io.scenes.notes import LoadNotes
 from brushgs.io.scenes.ply import read_ply
 from brushgs.scene import Frame, Gaussians
@@ -11,18 +11,18 @@ from brushgs.scene import Frame, Gaussians
 __all__ = ["LoadNotes", "Reading", "load", "load_cameras", "read_ply", "save"]
 
 
-def load(path: str | Path, reading: Reading = USUAL) -> Gaussians:
+def load(path: str | Path, encoding: Encoding = STANDARD) -> Gaussians:
     """Read a trained 3D Gaussian scene; `read_ply` is the same and tells what it found.
 
     Args:
         path: a .ply file.
-        reading: what its numbers mean, where the file does not follow the usual layout; `bg.examine`
+        encoding: what its numbers mean, where the file does not follow the usual layout; `bg.examine`
             and `brushgs doctor` find that out.
 
     Raises:
         SceneError: if the file cannot be used; says why and what to do.
     """
-    return read_ply(path, reading)[0]
+    return read_ply(path, encoding)[0]
 
 
 def save(value: Gaussians | Frame, path: str | Path) -> None:

@@ -14,13 +14,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array, check
+from brushgs.arrays import F64, Array, check
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter
 from brushgs.rendering.rasterize import rasterize
 from brushgs.scene import Boxes, Frame
 
-F64 = NDArray[np.float64]
 # The numbers below were chosen by eye and PSNR on four scenes, and held against its flicker, which hardly
 # depends on them: with 2000 strokes on orbits of koala and chair in steps of 1.5 degrees, eight other choices
 # have an excess error (`metrics.warp_error`) of 5.5 to 6.6 and 4.4 to 5.0 of 255.

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import Array, check
+from brushgs.rendering.areas import areas_inside, upright_rectangles
 from brushgs.scene import Boxes, Camera
 
 FLIP = np.pi / 2  # a step above this is a flip
@@ -27,8 +28,6 @@ PLAIN_ALPHA = 0.5  # above this the plain picture shows a surface, and its depth
 DEPTH_TOLERANCE = 0.01  # of the depth: further apart and two views see two surfaces
 TINY = np.finfo(np.float64).tiny  # in place of a length of zero
 WORST = 0.01  # share of the pixels that the eye goes to
-
-Column = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -369,34 +368,10 @@ class _Sizes:
         self.lengths = principal.max(axis=1)
         self.spare_steps = np.zeros_like(extents)  # of `spare`, since the frame before
         self.spare = strokes.extents - strokes.reach()
-        low, high = _upright(strokes.centers, extents, self.angles)
-        self.weights = _areas_inside(extents, low, high, width, height) * self.opacities
+        low, high = upright_rectangles(strokes.centers, extents, self.angles)
+        self.weights = areas_inside(extents, low, high, width, height) * self.opacities
         inset, size = INNER * min(width, height), np.array([width, height], np.float64)
         self.is_inner: NDArray[np.bool_] = np.all((high > inset) & (low < size - inset), axis=1)
-
-
-def seen_areas(boxes: Boxes, width: int, height: int) -> NDArray[np.float64]:
-    """What of each box lies in the picture, pixels: area x share of its upright bounding rectangle, [M].
-
-    At most the picture.
-    """
-    extents = np.maximum(boxes.half_extents.astype(np.float64), TINY)
-    low, high = _upright(boxes.centers.astype(np.float64), extents, boxes.angles.astype(np.float64))
-    return _areas_inside(extents, low, high, width, height)
-
-
-def _upright(centers: Column, extents: Column, angles: Column) -> tuple[Column, Column]:
-    """Corners of least and largest coordinates of the upright rectangles around boxes, [M, 2] each."""
-    c, s = np.abs(np.cos(angles)), np.abs(np.sin(angles))
-    upright = np.stack([c * extents[:, 0] + s * extents[:, 1], s * extents[:, 0] + c * extents[:, 1]], 1)
-    return centers - upright, centers + upright
-
-
-def _areas_inside(extents: Column, low: Column, high: Column, width: int, height: int) -> Column:
-    size = np.array([width, height], np.float64)
-    seen = np.clip(np.minimum(high, size) - np.maximum(low, 0), 0, None)
-    areas = 4 * extents.prod(axis=1) * (seen / (high - low)).prod(axis=1)
-    return np.asarray(np.minimum(areas, width * height))
 
 
 class _Tally:

@@ -23,7 +23,7 @@ PLOT = ".png"
 
 
 @dataclass
-class MeasuredReport(Report):
+class ExperimentReport(Report):
     """A run, and what it found.
 
     Attributes:

@@ -1,1 +1,1 @@
-"""What a run is asked to do: words, presets, and one frozen dataclass per step. Only the standard library is imported."""
+"""What a run is asked to do: words, presets, one frozen dataclass per step. Standard library only."""

@@ -91,7 +91,7 @@ class StrokeSize:
         return f"{self.pixels:g}px"
 
 
-Aim = Literal["auto"] | ErrorBudget | StrokeSize  # what a count of strokes is chosen for
+StrokeTarget = Literal["auto"] | ErrorBudget | StrokeSize  # what a count of strokes is chosen for
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class ClusterConfig:
         seed: of all the chance in it, 0 to 2^32 - 1.
     """
 
-    strokes: int | float | Aim | None = DEFAULT_STROKES
+    strokes: int | float | StrokeTarget | None = DEFAULT_STROKES
     features: Features = "balanced"
     merge: Merge = "cover"
     method: Method = "auto"
@@ -128,7 +128,7 @@ class ClusterConfig:
             raise ValueError(f"strokes must be a count >= 1 or a share in (0, 100 %], got {self.strokes}")
 
     @property
-    def aim(self) -> Aim | None:
+    def target(self) -> StrokeTarget | None:
         """What the count is chosen for; None where it is given."""
         return self.strokes if isinstance(self.strokes, (str, ErrorBudget, StrokeSize)) else None
 

@@ -20,7 +20,7 @@ from brushgs.scene import Camera, Gaussians
 if TYPE_CHECKING:
     from brushgs.brushes.texture import StrokeTexture
     from brushgs.stroke_count.choose import Choice
-    from brushgs.stroke_count.view_model import Sight
+    from brushgs.stroke_count.view_model import ViewModel
 
 # Clusters come as near as the cells of the quick look at 0.7 to 1.4 of their count, mostly: the search for
 # the fewest that meet a budget starts a step below, and goes up by steps of a fifth.
@@ -37,14 +37,14 @@ def look(
     draw: DrawConfig,
     ground: Ground,
     report: Report,
-) -> "Sight | None":
+) -> "ViewModel | None":
     """The plain picture of the whole scene, for what strokes are counted; None where their count is given."""
-    if config.aim is None:
+    if config.target is None:
         return None
     with report.stage("plain") as stage:
         from brushgs.brushes.texture import StrokeTexture
-        from brushgs.rendering.rasterize import render
-        from brushgs.stroke_count.view_model import Sight
+        from brushgs.rendering.render import render
+        from brushgs.stroke_count.view_model import ViewModel
 
         kernel = StrokeTexture.open("gaussian")
         plain = render(gaussians, camera, kernel, depth=False, num_threads=draw.threads)
@@ -52,26 +52,26 @@ def look(
         stage.counts = {"gaussians": len(gaussians), "width": camera.width, "height": camera.height}
         sigmas = texture.fitted_sigmas if draw.extent == "fitted" else texture.num_sigmas
         on = np.ones(3) if ground is None else np.asarray(ground)
-        return Sight(camera, texture, sigmas, plain, on, draw.filter, draw.threads)
+        return ViewModel(camera, texture, sigmas, plain, on, draw.filter, draw.threads)
 
 
-def choose(gaussians: Gaussians, config: ClusterConfig, sight: "Sight", report: Report) -> "Choice":
+def choose(gaussians: Gaussians, config: ClusterConfig, view_model: "ViewModel", report: Report) -> "Choice":
     """How many strokes to begin with."""
     with report.stage("count") as stage:
-        from brushgs.stroke_count.choose import choose_in_sight
+        from brushgs.stroke_count.choose import choose_for_view_model
 
-        aim = config.aim
-        choice = choose_in_sight(
+        target = config.target
+        choice = choose_for_view_model(
             gaussians,
-            sight,
-            psnr=aim.psnr if isinstance(aim, ErrorBudget) else None,
-            size=aim.pixels if isinstance(aim, StrokeSize) else None,
+            view_model,
+            psnr=target.psnr if isinstance(target, ErrorBudget) else None,
+            size=target.pixels if isinstance(target, StrokeSize) else None,
             features=config.features,
             merge=config.merge,
         )
         stage.did = f"{choice.strokes:,} strokes: {reason(choice)}"
         stage.counts = {
-            "aim": str(aim),
+            "aim": str(target),
             "strokes": choice.strokes,
             "psnr_expected": round(choice.psnr, 3),
             "size_expected": round(choice.size, 2),
@@ -103,35 +103,37 @@ def _ordinal(number: int) -> str:
 def make(
     gaussians: Gaussians,
     config: ClusterConfig,
-    sight: "Sight",
+    view_model: "ViewModel",
     choice: "Choice",
     cluster: Callable[[int], Gaussians],
     stage: Stage,
 ) -> Gaussians:
     """Strokes that meet the aim; tells in the stage what was reached, and in how many clusterings."""
-    if isinstance(config.aim, ErrorBudget):
-        made, tries = _within_budget(len(gaussians), config.aim.psnr, sight, choice, cluster)
-    elif isinstance(config.aim, StrokeSize):
-        made, tries = _of_size(config.aim.pixels, sight, choice, cluster)
+    if isinstance(config.target, ErrorBudget):
+        made, tries = _within_budget(len(gaussians), config.target.psnr, view_model, choice, cluster)
+    elif isinstance(config.target, StrokeSize):
+        made, tries = _of_size(config.target.pixels, view_model, choice, cluster)
     else:
         return cluster(choice.strokes)
     from brushgs.stroke_count.curve import psnr_of
 
-    boxes = sight.boxes(made)
-    size, psnr = sight.size(boxes), psnr_of(sight.rmse(boxes))
+    boxes = view_model.boxes(made)
+    size, psnr = view_model.size(boxes), psnr_of(view_model.rmse(boxes))
     stage.counts |= {"tries": tries, "size": round(size, 2), "psnr": round(psnr, 3)}
     reached = f"{size:.0f} px" if choice.rule == "size" else f"{psnr:.1f} dB"
     stage.did += f"; {reached} reached at the {_ordinal(tries)} count tried"
-    if isinstance(config.aim, StrokeSize) and abs(size / config.aim.pixels - 1) > 2 * SIZE_TOLERANCE:
+    if isinstance(config.target, StrokeSize) and abs(size / config.target.pixels - 1) > 2 * SIZE_TOLERANCE:
         warnings.warn(
-            SceneWarning(f"strokes of {config.aim} cannot be had in this view; these come to {size:.1f} px"),
+            SceneWarning(
+                f"strokes of {config.target} cannot be had in this view; these come to {size:.1f} px"
+            ),
             stacklevel=2,
         )
     return made
 
 
 def _within_budget(
-    num: int, psnr: float, sight: "Sight", choice: "Choice", cluster: Callable[[int], Gaussians]
+    num: int, psnr: float, view_model: "ViewModel", choice: "Choice", cluster: Callable[[int], Gaussians]
 ) -> tuple[Gaussians, int]:
     """The first on a ladder of counts that comes near enough.
 
@@ -143,22 +145,22 @@ def _within_budget(
     while True:
         count, tries, step = min(num, round(STEP**step)), tries + 1, step + 1
         made = cluster(count)
-        if count == num or psnr_of(sight.rmse(sight.boxes(made))) >= psnr:
+        if count == num or psnr_of(view_model.rmse(view_model.boxes(made))) >= psnr:
             return made, tries
 
 
 def _of_size(
-    pixels: float, sight: "Sight", choice: "Choice", cluster: Callable[[int], Gaussians]
+    pixels: float, view_model: "ViewModel", choice: "Choice", cluster: Callable[[int], Gaussians]
 ) -> tuple[Gaussians, int]:
     """Clusters of the count at which cells would be as much too large or small as the last clusters were."""
     tried: dict[int, tuple[float, Gaussians]] = {}
-    count, aim = choice.strokes, pixels
+    count, target = choice.strokes, pixels
     while count not in tried:
         made = cluster(count)
-        size = sight.size(sight.boxes(made))
+        size = view_model.size(view_model.boxes(made))
         tried[count] = abs(np.log(max(size, 1e-9) / pixels)), made
         if tried[count][0] <= SIZE_TOLERANCE or len(tried) == SIZE_TRIES or size == 0:
             break
-        aim *= pixels / size
-        count = choice.count_of_size(aim)
+        target *= pixels / size
+        count = choice.count_of_size(target)
     return min(tried.values(), key=lambda value: value[0])[1], len(tried)

@@ -54,7 +54,7 @@ class Painter:
 
     def frame(self, shot: Shot) -> Frame:
         """The picture; with depth if it is for an EXR, the one kind of file that holds it."""
-        from brushgs.rendering.rasterize import render
+        from brushgs.rendering.render import render
 
         return render(
             self.strokes,

@@ -1,4 +1,4 @@
-"""What makes frames parts of one painting: everything they depend on, in a form that a ledger keeps.
+"""What makes frames parts of one painting: everything they depend on, in a form that a manifest keeps.
 
 Arrays go in as digests. The strokes stand for the scene, and for all that was done to it: should clustering
 round otherwise on another machine, those are other strokes, and this shows it.
@@ -16,7 +16,7 @@ from brushgs import __version__
 from brushgs.cameras.paths import CameraPath
 from brushgs.errors import SceneError
 from brushgs.io.json_file import shown
-from brushgs.io.pictures.numbered import Ledger, NumberedFiles
+from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.background import Ground
 from brushgs.scene import Camera, Gaussians
@@ -29,8 +29,8 @@ def options(config: PaintConfig) -> dict[str, Any]:
     steps = asdict(config.prune) | asdict(config.cluster) | asdict(config.draw)
     del steps["threads"]
     steps["keep"] = config.prune.share()
-    if config.cluster.aim is not None:
-        steps["strokes"] = str(config.cluster.aim)
+    if config.cluster.target is not None:
+        steps["strokes"] = str(config.cluster.target)
     if config.palette is not None:
         steps |= {f"palette {name}": str(value) for name, value in asdict(config.palette).items()}
     moving = {"lock": config.draw.lock or "track", "order": config.draw.order or "soft"}
@@ -51,29 +51,29 @@ def painting(
     }
 
 
-def found_ledger(files: NumberedFiles, config: PaintConfig) -> Ledger | None:
-    """The ledger of the painting that is to be gone on with; None where nothing is there yet.
+def find_manifest(files: NumberedFiles, config: PaintConfig) -> Manifest | None:
+    """The manifest of the painting that is to be gone on with; None where nothing is there yet.
 
     Raises:
-        SceneError: if there are frames and no ledger, or options differ from those of the ledger.
+        SceneError: if there are frames and no manifest, or options differ from those of the manifest.
     """
-    found = Ledger.read(files)
+    found = Manifest.read(files)
     if found is not None:
         check_same(found, options(config))
     elif numbers := files.numbers():
         raise SceneError(
-            files.ledger,
-            f"there is no such ledger, so nothing tells of which painting the {len(numbers)} frames "
+            files.manifest,
+            f"there is no such manifest, so nothing tells of which painting the {len(numbers)} frames "
             f"{files.name} are; leave out --resume to paint all anew",
         )
     return found
 
 
-def check_same(found: Ledger, asked: Mapping[str, Any]) -> None:
+def check_same(found: Manifest, asked: Mapping[str, Any]) -> None:
     """Refuse to go on with another painting.
 
     Raises:
-        SceneError: if anything that is asked is otherwise in the ledger; names all that differs.
+        SceneError: if anything that is asked is otherwise in the manifest; names all that differs.
     """
     differing = []
     for name, value in asked.items():

@@ -26,14 +26,14 @@ class Stage:
         seconds: wall-clock time; what a step adds here while it runs is added to it.
         did: what it did, in words.
         counts: numbers and names for machines, by name.
-        left_out: what was not done because this scene does not need it, with the reason.
+        skipped: what was not done because this scene does not need it, with the reason.
     """
 
     name: str
     seconds: float = 0.0
     did: str = ""
     counts: dict[str, Any] = field(default_factory=dict)
-    left_out: list[str] = field(default_factory=list)
+    skipped: list[str] = field(default_factory=list)
 
 
 @dataclass
@@ -121,7 +121,7 @@ class Report:
         for name in ("stage", "what it did", "seconds", "left out, because not needed here"):
             table.add_column(name, justify="right" if name == "seconds" else "left")
         for stage in self.stages:
-            table.add_row(stage.name, stage.did, f"{stage.seconds:.3f}", "\n".join(stage.left_out))
+            table.add_row(stage.name, stage.did, f"{stage.seconds:.3f}", "\n".join(stage.skipped))
         memory = peak_memory()
         peak = f"peak memory {memory / 1e6:,.0f} MB" if memory else ""
         table.add_section()

@@ -19,14 +19,14 @@ from typing import TYPE_CHECKING, Any
 
 from brushgs.cameras.paths import CameraPath, plan_path
 from brushgs.errors import SceneWarning
-from brushgs.io.pictures.numbered import Ledger, NumberedFiles
+from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 from brushgs.io.pictures.video import check_rate, check_size, filming, padded_size
 from brushgs.options.painting import DrawConfig, PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.background import Ground
 from brushgs.painting.count import look
 from brushgs.painting.frame_painter import Painter, Shot
-from brushgs.painting.identity import check_same, found_ledger, painting
+from brushgs.painting.identity import check_same, find_manifest, painting
 from brushgs.painting.outputs import check_target, plan_output
 from brushgs.painting.parallel import spread
 from brushgs.painting.parallel.connection import check_scheduler
@@ -88,7 +88,7 @@ def paint_sequence(
         check_scheduler(sequence.scheduler)
     found = None
     if sequence.is_resumed and isinstance(target, NumberedFiles):
-        found = found_ledger(target, config)
+        found = find_manifest(target, config)
     texture = open_stroke(config.draw, report)
     palette = open_palette(config.palette, report)
     gaussians, notes = load_scene(scene, report)
@@ -97,10 +97,10 @@ def paint_sequence(
         check_rate(target, path.fps)
         check_size(target, path.cameras[0].width, path.cameras[0].height)
     ground = open_ground(config.draw, path.cameras[0], report)
-    sight = look(gaussians, path.cameras[0], texture, config.cluster, config.draw, ground, report)
+    view_model = look(gaussians, path.cameras[0], texture, config.cluster, config.draw, ground, report)
     num_loaded = len(gaussians)
     gaussians = prune_scene(gaussians, config.prune, report, is_strokes=notes.is_strokes)
-    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded, sight=sight)
+    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded, view_model=view_model)
     gaussians = recolor_scene(gaussians, palette, config.palette, report)
     track = _track(gaussians, path, texture, config.draw, report)
     work = _Work(gaussians, texture, ground, config, path, track, sequence)
@@ -142,16 +142,15 @@ def _track(
         stage.counts = {"lock": lock, "strokes": len(strokes), "frames": num_frames}
         if not _sees_any(strokes, path, texture, draw):
             warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
-        from brushgs.rendering.rasterize import is_directed
 
-        if lock != "track" or not is_directed(texture):
+        if lock != "track" or not texture.is_directed:
             stage.did = "nothing"
             reason = f"the lock is {lock!r}" if lock != "track" else f"{texture.name!r} has none"
-            stage.left_out.append(f"following directions: {reason}")
+            stage.skipped.append(f"following directions: {reason}")
             return None
-        from brushgs.rendering.track import follow
+        from brushgs.rendering.track import track_directions
 
-        track = follow(strokes, path.closed, num_threads=draw.threads)
+        track = track_directions(strokes, path.closed, num_threads=draw.threads)
         stage.did = f"directions of {len(strokes):,} strokes over {num_frames:,} views"
     return track
 
@@ -244,9 +243,9 @@ def _tell_painted(
     }
     stage.did = f"{num_painted:,} of {num_frames:,} frames"
     if skipped := num_frames - num_painted - num_repeated:
-        stage.left_out.append(f"{skipped:,} frames: they are there, whole")
+        stage.skipped.append(f"{skipped:,} frames: they are there, whole")
     if num_repeated:
-        stage.left_out.append(f"{num_repeated:,} frames: the camera rests, they are those before them")
+        stage.skipped.append(f"{num_repeated:,} frames: the camera rests, they are those before them")
     if not num_painted:
         return
     per_frame = seconds / num_painted
@@ -283,25 +282,25 @@ def _paint_video(work: _Work, target: Path, report: Report) -> None:
     stage.counts |= {"fps": path.fps, "background": ground}
 
 
-def _paint_files(work: _Work, files: NumberedFiles, found: Ledger | None, report: Report) -> None:
+def _paint_files(work: _Work, files: NumberedFiles, found: Manifest | None, report: Report) -> None:
     """The frames that are missing, each to a file."""
     identity = painting(work.config, work.path, work.strokes, work.texture.coverage, work.ground)
     if found is not None:
         check_same(found, identity)
     num_frames, ground = len(work.path.cameras), work.config.draw.background
     done = {} if found is None else {i: size for i, size in found.sizes.items() if found.is_done(i)}
-    ledger = Ledger(files, identity, done)
-    ledger.begin()
+    manifest = Manifest(files, identity, done)
+    manifest.begin()
     missing = [index for index in range(num_frames) if index not in done]
 
     def state() -> str:
-        return f"{len(ledger.sizes)} of {num_frames} frames are there, whole; go on with --resume"
+        return f"{len(manifest.sizes)} of {num_frames} frames are there, whole; go on with --resume"
 
     with _saying_when_stopped(state):
-        taking = _paint(work, missing, files.pattern.suffix.lower(), ledger.add, report)
+        taking = _paint(work, missing, files.pattern.suffix.lower(), manifest.add, report)
     with report.stage("write") as stage:
         stage.seconds = taking
-        num_bytes = sum(ledger.sizes.values())
+        num_bytes = sum(manifest.sizes.values())
         stage.did = f"{files.pattern}, {num_frames:,} files, {size_words(num_bytes)}, on {ground}"
         stage.counts = {"path": str(files.pattern), "files": num_frames, "bytes": num_bytes}
         stage.counts["background"] = ground

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from brushgs.brushes.texture import StrokeTexture
     from brushgs.io import LoadNotes
     from brushgs.passes.recolor import Palette
-    from brushgs.stroke_count.view_model import Sight
+    from brushgs.stroke_count.view_model import ViewModel
 
 NOTHING_SEEN = "no stroke is in the picture; check that the camera and the scene belong together"
 CULLED = {  # field of ProjectCounts -> words
@@ -75,7 +75,7 @@ def load_scene(path: str | Path, report: Report) -> "tuple[Gaussians, LoadNotes]
         }
         if notes.sh_degree_used < notes.sh_degree_stored:
             bands = _band_words(notes.sh_degree_used, notes.sh_degree_stored)
-            stage.left_out.append(f"{bands}: zero in every row")
+            stage.skipped.append(f"{bands}: zero in every row")
     return gaussians, notes
 
 
@@ -116,7 +116,7 @@ def prune_scene(
         else:
             stage.did = f"kept all {num_before:,}"
             reason = "they are strokes already" if config.keep is None else "keep = 1"
-            stage.left_out.append(f"choosing: all are kept ({reason})")
+            stage.skipped.append(f"choosing: all are kept ({reason})")
         stage.counts = {"before": num_before, "after": len(gaussians), "weight": config.weight}
     return gaussians
 
@@ -127,7 +127,7 @@ def cluster_scene(
     report: Report,
     *,
     num_loaded: int,
-    sight: "Sight | None" = None,
+    view_model: "ViewModel | None" = None,
 ) -> Gaussians:
     """Fewer and larger Gaussians: the strokes in space.
 
@@ -136,9 +136,9 @@ def cluster_scene(
         config: how many, and how.
         report: where the stages are told.
         num_loaded: of how many Gaussians a share is one.
-        sight: what `counting.look` gave: the view that an aim is for.
+        view_model: what `look` gave: the view that an aim is for.
     """
-    choice = None if sight is None else choose(gaussians, config, sight, report)
+    choice = None if view_model is None else choose(gaussians, config, view_model, report)
     with report.stage("cluster") as stage:
         num_before = len(gaussians)
         num_strokes = config.num_strokes(num_loaded) if choice is None else choice.strokes
@@ -149,19 +149,19 @@ def cluster_scene(
 
         if config.strokes is None:
             stage.did = f"{num_before:,} strokes, one per Gaussian"
-            stage.left_out.append("clustering: every Gaussian is a stroke")
+            stage.skipped.append("clustering: every Gaussian is a stroke")
             return gaussians
-        if choice is None or sight is None:
+        if choice is None or view_model is None:
             return into(num_strokes)
-        return make(gaussians, config, sight, choice, into, stage)
+        return make(gaussians, config, view_model, choice, into, stage)
 
 
 def _clustered(gaussians: Gaussians, num_strokes: int, config: ClusterConfig, stage: Stage) -> Gaussians:
     num_before = len(gaussians)
-    stage.left_out.clear()
+    stage.skipped.clear()
     if num_before <= num_strokes:
         stage.did = f"{num_before:,} strokes, one per Gaussian"
-        stage.left_out.append(f"clustering: {num_before:,} Gaussians are not above {num_strokes:,} strokes")
+        stage.skipped.append(f"clustering: {num_before:,} Gaussians are not above {num_strokes:,} strokes")
         return gaussians
     from brushgs.passes.cluster import group
     from brushgs.passes.merge import merge_clusters
@@ -214,7 +214,7 @@ def recolor_scene(
         stage.did = f"{len(gaussians):,} strokes, {config.strength:.0%} of the way in {config.space}"
         stage.counts = {"strokes": len(gaussians), "strength": config.strength, "space": config.space}
         if config.strength == 0:
-            stage.left_out.append("recolouring: the strength is 0")
+            stage.skipped.append("recolouring: the strength is 0")
     return gaussians
 
 
@@ -240,10 +240,9 @@ def project_scene(
     """Strokes in space to boxes on the picture, nearest first."""
     with report.stage("project") as stage:
         from brushgs.rendering.project import project_counted
-        from brushgs.rendering.rasterize import is_directed
         from brushgs.sh import used_sh_degree
 
-        sigmas, has_direction = box_sigmas(texture, config), is_directed(texture)
+        sigmas, has_direction = box_sigmas(texture, config), texture.is_directed
         lock = view_lock(config) if has_direction else "off"
         order = (config.order or "depth") if has_direction else "depth"
         boxes, culled = project_counted(  # as `render` does
@@ -267,15 +266,15 @@ def project_scene(
             count = getattr(culled, reason)
             stage.counts[reason] = count
             if count:
-                stage.left_out.append(f"{count:,} strokes {words}")
+                stage.skipped.append(f"{count:,} strokes {words}")
         if not has_direction:
-            stage.left_out.append("lock, fading and soft order: a kernel fills the ellipse and has none")
+            stage.skipped.append("lock, fading and soft order: a kernel fills the ellipse and has none")
         if len(boxes) == 0:
             warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
         degree = used_sh_degree(gaussians)
         stage.counts["sh_degree"] = degree
         if degree < gaussians.sh_degree:
-            stage.left_out.append(f"{_band_words(degree, gaussians.sh_degree)}: zero in every row")
+            stage.skipped.append(f"{_band_words(degree, gaussians.sh_degree)}: zero in every row")
     return boxes
 
 
@@ -306,7 +305,7 @@ def draw(
         stage.counts = {"strokes": len(boxes), "painted": round(painted, 6), "filter": config.filter}
         _tell_levels(boxes, texture, config.filter, stage)
         if not depth:
-            stage.left_out.append("depth: this kind of file does not hold it")
+            stage.skipped.append("depth: this kind of file does not hold it")
     return frame
 
 
@@ -401,14 +400,14 @@ def _framed_camera(gaussians: Gaussians, config: ViewConfig, file_up: str | None
         "has_surroundings": has_surroundings,
     }
     if has_surroundings:
-        stage.left_out.append("surroundings: drawn, but the frame is fitted to the middle of the scene")
+        stage.skipped.append("surroundings: drawn, but the frame is fitted to the middle of the scene")
     return camera
 
 
 def _tell_levels(boxes: Boxes, texture: "StrokeTexture", filter: str, stage: Stage) -> None:
     """How many filtered copies of the stroke image no stroke reaches: they are not made."""
     if texture.kind != "image":
-        stage.left_out.append("texture filter: a kernel is computed, not sampled")
+        stage.skipped.append("texture filter: a kernel is computed, not sampled")
         return
     if filter != "mip" or len(boxes) == 0:
         return
@@ -417,7 +416,7 @@ def _tell_levels(boxes: Boxes, texture: "StrokeTexture", filter: str, stage: Sta
     used, total = count_levels(boxes, texture)
     stage.counts |= {"mip_levels": total, "mip_levels_used": used}
     if used < total:
-        stage.left_out.append(f"{total - used} of {total} mip levels: no stroke is of their size")
+        stage.skipped.append(f"{total - used} of {total} mip levels: no stroke is of their size")
 
 
 def _band_words(used: int, stored: int) -> str:

@@ -76,10 +76,10 @@ def paint_file(
     gaussians, notes = load_scene(scene, report)
     camera = choose_camera(gaussians, config.view, report, file_up=notes.up, camera=camera)
     ground = open_ground(config.draw, camera, report)
-    sight = look(gaussians, camera, texture, config.cluster, config.draw, ground, report)
+    view_model = look(gaussians, camera, texture, config.cluster, config.draw, ground, report)
     num_loaded = len(gaussians)
     gaussians = prune_scene(gaussians, config.prune, report, is_strokes=notes.is_strokes)
-    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded, sight=sight)
+    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded, view_model=view_model)
     gaussians = recolor_scene(gaussians, palette, config.palette, report)
     boxes = project_scene(gaussians, camera, texture, config.draw, report)
     is_deep = output.suffix.lower() == ".exr"  # the one format that carries depth
@@ -102,11 +102,11 @@ def paint(
     palette = open_palette(config.palette, report)
     camera = choose_camera(gaussians, config.view, report, camera=camera)
     ground = None  # a frame has none; only where strokes are counted is one put under it
-    if config.cluster.aim is not None:
+    if config.cluster.target is not None:
         ground = open_background(config.draw.background, camera.width, camera.height)
-    sight = look(gaussians, camera, texture, config.cluster, config.draw, ground, report)
+    view_model = look(gaussians, camera, texture, config.cluster, config.draw, ground, report)
     strokes = prune_scene(gaussians, config.prune, report)
-    strokes = cluster_scene(strokes, config.cluster, report, num_loaded=len(gaussians), sight=sight)
+    strokes = cluster_scene(strokes, config.cluster, report, num_loaded=len(gaussians), view_model=view_model)
     strokes = recolor_scene(strokes, palette, config.palette, report)
     boxes = project_scene(strokes, camera, texture, config.draw, report)
     return draw(boxes, camera, texture, config.draw, report)
@@ -128,13 +128,13 @@ def cluster_file(scene: str | Path, output: str | Path, config: ClusterConfig, r
     """
     check_output(Path(output), (".ply",), inputs=(Path(scene),))
     gaussians, notes = load_scene(scene, report)
-    sight = None
-    if config.aim is not None:
+    view_model = None
+    if config.target is not None:
         draw = DrawConfig(stroke="gaussian")
         texture = open_stroke(draw, report)
         camera = choose_camera(gaussians, ViewConfig(), report, file_up=notes.up)
-        sight = look(gaussians, camera, texture, config, draw, None, report)
-    strokes = cluster_scene(gaussians, config, report, num_loaded=len(gaussians), sight=sight)
+        view_model = look(gaussians, camera, texture, config, draw, None, report)
+    strokes = cluster_scene(gaussians, config, report, num_loaded=len(gaussians), view_model=view_model)
     return write_scene(strokes, output, report, is_strokes=True)
 
 

@@ -12,10 +12,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.arrays import F32
 from brushgs.options.choices import Features, Merge, Method
 from brushgs.passes.contribution import contributions, visible_shares
 from brushgs.passes.features import cluster_features
-from brushgs.passes.lloyd import Clusters, Points, lloyd
+from brushgs.passes.lloyd import Clusters, lloyd
 from brushgs.passes.merge import merge_clusters
 from brushgs.scene import Gaussians
 
@@ -165,7 +166,7 @@ def cluster_weights(gaussians: Gaussians, visible: NDArray[np.float64] | None = 
     return np.asarray(np.maximum(weights / largest, 1e-9))  # above zero: each Gaussian belongs somewhere
 
 
-def _minibatch(points: Points, weights: NDArray[np.float64], num_clusters: int, *, seed: int) -> Clusters:
+def _minibatch(points: F32, weights: NDArray[np.float64], num_clusters: int, *, seed: int) -> Clusters:
     """MiniBatchKMeans as published. Its import takes a second, so it happens here."""
     from sklearn.cluster import MiniBatchKMeans
     from sklearn.exceptions import ConvergenceWarning

@@ -9,13 +9,10 @@ Source: IEC 61966-2-1 (sRGB); ISO/CIE 11664-4 (CIELAB).
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from brushgs.arrays import Array
+from brushgs.arrays import F64, Array
 from brushgs.colors import linear_from_srgb, srgb_from_linear, srgb_slope
 from brushgs.options.choices import ColorSpace
-
-F64 = NDArray[np.float64]
 
 _XYZ_FROM_RGB = np.array(
     [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]

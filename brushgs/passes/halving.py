@@ -11,11 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import check
+from brushgs.arrays import Rows, check
 
 NEAR_WORST = 0.25  # of the largest inertia: the cells above it are halved in one round
-
-Rows = NDArray[np.intp]
 
 
 class _Spread(NamedTuple):

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs import _core
+from brushgs.arrays import F32
 from brushgs.passes.morton import morton_order
 from brushgs.threads import num_threads_or_default
 
@@ -20,8 +21,6 @@ GAIN = 1e-3  # a step that lowers the inertia by less than this share is the las
 START_ROUNDS = (0.4, 0.3, 0.3)  # shares of the centres; ten rounds end no lower
 MORE_ROUNDS = 8  # at most, for centres that earlier rounds drew twice: those of repeated points
 ONE_BY_ONE = 32  # so few centres are drawn each in a round of its own: two in one island show
-
-Points = NDArray[np.float32]
 
 
 class Clusters(NamedTuple):
@@ -37,7 +36,7 @@ class Clusters(NamedTuple):
 
 
 def lloyd(
-    points: Points,
+    points: F32,
     weights: NDArray[np.float64],
     num_clusters: int,
     *,
@@ -76,7 +75,7 @@ def lloyd(
 
 
 def start(
-    points: Points, weights: NDArray[np.float64], num_clusters: int, seed: int
+    points: F32, weights: NDArray[np.float64], num_clusters: int, seed: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int32]]:
     """First centres [k, D], and what `assign` says of them.
 
@@ -105,7 +104,7 @@ def start(
     return centers, distances, nearest
 
 
-def _distinct(points: Points) -> Points:
+def _distinct(points: F32) -> F32:
     """The points without repetitions, in order. No tree parts equal centres: each query would visit all."""
     return points[np.sort(np.unique(points, axis=0, return_index=True)[1])]
 
@@ -117,14 +116,14 @@ def _spread_rows(mass: NDArray[np.float64], count: int, shift: float) -> NDArray
     return np.asarray(np.minimum(rows, len(mass) - 1))
 
 
-def assign(points: Points, centers: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+def assign(points: F32, centers: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """Distance [N] to the nearest centre, and which one it is [N], the first of equally near ones."""
     assert 1 <= points.shape[1] <= _core.MOST_DIMENSIONS, "the core has room for no more"
     return _core.nearest(points, centers, num_threads_or_default(None))
 
 
 def update(
-    points: Points,
+    points: F32,
     weights: NDArray[np.float64],
     labels: NDArray[np.int32],
     errors: NDArray[np.float64],

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array, check
+from brushgs.arrays import F64, Array, check
 from brushgs.options.choices import Merge
 from brushgs.passes.contribution import projected_areas, visible_shares
 from brushgs.quats import normalized, quats_of, rotation_matrices
@@ -34,8 +34,6 @@ from brushgs.scene import Gaussians
 OVERLAP = 1.35
 BLOCK = 1 << 15  # rows whose covariances are in memory at once
 
-Column = NDArray[np.float64]
-
 
 def merge_clusters(
     gaussians: Gaussians,
@@ -43,7 +41,7 @@ def merge_clusters(
     *,
     merge: Merge = "cover",
     overlap: float = OVERLAP,
-    visible: Column | None = None,
+    visible: F64 | None = None,
 ) -> Gaussians:
     """Merge the Gaussians that share a label.
 
@@ -101,7 +99,7 @@ def _paper(gaussians: Gaussians, labels: NDArray[np.intp], num: int) -> Gaussian
 
 
 def _cover(
-    gaussians: Gaussians, labels: NDArray[np.intp], num: int, overlap: float, visible: Column | None
+    gaussians: Gaussians, labels: NDArray[np.intp], num: int, overlap: float, visible: F64 | None
 ) -> Gaussians:
     areas = projected_areas(gaussians.scales)
     shares = _shares(gaussians.opacities * areas, labels, num)
@@ -121,7 +119,7 @@ def _cover(
     return Gaussians(*columns)
 
 
-def _shares(weights: Column, labels: NDArray[np.intp], num: int) -> Column:
+def _shares(weights: F64, labels: NDArray[np.intp], num: int) -> F64:
     """Weights divided by their sum over the label; equal ones where that sum is zero."""
     totals = np.bincount(labels, weights, num)
     is_void = (totals == 0)[labels]
@@ -131,12 +129,12 @@ def _shares(weights: Column, labels: NDArray[np.intp], num: int) -> Column:
     return np.asarray(weights / totals[labels])
 
 
-def _sums(rows: Array, shares: Column, labels: NDArray[np.intp], num: int) -> NDArray[np.float64]:
+def _sums(rows: Array, shares: F64, labels: NDArray[np.intp], num: int) -> NDArray[np.float64]:
     """Weighted sums of the rows [N, D] by label, [num, D], a column at a time."""
     return np.stack([np.bincount(labels, shares * rows[:, i], num) for i in range(rows.shape[1])], axis=1)
 
 
-def _sum_sh(sh: Array, shares: Column, labels: NDArray[np.intp], num: int) -> NDArray[np.float64]:
+def _sum_sh(sh: Array, shares: F64, labels: NDArray[np.intp], num: int) -> NDArray[np.float64]:
     sums = np.empty((num, *sh.shape[1:]))
     for term in range(sh.shape[1]):
         sums[:, term] = _sums(sh[:, term], shares, labels, num)
@@ -144,7 +142,7 @@ def _sum_sh(sh: Array, shares: Column, labels: NDArray[np.intp], num: int) -> ND
 
 
 def _covariances(
-    gaussians: Gaussians, means: NDArray[np.float64], shares: Column, labels: NDArray[np.intp]
+    gaussians: Gaussians, means: NDArray[np.float64], shares: F64, labels: NDArray[np.intp]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Weighted mean covariance of the members, and that of their places, by label: [num, 3, 3] each."""
     within, between = np.zeros((2, 9, len(means)))
@@ -174,7 +172,7 @@ def principal_axes(covars: NDArray[np.float64]) -> tuple[NDArray[np.float64], ND
     return np.sqrt(np.maximum(variances, 0.0)) * np.sqrt(unit)[:, None], axes
 
 
-def _stopped(opacities: Array, areas: Column, footprints: Column, labels: NDArray[np.intp]) -> Column:
+def _stopped(opacities: Array, areas: F64, footprints: F64, labels: NDArray[np.intp]) -> F64:
     """Chance that a ray through each footprint is stopped by a member placed in it by chance, [num]."""
     footprints_here = footprints[labels]
     parts = np.divide(areas, footprints_here, out=np.ones_like(areas), where=footprints_here > areas)

@@ -3,12 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.colors import LUMINANCE
 from brushgs.options.choices import Weight
 from brushgs.passes.contribution import contributions
 from brushgs.scene import Gaussians
 from brushgs.sh import base_colors
-
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # Rec. 709
 
 
 def prune(gaussians: Gaussians, keep: float = 0.7, *, weight: Weight = "contribution") -> Gaussians:

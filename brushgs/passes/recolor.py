@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from typing import get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
-from brushgs.arrays import Array, check
+from brushgs.arrays import F64, Array, check
 from brushgs.options.choices import ColorSpace
 from brushgs.passes.color_space import Space
 from brushgs.passes.contribution import projected_areas
@@ -25,8 +24,6 @@ from brushgs.threads import num_threads_or_default
 # confetti. Trained scenes and paintings are within 0.2 to 4 of each other along every axis.
 MAX_STRETCH = 10.0
 BLOCK = 1 << 14  # rows whose slopes are in memory at once
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from brushgs.measure.likeness import psnr
 from brushgs.refine.fit import Curve, Drawing, Fit, Plan
 from brushgs.refine.losses import photometric, roundness
 from brushgs.refine.variables import Variables
-from brushgs.rendering.rasterize import render
+from brushgs.rendering.render import render
 from brushgs.scene import Camera, Gaussians
 
 GROUND = (1.0, 1.0, 1.0)  # error is judged on white, as everywhere
@@ -29,7 +29,7 @@ ROUNDNESS, FREE_ASPECT = 0.05, 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class Lesson:
+class TargetView:
     """A view, and what is to be seen there.
 
     Attributes:
@@ -41,7 +41,7 @@ class Lesson:
     wanted: Tensor
 
     @classmethod
-    def of(cls, scene: Gaussians, camera: Camera) -> "Lesson":
+    def of(cls, scene: Gaussians, camera: Camera) -> "TargetView":
         """What the plain picture of a scene shows in a view."""
         frame = render(scene, camera, StrokeTexture.open("gaussian"), depth=False)
         return cls(camera, torch.from_numpy(np.dstack([frame.rgb, frame.alpha])))
@@ -53,8 +53,8 @@ class Lesson:
 
 def distil(
     variables: Variables,
-    lessons: Sequence[Lesson],
-    judges: Sequence[Lesson],
+    training_views: Sequence[TargetView],
+    validation_views: Sequence[TargetView],
     drawing: Drawing,
     plan: Plan,
     advance: Callable[[float], None] = lambda score: None,
@@ -63,27 +63,27 @@ def distil(
 
     Args:
         variables: strokes to move, and which of their numbers.
-        lessons: views to learn from.
-        judges: other views, to judge by.
+        training_views: views to learn from.
+        validation_views: other views, to judge by.
         drawing: how strokes are drawn.
         plan: how long.
-        advance: called after every step with the latest mean PSNR of the judges.
+        advance: called after every step with the latest mean PSNR of the validation_views.
 
     Equal arguments give equal strokes, bit for bit, for any number of threads.
 
     Returns:
-        The strokes with the highest PSNR of the judges, and the curve of PSNR in dB.
+        The strokes with the highest PSNR of the validation_views, and the curve of PSNR in dB.
     """
 
     def objective(frame: ba.Frame, view: int, strokes: ba.Gaussians) -> Tensor:
         painted = torch.cat([frame.rgb, frame.alpha[..., None]], dim=2)
-        loss = photometric(painted, lessons[view].wanted)
+        loss = photometric(painted, training_views[view].wanted)
         if "opacities" in variables.moving:
             loss = loss + ROUNDNESS * roundness(strokes.scales, FREE_ASPECT)
         return loss
 
-    cameras = [lesson.camera for lesson in lessons]
-    fit = Fit(variables, cameras, drawing, objective, lambda s: mean_psnr(s, judges, drawing), plan)
+    cameras = [view.camera for view in training_views]
+    fit = Fit(variables, cameras, drawing, objective, lambda s: mean_psnr(s, validation_views, drawing), plan)
     with _one_thread():
         return fit.run(advance), fit.curve
 
@@ -99,10 +99,10 @@ def _one_thread() -> Iterator[None]:
         torch.set_num_threads(before)
 
 
-def mean_psnr(strokes: Gaussians, judges: Sequence[Lesson], drawing: Drawing) -> float:
+def mean_psnr(strokes: Gaussians, validation_views: Sequence[TargetView], drawing: Drawing) -> float:
     """PSNR in dB to the plain picture on white, mean over views."""
     found = []
-    for judge in judges:
+    for judge in validation_views:
         frame = render(strokes, judge.camera, drawing.texture, **drawing.options())
         found.append(psnr(frame.over(GROUND), judge.on(GROUND).numpy()))
     return float(np.mean(found))

@@ -15,13 +15,14 @@ import torch
 import torch.nn.functional as F  # noqa: N812
 from torch import Tensor
 
+from brushgs.colors import LUMINANCE
+
 SCALES = (1, 2, 4)  # pixels of the picture to one of the scale
 STRIDES = (4, 2, 2)  # pixels of the scale between positions
 DIRECTIONS = 8
 SIGMA, REACH = 1.2, 4  # of edges and lines, pixels of the scale
 POOL, POOL_REACH = 2.0, 5  # of means and energies
 HALO = 4 * (REACH + POOL_REACH)  # pixels of the picture that a position sees around it
-LUMINANCE = (0.2126, 0.7152, 0.0722)
 CONSTANT = 0.5
 FAINT = 0.01  # energy (root) under which a direction fades: a flat ground has none
 # Root mean square of each kind after scaling: colour means, colour spreads, strengths, directions.

@@ -110,7 +110,7 @@ class Fit:
             cameras: n views that are painted in turn.
             drawing: how.
             objective: what is to fall.
-            score: what a look finds, higher is better; judges strokes by other views than these.
+            score: what a look finds, higher is better; validation_views strokes by other views than these.
             plan: how long.
         """
         self.variables, self.cameras, self.drawing = variables, cameras, drawing

@@ -10,7 +10,7 @@ from brushgs.arrays import Array
 from brushgs.errors import SceneError
 from brushgs.io.files import replacing
 from brushgs.measure.plotting import BLUE, VERMILION, label, new_figure
-from brushgs.measure.report import MeasuredReport
+from brushgs.measure.report import ExperimentReport
 from brushgs.options.choices import Params
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class Refinement:
 
 
 @dataclass
-class RefineReport(MeasuredReport):
+class RefineReport(ExperimentReport):
     """A run, and what it found: `result` is a `Refinement`."""
 
     name: ClassVar[str] = "refine"

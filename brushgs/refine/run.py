@@ -36,11 +36,11 @@ from brushgs.refine.report import FILES, Refinement, RefineReport, write_plot
 from brushgs.scene import Camera, Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.refine.distil import Lesson
+    from brushgs.refine.distil import TargetView
     from brushgs.refine.fit import Drawing, Plan
     from brushgs.refine.nnfm import Style
 
-JUDGES = 6  # views held out
+NUM_VALIDATION_VIEWS = 6  # views held out
 # Views to learn from. The scene's own pictures cost milliseconds each, and few views are learned by heart.
 SELF_VIEWS, STYLE_VIEWS = 320, 24
 MOST_BYTES = 6e8  # of their pictures: larger ones are fewer, unless a number is asked for
@@ -88,12 +88,12 @@ def refine_file(
     texture = open_stroke(paint.draw, report)
     palette = open_palette(paint.palette, report)
     gaussians, notes = load_scene(scene, report)
-    sight = None
-    if paint.cluster.aim is not None:  # only a count for a picture needs one
+    view_model = None
+    if paint.cluster.target is not None:  # only a count for a picture needs one
         camera = choose_camera(gaussians, paint.view, report, file_up=notes.up)
-        sight = look(gaussians, camera, texture, paint.cluster, paint.draw, None, report)
+        view_model = look(gaussians, camera, texture, paint.cluster, paint.draw, None, report)
     strokes = prune_scene(gaussians, paint.prune, report, is_strokes=notes.is_strokes)
-    strokes = cluster_scene(strokes, paint.cluster, report, num_loaded=len(gaussians), sight=sight)
+    strokes = cluster_scene(strokes, paint.cluster, report, num_loaded=len(gaussians), view_model=view_model)
     strokes = recolor_scene(strokes, palette, paint.palette, report)
 
     from brushgs.refine.fit import Drawing, Plan
@@ -104,11 +104,11 @@ def refine_file(
 
         gaussians = recolor(gaussians, palette, paint.palette.strength)
     up = paint.view.up or notes.up or DEFAULT_UP
-    lessons, judges = _lessons(gaussians, up, config, report)
+    training_views, validation_views = _target_views(gaussians, up, config, report)
     plan = Plan(
         config.most_steps, seed=config.seed, checkpoint=checkpoint_of(output), is_resumed=config.is_resumed
     )
-    refined = refine_strokes(strokes, lessons, judges, drawing, plan, config, report)
+    refined = refine_strokes(strokes, training_views, validation_views, drawing, plan, config, report)
     report.settings = _settings(scene, paint, config, up)
     write_scene(refined, output, report, is_strokes=True)  # first: it must not be lost with a plot
     if outputs is not None:
@@ -121,8 +121,8 @@ def refine_file(
 
 def refine_strokes(
     strokes: Gaussians,
-    lessons: "Sequence[Lesson]",
-    judges: "Sequence[Lesson]",
+    training_views: "Sequence[TargetView]",
+    validation_views: "Sequence[TargetView]",
     drawing: "Drawing",
     plan: "Plan",
     config: RefineConfig,
@@ -133,19 +133,19 @@ def refine_strokes(
     The figures become `report.result`.
     """
     from brushgs.refine.distil import distil, mean_psnr
-    from brushgs.refine.select import members
+    from brushgs.refine.select import select_strokes
     from brushgs.refine.variables import Variables
 
     with report.stage("refine", frames=plan.steps, of="steps") as stage:
-        moves = members(config.where, strokes)
+        moves = select_strokes(config.where, strokes)
         variables = Variables(strokes, config.params, moves)
-        before = mean_psnr(strokes, judges, drawing)
+        before = mean_psnr(strokes, validation_views, drawing)
 
         def advance(score: float) -> None:
             report.advance(f"{score:.2f} dB")
 
         if config.style is None:
-            refined, curve = distil(variables, lessons, judges, drawing, plan, advance)
+            refined, curve = distil(variables, training_views, validation_views, drawing, plan, advance)
         else:
             from brushgs.refine.style import RATES, stylise
 
@@ -153,18 +153,18 @@ def refine_strokes(
             style = _style(painting, config, plan.seed)
             refined, curve = stylise(
                 variables,
-                lessons,
-                judges,
+                training_views,
+                validation_views,
                 style,
                 painting,
                 drawing,
                 replace(plan, rates=RATES),
                 advance=advance,
             )
-        after = mean_psnr(refined, judges, drawing)
+        after = mean_psnr(refined, validation_views, drawing)
         stage.did = (
             f"{int(moves.sum()):,} strokes, {config.params}: {before:.2f} to {after:.2f} dB to the plain "
-            f"picture in {len(judges)} other views; {curve.stopped}"
+            f"picture in {len(validation_views)} other views; {curve.stopped}"
         )
         if config.style is not None:
             fallen = 1 - 10 ** (-(max(curve.scores) - curve.scores[0]) / 10)
@@ -188,7 +188,7 @@ def refine_strokes(
         }
         stage.counts |= {f"curve_{name}": told[name] for name in ("steps", "seconds", "losses", "scores")}
         if not moves.all():
-            stage.left_out.append(f"{int((~moves).sum()):,} strokes outside {config.where}: not touched")
+            stage.skipped.append(f"{int((~moves).sum()):,} strokes outside {config.where}: not touched")
     return refined
 
 
@@ -224,17 +224,17 @@ def _write_report(
     with report.stage("report") as stage:
         outputs.make_folder()
         if outputs.plot is not None:
-            from brushgs.refine.distil import GROUND, Lesson
-            from brushgs.rendering.rasterize import render
+            from brushgs.refine.distil import GROUND, TargetView
+            from brushgs.rendering.render import render
 
-            plain = Lesson.of(shown.scene, shown.camera).on(GROUND)
+            plain = TargetView.of(shown.scene, shown.camera).on(GROUND)
             pictures = {
                 name: render(strokes, shown.camera, drawing.texture, **drawing.options()).over(GROUND)
                 for name, strokes in (("before", shown.before), ("after", shown.after))
             } | {"plain": plain.numpy()}
             write_plot(report.result, pictures, outputs.plot, title)
         else:
-            stage.left_out.append("plot: not asked for")
+            stage.skipped.append("plot: not asked for")
         written = [str(path) for path in outputs.paths.values()]
         stage.did = " and ".join(written)
         stage.counts = {"paths": written}
@@ -249,31 +249,36 @@ def _settings(scene: str | Path, paint: PaintConfig, config: RefineConfig, up: U
         "draw": plain_config(paint.draw),
         "view": plain_config(ViewConfig(up=up)),
         "refine": plain_config(config),
-        "judges": JUDGES,
+        "validation_views": NUM_VALIDATION_VIEWS,
     }
 
 
-def _lessons(
+def _target_views(
     gaussians: Gaussians, up: Up, config: RefineConfig, report: Report
-) -> "tuple[list[Lesson], list[Lesson]]":
+) -> "tuple[list[TargetView], list[TargetView]]":
     """Views to learn from and to judge by, with the plain picture in each."""
     with report.stage("views") as stage:
-        from brushgs.refine.distil import Lesson
+        from brushgs.refine.distil import TargetView
         from brushgs.refine.views import views_around
 
         width, height = config.size
         fitting = max(STYLE_VIEWS, min(SELF_VIEWS, int(MOST_BYTES // (16 * width * height))))
         num_views = config.views or (fitting if config.style is None else STYLE_VIEWS)
-        lessons, judges = (
+        training_views, validation_views = (
             [
-                Lesson.of(gaussians, view)
+                TargetView.of(gaussians, view)
                 for view in views_around(gaussians, num, width=width, height=height, up=up, shift=shift)
             ]
-            for num, shift in ((num_views, 0.0), (JUDGES, 0.5))
+            for num, shift in ((num_views, 0.0), (NUM_VALIDATION_VIEWS, 0.5))
         )
-        stage.did = f"{num_views} to learn from, {JUDGES} others to judge by, {width}x{height}"
-        stage.counts = {"views": num_views, "judges": JUDGES, "width": width, "height": height}
-    return lessons, judges
+        stage.did = f"{num_views} to learn from, {NUM_VALIDATION_VIEWS} others to judge by, {width}x{height}"
+        stage.counts = {
+            "views": num_views,
+            "validation_views": NUM_VALIDATION_VIEWS,
+            "width": width,
+            "height": height,
+        }
+    return training_views, validation_views
 
 
 def _style(painting: Array, config: RefineConfig, seed: int) -> "Style":

@@ -8,7 +8,7 @@ from brushgs.scene import Gaussians
 from brushgs.sh import base_colors
 
 
-def members(region: Region | None, gaussians: Gaussians) -> NDArray[np.bool_]:
+def select_strokes(region: Region | None, gaussians: Gaussians) -> NDArray[np.bool_]:
     """[N] which Gaussians belong to a region, by their means or by their base colour; all where it is None.
 
     Raises:

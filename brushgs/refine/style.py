@@ -13,12 +13,12 @@ from torch import Tensor
 import brushgs.autograd as ba
 from brushgs.arrays import Array
 from brushgs.passes.recolor import Palette
-from brushgs.refine.distil import FREE_ASPECT, ROUNDNESS, Lesson
+from brushgs.refine.distil import FREE_ASPECT, ROUNDNESS, TargetView
 from brushgs.refine.fit import Curve, Drawing, Fit, Plan
 from brushgs.refine.losses import color_distance, roundness, total_variation
 from brushgs.refine.nnfm import Style, style_gradient
 from brushgs.refine.variables import Rates, Variables
-from brushgs.rendering.rasterize import render
+from brushgs.rendering.render import render
 from brushgs.scene import Gaussians
 
 # Strokes turn and stretch further here than in a fit to their own scene: a painting runs another way.
@@ -45,8 +45,8 @@ class Weights:
 
 def stylise(
     variables: Variables,
-    lessons: Sequence[Lesson],
-    judges: Sequence[Lesson],
+    training_views: Sequence[TargetView],
+    validation_views: Sequence[TargetView],
     style: Style,
     painting: Array,
     drawing: Drawing,
@@ -58,8 +58,8 @@ def stylise(
 
     Args:
         variables: strokes to move, recoloured already, and which of their numbers.
-        lessons: views, with what the plain picture in the painting's colours shows there: the content.
-        judges: other views, to judge by.
+        training_views: views, with what the plain picture in the painting's colours shows there: the content.
+        validation_views: other views, to judge by.
         style: features of the painting.
         painting: [H, W, C] the painting itself, for its colours.
         drawing: how strokes are drawn.
@@ -68,41 +68,41 @@ def stylise(
         advance: called after every step with the latest score.
 
     Returns:
-        The strokes with the lowest loss in the judges' views, and the curve: its scores are -10 log10 of that
-        loss.
+        The strokes with the lowest loss in the validation views, and the curve: its scores are -10 log10 of
+        that loss.
     """
     palette = Palette.of_image(painting, space="srgb")
     mean, covariance = (torch.from_numpy(v).float() for v in (palette.mean, palette.covariance))
 
-    def loss_of(rgb: Tensor, alpha: Tensor, lesson: Lesson) -> Tensor:
+    def loss_of(rgb: Tensor, alpha: Tensor, view: TargetView) -> Tensor:
         picture = ba.Frame(rgb, alpha).over(mean)  # a ground that is no colour of its own
         near, kept, gradient = style_gradient(
             picture.permute(2, 0, 1).detach(),
             style,
-            lesson.on(mean).permute(2, 0, 1),
+            view.on(mean).permute(2, 0, 1),
             weights.content,
-            lesson.wanted[..., 3],
+            view.wanted[..., 3],
         )
         pull = (picture.permute(2, 0, 1) * gradient).sum()
         loss = near + weights.content * kept + (pull - pull.detach())  # the value, with the derivative
         loss = loss + weights.variation * total_variation(picture)
-        loss = loss + weights.outline * (alpha - lesson.wanted[..., 3]).square().mean()
+        loss = loss + weights.outline * (alpha - view.wanted[..., 3]).square().mean()
         return loss + weights.color * color_distance(rgb, alpha, mean, covariance)
 
     def objective(frame: ba.Frame, view: int, strokes: ba.Gaussians) -> Tensor:
-        loss = loss_of(frame.rgb, frame.alpha, lessons[view])
+        loss = loss_of(frame.rgb, frame.alpha, training_views[view])
         if "opacities" in variables.moving:
             loss = loss + ROUNDNESS * roundness(strokes.scales, FREE_ASPECT)
         return loss
 
     def score(strokes: Gaussians) -> float:
         found = []
-        for judge in judges:
+        for judge in validation_views:
             frame = render(strokes, judge.camera, drawing.texture, **drawing.options())
             with torch.no_grad():
                 loss = loss_of(torch.from_numpy(frame.rgb), torch.from_numpy(frame.alpha), judge)
             found.append(float(loss))
         return float(-10 * np.log10(np.mean(found)))
 
-    fit = Fit(variables, [lesson.camera for lesson in lessons], drawing, objective, score, plan)
+    fit = Fit(variables, [view.camera for view in training_views], drawing, objective, score, plan)
     return fit.run(advance), fit.curve

@@ -46,26 +46,29 @@ class ProjectCounts:
 
 @dataclass(frozen=True, eq=False)
 class Directions:
-    """Which way each stroke of a scene points in one view, as `brushgs.rendering.track.follow` found it along a path.
+    """Which way each stroke of a scene points in one view, as `track_directions` found it along a path.
 
     A box across its ellipse must be larger than one along its axes. Its paint thins as it grows: the opacity
     is divided by its area in areas of the smallest box around the ellipse.
 
     Attributes:
         angles: [N] float32, direction of the u axis of each Gaussian's box, radians from +x towards +y.
-        swells: [N] float32 >= 1 or None, the least area of each box in areas of the smallest box around its
-            ellipse: a stroke that must turn across its ellipse swells over several frames. None: 1 for all.
+        area_scales: [N] float32 >= 1 or None, the least area of each box in areas of the smallest box around
+            its ellipse: a stroke that must turn across its ellipse grows over several frames. None: 1 for
+            all.
 
     Raises:
         TypeError: if a column is not float32.
-        ValueError: if lengths differ, an angle is not finite or a swell is under 1.
+        ValueError: if lengths differ, an angle is not finite or an area scale is under 1.
     """
 
     angles: NDArray[np.float32]  # [N]
-    swells: NDArray[np.float32] | None = None  # [N]
+    area_scales: NDArray[np.float32] | None = None  # [N]
 
     def __post_init__(self) -> None:
-        columns = {"angles": self.angles} | ({} if self.swells is None else {"swells": self.swells})
+        columns = {"angles": self.angles} | (
+            {} if self.area_scales is None else {"area_scales": self.area_scales}
+        )
         for name, column in columns.items():
             if not isinstance(column, np.ndarray) or column.dtype != np.float32:
                 raise TypeError(f"Directions: {name} must be a float32 array")
@@ -75,8 +78,8 @@ class Directions:
         check("Directions", **{name: (column, "N") for name, column in columns.items()})
         if not np.isfinite(self.angles).all():
             raise ValueError("Directions: angles must be finite")
-        if self.swells is not None and not (self.swells >= 1).all():
-            raise ValueError("Directions: swells must be >= 1")
+        if self.area_scales is not None and not (self.area_scales >= 1).all():
+            raise ValueError("Directions: area_scales must be >= 1")
 
     def __len__(self) -> int:
         return len(self.angles)
@@ -111,7 +114,7 @@ def project(
             (-pi/2, pi/2], as published: it jumps by half a turn where that axis is vertical. "anchor": the
             branch of the major axis nearer to the projection of the Gaussian's own longest axis, bent toward
             that projection as the ellipse gets round: continuous but where one looks along the longest
-            axis; angle in (-pi, pi]. `Directions`: as `brushgs.rendering.track.follow` chose them.
+            axis; angle in (-pi, pi]. `Directions`: as `track_directions` chose them.
         fade: whether strokes fade that would otherwise appear or vanish between two frames: from eight times
             the distance of the near plane to that plane, from 4 to 100 times the area of the picture, and as
             their length goes under a pixel (by what it is over what `low_pass` makes of it).
@@ -192,7 +195,7 @@ def project_counted(
         num_threads=num_threads_or_default(num_threads),
         lock=_core.Lock.given if given is not None else getattr(_core.Lock, str(lock)),
         directions=None if given is None else given.angles,
-        swells=None if given is None else given.swells,
+        area_scales=None if given is None else given.area_scales,
         fades=bool(fade),
         band=SOFT_BAND if order == "soft" else 0.0,
     )

@@ -83,7 +83,7 @@ def project_backward(
         num_threads_or_default(num_threads),
         _core.Lock.given if given is not None else getattr(_core.Lock, str(lock)),
         None if given is None else given.angles,
-        None if given is None else given.swells,
+        None if given is None else given.area_scales,
         bool(fade),
         ids,
         colors,

@@ -1,6 +1,5 @@
 """Boxes become frames: the public functions over the compiled rasteriser."""
 
-from collections.abc import Iterator, Sequence
 from itertools import groupby
 from operator import itemgetter
 from typing import Any, NamedTuple, get_args
@@ -13,130 +12,12 @@ from brushgs import _core
 from brushgs.arrays import Array
 from brushgs.brushes.levels import axis_levels, filtered_along_u, filtered_along_v, level_bounds
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.options.choices import MAX_PIXELS, MAX_SIDE, Filter, Lock, Order, ViewLock
+from brushgs.options.choices import MAX_PIXELS, MAX_SIDE, Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
-from brushgs.rendering.project import Directions, project
-from brushgs.rendering.track import follow
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.scene import Boxes, Frame
 from brushgs.threads import num_threads_or_default
 
 WHOLE_EXPONENT = 40  # bands of 1e-12 to 1e12 world units are taken as they are
-
-
-def render(
-    gaussians: Gaussians,
-    camera: Camera,
-    texture: StrokeTexture,
-    *,
-    lock: ViewLock | Directions = "anchor",
-    order: Order = "depth",
-    filter: Filter = "mip",
-    num_sigmas: float | None = None,
-    low_pass: float = 0.3,
-    depth: bool = True,
-    num_threads: int | None = None,
-) -> Frame:
-    """Paint Gaussians as one camera sees them: `project`, then `rasterize`.
-
-    Strokes fade where they would otherwise appear or vanish, see `project`. The built-in kernels ("gaussian",
-    "ellipse") fill the ellipse itself: they are drawn along its axes whatever the lock, and do not fade.
-
-    Args:
-        gaussians: N Gaussians in world space; each becomes a stroke.
-        camera: one pinhole camera; its size is the size of the picture.
-        texture: the stroke; `StrokeTexture.open("gaussian")` gives the plain 3DGS picture.
-        lock: which way strokes point: "anchor", "off" (as published), or what `brushgs.rendering.track.follow` found for
-            this view of a path; see `project`.
-        order: "depth": strokes hide what lies behind them, and change places at once where one passes
-            another. "soft": they fade into each other while their depths are close, see `project` and
-            `rasterize`; pictures of a sequence then do not jump. The built-in kernels are always by depth.
-        filter: see `rasterize`.
-        num_sigmas: half length of a box in standard deviations, > 0; None takes `texture.fitted_sigmas`,
-            at which a stroke paints about as much as its Gaussian. The published method takes 2.
-        low_pass: variance in px^2 added to every projected Gaussian, >= 0.
-        depth: whether the frame carries a depth.
-        num_threads: None takes the processors available to this process. The picture does not depend on it.
-
-    Returns:
-        The frame, in the dtype of the Gaussians.
-
-    Raises:
-        ValueError: if an option is out of range.
-    """
-    boxes = project(
-        gaussians,
-        camera,
-        num_sigmas=texture.fitted_sigmas if num_sigmas is None else num_sigmas,
-        low_pass=low_pass,
-        lock=lock if is_directed(texture) else "off",
-        fade=is_directed(texture),
-        order=order if is_directed(texture) else "depth",
-        num_threads=num_threads,
-    )
-    return rasterize(
-        boxes,
-        texture,
-        height=camera.height,
-        width=camera.width,
-        filter=filter,
-        depth=depth,
-        num_threads=num_threads,
-    )
-
-
-def is_directed(texture: StrokeTexture) -> bool:
-    """Whether a texture has a direction to lock: a stroke image does, the built-in kernels do not."""
-    return texture.kind == "image"
-
-
-def render_sequence(
-    gaussians: Gaussians,
-    cameras: Sequence[Camera],
-    texture: StrokeTexture,
-    *,
-    lock: Lock = "track",
-    order: Order = "soft",
-    filter: Filter = "mip",
-    num_sigmas: float | None = None,
-    low_pass: float = 0.3,
-    depth: bool = True,
-    num_threads: int | None = None,
-) -> Iterator[Frame]:
-    """Paint Gaussians along a camera path, one frame per camera, each when it is asked for.
-
-    Args:
-        gaussians: N Gaussians in world space; each becomes a stroke.
-        cameras: the views in order, all of one size; closed where the last equals the first.
-        texture: the stroke.
-        lock: which way strokes point: "track": chosen over the whole path before the first frame is drawn,
-            see `brushgs.rendering.track.follow`; "anchor" or "off": by each view alone, see `project`.
-        order: see `render`.
-        filter: see `rasterize`.
-        num_sigmas: see `render`.
-        low_pass: see `render`.
-        depth: whether frames carry a depth.
-        num_threads: see `render`.
-
-    Raises:
-        ValueError: if there is no camera, sizes differ, or an option is out of range.
-    """
-    if lock not in get_args(Lock):
-        raise ValueError(f"render_sequence: lock must be one of {', '.join(get_args(Lock))}, got {lock!r}")
-    is_tracked = lock == "track" and is_directed(texture)
-    path = follow(gaussians, cameras, low_pass=low_pass, num_threads=num_threads) if is_tracked else None
-    for frame, camera in enumerate(cameras):
-        yield render(
-            gaussians,
-            camera,
-            texture,
-            lock=path.directions(frame) if path is not None else ("off" if lock == "off" else "anchor"),
-            order=order,
-            filter=filter,
-            num_sigmas=num_sigmas,
-            low_pass=low_pass,
-            depth=depth,
-            num_threads=num_threads,
-        )
 
 
 def rasterize(

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
+from brushgs.arrays import F64, Array
 from brushgs.brushes.levels import axis_levels, level_coverage, level_index
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter, Order, ViewLock
@@ -17,8 +17,6 @@ from brushgs.rendering.constants import GAUSSIAN_SIGMAS, LEAST_LIGHT, MAX_ALPHA,
 from brushgs.rendering.project import SOFT_BAND, Directions
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.sh import sh_basis
-
-F64 = NDArray[np.float64]
 
 CLAMP = 1.3  # the Jacobian is taken at most this factor outside the field of view, as scenes are trained
 FADED_NEAR = 8.0  # times the distance of the near plane: strokes nearer than that fade
@@ -61,8 +59,8 @@ def project(
     opacities = opacities[ids]
     if isinstance(lock, Directions):
         smallest = num_sigmas**2 * np.sqrt(np.prod(_variances(M, major, low_pass), axis=0))
-        swells = 1 if lock.swells is None else lock.swells[ids]
-        half_extents *= np.sqrt(np.maximum(swells * smallest / half_extents.prod(axis=1), 1))[:, None]
+        area_scales = 1 if lock.area_scales is None else lock.area_scales[ids]
+        half_extents *= np.sqrt(np.maximum(area_scales * smallest / half_extents.prod(axis=1), 1))[:, None]
         opacities = opacities * (smallest / half_extents.prod(axis=1))  # the same paint on a larger box
     centers = t[:, :2] / t[:, 2:] * np.diag(camera.K)[:2] + camera.K[:2, 2]
 

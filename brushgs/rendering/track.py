@@ -2,7 +2,7 @@
 
 One view alone settles directions by `project(lock="anchor")`; that is steady but where one looks along a
 stroke's longest axis. Where the path is known before the first frame is drawn, directions are chosen over
-all of it at once: see `follow`. Given the `Track`, every frame stands alone.
+all of it at once: see `track_directions`. Given the `Track`, every frame stands alone.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,13 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs import _core
+from brushgs.arrays import F64
 from brushgs.cameras.motion import lenses, screw_motion, view_changes
 from brushgs.options.choices import Order
 from brushgs.rendering.project import Directions, project
 from brushgs.scene import Boxes, Camera, Gaussians
 from brushgs.threads import num_threads_or_default
-
-F64 = NDArray[np.float64]
 
 # The path is looked at as often as the view has changed by this much, whatever the frame rate.
 KNOT_SPACING = radians(1.5)
@@ -34,12 +33,12 @@ class Track:
 
     Attributes:
         turns: [K, N] int16, directions at the K knots of the path in 2^-16 turns from +x towards +y.
-        swells: [K, N] uint8 or None, see `Directions`; as octaves, `_core.SWELLS_AN_OCTAVE` to one.
+        area_scales: [K, N] uint8 or None, see `Directions`; as octaves, `_core.AREA_SCALE_STEPS` to one.
         positions: [F] where the frames lie among the knots, 0 to K - 1.
     """
 
     turns: NDArray[np.int16]  # [K, N]
-    swells: NDArray[np.uint8] | None  # [K, N]
+    area_scales: NDArray[np.uint8] | None  # [K, N]
     positions: F64  # [F]
 
     def __len__(self) -> int:
@@ -64,10 +63,10 @@ class Track:
         angles = (self.turns[knot] + share * step) * np.float32(2 * pi / 65536)
         angles -= np.float32(2 * pi) * (angles > pi)
         angles += np.float32(2 * pi) * (angles <= -pi)
-        if self.swells is None:
+        if self.area_scales is None:
             return Directions(angles)
-        octaves = (1 - share) * self.swells[knot] + share * self.swells[after]
-        return Directions(angles, np.exp2(octaves / np.float32(_core.SWELLS_AN_OCTAVE)))
+        octaves = (1 - share) * self.area_scales[knot] + share * self.area_scales[after]
+        return Directions(angles, np.exp2(octaves / np.float32(_core.AREA_SCALE_STEPS)))
 
 
 def track(
@@ -95,7 +94,7 @@ def track(
     Raises:
         ValueError: if there is no camera, sizes differ, or an option is out of range.
     """
-    path = follow(gaussians, cameras, low_pass=low_pass, num_threads=num_threads)
+    path = track_directions(gaussians, cameras, low_pass=low_pass, num_threads=num_threads)
     for frame, camera in enumerate(cameras):
         yield project(
             gaussians,
@@ -109,7 +108,7 @@ def track(
         )
 
 
-def follow(
+def track_directions(
     gaussians: Gaussians,
     cameras: Sequence[Camera],
     *,
@@ -145,7 +144,7 @@ def follow(
             f"track: cameras must have one size, got {sizes[0]} and {sizes[1]}; use Camera.resized"
         )
     knots = _knots_of(cameras, *_middle_and_reach(gaussians))
-    turns, swells = _core.follow(
+    turns, area_scales = _core.track_directions(
         gaussians.means,
         gaussians.quats,
         gaussians.scales,
@@ -160,7 +159,7 @@ def follow(
         low_pass=float(low_pass),
         num_threads=num_threads_or_default(num_threads),
     )
-    return Track(turns, swells, knots.positions)
+    return Track(turns, area_scales, knots.positions)
 
 
 @dataclass(frozen=True)

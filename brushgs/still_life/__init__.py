@@ -9,8 +9,10 @@ viewer through spherical harmonics of degree 3. Up is -y, lengths are in decimet
 import numpy as np
 from numpy.random import Generator
 
+from brushgs.arrays import F64
 from brushgs.quats import quats_of
 from brushgs.scene import Camera, Gaussians
+from brushgs.sh import C0
 from brushgs.still_life.bodies import Body, bodies
 from brushgs.still_life.light import (
     LAMP,
@@ -22,11 +24,10 @@ from brushgs.still_life.light import (
     lamp_visibility,
     view_dome,
 )
-from brushgs.still_life.surfaces import Floats, unit
+from brushgs.still_life.surfaces import unit
 
 NUM_GAUSSIANS = 50_000
 COVER = 0.67  # standard deviation over point spacing: neighbours close the surface without blurring it
-SH_CONSTANT = 0.5 / np.sqrt(np.pi)  # the basis function of degree 0
 FLATNESS = 0.12  # thickness over width of a Gaussian
 JITTER = 0.25  # along the surface, over point spacing: an even pattern would show as a weave
 SIZE_SPREAD = 0.28  # log-normal spread of sizes, as training leaves it
@@ -77,7 +78,7 @@ def _blockers(parts: list[Body]) -> Blockers:
     )
 
 
-def _gaussians_of(body: Body, number: int, blockers: Blockers, rng: Generator) -> tuple[Floats, ...]:
+def _gaussians_of(body: Body, number: int, blockers: Blockers, rng: Generator) -> tuple[F64, ...]:
     """Columns means, quats, scales, opacities and sh of one lit body."""
     patch = body.patch
     own = np.full(len(patch), number)
@@ -95,10 +96,10 @@ def _gaussians_of(body: Body, number: int, blockers: Blockers, rng: Generator) -
     return means, _frames(patch.normals, patch.tangents), scales, opacities, sh
 
 
-def _view_dependent(body: Body, matt: Floats, lamp: Floats) -> Floats:
+def _view_dependent(body: Body, matt: F64, lamp: F64) -> F64:
     """Spherical harmonics [n, 16, 3] of the colour: matt light and the lamp's mirror image."""
     sh = np.zeros((len(matt), 16, 3))
-    sh[:, 0] = (encode(matt) - 0.5) / SH_CONSTANT
+    sh[:, 0] = (encode(matt) - 0.5) / C0
     shiny = np.flatnonzero((lamp.max(axis=1) > 1e-3) & (body.gloss > 0))
     if len(shiny):
         dome = view_dome()
@@ -109,7 +110,7 @@ def _view_dependent(body: Body, matt: Floats, lamp: Floats) -> Floats:
     return sh
 
 
-def _frames(normals: Floats, tangents: Floats) -> Floats:
+def _frames(normals: F64, tangents: F64) -> F64:
     """[n, 4] quaternions w, x, y, z whose axes are the tangent, its perpendicular, and the normal."""
     z = unit(normals)
     x = unit(tangents - (tangents * z).sum(axis=1, keepdims=True) * z)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-from brushgs.still_life.surfaces import Floats, Patch, revolve, sheet, smooth, sphere, tube, turn, unit
+from brushgs.arrays import F64
+from brushgs.still_life.surfaces import Patch, revolve, sheet, smooth, sphere, tube, turn, unit
 
 BLADE = np.array([[0.9, -0.06, -2.3], [2.05, -0.06, -1.62]])  # heel and tip of the knife
 
@@ -31,12 +32,12 @@ class Body:
     """
 
     patch: Patch
-    albedo: Floats
+    albedo: F64
     gloss: float = 0.0
     shininess: float = 20.0
     stretch: float = 1.0
     size: float = 1.0
-    opacity: float | Floats = 0.97
+    opacity: float | F64 = 0.97
     blockers: NDArray[np.float64] | None = None
 
 
@@ -63,14 +64,14 @@ def bodies(num: int, rng: Generator) -> Iterator[Body]:
     yield from _knife(int(280 * share), rng)
 
 
-def ripple(coords: Floats, rng: Generator, frequency: float, terms: int = 7) -> Floats:
+def ripple(coords: F64, rng: Generator, frequency: float, terms: int = 7) -> F64:
     """[n] smooth noise of about unit spread over `coords` [n, d]: sines in random directions."""
     waves = unit(rng.normal(size=(terms, coords.shape[1]))) * frequency * rng.uniform(0.6, 1.6, (terms, 1))
     phases = rng.uniform(0, 2 * np.pi, terms)
     return np.asarray(np.sin(coords @ waves.T + phases).sum(axis=1) / np.sqrt(terms / 2))
 
 
-def mix(a: ArrayLike, b: ArrayLike, t: Floats) -> Floats:
+def mix(a: ArrayLike, b: ArrayLike, t: F64) -> F64:
     """[n, 3] colours from `a` at t = 0 to `b` at t = 1; t [n] is clipped."""
     share = np.clip(t, 0, 1)[:, None]
     return np.asarray(np.asarray(a) * (1 - share) + np.asarray(b) * share)
@@ -112,7 +113,7 @@ def _cloth(num: int, rng: Generator) -> Body:
     """A white cloth in folds at the front left."""
     phases = rng.uniform(0, 2 * np.pi, 6)
 
-    def height(x: Floats, z: Floats) -> Floats:
+    def height(x: F64, z: F64) -> F64:
         along, across = 0.80 * x + 0.60 * z, -0.60 * x + 0.80 * z
         bend = along + 0.35 * np.sin(1.7 * across + phases[0])
         folds = np.abs(np.sin(2.1 * bend + phases[1])) ** 1.6 * (
@@ -303,17 +304,17 @@ def _knife(num: int, rng: Generator) -> Iterator[Body]:
     yield Body(handle, np.tile([0.055, 0.022, 0.010], (num, 1)), 0.6, 40.0, stretch=2.0, blockers=balls)
 
 
-def _profile(radii: list[float], heights: list[float]) -> Floats:
+def _profile(radii: list[float], heights: list[float]) -> F64:
     """A smooth profile [p, 2] (radius, height) to turn about the vertical axis."""
     return smooth(np.stack([radii, heights], axis=1))
 
 
-def _stalk(curve: ArrayLike, radius: float, num: int, place: Floats, lean: Floats) -> Body:
+def _stalk(curve: ArrayLike, radius: float, num: int, place: F64, lean: F64) -> Body:
     patch = tube(smooth(curve, 12), np.full(12, radius), max(num, 30))
     return Body(patch.moved(place, lean), np.tile([0.10, 0.055, 0.020], (len(patch), 1)), stretch=3.0)
 
 
-def _ball(center: ArrayLike, radius: float) -> Floats:
+def _ball(center: ArrayLike, radius: float) -> F64:
     return np.array([[*np.asarray(center, dtype=float), radius, radius, radius]])
 
 

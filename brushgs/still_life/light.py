@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.arrays import F64
 from brushgs.sh import sh_basis
-from brushgs.still_life.surfaces import GOLDEN_ANGLE, Floats, unit
+from brushgs.still_life.surfaces import GOLDEN_ANGLE, unit
 
 TO_LAMP = unit((-0.62, -0.68, -0.52))  # from upper left, before the picture plane
 LAMP = np.array([1.0, 0.84, 0.60]) * 3.0  # linear RGB
@@ -34,15 +35,15 @@ class Blockers:
         albedos: [K, 3] linear RGB of the light it throws back.
     """
 
-    centers: Floats
-    radii: Floats
+    centers: F64
+    radii: F64
     bodies: NDArray[np.int64]
-    albedos: Floats
+    albedos: F64
 
 
-def lamp_visibility(points: Floats, bodies: NDArray[np.int64], blockers: Blockers) -> Floats:
+def lamp_visibility(points: F64, bodies: NDArray[np.int64], blockers: Blockers) -> F64:
     """[n] share of the lamp seen from `points` [n, 3] of `bodies` [n], with soft edges, 0 to 1."""
-    shadows: dict[int, Floats] = {}
+    shadows: dict[int, F64] = {}
     for center, radii, body in zip(blockers.centers, blockers.radii, blockers.bodies, strict=True):
         ray = TO_LAMP / radii  # in the space where the ellipsoid is a unit ball
         to_center = (center - points) / radii
@@ -58,7 +59,7 @@ def lamp_visibility(points: Floats, bodies: NDArray[np.int64], blockers: Blocker
     return visible
 
 
-def ambient(points: Floats, normals: Floats, bodies: NDArray[np.int64], blockers: Blockers) -> Floats:
+def ambient(points: F64, normals: F64, bodies: NDArray[np.int64], blockers: Blockers) -> F64:
     """[n, 3] linear ambient light: sky above, table below, less and tinted near other bodies."""
     up = (0.5 - 0.5 * normals[:, 1])[:, None]
     light = SKY * up + BOUNCE * (1 - up)
@@ -74,14 +75,14 @@ def ambient(points: Floats, normals: Floats, bodies: NDArray[np.int64], blockers
     return np.asarray(light)
 
 
-def encode(linear: Floats) -> Floats:
+def encode(linear: F64) -> F64:
     """Linear light to display-encoded colour, 0 to 1, with a soft shoulder."""
     mapped = np.maximum(linear, 0)
     mapped = mapped * (1 + mapped / 9) / (1 + mapped)  # Reinhard, white at 3
     return np.asarray(np.clip(mapped * 1.22, 0, 1) ** (1 / 2.2))
 
 
-def view_dome() -> Floats:
+def view_dome() -> F64:
     """[V, 3] unit directions from the scene to the cameras of an imagined capture."""
     i = np.arange(NUM_VIEWS)
     low, high = np.sin(np.radians([-10.0, MAX_VIEW_ELEVATION]))
@@ -90,7 +91,7 @@ def view_dome() -> Floats:
     return np.stack([around * np.cos(i * GOLDEN_ANGLE), -up, around * np.sin(i * GOLDEN_ANGLE)], axis=1)
 
 
-def fit_views(colors: Floats, dome: Floats) -> Floats:
+def fit_views(colors: F64, dome: F64) -> F64:
     """Spherical harmonics [n, 16, 3] of degree 3 of colours [V, n, 3] seen from `dome` [V, 3].
 
     Ridge least squares over the dome; the constant term is not held back. A Gaussian is looked at
@@ -103,6 +104,6 @@ def fit_views(colors: Floats, dome: Floats) -> Floats:
     return np.asarray(np.einsum("kv,vnc->nkc", solve, colors - 0.5, optimize=True))
 
 
-def _smoothstep(x: Floats) -> Floats:
+def _smoothstep(x: F64) -> F64:
     t = np.clip(x, 0, 1)
     return np.asarray(t * t * (3 - 2 * t))

@@ -9,9 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from brushgs.arrays import F64
 
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))  # azimuth step of the sunflower spiral
 PLASTIC = 1.32471795724474602596  # its powers step the two-dimensional R2 sequence (Roberts 2018)
@@ -29,16 +29,16 @@ class Patch:
         coords: [n, 2] place on the surface for patterns: (azimuth or x, 0..1 along the profile or z).
     """
 
-    points: Floats
-    normals: Floats
-    tangents: Floats
-    spacing: Floats
-    coords: Floats
+    points: F64
+    normals: F64
+    tangents: F64
+    spacing: F64
+    coords: F64
 
     def __len__(self) -> int:
         return len(self.points)
 
-    def moved(self, offset: ArrayLike, rotation: Floats | None = None) -> "Patch":
+    def moved(self, offset: ArrayLike, rotation: F64 | None = None) -> "Patch":
         """The patch turned about the origin by `rotation` [3, 3], then moved by `offset` [3]."""
         turn = np.eye(3) if rotation is None else rotation
         return replace(
@@ -49,20 +49,20 @@ class Patch:
         )
 
 
-def unit(vectors: ArrayLike) -> Floats:
+def unit(vectors: ArrayLike) -> F64:
     """Vectors of length one along the last axis; a zero vector stays zero."""
     v = np.asarray(vectors, dtype=np.float64)
     return np.asarray(v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12))
 
 
-def turn(axis: ArrayLike, angle: float) -> Floats:
+def turn(axis: ArrayLike, angle: float) -> F64:
     """[3, 3] rotation by `angle` radians about `axis` (Rodrigues)."""
     x, y, z = unit(axis)
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.asarray(np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
 
 
-def smooth(controls: ArrayLike, num: int = 96) -> Floats:
+def smooth(controls: ArrayLike, num: int = 96) -> F64:
     """A curve through control points [p, d] as [num, d] points (Catmull-Rom; the end points double)."""
     p = np.asarray(controls, dtype=np.float64)
     p = np.vstack([2 * p[0] - p[1], p, 2 * p[-1] - p[-2]])
@@ -72,7 +72,7 @@ def smooth(controls: ArrayLike, num: int = 96) -> Floats:
     return np.asarray(b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a))))
 
 
-def revolve(profile: Floats, num: int) -> Patch:
+def revolve(profile: F64, num: int) -> Patch:
     """A surface of revolution about the vertical axis.
 
     Args:
@@ -105,7 +105,7 @@ def sphere(radius: float, num: int) -> Patch:
     return revolve(radius * np.stack([np.cos(polar), np.sin(polar)], axis=1), num)
 
 
-def tube(curve: Floats, radii: Floats, num: int) -> Patch:
+def tube(curve: F64, radii: F64, num: int) -> Patch:
     """A bent tube about `curve` [p, 3] with a radius [p] at each of its points; `num` points.
 
     Its tangents run along the curve. The curve must not run straight up or down.
@@ -131,7 +131,7 @@ def tube(curve: Floats, radii: Floats, num: int) -> Patch:
 
 
 def sheet(
-    low: tuple[float, float], high: tuple[float, float], height: Callable[[Floats, Floats], Floats], num: int
+    low: tuple[float, float], high: tuple[float, float], height: Callable[[F64, F64], F64], num: int
 ) -> Patch:
     """A height field above the rectangle from `low` to `high`, each (x, z), seen from above.
 
@@ -158,7 +158,7 @@ def sheet(
     )
 
 
-def _between(column: Floats, along: Floats) -> Floats:
+def _between(column: F64, along: F64) -> F64:
     """Rows of `column` at fractional positions, linear between neighbours."""
     i = np.minimum(along.astype(int), len(column) - 2)
     t = (along - i)[:, None]

@@ -2,7 +2,7 @@
 
 A quick look at a few counts, four times apart, stands for the full curve: nested cells (`passes.halving`) in
 place of clusters, each count merged from the next, painted once, and held against the plain picture. Costs
-are modelled (`sight`), not timed: a scene gets the same count on every machine and in every run.
+are modelled (`view_model`), not timed: a scene gets the same count on every machine and in every run.
 """
 
 from collections.abc import Iterator
@@ -20,11 +20,11 @@ from brushgs.passes.contribution import visible_shares
 from brushgs.passes.features import cluster_features
 from brushgs.passes.halving import halve
 from brushgs.passes.merge import merge_clusters
-from brushgs.rendering.rasterize import render
+from brushgs.rendering.render import render
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import C0, base_colors, used_sh_degree
 from brushgs.stroke_count.curve import Curve, Knee, knee, psnr_of
-from brushgs.stroke_count.view_model import Sight
+from brushgs.stroke_count.view_model import ViewModel
 
 WHITE = (1.0, 1.0, 1.0)
 FEWEST = 128  # where the curve of the knee starts: with fewer strokes a scene is a blot
@@ -79,8 +79,8 @@ def choose_strokes(
 ) -> Choice:
     """How many strokes to make of a scene for a view.
 
-    Without `psnr` and `size`: the knee of the curve of error over cost, see `brushgs.stroke_count.curve`. It takes less
-    time than clustering once and rendering ten frames, and gives the same count for any number of threads.
+    Without `psnr` and `size`: the knee of the curve of error over cost, see `curve`. It takes less time than
+    clustering once and rendering ten frames, and gives the same count for any number of threads.
 
     Args:
         gaussians: N Gaussians, pruned as for painting, N >= 1.
@@ -118,13 +118,13 @@ def choose_strokes(
         plain = render(gaussians, camera, kernel, depth=False, num_threads=num_threads)
     check("choose_strokes", plain=(plain.alpha, f"{camera.height} {camera.width}"))
     sigmas = texture.fitted_sigmas if num_sigmas is None else num_sigmas
-    sight = Sight(camera, texture, sigmas, plain, np.asarray(background), filter, num_threads)
-    return choose_in_sight(gaussians, sight, psnr=psnr, size=size, features=features, merge=merge)
+    view_model = ViewModel(camera, texture, sigmas, plain, np.asarray(background), filter, num_threads)
+    return choose_for_view_model(gaussians, view_model, psnr=psnr, size=size, features=features, merge=merge)
 
 
-def choose_in_sight(
+def choose_for_view_model(
     gaussians: Gaussians,
-    sight: Sight,
+    view_model: ViewModel,
     *,
     psnr: float | None = None,
     size: float | None = None,
@@ -135,13 +135,18 @@ def choose_in_sight(
     num = len(gaussians)
     rule: Rule = "psnr" if psnr is not None else "size" if size is not None else "knee"
     looks = []
-    for strokes in _coarser(gaussians, sight, counts_to_look_at(num, rule), features, merge):
-        boxes = sight.boxes(strokes)
+    for strokes in _coarser(gaussians, view_model, counts_to_look_at(num, rule), features, merge):
+        boxes = view_model.boxes(strokes)
         looks.append(
-            (len(strokes), sight.rmse(boxes, LOOK_ROWS), sight.cost(strokes, boxes), sight.size(boxes))
+            (
+                len(strokes),
+                view_model.rmse(boxes, LOOK_ROWS),
+                view_model.cost(strokes, boxes),
+                view_model.size(boxes),
+            )
         )
         if psnr is not None and len(strokes) == num:
-            _check_reach(num, psnr_of(sight.rmse(boxes)), psnr, sight.texture.name)
+            _check_reach(num, psnr_of(view_model.rmse(boxes)), psnr, view_model.texture.name)
     counts, errors, costs, sizes = (np.array(column) for column in zip(*reversed(looks), strict=True))
     curve, sizes = Curve(counts, errors, costs), np.minimum.accumulate(sizes)
     bend = None
@@ -169,10 +174,10 @@ def counts_to_look_at(num: int, rule: Rule) -> list[int]:
 
 
 def _coarser(
-    gaussians: Gaussians, sight: Sight, counts: list[int], features: Features, merge: Merge
+    gaussians: Gaussians, view_model: ViewModel, counts: list[int], features: Features, merge: Merge
 ) -> Iterator[Gaussians]:
     """All Gaussians, then about as many strokes as each count says, from the finest to the coarsest."""
-    seen = _as_seen(gaussians, sight)
+    seen = _as_seen(gaussians, view_model)
     yield seen
     if not counts:
         return
@@ -189,11 +194,11 @@ def _coarser(
         yield strokes
 
 
-def _as_seen(gaussians: Gaussians, sight: Sight) -> Gaussians:
+def _as_seen(gaussians: Gaussians, view_model: ViewModel) -> Gaussians:
     """The same in the colours that this one view shows: there is less of them to merge."""
     if used_sh_degree(gaussians) == 0:
         return gaussians
-    boxes = sight.boxes(gaussians)
+    boxes = view_model.boxes(gaussians)
     colors = base_colors(gaussians.sh)
     colors[boxes.ids] = boxes.colors
     return replace(gaussians, sh=((colors - 0.5) / C0)[:, None].astype(gaussians.sh.dtype))

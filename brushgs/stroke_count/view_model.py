@@ -15,10 +15,10 @@ import numpy as np
 
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.measure.metrics import seen_areas
 from brushgs.options.choices import Filter
+from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.project import project
-from brushgs.rendering.rasterize import is_directed, rasterize
+from brushgs.rendering.rasterize import rasterize
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 # Nanoseconds of one core, least squares of relative errors; measured again: 4.0, 208, 1.5 and 0.6 (python -m
@@ -28,7 +28,7 @@ PAINT = {"image": 1.2, "gaussian": 0.6, "ellipse": 0.6}
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
+class ViewModel:
     """What strokes are counted for: how one view of them is painted, and the picture they should come near.
 
     Attributes:
@@ -51,7 +51,7 @@ class Sight:
 
     def boxes(self, strokes: Gaussians) -> Boxes:
         """As `render` has them."""
-        has_direction = is_directed(self.texture)
+        has_direction = self.texture.is_directed
         return project(
             strokes,
             self.camera,

@@ -62,9 +62,9 @@ def test_project_of_every_degree(degree, name):
 
 @pytest.mark.parametrize("name", GAUSSIAN_COLUMNS)
 @pytest.mark.parametrize("fade", [False, True])
-@pytest.mark.parametrize("lock", ["anchor", "directions", "swelling directions"])
+@pytest.mark.parametrize("lock", ["anchor", "directions", "scaled directions"])
 def test_project_of_every_lock(lock, fade, name):
-    locks = {"directions": directions(3), "swelling directions": directions(3, swells=True)}
+    locks = {"directions": directions(3), "scaled directions": directions(3, area_scales=True)}
 
     def function(**columns):
         boxes = ba.project(ba.Gaussians(**columns), CAMERA, lock=locks.get(lock, lock), fade=fade)

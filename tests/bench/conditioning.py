@@ -22,7 +22,7 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.io.files import replacing
 from brushgs.rendering import reference
 from brushgs.rendering.project import project
-from brushgs.rendering.rasterize import render
+from brushgs.rendering.render import render
 from brushgs.scene import Camera, Gaussians
 from tests.bench.machine import describe
 from tests.stiff.precise import HAS_DIGITS, Exact, errors_of, exact

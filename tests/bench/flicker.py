@@ -4,7 +4,7 @@
                                   [--places 6] [--step-deg 1.5] [--size 500] [--json FILE]
 
 At `--places` places of an orbit around the framed view two pictures are painted `--step-deg` apart, and
-`brushgs.measure.metrics.warp_error` compares them on white. Strokes are those of the default pipeline (prune 0.7,
+`metrics.warp_error` compares them on white. Strokes are those of the default pipeline (prune 0.7,
 cluster, fitted extents, `mip`). The first table has the RMSE, its excess over the plain render's own, the
 RMSE of the worst 1 % of pixels, the same inside boxes that flip or spin when unlocked, and PSNR to the
 plain render:
@@ -48,7 +48,7 @@ from brushgs.brushes.levels import axis_levels, level_coverage, level_index
 from brushgs.cameras.framing import default_elevation, frame_scene, subject
 from brushgs.measure.likeness import psnr
 from brushgs.measure.metrics import SPIN, View, ViewMatch, match_views, whole_pixels
-from brushgs.rendering.track import follow
+from brushgs.rendering.track import track_directions
 from tests.bench.machine import describe
 from tests.scenes import SCENES_FOLDER
 
@@ -207,7 +207,7 @@ def locks_of(lock: str, strokes: bg.Gaussians, cameras: Sequence[bg.Camera]) -> 
     """What `project` takes as its lock in each view of a short path."""
     if lock != "track":
         return [lock] * len(cameras)
-    path = follow(strokes, cameras)
+    path = track_directions(strokes, cameras)
     return [path.directions(index) for index in range(len(cameras))]
 
 

@@ -41,7 +41,7 @@ from brushgs.passes.morton import morton_order
 from brushgs.passes.prune import highest
 from brushgs.rendering import rasterize as ops
 from brushgs.rendering.constants import MAX_ALPHA, MIN_TRANSMITTANCE
-from brushgs.rendering.track import follow
+from brushgs.rendering.track import track_directions
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.sh import sh_basis
 from tests.bench import workloads
@@ -303,7 +303,7 @@ def of_sequences(p: Painting) -> list[Shortcut]:
 
     def followed(is_left_out: bool) -> list[Array]:
         if not is_left_out:
-            follow(p.strokes, rest)
+            track_directions(p.strokes, rest)
         frame = next(bg.render_sequence(p.strokes, rest, kernel, depth=False))
         return pixels(frame)
 

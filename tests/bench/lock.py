@@ -21,7 +21,7 @@ from brushgs.cameras.framing import up_vector
 from brushgs.cameras.paths import orbit
 from brushgs.measure.metrics import orientation_events
 from brushgs.rendering.project import project
-from brushgs.rendering.track import follow
+from brushgs.rendering.track import track_directions
 from brushgs.scene import Camera, Gaussians
 from tests.bench import workloads
 from tests.bench.machine import describe
@@ -68,7 +68,7 @@ def check(strokes: Gaussians, cameras: list[Camera]) -> None:
 
 
 def measure(strokes: Gaussians, cameras: list[Camera], repeat: int) -> str:
-    texture, path = bg.StrokeTexture.open("dry_brush"), follow(strokes, cameras)
+    texture, path = bg.StrokeTexture.open("dry_brush"), track_directions(strokes, cameras)
     frames = np.linspace(0, len(cameras) - 1, DRAWN).astype(int)
     locks = {k: path.directions(int(k)) for k in frames}
 
@@ -84,7 +84,7 @@ def measure(strokes: Gaussians, cameras: list[Camera], repeat: int) -> str:
         return call
 
     calls: dict[str, tuple[Callable[[], object], int]] = {
-        "follow": (lambda: follow(strokes, cameras), len(cameras)),
+        "follow": (lambda: track_directions(strokes, cameras), len(cameras)),
         "draw": (draw, DRAWN),
         "off": (projects("off"), DRAWN),
         "anchor": (projects("anchor"), DRAWN),

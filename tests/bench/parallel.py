@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.painting.parallel import spread
-from brushgs.rendering.rasterize import render
+from brushgs.rendering.render import render
 from brushgs.scene import Camera, Gaussians
 from brushgs.threads import num_threads_or_default
 from tests.bench import parallel as importable  # run with -m, this module is another one

@@ -24,7 +24,8 @@ import numpy as np
 from brushgs import _core
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.project import project
-from brushgs.rendering.rasterize import rasterize, render
+from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.render import render
 from brushgs.scene import Boxes, Camera, Frame
 from tests.bench import numpy_painter, scanline, workloads
 from tests.bench.machine import describe

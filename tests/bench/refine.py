@@ -7,7 +7,7 @@ Strokes are those of the default pipeline (prune 0.7, cluster), fitted as `brush
 learn from at 384 x 288, 6 others to judge by, PSNR on white to the plain picture. Thin are strokes whose
 longest scale is more than 10 times the middle one.
 
-Flicker is the excess of the temporal report (`brushgs.measure.stability`), of `track` at gap 1: at `--places` places
+Flicker is the excess of the temporal report (`measure.stability`), of `track` at gap 1: at `--places` places
 of an orbit around the framed view two pictures are painted 1.5 degrees apart, in soft order, fading; the
 earlier is moved to the later view, and the RMSE of the plain picture over the same pair subtracted. Of 255.
 
@@ -38,12 +38,12 @@ from brushgs.measure.plotting import (
     save_figure,
 )
 from brushgs.options.experiments import DEFAULT_STEPS, REFINE_SIZE
-from brushgs.refine.distil import Lesson, distil
+from brushgs.refine.distil import TargetView, distil
 from brushgs.refine.fit import Drawing, Plan
-from brushgs.refine.run import JUDGES, SELF_VIEWS
+from brushgs.refine.run import NUM_VALIDATION_VIEWS, SELF_VIEWS
 from brushgs.refine.variables import Variables
 from brushgs.refine.views import views_around
-from brushgs.rendering.track import follow
+from brushgs.rendering.track import track_directions
 from tests.bench.flicker import WHITE, orbit, plain_view
 from tests.bench.machine import describe
 from tests.scenes import SCENES_FOLDER
@@ -69,7 +69,7 @@ def excess(
     """Mean excess over the pairs, of 255."""
     found = []
     for pair in orbit(scene, up_vector(up), SIZE, np.arange(places) * 2 * np.pi / places, STEP):
-        path = follow(strokes, pair)
+        path = track_directions(strokes, pair)
         pictures = []
         for index, camera in enumerate(pair):
             boxes = bg.project(
@@ -96,9 +96,9 @@ def measure(name: str, args: argparse.Namespace) -> list[dict[str, Any]]:
     strokes = bg.cluster(bg.prune(scene), args.strokes)
     start = time.process_time()
     size = {"width": REFINE_SIZE[0], "height": REFINE_SIZE[1], "up": up}
-    lessons, judges = (
-        [Lesson.of(scene, view) for view in views_around(scene, num, **size, shift=shift)]
-        for num, shift in ((args.views, 0.0), (JUDGES, 0.5))
+    training_views, validation_views = (
+        [TargetView.of(scene, view) for view in views_around(scene, num, **size, shift=shift)]
+        for num, shift in ((args.views, 0.0), (NUM_VALIDATION_VIEWS, 0.5))
     )
     preparing = time.process_time() - start
     rows = []
@@ -108,7 +108,9 @@ def measure(name: str, args: argparse.Namespace) -> list[dict[str, Any]]:
         flicker = excess(scene, strokes, texture, up, args.places)
         for params in args.params:
             start = time.process_time()
-            refined, curve = distil(Variables(strokes, params), lessons, judges, drawing, Plan(args.steps))
+            refined, curve = distil(
+                Variables(strokes, params), training_views, validation_views, drawing, Plan(args.steps)
+            )
             rows.append(
                 {
                     "scene": name,

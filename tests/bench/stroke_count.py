@@ -6,14 +6,14 @@
 SCENE is a name of the table below. The view is the one that `brushgs render` frames, 1280 x 720, on white.
 
 The full curve has nine counts from 125 to 32,000, clustered each, and the end of the scene, a stroke for
-every Gaussian kept (`brushgs.stroke_count.curve` says why it must end there): error of a painted frame to the plain
+every Gaussian kept (`curve` says why it must end there): error of a painted frame to the plain
 picture, seconds of a frame (least of the repeats, counts in turns; with --cpu of the processor, which other
 work on the machine disturbs less). "to 32k" is the knee of the same curve without that end. "auto" is
 `choose_strokes`; its seconds contain the plain picture. Beside it stands what it must be quicker than: one
 clustering to that count and ten frames of it, in turns, medians. "expected" and "found" are dB at that count.
 
 --aims: budgets and sizes asked for, what came of them, and in how many clusterings, in place of the rest.
---cost: measures frames of all scenes at two sizes, fits the constants of `brushgs.stroke_count.view_model` to them by least
+--cost: measures frames of all scenes at two sizes, fits the constants of `view_model` to them by least
 squares of the relative error, once with all and once without each scene, and tells what auto would choose
 then: the constants know no scene that they are tried on.
 """
@@ -31,15 +31,15 @@ import numpy as np
 import brushgs as bg
 from brushgs.cameras.framing import frame_scene, up_vector
 from brushgs.errors import SceneWarning
-from brushgs.measure.metrics import seen_areas
 from brushgs.options.painting import ClusterConfig, DrawConfig, ErrorBudget, PruneConfig, StrokeSize
 from brushgs.painting.count import look
 from brushgs.painting.report import Report
 from brushgs.painting.stages import cluster_scene
+from brushgs.rendering.areas import seen_areas
 from brushgs.stroke_count import view_model as sight_module
-from brushgs.stroke_count.choose import choose_in_sight
+from brushgs.stroke_count.choose import choose_for_view_model
 from brushgs.stroke_count.curve import Curve, fitted_rmse, fitted_seconds, knee, psnr_of
-from brushgs.stroke_count.view_model import Sight
+from brushgs.stroke_count.view_model import ViewModel
 from tests.bench.machine import describe
 from tests.scenes import SCENES_FOLDER
 
@@ -71,7 +71,7 @@ class Scene:
         self.kept = bg.prune(self.loaded, PruneConfig().share())
         self.camera = frame_scene(self.loaded, width=size[0], height=size[1], up=up_vector(up))
 
-    def sight(self) -> Sight:
+    def view_model(self) -> ViewModel:
         """With a plain picture painted now."""
         config = ClusterConfig("auto")
         made = look(self.loaded, self.camera, self.texture, config, DRAW, None, Report())
@@ -123,7 +123,7 @@ HEADING = (
 def compare(scene: Scene, clock: Callable[[], float], repeat: int) -> dict[str, object]:
     counts = [count for count in COUNTS if count < len(scene.kept)]
     sets = [scene.clustered(count) for count in counts] + [scene.kept]
-    judge = scene.sight()
+    judge = scene.view_model()
     errors = [judge.rmse(judge.boxes(strokes)) for strokes in sets]
     seconds = [np.inf] * len(sets)
     for _ in range(repeat + 1):
@@ -134,7 +134,7 @@ def compare(scene: Scene, clock: Callable[[], float], repeat: int) -> dict[str, 
     del sets
     looks, yards = [], []
     for _ in range(5):
-        took, choice = timed(lambda: choose_in_sight(scene.kept, scene.sight()), clock)
+        took, choice = timed(lambda: choose_for_view_model(scene.kept, scene.view_model()), clock)
         looks.append(took)
         count = choice.strokes
         took, strokes = timed(lambda n=count: scene.clustered(n), clock)
@@ -192,7 +192,7 @@ AIMS_HEADING = "| scene | asked | strokes | reached | clusterings | seconds |\n|
 
 def aims(scene: Scene, clock: Callable[[], float], repeat: int) -> dict[str, object]:
     """Budgets between what 1,000 strokes and what all reach, and sizes between those that both have."""
-    plain = scene.sight()
+    plain = scene.view_model()
     ends = [plain.boxes(strokes) for strokes in (scene.clustered(500), scene.kept)]
     (low, high), (large, small) = (
         [psnr_of(plain.rmse(boxes)) for boxes in ends],
@@ -201,22 +201,24 @@ def aims(scene: Scene, clock: Callable[[], float], repeat: int) -> dict[str, obj
     rows = []
     asked = [ErrorBudget(round(low + share * (high - low), 1)) for share in (0.25, 0.6)]
     asked += [StrokeSize(round(float(large ** (1 - share) * small**share), 1)) for share in (0.2, 0.5, 0.8)]
-    for aim in asked:
-        config, report = ClusterConfig(aim), Report()
+    for target in asked:
+        config, report = ClusterConfig(target), Report()
         with warnings.catch_warnings():
             warnings.simplefilter("error", SceneWarning)
             took, strokes = timed(
                 lambda c=config, r=report: cluster_scene(
-                    scene.kept, c, r, num_loaded=len(scene.loaded), sight=plain
+                    scene.kept, c, r, num_loaded=len(scene.loaded), view_model=plain
                 ),
                 clock,
             )
         boxes = plain.boxes(strokes)
-        is_size = isinstance(aim, StrokeSize)
+        is_size = isinstance(target, StrokeSize)
         reached = f"{plain.size(boxes):.1f}px" if is_size else f"{psnr_of(plain.rmse(boxes)):.1f}dB"
         tries = report.stages[-1].counts["tries"]
-        print(f"| {scene.name} | {aim} | {len(strokes):,} | {reached} | {tries} | {took:.2f} |", flush=True)
-        rows.append({"asked": str(aim), "strokes": len(strokes), "reached": reached, "tries": tries})
+        print(
+            f"| {scene.name} | {target} | {len(strokes):,} | {reached} | {tries} | {took:.2f} |", flush=True
+        )
+        rows.append({"asked": str(target), "strokes": len(strokes), "reached": reached, "tries": tries})
     return {"scene": scene.name, "aims": rows}
 
 
@@ -224,24 +226,24 @@ def costs(names: list[str], repeat: int) -> dict[str, object]:
     """Constants of the model, and how far the choice depends on the scenes they were fitted to."""
     rows = [row for name in names for row in cost_rows(name, repeat)]
     figures: dict[str, object] = {"rows": rows}
-    for left_out in [None, *SCENES]:
-        used = [row for row in rows if row["scene"] != left_out]
+    for skipped in [None, *SCENES]:
+        used = [row for row in rows if row["scene"] != skipped]
         pixel, stroke, image, kernel = fit(used)
         shape = shape_error(used, (pixel, stroke, image, kernel))
         said = f"pixel {pixel:.2f}, stroke {stroke:.0f}, paint {image:.2f} and {kernel:.2f} ns"
         said += f", shape {shape:.3f}"
-        if left_out in names:
-            scene = Scene(left_out)
-            before = choose_in_sight(scene.kept, scene.sight()).strokes
+        if skipped in names:
+            scene = Scene(skipped)
+            before = choose_for_view_model(scene.kept, scene.view_model()).strokes
             kept = sight_module.PIXEL, sight_module.STROKE, dict(sight_module.PAINT)
             sight_module.PIXEL, sight_module.STROKE = pixel, stroke
             sight_module.PAINT |= {"image": image, "gaussian": kernel, "ellipse": kernel}
-            after = choose_in_sight(scene.kept, scene.sight()).strokes
+            after = choose_for_view_model(scene.kept, scene.view_model()).strokes
             sight_module.PIXEL, sight_module.STROKE = kept[:2]
             sight_module.PAINT |= kept[2]
             said += f"; auto {before:,} -> {after:,}"
-        print(f"without {left_out}: {said}" if left_out else f"all: {said}", flush=True)
-        figures[left_out or "all"] = said
+        print(f"without {skipped}: {said}" if skipped else f"all: {said}", flush=True)
+        figures[skipped or "all"] = said
     return figures
 
 
@@ -258,9 +260,9 @@ def cost_rows(name: str, repeat: int) -> list[dict[str, object]]:
                 for i, strokes in enumerate(sets):
                     took, _ = timed(lambda v=view, s=strokes: v.frame(s), time.process_time)
                     nanoseconds[i] = min(nanoseconds[i], 1e9 * took)
-            sight = view.sight()
+            view_model = view.view_model()
             for strokes, took in zip(sets, nanoseconds, strict=True):
-                painted = float(seen_areas(sight.boxes(strokes), *size).sum())
+                painted = float(seen_areas(view_model.boxes(strokes), *size).sum())
                 parts = [size[0] * size[1], len(strokes), painted]
                 curve = f"{name} {size[0]} {stroke}"
                 is_image = stroke == "swirl"

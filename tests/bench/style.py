@@ -30,7 +30,7 @@ import torch.nn.functional as F  # noqa: N812
 import brushgs as bg
 from brushgs.io.pictures.images import read_image
 from brushgs.passes.recolor import Palette, recolor
-from brushgs.refine.distil import Lesson
+from brushgs.refine.distil import TargetView
 from brushgs.refine.filter_bank import LUMINANCE, REACH, FilterBank, _turned_filters
 from brushgs.refine.fit import Drawing, Plan
 from brushgs.refine.nnfm import Style
@@ -43,7 +43,7 @@ from tests.bench.paintings import PAINTINGS, write
 from tests.scenes import SCENES_FOLDER
 
 SCENES = {"koala": ("koala.ply", "-y"), "chair": ("derived/chair.ply", "+z")}
-NUM_STROKES, SIZE, VIEWS, JUDGES = 2000, (224, 168), 12, 3
+NUM_STROKES, SIZE, VIEWS, NUM_VALIDATION_VIEWS = 2000, (224, 168), 12, 3
 CHILD = """
 import resource, sys
 import brushgs.refine.run as run
@@ -83,14 +83,14 @@ class Case:
             self.scene = bg.load(SCENES_FOLDER / path)
         self.strokes = bg.cluster(bg.prune(self.scene, 0.7), NUM_STROKES)
 
-    def lessons(self, palette: Palette, num: int, shift: float, size=SIZE) -> list[Lesson]:
+    def training_views(self, palette: Palette, num: int, shift: float, size=SIZE) -> list[TargetView]:
         scene = recolor(self.scene, palette)
         if self.name == "still_life":  # composed for one side: others show the wall from behind
             angles = np.linspace(-0.25, 0.25, num) + 0.3 * shift / num
             cameras = [_beside(still_life_camera(width=size[0], height=size[1]), a) for a in angles]
         else:
             cameras = views_around(self.scene, num, width=size[0], height=size[1], up=self.up, shift=shift)
-        return [Lesson.of(scene, camera) for camera in cameras]
+        return [TargetView.of(scene, camera) for camera in cameras]
 
 
 def _beside(camera: bg.Camera, angle: float) -> bg.Camera:
@@ -111,25 +111,29 @@ def refine(case: Case, path: Path, stroke: str, steps: int) -> tuple[Row, bg.Gau
     """The row, and the strokes before and after."""
     painting, drawing = read_image(path), drawing_with(stroke)
     palette = Palette.of_image(painting)
-    lessons, judges = (case.lessons(palette, n, s) for n, s in ((VIEWS, 0.0), (JUDGES, 0.5)))
+    training_views, validation_views = (
+        case.training_views(palette, n, s) for n, s in ((VIEWS, 0.0), (NUM_VALIDATION_VIEWS, 0.5))
+    )
     before = recolor(case.strokes, palette)
     pixels = torch.from_numpy(painting[..., :3].copy()).permute(2, 0, 1).contiguous()
     style = Style(FilterBank(pixels), pixels)
     plan = Plan(steps, rates=RATES)
-    after, curve = stylise(Variables(before, "all"), lessons, judges, style, painting, drawing, plan)
+    after, curve = stylise(
+        Variables(before, "all"), training_views, validation_views, style, painting, drawing, plan
+    )
     losses = [10 ** (-score / 10) for score in (curve.scores[0], max(curve.scores))]
-    found = [distances(strokes, judges, drawing, painting) for strokes in (before, after)]
+    found = [distances(strokes, validation_views, drawing, painting) for strokes in (before, after)]
     (colors, directions, grain) = zip(*found, strict=True)
     grain = *grain, _grain(_energies(painting[..., :3], np.ones(painting.shape[:2])))
     ran = curve.steps[-1], curve.seconds[-1]
     return Row(case.name, stroke, path.stem, tuple(losses), colors, directions, grain, *ran), before, after
 
 
-def distances(strokes, judges, drawing, painting) -> tuple[float, float, float]:
+def distances(strokes, validation_views, drawing, painting) -> tuple[float, float, float]:
     """Distance of the colours, of 255, and of the directions, 0 to 1; grain of the strokes."""
     ground = painting[..., :3].mean(axis=(0, 1))
     colors, weights, energies = [], [], 0.0
-    for judge in judges:
+    for judge in validation_views:
         frame = bg.render(strokes, judge.camera, drawing.texture, **drawing.options())
         shown = frame.alpha > 0.05
         colors.append(np.clip(frame.rgb[shown] / frame.alpha[shown][:, None], 0, 1))

@@ -9,7 +9,7 @@ import pytest
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.io.pictures.images import read_image
 
-STROKES = Path(__file__).resolve().parent.parent / "strokes"
+STROKES = Path(__file__).resolve().parents[2] / "strokes"
 NAMES = sorted(path.stem for path in STROKES.glob("*.png"))
 SOLID = {"flat", "filbert", "dab", "impasto", "swirl", "moon", "flower", "x", "ink", "palette_knife"}
 SMALL = 120_000  # bytes: they travel in the wheel

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brushgs.cameras.motion import between, view_change
-from brushgs.cameras.spline import KeyPath, through
+from brushgs.cameras.spline import CameraSpline, through
 from brushgs.scene import Camera
 
 SIZE = {"width": 64, "height": 48}
@@ -34,8 +34,8 @@ def wild_keys(seed, num=6):
     return keys
 
 
-def key_path(keys, loop=False):
-    return KeyPath(keys, center=CENTER, reach=REACH, loop=loop)
+def spline(keys, loop=False):
+    return CameraSpline(keys, center=CENTER, reach=REACH, loop=loop)
 
 
 def steps_of(cameras):
@@ -59,7 +59,7 @@ seeds = st.integers(0, 10_000)
 @given(seeds, st.booleans())
 def test_the_way_goes_through_every_key_view(seed, loop):
     keys = wild_keys(seed)
-    path = key_path(keys, loop)
+    path = spline(keys, loop)
     expected = [*keys, keys[0]] if loop else keys
     assert len(path.knots) == len(expected)
     for found, key in zip(path.at(path.knots), expected, strict=True):
@@ -78,7 +78,7 @@ def test_of_an_open_way_first_and_last_camera_are_the_end_keys():
 @pytest.mark.parametrize("seed", range(6))
 def test_the_speed_is_even(seed, loop):
     """Of 2000 steps the worst was 1.2 % off: a single one, where turn and shift change the lead."""
-    path = key_path(wild_keys(seed), loop)
+    path = spline(wild_keys(seed), loop)
     off = np.abs(np.array(steps_of(path.cameras(np.linspace(0, 1, 2001)))) / path.length * 2000 - 1)
     assert off.max() < 0.02
     assert np.quantile(off, 0.99) < 1e-3
@@ -96,7 +96,7 @@ def velocity(path, place, step):
 @pytest.mark.parametrize("loop", [False, True])
 @pytest.mark.parametrize("seed", range(4))
 def test_there_is_no_kink_at_a_key(seed, loop):
-    path = key_path(wild_keys(seed), loop)
+    path = spline(wild_keys(seed), loop)
     around = [(knot, knot) for knot in path.knots[1:-1]] + [(path.knots[-1], 0.0)] * loop
     for before, after in around:
         # One-sided differences are off by the curvature times the step, in both directions.
@@ -135,7 +135,7 @@ def test_a_loop_closes_and_does_not_repeat_its_first_view():
 @given(st.lists(st.floats(0.05, 1.5), min_size=3, max_size=8), st.floats(0, 1))
 def test_keys_of_an_orbit_give_that_orbit_whatever_their_spacing(gaps, share):
     turns = np.cumsum(gaps)
-    path = key_path([orbit_view(turn) for turn in turns])
+    path = spline([orbit_view(turn) for turn in turns])
     (found,) = path.cameras([share])
     # The turn of an orbit is its view change: the even speed is the angle. Lengths are summed chords.
     assert_same(found, orbit_view(turns[0] + share * (turns[-1] - turns[0])), atol=1e-9)
@@ -149,7 +149,7 @@ def test_a_closed_orbit_is_found_from_four_views():
 
 def test_two_keys_give_the_screw_motion_between_them():
     first, second = wild_keys(2, num=2)
-    path = key_path([first, second])
+    path = spline([first, second])
     for share in (0.0, 0.3, 0.8, 1.0):
         (found,) = path.at([share * path.knots[-1]])
         assert_same(found, between(first, second, share))

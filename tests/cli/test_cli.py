@@ -21,7 +21,7 @@ from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.sh import base_colors
 from brushgs.still_life import still_life
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -574,7 +574,7 @@ def test_a_disc_that_fills_while_frames_are_painted_leaves_those_that_are_whole(
         import resource
 
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))  # the ledger fits, no frame does
+        resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))  # the manifest fits, no frame does
 
     words = "render", made, *SMALL, "--size", "320x240", "--orbit", "3", "-o", "f/"
     with brushgs(*words, cwd=tmp_path, preexec_fn=limit) as process:

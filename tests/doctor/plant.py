@@ -12,9 +12,9 @@ import numpy as np
 
 import brushgs as bg
 from brushgs.passes.extent import robust_frame
+from brushgs.sh import C0
 from tests.io.ply_maker import write_scene
 
-C0 = 0.28209479177387814
 Columns = dict[str, np.ndarray]
 SCALES, QUATS = [f"scale_{i}" for i in range(3)], [f"rot_{i}" for i in range(4)]
 BASE = [f"f_dc_{i}" for i in range(3)]

@@ -163,6 +163,6 @@ def test_a_scene_at_one_place_is_examined(tmp_path: Path) -> None:
 def test_what_the_examination_read_is_the_scene(tmp_path: Path) -> None:
     bg.save(fruit(), tmp_path / "a.ply")
     examination, loaded = look_at(tmp_path / "a.ply"), bg.load(tmp_path / "a.ply")
-    assert examination.reading.is_usual
+    assert examination.encoding.is_standard
     for name in ("means", "quats", "scales", "opacities", "sh"):
         np.testing.assert_array_equal(getattr(examination.gaussians, name), getattr(loaded, name))

@@ -111,7 +111,7 @@ def colmap_models(folder: Path, form: str, separator: bytes) -> list[bytes]:
     return found
 
 
-def ledgers(folder: Path) -> list[bytes]:
+def manifests(folder: Path) -> list[bytes]:
     """Ledgers of numbered frames."""
     first = json.dumps({"painting": {"stroke": "swirl", "seed": 3, "path": "blake2b:0"}})
     lines = [json.dumps({"frame": i, "bytes": 1000 + i}) for i in range(5)]

@@ -118,12 +118,12 @@ CASES: dict[str, Callable[[], Made]] = {
             path.parent,
         ),
     ),
-    "ledger of 8 MB": lambda: (
-        "ledger",
+    "manifest of 8 MB": lambda: (
+        "manifest",
         _bytes(lambda: b'{"painting": {}}\n' + b'{"frame":1,"bytes":1}\n' * 370_000),
     ),
-    "ledger of 8 MB, empty lines": lambda: (
-        "ledger",
+    "manifest of 8 MB, empty lines": lambda: (
+        "manifest",
         _bytes(lambda: b'{"painting": {}}\n' + b"1\n" * 4_000_000),
     ),
     "PNG, 33 million pixels": lambda: ("png", _picture(".png")),

@@ -34,11 +34,11 @@ def _picture(path: Path) -> object:
 
 
 def _ledger(path: Path) -> object:
-    from brushgs.io.pictures.numbered import Ledger, NumberedFiles
+    from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 
-    ledger = Ledger.read(NumberedFiles(path.parent, "%05d.png"))
-    if ledger is not None:
-        ledger.is_done(0)
+    manifest = Manifest.read(NumberedFiles(path.parent, "%05d.png"))
+    if manifest is not None:
+        manifest.is_done(0)
     return None
 
 
@@ -87,7 +87,7 @@ READERS = {
             _cameras,
             _COLMAP,
         ),
-        Reader("ledger", ".%05d.png.json", corpus.ledgers, _ledger, _JSON),
+        Reader("manifest", ".%05d.png.json", corpus.manifests, _ledger, _JSON),
         Reader("png", "a.png", corpus.pngs, _picture, (b"IHDR", b"PLTE", b"tRNS", b"gAMA", b"iCCP", b"acTL")),
         Reader("jpeg", "a.jpg", corpus.jpegs, _picture, (b"\xff\xc0", b"\xff\xc2", b"\xff\xda", b"\xff\xe1")),
         Reader("tiff", "a.tif", corpus.tiffs, _picture, _TIFF),

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from brushgs import SceneError
-from brushgs.io.pictures.numbered import Ledger, NumberedFiles
+from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 
 SUFFIXES = (".png", ".exr")
 
@@ -13,10 +13,10 @@ def files(folder: Path, name: str = "%05d.png") -> NumberedFiles:
     return NumberedFiles.of(folder / name, SUFFIXES)
 
 
-def started(folder: Path, painting: dict[str, object] | None = None) -> Ledger:
-    ledger = Ledger(files(folder), painting or {"stroke": "swirl", "seed": 3})
-    ledger.begin()
-    return ledger
+def started(folder: Path, painting: dict[str, object] | None = None) -> Manifest:
+    manifest = Manifest(files(folder), painting or {"stroke": "swirl", "seed": 3})
+    manifest.begin()
+    return manifest
 
 
 @pytest.mark.parametrize(
@@ -58,10 +58,10 @@ def test_numbers_of_other_names_are_not_counted(tmp_path: Path) -> None:
 
 
 def test_a_ledger_reads_back_what_was_written(tmp_path: Path) -> None:
-    ledger = started(tmp_path / "new")
-    ledger.add(0, b"abc")
-    ledger.add(5, b"abcde")
-    found = Ledger.read(files(tmp_path / "new"))
+    manifest = started(tmp_path / "new")
+    manifest.add(0, b"abc")
+    manifest.add(5, b"abcde")
+    found = Manifest.read(files(tmp_path / "new"))
     assert found is not None
     assert (found.painting, found.sizes) == ({"stroke": "swirl", "seed": 3}, {0: 3, 5: 5})
     assert [found.is_done(index) for index in (0, 1, 5)] == [True, False, True]
@@ -69,49 +69,49 @@ def test_a_ledger_reads_back_what_was_written(tmp_path: Path) -> None:
 
 
 def test_a_frame_that_is_gone_or_of_another_size_is_not_done(tmp_path: Path) -> None:
-    ledger = started(tmp_path)
+    manifest = started(tmp_path)
     for index in range(3):
-        ledger.add(index, b"abc")
-    ledger.files.path(0).unlink()
-    ledger.files.path(1).write_bytes(b"ab")
-    assert [ledger.is_done(index) for index in range(3)] == [False, False, True]
+        manifest.add(index, b"abc")
+    manifest.files.path(0).unlink()
+    manifest.files.path(1).write_bytes(b"ab")
+    assert [manifest.is_done(index) for index in range(3)] == [False, False, True]
 
 
 def test_what_lay_there_before_is_no_part_of_a_new_painting(tmp_path: Path) -> None:
     started(tmp_path).add(0, b"old")
     started(tmp_path, {"stroke": "flat"})
-    found = Ledger.read(files(tmp_path))
+    found = Manifest.read(files(tmp_path))
     assert found is not None
     assert not found.is_done(0)
     assert files(tmp_path).path(0).read_bytes() == b"old"
 
 
 def test_a_line_that_was_cut_off_costs_its_frame_alone(tmp_path: Path) -> None:
-    ledger = started(tmp_path)
+    manifest = started(tmp_path)
     for index in range(3):
-        ledger.add(index, b"abc")
-    content = ledger.files.ledger.read_bytes()
-    ledger.files.ledger.write_bytes(content[:-4])
-    found = Ledger.read(ledger.files)
+        manifest.add(index, b"abc")
+    content = manifest.files.manifest.read_bytes()
+    manifest.files.manifest.write_bytes(content[:-4])
+    found = Manifest.read(manifest.files)
     assert found is not None
     assert found.sizes == {0: 3, 1: 3}
     found.begin()
     found.add(2, b"abc")
-    assert Ledger.read(ledger.files).sizes == {0: 3, 1: 3, 2: 3}  # type: ignore[union-attr]
+    assert Manifest.read(manifest.files).sizes == {0: 3, 1: 3, 2: 3}  # type: ignore[union-attr]
 
 
 def test_two_sequences_in_one_folder_have_their_own_ledgers(tmp_path: Path) -> None:
     started(tmp_path).add(0, b"abc")
-    assert Ledger.read(files(tmp_path, "other-%03d.png")) is None
+    assert Manifest.read(files(tmp_path, "other-%03d.png")) is None
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]\n", '{"painting": 3}\n', json.dumps({"a": 1}), "\xff\n"])
 def test_another_file_in_the_place_of_a_ledger_is_told(tmp_path: Path, content: str) -> None:
-    files(tmp_path).ledger.write_bytes(content.encode("latin-1"))
+    files(tmp_path).manifest.write_bytes(content.encode("latin-1"))
     with pytest.raises(
-        SceneError, match=r"\.%05d\.png\.json: is no ledger of frames; remove it, or leave out"
+        SceneError, match=r"\.%05d\.png\.json: is no manifest of frames; remove it, or leave out"
     ):
-        Ledger.read(files(tmp_path))
+        Manifest.read(files(tmp_path))
 
 
 def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
@@ -123,10 +123,10 @@ def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
 
 
 def test_a_ledger_that_cannot_be_gone_on_with_is_told(tmp_path: Path) -> None:
-    ledger = started(tmp_path)
-    ledger.files.ledger.unlink()
-    ledger.files.ledger.mkdir()
+    manifest = started(tmp_path)
+    manifest.files.manifest.unlink()
+    manifest.files.manifest.mkdir()
     with pytest.raises(SceneError, match=r"\.json: cannot be written \(Is a directory\); check the disk"):
-        ledger.add(0, b"abc")
+        manifest.add(0, b"abc")
     with pytest.raises(SceneError, match=r"\.json: is a folder; name the file inside it"):
-        Ledger.read(ledger.files)
+        Manifest.read(manifest.files)

@@ -19,7 +19,7 @@ from brushgs import SceneError, SceneWarning, StrokeTexture
 from brushgs.io import load, load_cameras
 from brushgs.io.pictures import images
 from brushgs.io.pictures.images import read_image
-from brushgs.io.pictures.numbered import Ledger, NumberedFiles
+from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 from brushgs.painting.background import open_background
 from tests.fuzz.corpus import many_directories
 from tests.io import test_cameras, test_colmap, test_compressed_ply
@@ -29,8 +29,8 @@ from tests.io.test_images import png, write_raw
 HEAD = b"ply\nformat binary_little_endian 1.0\n"
 
 
-def ledger(path: Path) -> object:
-    return Ledger.read(NumberedFiles(path.parent, path.name.removeprefix(".").removesuffix(".json")))
+def manifest(path: Path) -> object:
+    return Manifest.read(NumberedFiles(path.parent, path.name.removeprefix(".").removesuffix(".json")))
 
 
 READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
@@ -40,7 +40,7 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "picture": ("a.png", read_image),
     "stroke": ("a.png", StrokeTexture.open),
     "background": ("a.png", lambda path: open_background(str(path), 8, 8)),
-    "ledger": (".%05d.png.json", ledger),
+    "manifest": (".%05d.png.json", manifest),
 }
 
 
@@ -95,7 +95,7 @@ def test_a_name_that_no_file_can_have_is_refused(tmp_path, name, read):
 
 
 def test_a_file_larger_than_its_reader_holds_is_not_read(tmp_path):
-    for name, limit, read in (("a.json", 32, load_cameras), (".%05d.png.json", 8, ledger)):
+    for name, limit, read in (("a.json", 32, load_cameras), (".%05d.png.json", 8, manifest)):
         with (tmp_path / name).open("wb") as file:
             file.truncate((limit << 20) + 1)  # zeros that take no place on the disk
         refuse(read, tmp_path / name, f"a file must have at most {limit} MiB, got {limit}; split it")
@@ -296,7 +296,7 @@ def test_a_line_of_a_model_without_end_is_refused_and_points_may_be_many(tmp_pat
     refuse(load_cameras, folder, "line 6: must have at most 131072 bytes; export the model as text again")
 
 
-# ---- ledgers
+# ---- manifests
 
 
 @pytest.mark.parametrize(
@@ -305,7 +305,7 @@ def test_a_line_of_a_model_without_end_is_refused_and_points_may_be_many(tmp_pat
 )
 def test_what_is_no_ledger_is_refused(tmp_path, content):
     (tmp_path / ".%05d.png.json").write_bytes(content)
-    refuse(ledger, tmp_path / ".%05d.png.json", "is no ledger of frames; remove it")
+    refuse(manifest, tmp_path / ".%05d.png.json", "is no manifest of frames; remove it")
 
 
 def test_lines_of_a_ledger_that_make_no_sense_are_passed_over(tmp_path):
@@ -317,7 +317,7 @@ def test_lines_of_a_ledger_that_make_no_sense_are_passed_over(tmp_path):
         "\xff",
     ]
     (tmp_path / ".%05d.png.json").write_bytes("\n".join(lines).encode("latin-1"))
-    assert ledger(tmp_path / ".%05d.png.json").sizes == {2: 7}
+    assert manifest(tmp_path / ".%05d.png.json").sizes == {2: 7}
 
 
 # ---- pictures

@@ -11,7 +11,7 @@ from brushgs import cli
 from brushgs.io.pictures.images import read_image
 from brushgs.measure import plotting
 from brushgs.measure.metrics import View, covers_ellipse, off_axis_share, orientation_events, warp_error
-from brushgs.measure.stability import Easel, measure, measure_stability, plot
+from brushgs.measure.stability import Comparison, measure, measure_stability, plot
 from brushgs.measure.stability.plot import write_plot
 from brushgs.measure.stability.table import stability_table
 from brushgs.options.experiments import StabilityConfig
@@ -27,7 +27,7 @@ LASTING = NAMES[:4]
 
 
 def easel_of(scene, strokes, cameras):
-    return Easel(scene, strokes, cameras, BRUSH, DrawConfig("dry_brush"), WHITE, seed=0)
+    return Comparison(scene, strokes, cameras, BRUSH, DrawConfig("dry_brush"), WHITE, seed=0)
 
 
 def swing(num_views):
@@ -41,7 +41,7 @@ def swing(num_views):
 
 
 @pytest.fixture(scope="module")
-def easel():
+def comparison():
     """The still life from 8 places, closed."""
     scene = still_life(4000)
     cameras = swing(8)
@@ -49,16 +49,18 @@ def easel():
 
 
 @pytest.fixture(scope="module")
-def result(easel):
-    return measure_stability(easel, StabilityConfig(alone=2))
+def result(comparison):
+    return measure_stability(comparison, StabilityConfig(alone=2))
 
 
 def on_white(frame):
     return np.clip(frame.over(WHITE), 0, 1)
 
 
-def unlocked(easel, sigmas, *, fade):
-    return [bg.project(easel.strokes, camera, num_sigmas=sigmas, fade=fade) for camera in easel.cameras]
+def unlocked(comparison, sigmas, *, fade):
+    return [
+        bg.project(comparison.strokes, camera, num_sigmas=sigmas, fade=fade) for camera in comparison.cameras
+    ]
 
 
 def test_every_configuration_has_its_figures(result):
@@ -75,28 +77,28 @@ def test_every_configuration_has_its_figures(result):
         assert figures.seconds.draw > 0
 
 
-def test_directions_are_what_the_metrics_say_of_the_boxes(easel, result):
+def test_directions_are_what_the_metrics_say_of_the_boxes(comparison, result):
     for name, sigmas in (("off", BRUSH.fitted_sigmas), ("published", BRUSH.num_sigmas)):
-        boxes = unlocked(easel, sigmas, fade=name == "off")
+        boxes = unlocked(comparison, sigmas, fade=name == "off")
         assert result[name].events == orientation_events(boxes, width=WIDTH, height=HEIGHT, ellipses=boxes)
         assert result[name].off_axis_share == off_axis_share(boxes, boxes) == 0
         assert result[name].shortfall == covers_ellipse(boxes, boxes)
     assert result["off"].events.flips > 0
 
 
-def test_flicker_is_what_the_metrics_say_of_the_pictures(easel, result):
+def test_flicker_is_what_the_metrics_say_of_the_pictures(comparison, result):
     """Of the published configuration, drawn here by the public functions alone."""
-    plain = [bg.render(easel.scene, camera, KERNEL) for camera in easel.cameras]
+    plain = [bg.render(comparison.scene, camera, KERNEL) for camera in comparison.cameras]
     painted = [
         bg.rasterize(boxes, BRUSH, height=HEIGHT, width=WIDTH, filter="bilinear")
-        for boxes in unlocked(easel, 2.0, fade=False)
+        for boxes in unlocked(comparison, 2.0, fade=False)
     ]
     for gap, warp, of_plain in zip((1, 7), result["published"].warps, result["plain"].warps, strict=True):
         errors = []
         for frames in (painted, plain):
             views = [
                 View(on_white(frame), seen.depth, seen.alpha, camera)
-                for frame, seen, camera in zip(frames, plain, easel.cameras, strict=True)
+                for frame, seen, camera in zip(frames, plain, comparison.cameras, strict=True)
             ]
             pairs = zip(views[:-gap], views[gap:], strict=True)
             errors.append([warp_error(first, second) for first, second in pairs])
@@ -110,30 +112,30 @@ def test_flicker_is_what_the_metrics_say_of_the_pictures(easel, result):
             np.testing.assert_allclose(result["published"].errors, own[:, 0], rtol=1e-6)
 
 
-def test_our_configurations_paint_what_the_public_functions_paint(easel):
-    painters = easel.painters(None)
-    cameras = easel.cameras
-    tracked = bg.render_sequence(easel.strokes, cameras, BRUSH, depth=False)
+def test_our_configurations_paint_what_the_public_functions_paint(comparison):
+    painters = comparison.painters(None)
+    cameras = comparison.cameras
+    tracked = bg.render_sequence(comparison.strokes, cameras, BRUSH, depth=False)
     for index, frame in enumerate(tracked):
         assert np.array_equal(painters["track"].paint(index).rgb, frame.rgb)
     for name in ("anchor", "off"):
-        frame = bg.render(easel.strokes, cameras[3], BRUSH, lock=name, order="soft", depth=False)
+        frame = bg.render(comparison.strokes, cameras[3], BRUSH, lock=name, order="soft", depth=False)
         assert np.array_equal(painters[name].paint(3).rgb, frame.rgb)
 
 
-def test_all_but_the_published_paint_in_the_order_asked_for(easel):
-    hard = replace(easel, draw=replace(easel.draw, order="depth"))
-    painters, by_depth = easel.painters(None), hard.painters(None)
-    tracked = bg.render_sequence(easel.strokes, easel.cameras, BRUSH, order="depth", depth=False)
+def test_all_but_the_published_paint_in_the_order_asked_for(comparison):
+    hard = replace(comparison, draw=replace(comparison.draw, order="depth"))
+    painters, by_depth = comparison.painters(None), hard.painters(None)
+    tracked = bg.render_sequence(comparison.strokes, comparison.cameras, BRUSH, order="depth", depth=False)
     assert np.array_equal(by_depth["track"].paint(0).rgb, next(tracked).rgb)
     for name in ("track", "anchor", "off", "published"):
         is_other = not np.array_equal(painters[name].paint(3).rgb, by_depth[name].paint(3).rgb)
         assert is_other == (name != "published")
 
 
-def test_a_kernel_has_no_direction_to_follow(easel):
-    painters = replace(easel, texture=KERNEL).painters(None)
-    frame = bg.render(easel.strokes, easel.cameras[0], KERNEL, depth=False)
+def test_a_kernel_has_no_direction_to_follow(comparison):
+    painters = replace(comparison, texture=KERNEL).painters(None)
+    frame = bg.render(comparison.strokes, comparison.cameras[0], KERNEL, depth=False)
     for name in ("track", "anchor", "off"):
         assert np.array_equal(painters[name].paint(0).rgb, frame.rgb)
     assert painters["track"].clock.seconds["track"] == 0
@@ -158,28 +160,32 @@ def test_the_loop_closes(result):
         assert figures.loop.largest < 1e-4, figures.name  # 0 measured
 
 
-def test_an_open_path_has_no_loop_and_what_is_too_short_no_gap(easel):
-    found = measure_stability(replace(easel, cameras=easel.cameras[:2]), StabilityConfig(alone=0))
+def test_an_open_path_has_no_loop_and_what_is_too_short_no_gap(comparison):
+    found = measure_stability(replace(comparison, cameras=comparison.cameras[:2]), StabilityConfig(alone=0))
     for figures in found.configurations:
         assert figures.loop is None
         assert [warp.gap for warp in figures.warps] == [1]
         assert (figures.alone, figures.alone_equal) == (0, 0)
 
 
-def test_fewer_pairs_are_some_of_all_pairs(easel, result):
+def test_fewer_pairs_are_some_of_all_pairs(comparison, result):
     """And only their frames are painted."""
     config = StabilityConfig(gaps=(1, 2), pairs=2, alone=0)
     painted = []
-    some = measure_stability(easel, config, advance=lambda: painted.append(1))
+    some = measure_stability(comparison, config, advance=lambda: painted.append(1))
     assert some.stride == 4
     assert some.starts == (0, 4)
-    assert len(painted) == measure.painted_frames(easel.cameras, config) == 7  # 0 1 2 4 5 6, and the last
+    assert (
+        len(painted) == measure.painted_frames(comparison.cameras, config) == 7
+    )  # 0 1 2 4 5 6, and the last
     for name in NAMES:
         assert some[name].errors == (result[name].errors[0], result[name].errors[4])
 
 
-def test_a_camera_that_stands_still_shows_no_flicker(easel):
-    still = measure_stability(replace(easel, cameras=easel.cameras[:1] * 2), StabilityConfig(alone=0))
+def test_a_camera_that_stands_still_shows_no_flicker(comparison):
+    still = measure_stability(
+        replace(comparison, cameras=comparison.cameras[:1] * 2), StabilityConfig(alone=0)
+    )
     for figures in still.configurations:
         # Pixels are read exactly where they lie, but for the rounding of the way there and back.
         assert figures.warps[0].rmse < 1e-5
@@ -188,27 +194,29 @@ def test_a_camera_that_stands_still_shows_no_flicker(easel):
         assert figures.events is None or figures.events.largest_step == 0
 
 
-def test_frames_that_show_nothing_in_common_are_not_compared(easel):
-    first, far = easel.cameras[0], easel.cameras[0].viewmat.copy()
+def test_frames_that_show_nothing_in_common_are_not_compared(comparison):
+    first, far = comparison.cameras[0], comparison.cameras[0].viewmat.copy()
     far[0, 3] += 1e3  # nothing but the ground is in sight
     blind = replace(first, viewmat=far)
     config = StabilityConfig(gaps=(1, 2), alone=0)
     with pytest.warns(bg.SceneWarning, match="no two frames of the path show the same surface"):
-        found = measure_stability(replace(easel, cameras=[first, blind]), config)
+        found = measure_stability(replace(comparison, cameras=[first, blind]), config)
     assert found.starts == ()
     for figures in found.configurations:
         assert (figures.warps, figures.errors, figures.turning) == ((), (), None)
-    cameras = [first, blind, blind, first, easel.cameras[0]]
-    found = measure_stability(replace(easel, cameras=cameras), config)
+    cameras = [first, blind, blind, first, comparison.cameras[0]]
+    found = measure_stability(replace(comparison, cameras=cameras), config)
     assert found.starts == (3,)
     assert [(warp.gap, warp.pairs) for warp in found["off"].warps] == [(1, 1)]
     assert stability_table(found).row_count > 15
 
 
-def test_a_report_without_flicker_has_a_table_and_a_plot(easel, tmp_path):
-    one = replace(easel.cameras[0], viewmat=np.diag([1.0, -1.0, -1.0, 1.0]))
+def test_a_report_without_flicker_has_a_table_and_a_plot(comparison, tmp_path):
+    one = replace(comparison.cameras[0], viewmat=np.diag([1.0, -1.0, -1.0, 1.0]))
     with pytest.warns(bg.SceneWarning):
-        found = measure_stability(replace(easel, cameras=[easel.cameras[0], one]), StabilityConfig(alone=0))
+        found = measure_stability(
+            replace(comparison, cameras=[comparison.cameras[0], one]), StabilityConfig(alone=0)
+        )
     assert stability_table(found).row_count > 8
     write_plot(found, tmp_path / "empty.png", "nothing")
     assert names(tmp_path) == ["empty.png"]
@@ -249,7 +257,7 @@ def test_a_planted_flip_shows_in_the_row_and_where_strokes_turn():
     assert calm["off"].turning is None
 
 
-def test_only_the_frames_of_the_widest_gap_are_held(easel, monkeypatch):
+def test_only_the_frames_of_the_widest_gap_are_held(comparison, monkeypatch):
     """In memory: pictures that nothing is compared with any more are let go."""
     shots, most = weakref.WeakSet(), []
     make = measure._shot
@@ -261,7 +269,7 @@ def test_only_the_frames_of_the_widest_gap_are_held(easel, monkeypatch):
         return shot
 
     monkeypatch.setattr(measure, "_shot", recorded)
-    open_path = replace(easel, cameras=[*easel.cameras[:8], *easel.cameras[:8]])
+    open_path = replace(comparison, cameras=[*comparison.cameras[:8], *comparison.cameras[:8]])
     measure_stability(open_path, StabilityConfig(gaps=(1, 3), alone=0))
     assert len(most) == 16
     assert max(most) == 4

@@ -18,19 +18,20 @@ import pytest
 import brushgs as bg
 from brushgs.cameras.paths import plan_path
 from brushgs.io.pictures.images import encode_frame, read_image
+from brushgs.io.pictures.numbered import Manifest
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.outputs import plan_output
 from brushgs.painting.report import Report, pace
 from brushgs.painting.sequence import Painter, Shot, paint_sequence
-from brushgs.rendering.track import follow
+from brushgs.rendering.track import track_directions
 from brushgs.still_life import still_life
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 NUM_FRAMES = 6
 ORBIT = PathConfig(orbit=NUM_FRAMES, fps=12)
 VIEW = ViewConfig(size=(48, 36))
-LEDGER = ".%05d.png.json"
+MANIFEST = ".%05d.png.json"
 FILES = [f"{index:05}.png" for index in range(NUM_FRAMES)]
 
 
@@ -62,7 +63,7 @@ def names(folder):
 
 
 def contents(folder):
-    return {path.name: path.read_bytes() for path in Path(folder).iterdir() if path.name != LEDGER}
+    return {path.name: path.read_bytes() for path in Path(folder).iterdir() if path.name != MANIFEST}
 
 
 def stage(report, name):
@@ -90,7 +91,7 @@ def test_the_stages_run_in_order_and_the_frames_are_counted(scene, folder):
     report = paint(scene)
     order = ["stroke", "load", "path", "prune", "cluster", "track", "paint", "write"]
     assert [stage.name for stage in report.stages] == order
-    assert names("f") == [LEDGER, *FILES]
+    assert names("f") == [MANIFEST, *FILES]
     counts = {stage.name: stage.counts for stage in report.stages}
     assert (counts["paint"]["frames"], counts["paint"]["painted"], counts["paint"]["skipped"]) == (6, 6, 0)
     assert counts["paint"]["seconds_per_frame"] > 0
@@ -118,7 +119,7 @@ def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(
     strokes = bg.cluster(bg.prune(gaussians), 150)
     path, texture = plan_path(gaussians, VIEW, ORBIT), bg.StrokeTexture.open("flat")
     painter = Painter(strokes, texture, (1.0, 1.0, 1.0), DrawConfig(stroke="flat"), suffix)
-    shot = Shot(4, path.cameras[4], follow(strokes, path.closed).directions(4))
+    shot = Shot(4, path.cameras[4], track_directions(strokes, path.closed).directions(4))
     assert painter(shot) == files[f"00004{suffix}"]
     frame = next(islice(bg.render_sequence(strokes, path.closed, texture), 4, None))
     if suffix != ".exr":
@@ -129,8 +130,8 @@ def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(
 def test_what_travels_to_a_process_is_light(scene):
     gaussians = bg.load(scene)
     camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), width=48, height=36)
-    shot = Shot(0, camera, follow(gaussians, [camera]).directions(0))
-    assert len(pickle.dumps(shot)) < 8 * len(gaussians) + 2000  # a direction and a swell each
+    shot = Shot(0, camera, track_directions(gaussians, [camera]).directions(0))
+    assert len(pickle.dumps(shot)) < 8 * len(gaussians) + 2000  # a direction and an area scale each
     painter = Painter(gaussians, bg.StrokeTexture.open("flat"), None, DrawConfig(stroke="flat"), ".png")
     again = pickle.loads(pickle.dumps(painter))
     assert again(pickle.loads(pickle.dumps(shot))) == painter(shot)
@@ -170,7 +171,7 @@ def test_the_lock_asked_for_is_the_lock_painted(scene, folder, lock, monkeypatch
         assert [shot.lock.angles.shape for shot in shots] == [(150,)] * 3
     else:
         assert [shot.lock for shot in shots] == [lock] * 3
-        assert stage(report, "track").left_out == [f"following directions: the lock is {lock!r}"]
+        assert stage(report, "track").skipped == [f"following directions: the lock is {lock!r}"]
 
 
 def test_frames_are_painted_in_the_order_asked_for(scene, folder):
@@ -185,7 +186,7 @@ def paint_one(scene, folder, order):
 
 def test_a_kernel_has_no_direction_to_follow(scene, folder):
     report = paint(scene, "f/", PathConfig(orbit=3), config(stroke="ellipse"))
-    assert stage(report, "track").left_out == ["following directions: 'ellipse' has none"]
+    assert stage(report, "track").skipped == ["following directions: 'ellipse' has none"]
     assert "tracking_share" not in stage(report, "paint").counts
 
 
@@ -194,13 +195,13 @@ def test_a_loop_is_tracked_closed_and_painted_once(scene, folder, monkeypatch):
 
     def watched(strokes, cameras, **options):
         tracked.extend(cameras)
-        return follow(strokes, cameras, **options)
+        return track_directions(strokes, cameras, **options)
 
-    monkeypatch.setattr("brushgs.rendering.track.follow", watched)
+    monkeypatch.setattr("brushgs.rendering.track.track_directions", watched)
     paint(scene)
     assert len(tracked) == NUM_FRAMES + 1
     assert tracked[-1] is tracked[0]
-    assert names("f") == [LEDGER, *FILES]
+    assert names("f") == [MANIFEST, *FILES]
 
 
 def test_a_path_that_sees_nothing_is_painted_with_a_warning(scene, folder):
@@ -269,7 +270,7 @@ def test_only_what_is_missing_is_painted(scene, folder):
     report = paint(scene, is_resumed=True)
     assert contents("f") == whole
     assert (stage(report, "paint").counts["painted"], stage(report, "paint").counts["skipped"]) == (2, 4)
-    assert stage(report, "paint").left_out == ["4 frames: they are there, whole"]
+    assert stage(report, "paint").skipped == ["4 frames: they are there, whole"]
     kept = [name for name in FILES if Path("f", name).stat().st_mtime_ns == stamps[name]]
     assert kept == [FILES[0], FILES[2], FILES[3], FILES[5]]
     report = paint(scene, is_resumed=True)
@@ -279,7 +280,7 @@ def test_only_what_is_missing_is_painted(scene, folder):
 def test_going_on_with_nothing_is_beginning(scene, folder):
     report = paint(scene, is_resumed=True)
     assert stage(report, "paint").counts["painted"] == NUM_FRAMES
-    assert names("f") == [LEDGER, *FILES]
+    assert names("f") == [MANIFEST, *FILES]
 
 
 def test_without_resume_frames_are_replaced(scene, folder):
@@ -310,11 +311,11 @@ def test_without_resume_frames_are_replaced(scene, folder):
 )
 def test_another_painting_is_not_gone_on_with(scene, folder, change, difference):
     paint(scene)
-    before = contents("f") | {LEDGER: Path("f", LEDGER).read_bytes()}
+    before = contents("f") | {MANIFEST: Path("f", MANIFEST).read_bytes()}
     sentence = rf"f/%05d\.png: the frames there are of another painting \({difference}\); give the options"
     with pytest.raises(bg.SceneError, match=sentence):
         paint(scene, **change, is_resumed=True)
-    assert contents("f") | {LEDGER: Path("f", LEDGER).read_bytes()} == before
+    assert contents("f") | {MANIFEST: Path("f", MANIFEST).read_bytes()} == before
 
 
 def test_another_scene_stroke_or_ground_of_the_same_name_is_not_gone_on_with(scene, folder):
@@ -340,9 +341,9 @@ def test_another_scene_stroke_or_ground_of_the_same_name_is_not_gone_on_with(sce
 
 def test_frames_without_a_ledger_are_not_gone_on_with(scene, folder):
     paint(scene)
-    Path("f", LEDGER).unlink()
+    Path("f", MANIFEST).unlink()
     with pytest.raises(
-        bg.SceneError, match=r"no such ledger, so nothing tells of which painting the 6 frames"
+        bg.SceneError, match=r"no such manifest, so nothing tells of which painting the 6 frames"
     ):
         paint(scene, is_resumed=True)
 
@@ -483,7 +484,7 @@ def test_ctrl_c_leaves_whole_frames_and_says_how_to_go_on(scene, folder, jobs):
     )
     assert told, err
     files = names("f")
-    assert files == [LEDGER, *(f"{index:05}.png" for index in range(len(files) - 1))]
+    assert files == [MANIFEST, *(f"{index:05}.png" for index in range(len(files) - 1))]
     assert int(told[1]) == len(files) - 1
     for name in files[1:]:
         assert read_image(f"f/{name}").shape == (36, 48, 3)
@@ -502,17 +503,17 @@ def test_ctrl_c_leaves_nothing_of_a_video(scene, folder):
 
 def test_a_painting_that_was_stopped_is_finished_to_the_same_files(scene, folder, monkeypatch):
     paint(scene, "whole/")
-    add = bg.sequence.stages.Ledger.add
+    add = Manifest.add
 
     def stop(self, index, content):
         if index == 3:
             raise KeyboardInterrupt
         add(self, index, content)
 
-    monkeypatch.setattr("brushgs.painting.sequence.Ledger.add", stop)
+    monkeypatch.setattr("brushgs.painting.sequence.Manifest.add", stop)
     with pytest.raises(KeyboardInterrupt, match="3 of 6 frames are there, whole; go on with --resume"):
         paint(scene, "f/")
-    assert names("f") == [LEDGER, *FILES[:3]]
+    assert names("f") == [MANIFEST, *FILES[:3]]
     monkeypatch.undo()
     monkeypatch.chdir(folder)
     report = paint(scene, "f/", is_resumed=True)

@@ -99,23 +99,21 @@ def test_what_a_scene_does_not_need_is_left_out_and_said(gaussians, tmp_path):
     report = Report()
     whole = config("gaussian", strokes=None, prune=PruneConfig(keep=1.0))
     paint(flat, whole, report=report)
-    assert stage(report, "prune").left_out == ["choosing: all are kept (keep = 1)"]
-    assert stage(report, "cluster").left_out == ["clustering: every Gaussian is a stroke"]
-    assert "SH bands 2 to 3: zero in every row" in stage(report, "project").left_out
-    assert stage(report, "rasterise").left_out == ["texture filter: a kernel is computed, not sampled"]
+    assert stage(report, "prune").skipped == ["choosing: all are kept (keep = 1)"]
+    assert stage(report, "cluster").skipped == ["clustering: every Gaussian is a stroke"]
+    assert "SH bands 2 to 3: zero in every row" in stage(report, "project").skipped
+    assert stage(report, "rasterise").skipped == ["texture filter: a kernel is computed, not sampled"]
     bg.save(flat, tmp_path / "flat.ply")
     report = paint_file(tmp_path / "flat.ply", tmp_path / "a.png", whole)
-    assert stage(report, "load").left_out == ["SH bands 2 to 3: zero in every row"]
-    assert "depth: this kind of file does not hold it" in stage(report, "rasterise").left_out
+    assert stage(report, "load").skipped == ["SH bands 2 to 3: zero in every row"]
+    assert "depth: this kind of file does not hold it" in stage(report, "rasterise").skipped
 
 
 def test_clustering_is_left_out_where_there_are_few_gaussians(gaussians):
     report = Report()
     paint(gaussians, config(strokes=5000), report=report)
     kept = stage(report, "prune").counts["after"]
-    assert stage(report, "cluster").left_out == [
-        f"clustering: {kept:,} Gaussians are not above 5,000 strokes"
-    ]
+    assert stage(report, "cluster").skipped == [f"clustering: {kept:,} Gaussians are not above 5,000 strokes"]
     assert stage(report, "cluster").counts["method"] is None
 
 
@@ -143,8 +141,8 @@ def test_strokes_outside_the_picture_are_counted_by_reason(gaussians):
     project = stage(report, "project")
     assert project.counts["behind_near"] > 100
     assert project.counts["outside"] > 100
-    assert any("strokes outside the picture" in line for line in project.left_out)
-    assert any("near plane" in line for line in project.left_out)
+    assert any("strokes outside the picture" in line for line in project.skipped)
+    assert any("near plane" in line for line in project.skipped)
 
 
 def test_mip_levels_that_no_stroke_reaches_are_counted(gaussians):
@@ -160,7 +158,7 @@ def test_mip_levels_that_no_stroke_reaches_are_counted(gaussians):
     counts = report.stages[0].counts
     assert counts["mip_levels_used"] == len(pairs)
     unused = counts["mip_levels"] - len(pairs)
-    assert report.stages[0].left_out == [
+    assert report.stages[0].skipped == [
         f"{unused} of {counts['mip_levels']} mip levels: no stroke is of their size"
     ]
 
@@ -190,7 +188,7 @@ def test_every_kind_of_picture_is_written(scene, tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
     report = paint_file(scene, path, config(view=ViewConfig(size=(40, 30))))
     assert read_image(path).shape[:2] == (30, 40)
-    has_depth = not any(line.startswith("depth") for line in stage(report, "rasterise").left_out)
+    has_depth = not any(line.startswith("depth") for line in stage(report, "rasterise").skipped)
     assert has_depth == (suffix == ".exr")
 
 
@@ -344,7 +342,7 @@ def test_the_json_of_a_report_has_every_stage(scene, tmp_path):
     assert set(value) == {"schema", "output", "seconds", "peak_memory_bytes", "notes", "stages"}
     assert value["schema"] == 1
     for entry in value["stages"]:
-        assert set(entry) == {"name", "seconds", "did", "counts", "left_out"}
+        assert set(entry) == {"name", "seconds", "did", "counts", "skipped"}
     assert value["seconds"] >= sum(entry["seconds"] for entry in value["stages"]) - 1e-3
     assert value["peak_memory_bytes"] > 1e7
 

@@ -186,7 +186,7 @@ def test_ctrl_c_leaves_the_cluster_alive_and_empty(address, tmp_path):
         textwrap.dedent(
             f"""
             import itertools
-            from brushgs.spread import spread
+            from brushgs.painting.parallel import spread
             from tests.parallel.work import slow_process_id
             for pid in spread(slow_process_id, itertools.count(), scheduler="{address}"):
                 print(pid, flush=True)

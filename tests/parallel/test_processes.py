@@ -174,7 +174,7 @@ def test_a_script_without_a_main_guard_runs_once(tmp_path):
     script = run_script(
         tmp_path / "script.py",
         """
-        from brushgs.spread import spread
+        from brushgs.painting.parallel import spread
         from tests.parallel.work import square
         print("once", list(spread(square, range(5), jobs=2)))
         import sys
@@ -197,7 +197,7 @@ def test_a_script_without_a_main_guard_runs_once(tmp_path):
 
 ENDLESS = """
     import itertools
-    from brushgs.spread import spread
+    from brushgs.painting.parallel import spread
     from tests.parallel.work import process_id
     for pid in spread(process_id, itertools.count(), jobs=2):
         print(pid, flush=True)

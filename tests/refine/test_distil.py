@@ -13,9 +13,9 @@ from brushgs import cli  # noqa: E402
 from brushgs.io.pictures.images import read_image  # noqa: E402
 from brushgs.options.region import Region  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
-from brushgs.refine.distil import Lesson, distil, mean_psnr  # noqa: E402
+from brushgs.refine.distil import TargetView, distil, mean_psnr  # noqa: E402
 from brushgs.refine.fit import Drawing, Plan  # noqa: E402
-from brushgs.refine.select import members  # noqa: E402
+from brushgs.refine.select import select_strokes  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
 from brushgs.still_life import still_life  # noqa: E402
@@ -36,13 +36,13 @@ def strokes(scene):
 
 
 @pytest.fixture(scope="module")
-def lessons(scene):
-    return [Lesson.of(scene, view) for view in views_around(scene, 6, **SIZE)]
+def training_views(scene):
+    return [TargetView.of(scene, view) for view in views_around(scene, 6, **SIZE)]
 
 
 @pytest.fixture(scope="module")
-def judges(scene):
-    return [Lesson.of(scene, view) for view in views_around(scene, 3, **SIZE, shift=0.5)]
+def validation_views(scene):
+    return [TargetView.of(scene, view) for view in views_around(scene, 3, **SIZE, shift=0.5)]
 
 
 @pytest.fixture(scope="module")
@@ -51,9 +51,15 @@ def drawing():
     return Drawing(texture, texture.fitted_sigmas)
 
 
-def refined(strokes, lessons, judges, drawing, params="all", where=None, **plan):
-    moves = members(where, strokes)
-    return distil(Variables(strokes, params, moves), lessons, judges, drawing, Plan(**{"steps": 60} | plan))
+def refined(strokes, training_views, validation_views, drawing, params="all", where=None, **plan):
+    moves = select_strokes(where, strokes)
+    return distil(
+        Variables(strokes, params, moves),
+        training_views,
+        validation_views,
+        drawing,
+        Plan(**{"steps": 60} | plan),
+    )
 
 
 def same(first, second, columns=COLUMNS, rows=slice(None)):
@@ -63,13 +69,13 @@ def same(first, second, columns=COLUMNS, rows=slice(None)):
 # In dB; measured 0.43, 1.03 and 1.02.
 @pytest.mark.parametrize(("params", "gain"), [("colour", 0.3), ("free", 0.7), ("all", 0.7)])
 def test_strokes_come_nearer_to_the_scene_in_views_they_were_not_fitted_to(
-    strokes, lessons, judges, drawing, params, gain
+    strokes, training_views, validation_views, drawing, params, gain
 ):
-    before = mean_psnr(strokes, judges, drawing)
-    after, curve = refined(strokes, lessons, judges, drawing, params)
-    assert mean_psnr(after, judges, drawing) > before + gain
+    before = mean_psnr(strokes, validation_views, drawing)
+    after, curve = refined(strokes, training_views, validation_views, drawing, params)
+    assert mean_psnr(after, validation_views, drawing) > before + gain
     assert curve.scores[0] == pytest.approx(before)
-    assert max(curve.scores) == pytest.approx(mean_psnr(after, judges, drawing))
+    assert max(curve.scores) == pytest.approx(mean_psnr(after, validation_views, drawing))
     assert curve.losses[-1] < curve.losses[1]
     assert all(np.diff(curve.seconds) > 0)
 
@@ -77,40 +83,43 @@ def test_strokes_come_nearer_to_the_scene_in_views_they_were_not_fitted_to(
 @pytest.mark.parametrize(
     ("params", "fixed"), [("colour", ("means", "quats", "scales", "opacities")), ("free", ("opacities",))]
 )
-def test_what_is_not_to_move_does_not(strokes, lessons, judges, drawing, params, fixed):
-    after, _ = refined(strokes, lessons, judges, drawing, params, steps=10)
+def test_what_is_not_to_move_does_not(strokes, training_views, validation_views, drawing, params, fixed):
+    after, _ = refined(strokes, training_views, validation_views, drawing, params, steps=10)
     assert same(after, strokes, fixed)
     assert not same(after, strokes, ("sh",))
 
 
-def test_outside_the_region_nothing_changes_bit_for_bit(strokes, lessons, judges, drawing):
+def test_outside_the_region_nothing_changes_bit_for_bit(strokes, training_views, validation_views, drawing):
     low, high = np.percentile(strokes.means[:, 0], (0, 50))
     region = Region("box", (low, -1e9, -1e9, high, 1e9, 1e9))
-    inside = members(region, strokes)
-    after, _ = refined(strokes, lessons, judges, drawing, where=region, steps=20)
+    inside = select_strokes(region, strokes)
+    after, _ = refined(strokes, training_views, validation_views, drawing, where=region, steps=20)
     assert same(after, strokes, rows=~inside)
     for name in COLUMNS:
         assert not np.array_equal(getattr(after, name)[inside], getattr(strokes, name)[inside])
 
 
-def test_equal_runs_give_equal_strokes_and_another_seed_others(strokes, lessons, judges, drawing):
+def test_equal_runs_give_equal_strokes_and_another_seed_others(
+    strokes, training_views, validation_views, drawing
+):
     first, second, other = (
-        refined(strokes, lessons, judges, drawing, steps=20, seed=seed)[0] for seed in (0, 0, 1)
+        refined(strokes, training_views, validation_views, drawing, steps=20, seed=seed)[0]
+        for seed in (0, 0, 1)
     )
     assert same(first, second)
     assert not same(first, other)
 
 
-def test_strokes_and_losses_do_not_depend_on_the_number_of_threads(scene, strokes, judges, drawing):
+def test_strokes_and_losses_do_not_depend_on_the_number_of_threads(scene, strokes, validation_views, drawing):
     # Large enough for PyTorch to share out its sums: without a rule the losses differ in the last digit.
-    large = [Lesson.of(scene, view) for view in views_around(scene, 3, width=160, height=120)]
+    large = [TargetView.of(scene, view) for view in views_around(scene, 3, width=160, height=120)]
     before = torch.get_num_threads()
     found = []
     try:
         for threads in (1, 2, 5):
             torch.set_num_threads(threads)
             with at_most(threads):
-                found.append(refined(strokes, large, judges, drawing, steps=6))
+                found.append(refined(strokes, large, validation_views, drawing, steps=6))
             assert torch.get_num_threads() == threads  # as it was found
     finally:
         torch.set_num_threads(before)
@@ -120,9 +129,9 @@ def test_strokes_and_losses_do_not_depend_on_the_number_of_threads(scene, stroke
 
 
 def test_a_run_that_was_stopped_goes_on_as_if_it_had_not_been(
-    strokes, lessons, judges, drawing, tmp_path, monkeypatch
+    strokes, training_views, validation_views, drawing, tmp_path, monkeypatch
 ):
-    whole, whole_curve = refined(strokes, lessons, judges, drawing, steps=30)
+    whole, whole_curve = refined(strokes, training_views, validation_views, drawing, steps=30)
     monkeypatch.setattr(fit_module, "SECONDS_BETWEEN_CHECKPOINTS", 0.0)
     checkpoint = tmp_path / "a.checkpoint"
     plan = Plan(steps=30, checkpoint=checkpoint)
@@ -135,37 +144,41 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not_been(
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        distil(Variables(strokes, "all"), lessons, judges, drawing, plan, stop)
+        distil(Variables(strokes, "all"), training_views, validation_views, drawing, plan, stop)
     assert checkpoint.exists()
     resumed = replace(plan, is_resumed=True)
-    after, curve = distil(Variables(strokes, "all"), lessons, judges, drawing, resumed)
+    after, curve = distil(Variables(strokes, "all"), training_views, validation_views, drawing, resumed)
     assert same(after, whole)
     assert curve.scores == whole_curve.scores
     assert not checkpoint.exists()
 
 
-def test_the_checkpoint_of_another_fit_is_refused(strokes, lessons, judges, drawing, tmp_path):
+def test_the_checkpoint_of_another_fit_is_refused(
+    strokes, training_views, validation_views, drawing, tmp_path
+):
     checkpoint = tmp_path / "a.checkpoint"
     torch.save({"steps": 7, "seed": 0, "moving": {}}, checkpoint)
     plan = Plan(steps=30, checkpoint=checkpoint, is_resumed=True)
     with pytest.raises(bg.SceneError, match="is the checkpoint of another fit"):
-        distil(Variables(strokes, "all"), lessons, judges, drawing, plan)
+        distil(Variables(strokes, "all"), training_views, validation_views, drawing, plan)
     checkpoint.write_bytes(b"nothing of the kind")
     with pytest.raises(bg.SceneError, match="is no checkpoint"):
-        distil(Variables(strokes, "all"), lessons, judges, drawing, plan)
+        distil(Variables(strokes, "all"), training_views, validation_views, drawing, plan)
 
 
-def test_a_fit_that_no_longer_gains_ends(strokes, lessons, judges, drawing, monkeypatch):
+def test_a_fit_that_no_longer_gains_ends(strokes, training_views, validation_views, drawing, monkeypatch):
     monkeypatch.setattr(fit_module, "LEAST_GAIN", 100.0)
-    _, curve = refined(strokes, lessons, judges, drawing, steps=60)
+    _, curve = refined(strokes, training_views, validation_views, drawing, steps=60)
     assert curve.steps[-1] < 60
     assert "brought less than 100.0" in curve.stopped
 
 
-def test_strokes_never_come_back_worse_than_they_went(strokes, lessons, judges, drawing):
+def test_strokes_never_come_back_worse_than_they_went(strokes, training_views, validation_views, drawing):
     wild = fit_module.Rates(means=5.0, scales=2.0, quats=2.0, opacities=5.0, base=2.0)
-    after, _ = distil(Variables(strokes, "all"), lessons, judges, drawing, Plan(steps=10, rates=wild))
-    assert mean_psnr(after, judges, drawing) >= mean_psnr(strokes, judges, drawing)
+    after, _ = distil(
+        Variables(strokes, "all"), training_views, validation_views, drawing, Plan(steps=10, rates=wild)
+    )
+    assert mean_psnr(after, validation_views, drawing) >= mean_psnr(strokes, validation_views, drawing)
 
 
 def test_views_to_learn_from_and_to_judge_by_differ(scene):
@@ -175,12 +188,12 @@ def test_views_to_learn_from_and_to_judge_by_differ(scene):
     assert away.min() > 0.02 * np.linalg.norm(places[0] - places[1])
 
 
-def test_extreme_strokes_stay_finite(scene, lessons, judges, drawing, strokes):
+def test_extreme_strokes_stay_finite(scene, training_views, validation_views, drawing, strokes):
     scales, opacities = strokes.scales.copy(), strokes.opacities.copy()
     scales[:5], scales[5:10] = 0, 1e6
     opacities[10:15], opacities[15:20] = 0, 1
     wild = bg.Gaussians(strokes.means, strokes.quats, scales, opacities, strokes.sh)
-    after, _ = refined(wild, lessons, judges, drawing, steps=10)
+    after, _ = refined(wild, training_views, validation_views, drawing, steps=10)
     assert all(np.isfinite(getattr(after, f.name)).all() for f in fields(after))
 
 

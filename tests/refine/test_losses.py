@@ -5,7 +5,13 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 
-from brushgs.refine.losses import color_distance, photometric, roundness, ssim, total_variation
+from brushgs.refine.losses import (  # noqa: E402
+    color_distance,
+    photometric,
+    roundness,
+    ssim,
+    total_variation,
+)
 
 
 def pair(height=60, width=80, dtype=torch.float64):

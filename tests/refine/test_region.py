@@ -5,7 +5,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.options.region import Region
-from brushgs.refine.select import members
+from brushgs.refine.select import select_strokes
 from brushgs.sh import C0
 
 
@@ -33,11 +33,11 @@ def scene():
     ],
 )
 def test_a_region_holds_what_lies_in_it(text, inside):
-    assert members(Region.parse(text), scene()).tolist() == [bool(value) for value in inside]
+    assert select_strokes(Region.parse(text), scene()).tolist() == [bool(value) for value in inside]
 
 
 def test_no_region_is_all():
-    assert members(None, scene()).all()
+    assert select_strokes(None, scene()).all()
 
 
 @pytest.mark.parametrize(
@@ -58,4 +58,4 @@ def test_what_means_nothing_is_refused_in_a_sentence(text, sentence):
 
 def test_a_region_without_strokes_is_refused():
     with pytest.raises(ValueError, match="no stroke lies there"):
-        members(Region.parse("sphere:100,0,0,1"), scene())
+        select_strokes(Region.parse("sphere:100,0,0,1"), scene())

@@ -11,7 +11,7 @@ import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
 from brushgs.passes.recolor import Palette, recolor  # noqa: E402
 from brushgs.refine import nnfm  # noqa: E402
-from brushgs.refine.distil import Lesson  # noqa: E402
+from brushgs.refine.distil import TargetView  # noqa: E402
 from brushgs.refine.filter_bank import FilterBank  # noqa: E402
 from brushgs.refine.fit import Drawing, Plan  # noqa: E402
 from brushgs.refine.nnfm import Style  # noqa: E402
@@ -45,7 +45,7 @@ def strokes(scene):
 @pytest.fixture(scope="module")
 def views(scene):
     return [
-        [Lesson.of(scene, view) for view in views_around(scene, num, **SIZE, shift=shift)]
+        [TargetView.of(scene, view) for view in views_around(scene, num, **SIZE, shift=shift)]
         for num, shift in ((4, 0.0), (2, 0.5))
     ]
 
@@ -105,9 +105,9 @@ def test_the_loss_falls_and_the_colours_come_nearer(styled, strokes, views, draw
 def test_strokes_turn_into_the_direction_of_the_painting(styled, painting, drawing):
     wall = level_strokes(painting)
     cameras = [bg.Camera.look_at((x, 0, -6), (0, 0, 0), **SIZE, fov_y=0.5) for x in (-0.5, 0.5, 0.0)]
-    lessons = [Lesson.of(wall, camera) for camera in cameras]
-    after, _ = styled(steps=60, start=wall, views=(lessons[:2], lessons[2:]))
-    before, now = (distances(s, lessons[2:], drawing, painting)[1] for s in (wall, after))
+    training_views = [TargetView.of(wall, camera) for camera in cameras]
+    after, _ = styled(steps=60, start=wall, views=(training_views[:2], training_views[2:]))
+    before, now = (distances(s, training_views[2:], drawing, painting)[1] for s in (wall, after))
     assert before > 0.3
     assert now < 0.6 * before  # measured 0.55 after 40 steps, 0.29 after 80
 

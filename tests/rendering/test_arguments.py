@@ -8,7 +8,8 @@ import pytest
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import constants
-from brushgs.rendering.rasterize import rasterize, render
+from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.render import render
 from brushgs.scene import Boxes, Camera, Gaussians
 from tests.rendering.strokes import bands_of, boxes_of, bristles, random_boxes
 

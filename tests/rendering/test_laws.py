@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.rendering.rasterize import rasterize, render
+from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.render import render
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from tests.rendering.strokes import PATHS, boxes_of, random_boxes, texture_of
 

@@ -6,9 +6,9 @@ import sys
 SCRIPT = """
 import resource
 import numpy as np
-from brushgs.raster.ops import rasterize
+from brushgs.rendering.rasterize import rasterize
 from brushgs.scene import Boxes
-from brushgs.textures import StrokeTexture
+from brushgs.brushes.texture import StrokeTexture
 
 n = 20_000  # enough for the threads of the tile lists; all boxes cover all 8192 tiles
 f = np.float32

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.rendering.rasterize import render
+from brushgs.rendering.render import render
 from brushgs.scene import Camera, Gaussians
 from brushgs.still_life import still_life, still_life_camera
 

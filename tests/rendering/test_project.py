@@ -360,7 +360,7 @@ def test_boxes_stay_as_they_are_when_the_next_view_is_projected():
 _DIGEST = """
 import hashlib, sys
 from brushgs import _core
-from brushgs.project import project
+from brushgs.rendering.project import project
 from tests.rendering.test_project import FRONT, random_scene
 import numpy as np
 digest = hashlib.sha256()

@@ -34,10 +34,10 @@ def near_scene() -> Gaussians:
     return replace(scene, means=0.8 * scene.means + 0.6 * CAMERA.position)
 
 
-def directions(n=9, *, swells=False) -> Directions:
+def directions(n=9, *, area_scales=False) -> Directions:
     g = np.random.default_rng([5, n])
     angles = g.uniform(-3, 3, n).astype(np.float32)
-    return Directions(angles, g.uniform(1, 3, n).astype(np.float32) if swells else None)
+    return Directions(angles, g.uniform(1, 3, n).astype(np.float32) if area_scales else None)
 
 
 def weights(boxes) -> BoxGradients:
@@ -58,7 +58,7 @@ CASES = {
     **{f"SH degree {degree}": (scene_of(degree=degree), {}) for degree in TERMS},
     "anchor": (scene_of(), {"lock": "anchor"}),
     "directions": (scene_of(), {"lock": directions()}),
-    "swelling directions": (scene_of(), {"lock": directions(swells=True), "fade": True}),
+    "scaled directions": (scene_of(), {"lock": directions(area_scales=True), "fade": True}),
     "fade of small strokes": (scene_of(sizes=(0.003, 0.01)), {"fade": True}),
     "fade of near and large strokes": (
         near_scene(), {"fade": True, "lock": "anchor", "num_sigmas": 1.5},

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
 from brushgs.rendering.project import SOFT_BAND, project
-from brushgs.rendering.rasterize import rasterize, render, render_sequence
+from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.render import render, render_sequence
 from brushgs.rendering.track import track
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from tests.rendering.strokes import PATHS, bands_of, boxes_of, bristles, random_boxes, texture_of

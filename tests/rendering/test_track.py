@@ -17,7 +17,7 @@ from brushgs.cameras.paths import orbit
 from brushgs.measure.metrics import covers_ellipse, off_axis_share, orientation_events
 from brushgs.rendering import reference
 from brushgs.rendering.project import Directions, project
-from brushgs.rendering.track import KNOT_SPACING, Track, follow
+from brushgs.rendering.track import KNOT_SPACING, Track, track_directions
 from brushgs.scene import Camera, Gaussians
 
 SIZE = {"width": 160, "height": 120}
@@ -89,7 +89,7 @@ LOCKS = {
     "off": "off",
     "anchor": "anchor",
     "given": Directions(np.random.default_rng(3).uniform(-3.1, 3.1, 400).astype(np.float32)),
-    "given, swollen": Directions(
+    "given, scaled": Directions(
         np.random.default_rng(4).uniform(-3.1, 3.1, 400).astype(np.float32),
         np.random.default_rng(5).uniform(1, 3, 400).astype(np.float32),
     ),
@@ -174,14 +174,14 @@ def test_a_box_covers_its_ellipse_in_any_direction(seed, kind):
     g = np.random.default_rng(seed)
     scene = strokes(40, seed=seed, dtype=np.float64)
     angles = g.uniform(-np.pi, np.pi, 40).astype(np.float32)
-    swells = None if kind == 0 else g.uniform(1, 4, 40).astype(np.float32)
-    boxes, ellipses = project(scene, FRONT, lock=Directions(angles, swells)), project(scene, FRONT)
+    area_scales = None if kind == 0 else g.uniform(1, 4, 40).astype(np.float32)
+    boxes, ellipses = project(scene, FRONT, lock=Directions(angles, area_scales)), project(scene, FRONT)
     assert covers_ellipse([boxes], [ellipses]) < 1e-9
-    if swells is not None:
+    if area_scales is not None:
         rows = np.argsort(boxes.ids)
         smallest = ellipses.half_extents.prod(axis=1)[np.argsort(ellipses.ids)]
         areas = boxes.half_extents.prod(axis=1)[rows]
-        assert (areas >= smallest * swells[boxes.ids[rows]] * (1 - 1e-9)).all()
+        assert (areas >= smallest * area_scales[boxes.ids[rows]] * (1 - 1e-9)).all()
 
 
 @given(st.integers(0, 2**31))
@@ -288,10 +288,10 @@ def test_a_closed_path_comes_back_to_where_it_began(name):
     assert np.degrees(events.largest_step) < 15
     assert off_axis <= 0.02
     assert miss < 1e-5
-    path = follow(scene, cameras)
+    path = track_directions(scene, cameras)
     first, last = path.directions(0), path.directions(240)
     np.testing.assert_array_equal(first.angles, last.angles)
-    np.testing.assert_array_equal(first.swells, last.swells)
+    np.testing.assert_array_equal(first.area_scales, last.area_scales)
 
 
 def test_a_path_over_the_poles_is_no_harder():
@@ -328,7 +328,7 @@ def test_a_line_that_winds_by_half_a_turn_is_closed_where_it_costs_least():
     half_turns = np.rint((lines[-1] - lines[0]) / np.pi)
     is_odd = half_turns % 2 == 1
     assert 50 < is_odd.sum() < 450
-    angles = directions_of(follow(scene, closed(cameras)))
+    angles = directions_of(track_directions(scene, closed(cameras)))
     np.testing.assert_array_equal(angles[0], angles[-1])
     assert np.degrees(steps_of(angles[:, ~is_odd]).max()) < 6
     assert 6 < np.degrees(steps_of(angles[:, is_odd]).max()) < 15
@@ -338,7 +338,7 @@ def test_the_frame_rate_does_not_change_the_story():
     """Frames at the same places of a path point the same way, whatever lies between them."""
     scene = strokes(800)
     rates = {
-        every: directions_of(follow(scene, turntable(480 // every + 1, step=every * STEP / 4)))
+        every: directions_of(track_directions(scene, turntable(480 // every + 1, step=every * STEP / 4)))
         for every in (1, 2, 4, 8, 16)
     }
     slow = rates[16]
@@ -351,7 +351,7 @@ def test_the_frame_rate_does_not_change_the_story():
 def test_one_camera_twice_or_a_camera_that_stands_still_moves_nothing():
     scene = strokes(100)
     for cameras in ([FRONT], [FRONT] * 2, [FRONT] * 5):
-        angles = directions_of(follow(scene, cameras))
+        angles = directions_of(track_directions(scene, cameras))
         assert angles.shape == (len(cameras), 100)
         np.testing.assert_array_equal(angles, np.broadcast_to(angles[0], angles.shape))
 
@@ -362,14 +362,14 @@ def test_a_short_closed_path_closes():
     for num_frames in (2, 3, 9):
         there = turntable(num_frames)
         cameras = [*there, *there[-2::-1]]
-        angles = directions_of(follow(scene, cameras))
+        angles = directions_of(track_directions(scene, cameras))
         np.testing.assert_array_equal(angles[0], angles[-1])
         assert np.degrees(steps_of(angles).max()) < 15
 
 
 def test_a_path_with_a_cut_is_followed_on_both_sides():
     cameras = [*turntable(20), *turntable(20, elevation=-1.0, distance=9.0)]
-    path = follow(strokes(400), cameras)
+    path = track_directions(strokes(400), cameras)
     assert len(path) == 40
     angles = directions_of(path)
     steps = np.degrees(steps_of(angles))
@@ -380,7 +380,7 @@ def test_a_path_with_a_cut_is_followed_on_both_sides():
 def test_the_directions_of_a_path_agree_with_the_anchored_ones_more_often_than_not():
     """So that the first picture of a film resembles the still."""
     scene, cameras = strokes(800), PATHS["turntable"]
-    angles = directions_of(follow(scene, cameras))
+    angles = directions_of(track_directions(scene, cameras))
     off = [
         difference(
             angles[k],
@@ -392,28 +392,28 @@ def test_the_directions_of_a_path_agree_with_the_anchored_ones_more_often_than_n
 
 
 def test_a_film_of_half_a_path_needs_no_swells_where_nothing_turns_across():
-    assert follow(one((0.3, 0.1, 0.1)), turntable(20)).swells is None
+    assert track_directions(one((0.3, 0.1, 0.1)), turntable(20)).area_scales is None
 
 
 def test_any_number_of_threads_gives_the_same_directions():
     scene, cameras = strokes(1000), closed(turntable(60, step=2 * np.pi / 60))
-    expected = follow(scene, cameras, num_threads=1)
+    expected = track_directions(scene, cameras, num_threads=1)
     for num_threads in (2, 3, 7):
-        path = follow(scene, cameras, num_threads=num_threads)
+        path = track_directions(scene, cameras, num_threads=num_threads)
         np.testing.assert_array_equal(path.turns, expected.turns)
-        np.testing.assert_array_equal(path.swells, expected.swells)
+        np.testing.assert_array_equal(path.area_scales, expected.area_scales)
 
 
 _FOLLOW = """
 import hashlib
 from brushgs import _core
-from brushgs.lock import follow
-from brushgs.project import project
+from brushgs.rendering.track import track_directions
+from brushgs.rendering.project import project
 from tests.rendering.test_track import closed, strokes, turntable
 print(_core.isa())
 for scene in (strokes(1000), strokes(200, dtype="float64")):
-    path = follow(scene, closed(turntable(60, step=2 * 3.141592653589793 / 60)))
-    print(hashlib.sha256(path.turns.tobytes() + path.swells.tobytes()).hexdigest())
+    path = track_directions(scene, closed(turntable(60, step=2 * 3.141592653589793 / 60)))
+    print(hashlib.sha256(path.turns.tobytes() + path.area_scales.tobytes()).hexdigest())
     for lock in ("anchor", path.directions(3)):
         boxes = project(scene, turntable(1)[0], lock=lock, fade=True)
         print(hashlib.sha256(boxes.angles.tobytes() + boxes.half_extents.tobytes()).hexdigest())
@@ -421,7 +421,7 @@ for scene in (strokes(1000), strokes(200, dtype="float64")):
 
 
 def test_every_instruction_set_gives_the_same_directions():
-    root = Path(__file__).resolve().parent.parent
+    root = Path(__file__).resolve().parents[2]
     found = {}
     for isa in ("baseline", "avx2", "avx512"):
         run = subprocess.run(
@@ -463,7 +463,7 @@ def test_stiff_strokes_are_followed_without_a_fault(name, dtype):
     scene = STIFF[name].astype(dtype)
     through = [Camera.look_at((0.3 * t, 0.1, -t), (0, 0, 0.5), **SIZE) for t in np.linspace(2, -2, 60)]
     for cameras in (turntable(30), closed(turntable(24, step=np.pi / 12)), through):
-        path = follow(scene, cameras)
+        path = track_directions(scene, cameras)
         for frame, boxes in enumerate(bg.track(scene, cameras, fade=True)):
             directions = path.directions(frame)
             assert len(directions) == len(scene)
@@ -473,7 +473,7 @@ def test_stiff_strokes_are_followed_without_a_fault(name, dtype):
 
 def test_strokes_behind_the_camera_at_times_are_followed():
     cameras = [Camera.look_at((0, 0, z), (0, 0, z + 1), **SIZE) for z in np.linspace(-2, 2, 200)]
-    angles = directions_of(follow(strokes(400), cameras))
+    angles = directions_of(track_directions(strokes(400), cameras))
     assert np.degrees(steps_of(angles).max()) < 15
 
 
@@ -484,7 +484,7 @@ def test_a_frame_of_a_sequence_is_the_frame_painted_alone():
     scene, cameras = strokes(300), turntable(8)
     texture = bg.StrokeTexture.open("dry_brush")
     frames = [frame.rgb.copy() for frame in bg.render_sequence(scene, cameras, texture)]
-    path = follow(scene, cameras)
+    path = track_directions(scene, cameras)
     for k in (5, 0, 7):
         alone = bg.render(scene, cameras[k], texture, lock=path.directions(k), order="soft")
         np.testing.assert_array_equal(alone.rgb, frames[k])
@@ -516,10 +516,10 @@ def test_track_yields_the_boxes_that_a_sequence_paints():
             "lock must hold 5 directions",
         ),
         (lambda s: Directions(np.full(5, np.nan, np.float32)), "Directions: angles must be finite"),
-        (lambda s: Directions(np.zeros(5, np.float32), np.zeros(5, np.float32)), "swells must be >= 1"),
+        (lambda s: Directions(np.zeros(5, np.float32), np.zeros(5, np.float32)), "area_scales must be >= 1"),
         (lambda s: Directions(np.zeros(5, np.float32), np.ones(4, np.float32)), "Directions: "),
-        (lambda s: follow(s, []), "track: cameras must hold at least one, got none"),
-        (lambda s: follow(s, [FRONT, FRONT.resized(80, 60)]), "track: cameras must have one size"),
+        (lambda s: track_directions(s, []), "track: cameras must hold at least one, got none"),
+        (lambda s: track_directions(s, [FRONT, FRONT.resized(80, 60)]), "track: cameras must have one size"),
         (
             lambda s: next(bg.render_sequence(s, [FRONT], bg.StrokeTexture.open("flat"), lock="on")),
             "lock must be one of",
@@ -538,10 +538,10 @@ def test_directions_of_another_dtype_are_refused():
 
 def test_a_frame_beyond_the_path_is_refused():
     with pytest.raises(IndexError, match="frame must be 0 to 2, got 3"):
-        follow(strokes(5), turntable(3)).directions(3)
+        track_directions(strokes(5), turntable(3)).directions(3)
 
 
 def test_knots_lie_evenly_however_the_frames_do():
-    path = follow(strokes(5), turntable(10, step=8 * KNOT_SPACING))
+    path = track_directions(strokes(5), turntable(10, step=8 * KNOT_SPACING))
     assert len(path.turns) == 73
     np.testing.assert_allclose(path.positions, np.arange(10) * 8, atol=1e-6)

@@ -16,7 +16,7 @@ Slow: the soft order compares all faint strokes within one band (1000 that fill 
 _TABLE = """
 zero or unnormalised quaternions
     dropped  test_files.py::test_zero_quaternions_are_dropped_and_others_normalised_where_used
-    drawn    ../test_project.py::test_the_length_of_a_quaternion_does_not_matter
+    drawn    ../rendering/test_project.py::test_the_length_of_a_quaternion_does_not_matter
 NaN or Inf in any column
     dropped  test_files.py::test_nan_or_infinity_in_any_column_is_dropped_and_counted_where_it_means_nothing
     refused  ../test_scene.py::test_values_out_of_range_are_refused_by_column_and_row
@@ -33,14 +33,14 @@ scale ratios to 1e7
     drawn    scene: needles of ratio 1e7
 needles end-on and across the near plane
     drawn    test_boxes.py::test_needles_seen_end_on_keep_both_extents
-    drawn    ../test_project.py::test_a_needle_through_the_near_plane_has_a_finite_box
+    drawn    ../rendering/test_project.py::test_a_needle_through_the_near_plane_has_a_finite_box
     drawn    scene: needles end-on
     drawn    scene: needles through the near plane
 a Gaussian around the camera
     drawn    scene: Gaussians around the camera
     drawn    scene: the camera in a mean
 one stroke that would fill the screen 100 times over (fade it, do not pop it)
-    dropped  ../test_lock.py::test_a_stroke_that_comes_near_fades_and_does_not_vanish_at_once
+    dropped  ../rendering/test_track.py::test_a_stroke_that_comes_near_fades_and_does_not_vanish_at_once
     drawn    scene: strokes that fill the screen 100 times
 extents of +-2e7 around a subject at the origin
     drawn    scene: extents of 2e7
@@ -51,17 +51,17 @@ scenes 1e-4 and 1e4 units wide
     drawn    ../passes/test_cluster.py::test_balanced_features_do_not_depend_on_the_unit
 exactly isotropic and exactly horizontal or vertical strokes
     drawn    scene: isotropic
-    drawn    ../test_project.py::test_round_things_have_angle_zero
-    drawn    ../test_project.py::test_horizontal_is_zero_and_vertical_is_plus_a_quarter_turn
+    drawn    ../rendering/test_project.py::test_round_things_have_angle_zero
+    drawn    ../rendering/test_project.py::test_horizontal_is_zero_and_vertical_is_plus_a_quarter_turn
     drawn    scene: horizontal
     drawn    scene: vertical
 sub-pixel strokes
     drawn    scene: sub-pixel strokes
-    dropped  ../test_lock.py::test_a_stroke_that_goes_far_away_fades_in_proportion_to_its_length
+    dropped  ../rendering/test_track.py::test_a_stroke_that_goes_far_away_fades_in_proportion_to_its_length
 equal depths
     drawn    scene: equal depths
-    drawn    ../test_project.py::test_ties_in_depth_keep_the_order_of_the_rows
-    drawn    ../raster/test_soft.py::test_the_order_of_rows_of_equal_depth_changes_nothing
+    drawn    ../rendering/test_project.py::test_ties_in_depth_keep_the_order_of_the_rows
+    drawn    ../rendering/test_soft.py::test_the_order_of_rows_of_equal_depth_changes_nothing
 N = 0, 1, 2
     drawn    test_passes.py::test_no_one_and_two_gaussians_go_all_the_way
     dropped  scene: N = 0

@@ -77,8 +77,8 @@ def exact(
     u, v = cos2 * square[:, 0] + sin2 * square[:, 1], sin2 * square[:, 0] + cos2 * square[:, 1]
     area, smallest = np.sqrt(u * v), np.sqrt(square[:, 0] * square[:, 1])
     if isinstance(lock, Directions):
-        swells = 1 if lock.swells is None else lock.swells.astype(X)
-        growth = np.maximum(swells * smallest / area, 1)
+        area_scales = 1 if lock.area_scales is None else lock.area_scales.astype(X)
+        growth = np.maximum(area_scales * smallest / area, 1)
         opacities = opacities * (smallest / (area * growth))
     half_extents = X(num_sigmas) * np.sqrt(np.stack([u, v], axis=1) * np.reshape(growth, (-1, 1)))
     if fade:

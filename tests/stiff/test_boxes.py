@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from brushgs.rendering.project import Directions, project
-from brushgs.rendering.track import follow
+from brushgs.rendering.track import track_directions
 from brushgs.scene import Camera, Gaussians
 from tests.stiff.precise import X, errors_of, exact, needs_digits
 from tests.stiff.scenes import END_ON, SCENES
@@ -142,7 +142,7 @@ def test_boxes_of_every_stiff_scene_keep_the_promise(name, dtype):
     """1e-4 for all, tracked paths too. Far more is held above, where the conditions are known."""
     stiff = SCENES[name]
     scene = stiff.scene.astype(dtype)
-    path = follow(scene, stiff.cameras)
+    path = track_directions(scene, stiff.cameras)
     for frame, camera in enumerate(stiff.cameras[:-1]):
         for lock in ("off", "anchor", path.directions(frame)):
             for low_pass in (0.0, 0.3):

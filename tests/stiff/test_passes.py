@@ -9,7 +9,7 @@ import pytest
 from brushgs.options.choices import Features, Merge, Method, Weight
 from brushgs.passes.cluster import cluster
 from brushgs.passes.prune import prune
-from brushgs.rendering.rasterize import render
+from brushgs.rendering.render import render
 from brushgs.scene import Gaussians
 from tests.stiff.scenes import LARGEST, SCENES, orbit, resized, scene
 from tests.stiff.test_pictures import DTYPES, TEXTURES, assert_finite

@@ -6,7 +6,7 @@ import pytest
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
 from brushgs.rendering.project import project, project_counted
-from brushgs.rendering.rasterize import render, render_sequence
+from brushgs.rendering.render import render, render_sequence
 from brushgs.scene import Boxes, Frame
 from tests.rendering.strokes import PATHS, bristles
 from tests.stiff.scenes import SCENES

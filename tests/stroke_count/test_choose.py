@@ -8,7 +8,6 @@ from brushgs import cli
 from brushgs.cameras.framing import frame_scene, up_vector
 from brushgs.cli import flags as arguments
 from brushgs.errors import SceneWarning
-from brushgs.measure.metrics import seen_areas
 from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,
@@ -20,10 +19,11 @@ from brushgs.options.painting import (
 from brushgs.painting import count as counting
 from brushgs.painting.report import Report
 from brushgs.painting.still import cluster_file, paint
+from brushgs.rendering.areas import seen_areas
 from brushgs.scene import Boxes
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.stroke_count.choose import FEWEST, choose_strokes, counts_to_look_at
-from brushgs.stroke_count.view_model import Sight, typical_size
+from brushgs.stroke_count.view_model import ViewModel, typical_size
 from tests.scenes import real_scene
 
 SWIRL = bg.StrokeTexture.open("swirl")
@@ -62,12 +62,12 @@ def test_the_choice_lies_within_the_scene_and_says_what_to_expect(pears, camera)
 
 
 @pytest.mark.parametrize("num", [1, 2, 100])
-@pytest.mark.parametrize("aim", [{}, {"psnr": 12.0}, {"size": 40.0}])
-def test_tiny_scenes_give_no_more_strokes_than_they_have(pears, camera, num, aim):
+@pytest.mark.parametrize("target", [{}, {"psnr": 12.0}, {"size": 40.0}])
+def test_tiny_scenes_give_no_more_strokes_than_they_have(pears, camera, num, target):
     scene = bg.Gaussians(*(column[:num] for column in vars(pears).values()))
-    choice = choose_strokes(scene, camera, SWIRL, **aim)
+    choice = choose_strokes(scene, camera, SWIRL, **target)
     assert 1 <= choice.strokes <= num
-    if not aim:
+    if not target:
         assert choice.strokes == num
         assert choice.knee is None
 
@@ -165,10 +165,12 @@ def test_what_lies_outside_of_the_picture_does_not_count():
 def test_errors_are_those_of_the_pictures_on_their_ground(pears, camera):
     strokes, plain = bg.cluster(pears, 200), bg.render(pears, camera, KERNEL)
     for ground in (np.ones(3), np.random.default_rng(0).random((240, 320, 3))):
-        sight = Sight(camera, SWIRL, SWIRL.fitted_sigmas, plain, ground)
+        view_model = ViewModel(camera, SWIRL, SWIRL.fitted_sigmas, plain, ground)
         shown = [np.clip(frame.over(ground), 0, 1) for frame in (bg.render(strokes, camera, SWIRL), plain)]
         apart = shown[0] - shown[1]
-        assert sight.rmse(sight.boxes(strokes)) == pytest.approx(np.sqrt(np.mean(apart**2)), rel=1e-4)
+        assert view_model.rmse(view_model.boxes(strokes)) == pytest.approx(
+            np.sqrt(np.mean(apart**2)), rel=1e-4
+        )
 
 
 def painted(pears, strokes, **draw):

@@ -12,7 +12,7 @@
 #include "brushgs/filter.hpp"
 #include "brushgs/finish.hpp"
 #include "brushgs/frame_pool.hpp"
-#include "brushgs/lock.hpp"
+#include "brushgs/track.hpp"
 #include "brushgs/nearest.hpp"
 #include "brushgs/project.hpp"
 #include "brushgs/project_backward.hpp"
@@ -70,7 +70,7 @@ template <class T>
 nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
                   In<double, 2> viewmat, In<double, 2> K, int width, int height, double near,
                   double num_sigmas, double low_pass, int sh_degree, int num_threads, brushgs::Lock lock,
-                  std::optional<In<float, 1>> directions, std::optional<In<float, 1>> swells, bool fades, double band) {
+                  std::optional<In<float, 1>> directions, std::optional<In<float, 1>> area_scales, bool fades, double band) {
     const brushgs::GaussianColumns<T> gaussians{.means = means.data(),
                                                 .quats = quats.data(),
                                                 .scales = scales.data(),
@@ -85,7 +85,7 @@ nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opac
                                   .num_threads = num_threads,
                                   .lock = lock,
                                   .directions = directions ? directions->data() : nullptr,
-                                  .swells = swells ? swells->data() : nullptr,
+                                  .area_scales = area_scales ? area_scales->data() : nullptr,
                                   .fades = fades,
                                   .band = band};
     brushgs::BoxColumns<T> boxes;
@@ -112,7 +112,7 @@ void def_project(nb::module_& m) {
           nb::arg("scales").noconvert(), nb::arg("opacities").noconvert(), nb::arg("sh").noconvert(),
           nb::arg("viewmat").noconvert(), nb::arg("K").noconvert(), nb::arg("width"), nb::arg("height"),
           nb::arg("near"), nb::arg("num_sigmas"), nb::arg("low_pass"), nb::arg("sh_degree"), nb::arg("num_threads"),
-          nb::arg("lock"), nb::arg("directions").noconvert().none(), nb::arg("swells").noconvert().none(),
+          nb::arg("lock"), nb::arg("directions").noconvert().none(), nb::arg("area_scales").noconvert().none(),
           nb::arg("fades"), nb::arg("band"),
           "Columns of the boxes, nearest first, and the counts (behind_near, not_finite, faint, outside) of the "
           "Gaussians that have none.");
@@ -127,7 +127,7 @@ template <class T>
 void project_backward(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
                       In<double, 2> viewmat, In<double, 2> K, int width, int height, double near, double num_sigmas,
                       double low_pass, int num_threads, brushgs::Lock lock, std::optional<In<float, 1>> directions,
-                      std::optional<In<float, 1>> swells, bool fades, In<std::int32_t, 1> ids, In<T, 2> colors,
+                      std::optional<In<float, 1>> area_scales, bool fades, In<std::int32_t, 1> ids, In<T, 2> colors,
                       std::optional<In<T, 2>> v_centers, std::optional<In<T, 2>> v_half_extents,
                       std::optional<In<T, 1>> v_angles, std::optional<In<T, 1>> v_depths,
                       std::optional<In<T, 2>> v_colors, std::optional<In<T, 1>> v_opacities,
@@ -149,7 +149,7 @@ void project_backward(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> 
                                         .num_threads = num_threads,
                                         .lock = lock,
                                         .directions = data_or_null(directions),
-                                        .swells = data_or_null(swells),
+                                        .area_scales = data_or_null(area_scales),
                                         .fades = fades,
                                         .band = 0};
     const brushgs::ProjectedBoxes<T> boxes{.count = ids.shape(0),
@@ -175,7 +175,7 @@ void def_project_backward(nb::module_& m) {
     m.def("project_backward", &project_backward<T>, "means"_a.noconvert(), "quats"_a.noconvert(),
           "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(), "viewmat"_a.noconvert(),
           "K"_a.noconvert(), "width"_a, "height"_a, "near"_a, "num_sigmas"_a, "low_pass"_a, "num_threads"_a, "lock"_a,
-          "directions"_a.noconvert().none(), "swells"_a.noconvert().none(), "fades"_a, "ids"_a.noconvert(),
+          "directions"_a.noconvert().none(), "area_scales"_a.noconvert().none(), "fades"_a, "ids"_a.noconvert(),
           "colors"_a.noconvert(), "v_centers"_a.noconvert().none(), "v_half_extents"_a.noconvert().none(),
           "v_angles"_a.noconvert().none(), "v_depths"_a.noconvert().none(), "v_colors"_a.noconvert().none(),
           "v_opacities"_a.noconvert().none(), "v_means"_a.noconvert().none(), "v_quats"_a.noconvert().none(),
@@ -185,7 +185,7 @@ void def_project_backward(nb::module_& m) {
 }
 
 template <class T>
-nb::tuple follow(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<double, 3> viewmats,
+nb::tuple track_directions(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<double, 3> viewmats,
                  In<double, 3> Ks, In<double, 1> nears, int width, int height, bool is_closed, double step,
                  double low_pass, int num_threads) {
     const brushgs::GaussianColumns<T> gaussians{.means = means.data(),
@@ -210,7 +210,7 @@ nb::tuple follow(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opaci
     brushgs::Tracks tracks;
     {
         const nb::gil_scoped_release without_gil;
-        tracks = brushgs::follow(gaussians, {.views = views.data(),
+        tracks = brushgs::track_directions(gaussians, {.views = views.data(),
                                              .num_views = views.size(),
                                              .is_closed = is_closed,
                                              .step = step,
@@ -218,8 +218,8 @@ nb::tuple follow(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opaci
                                              .num_threads = num_threads});
     }
     nb::object turns = table(tracks.turns, views.size(), gaussians.count);
-    if (!tracks.is_swelling) return nb::make_tuple(turns, nb::none());
-    return nb::make_tuple(turns, table(tracks.swells, views.size(), gaussians.count));
+    if (!tracks.has_area_scales) return nb::make_tuple(turns, nb::none());
+    return nb::make_tuple(turns, table(tracks.area_scales, views.size(), gaussians.count));
 }
 
 // An array of shape [count] in memory that becomes its own.
@@ -267,12 +267,12 @@ void def_finish(nb::module_& m) {
 }
 
 template <class T>
-void def_follow(nb::module_& m) {
-    m.def("follow", &follow<T>, "means"_a.noconvert(), "quats"_a.noconvert(), "scales"_a.noconvert(),
+void def_track_directions(nb::module_& m) {
+    m.def("track_directions", &track_directions<T>, "means"_a.noconvert(), "quats"_a.noconvert(), "scales"_a.noconvert(),
           "opacities"_a.noconvert(), "viewmats"_a.noconvert(), "Ks"_a.noconvert(), "nears"_a.noconvert(), "width"_a,
           "height"_a, "is_closed"_a, "step"_a, "low_pass"_a, "num_threads"_a,
           "Directions [knots, N] in 2^-16 turns; and the least area of each box [knots, N], in areas of the smallest "
-          "box around its ellipse, as octaves times SWELLS_AN_OCTAVE, or None where none is above 1.");
+          "box around its ellipse, as octaves times AREA_SCALE_STEPS, or None where none is above 1.");
 }
 
 // An uninitialised array from the frame pool, to which its memory returns.
@@ -415,7 +415,7 @@ NB_MODULE(_core, m) {
     m.attr("MIN_TRANSMITTANCE") = brushgs::kMinTransmittance;
     m.attr("LEAST_LIGHT") = brushgs::kLeastLight;
     m.attr("GAUSSIAN_SIGMAS") = brushgs::kGaussianSigmas;
-    m.attr("SWELLS_AN_OCTAVE") = brushgs::kSwellsAnOctave;
+    m.attr("AREA_SCALE_STEPS") = brushgs::kAreaScaleSteps;
     nb::enum_<brushgs::Kernel>(m, "Kernel", "What a box is filled with.")
         .value("bilinear", brushgs::Kernel::bilinear)
         .value("nearest", brushgs::Kernel::nearest)
@@ -429,8 +429,8 @@ NB_MODULE(_core, m) {
     def_project<double>(m);
     def_project_backward<float>(m);
     def_project_backward<double>(m);
-    def_follow<float>(m);
-    def_follow<double>(m);
+    def_track_directions<float>(m);
+    def_track_directions<double>(m);
     m.attr("MOST_DIMENSIONS") = brushgs::kMostDimensions;
     m.def("nearest", &nearest, "points"_a.noconvert(), "centers"_a.noconvert(), "num_threads"_a,
           "For points [N, D], D at most MOST_DIMENSIONS, the distance [N] to the nearest of the centers [k, D], and "

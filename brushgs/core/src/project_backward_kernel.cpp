@@ -15,7 +15,7 @@ namespace brushgs::BRUSHGS_ISA {
 namespace {
 
 struct alignas(64) Block {
-    BlockLane mean[3], quat[4], scale[3], opacity, direction_asked, swell;               // read
+    BlockLane mean[3], quat[4], scale[3], opacity, direction_asked, area_scale;               // read
     BlockLane v_center[2], v_half_extents[2], v_angle, v_depth, v_visible, v_toward[3];  // read
     BlockLane toward[3];                                                                 // made first
     BlockLane v_mean[3], v_quat[4], v_scale[3], v_opacity;                               // made
@@ -58,7 +58,7 @@ inline void load(const GaussianColumns<T>& gaussians, const ProjectParams& param
         for (std::size_t i = 0; i < count; ++i) {
             const auto row = static_cast<std::size_t>(ids[i]);
             block.direction_asked[i] = within_reach(static_cast<double>(params.directions[row]));
-            block.swell[i] = params.swells == nullptr ? 1.0 : static_cast<double>(params.swells[row]);
+            block.area_scale[i] = params.area_scales == nullptr ? 1.0 : static_cast<double>(params.area_scales[row]);
         }
     }
     load_gradient(boxes.v_centers, 2, first, count, block.v_center);
@@ -158,7 +158,7 @@ void turn_back(const ProjectParams& params, Block& block) {
         const Variances smallest = variances(f, major.cosine, major.sine, p.low_pass);
         Direction u = major;
         Variances bare = smallest;  // in the direction of the box
-        double ratio = 1, swelling = 1;
+        double ratio = 1, area_factor = 1;
         LongestAxis longest{};
         Anchored anchor{};
         if constexpr (lock == Lock::anchor) {
@@ -172,12 +172,12 @@ void turn_back(const ProjectParams& params, Block& block) {
             u = {asked.cos, asked.sin, block.direction_asked[i]};
             bare = variances(f, u.cosine, u.sine, p.low_pass);
             ratio = __builtin_sqrt(smallest.along * smallest.across / (bare.along * bare.across));
-            const double growth = block.swell[i] * ratio;
-            swelling = growth > 1 ? growth : 1;
+            const double growth = block.area_scale[i] * ratio;
+            area_factor = growth > 1 ? growth : 1;
         }
-        const double thinness = ratio / swelling;
-        const double half_u = p.num_sigmas * __builtin_sqrt(bare.along * swelling);
-        const double half_v = p.num_sigmas * __builtin_sqrt(bare.across * swelling);
+        const double thinness = ratio / area_factor;
+        const double half_u = p.num_sigmas * __builtin_sqrt(bare.along * area_factor);
+        const double half_v = p.num_sigmas * __builtin_sqrt(bare.across * area_factor);
         const Fade fade = fade_of(camera, f.depth, 4 * half_u * half_v, smallest.along, p.low_pass);
 
         // Back through the opacity and the fade.
@@ -200,12 +200,12 @@ void turn_back(const ProjectParams& params, Block& block) {
         const double squared_sigmas = p.num_sigmas * p.num_sigmas;
         Variances v_bare{0.5 * v_half_u * squared_sigmas / half_u, 0.5 * v_half_v * squared_sigmas / half_v};
         if constexpr (lock == Lock::given) {
-            const double v_swelling =
-                bare.along * v_bare.along + bare.across * v_bare.across - v_thinness * thinness / swelling;
-            const double v_growth = swelling > 1 ? v_swelling : 0.0;
-            const double v_log_ratio = 0.5 * ratio * (v_thinness / swelling + block.swell[i] * v_growth);
-            v_bare.along = swelling * v_bare.along - v_log_ratio / bare.along;
-            v_bare.across = swelling * v_bare.across - v_log_ratio / bare.across;
+            const double v_area_factor =
+                bare.along * v_bare.along + bare.across * v_bare.across - v_thinness * thinness / area_factor;
+            const double v_growth = area_factor > 1 ? v_area_factor : 0.0;
+            const double v_log_ratio = 0.5 * ratio * (v_thinness / area_factor + block.area_scale[i] * v_growth);
+            v_bare.along = area_factor * v_bare.along - v_log_ratio / bare.along;
+            v_bare.across = area_factor * v_bare.across - v_log_ratio / bare.across;
             v_smallest.along += v_log_ratio / smallest.along;
             v_smallest.across += v_log_ratio / smallest.across;
         }

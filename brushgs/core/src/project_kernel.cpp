@@ -30,7 +30,7 @@ constexpr std::size_t kNumFates = 5;
 
 struct alignas(64) Block {
     BlockLane mean[3], quat[4], scale[3], opacity;                                     // read
-    BlockLane direction_asked, swell;                                                  // read, for Lock::given
+    BlockLane direction_asked, area_scale;                                                  // read, for Lock::given
     BlockLane center[2], half_extents[2], angle, depth, direction[3], visible, fate;  // made
 };
 
@@ -67,9 +67,9 @@ void place(const ProjectParams& params, Block& block) {
             u = {asked.cos, asked.sin, block.direction_asked[i]};
             const double smallest = variance.along * variance.across;
             variance = variances(f, u.cosine, u.sine, p.low_pass);
-            const double growth = block.swell[i] * __builtin_sqrt(smallest / (variance.along * variance.across));
-            const double swelling = growth > 1 ? growth : 1;
-            variance.along *= swelling, variance.across *= swelling;
+            const double growth = block.area_scale[i] * __builtin_sqrt(smallest / (variance.along * variance.across));
+            const double area_factor = growth > 1 ? growth : 1;
+            variance.along *= area_factor, variance.across *= area_factor;
             thinness = __builtin_sqrt(smallest / (variance.along * variance.across));
         }
         const double half_u = p.num_sigmas * __builtin_sqrt(variance.along);
@@ -115,7 +115,7 @@ void place(const ProjectParams& params, std::size_t first, std::size_t count, Bl
         case Lock::given:
             for (std::size_t i = 0; i < count; ++i) {
                 block.direction_asked[i] = within_reach(static_cast<double>(params.directions[first + i]));
-                block.swell[i] = params.swells == nullptr ? 1 : params.swells[first + i];
+                block.area_scale[i] = params.area_scales == nullptr ? 1 : params.area_scales[first + i];
             }
             place<T, Lock::given>(params, block);
             break;

@@ -49,8 +49,8 @@ def _centers(
     while len(spreads) < min(num_centers, len(points)):
         widest = max(spreads, key=lambda group: spreads[group][0])
         _, axis, middle = spreads[widest]
-        members = np.flatnonzero(groups == widest)
-        groups[members[points[members, axis] > middle]] = new = len(spreads)
+        select_strokes = np.flatnonzero(groups == widest)
+        groups[select_strokes[points[select_strokes, axis] > middle]] = new = len(spreads)
         for group in (widest, new):
             spreads[group] = _spread(points[groups == group], weights[groups == group])
     for _ in range(_LLOYD_STEPS):

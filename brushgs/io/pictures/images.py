@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
+from brushgs.arrays import F32, Array
 from brushgs.colors import linear_from_srgb, srgb_from_linear
 from brushgs.errors import SceneError
 from brushgs.io.files import replacing, unstopped
@@ -23,7 +23,6 @@ from brushgs.scene import Frame
 if TYPE_CHECKING:
     import OpenImageIO
 
-F32 = NDArray[np.float32]
 Background = Sequence[float] | Array | None
 
 _FORMATS = {".png": "png", ".tif": "tiff", ".tiff": "tiff", ".exr": "openexr"}

@@ -1,8 +1,8 @@
-"""Numbered picture files, and the ledger beside them that says which painting they belong to.
+"""Numbered picture files, and the manifest beside them that says which painting they belong to.
 
-The ledger of `FOLDER/%05d.png` is `FOLDER/.%05d.png.json`: one line of JSON that describes the painting, then
-one for each frame that was finished, with the size of its file. A frame is there when the ledger says so and
-its file has that size: what lies there from before is never taken for a part of this painting.
+The manifest of `FOLDER/%05d.png` is `FOLDER/.%05d.png.json`: one line of JSON that describes the painting,
+then one for each frame that was finished, with the size of its file. A frame is there when the manifest says
+so and its file has that size: what lies there from before is never taken for a part of this painting.
 """
 
 import json
@@ -16,7 +16,7 @@ from brushgs.errors import SceneError
 from brushgs.io.files import read_whole, replacing, unstopped
 
 _PLACE = re.compile(r"%(?:0[1-9][0-9]?)?d")  # %d or %05d
-_MOST_BYTES, _MOST_LINES = 8 << 20, 200_000  # of a ledger; a path has at most 99,999 frames
+_MOST_BYTES, _MOST_LINES = 8 << 20, 200_000  # of a manifest; a path has at most 99,999 frames
 DEFAULT_NAME = "%05d.png"
 
 
@@ -62,8 +62,8 @@ class NumberedFiles:
         return self.folder / self.name
 
     @property
-    def ledger(self) -> Path:
-        """Where the ledger lies."""
+    def manifest(self) -> Path:
+        """Where the manifest lies."""
         return self.folder / f".{self.name}.json"
 
     def path(self, index: int) -> Path:
@@ -83,7 +83,7 @@ class NumberedFiles:
 
 
 @dataclass
-class Ledger:
+class Manifest:
     """What is known of the frames of a sequence.
 
     Attributes:
@@ -97,26 +97,26 @@ class Ledger:
     sizes: dict[int, int] = field(default_factory=dict)
 
     @classmethod
-    def read(cls, files: NumberedFiles) -> "Ledger | None":
-        """The ledger beside the frames; None where there is none.
+    def read(cls, files: NumberedFiles) -> "Manifest | None":
+        """The manifest beside the frames; None where there is none.
 
         Raises:
             SceneError: if it cannot be read, or is something else.
         """
         try:
-            files.ledger.stat()
+            files.manifest.stat()
         except FileNotFoundError:
             return None
         except OSError:
             pass  # told by whoever opens it
-        first, *lines = read_whole(files.ledger, _MOST_BYTES).splitlines() or [b""]
+        first, *lines = read_whole(files.manifest, _MOST_BYTES).splitlines() or [b""]
         try:
             painting = json.loads(first)["painting"] if len(lines) <= _MOST_LINES else None
         except (ValueError, KeyError, TypeError, RecursionError):
             painting = None
         if not isinstance(painting, dict):
             raise SceneError(
-                files.ledger, "is no ledger of frames; remove it, or leave out --resume to paint all anew"
+                files.manifest, "is no manifest of frames; remove it, or leave out --resume to paint all anew"
             )
         return cls(files, painting, dict(_entries(lines)))
 
@@ -128,22 +128,22 @@ class Ledger:
             return False
 
     def begin(self) -> None:
-        """Begin or go on with the frames: the folder is made if need be, and the ledger written anew.
+        """Begin or go on with the frames: the folder is made if need be, and the manifest written anew.
 
         Raises:
-            SceneError: if the folder or the ledger cannot be written.
+            SceneError: if the folder or the manifest cannot be written.
         """
         try:
             self.files.folder.mkdir(exist_ok=True)
         except OSError as error:
             raise SceneError(self.files.folder, f"the folder cannot be made: {error.strerror}") from None
-        with replacing(self.files.ledger) as temporary:
+        with replacing(self.files.manifest) as temporary:
             lines = [json.dumps({"painting": self.painting})]
             lines += [_line(index, size) for index, size in sorted(self.sizes.items())]
             temporary.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
 
     def add(self, index: int, content: bytes) -> None:
-        """Write a frame, whole or not at all, then its line of the ledger.
+        """Write a frame, whole or not at all, then its line of the manifest.
 
         Raises:
             SceneError: if either cannot be written.
@@ -153,11 +153,11 @@ class Ledger:
                 temporary.write_bytes(content)
             self.sizes[index] = len(content)
             try:
-                with self.files.ledger.open("a", encoding="utf-8") as ledger:
-                    ledger.write(f"{_line(index, len(content))}\n")
+                with self.files.manifest.open("a", encoding="utf-8") as manifest:
+                    manifest.write(f"{_line(index, len(content))}\n")
             except OSError as error:
                 message = f"cannot be written ({error.strerror}); check the disk"
-                raise SceneError(self.files.ledger, message) from None
+                raise SceneError(self.files.manifest, message) from None
 
 
 def _line(index: int, size: int) -> str:

@@ -16,13 +16,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.arrays import U8
 from brushgs.errors import SceneError
 from brushgs.io.files import replacing
 from brushgs.io.pictures.gif_colors import ColorCounts
 from brushgs.options.choices import VIDEO_SUFFIXES
 from brushgs.scene import Frame
-
-Pixels = NDArray[np.uint8]
 
 # Encoders give other bytes for another number of threads, so it must not be that of the machine.
 _NUM_THREADS = 4
@@ -57,7 +56,7 @@ MAX_GIF_FPS = 50  # the delay counts in hundredths of a second, and viewers take
 class Film(Protocol):
     """A video that is being written."""
 
-    def add(self, pixels: Pixels) -> None:
+    def add(self, pixels: U8) -> None:
         """Take the next frame: uint8 [H, W, 3]."""
 
     def finish(self) -> None:
@@ -201,7 +200,7 @@ class _Encoded:
         self._graph = _graph(*self._size, rate, ("scale", _TO_BT709), ("format", "yuv420p"))
         self._rate, self._count, self._is_finished = rate, 0, False
 
-    def add(self, pixels: Pixels) -> None:
+    def add(self, pixels: U8) -> None:
         """Convert, encode and write one frame."""
         width, height = self._size
         right, below = width - pixels.shape[1], height - pixels.shape[0]
@@ -233,7 +232,7 @@ class _Gif:
         self._colors = ColorCounts()
         self._container = _open(stack, path, "gif", {"loop": "0" if loops else "-1"})
 
-    def add(self, pixels: Pixels) -> None:
+    def add(self, pixels: U8) -> None:
         """Keep a frame, and its colours."""
         self._spool.write(pixels.tobytes())
         self._colors.add(pixels)
@@ -313,7 +312,7 @@ def _palette_graph(width: int, height: int, rate: Fraction, colors: NDArray[np.u
     return graph, frames
 
 
-def _video_frame(pixels: Pixels, index: int, rate: Fraction) -> Any:
+def _video_frame(pixels: U8, index: int, rate: Fraction) -> Any:
     """uint8 [H, W, 3] as frame `index` of a video."""
     import av
 

@@ -12,12 +12,12 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.arrays import F32
 from brushgs.io.scenes.dropped import Dropped, drop_faults
-from brushgs.io.scenes.encoding import USUAL, Reading
+from brushgs.io.scenes.encoding import STANDARD, Encoding
 from brushgs.scene import Gaussians
 from brushgs.threads import num_threads_or_default
 
-F32 = NDArray[np.float32]
 _ROWS_PER_THREAD = 100_000  # below this, a thread costs more than it brings
 _MAX_THREADS = 4  # more only wait for memory
 
@@ -77,7 +77,7 @@ def fill(
     num_rest: int,
     is_sequential: bool,
     is_logit: bool,
-    reading: Reading = USUAL,
+    encoding: Encoding = STANDARD,
     is_raw: bool = False,
 ) -> tuple[Columns, Dropped]:
     """Fill columns block by block; the result does not depend on the number of threads.
@@ -90,7 +90,7 @@ def fill(
         num_rest: f_rest coefficients per channel in the file, for the names of columns.
         is_sequential: the decoder must be called in order, so by one thread.
         is_logit: opacities come as logits, not as they are.
-        reading: what the raw values are.
+        encoding: what the raw values are.
         is_raw: whether all rows are wanted as the file has them: nothing is checked, left out or decoded.
 
     Returns:
@@ -115,8 +115,8 @@ def fill(
                 if is_raw:
                     done.append((start, stop - start, Dropped()))
                     continue
-                if not reading.is_usual:
-                    reading.standardize(block)
+                if not encoding.is_standard:
+                    encoding.standardize(block)
                 dropped = drop_faults(block, start, num_rest)
                 kept = stop - start - dropped.num_rows
                 block.part(0, kept).activate(is_logit=is_logit)

@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.arrays import F32
 from brushgs.errors import SceneError, SceneWarning
 
-F32 = NDArray[np.float32]
 _MAX_LOG = np.log(np.finfo(np.float32).max)  # a log-scale above overflows float32
 
 

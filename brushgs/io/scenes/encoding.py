@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from typing import Literal, Protocol, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
-F32 = NDArray[np.float32]
+from brushgs.arrays import F32
+from brushgs.sh import C0
+
 Scales = Literal["log", "linear"]
 Opacities = Literal["logit", "linear", "byte"]
 Quats = Literal["wxyz", "xyzw"]
 Colors = Literal["sh", "rgb", "byte"]
 
-SH_C0 = 0.28209479177387814  # 1 / (2 sqrt(pi)): the basis function of degree 0
 # An opacity of 1 that passed through other arithmetic may lie this far above 1; more is no opacity.
 OPACITY_SLACK = 1e-3
 
@@ -32,7 +32,7 @@ class Block(Protocol):
 
 
 @dataclass(frozen=True)
-class Reading:
+class Encoding:
     """What the columns of a file hold. The defaults are the usual layout.
 
     Attributes:
@@ -64,9 +64,9 @@ class Reading:
                 )
 
     @property
-    def is_usual(self) -> bool:
+    def is_standard(self) -> bool:
         """Whether this is the layout that trainers write."""
-        return self == Reading()
+        return self == Encoding()
 
     def standardize(self, block: Block) -> None:
         """Turn raw values into those of the usual layout, in place.
@@ -87,7 +87,8 @@ class Reading:
                 block.quats[:] = block.quats[:, [3, 0, 1, 2]]
             if self.colors != "sh":
                 full = 255 if self.colors == "byte" else 1
-                block.sh[:, 0] = (block.sh[:, 0] / full - 0.5) / SH_C0
+                block.sh[:, 0] = (block.sh[:, 0] / full - 0.5) / C0
 
 
-USUAL = Reading()
+STANDARD = Encoding()
+Reading = Encoding  # its public name before it was called what it is

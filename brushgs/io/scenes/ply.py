@@ -6,7 +6,7 @@ from pathlib import Path
 
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.scenes.columns import Columns
-from brushgs.io.scenes.encoding import USUAL, Reading
+from brushgs.io.scenes.encoding import STANDARD, Encoding
 from brushgs.io.scenes.identify import open_ply
 from brushgs.io.scenes.notes import LoadNotes
 from brushgs.io.scenes.ply_compressed import is_compressed, read_compressed
@@ -16,7 +16,7 @@ from brushgs.io.scenes.ply_rows import warn_of_surplus
 from brushgs.scene import SH_TERMS, Gaussians
 
 
-def read_ply(path: str | Path, reading: Reading = USUAL) -> tuple[Gaussians, LoadNotes]:
+def read_ply(path: str | Path, encoding: Encoding = STANDARD) -> tuple[Gaussians, LoadNotes]:
     """Read a trained 3D Gaussian scene from a PLY file.
 
     Read are the Inria layout (properties in any order and of any scalar type, spherical harmonics of
@@ -27,7 +27,7 @@ def read_ply(path: str | Path, reading: Reading = USUAL) -> tuple[Gaussians, Loa
 
     Args:
         path: the file; its content decides, not its suffix.
-        reading: what the numbers mean, where the file does not follow the usual layout.
+        encoding: what the numbers mean, where the file does not follow the usual layout.
 
     Returns:
         The Gaussians as float32 in the order of the file, and what was found and left out.
@@ -38,8 +38,8 @@ def read_ply(path: str | Path, reading: Reading = USUAL) -> tuple[Gaussians, Loa
     """
     source = _open_scene(Path(path))
     if not source.is_compressed:
-        columns, dropped, num_terms_stored = read_inria(*source.place, reading=reading)
-    elif reading.is_usual:
+        columns, dropped, num_terms_stored = read_inria(*source.place, encoding=encoding)
+    elif encoding.is_standard:
         columns, dropped, num_terms_stored = read_compressed(*source.place)
     else:
         raise SceneError(
@@ -48,7 +48,7 @@ def read_ply(path: str | Path, reading: Reading = USUAL) -> tuple[Gaussians, Loa
     warn_of_surplus(source.path, source.header, source.size)
     dropped.report(source.path, source.vertex.count)
     gaussians = columns.gaussians()
-    if reading.is_usual and not source.is_compressed:
+    if encoding.is_standard and not source.is_compressed:
         _warn_of_other_reading(source.path, gaussians)
     notes = LoadNotes(
         format=source.format,

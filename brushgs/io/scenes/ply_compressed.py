@@ -15,16 +15,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.arrays import F32, U32
 from brushgs.errors import SceneError
 from brushgs.io.scenes.columns import Columns, Decoder, fill
 from brushgs.io.scenes.dropped import Dropped
-from brushgs.io.scenes.encoding import SH_C0, Reading
+from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.ply_header import Element, Header
 from brushgs.io.scenes.ply_inria import count_terms
 from brushgs.io.scenes.ply_rows import check_decoded_size, check_size, open_rows
-
-F32 = NDArray[np.float32]
-U32 = NDArray[np.uint32]
+from brushgs.sh import C0
 
 _PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
 # What a chunk has the smallest and largest value of, by axis.
@@ -99,7 +98,7 @@ def read_compressed(
         is_raw=is_raw,
     )
     if is_raw:
-        Reading(opacities="linear").standardize(columns)
+        Encoding(opacities="linear").standardize(columns)
     return columns, dropped, num_terms
 
 
@@ -143,7 +142,7 @@ def _decode(rows: NDArray[np.void], ranges: dict[str, tuple[F32, F32]], start: i
     out.means[:] = _between(ranges["position"], chunks, _unpack(position, (11, 10, 11)))
     out.scales[:] = _between(ranges["scale"], chunks, _unpack(scale, (11, 10, 11)))
     rgba = _unpack(color, (8, 8, 8, 8))
-    out.sh[:, 0] = (_between(ranges["color"], chunks, rgba[:, :3]) - 0.5) / SH_C0
+    out.sh[:, 0] = (_between(ranges["color"], chunks, rgba[:, :3]) - 0.5) / C0
     out.opacities[:] = rgba[:, 3]
     out.quats[:] = _unpack_quats(rotation)
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from brushgs.errors import SceneError
 from brushgs.io.scenes.columns import Columns, Decoder, fill
 from brushgs.io.scenes.dropped import Dropped
-from brushgs.io.scenes.encoding import USUAL, Reading
+from brushgs.io.scenes.encoding import STANDARD, Encoding
 from brushgs.io.scenes.ply_header import Element, Header
 from brushgs.io.scenes.ply_rows import check_decoded_size, check_size, open_rows
 
@@ -79,7 +79,7 @@ def read_inria(
     vertex: Element,
     size: int,
     *,
-    reading: Reading = USUAL,
+    encoding: Encoding = STANDARD,
     is_raw: bool = False,
 ) -> tuple[Columns, Dropped, int]:
     """Read and decode the rows of element `vertex`.
@@ -89,7 +89,7 @@ def read_inria(
         header: its header.
         vertex: an element that passed `check_is_scene`.
         size: bytes of the whole file.
-        reading: what the numbers mean.
+        encoding: what the numbers mean.
         is_raw: whether all rows and bands are wanted as the file has them, neither checked nor decoded.
 
     Returns:
@@ -118,7 +118,7 @@ def read_inria(
         num_rest=num_terms - 1,
         is_sequential=header.is_ascii,
         is_logit=True,
-        reading=reading,
+        encoding=encoding,
         is_raw=is_raw,
     )
     return columns, dropped, num_terms

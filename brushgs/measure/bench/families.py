@@ -25,7 +25,8 @@ from brushgs.passes.merge import merge_clusters
 from brushgs.rendering import reference
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.project import project
-from brushgs.rendering.rasterize import is_directed, rasterize, render
+from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.render import render
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import used_sh_degree
 
@@ -182,7 +183,7 @@ def _filter(subject: Subject) -> Plan:
 
 def _precision(subject: Subject) -> Plan:
     camera, how = subject.camera, subject.how
-    if how["order"] == "soft" and is_directed(subject.texture):
+    if how["order"] == "soft" and subject.texture.is_directed:
         small = (max(1, side // SOFT_SHRINK) for side in (camera.width, camera.height))
         camera = _stretched(camera, *small)
     size = {"height": camera.height, "width": camera.width}
@@ -309,7 +310,7 @@ def _checked(
 
 def _boxes(subject: Subject, strokes: Gaussians, camera: Camera | None = None) -> Any:
     """Those that `render` paints."""
-    how, has_direction = subject.how, is_directed(subject.texture)
+    how, has_direction = subject.how, subject.texture.is_directed
     return project(
         strokes,
         camera or subject.camera,

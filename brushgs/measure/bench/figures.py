@@ -15,7 +15,7 @@ SCHEMA = 1  # of the JSON; grows when a field changes its meaning
 
 @dataclass(frozen=True)
 class Verified:
-    """How far a picture is from what it should be, before it was timed: see `brushgs.measure.bench.verify`."""
+    """How far a picture is from what it should be, see `brushgs.measure.bench.verify`."""
 
     against: str
     mean: float  # difference of a channel, 0 to 1, over all pixels but those beyond a step

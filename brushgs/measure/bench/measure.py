@@ -23,7 +23,7 @@ def measure(subject: Subject, report: Report) -> Bench:
         ) as stage:
             if plan.idle is not None:
                 stage.did = "not measured"
-                stage.left_out.append(f"the whole family: {plan.idle}")
+                stage.skipped.append(f"the whole family: {plan.idle}")
                 continue
             family = _measured(name, plan, subject.config.repeats, report.advance)
             families.append(family)

@@ -9,7 +9,7 @@ from brushgs.measure.bench.machine import describe_machine
 from brushgs.measure.bench.measure import measure
 from brushgs.measure.bench.plot import write_plot
 from brushgs.measure.bench.subject import Subject
-from brushgs.measure.report import MeasuredReport, Outputs, plain_camera, plain_config
+from brushgs.measure.report import ExperimentReport, Outputs, plain_camera, plain_config
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.background import check_background
@@ -23,7 +23,7 @@ SUFFIXES = (".json", ".csv", ".png")
 
 
 @dataclass
-class BenchReport(MeasuredReport):
+class BenchReport(ExperimentReport):
     """A run, and what it found: `result` is a `Bench`."""
 
     name: ClassVar[str] = "bench"
@@ -107,7 +107,7 @@ def _write(outputs: Outputs, report: BenchReport, subject: Subject) -> None:
         stage.did = " and ".join(written)
         stage.counts = {"paths": written}
         if outputs.plot is None:
-            stage.left_out.append("plot: not asked for")
+            stage.skipped.append("plot: not asked for")
 
 
 def _title(subject: Subject, num_threads: int) -> str:

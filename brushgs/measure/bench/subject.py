@@ -17,7 +17,7 @@ from brushgs.painting.background import Ground, open_background
 from brushgs.painting.stages import box_sigmas, view_lock
 from brushgs.passes.cluster import Grouping, cluster, group
 from brushgs.passes.prune import prune
-from brushgs.rendering.rasterize import render
+from brushgs.rendering.render import render
 from brushgs.scene import Camera, Frame, Gaussians
 
 KERNEL = "gaussian"  # of the plain picture

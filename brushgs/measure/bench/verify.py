@@ -1,7 +1,7 @@
 """A picture is verified before it is timed: what is fast and wrong has no place on a curve.
 
 A square of the picture, there where its strokes are, is painted once more by the plain float64 definition of
-projecting and rasterising (`brushgs.rendering.reference`), from the same strokes. The two may differ as float32
+drawing (`brushgs.rendering.reference`), from the same strokes. The two may differ as float32
 does from float64: a pixel that falls on the other side of a box edge, of the skip of faint paint or of the
 early stop changes by more than rounding, so few may.
 """
@@ -16,7 +16,6 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.bench.figures import Verified
 from brushgs.rendering import reference
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
-from brushgs.rendering.rasterize import is_directed
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 SIDE = 32  # pixels of the square
@@ -115,7 +114,7 @@ def expected_boxes(
     gaussians: Gaussians, camera: Camera, texture: StrokeTexture, how: Mapping[str, Any]
 ) -> Boxes:
     """The float64 boxes that `render` with these options should paint."""
-    has_direction = is_directed(texture)
+    has_direction = texture.is_directed
     return reference.project(
         gaussians,
         camera,

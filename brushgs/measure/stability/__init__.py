@@ -48,11 +48,11 @@ widest gap (the first one to the end of a loop). Values are display-encoded, 0 t
 
 from brushgs.measure.stability.figures import Figures, Stability, Warp
 from brushgs.measure.stability.measure import measure_stability
-from brushgs.measure.stability.painters import Easel
+from brushgs.measure.stability.painters import Comparison
 from brushgs.measure.stability.run import StabilityReport, report_stability
 
 __all__ = [
-    "Easel",
+    "Comparison",
     "Figures",
     "Stability",
     "StabilityReport",

@@ -22,7 +22,7 @@ from brushgs.measure.metrics import (
     orientation_events,
 )
 from brushgs.measure.stability.figures import Figures, Loop, Stability, Turning, Warp
-from brushgs.measure.stability.painters import Easel, ImagePainter, StrokePainter
+from brushgs.measure.stability.painters import Comparison, ImagePainter, StrokePainter
 from brushgs.options.experiments import StabilityConfig
 from brushgs.scene import Boxes, Camera, Frame
 
@@ -34,12 +34,15 @@ TURNED_AS = "off"  # the configuration whose strokes turn unlocked, and whose pi
 
 
 def measure_stability(
-    easel: Easel, config: StabilityConfig | None = None, *, advance: Callable[[], None] = lambda: None
+    comparison: Comparison,
+    config: StabilityConfig | None = None,
+    *,
+    advance: Callable[[], None] = lambda: None,
 ) -> Stability:
     """Paint a path in every configuration and measure how still it holds.
 
     Args:
-        easel: scene, strokes, path and stroke.
+        comparison: scene, strokes, path and stroke.
         config: gaps, and how much is compared.
         advance: called after each painted frame; `painted_frames` says how many there are.
 
@@ -47,12 +50,12 @@ def measure_stability(
         ValueError: if the path has fewer than two views, or views of more than one size.
     """
     config = config or StabilityConfig()
-    check_cameras(easel.cameras)
-    plan = _Plan(len(easel.cameras), is_closed(easel.cameras), config)
-    painters = easel.painters(easel.draw.threads)
+    check_cameras(comparison.cameras)
+    plan = _Plan(len(comparison.cameras), is_closed(comparison.cameras), config)
+    painters = comparison.painters(comparison.draw.threads)
     tally = _Tally(list(painters))
-    hashes = dict(_paint_all(easel, painters, plan, tally, advance))
-    equal = _drawn_again(easel, plan, hashes)
+    hashes = dict(_paint_all(comparison, painters, plan, tally, advance))
+    equal = _drawn_again(comparison, plan, hashes)
     configurations = []
     for name, painter in painters.items():
         figures = _figures(painter, tally, plan)
@@ -212,7 +215,7 @@ class _Tally:
 
 
 def _paint_all(
-    easel: Easel,
+    comparison: Comparison,
     painters: dict[str, StrokePainter | ImagePainter],
     plan: _Plan,
     tally: _Tally,
@@ -223,13 +226,13 @@ def _paint_all(
     unlocked = painters[TURNED_AS]
     assert isinstance(unlocked, StrokePainter)
     for index in plan.painted:
-        frames = _painted(easel, painters, index)
-        kept[index] = shot = _shot(easel, frames, easel.cameras[index], unlocked.boxes(index))
+        frames = _painted(comparison, painters, index)
+        kept[index] = shot = _shot(comparison, frames, comparison.cameras[index], unlocked.boxes(index))
         for gap, start in plan.pairs_ending(index):
             weights = None
             if gap == 1:
                 before = kept[start].unlocked
-                weights = _turning_share(before, shot.unlocked, unlocked, easel.cameras[index])
+                weights = _turning_share(before, shot.unlocked, unlocked, comparison.cameras[index])
             tally.add_pair(gap, start, kept[start], shot, weights)
         if plan.is_closed and index == plan.num_frames - 1:
             tally.add_loop(kept[0], shot)
@@ -239,16 +242,18 @@ def _paint_all(
         advance()
 
 
-def _painted(easel: Easel, painters: dict[str, StrokePainter | ImagePainter], index: int) -> dict[str, Frame]:
+def _painted(
+    comparison: Comparison, painters: dict[str, StrokePainter | ImagePainter], index: int
+) -> dict[str, Frame]:
     """One frame in every configuration. The plain picture comes first: another one starts from it."""
     plain = painters[PLAIN].paint(index)
-    seen = np.clip(plain.over(easel.ground), 0, 1)
+    seen = np.clip(plain.over(comparison.ground), 0, 1)
     frames = {name: painter.paint(index, seen) for name, painter in painters.items() if name != PLAIN}
     return frames | {PLAIN: plain}
 
 
-def _shot(easel: Easel, frames: dict[str, Frame], camera: Camera, unlocked: Boxes) -> _Shot:
-    pictures = {name: np.clip(frame.over(easel.ground), 0, 1) for name, frame in frames.items()}
+def _shot(comparison: Comparison, frames: dict[str, Frame], camera: Camera, unlocked: Boxes) -> _Shot:
+    pictures = {name: np.clip(frame.over(comparison.ground), 0, 1) for name, frame in frames.items()}
     plain = frames[PLAIN]
     assert plain.depth is not None
     return _Shot(pictures, View(pictures[PLAIN], plain.depth, plain.alpha, camera), unlocked)
@@ -264,12 +269,12 @@ def _turning_share(before: Boxes, now: Boxes, painter: StrokePainter, camera: Ca
     return painter.draw(replace(now, colors=white), camera).rgb[..., 0]
 
 
-def _drawn_again(easel: Easel, plan: _Plan, hashes: dict[int, dict[str, str]]) -> dict[str, int]:
+def _drawn_again(comparison: Comparison, plan: _Plan, hashes: dict[int, dict[str, str]]) -> dict[str, int]:
     """How many frames of each configuration come out the same when each is drawn alone."""
-    painters = easel.painters(1)
+    painters = comparison.painters(1)
     equal = dict.fromkeys(painters, 0)
     for index in reversed(plan.alone):
-        for name, frame in _painted(easel, painters, index).items():
+        for name, frame in _painted(comparison, painters, index).items():
             equal[name] += _hash(frame) == hashes[index][name]
     return equal
 

@@ -13,8 +13,8 @@ from brushgs.options.choices import Filter, Lock, Order
 from brushgs.options.painting import DrawConfig
 from brushgs.painting.stages import box_sigmas
 from brushgs.rendering.project import project
-from brushgs.rendering.rasterize import is_directed, rasterize
-from brushgs.rendering.track import Track, follow
+from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.track import Track, track_directions
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 
@@ -102,7 +102,7 @@ class StrokePainter:
         """The track, followed when it is first asked for."""
         if self._track is None:
             with self.clock.of("track"):
-                self._track = follow(self.gaussians, self.cameras, num_threads=self.num_threads)
+                self._track = track_directions(self.gaussians, self.cameras, num_threads=self.num_threads)
         return self._track
 
 
@@ -138,7 +138,7 @@ class ImagePainter:
 
 
 @dataclass(frozen=True)
-class Easel:
+class Comparison:
     """All that is painted with: the scene, its strokes and a path.
 
     Attributes:
@@ -162,7 +162,7 @@ class Easel:
     def painters(self, num_threads: int | None) -> dict[str, StrokePainter | ImagePainter]:
         """One painter per configuration by name, in the order of the table, each with a clock at zero."""
         sigmas, asked = box_sigmas(self.texture, self.draw), self.draw.filter
-        is_stroke = is_directed(self.texture)  # a kernel has no direction, and is drawn as `render` does
+        is_stroke = self.texture.is_directed  # a kernel has no direction, and is drawn as `render` does
 
         def strokes(
             name: str,

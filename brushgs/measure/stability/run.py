@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from brushgs.cameras.paths import CameraPath, plan_path
-from brushgs.measure.report import MeasuredReport, Outputs, plain_camera, plain_config
+from brushgs.measure.report import ExperimentReport, Outputs, plain_camera, plain_config
 from brushgs.measure.stability.figures import SCHEMA, Stability
 from brushgs.measure.stability.measure import check_cameras, measure_stability, painted_frames
-from brushgs.measure.stability.painters import Easel
+from brushgs.measure.stability.painters import Comparison
 from brushgs.measure.stability.plot import write_plot
 from brushgs.options.experiments import StabilityConfig
 from brushgs.options.painting import PaintConfig
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class StabilityReport(MeasuredReport):
+class StabilityReport(ExperimentReport):
     """A run, and what it found: `result` is a `Stability`."""
 
     name: ClassVar[str] = "stability"
@@ -75,12 +75,12 @@ def report_stability(
     way = _plan(gaussians, paint, path, notes.up, report)
     ground = open_ground(paint.draw, way.cameras[0], report)
     assert ground is not None
-    sight = look(gaussians, way.cameras[0], texture, paint.cluster, paint.draw, ground, report)
+    view_model = look(gaussians, way.cameras[0], texture, paint.cluster, paint.draw, ground, report)
     strokes = prune_scene(gaussians, paint.prune, report, is_strokes=notes.is_strokes)
-    strokes = cluster_scene(strokes, paint.cluster, report, num_loaded=len(gaussians), sight=sight)
-    easel = Easel(gaussians, strokes, way.closed, texture, paint.draw, ground, paint.cluster.seed)
+    strokes = cluster_scene(strokes, paint.cluster, report, num_loaded=len(gaussians), view_model=view_model)
+    comparison = Comparison(gaussians, strokes, way.closed, texture, paint.draw, ground, paint.cluster.seed)
     report.settings = _settings(scene, paint, path, config, way)
-    report.result = _measure(easel, config, report)
+    report.result = _measure(comparison, config, report)
     _write(outputs, report, f"{Path(scene).stem}, {len(strokes):,} strokes of {texture.name}, {way.source}")
     report.output = str(output)
     outputs.write_text(".json", report.as_json() + "\n")
@@ -105,18 +105,18 @@ def _plan(
     return way
 
 
-def _measure(easel: Easel, config: StabilityConfig, report: Report) -> Stability:
-    num_painted = painted_frames(easel.cameras, config)
+def _measure(comparison: Comparison, config: StabilityConfig, report: Report) -> Stability:
+    num_painted = painted_frames(comparison.cameras, config)
     with report.stage("measure", frames=num_painted) as stage:
-        result = measure_stability(easel, config, advance=report.advance)
+        result = measure_stability(comparison, config, advance=report.advance)
         num_pairs = len(result.starts)
         stage.did = (
             f"{num_painted} frames in {len(result.configurations)} configurations, {num_pairs} pairs a gap"
         )
         stage.counts = {"frames": num_painted, "pairs": num_pairs, "stride": result.stride}
-        num_left = len(easel.cameras) - num_painted
+        num_left = len(comparison.cameras) - num_painted
         if num_left:
-            stage.left_out.append(f"painting {num_left} frames: no pair needs them (--pairs)")
+            stage.skipped.append(f"painting {num_left} frames: no pair needs them (--pairs)")
     return result
 
 
@@ -147,4 +147,4 @@ def _write(outputs: Outputs, report: StabilityReport, title: str) -> None:
         stage.did = " and ".join(written)
         stage.counts = {"paths": written}
         if outputs.plot is None:
-            stage.left_out.append("plot: not asked for")
+            stage.skipped.append("plot: not asked for")

@@ -141,7 +141,7 @@ def test_a_family_without_use_is_left_out_with_the_reason(tmp_path, capsys, monk
     code, out, err = run(capsys, *words, "--families", "merge,filter,sh,strokes")
     assert (code, err) == (0, "")
     value = json.loads(out)
-    left = {stage["name"]: stage["left_out"] for stage in value["stages"]}
+    left = {stage["name"]: stage["skipped"] for stage in value["stages"]}
     assert left["merge"] == ["the whole family: 792 Gaussians: none is merged"]
     assert left["filter"] == ["the whole family: a kernel is computed, not sampled"]
     assert left["sh"] == ["the whole family: the scene has degree 0 only"]

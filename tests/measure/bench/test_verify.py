@@ -20,7 +20,8 @@ from brushgs.measure.bench.verify import (
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import DrawConfig, PaintConfig
 from brushgs.painting.report import Report
-from brushgs.rendering.rasterize import rasterize, render
+from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.render import render
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.threads import num_threads_or_default
 from tests.rendering.strokes import bristles, random_boxes

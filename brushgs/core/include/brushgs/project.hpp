@@ -43,7 +43,7 @@ struct ProjectParams {
     int num_threads;
     Lock lock;
     const float* directions;  // [count] radians, for Lock::given
-    const float* swells;      // [count] least area of boxes in areas of the smallest, for Lock::given; or null
+    const float* area_scales;      // [count] least area of boxes in areas of the smallest, for Lock::given; or null
     bool fades;               // whether strokes fade that would otherwise appear or vanish, see fade_of
     double band;              // depth over which two strokes hide each other in part, in sizes of a stroke; 0: none
 };

@@ -6,23 +6,23 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.io import Reading
+from brushgs.io import Encoding
 from tests.doctor import plant
 from tests.doctor.scenes import ball
 
 
 @pytest.mark.parametrize(
-    ("way", "reading", "atol"),
+    ("way", "encoding", "atol"),
     [
-        (plant.linear_scales, Reading(scales="linear"), 1e-6),
-        (plant.linear_opacities, Reading(opacities="linear"), 1e-6),
-        (plant.byte_opacities, Reading(opacities="byte"), 0.51 / 255),
-        (plant.xyzw, Reading(quats="xyzw"), 1e-6),
+        (plant.linear_scales, Encoding(scales="linear"), 1e-6),
+        (plant.linear_opacities, Encoding(opacities="linear"), 1e-6),
+        (plant.byte_opacities, Encoding(opacities="byte"), 0.51 / 255),
+        (plant.xyzw, Encoding(quats="xyzw"), 1e-6),
     ],
 )
-def test_another_layout_is_read_when_asked_for(way, reading: Reading, atol: float, tmp_path: Path) -> None:
+def test_another_layout_is_read_when_asked_for(way, encoding: Encoding, atol: float, tmp_path: Path) -> None:
     path = plant.write(way(plant.columns_of(ball(), tmp_path)), tmp_path / "a.ply")
-    gaussians, sound = bg.load(path, reading), bg.load(tmp_path / "sound.ply")
+    gaussians, sound = bg.load(path, encoding), bg.load(tmp_path / "sound.ply")
     for name in ("means", "quats", "scales", "opacities", "sh"):
         np.testing.assert_allclose(getattr(gaussians, name), getattr(sound, name), rtol=0, atol=atol)
 
@@ -32,7 +32,7 @@ def test_another_layout_is_read_when_asked_for(way, reading: Reading, atol: floa
 )
 def test_rgb_is_read_when_asked_for(way, colors: str, step: float, tmp_path: Path) -> None:
     path = plant.write(way(plant.columns_of(ball(), tmp_path)), tmp_path / "a.ply")
-    found = 0.5 + plant.C0 * bg.load(path, Reading(colors=colors)).sh[:, 0]
+    found = 0.5 + plant.C0 * bg.load(path, Encoding(colors=colors)).sh[:, 0]
     expected = np.clip(0.5 + plant.C0 * bg.load(tmp_path / "sound.ply").sh[:, 0], 0, 1)
     np.testing.assert_allclose(found, expected, rtol=0, atol=step / 255 + 1e-6)
 
@@ -42,7 +42,7 @@ def test_values_that_a_reading_cannot_hold_are_left_out(tmp_path: Path) -> None:
     columns["scale_1"][7], columns["scale_2"][9] = -0.5, 0.0
     path = plant.write(plant.nothing(columns), tmp_path / "a.ply")
     with pytest.warns(bg.SceneWarning, match="1 of 3000 rows were left out: .*row 7, scale_1 = nan"):
-        gaussians = bg.load(path, Reading(scales="linear"))
+        gaussians = bg.load(path, Encoding(scales="linear"))
     assert len(gaussians) == 2999
     assert (gaussians.scales == 0).sum() == 1  # a scale of 0 is legitimate
 
@@ -50,4 +50,4 @@ def test_values_that_a_reading_cannot_hold_are_left_out(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["scales", "opacities", "quats", "colors"])
 def test_a_reading_that_is_none_is_refused(name: str) -> None:
     with pytest.raises(ValueError, match=f"Reading: {name} must be one of .*, got 'odd'"):
-        Reading(**{name: "odd"})
+        Encoding(**{name: "odd"})

@@ -9,7 +9,7 @@
 
 namespace brushgs {
 
-struct FollowParams {
+struct TrackParams {
     const View* views;      // [count] knots of the path, `step` apart
     std::size_t num_views;  // >= 1
     bool is_closed;         // the last view is the first again
@@ -20,17 +20,17 @@ struct FollowParams {
 
 // What a direction is stored in: whole 2^-16 turns, which wrap as they should. 0.0055 degrees.
 using Turn = std::int16_t;
-// The area of a box, in areas of the smallest box around its ellipse, is stored as 2^(value / kSwellsAnOctave).
-constexpr int kSwellsAnOctave = 32;
+// The area of a box, in areas of the smallest box around its ellipse, is stored as 2^(value / kAreaScaleSteps).
+constexpr int kAreaScaleSteps = 32;
 
 struct Tracks {
     Buffer<Turn> turns;            // [num_views, count]
-    Buffer<std::uint8_t> swells;   // [num_views, count]
-    bool is_swelling = false;      // whether any swell is not 0
+    Buffer<std::uint8_t> area_scales;   // [num_views, count]
+    bool has_area_scales = false;      // whether any area_scale is not 0
 };
 
 // The result does not depend on `num_threads`, bit for bit.
 template <class T>
-Tracks follow(const GaussianColumns<T>& gaussians, const FollowParams& params);
+Tracks track_directions(const GaussianColumns<T>& gaussians, const TrackParams& params);
 
 }  // namespace brushgs

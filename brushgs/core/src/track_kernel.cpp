@@ -7,7 +7,7 @@
 //            box larger than its ellipse needs, and a turn of at most 2 states from knot to knot costs a little
 //   settle   those directions smoothed toward the exact axes, the more slender the closer, by weighted least
 //            squares; then no step above the limit, by the mean of the upper and the lower Lipschitz envelope
-//   swell    a box across a slender ellipse is large: it grows and shrinks over several knots, not at once
+//   area_scale    a box across a slender ellipse is large: it grows and shrinks over several knots, not at once
 //   name     of the two arrows of the line, the one that agrees with the anchored direction over the path
 //
 // A closed path starts at the knot where the ellipse is most slender, and must come back to the direction it
@@ -17,7 +17,7 @@
 //
 // Compiled once per instruction set (see CMakeLists.txt): nothing here may have external linkage but the
 // functions at the end. Costs are whole numbers and sums have one order, so that all give the same.
-#include "brushgs/lock_kernel.hpp"
+#include "brushgs/track_kernel.hpp"
 
 #include "brushgs/footprint.hpp"
 
@@ -90,7 +90,7 @@ struct alignas(64) Block {
 };
 
 template <class T>
-void look(const FollowParams& params, const Block& block, const Sight& sight) {
+void look(const TrackParams& params, const Block& block, const Sight& sight) {
     const double low_pass = params.low_pass;
     for (std::size_t knot = 0; knot < params.num_views; ++knot) {
         const View camera = params.views[knot];
@@ -257,7 +257,7 @@ inline int state_of(float direction) {
 }
 
 // Directions of one row, one by one as `positions` says; returns the most that a step may turn.
-float choose(const FollowParams& params, const CostTable& table, const Sight& sight, std::size_t row,
+float choose(const TrackParams& params, const CostTable& table, const Sight& sight, std::size_t row,
              FollowScratch& scratch) {
     Cost* sums = scratch.costs.get();
     std::int32_t* positions = scratch.positions.get();
@@ -311,7 +311,7 @@ struct Limits {
 
 // Lowers `x` until no step rises or falls by more than the limit; `sign` -1 raises it instead.
 template <int sign>
-void bound(const FollowParams& params, const Limits& limits, const Series& x) {
+void bound(const TrackParams& params, const Limits& limits, const Series& x) {
     constexpr float s = sign;
     const std::size_t last = params.num_views - 1;
     const int num_rounds = params.is_closed ? 2 : 1;
@@ -333,7 +333,7 @@ void bound(const FollowParams& params, const Limits& limits, const Series& x) {
 }
 
 // The mean of the envelopes keeps to the limit, is `x` where `x` does, and is centred on what it cuts.
-void keep_to_limit(const FollowParams& params, const Limits& limits, const Series& x, const Series& upper) {
+void keep_to_limit(const TrackParams& params, const Limits& limits, const Series& x, const Series& upper) {
     const std::size_t num_views = params.num_views;
     for (std::size_t k = 0; k < num_views * kRows; ++k) upper.values[k] = x.values[k];
     bound<1>(params, limits, upper);
@@ -352,7 +352,7 @@ void keep_to_limit(const FollowParams& params, const Limits& limits, const Serie
 
 // The squared area of the box of each row, in areas of the smallest box around its ellipse: as its direction makes
 // it, raised to what grows and shrinks by no more than kGrowth squared from knot to knot.
-void swell(const FollowParams& params, const Sight& sight, const Series& x, const Series& area) {
+void area_scale(const TrackParams& params, const Sight& sight, const Series& x, const Series& area) {
     const std::size_t last = params.num_views - 1;
     for (std::size_t knot = 0; knot <= last; ++knot)
         for (std::size_t i = 0; i < kRows; ++i) {
@@ -397,16 +397,16 @@ inline Turn turn_of(float direction) {
     return static_cast<Turn>(static_cast<std::int32_t>(rounded(part)));
 }
 
-inline std::uint8_t swell_of(float squared_area) {
+inline std::uint8_t area_scale_of(float squared_area) {
     constexpr float unswollen = 1.01F;  // as good as 1: most boxes, and they are many
     if (squared_area < unswollen) return 0;
     const float octaves = 0.5F * __builtin_log2f(squared_area);
-    return static_cast<std::uint8_t>(least(rounded(octaves * kSwellsAnOctave), 255.0F));
+    return static_cast<std::uint8_t>(least(rounded(octaves * kAreaScaleSteps), 255.0F));
 }
 
 template <class T>
-bool run(const GaussianColumns<T>& gaussians, const FollowParams& params, const CostTable& table,
-         std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns, std::uint8_t* swells) {
+bool run(const GaussianColumns<T>& gaussians, const TrackParams& params, const CostTable& table,
+         std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns, std::uint8_t* area_scales) {
     const std::size_t num_views = params.num_views, count = end - begin;
     Series series[FollowScratch::kNumSeries];
     for (std::size_t k = 0; k < FollowScratch::kNumSeries; ++k)
@@ -446,11 +446,11 @@ bool run(const GaussianColumns<T>& gaussians, const FollowParams& params, const 
     }
     smooth(num_views, params.is_closed, sight, x, upper);
     keep_to_limit(params, limits, x, upper);
-    swell(params, sight, x, upper);
+    area_scale(params, sight, x, upper);
     alignas(64) float half_turns[kRows];
     name_arrows(num_views, sight, x, half_turns);
 
-    bool is_swelling = false;
+    bool has_area_scales = false;
     const std::size_t period = num_views - 1;
     for (std::size_t i = 0; i < count; ++i)
         for (std::size_t knot = 0; knot < num_views; ++knot) {
@@ -460,24 +460,24 @@ bool run(const GaussianColumns<T>& gaussians, const FollowParams& params, const 
                 if (knot == period) to = period, from = starts[i] == 0 ? 0 : period - starts[i];
             }
             const Turn turn = turn_of(x.at(from)[i] + half_turns[i]);
-            const std::uint8_t swelling = swell_of(upper.at(from)[i]);
+            const std::uint8_t area_factor = area_scale_of(upper.at(from)[i]);
             turns[to * gaussians.count + begin + i] = turn;
-            swells[to * gaussians.count + begin + i] = swelling;
-            is_swelling |= swelling != 0;
+            area_scales[to * gaussians.count + begin + i] = area_factor;
+            has_area_scales |= area_factor != 0;
         }
-    return is_swelling;
+    return has_area_scales;
 }
 
 }  // namespace
 
-bool follow_rows(const GaussianColumns<float>& gaussians, const FollowParams& params, const CostTable& table,
-                 std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns, std::uint8_t* swells) {
-    return run(gaussians, params, table, begin, end, scratch, turns, swells);
+bool follow_rows(const GaussianColumns<float>& gaussians, const TrackParams& params, const CostTable& table,
+                 std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns, std::uint8_t* area_scales) {
+    return run(gaussians, params, table, begin, end, scratch, turns, area_scales);
 }
 
-bool follow_rows(const GaussianColumns<double>& gaussians, const FollowParams& params, const CostTable& table,
-                 std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns, std::uint8_t* swells) {
-    return run(gaussians, params, table, begin, end, scratch, turns, swells);
+bool follow_rows(const GaussianColumns<double>& gaussians, const TrackParams& params, const CostTable& table,
+                 std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns, std::uint8_t* area_scales) {
+    return run(gaussians, params, table, begin, end, scratch, turns, area_scales);
 }
 
 }  // namespace brushgs::BRUSHGS_ISA

@@ -1,5 +1,5 @@
-// The frame of `follow`: picks the kernel, spreads rows over threads, makes the table of costs.
-#include "brushgs/lock.hpp"
+// The frame of `track_directions`: picks the kernel, spreads rows over threads, makes the table of costs.
+#include "brushgs/track.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -7,33 +7,33 @@
 #include <numbers>
 
 #include "brushgs/cpu.hpp"
-#include "brushgs/lock_kernel.hpp"
+#include "brushgs/track_kernel.hpp"
 
 namespace brushgs {
 
 namespace {
 
 constexpr double kCostUnits = 200;  // of the logarithm of a factor of area
-constexpr double kMostCost = 500;   // of one view, so that sums over 24 views fit, see lock_kernel.cpp
+constexpr double kMostCost = 500;   // of one view, so that sums over 24 views fit, see track_kernel.cpp
 // What lying along the minor axis of a needle costs. Where one axis is four times the other, lying at 45 degrees
 // costs 0.75 for the larger box.
 constexpr double kMinorAxis = 0.3;
 
 template <class T>
-bool follow_rows(const GaussianColumns<T>& gaussians, const FollowParams& params, std::size_t begin,
+bool follow_rows(const GaussianColumns<T>& gaussians, const TrackParams& params, std::size_t begin,
                  std::size_t end, FollowScratch& scratch, const Tracks& tracks) {
     const CostTable& table = cost_table();
     Turn* turns = tracks.turns.get();
-    std::uint8_t* swells = tracks.swells.get();
+    std::uint8_t* area_scales = tracks.area_scales.get();
 #ifdef BRUSHGS_X86
     switch (best_isa()) {
         case Isa::avx512:
-            return avx512::follow_rows(gaussians, params, table, begin, end, scratch, turns, swells);
-        case Isa::avx2: return avx2::follow_rows(gaussians, params, table, begin, end, scratch, turns, swells);
+            return avx512::follow_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
+        case Isa::avx2: return avx2::follow_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
         default: break;
     }
 #endif
-    return baseline::follow_rows(gaussians, params, table, begin, end, scratch, turns, swells);
+    return baseline::follow_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
 }
 
 CostTable make_cost_table() {
@@ -47,10 +47,10 @@ CostTable make_cost_table() {
                 const double lean = static_cast<double>(i) - static_cast<double>(phase) / kNumPhases;
                 const double off = lean * std::numbers::pi / kLineStates;
                 // By how much the box is larger than the ellipse needs, as a logarithm.
-                const double swelling = 0.5 * std::log1p(0.25 * slenderness * std::pow(std::sin(2 * off), 2));
+                const double area_factor = 0.5 * std::log1p(0.25 * slenderness * std::pow(std::sin(2 * off), 2));
                 const double across = kMinorAxis * squared_anisotropy * std::pow(std::sin(off), 2);
                 table.rows[shape][phase][i] =
-                    static_cast<Cost>(std::lround(std::min(kCostUnits * (swelling + across), kMostCost)));
+                    static_cast<Cost>(std::lround(std::min(kCostUnits * (area_factor + across), kMostCost)));
             }
     }
     return table;
@@ -64,27 +64,27 @@ const CostTable& cost_table() {
 }
 
 template <class T>
-Tracks follow(const GaussianColumns<T>& gaussians, const FollowParams& params) {
+Tracks track_directions(const GaussianColumns<T>& gaussians, const TrackParams& params) {
     Tracks tracks;
     tracks.turns = make_buffer<Turn>(params.num_views * gaussians.count);
-    tracks.swells = make_buffer<std::uint8_t>(params.num_views * gaussians.count);
+    tracks.area_scales = make_buffer<std::uint8_t>(params.num_views * gaussians.count);
     const std::size_t num_blocks = (gaussians.count + kFollowRows - 1) / kFollowRows;
     const auto num_parts = std::min(num_blocks, static_cast<std::size_t>(std::max(params.num_threads, 1)));
     std::atomic<std::size_t> next{0};
-    std::atomic<bool> is_swelling{false};
+    std::atomic<bool> has_area_scales{false};
     parallel_for(num_parts, params.num_threads, [&](std::size_t) {
         FollowScratch scratch(params.num_views);
         for (std::size_t block = next++; block < num_blocks; block = next++) {
             const std::size_t begin = block * kFollowRows;
             const std::size_t end = std::min(begin + kFollowRows, gaussians.count);
-            if (follow_rows(gaussians, params, begin, end, scratch, tracks)) is_swelling = true;
+            if (follow_rows(gaussians, params, begin, end, scratch, tracks)) has_area_scales = true;
         }
     });
-    tracks.is_swelling = is_swelling;
+    tracks.has_area_scales = has_area_scales;
     return tracks;
 }
 
-template Tracks follow(const GaussianColumns<float>&, const FollowParams&);
-template Tracks follow(const GaussianColumns<double>&, const FollowParams&);
+template Tracks track_directions(const GaussianColumns<float>&, const TrackParams&);
+template Tracks track_directions(const GaussianColumns<double>&, const TrackParams&);
 
 }  // namespace brushgs

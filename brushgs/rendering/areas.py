@@ -1,0 +1,34 @@
+"""How much of a picture a box covers: what a stroke weighs in figures and in the choice of their number."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import F64
+from brushgs.scene import Boxes
+
+TINY = np.finfo(np.float64).tiny  # in place of a length of zero
+
+
+def seen_areas(boxes: Boxes, width: int, height: int) -> NDArray[np.float64]:
+    """What of each box lies in the picture, pixels: area x share of its upright bounding rectangle, [M].
+
+    At most the picture.
+    """
+    extents = np.maximum(boxes.half_extents.astype(np.float64), TINY)
+    low, high = upright_rectangles(boxes.centers.astype(np.float64), extents, boxes.angles.astype(np.float64))
+    return areas_inside(extents, low, high, width, height)
+
+
+def upright_rectangles(centers: F64, extents: F64, angles: F64) -> tuple[F64, F64]:
+    """Corners of least and largest coordinates of the upright rectangles around boxes, [M, 2] each."""
+    c, s = np.abs(np.cos(angles)), np.abs(np.sin(angles))
+    upright = np.stack([c * extents[:, 0] + s * extents[:, 1], s * extents[:, 0] + c * extents[:, 1]], 1)
+    return centers - upright, centers + upright
+
+
+def areas_inside(extents: F64, low: F64, high: F64, width: int, height: int) -> F64:
+    """The same of boxes whose half extents [M, 2] and upright rectangles, `low` to `high`, are known, [M]."""
+    size = np.array([width, height], np.float64)
+    seen = np.clip(np.minimum(high, size) - np.maximum(low, 0), 0, None)
+    areas = 4 * extents.prod(axis=1) * (seen / (high - low)).prod(axis=1)
+    return np.asarray(np.minimum(areas, width * height))

@@ -1,0 +1,120 @@
+"""One value for all that decides how strokes become a frame: everything but strokes, camera and texture.
+
+It is resolved once, for a still or for a whole path, and handed on whole.
+"""
+
+from dataclasses import dataclass, replace
+
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.options.choices import Filter, Lock, Order, ViewLock
+from brushgs.rendering.constants import MIN_TRANSMITTANCE
+from brushgs.rendering.project import Directions, ProjectCounts, project_counted
+from brushgs.rendering.rasterize import rasterize
+from brushgs.scene import Boxes, Camera, Frame, Gaussians
+
+LOW_PASS = 0.3  # px^2: what scenes are trained with
+
+
+@dataclass(frozen=True)
+class RenderOptions:
+    """How strokes become a frame; `RenderOptions.of` resolves it for a texture.
+
+    Attributes:
+        lock: which way strokes point: "anchor" or "off", or the `Directions` of one view; "track" where
+            every frame of a path still has to take its own, see `in_direction`.
+        order: "depth" or "soft", see `project`.
+        filter: see `rasterize`.
+        num_sigmas: half extent of a box in standard deviations, > 0.
+        low_pass: variance added to every projected Gaussian, px^2, >= 0.
+        fade: whether strokes fade where they would otherwise appear or vanish, see `project`.
+        depth: whether frames carry a depth.
+        min_transmittance: see `rasterize`.
+        num_threads: None takes the processors available to this process. The picture does not depend on it.
+    """
+
+    lock: Lock | Directions
+    order: Order
+    filter: Filter
+    num_sigmas: float
+    low_pass: float = LOW_PASS
+    fade: bool = False
+    depth: bool = True
+    min_transmittance: float = MIN_TRANSMITTANCE
+    num_threads: int | None = None
+
+    @classmethod
+    def of(
+        cls,
+        texture: StrokeTexture,
+        *,
+        lock: Lock | Directions = "anchor",
+        order: Order = "depth",
+        filter: Filter = "mip",
+        num_sigmas: float | None = None,
+        low_pass: float = LOW_PASS,
+        depth: bool = True,
+        num_threads: int | None = None,
+    ) -> "RenderOptions":
+        """The options that suit a texture: a kernel has no direction to lock, and never fades.
+
+        Args:
+            texture: what strokes are painted with.
+            lock: as asked for; "off" for a kernel.
+            order: as asked for; "depth" for a kernel.
+            filter: as asked for.
+            num_sigmas: None takes `texture.fitted_sigmas`.
+            low_pass: as asked for.
+            depth: as asked for.
+            num_threads: as asked for.
+        """
+        has_direction = texture.is_directed
+        return cls(
+            lock=lock if has_direction else "off",
+            order=order if has_direction else "depth",
+            filter=filter,
+            num_sigmas=texture.fitted_sigmas if num_sigmas is None else num_sigmas,
+            low_pass=low_pass,
+            fade=has_direction,
+            depth=depth,
+            num_threads=num_threads,
+        )
+
+    def in_direction(self, lock: ViewLock | Directions) -> "RenderOptions":
+        """The same for one view of a path, whose strokes point in these directions."""
+        return replace(self, lock=lock)
+
+
+def project_with(gaussians: Gaussians, camera: Camera, options: RenderOptions) -> tuple[Boxes, ProjectCounts]:
+    """`project` by these options, and what was culled. Raises the same."""
+    return project_counted(
+        gaussians,
+        camera,
+        num_sigmas=options.num_sigmas,
+        low_pass=options.low_pass,
+        lock=options.lock,  # type: ignore[arg-type]  # "track" is refused: a frame needs its directions
+        fade=options.fade,
+        order=options.order,
+        num_threads=options.num_threads,
+    )
+
+
+def rasterize_with(boxes: Boxes, camera: Camera, texture: StrokeTexture, options: RenderOptions) -> Frame:
+    """`rasterize` by these options, in the size of a camera. Raises the same."""
+    return rasterize(
+        boxes,
+        texture,
+        height=camera.height,
+        width=camera.width,
+        filter=options.filter,
+        depth=options.depth,
+        min_transmittance=options.min_transmittance,
+        num_threads=options.num_threads,
+    )
+
+
+def render_with(
+    gaussians: Gaussians, camera: Camera, texture: StrokeTexture, options: RenderOptions
+) -> Frame:
+    """`render` by these options. Raises the same."""
+    boxes, _ = project_with(gaussians, camera, options)
+    return rasterize_with(boxes, camera, texture, options)

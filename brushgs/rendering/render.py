@@ -1,0 +1,115 @@
+"""Gaussians and a camera, or a camera path, become frames: `render` and `render_sequence`."""
+
+from collections.abc import Iterator, Sequence
+from typing import get_args
+
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.options.choices import Filter, Lock, Order, ViewLock
+from brushgs.rendering.options import LOW_PASS, RenderOptions, render_with
+from brushgs.rendering.project import Directions
+from brushgs.rendering.track import track_directions
+from brushgs.scene import Camera, Frame, Gaussians
+
+
+def render(
+    gaussians: Gaussians,
+    camera: Camera,
+    texture: StrokeTexture,
+    *,
+    lock: ViewLock | Directions = "anchor",
+    order: Order = "depth",
+    filter: Filter = "mip",
+    num_sigmas: float | None = None,
+    low_pass: float = LOW_PASS,
+    depth: bool = True,
+    num_threads: int | None = None,
+) -> Frame:
+    """Paint Gaussians as one camera sees them: `project`, then `rasterize`.
+
+    Strokes fade where they would otherwise appear or vanish, see `project`. The built-in kernels ("gaussian",
+    "ellipse") fill the ellipse itself: they are drawn along its axes whatever the lock, and do not fade.
+
+    Args:
+        gaussians: N Gaussians in world space; each becomes a stroke.
+        camera: one pinhole camera; its size is the size of the picture.
+        texture: the stroke; `StrokeTexture.open("gaussian")` gives the plain 3DGS picture.
+        lock: which way strokes point: "anchor", "off" (as published), or what `track_directions` found for
+            this view of a path; see `project`.
+        order: "depth": strokes hide what lies behind them, and change places at once where one passes
+            another. "soft": they fade into each other while their depths are close, see `project` and
+            `rasterize`; pictures of a sequence then do not jump. The built-in kernels are always by depth.
+        filter: see `rasterize`.
+        num_sigmas: half length of a box in standard deviations, > 0; None takes `texture.fitted_sigmas`,
+            at which a stroke paints about as much as its Gaussian. The published method takes 2.
+        low_pass: variance in px^2 added to every projected Gaussian, >= 0.
+        depth: whether the frame carries a depth.
+        num_threads: None takes the processors available to this process. The picture does not depend on it.
+
+    Returns:
+        The frame, in the dtype of the Gaussians.
+
+    Raises:
+        ValueError: if an option is out of range.
+    """
+    options = RenderOptions.of(
+        texture,
+        lock=lock,
+        order=order,
+        filter=filter,
+        num_sigmas=num_sigmas,
+        low_pass=low_pass,
+        depth=depth,
+        num_threads=num_threads,
+    )
+    return render_with(gaussians, camera, texture, options)
+
+
+def render_sequence(
+    gaussians: Gaussians,
+    cameras: Sequence[Camera],
+    texture: StrokeTexture,
+    *,
+    lock: Lock = "track",
+    order: Order = "soft",
+    filter: Filter = "mip",
+    num_sigmas: float | None = None,
+    low_pass: float = LOW_PASS,
+    depth: bool = True,
+    num_threads: int | None = None,
+) -> Iterator[Frame]:
+    """Paint Gaussians along a camera path, one frame per camera, each when it is asked for.
+
+    Args:
+        gaussians: N Gaussians in world space; each becomes a stroke.
+        cameras: the views in order, all of one size; closed where the last equals the first.
+        texture: the stroke.
+        lock: which way strokes point: "track": chosen over the whole path before the first frame is drawn,
+            see `track_directions`; "anchor" or "off": by each view alone, see `project`.
+        order: see `render`.
+        filter: see `rasterize`.
+        num_sigmas: see `render`.
+        low_pass: see `render`.
+        depth: whether frames carry a depth.
+        num_threads: see `render`.
+
+    Raises:
+        ValueError: if there is no camera, sizes differ, or an option is out of range.
+    """
+    if lock not in get_args(Lock):
+        raise ValueError(f"render_sequence: lock must be one of {', '.join(get_args(Lock))}, got {lock!r}")
+    options = RenderOptions.of(
+        texture,
+        lock=lock,
+        order=order,
+        filter=filter,
+        num_sigmas=num_sigmas,
+        low_pass=low_pass,
+        depth=depth,
+        num_threads=num_threads,
+    )
+    track = None
+    if options.lock == "track":
+        track = track_directions(gaussians, cameras, low_pass=low_pass, num_threads=num_threads)
+    for index, camera in enumerate(cameras):
+        of_view = options if track is None else options.in_direction(track.directions(index))
+        yield render_with(gaussians, camera, texture, of_view)
