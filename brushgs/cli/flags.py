@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, get_args
 
 from brushgs import __version__
+from brushgs.io.pictures.formats import VIDEO_SUFFIXES
 from brushgs.options.choices import (
     MAX_SIDE,
     PRESETS,
-    VIDEO_SUFFIXES,
     BenchFamily,
     ColorSpace,
     Extent,

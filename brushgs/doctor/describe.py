@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from brushgs.cameras.framing import DEFAULT_UP, subject
-from brushgs.io import read_ply
+from brushgs.io import read_scene
 from brushgs.sh import C0
 
 DARK = 0.1  # display-encoded; below it a Gaussian is nearly black
@@ -22,7 +22,7 @@ def describe(path: str | Path) -> dict[str, Any]:
     Raises:
         SceneError: if the file cannot be used.
     """
-    gaussians, notes = read_ply(path)
+    gaussians, notes = read_scene(path)
     points, has_surroundings = subject(gaussians)
     longest, middle = np.sort(gaussians.scales, axis=1)[:, :0:-1].T
     aspects = longest / np.maximum(middle, np.finfo(longest.dtype).tiny)

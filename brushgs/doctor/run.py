@@ -9,6 +9,7 @@ from brushgs import __version__
 from brushgs.doctor.cure import cure
 from brushgs.doctor.examination import Examination, look_at
 from brushgs.doctor.table import lines, verdict
+from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import Floaters
 from brushgs.painting.report import Report
 from brushgs.painting.stages import write_scene
@@ -74,7 +75,7 @@ def run_doctor(
     """
     report = report or DoctorReport()
     if output is not None:
-        check_output(Path(output), (".ply",), inputs=(Path(scene),))
+        check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene),))
     with report.stage("examine") as stage:
         report.examination = examination = look_at(scene, floaters)
         stage.did = verdict(examination)

@@ -1,32 +1,69 @@
-"""Files become Gaussians, cameras and stroke images; Gaussians and frames become files."""
+"""Files become Gaussians, cameras and stroke images; Gaussians and frames become files.
+
+The formats stand in three tables: `scenes/formats.py`, `cameras/formats.py` and `pictures/formats.py`. This
+package imports nothing heavy before a file is read or written, so help texts can use the tables.
+"""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from brushgs.io.cameras.read import load_cameras
-from brushgs.io.scenes.encoding import STANDARD, Encoding
-from brushgs.io.scenes.notes import LoadNotes
-from brushgs.io.scenes.ply import read_ply
-from brushgs.scene import Frame, Gaussians
+if TYPE_CHECKING:
+    from brushgs.io.scenes.encoding import Encoding
+    from brushgs.io.scenes.notes import LoadNotes
+    from brushgs.scene import Camera, Frame, Gaussians
 
-__all__ = ["LoadNotes", "Reading", "load", "load_cameras", "read_ply", "save"]
+__all__ = ["load", "load_cameras", "read_scene", "save"]
 
 
-def load(path: str | Path, encoding: Encoding = STANDARD) -> Gaussians:
-    """Read a trained 3D Gaussian scene; `read_ply` is the same and tells what it found.
+def load(path: str | Path, encoding: "Encoding | None" = None) -> "Gaussians":
+    """Read a trained 3D Gaussian scene; `read_scene` also returns what it found in the file.
 
     Args:
-        path: a .ply file.
-        encoding: what its numbers mean, where the file does not follow the usual layout; `bg.examine`
-            and `brushgs doctor` find that out.
+        path: a scene file, such as .ply; its content decides the format, not its suffix.
+        encoding: what its numbers mean; None for the standard layout. For files of other exporters
+            `brushgs.examine` and `brushgs doctor` detect it.
 
     Raises:
         SceneError: if the file cannot be used; says why and what to do.
     """
-    return read_ply(path, encoding)[0]
+    return read_scene(path, encoding)[0]
 
 
-def save(value: Gaussians | Frame, path: str | Path) -> None:
-    """Write Gaussians (.ply) or a frame (.png, .tif, .exr); the suffix decides.
+def read_scene(path: str | Path, encoding: "Encoding | None" = None) -> "tuple[Gaussians, LoadNotes]":
+    """Read a scene file as `load` does. Takes and raises the same.
+
+    Returns:
+        The Gaussians as float32 in the order of the file, and notes on what the file held.
+    """
+    from brushgs.io.scenes import read
+
+    return read.read_scene(path, encoding)
+
+
+def load_cameras(path: str | Path) -> "list[Camera]":
+    """Read the cameras of a `cameras.json`, `transforms.json`, nerfstudio camera path or COLMAP model.
+
+    Lens distortion is ignored with one SceneWarning. Where `transforms.json` gives no size (`w`, `h`),
+    pictures are 800 x 800, the size of the NeRF-synthetic scenes, whose files omit it.
+
+    Args:
+        path: a JSON file, whose content decides its format, or a COLMAP sparse model: its folder, one of
+            its files (`images.bin`, `cameras.txt` ...), or a folder that holds it in `sparse/0`.
+
+    Returns:
+        The cameras in the order of the file, those of COLMAP by image name, with the default near plane.
+
+    Raises:
+        SceneError: if the file is of no known format, or a field of a frame is missing or unusable;
+            names the frame and the field.
+    """
+    from brushgs.io.cameras.read import read_cameras
+
+    return read_cameras(path).cameras
+
+
+def save(value: "Gaussians | Frame", path: str | Path) -> None:
+    """Write Gaussians (.ply) or a frame (.png, .tif, .exr); the suffix decides the format.
 
     The file appears when it is complete. A frame keeps its transparency.
 
@@ -35,12 +72,12 @@ def save(value: Gaussians | Frame, path: str | Path) -> None:
         ValueError: if the suffix does not suit the value.
         SceneError: if the file cannot be written.
     """
-    if isinstance(value, Gaussians):
-        if Path(path).suffix.lower() != ".ply":
-            raise ValueError(f"save: Gaussians must go to a .ply file, got {str(path)!r}; change the suffix")
-        from brushgs.io.scenes.ply_write import write_ply
+    from brushgs.scene import Frame, Gaussians
 
-        write_ply(value, path)
+    if isinstance(value, Gaussians):
+        from brushgs.io.scenes.write import write_scene
+
+        write_scene(value, path)
     elif isinstance(value, Frame):
         from brushgs.io.pictures.images import write_frame
 

@@ -35,8 +35,6 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
     },
 }
 
-VIDEO_SUFFIXES = (".mp4", ".webm", ".gif")
-
 # The core keeps pixel bounds in 16 bits; a picture of the most pixels needs some 14 GB until it is written.
 MAX_SIDE, MAX_PIXELS = 32767, 2**28
 MAX_UNASKED = 2**26  # pixels of a picture whose size only a file says: cameras have less, and it takes 4 GB

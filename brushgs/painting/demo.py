@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from brushgs.errors import SceneError
+from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig
 from brushgs.painting.report import Report
 from brushgs.painting.stages import write_scene
@@ -40,7 +41,7 @@ def paint_demo(
     except OSError as error:
         raise SceneError(folder, f"the folder cannot be made: {error.strerror}") from None
     scene, picture = folder / SCENE_NAME, folder / f"still_life-{Path(draw.stroke).stem}.png"
-    check_output(scene, (".ply",))
+    check_output(scene, SCENE_SUFFIXES)
     with report.stage("build") as stage:
         counts = {} if num_gaussians is None else {"num_gaussians": num_gaussians}
         gaussians = still_life(seed=cluster.seed, **counts)

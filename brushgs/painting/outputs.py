@@ -4,13 +4,13 @@ import os
 from pathlib import Path
 
 from brushgs.errors import SceneError
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES, VIDEO_SUFFIXES
 from brushgs.io.pictures.numbered import DEFAULT_NAME, NumberedFiles
 from brushgs.io.pictures.video import check_rate, check_size
-from brushgs.options.choices import VIDEO_SUFFIXES
 from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.painting.background import check_background
-from brushgs.painting.still import PICTURE_SUFFIXES, check_folder, check_output, input_files
+from brushgs.painting.still import check_folder, check_output, input_files
 
 
 def plan_output(output: str | Path, *, is_resumed: bool = False) -> Path | NumberedFiles:

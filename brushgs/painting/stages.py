@@ -28,7 +28,7 @@ from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.brushes.texture import StrokeTexture
-    from brushgs.io import LoadNotes
+    from brushgs.io.scenes.notes import LoadNotes
     from brushgs.passes.recolor import Palette
     from brushgs.stroke_count.view_model import ViewModel
 
@@ -57,9 +57,9 @@ def open_stroke(config: DrawConfig, report: Report) -> "StrokeTexture":
 def load_scene(path: str | Path, report: Report) -> "tuple[Gaussians, LoadNotes]":
     """The Gaussians of a file, and what else it says."""
     with report.stage("load") as stage:
-        from brushgs.io import read_ply
+        from brushgs.io import read_scene
 
-        gaussians, notes = read_ply(path)
+        gaussians, notes = read_scene(path)
         dropped = f", {notes.rows_dropped:,} rows dropped" if notes.rows_dropped else ""
         degree = f"SH degree {notes.sh_degree_used}"
         what = "strokes" if notes.is_strokes else "Gaussians"
@@ -335,9 +335,9 @@ def write_scene(
 ) -> Report:
     """Gaussians to a scene file, which says of strokes that they are; ends the report."""
     with report.stage("write") as stage:
-        from brushgs.io.scenes.ply_write import write_ply
+        from brushgs.io.scenes import write
 
-        write_ply(gaussians, output, is_strokes=is_strokes)
+        write.write_scene(gaussians, output, is_strokes=is_strokes)
         size = Path(output).stat().st_size
         stage.did = f"{output}, {size_words(size)}"
         stage.counts = {"path": str(output), "bytes": size, "gaussians": len(gaussians)}

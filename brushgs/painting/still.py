@@ -12,6 +12,8 @@ import tempfile
 from pathlib import Path
 
 from brushgs.errors import SceneError
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES
+from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,
@@ -39,8 +41,6 @@ from brushgs.painting.stages import (
     write_scene,
 )
 from brushgs.scene import Camera, Frame, Gaussians
-
-PICTURE_SUFFIXES = (".png", ".exr", ".tif", ".tiff")
 
 
 def paint_file(
@@ -114,7 +114,7 @@ def paint(
 
 def prune_file(scene: str | Path, output: str | Path, config: PruneConfig, report: Report) -> Report:
     """The prune pass alone: scene file to scene file."""
-    check_output(Path(output), (".ply",), inputs=(Path(scene),))
+    check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene),))
     gaussians, notes = load_scene(scene, report)
     gaussians = prune_scene(gaussians, config, report)
     return write_scene(gaussians, output, report, is_strokes=notes.is_strokes)
@@ -126,7 +126,7 @@ def cluster_file(scene: str | Path, output: str | Path, config: ClusterConfig, r
     It has no view. Where the count of strokes is chosen for one, the scene is framed as `paint_file` does by
     default, and seen with the plain kernel.
     """
-    check_output(Path(output), (".ply",), inputs=(Path(scene),))
+    check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene),))
     gaussians, notes = load_scene(scene, report)
     view_model = None
     if config.target is not None:
@@ -140,7 +140,7 @@ def cluster_file(scene: str | Path, output: str | Path, config: ClusterConfig, r
 
 def recolor_file(scene: str | Path, output: str | Path, config: PaletteConfig, report: Report) -> Report:
     """The palette pass alone: scene file to scene file."""
-    check_output(Path(output), (".ply",), inputs=(Path(scene), config.file))
+    check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene), config.file))
     palette = open_palette(config, report)
     gaussians, notes = load_scene(scene, report)
     gaussians = recolor_scene(gaussians, palette, config, report)

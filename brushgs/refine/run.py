@@ -14,6 +14,7 @@ import numpy as np
 from brushgs.arrays import Array
 from brushgs.cameras.framing import DEFAULT_UP, direction_of, frame_scene
 from brushgs.io.pictures.images import read_image
+from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.measure.report import Outputs, plain_config
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, PaletteConfig, Up, ViewConfig
@@ -78,7 +79,7 @@ def refine_file(
     paint, config, report = paint or PaintConfig(), config or RefineConfig(), report or RefineReport()
     output, outputs = Path(output), None
     extras = tuple(path for path in (config.style, config.vgg_weights) if path is not None)
-    check_output(output, (".ply",), inputs=(*input_files(scene, paint), *extras))
+    check_output(output, SCENE_SUFFIXES, inputs=(*input_files(scene, paint), *extras))
     if folder is not None:
         outputs = Outputs.of(Path(folder), report.name, FILES, wants_plot=wants_plot)
         outputs.check((*input_files(scene, paint), *extras))

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgs.io import read_ply
+from brushgs.io import read_scene
 from tests.io.ply_maker import decoded, scene_columns
 
 BLOCK = 50_000
@@ -51,7 +51,7 @@ def write_large(path: Path, num_rows: int) -> tuple[list[str], int]:
 
 def verify(path: Path, names: list[str], offset: int) -> None:
     """Refuse to time a wrong result: first, middle and last block against the definition."""
-    gaussians, notes = read_ply(path)
+    gaussians, notes = read_scene(path)
     rows = np.memmap(path, "<f4", "r", offset=offset).reshape(-1, len(names))
     assert len(gaussians) == len(rows)
     assert notes.sh_degree_used == 3
@@ -80,7 +80,7 @@ def main() -> None:
         verify(path, names, offset)
         calls = {
             "np.fromfile": lambda: np.fromfile(path, "<f4", offset=offset).reshape(-1, len(names)),
-            "load": lambda: read_ply(path),
+            "load": lambda: read_scene(path),
         }
         seconds: dict[str, list[float]] = {name: [] for name in calls}
         for _ in range(options.repeats):

@@ -199,7 +199,7 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
         (["--background", "redish"], r"background must be white, black, .* got 'redish'"),
         (["--stroke", "swirll"], r"swirll: neither a file nor a built-in stroke, .*did you mean 'swirl'\?"),
         (["--filter", "blur"], r"--filter: invalid choice: 'blur'"),
-        (["-o", "a.jpg"], r"output must end in .png, .exr, .tif, .tiff, got 'a.jpg'"),
+        (["-o", "a.jpg"], r"output must end in .png, .tif, .tiff, .exr, got 'a.jpg'"),
         (["-o", "no/such/a.png"], r"no/such/a.png: the folder .* does not exist; create it first"),
         (["--no-such-flag"], r"unrecognized arguments: --no-such-flag"),
         (["--frames", "5"], r"--frames must stand beside --orbit or --path: one picture has no use for it"),

@@ -5,7 +5,7 @@ import pytest
 
 import brushgs.io.scenes.columns
 from brushgs import SceneError, SceneWarning
-from brushgs.io import load, read_ply
+from brushgs.io import load, read_scene
 from tests.io.ply_maker import element_bytes, write_ply_file
 
 SH_C0 = 0.5 / np.sqrt(np.pi)
@@ -96,7 +96,7 @@ def test_what_is_encoded_is_decoded_within_the_steps_of_the_format(
     tmp_path: Path, num_rows: int, color_ranges: bool
 ) -> None:
     scene = make(num_rows)
-    gaussians, notes = read_ply(encode(tmp_path / "a.ply", scene, color_ranges=color_ranges))
+    gaussians, notes = read_scene(encode(tmp_path / "a.ply", scene, color_ranges=color_ranges))
     chunk = np.arange(num_rows) // 256
     for name, actual, bits in (
         ("means", gaussians.means, (11, 10, 11)),
@@ -130,7 +130,7 @@ def test_every_component_of_a_quaternion_may_be_the_largest(tmp_path: Path, larg
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_spherical_harmonics_come_from_their_own_element(tmp_path: Path, degree: int) -> None:
     scene = make(700, degree)
-    gaussians, notes = read_ply(encode(tmp_path / "a.ply", scene))
+    gaussians, notes = read_scene(encode(tmp_path / "a.ply", scene))
     num_rest = (degree + 1) ** 2 - 1
     expected = scene["rest"].reshape(700, 3, num_rest).transpose(0, 2, 1)
     assert np.abs(gaussians.sh[:, 1:] - expected).max() <= 0.5 * 8 / 256 + 1e-6

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.io import Encoding
+from brushgs.io.scenes.encoding import Encoding
 from tests.doctor import plant
 from tests.doctor.scenes import ball
 

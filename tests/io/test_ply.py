@@ -6,7 +6,7 @@ import pytest
 import brushgs.io.scenes.columns
 import brushgs.io.scenes.ply_inria
 from brushgs import Gaussians, SceneError, SceneWarning
-from brushgs.io import load, read_ply
+from brushgs.io import load, read_scene
 from tests.io.ply_maker import decoded, element_bytes, scene_columns, write_ply_file, write_scene
 
 # exp and the logistic function in float32: a few units in the last place.
@@ -25,7 +25,7 @@ def assert_is(gaussians: Gaussians, expected: dict[str, np.ndarray]) -> None:
 @pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian", "binary_big_endian"])
 def test_a_scene_reads_as_it_is_defined(tmp_path: Path, degree: int, encoding: str) -> None:
     columns = scene_columns(50, degree)
-    gaussians, notes = read_ply(write_scene(tmp_path / "a.ply", columns, encoding))
+    gaussians, notes = read_scene(write_scene(tmp_path / "a.ply", columns, encoding))
     assert_is(gaussians, decoded(columns))
     assert (notes.rows_read, notes.rows_dropped, notes.up) == (50, 0, None)
     assert (notes.sh_degree_stored, notes.sh_degree_used) == (degree, degree)
@@ -33,7 +33,7 @@ def test_a_scene_reads_as_it_is_defined(tmp_path: Path, degree: int, encoding: s
 
 def test_notes_name_the_format(tmp_path: Path) -> None:
     path = write_scene(tmp_path / "a.ply", scene_columns(3), "binary_big_endian")
-    assert read_ply(path)[1].format == "PLY, binary big-endian"
+    assert read_scene(path)[1].format == "PLY, binary big-endian"
 
 
 def test_f_rest_is_stored_channel_by_channel(tmp_path: Path) -> None:
@@ -112,7 +112,7 @@ def test_bands_that_are_zero_everywhere_are_left_out(tmp_path: Path) -> None:
         for channel in range(3):
             for term in range(num_terms, 16):
                 columns[f"f_rest_{channel * 15 + term - 1}"][:] = 0
-        gaussians, notes = read_ply(write_scene(tmp_path / "a.ply", columns))
+        gaussians, notes = read_scene(write_scene(tmp_path / "a.ply", columns))
         assert (notes.sh_degree_stored, notes.sh_degree_used, gaussians.sh_degree) == (3, used, used)
         np.testing.assert_array_equal(gaussians.sh, full[:, :num_terms])
 
@@ -121,7 +121,7 @@ def test_one_value_in_the_last_row_keeps_its_band(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(brushgs.io.scenes.ply_inria, "_BLOCK_BYTES", 1000)
     columns = {k: v * 0 if k.startswith("f_rest") else v for k, v in scene_columns(50, degree=3).items()}
     columns["f_rest_22"][49] = 1  # green, eighth term: degree 2
-    gaussians, notes = read_ply(write_scene(tmp_path / "a.ply", columns))
+    gaussians, notes = read_scene(write_scene(tmp_path / "a.ply", columns))
     assert notes.sh_degree_used == 2
     assert np.flatnonzero(gaussians.sh[:, 1:]).tolist() == [(49 * 8 + 7) * 3 + 1]
 
@@ -131,14 +131,14 @@ def test_one_value_in_the_last_row_keeps_its_band(tmp_path: Path, monkeypatch: p
     [("comment Vertical Axis: z", "+z"), ("comment up axis = -Y", "-y"), ("obj_info up_axis x", "+x")],
 )
 def test_a_comment_may_state_the_axis_that_points_up(tmp_path: Path, comment: str, up: str) -> None:
-    assert read_ply(write_scene(tmp_path / "a.ply", scene_columns(3), comments=[comment]))[1].up == up
+    assert read_scene(write_scene(tmp_path / "a.ply", scene_columns(3), comments=[comment]))[1].up == up
 
 
 def test_infinite_logs_that_mean_something_are_read_as_what_they_mean(tmp_path: Path) -> None:
     columns = scene_columns(3)
     columns["opacity"][:] = np.inf, -np.inf, 0
     columns["scale_1"][:] = -np.inf, -200, 0
-    gaussians, notes = read_ply(write_scene(tmp_path / "a.ply", columns))
+    gaussians, notes = read_scene(write_scene(tmp_path / "a.ply", columns))
     assert gaussians.opacities.tolist() == [1, 0, 0.5]
     assert gaussians.scales[:, 1].tolist() == [0, 0, 1]
     assert notes.rows_dropped == 0
@@ -171,7 +171,7 @@ def test_a_row_that_cannot_be_drawn_is_left_out_and_named(tmp_path: Path, name: 
     path = write_scene(tmp_path / "a.ply", columns)
     what = rf"a\.ply: 2 of 50 rows were left out: 2 hold .* \(first: row 7, {name} = {value:g}\)"
     with pytest.warns(SceneWarning, match=what):
-        gaussians, notes = read_ply(path)
+        gaussians, notes = read_scene(path)
     assert (notes.rows_read, notes.rows_dropped) == (50, 2)
     assert_is(gaussians, {k: np.delete(v, [7, 31], axis=0) for k, v in decoded(columns).items()})
 

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from brushgs.io import load, load_cameras, read_ply
+from brushgs.io import load, load_cameras, read_scene
 from tests.scenes import real_scene
 
 # name, rows, degree stored, degree used
@@ -26,7 +26,7 @@ SCENES = [
 
 @pytest.mark.parametrize(("name", "num_rows", "stored", "used"), SCENES)
 def test_a_real_scene_has_its_known_rows_and_degree(name: str, num_rows: int, stored: int, used: int) -> None:
-    gaussians, notes = read_ply(real_scene(name))
+    gaussians, notes = read_scene(real_scene(name))
     assert len(gaussians) == notes.rows_read == num_rows
     assert notes.rows_dropped == 0
     assert (notes.sh_degree_stored, notes.sh_degree_used, gaussians.sh_degree) == (stored, used, used)

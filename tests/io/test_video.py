@@ -11,9 +11,9 @@ from scipy.ndimage import gaussian_filter
 
 import brushgs as bg
 from brushgs import SceneError
+from brushgs.io.pictures.formats import VIDEO_SUFFIXES
 from brushgs.io.pictures.gif_colors import ColorCounts
 from brushgs.io.pictures.video import filming, padded_size
-from brushgs.options.choices import VIDEO_SUFFIXES
 
 ROOT = Path(__file__).resolve().parents[2]
 WIDTH, HEIGHT, NUM_FRAMES = 72, 50, 7

@@ -7,6 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.doctor.describe import describe
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES
 from brushgs.io.pictures.images import read_image
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
 from brushgs.painting import stages
@@ -255,7 +256,7 @@ def test_the_camera_stage_says_which_way_is_up_and_why(gaussians):
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("a.jpg", "output must end in .png, .exr, .tif, .tiff"),
+        ("a.jpg", "output must end in .png, .tif, .tiff, .exr"),
         ("missing/a.png", "the folder .* does not exist; create it first"),
         ("folder.png", "is not a regular file"),
         ("input.png", "is the input, which is never overwritten"),
@@ -267,7 +268,7 @@ def test_an_output_that_cannot_be_is_refused(tmp_path, name, sentence):
     (tmp_path / "input.png").write_text("scene")
     (tmp_path / "link.png").symlink_to(tmp_path / "input.png")
     with pytest.raises(ValueError, match=sentence):
-        check_output(tmp_path / name, pipeline.PICTURE_SUFFIXES, inputs=(tmp_path / "input.png",))
+        check_output(tmp_path / name, PICTURE_SUFFIXES, inputs=(tmp_path / "input.png",))
     assert (tmp_path / "input.png").read_text() == "scene"
 
 
@@ -277,7 +278,7 @@ def test_a_folder_that_refuses_is_found_before_the_work(tmp_path, monkeypatch):
 
     monkeypatch.setattr(pipeline.tempfile, "TemporaryFile", refuse)
     with pytest.raises(bg.SceneError, match=r"a\.png: cannot be written: permission denied"):
-        check_output(tmp_path / "a.png", pipeline.PICTURE_SUFFIXES)
+        check_output(tmp_path / "a.png", PICTURE_SUFFIXES)
 
 
 @pytest.mark.parametrize("ground", ["red", "#12345", "#gggggg", "no_such.png", ""])

@@ -8,7 +8,7 @@ import pytest
 
 import brushgs as bg
 from brushgs import SceneError, SceneWarning
-from brushgs.io import load, read_ply
+from brushgs.io import load, read_scene
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.stiff.scenes import orbit
 from tests.stiff.test_pictures import TEXTURES, assert_finite
@@ -33,13 +33,13 @@ def test_nan_or_infinity_in_any_column_is_dropped_and_counted_where_it_means_not
     columns[name][[3, 11]] = value
     path = write_scene(tmp_path / "a.ply", columns)
     if name in UNUSED or (name, value) in LEGITIMATE:
-        gaussians, notes = read_ply(path)
+        gaussians, notes = read_scene(path)
         assert (len(gaussians), notes.rows_dropped) == (20, 0)
     else:
         with pytest.warns(
             SceneWarning, match=rf"2 of 20 rows were left out: 2 hold .*row 3, {name} = {value:g}"
         ):
-            gaussians, notes = read_ply(path)
+            gaussians, notes = read_scene(path)
         assert (len(gaussians), notes.rows_dropped) == (18, 2)
     paint(gaussians)
 

@@ -53,28 +53,12 @@ class CameraFile:
     is_loop: bool = False
 
 
-def load_cameras(path: str | Path) -> list[Camera]:
-    """Read the cameras of a `cameras.json`, `transforms.json`, nerfstudio camera path or COLMAP model.
-
-    Lens distortion is left out with one SceneWarning. Where `transforms.json` gives no size (`w`, `h`),
-    pictures are 800 x 800, the size of the NeRF-synthetic scenes, which leave it out.
-
-    Args:
-        path: a JSON file, whose content decides which of the three it is, or a COLMAP sparse model: its
-            folder, one of its files (`images.bin`, `cameras.txt` ...), or a folder with `sparse/0`.
-
-    Returns:
-        The cameras in the order of the file, those of COLMAP by image name, with the default near plane.
+def read_cameras(path: str | Path) -> CameraFile:
+    """Read a camera file: its views as `brushgs.load_cameras` returns them, and what else a path states.
 
     Raises:
-        SceneError: if the file is none of these, or a field of a frame is missing or has no use;
-            names the frame and the field.
+        SceneError: if the file is of no known format, or a field of a frame is missing or unusable.
     """
-    return read_cameras(path).cameras
-
-
-def read_cameras(path: str | Path) -> CameraFile:
-    """`load_cameras`, and what a file of a camera path says beside the views. Raises the same."""
     path = Path(path)
     if is_colmap(path):
         return CameraFile(read_colmap(path))

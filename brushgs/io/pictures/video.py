@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from brushgs.arrays import U8
 from brushgs.errors import SceneError
 from brushgs.io.files import replacing
+from brushgs.io.pictures.formats import VIDEO_SUFFIXES
 from brushgs.io.pictures.gif_colors import ColorCounts
-from brushgs.options.choices import VIDEO_SUFFIXES
 from brushgs.scene import Frame
 
 # Encoders give other bytes for another number of threads, so it must not be that of the machine.

@@ -16,7 +16,7 @@ _LARGEST_LOG = 88.722  # just below the log of the largest float32, so that exp 
 _BLOCK_ROWS = 1 << 14
 
 
-def write_ply(gaussians: Gaussians, path: str | Path, *, is_strokes: bool = False) -> None:
+def write_scene(gaussians: Gaussians, path: str | Path, *, is_strokes: bool = False) -> None:
     """Write Gaussians as binary little-endian float32, log-scales and opacity logits.
 
     What is written reads back within float32 rounding of the logs. No infinity is written: a scale of

@@ -12,7 +12,7 @@ import numpy as np
 
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.io import read_ply
+from brushgs.io import read_scene
 from brushgs.measure.bench.figures import Verified
 from brushgs.measure.bench.subject import KERNEL, Subject
 from brushgs.measure.bench.supersample import FACTOR, supersampled
@@ -93,7 +93,7 @@ def _strokes(subject: Subject) -> Plan:
     counts = subject.counts
 
     def whole(count: int) -> Frame:
-        gaussians, _ = read_ply(subject.path)
+        gaussians, _ = read_scene(subject.path)
         return subject.draw(subject.cluster(subject.prune(gaussians), count))
 
     def trials() -> Iterator[Trial]:

@@ -1,0 +1,70 @@
+"""The table of camera formats. To add one: write a module beside this one, and its line here.
+
+A format that is JSON is recognised by the value in the file, any other one by its path. Error texts, help
+texts and the fuzzer read this table.
+"""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from brushgs.io.formats import in_words
+
+
+class CameraFormat(NamedTuple):
+    """A format of camera files.
+
+    Attributes:
+        name: in words, for help and error texts.
+        reader: module of this package with `read(path, content) -> CameraFile`; `content` is the JSON value
+            of the file, None where `matches_path` recognised it.
+        file: a usual name of such a file.
+        matches_path: whether a path is of this format; None if only the JSON value shows it.
+        matches_json: whether a JSON value is of this format; None if it is no JSON.
+    """
+
+    name: str
+    reader: str
+    file: str
+    matches_path: Callable[[Path], bool] | None = None
+    matches_json: Callable[[object], bool] | None = None
+
+
+def has_field(name: str) -> Callable[[object], bool]:
+    """Recognises JSON objects by a field."""
+    return lambda content: isinstance(content, dict) and name in content
+
+
+COLMAP_FILES = tuple(
+    stem + suffix for stem in ("cameras", "images", "points3D") for suffix in (".bin", ".txt")
+)
+
+CAMERA_FORMATS = (
+    CameraFormat(
+        "a COLMAP sparse model",
+        "colmap",
+        "images.bin",
+        matches_path=lambda path: path.name in COLMAP_FILES or os.path.isdir(path),  # noqa: PTH112
+    ),
+    CameraFormat(
+        "cameras.json of a 3DGS training",
+        "inria",
+        "cameras.json",
+        matches_json=lambda content: isinstance(content, list),
+    ),
+    CameraFormat(
+        "camera_path.json of the nerfstudio viewer",
+        "nerfstudio_path",
+        "camera_path.json",
+        matches_json=has_field("camera_path"),
+    ),
+    CameraFormat(
+        "transforms.json of NeRF and nerfstudio",
+        "transforms",
+        "transforms.json",
+        matches_json=has_field("frames"),
+    ),
+)
+# In the order of the table: for help texts.
+CAMERAS_READ = in_words([row.name for row in CAMERA_FORMATS])

@@ -1,0 +1,53 @@
+"""The table of scene formats. To add one: write a module beside this one, and its line here.
+
+Its content decides of which format a file is, where the format allows that, and not its name. Error texts,
+help texts and the fuzzer read this table.
+"""
+
+from typing import NamedTuple
+
+from brushgs.io.formats import Matcher, begins_with, has_suffix, in_words, suffixes_of
+
+
+class SceneFormat(NamedTuple):
+    """A format of scene files.
+
+    Attributes:
+        name: as a sentence has it after an article, "a PLY file".
+        suffixes: of its files, in lower case, the usual one first; the suffix decides what is written.
+        matches: whether a path with these first bytes is of this format; a folder has no first bytes.
+        reader: module of this package with `open_scene(path) -> SceneFile`; None if it is not read.
+        writer: module of this package with `write_scene(gaussians, path, *, is_strokes)`; None if it is not
+            written.
+        note: which files of this format are read, for help texts.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    matches: Matcher
+    reader: str | None = None
+    writer: str | None = None
+    note: str = ""
+
+
+KNOWN_SCENES = (
+    SceneFormat(
+        "PLY file",
+        (".ply",),
+        begins_with(b"ply\n", b"ply\r"),
+        reader="ply",
+        writer="ply_write",
+        note="as 3DGS trainers write it, or compressed by PlayCanvas or SuperSplat",
+    ),
+    # Not read: what is known of them helps to say what a file is.
+    SceneFormat(".sog scene or another zip archive", (".sog",), begins_with(b"PK\x03\x04")),
+    SceneFormat(".spz scene or other gzip data", (".spz",), begins_with(b"\x1f\x8b", b"NGSP")),
+    SceneFormat(".splat scene", (".splat",), has_suffix(".splat")),
+    SceneFormat(".ksplat scene", (".ksplat",), has_suffix(".ksplat")),
+    SceneFormat(".lcc scene", (".lcc",), has_suffix(".lcc")),
+)
+SCENE_FORMATS = tuple(row for row in KNOWN_SCENES if row.reader)
+WRITTEN_SCENES = tuple(row for row in KNOWN_SCENES if row.writer)
+SCENE_SUFFIXES = suffixes_of(WRITTEN_SCENES)  # that a scene may be written to
+# ".ply (as 3DGS trainers write it, ...)": for help texts.
+SCENES_READ = in_words([f"{row.suffixes[0]} ({row.note})" for row in SCENE_FORMATS])
