@@ -14,9 +14,10 @@ from brushgs.doctor.guesses import guess_unit, guess_up
 from brushgs.doctor.rows import check_bands, check_copies, check_dropped, check_quats
 from brushgs.doctor.shapes import FAINT, check_far, check_filling, check_light, check_needles
 from brushgs.io.scenes.columns import Columns
-from brushgs.io.scenes.dropped import Dropped, drop_faults
+from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
-from brushgs.io.scenes.ply import RawScene, read_raw
+from brushgs.io.scenes.fill import activate_rows
+from brushgs.io.scenes.read import read_raw
 from brushgs.options.choices import Floaters
 from brushgs.scene import Gaussians
 
@@ -66,35 +67,30 @@ def look_at(path: str | Path, floaters: Floaters = "sure") -> Examination:
         path: a .ply file with a trained 3D Gaussian scene.
         floaters: which of them the cure drops: those surely apart, nearer ones too ("strong"), or none.
     """
-    raw = read_raw(path)
-    total = len(raw.columns.means)
+    columns, file = read_raw(path)
+    total = len(columns.means)
     encoding, findings = Encoding(), []
-    if not raw.is_compressed:
-        diagnosis = diagnose(raw.columns)
+    if not file.has_fixed_encoding:
+        diagnosis = diagnose(columns)
         encoding, findings = diagnosis.encoding, diagnosis.findings
-    gaussians, dropped = _decode(raw, encoding)
+    gaussians, dropped = _decode(columns, encoding, file.path)
     findings += check_dropped(dropped, total)
     findings += check_quats(gaussians, total)
     copies = check_copies(gaussians, total)
     findings += copies + check_bands(gaussians)
     findings += _check_places(gaussians, copies, floaters, total)
     findings += check_light(gaussians, total)
-    findings += [guess_up(gaussians, raw.up), guess_unit(gaussians)]
+    findings += [guess_up(gaussians, file.up), guess_unit(gaussians)]
     findings.sort(key=lambda finding: SEVERITIES.index(finding.severity))
     return Examination(Path(path), total, encoding, gaussians, findings)
 
 
-def _decode(raw: RawScene, encoding: Encoding) -> tuple[Gaussians, Dropped]:
-    """The Gaussians of raw columns, in their place: the raw values are gone afterwards."""
-    columns: Columns = raw.columns
-    total = len(columns.means)
-    encoding.standardize(columns)
-    with np.errstate(all="ignore"):
-        dropped = drop_faults(columns, 0, columns.sh.shape[1] - 1)
-        if dropped.num_rows == total:
-            dropped.report(raw.path, total)  # raises: nothing is left
-        columns = columns.part(0, total - dropped.num_rows)
-        columns.activate(is_logit=True)
+def _decode(columns: Columns, encoding: Encoding, path: Path) -> tuple[Gaussians, Dropped]:
+    """The Gaussians of raw columns, in place: the raw values are overwritten."""
+    total, num_rest = len(columns.means), columns.sh.shape[1] - 1
+    columns, dropped = activate_rows(columns, encoding, first_row=0, num_rest=num_rest, is_logit=True)
+    if dropped.num_rows == total:
+        dropped.report(path, total)  # raises: no row is left
     return columns.gaussians(), dropped
 
 

@@ -27,7 +27,7 @@ def check_dropped(dropped: Dropped, total: int) -> list[Finding]:
         count = dropped.num_broken
         findings.append(Finding("non-finite-rows", "fault", count, count / total, what, facts))
     if dropped.unrotated is not None:
-        what = f"rows have an all-zero rotation, as padding has (first: row {dropped.unrotated})"
+        what = f"rows have an all-zero rotation, as padding rows do (first: row {dropped.unrotated})"
         count = dropped.num_unrotated
         findings.append(
             Finding("zero-quaternions", "fault", count, count / total, what, {"first_row": dropped.unrotated})

@@ -58,6 +58,14 @@ def is_plain(path: Path) -> bool:
         return False
 
 
+def is_dir(path: Path) -> bool:
+    """Whether there is a folder of that name; False for a name that no folder can have."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
 def read_whole(path: Path, most: int, what: str = "file") -> bytes:
     """The content of a plain file of at most `most` bytes.
 

@@ -66,7 +66,7 @@ def test_a_missing_folder_is_named(tmp_path: Path) -> None:
         replacing(tmp_path / "nowhere" / "a.png").__enter__()
 
 
-def test_a_folder_that_cannot_be_written_to_is_told(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_to_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(SceneError, match=r"cannot be written \(Not a directory\); choose another folder"):
         replacing(tmp_path / "file" / "a.png").__enter__()

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import brushgs.io.scenes.identify
+import brushgs.io.files
 from brushgs import SceneError
 from brushgs.io import load
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
@@ -27,7 +27,7 @@ def test_a_missing_file(tmp_path: Path) -> None:
 
 
 def test_a_folder(tmp_path: Path) -> None:
-    refuse(tmp_path, r"is a folder; name the \.ply file inside it")
+    refuse(tmp_path, r"is a folder; name the scene file inside it")
 
 
 def test_a_pipe(tmp_path: Path) -> None:
@@ -49,14 +49,14 @@ def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
         (OSError(5, "I/O error"), r"\(I/O error\)"),
     ],
 )
-def test_errors_of_the_system_are_told_in_a_sentence(
+def test_errors_of_the_system_are_reported_in_a_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: OSError, sentence: str
 ) -> None:
     def fail(*args: object, **kwargs: object) -> None:
         raise error
 
     path = write_scene(tmp_path / "a.ply", scene_columns(3))
-    monkeypatch.setattr(brushgs.io.scenes.identify.Path, "open", fail)
+    monkeypatch.setattr(brushgs.io.files.Path, "open", fail)
     refuse(path, sentence)
 
 
@@ -74,19 +74,19 @@ def test_errors_of_the_system_are_told_in_a_sentence(
         (
             "a.sog",
             b"PK\x03\x04abc",
-            r"is a zip bundle .*; convert it to \.ply first, for example with SuperSplat",
+            r"is a \.sog scene or another zip archive, which is not read; convert it to \.ply first",
         ),
-        ("a.spz", b"\x1f\x8b\x08", r"is gzip data .*; convert it to \.ply first"),
-        ("a.spz", b"NGSP\x04", r"is an \.spz scene, which is not read; convert it"),
+        ("a.spz", b"\x1f\x8b\x08", r"is a \.spz scene or other gzip data, which is not read; convert it"),
+        ("a.spz", b"NGSP\x04", r"is a \.spz scene or other .*, which is not read; convert it"),
         ("a.glb", b"glTF\x02", r"is a glTF model.*; export the splats as \.ply"),
         ("a.splat", b"\0" * 64, r"is a \.splat scene, which is not read; convert it"),
         ("a.KSPLAT", b"\0" * 64, r"is a \.ksplat scene, which is not read; convert it"),
         (
             "a.ply",
             b"\0" * 64,
-            r"is not a PLY file: it must begin with 'ply', got b'.*'; export the scene as \.ply",
+            r"is of no scene format that is read: it begins with b'.*'; export it as \.ply",
         ),
-        ("a.ply", b"plywood", "is not a PLY file"),
+        ("a.ply", b"plywood", "is of no scene format that is read"),
     ],
 )
 def test_a_file_of_another_kind_is_named(tmp_path: Path, name: str, content: bytes, sentence: str) -> None:
@@ -149,12 +149,12 @@ def test_a_header_that_makes_no_sense(tmp_path: Path, header: str, sentence: str
 
 @pytest.mark.parametrize("count", [10**18, 10**30, 1_500_000_000])
 @pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian"])
-def test_an_absurd_count_is_refused_before_memory_is_asked_for(
+def test_an_absurd_count_is_refused_before_memory_is_allocated(
     tmp_path: Path, count: int, encoding: str
 ) -> None:
     path = write_scene(tmp_path / "a.ply", scene_columns(3), encoding, count=count)
     refuse(
-        path, rf"is cut off: of {count} rows of element 'vertex' \d+ are whole and .*\d+ bytes are missing"
+        path, rf"is cut off: of {count} rows of element 'vertex' \d+ are complete and .*\d+ bytes are missing"
     )
 
 
@@ -163,7 +163,8 @@ def test_a_binary_file_cut_off_says_how_many_rows_and_bytes(tmp_path: Path, enco
     path = write_scene(tmp_path / "a.ply", scene_columns(50), encoding)
     path.write_bytes(path.read_bytes()[:-75])  # a row has 17 * 4 = 68 bytes
     refuse(
-        path, "of 50 rows of element 'vertex' 48 are whole and 75 bytes are missing; copy or export it again"
+        path,
+        "of 50 rows of element 'vertex' 48 are complete and 75 bytes are missing; copy or export it again",
     )
 
 

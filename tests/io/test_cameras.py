@@ -122,16 +122,16 @@ def test_rounded_rotations_become_rotations(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("model", "name"), [("OPENCV", "OPENCV"), ("OPENCV_FISHEYE", "OPENCV_FISHEYE")])
-def test_distortion_is_left_out_with_one_warning(tmp_path: Path, model: str, name: str) -> None:
+def test_distortion_is_ignored_with_one_warning(tmp_path: Path, model: str, name: str) -> None:
     content = NERFSTUDIO | {"camera_model": model, "k1": 0.1, "k2": 0.0, "p2": -0.02}
-    what = rf"cameras\.json: the distortion of camera model {name} was left out \(k1 = 0\.1, p2 = -0\.02\)"
+    what = rf"cameras\.json: the distortion of camera model {name} was ignored \(k1 = 0\.1, p2 = -0\.02\)"
     with pytest.warns(SceneWarning, match=what) as caught:
         load_cameras(write(tmp_path, content))
     assert len(caught) == 1
 
 
-def test_distortion_in_a_frame_is_told_too(tmp_path: Path) -> None:
-    with pytest.warns(SceneWarning, match=r"left out \(k1 = 1\)"):
+def test_distortion_in_a_frame_is_reported_too(tmp_path: Path) -> None:
+    with pytest.warns(SceneWarning, match=r"ignored \(k1 = 1\)"):
         load_cameras(write(tmp_path, changed(NERFSTUDIO, k1=1)))
 
 

@@ -105,15 +105,15 @@ def test_every_pinhole_model_gives_its_intrinsics_and_size(tmp_path, form, model
         ("FULL_OPENCV", (5.0, 5.0, 3.0, 2.0, *[0.0] * 7, 0.5), r"k6 = 0\.5"),
     ],
 )
-def test_distortion_is_left_out_with_one_warning(tmp_path, form, model, values, listed):
-    what = rf"cameras\.{form}: the distortion of camera model {model} was left out \({listed}\); pictures are"
+def test_distortion_is_ignored_with_one_warning(tmp_path, form, model, values, listed):
+    what = rf"cameras\.{form}: the distortion of camera model {model} was ignored \({listed}\); pictures are"
     images = [Image("a"), Image("b")]
     with pytest.warns(SceneWarning, match=what) as caught:
         load_cameras(write(tmp_path, form, [(1, model, 640, 480, values)], images))
     assert len(caught) == 1
 
 
-def test_distortion_of_a_camera_without_images_is_not_told(tmp_path):
+def test_distortion_of_a_camera_without_images_is_not_reported(tmp_path):
     bent = (2, "SIMPLE_RADIAL", 64, 48, (50.0, 32.0, 24.0, 0.1))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -255,7 +255,7 @@ def test_a_model_without_images(tmp_path, form):
 
 @pytest.mark.parametrize("name", ["cameras.bin", "images.bin"])
 @pytest.mark.parametrize("count", [2, 10**6, 2**64 - 1])
-def test_a_count_that_the_file_cannot_hold_is_refused_before_memory_is_asked_for(tmp_path, name, count):
+def test_a_count_that_the_file_cannot_hold_is_refused_before_memory_is_allocated(tmp_path, name, count):
     path = write(tmp_path, "bin") / name
     path.write_bytes(struct.pack("<Q", count) + path.read_bytes()[8:])
     fails(

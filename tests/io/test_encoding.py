@@ -1,4 +1,4 @@
-"""Files that hold plain scales, other orders or RGB load rightly when asked for so."""
+"""Files with plain scales, another order of quaternions or RGB load correctly if the encoding is given."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from tests.doctor.scenes import ball
         (plant.xyzw, Encoding(quats="xyzw"), 1e-6),
     ],
 )
-def test_another_layout_is_read_when_asked_for(way, encoding: Encoding, atol: float, tmp_path: Path) -> None:
+def test_another_encoding_is_read_if_given(way, encoding: Encoding, atol: float, tmp_path: Path) -> None:
     path = plant.write(way(plant.columns_of(ball(), tmp_path)), tmp_path / "a.ply")
     gaussians, sound = bg.load(path, encoding), bg.load(tmp_path / "sound.ply")
     for name in ("means", "quats", "scales", "opacities", "sh"):
@@ -30,24 +30,24 @@ def test_another_layout_is_read_when_asked_for(way, encoding: Encoding, atol: fl
 @pytest.mark.parametrize(
     ("way", "colors", "step"), [(plant.linear_colors, "rgb", 0), (plant.byte_colors, "byte", 0.5)]
 )
-def test_rgb_is_read_when_asked_for(way, colors: str, step: float, tmp_path: Path) -> None:
+def test_rgb_is_read_if_given(way, colors: str, step: float, tmp_path: Path) -> None:
     path = plant.write(way(plant.columns_of(ball(), tmp_path)), tmp_path / "a.ply")
     found = 0.5 + plant.C0 * bg.load(path, Encoding(colors=colors)).sh[:, 0]
     expected = np.clip(0.5 + plant.C0 * bg.load(tmp_path / "sound.ply").sh[:, 0], 0, 1)
     np.testing.assert_allclose(found, expected, rtol=0, atol=step / 255 + 1e-6)
 
 
-def test_values_that_a_reading_cannot_hold_are_left_out(tmp_path: Path) -> None:
+def test_values_that_an_encoding_cannot_hold_are_dropped(tmp_path: Path) -> None:
     columns = plant.linear_scales(plant.columns_of(ball(), tmp_path)).columns
     columns["scale_1"][7], columns["scale_2"][9] = -0.5, 0.0
     path = plant.write(plant.nothing(columns), tmp_path / "a.ply")
-    with pytest.warns(bg.SceneWarning, match="1 of 3000 rows were left out: .*row 7, scale_1 = nan"):
+    with pytest.warns(bg.SceneWarning, match="1 of 3000 rows were dropped: .*row 7, scale_1 = nan"):
         gaussians = bg.load(path, Encoding(scales="linear"))
     assert len(gaussians) == 2999
     assert (gaussians.scales == 0).sum() == 1  # a scale of 0 is legitimate
 
 
 @pytest.mark.parametrize("name", ["scales", "opacities", "quats", "colors"])
-def test_a_reading_that_is_none_is_refused(name: str) -> None:
-    with pytest.raises(ValueError, match=f"Reading: {name} must be one of .*, got 'odd'"):
+def test_an_unknown_encoding_is_refused(name: str) -> None:
+    with pytest.raises(ValueError, match=f"Encoding: {name} must be one of .*, got 'odd'"):
         Encoding(**{name: "odd"})

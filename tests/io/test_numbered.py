@@ -57,7 +57,7 @@ def test_numbers_of_other_names_are_not_counted(tmp_path: Path) -> None:
     assert files(tmp_path / "nowhere").numbers() == []
 
 
-def test_a_ledger_reads_back_what_was_written(tmp_path: Path) -> None:
+def test_a_manifest_reads_back_what_was_written(tmp_path: Path) -> None:
     manifest = started(tmp_path / "new")
     manifest.add(0, b"abc")
     manifest.add(5, b"abcde")
@@ -100,21 +100,19 @@ def test_a_line_that_was_cut_off_costs_its_frame_alone(tmp_path: Path) -> None:
     assert Manifest.read(manifest.files).sizes == {0: 3, 1: 3, 2: 3}  # type: ignore[union-attr]
 
 
-def test_two_sequences_in_one_folder_have_their_own_ledgers(tmp_path: Path) -> None:
+def test_two_sequences_in_one_folder_have_their_own_manifests(tmp_path: Path) -> None:
     started(tmp_path).add(0, b"abc")
     assert Manifest.read(files(tmp_path, "other-%03d.png")) is None
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]\n", '{"painting": 3}\n', json.dumps({"a": 1}), "\xff\n"])
-def test_another_file_in_the_place_of_a_ledger_is_told(tmp_path: Path, content: str) -> None:
+def test_another_file_in_the_place_of_a_manifest_is_reported(tmp_path: Path, content: str) -> None:
     files(tmp_path).manifest.write_bytes(content.encode("latin-1"))
-    with pytest.raises(
-        SceneError, match=r"\.%05d\.png\.json: is no manifest of frames; remove it, or leave out"
-    ):
+    with pytest.raises(SceneError, match=r"\.%05d\.png\.json: is no manifest of frames; remove it, or omit"):
         Manifest.read(files(tmp_path))
 
 
-def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="the folder cannot be made: No such file or directory"):
         started(tmp_path / "a" / "b")
     (tmp_path / "file").touch()
@@ -122,7 +120,7 @@ def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
         started(tmp_path / "file")
 
 
-def test_a_ledger_that_cannot_be_gone_on_with_is_told(tmp_path: Path) -> None:
+def test_a_manifest_that_cannot_be_extended_is_reported(tmp_path: Path) -> None:
     manifest = started(tmp_path)
     manifest.files.manifest.unlink()
     manifest.files.manifest.mkdir()

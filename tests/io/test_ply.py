@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import brushgs.io.scenes.columns
+import brushgs.io.scenes.fill
 import brushgs.io.scenes.ply_inria
 from brushgs import Gaussians, SceneError, SceneWarning
 from brushgs.io import load, read_scene
@@ -56,7 +56,7 @@ def test_properties_are_found_by_name_in_any_order(tmp_path: Path, order: str) -
     assert_is(load(path), decoded(columns))
 
 
-def test_normals_may_be_missing_and_extra_properties_of_any_type_are_passed_over(tmp_path: Path) -> None:
+def test_normals_may_be_missing_and_extra_properties_of_any_type_are_skipped(tmp_path: Path) -> None:
     columns = scene_columns(20, degree=1)
     expected = decoded(columns)
     kinds = ["char", "uchar", "short", "ushort", "int", "uint", "double"]
@@ -88,7 +88,7 @@ def test_the_header_may_end_its_lines_in_any_way(tmp_path: Path, newline: str) -
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian"])
-def test_elements_before_and_after_the_gaussians_are_passed_over(tmp_path: Path, encoding: str) -> None:
+def test_elements_before_and_after_the_gaussians_are_skipped(tmp_path: Path, encoding: str) -> None:
     columns = scene_columns(5)
     camera = element_bytes("camera", {"a": np.arange(3.0), "b": np.arange(3)}, encoding, {"b": "uchar"})
     vertex = element_bytes("vertex", columns, encoding)
@@ -98,14 +98,14 @@ def test_elements_before_and_after_the_gaussians_are_passed_over(tmp_path: Path,
     assert_is(load(path), decoded(columns))
 
 
-def test_blank_lines_in_ascii_are_passed_over(tmp_path: Path) -> None:
+def test_blank_lines_in_ascii_are_skipped(tmp_path: Path) -> None:
     columns = scene_columns(5)
     header, data = element_bytes("vertex", columns, "ascii")
     path = write_ply_file(tmp_path / "a.ply", [(header, b"\n" + data.replace(b"\n", b" \n\n"))], "ascii")
     assert_is(load(path), decoded(columns))
 
 
-def test_bands_that_are_zero_everywhere_are_left_out(tmp_path: Path) -> None:
+def test_bands_that_are_zero_everywhere_are_dropped(tmp_path: Path) -> None:
     columns = scene_columns(50, degree=3)
     full = decoded(columns)["sh"]
     for used, num_terms in ((2, 9), (1, 4), (0, 1)):
@@ -165,18 +165,18 @@ def test_extreme_logits_are_sound_at_both_ends(tmp_path: Path) -> None:
         ("f_rest_40", np.inf),
     ],
 )
-def test_a_row_that_cannot_be_drawn_is_left_out_and_named(tmp_path: Path, name: str, value: float) -> None:
+def test_a_row_that_cannot_be_drawn_is_dropped_and_named(tmp_path: Path, name: str, value: float) -> None:
     columns = scene_columns(50, degree=3)
     columns[name][[7, 31]] = value
     path = write_scene(tmp_path / "a.ply", columns)
-    what = rf"a\.ply: 2 of 50 rows were left out: 2 hold .* \(first: row 7, {name} = {value:g}\)"
+    what = rf"a\.ply: 2 of 50 rows were dropped: 2 hold .* \(first: row 7, {name} = {value:g}\)"
     with pytest.warns(SceneWarning, match=what):
         gaussians, notes = read_scene(path)
     assert (notes.rows_read, notes.rows_dropped) == (50, 2)
     assert_is(gaussians, {k: np.delete(v, [7, 31], axis=0) for k, v in decoded(columns).items()})
 
 
-def test_the_column_at_fault_has_its_name_in_the_file_though_bands_were_left_out(tmp_path: Path) -> None:
+def test_the_column_at_fault_has_its_name_in_the_file_though_bands_were_dropped(tmp_path: Path) -> None:
     columns = {k: v * 0 if k.startswith("f_rest") else v for k, v in scene_columns(5, degree=3).items()}
     columns["f_rest_16"][:] = 1, 1, np.nan, 1, 1  # green, second term of degree 1
     path = write_scene(tmp_path / "a.ply", columns)
@@ -206,13 +206,13 @@ def test_nan_in_a_column_that_is_not_used_does_no_harm(tmp_path: Path) -> None:
     assert len(load(write_scene(tmp_path / "a.ply", columns))) == 5
 
 
-def test_padding_rows_are_left_out_and_told_apart_from_broken_ones(tmp_path: Path) -> None:
+def test_padding_rows_are_dropped_and_counted_apart_from_broken_ones(tmp_path: Path) -> None:
     columns = scene_columns(50)
     for values in columns.values():
         values[20:40] = 0
     columns["x"][3] = np.nan
     path = write_scene(tmp_path / "a.ply", columns)
-    what = r"21 of 50 rows .*: 1 hold .* and 20 have an all-zero rotation, as padding has \(first: row 20\)"
+    what = r"21 of 50 rows .*: 1 hold .* and 20 have an all-zero rotation, .* \(first: row 20\)"
     with pytest.warns(SceneWarning, match=what):
         assert len(load(path)) == 29
 
@@ -244,7 +244,7 @@ def test_blocks_and_threads_do_not_change_what_is_read(
         columns[f"rot_{index}"][bad[100:]] = 0
     path = write_scene(tmp_path / "a.ply", columns)
     monkeypatch.setattr(brushgs.io.scenes.ply_inria, "_BLOCK_BYTES", 41 * 37)
-    monkeypatch.setattr(brushgs.io.scenes.columns, "_count_threads", lambda num_rows: num_threads)
+    monkeypatch.setattr(brushgs.io.scenes.fill, "_count_threads", lambda num_rows: num_threads)
     first = min(bad[:100])
     with pytest.warns(
         SceneWarning, match=rf"300 of 1000 rows .* 100 hold .* \(first: row {first}, x = nan\)"
@@ -253,7 +253,7 @@ def test_blocks_and_threads_do_not_change_what_is_read(
     assert_is(gaussians, {k: np.delete(v, bad, axis=0) for k, v in decoded(columns).items()})
 
 
-def test_scales_and_opacities_stored_without_log_and_logit_are_told(tmp_path: Path) -> None:
+def test_scales_and_opacities_stored_without_log_and_logit_are_reported(tmp_path: Path) -> None:
     columns = scene_columns(50)
     for index in range(3):
         columns[f"scale_{index}"] = np.exp(columns[f"scale_{index}"])
@@ -261,18 +261,18 @@ def test_scales_and_opacities_stored_without_log_and_logit_are_told(tmp_path: Pa
     path = write_scene(tmp_path / "a.ply", columns)
     with pytest.warns(
         SceneWarning,
-        match=r"a\.ply: scales and opacities seem to be stored as they are, .*; 'brushgs doctor .*a\.ply",
+        match=r"a\.ply: scales and opacities seem to be stored in another .*; 'brushgs doctor .*a\.ply",
     ):
         load(path)
     columns["opacity"][7] = 1.1
     load(write_scene(tmp_path / "b.ply", columns))  # one logit above 1 proves them to be logits
 
 
-def test_bytes_after_the_last_row_are_left_out_with_a_warning(tmp_path: Path) -> None:
+def test_bytes_after_the_last_row_are_ignored_with_a_warning(tmp_path: Path) -> None:
     columns = scene_columns(5)
     path = write_scene(tmp_path / "a.ply", columns)
     path.write_bytes(path.read_bytes() + b"12345")
     with pytest.warns(
-        SceneWarning, match="5 bytes after the last row were left out; .* get it again in binary"
+        SceneWarning, match="5 bytes after the last row were ignored; .* get it again in binary"
     ):
         assert_is(load(path), decoded(columns))

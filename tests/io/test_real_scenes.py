@@ -127,10 +127,10 @@ def test_the_two_descriptions_of_the_same_synthetic_views_agree() -> None:
             np.testing.assert_allclose(camera.viewmat[2, :3], towards_origin, atol=1e-3)
 
 
-def test_a_phone_capture_tells_of_the_distortion_that_is_left_out() -> None:
+def test_a_phone_capture_reports_the_ignored_distortion() -> None:
     path = real_scene("nerfstudio_transforms.json")
     with pytest.warns(
-        UserWarning, match=r"camera model OPENCV was left out \(k1 = 0\.0424585, k2 = .*p1 = .*p2 = "
+        UserWarning, match=r"camera model OPENCV was ignored \(k1 = 0\.0424585, k2 = .*p1 = .*p2 = "
     ):
         cameras = load_cameras(path)
     assert len(cameras) == len(json.loads(path.read_text())["frames"])

@@ -181,7 +181,7 @@ def test_ends_of_a_chunk_beyond_float32_drop_its_rows(tmp_path):
     head, _, data = path.read_bytes().partition(b"end_header\n")
     first = data.split(b"\n", 1)
     path.write_bytes(head + b"end_header\n" + b"1e300 " + first[0].split(b" ", 1)[1] + b"\n" + first[1])
-    with pytest.warns(SceneWarning, match="256 of 300 rows were left out"):
+    with pytest.warns(SceneWarning, match="256 of 300 rows were dropped"):
         assert len(load(path)) == 44
 
 
@@ -249,7 +249,7 @@ def test_numbers_no_camera_has_are_refused(tmp_path, content, sentence):
 def test_a_camera_model_that_is_no_name_is_not_quoted(tmp_path):
     content = test_cameras.NERFSTUDIO | {"camera_model": ["\x1b"] * 1000, "k1": 0.5}
     content["frames"] = [test_cameras.NERFSTUDIO["frames"][0] | {"camera_model": "PINHOLE"}]
-    with pytest.warns(SceneWarning, match=r"distortion of camera model PINHOLE was left out \(k1 = 0.5\)"):
+    with pytest.warns(SceneWarning, match=r"distortion of camera model PINHOLE was ignored \(k1 = 0.5\)"):
         load_cameras(cameras_file(tmp_path, json.dumps(content)))
 
 
@@ -303,12 +303,12 @@ def test_a_line_of_a_model_without_end_is_refused_and_points_may_be_many(tmp_pat
     "content",
     [b"", b"\xff\xfe", b"[" * 100_000, b'{"painting": ' + b"[" * 100_000, b'{"painting": 1}', b"\0" * 100],
 )
-def test_what_is_no_ledger_is_refused(tmp_path, content):
+def test_what_is_no_manifest_is_refused(tmp_path, content):
     (tmp_path / ".%05d.png.json").write_bytes(content)
     refuse(manifest, tmp_path / ".%05d.png.json", "is no manifest of frames; remove it")
 
 
-def test_lines_of_a_ledger_that_make_no_sense_are_passed_over(tmp_path):
+def test_lines_of_a_manifest_that_make_no_sense_are_skipped(tmp_path):
     lines = [
         '{"painting": {}}',
         '{"frame": 1e999, "bytes": 1}',

@@ -173,7 +173,7 @@ def test_a_video_that_is_not_finished_leaves_what_was_there(
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_what_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_what_cannot_be_written_is_reported(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"the folder .*nowhere does not exist; create it first"):
         film(tmp_path / "nowhere" / "a.mp4", moving_picture())
 

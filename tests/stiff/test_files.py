@@ -37,7 +37,7 @@ def test_nan_or_infinity_in_any_column_is_dropped_and_counted_where_it_means_not
         assert (len(gaussians), notes.rows_dropped) == (20, 0)
     else:
         with pytest.warns(
-            SceneWarning, match=rf"2 of 20 rows were left out: 2 hold .*row 3, {name} = {value:g}"
+            SceneWarning, match=rf"2 of 20 rows were dropped: 2 hold .*row 3, {name} = {value:g}"
         ):
             gaussians, notes = read_scene(path)
         assert (len(gaussians), notes.rows_dropped) == (18, 2)
@@ -72,7 +72,7 @@ def test_nine_hundred_thousand_all_zero_rows_beside_a_scene(tmp_path: Path):
         if name in columns:
             columns[name][900_000:] = values
     path = write_scene(tmp_path / "a.ply", columns)
-    with pytest.warns(SceneWarning, match=r"900000 of 900050 rows .* all-zero rotation, as padding has"):
+    with pytest.warns(SceneWarning, match=r"900000 of 900050 rows .* all-zero rotation, as padding rows do"):
         gaussians = load(path)
     assert len(gaussians) == 50
     paint(gaussians)

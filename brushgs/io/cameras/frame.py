@@ -149,5 +149,5 @@ def lens_rule(K: Sequence[float], size: Sequence[float], place: ArrayLike) -> st
 def warn_of_distortion(path: Path, model: str, found: dict[str, float]) -> None:
     """Warn once that the lens distortion of a file, by name of the coefficient, was left out."""
     listed = ", ".join(f"{name} = {value:g}" for name, value in found.items())
-    message = f"the distortion of camera model {model} was left out ({listed}); pictures are a pinhole's"
+    message = f"the distortion of camera model {model} was ignored ({listed}); pictures are a pinhole's"
     warnings.warn(SceneWarning(f"{path}: {message}"), stacklevel=4)

@@ -115,9 +115,8 @@ class Manifest:
         except (ValueError, KeyError, TypeError, RecursionError):
             painting = None
         if not isinstance(painting, dict):
-            raise SceneError(
-                files.manifest, "is no manifest of frames; remove it, or leave out --resume to paint all anew"
-            )
+            cure = "remove it, or omit --resume to paint all frames again"
+            raise SceneError(files.manifest, f"is no manifest of frames; {cure}")
         return cls(files, painting, dict(_entries(lines)))
 
     def is_done(self, index: int) -> bool:

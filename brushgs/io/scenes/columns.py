@@ -1,30 +1,26 @@
-"""The columns of a scene while a file is read into them.
+"""The columns of a scene while a file is read into them."""
 
-Blocks of a file are decoded into their place in the finished columns, by several threads for large
-files. What a block holds is checked while it lies in the cache; rows that cannot be drawn leave gaps,
-which are closed in place at the end, so that a scene never lies in memory twice.
-"""
-
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, fields
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import F32
-from brushgs.io.scenes.dropped import Dropped, drop_faults
-from brushgs.io.scenes.encoding import STANDARD, Encoding
+from brushgs.errors import SceneError
+from brushgs.io.scenes.encoding import Encoding
 from brushgs.scene import Gaussians
-from brushgs.threads import num_threads_or_default
+from brushgs.sh import C0
 
-_ROWS_PER_THREAD = 100_000  # below this, a thread costs more than it brings
-_MAX_THREADS = 4  # more only wait for memory
+# An opacity of 1 that passed through other arithmetic may lie this far above 1; more is no opacity.
+OPACITY_SLACK = 1e-3
+# A scene in memory has 4 bytes a number; a large file with less than one per number is malicious or damaged.
+_MAX_GROWTH, _SMALL_SCENE = 4, 64 << 20
 
 
 @dataclass
 class Columns:
-    """Arrays to be filled; scales and opacities hold logs and logits until `activate`."""
+    """Arrays of n rows to be filled; scales and opacities hold logs and logits until `activate`."""
 
     means: F32  # [n, 3]
     quats: F32  # [n, 4]
@@ -34,7 +30,7 @@ class Columns:
 
     @classmethod
     def empty(cls, num_rows: int, num_terms: int) -> "Columns":
-        """Columns for so many rows, not yet written to."""
+        """Uninitialised columns of so many rows and spherical-harmonic terms."""
         shapes = (3,), (4,), (3,), (), (num_terms, 3)
         return cls(*(np.empty((num_rows, *shape), np.float32) for shape in shapes))
 
@@ -43,16 +39,38 @@ class Columns:
         return Columns(*(getattr(self, field.name)[start:stop] for field in fields(self)))
 
     def move(self, rows: NDArray[np.bool_] | slice, start: int) -> None:
-        """Copy the rows chosen to `start` and after."""
+        """Copy the selected rows to `start` and after."""
         for field in fields(self):
             column = getattr(self, field.name)
-            chosen = column[rows]
-            column[start : start + len(chosen)] = chosen
+            selected = column[rows]
+            column[start : start + len(selected)] = selected
+
+    def standardize(self, encoding: Encoding) -> None:
+        """Turn raw values of an encoding into those of the standard layout, in place.
+
+        A value that has no counterpart (a negative scale, an opacity outside 0 to 1) becomes NaN, whose row
+        is then dropped like any other. A scale of 0 becomes -infinity and opacities of 0 and 1 become
+        infinite, which is right.
+        """
+        with np.errstate(all="ignore"):
+            if encoding.scales == "linear":
+                np.log(self.scales, out=self.scales)
+            if encoding.opacities != "logit":
+                if encoding.opacities == "byte":
+                    self.opacities /= 255
+                above = (self.opacities > 1) & (self.opacities <= 1 + OPACITY_SLACK)
+                self.opacities[above] = 1
+                self.opacities[:] = np.log(self.opacities) - np.log1p(-self.opacities)
+            if encoding.quats == "xyzw":
+                self.quats[:] = self.quats[:, [3, 0, 1, 2]]
+            if encoding.colors != "sh":
+                full = 255 if encoding.colors == "byte" else 1
+                self.sh[:, 0] = (self.sh[:, 0] / full - 0.5) / C0
 
     def activate(self, *, is_logit: bool) -> None:
         """Turn log-scales into scales and logits into opacities, in place.
 
-        1 / (1 + exp(-x)) is sound at both ends: an exp that overflows gives 0, infinity gives 1.
+        1 / (1 + exp(-x)) is exact at both ends: an exp that overflows gives 0, infinity gives 1.
         """
         np.exp(self.scales, out=self.scales)
         if is_logit:
@@ -66,78 +84,20 @@ class Columns:
         return Gaussians(self.means, self.quats, self.scales, self.opacities, self.sh)
 
 
-Decoder = Callable[[int, int, Columns], None]  # (start, stop, where to write raw values)
-
-
-def fill(
-    columns: Columns,
-    open_decoder: Callable[[], AbstractContextManager[Decoder]],
-    *,
-    block_rows: int,
-    num_rest: int,
-    is_sequential: bool,
-    is_logit: bool,
-    encoding: Encoding = STANDARD,
-    is_raw: bool = False,
-) -> tuple[Columns, Dropped]:
-    """Fill columns block by block; the result does not depend on the number of threads.
+def check_decoded_size(path: Path, num_rows: int, num_terms: int, size: int) -> None:
+    """Compare the memory that a scene will take with the size of its file, before it is allocated.
 
     Args:
-        columns: as many rows as the file has.
-        open_decoder: gives a function that decodes rows `start` to `stop` of the file into the
-            columns handed to it; called once per thread, with floating-point warnings off.
-        block_rows: rows decoded at a time.
-        num_rest: f_rest coefficients per channel in the file, for the names of columns.
-        is_sequential: the decoder must be called in order, so by one thread.
-        is_logit: opacities come as logits, not as they are.
-        encoding: what the raw values are.
-        is_raw: whether all rows are wanted as the file has them: nothing is checked, left out or decoded.
+        path: the file, for the message.
+        num_rows: Gaussians that it states.
+        num_terms: spherical-harmonic terms of each.
+        size: bytes of the whole file.
 
-    Returns:
-        The rows that can be drawn, in order, as views of `columns`, and what was left out.
+    Raises:
+        SceneError: if it is more than 4 times the file and 64 MiB: 16 bytes of the compressed PLY layout
+            become 56, but a file of single bytes in place of floats would fill the memory.
     """
-    from concurrent.futures import ThreadPoolExecutor
-
-    num_rows = len(columns.means)
-    num_threads = 1 if is_sequential else _count_threads(num_rows)
-    blocks_per_thread = -(-num_rows // (num_threads * block_rows))
-
-    def work(part: int) -> list[tuple[int, int, Dropped]]:
-        first = part * blocks_per_thread * block_rows
-        last = min(first + blocks_per_thread * block_rows, num_rows)
-        done = []
-        # Values beyond float32 become infinity and NaN stays NaN: both are looked for below.
-        with np.errstate(all="ignore"), open_decoder() as decode:
-            for start in range(first, last, block_rows):
-                stop = min(start + block_rows, last)
-                block = columns.part(start, stop)
-                decode(start, stop, block)
-                if is_raw:
-                    done.append((start, stop - start, Dropped()))
-                    continue
-                if not encoding.is_standard:
-                    encoding.standardize(block)
-                dropped = drop_faults(block, start, num_rest)
-                kept = stop - start - dropped.num_rows
-                block.part(0, kept).activate(is_logit=is_logit)
-                done.append((start, kept, dropped))
-        return done
-
-    with ThreadPoolExecutor(num_threads) as pool:
-        parts = list(pool.map(work, range(num_threads)))
-    return _close_gaps(columns, (block for part in parts for block in part))
-
-
-def _count_threads(num_rows: int) -> int:
-    return max(1, min(num_threads_or_default(None), _MAX_THREADS, num_rows // _ROWS_PER_THREAD))
-
-
-def _close_gaps(columns: Columns, blocks: Iterator[tuple[int, int, Dropped]]) -> tuple[Columns, Dropped]:
-    """Move the rows kept of each block together, in place: a copy of the scene would double its memory."""
-    total, dropped = 0, Dropped()
-    for start, kept, lost in blocks:
-        if total < start:
-            columns.move(slice(start, start + kept), total)
-        total += kept
-        dropped.add(lost)
-    return columns.part(0, total), dropped
+    decoded = num_rows * 4 * (11 + 3 * num_terms)
+    if decoded > _MAX_GROWTH * size + _SMALL_SCENE:
+        fact = f"{num_rows} Gaussians take {decoded >> 20} MiB in memory and {size >> 20} MiB in the file"
+        raise SceneError(path, f"{fact}, too little for numbers of a scene; export it with floats")

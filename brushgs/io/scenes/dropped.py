@@ -1,36 +1,23 @@
-"""Rows of a scene file that cannot be drawn: found, left out, and told of in one sentence."""
+"""Rows of a scene file that cannot be drawn: found, dropped, and reported in one sentence."""
 
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import F32
 from brushgs.errors import SceneError, SceneWarning
+from brushgs.io.scenes.columns import Columns
 
-_MAX_LOG = np.log(np.finfo(np.float32).max)  # a log-scale above overflows float32
-
-
-class Block(Protocol):
-    """Raw values of some rows: `Columns` before `activate`."""
-
-    means: F32
-    quats: F32
-    scales: F32
-    opacities: F32
-    sh: F32
-
-    def move(self, rows: NDArray[np.bool_] | slice, start: int) -> None:
-        """Copy the rows chosen to `start` and after."""
+_MAX_LOG = np.log(np.finfo(np.float32).max)  # exp of a larger log-scale overflows float32
 
 
 @dataclass
 class Dropped:
-    """Rows of the file that were left out.
+    """Rows of a file that were dropped.
 
     Attributes:
         num_broken: rows with NaN, or infinity where it has no meaning.
@@ -46,21 +33,25 @@ class Dropped:
 
     @property
     def num_rows(self) -> int:
-        """All rows left out."""
+        """All dropped rows."""
         return self.num_broken + self.num_unrotated
 
     def add(self, later: "Dropped") -> None:
-        """Add what was found further down the file."""
+        """Add the rows dropped further down the file."""
         self.num_broken += later.num_broken
         self.num_unrotated += later.num_unrotated
         self.broken = self.broken or later.broken
         self.unrotated = later.unrotated if self.unrotated is None else self.unrotated
 
     def report(self, path: Path, num_rows: int) -> None:
-        """Warn once of all rows left out.
+        """Warn once of all dropped rows.
+
+        Args:
+            path: the file.
+            num_rows: rows that it has.
 
         Raises:
-            SceneError: if no row is left.
+            SceneError: if all of them were dropped.
         """
         reasons = []
         if self.broken is not None:
@@ -68,27 +59,27 @@ class Dropped:
             what = f"hold values that cannot be drawn (first: row {row}, {name} = {value:g})"
             reasons.append(f"{self.num_broken} {what}")
         if self.unrotated is not None:
-            what = f"have an all-zero rotation, as padding has (first: row {self.unrotated})"
+            what = f"have an all-zero rotation, as padding rows do (first: row {self.unrotated})"
             reasons.append(f"{self.num_unrotated} {what}")
         if not reasons:
             return
         because = " and ".join(reasons)
         if self.num_rows == num_rows:
             raise SceneError(path, f"no row of {num_rows} can be used: {because}; export the scene again")
-        message = f"{path}: {self.num_rows} of {num_rows} rows were left out: {because}"
+        message = f"{path}: {self.num_rows} of {num_rows} rows were dropped: {because}"
         warnings.warn(SceneWarning(message), stacklevel=3)
 
 
-def drop_faults(block: Block, first_row: int, num_rest: int) -> Dropped:
+def drop_faults(block: Columns, first_row: int, num_rest: int) -> Dropped:
     """Move the rows that can be drawn to the front of a block of raw values.
 
     Args:
-        block: some rows as the file has them: log-scales, and logits or opacities.
-        first_row: row of the file that the block begins with.
-        num_rest: f_rest coefficients per channel in the file, for the names of columns.
+        block: some rows in the standard layout: log-scales, and logits or opacities.
+        first_row: row of the file that the block begins with, for messages.
+        num_rest: f_rest coefficients per channel in the file, for the names of columns in messages.
 
     Returns:
-        What was left out.
+        The dropped rows; the others lie in order at the front of the block.
     """
     if _is_sound(block):
         return Dropped()
@@ -112,10 +103,10 @@ def drop_faults(block: Block, first_row: int, num_rest: int) -> Dropped:
     )
 
 
-def _is_sound(block: Block) -> bool:
-    """Whether every row can be drawn; False may only mean that a closer look is needed.
+def _is_sound(block: Columns) -> bool:
+    """Whether every row can be drawn; False may only mean that each value must be checked.
 
-    The largest and smallest value of a column show NaN and infinity without a mask of its size.
+    The largest and smallest value of a column reveal NaN and infinity without a mask of its size.
     """
     ends = [end for column in (block.means, block.quats, block.sh) for end in (column.max(), column.min())]
     is_sound = np.isfinite(ends).all() and block.scales.max() < _MAX_LOG
@@ -123,10 +114,10 @@ def _is_sound(block: Block) -> bool:
     return bool(is_sound and (block.quats[:, 0].all() or block.quats.any(axis=1).all()))
 
 
-def _find_faults(block: Block, num_rest: int) -> Iterator[tuple[str, F32, NDArray[np.bool_]]]:
+def _find_faults(block: Columns, num_rest: int) -> Iterator[tuple[str, F32, NDArray[np.bool_]]]:
     """Name, values and mask of broken rows of each column as the file names it.
 
-    A log-scale of -infinity is a scale of 0, a logit of infinity an opacity of 1 or 0: both are right.
+    A log-scale of -infinity is a scale of 0, a logit of infinity an opacity of 1 or 0: both are valid.
     """
     for index, name in enumerate("xyz"):
         yield name, block.means[:, index], ~np.isfinite(block.means[:, index])

@@ -1,57 +1,51 @@
-"""Which kind of file a scene path leads to: a PLY is opened, anything else refused by name."""
+"""Which format a scene file has: its content decides, and what is no scene is refused by name."""
 
 from pathlib import Path
-from typing import BinaryIO
 
 from brushgs.errors import SceneError
-from brushgs.io.files import open_plain
+from brushgs.io.files import check_plain, is_dir, open_plain
+from brushgs.io.formats import NUM_FIRST_BYTES
+from brushgs.io.scenes.formats import KNOWN_SCENES, SCENE_FORMATS, SCENES_READ, SceneFormat
 
-_CONVERT = "convert it to .ply first, for example with SuperSplat or splat-transform"
-
-# First bytes -> what such a file is and what to do about it.
-_MAGIC = {
+# First bytes of files that are no scenes -> what they are, and the cure.
+_NO_SCENES = {
     b"version https://git-lfs": "is a git-LFS pointer, not the scene itself; run 'git lfs pull'",
-    b"<": "is a web page or XML, not a scene: the download went wrong; fetch the file itself",
-    b"PK\x03\x04": f"is a zip bundle (a .sog scene or an archive), which is not read; {_CONVERT}",
-    b"\x1f\x8b": f"is gzip data (a .spz scene or an archive), which is not read; {_CONVERT}",
-    b"NGSP": f"is an .spz scene, which is not read; {_CONVERT}",
+    b"<": "is a web page or XML, not a scene: the download went wrong; download the file itself",
     b"glTF": "is a glTF model, not a 3D Gaussian scene; export the splats as .ply",
 }
-# Formats without an unmistakable beginning, by suffix.
-_SUFFIXES = (".splat", ".ksplat", ".spz", ".sog", ".lcc")
-_LONGEST_MAGIC = 64
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
-def open_ply(path: str | Path) -> BinaryIO:
-    """Open a PLY file at its first byte, unbuffered.
-
-    Content decides, not the suffix: a PLY under any name is opened.
+def find_format(path: Path) -> SceneFormat:
+    """The format of a scene file or of a folder that holds a scene.
 
     Raises:
-        SceneError: if there is no such file, it cannot be read, or it is something else; says what it
-            is and what to do.
+        SceneError: if there is no such file, it may not be read, or it is of no format that is read; says
+            what it is and the cure.
     """
-    path = Path(path)
-    file = open_plain(path, ".ply file", buffering=0)
-    try:
-        begin = file.read(_LONGEST_MAGIC)
-        if not (begin.startswith(b"ply") and begin[3:4] in (b"\n", b"\r")):
-            raise SceneError(path, _what_it_is(begin, path.suffix.lower()))
-        file.seek(0)
-    except BaseException:
-        file.close()
-        raise
-    return file
+    begin = b""
+    is_folder = is_dir(path)
+    if not is_folder:
+        with open_plain(path, "scene file", buffering=0) as file:
+            begin = file.read(NUM_FIRST_BYTES)
+    if begin or is_folder:
+        for scene_format in SCENE_FORMATS:
+            if scene_format.matches(path, begin):
+                return scene_format
+    check_plain(path, "scene file")  # refuses folders
+    raise SceneError(path, _what_it_is(path, begin))
 
 
-def _what_it_is(begin: bytes, suffix: str) -> str:
-    """One clause: what a file is that is no PLY, and the cure."""
+def _what_it_is(path: Path, begin: bytes) -> str:
+    """One clause: what a file is that is not read, and the cure."""
     if not begin:
         return "is empty; copy or download it again"
-    text = begin.removeprefix(b"\xef\xbb\xbf").lstrip()
-    for magic, message in _MAGIC.items():
-        if text.startswith(magic):
+    text = begin.removeprefix(_BYTE_ORDER_MARK).lstrip()
+    for first_bytes, message in _NO_SCENES.items():
+        if text.startswith(first_bytes):
             return message
-    if suffix in _SUFFIXES:
-        return f"is a {suffix} scene, which is not read; {_CONVERT}"
-    return f"is not a PLY file: it must begin with 'ply', got {begin[:8]!r}; export the scene as .ply"
+    for known in KNOWN_SCENES:
+        if known.matches(path, begin):
+            cure = "convert it to .ply first, for example with SuperSplat or splat-transform"
+            return f"is a {known.name}, which is not read; {cure}"
+    return f"is of no scene format that is read: it begins with {begin[:8]!r}; export it as {SCENES_READ}"

@@ -1,20 +1,20 @@
-"""What reading a scene found out beside the Gaussians themselves."""
+"""What reading a scene found beside the Gaussians themselves."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class LoadNotes:
-    """What a scene file held, and what was left out of it without changing the picture.
+    """What a scene file held, and what was dropped from it without changing the picture.
 
     Attributes:
         format: layout and encoding in words, for example "PLY, binary little-endian".
-        rows_read: Gaussians the file holds.
-        rows_dropped: those left out because they cannot be drawn (a SceneWarning said why).
+        rows_read: Gaussians in the file.
+        rows_dropped: those dropped because they cannot be drawn (a SceneWarning said why).
         sh_degree_stored: degree of the spherical harmonics in the file, 0 to 3.
-        sh_degree_used: degree that came in; lower than stored where the bands above are all zero.
-        up: axis that points up as the header states it, "+x" to "-z"; None if it is silent.
-        is_strokes: whether the header says that its Gaussians are strokes that brushgs made.
+        sh_degree_used: degree that was loaded; lower than stored where the bands above are all zero.
+        up: axis that the file names as up, "+x" to "-z"; None if it names none.
+        is_strokes: whether the file states that its Gaussians are strokes that brushgs made.
     """
 
     format: str

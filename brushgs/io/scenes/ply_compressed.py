@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F32, U32
 from brushgs.errors import SceneError
-from brushgs.io.scenes.columns import Columns, Decoder, fill
+from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
-from brushgs.io.scenes.encoding import Encoding
+from brushgs.io.scenes.encoding import STANDARD, Encoding
+from brushgs.io.scenes.fill import Decoder, fill
 from brushgs.io.scenes.ply_header import Element, Header
 from brushgs.io.scenes.ply_inria import count_terms
-from brushgs.io.scenes.ply_rows import check_decoded_size, check_size, open_rows
+from brushgs.io.scenes.ply_rows import check_size, open_rows
 from brushgs.sh import C0
 
 _PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
@@ -39,31 +40,42 @@ def is_compressed(header: Header) -> bool:
     return header.find("chunk") is not None and vertex is not None and _PACKED[0] in vertex.names
 
 
-def read_compressed(
-    path: Path, header: Header, vertex: Element, size: int, *, is_raw: bool = False
-) -> tuple[Columns, Dropped, int]:
-    """Read and decode the rows of element `vertex` with their chunks.
-
-    Args:
-        path: the file.
-        header: a header for which `is_compressed` holds.
-        vertex: its element of that name.
-        size: bytes of the whole file.
-        is_raw: whether all rows are wanted, with log-scales and logits, neither checked nor decoded.
+def check_compressed(path: Path, header: Header, vertex: Element) -> int:
+    """Refuse a scene for which `is_compressed` holds, but that lacks a property.
 
     Returns:
-        The columns, the rows left out, and the number of spherical-harmonic terms.
+        The number of spherical-harmonic terms of each row.
 
     Raises:
-        SceneError: if the file is cut off, a property is missing or chunks do not match the rows.
+        SceneError: names the property that is missing.
     """
     for name in _PACKED:
         if name not in vertex.names:
             raise SceneError(path, f"no property {name!r} among {len(vertex.names)} read; export it again")
     rest = header.find("sh")
-    num_terms = 1 if rest is None else count_terms(path, rest)
-    if num_terms == 1:
-        rest = None  # there is nothing in it
+    return 1 if rest is None else count_terms(path, rest)
+
+
+def read_compressed(
+    path: Path, header: Header, vertex: Element, num_terms: int, size: int, *, is_raw: bool
+) -> tuple[Columns, Dropped]:
+    """Read and decode the rows of element `vertex` with their chunks.
+
+    Args:
+        path: the file.
+        header: its header.
+        vertex: an element that passed `check_compressed`.
+        num_terms: the spherical-harmonic terms that this returned.
+        size: bytes of the whole file.
+        is_raw: whether to return all rows with log-scales and logits, neither checked nor activated.
+
+    Returns:
+        The columns, and the dropped rows.
+
+    Raises:
+        SceneError: if the file is cut off or chunks do not match the rows.
+    """
+    rest = header.find("sh") if num_terms > 1 else None
     for element in (vertex,) if rest is None else (vertex, rest):
         check_size(path, header, element, size)
         if element.count != vertex.count:
@@ -95,11 +107,12 @@ def read_compressed(
         num_rest=num_terms - 1,
         is_sequential=header.is_ascii,
         is_logit=False,
+        encoding=STANDARD,
         is_raw=is_raw,
     )
     if is_raw:
-        Encoding(opacities="linear").standardize(columns)
-    return columns, dropped, num_terms
+        columns.standardize(Encoding(opacities="linear"))
+    return columns, dropped
 
 
 def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[str, tuple[F32, F32]]:
@@ -112,7 +125,7 @@ def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[s
             f"must have a chunk for {_CHUNK_ROWS} Gaussians, got {chunk.count} for {num_rows}; export again",
         )
     check_size(path, header, chunk, size)
-    has_colors = "min_r" in chunk.names  # not in earlier files: colours in 0 to 1
+    has_colors = "min_r" in chunk.names  # earlier files have none: colours in 0 to 1
     for axes in _AXES.values() if has_colors else (_AXES["position"], _AXES["scale"]):
         for name in (f"{end}_{axis}" for end in ("min", "max") for axis in axes):
             if name not in chunk.names:
@@ -122,21 +135,21 @@ def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[s
         rows = reader.read(0, num_used)
     zeros = np.zeros((num_used, 3), np.float32)
     ranges = {"color": (zeros, zeros + 1)}
-    for kind, axes in _AXES.items():
-        if kind != "color" or has_colors:
+    for name, axes in _AXES.items():
+        if name != "color" or has_colors:
             low, high = (_column(rows, tuple(f"{end}_{axis}" for axis in axes)) for end in ("min", "max"))
-            ranges[kind] = low, high
+            ranges[name] = low, high
     return ranges
 
 
 def _column(rows: NDArray[np.void], names: tuple[str, ...]) -> F32:
-    """[rows, names]; numbers beyond float32 become infinity, which is looked for when rows are read."""
+    """[rows, names]; numbers beyond float32 become infinity, which is found when rows are checked."""
     with np.errstate(over="ignore", invalid="ignore"):
         return np.stack([rows[name].astype(np.float32) for name in names], axis=1)
 
 
 def _decode(rows: NDArray[np.void], ranges: dict[str, tuple[F32, F32]], start: int, out: Columns) -> None:
-    """Unpack some rows, of which the first is row `start` of the file."""
+    """Unpack some rows; the first is row `start` of the file."""
     position, rotation, scale, color = (rows[name].astype(np.uint32) for name in _PACKED)
     chunks = np.arange(start, start + len(rows)) // _CHUNK_ROWS
     out.means[:] = _between(ranges["position"], chunks, _unpack(position, (11, 10, 11)))
@@ -159,7 +172,7 @@ def _unpack(packed: NDArray[np.integer[Any]], bits: tuple[int, ...]) -> F32:
 
 
 def _between(limits: tuple[F32, F32], chunks: NDArray[np.integer[Any]], fractions: F32) -> F32:
-    """Values that lie at `fractions` between the ends of their chunk."""
+    """Linear interpolation between the smallest and largest value of each chunk."""
     low, high = (end[chunks] for end in limits)
     return np.asarray(low * (1 - fractions) + high * fractions)
 
@@ -167,8 +180,8 @@ def _between(limits: tuple[F32, F32], chunks: NDArray[np.integer[Any]], fraction
 def _unpack_quats(packed: U32) -> F32:
     """[n] words -> [n, 4] unit quaternions, w x y z.
 
-    The upper two bits name the largest component, which follows from the unit length; the others
-    come in order, each as a fraction of -1/sqrt(2) to 1/sqrt(2).
+    Smallest-three encoding: the upper two bits name the largest component, which follows from the unit
+    length; the others are stored in order, each as a fraction of -1/sqrt(2) to 1/sqrt(2).
     """
     largest = packed >> 30
     small = (_unpack(packed & 0x3FFFFFFF, (10, 10, 10)) - 0.5) * np.float32(np.sqrt(2))
@@ -184,7 +197,7 @@ def _unpack_quats(packed: U32) -> F32:
 def _decode_rest(rows: NDArray[np.void], sh: F32) -> None:
     """f_rest of some rows, stored channel by channel.
 
-    A byte stands for the middle of its 256th of the range; the two ends are exact.
+    A byte decodes to the middle of its 256th of the range; 0 and 255 to the exact ends.
     """
     values = (np.arange(256, dtype=np.float32) + 0.5) / 256
     values[[0, 255]] = 0, 1

@@ -16,11 +16,11 @@ _TYPES = {
     "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
 }  # fmt: skip
 _BYTE_ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
-_MAX_HEADER = 1 << 20  # bytes; real headers have 2 KiB, so a megabyte without an end is no header
-# Blanks are counted: two open runs of them beside each other take time with the square of their length.
-STROKES = "strokes of brushgs"  # the comment on Gaussians that are strokes: they are painted as they are
+_MAX_HEADER = 1 << 20  # bytes; real headers have 2 KiB, so a megabyte without its end is no header
+STROKES = "strokes of brushgs"  # the comment on Gaussians that are strokes: painting keeps all of them
+# Blanks are bounded: two unbounded runs of them in a row would take quadratic time.
 _UP = re.compile(r"\b(?:vertical|up)[ _-]?axis\s{0,9}[:=]?\s{0,9}([+-]?)([xyz])\b", re.IGNORECASE)
-# Scenes have 62 properties at most and a handful of elements; tables grow with the square of either.
+# Scenes have at most 62 properties and a handful of elements; the time for either is quadratic.
 _MAX_PROPERTIES, _MAX_ELEMENTS = 1000, 100
 
 
@@ -30,7 +30,7 @@ class Element:
 
     Attributes:
         name: "vertex", "face", "chunk", ...
-        count: number of rows, >= 0; only a claim until held against the size of the file.
+        count: number of rows, >= 0, as stated: `check_size` compares it with the size of the file.
         dtype: one field per scalar property, packed, in the byte order of the file.
         lists: names of the properties that are lists; with any, the row size varies.
     """
@@ -55,7 +55,7 @@ class Header:
         elements: in the order of the file.
         data_offset: byte at which the first row begins.
         up: axis that a comment names as up, "+x" to "-z", or None.
-        is_strokes: whether a comment says that the rows are strokes, see `STROKES`.
+        is_strokes: whether a comment states that the rows are strokes, see `STROKES`.
     """
 
     encoding: str
@@ -76,7 +76,7 @@ class Header:
 
 @dataclass
 class _Draft:
-    """A header while its lines come in."""
+    """A header while its lines are parsed."""
 
     path: Path
     encoding: str = ""
@@ -87,7 +87,7 @@ class _Draft:
     is_strokes: bool = False
 
     def close_element(self) -> None:
-        """Give the element read last its properties."""
+        """Give the last element its properties."""
         if self.elements:
             last = self.elements.pop()
             dtype = np.dtype(list(self.properties))
@@ -96,7 +96,7 @@ class _Draft:
 
 
 def parse_header(file: BinaryIO, path: Path) -> Header:
-    """Read the header of a PLY file that stands at its first byte.
+    """Read the header of a PLY file, from its first byte.
 
     Lines may end in LF, CR LF or CR.
 
@@ -121,7 +121,7 @@ def parse_header(file: BinaryIO, path: Path) -> Header:
 
 
 def _read_line(draft: _Draft, line: str) -> None:
-    """Add what one header line says."""
+    """Add the content of one header line."""
     match line.split():
         case []:
             pass
@@ -157,7 +157,7 @@ def _read_count(path: Path, name: str, count: str) -> int:
 
 
 def _check_number(path: Path, what: str, number: int, most: int) -> None:
-    """Refuse one more of something where there are `most` already."""
+    """Refuse one more of something if there are `most` already."""
     if number >= most:
         raise SceneError(path, f"the header must name at most {most} {what}; export it as a 3DGS scene")
 

@@ -1,4 +1,4 @@
-"""The usual layout of a 3D Gaussian scene in a PLY file: one property per number.
+"""The standard layout of a 3D Gaussian scene in a PLY file: one property per number.
 
 Scales are stored as logs, opacities as logits, and the spherical harmonics above degree 0 (f_rest)
 channel by channel. Properties are found by name, never by place.
@@ -15,29 +15,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.io.scenes.columns import Columns, Decoder, fill
+from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
-from brushgs.io.scenes.encoding import STANDARD, Encoding
+from brushgs.io.scenes.encoding import Encoding
+from brushgs.io.scenes.fill import Decoder, fill
 from brushgs.io.scenes.ply_header import Element, Header
-from brushgs.io.scenes.ply_rows import check_decoded_size, check_size, open_rows
+from brushgs.io.scenes.ply_rows import check_size, open_rows
 
 _MEANS = ("x", "y", "z")
 _COLORS = ("f_dc_0", "f_dc_1", "f_dc_2")
 _SCALES = ("scale_0", "scale_1", "scale_2")
 _QUATS = ("rot_0", "rot_1", "rot_2", "rot_3")
 _NUM_REST = {0: 1, 9: 4, 24: 9, 45: 16}  # f_rest properties -> spherical-harmonic terms
-# Small enough that a block is still in the cache when it is decoded and checked, large enough that
-# some fifty calls a block cost nothing.
+# Small enough that a block is still in the cache when it is decoded and checked, large enough that the cost
+# of some fifty calls a block is negligible.
 _BLOCK_BYTES = 1 << 21
 _LONG_RUN = 5  # columns; shorter runs copy faster column by column, with a long inner loop
 
 
-def check_is_scene(path: Path, header: Header, vertex: Element) -> None:
+def check_inria(path: Path, header: Header, vertex: Element) -> int:
     """Refuse meshes, plain point clouds and scenes that lack a property.
+
+    Returns:
+        The number of spherical-harmonic terms of each row.
 
     Raises:
         SceneError: names what the file is, or the property that is missing.
     """
+    _check_is_scene(path, header, vertex)
+    return count_terms(path, vertex)
+
+
+def _check_is_scene(path: Path, header: Header, vertex: Element) -> None:
     names = set(vertex.names)
     if not names & {*_SCALES, *_QUATS, *_COLORS}:
         faces = header.find("face")
@@ -77,39 +86,39 @@ def read_inria(
     path: Path,
     header: Header,
     vertex: Element,
+    num_terms: int,
     size: int,
     *,
-    encoding: Encoding = STANDARD,
-    is_raw: bool = False,
-) -> tuple[Columns, Dropped, int]:
+    encoding: Encoding,
+    is_raw: bool,
+) -> tuple[Columns, Dropped]:
     """Read and decode the rows of element `vertex`.
 
     Args:
         path: the file.
         header: its header.
-        vertex: an element that passed `check_is_scene`.
+        vertex: an element that passed `check_inria`.
+        num_terms: the spherical-harmonic terms that this returned.
         size: bytes of the whole file.
         encoding: what the numbers mean.
-        is_raw: whether all rows and bands are wanted as the file has them, neither checked nor decoded.
+        is_raw: whether to return all rows and bands as stored, neither checked nor activated.
 
     Returns:
-        The columns without bands of spherical harmonics that are zero throughout, the rows left out,
-        and the number of spherical-harmonic terms in the file.
+        The columns without bands of spherical harmonics that are zero throughout, and the dropped rows.
 
     Raises:
         SceneError: if the file is cut off or a value is no number.
     """
-    num_terms = count_terms(path, vertex)
     check_size(path, header, vertex, size)
     check_decoded_size(path, vertex.count, num_terms, size)
     block_rows = max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
     num_used = num_terms if is_raw else _count_used_terms(path, header, vertex, num_terms, block_rows)
-    plan = _Plan(vertex.dtype, num_terms, num_used)
+    layout = _RowLayout(vertex.dtype, num_terms, num_used)
 
     @contextmanager
     def open_decoder() -> Iterator[Decoder]:
         with open_rows(path, header, vertex, block_rows) as rows:
-            yield lambda start, stop, out: plan.decode(rows.read(start, stop), out)
+            yield lambda start, stop, out: layout.decode(rows.read(start, stop), out)
 
     columns, dropped = fill(
         Columns.empty(vertex.count, num_used),
@@ -121,7 +130,7 @@ def read_inria(
         encoding=encoding,
         is_raw=is_raw,
     )
-    return columns, dropped, num_terms
+    return columns, dropped
 
 
 @dataclass(frozen=True)
@@ -134,8 +143,8 @@ class _Run:
     step: int  # bytes from one property to the next
 
 
-class _Plan:
-    """Where the properties of a row go, worked out once per file."""
+class _RowLayout:
+    """Where the properties of a row lie and which column each goes to, worked out once per file."""
 
     def __init__(self, dtype: np.dtype[Any], num_terms: int, num_used: int) -> None:
         self.means, self.quats, self.scales, self.opacities, self.colors = (
@@ -146,32 +155,32 @@ class _Plan:
         ]
 
     def decode(self, rows: NDArray[np.void], out: Columns) -> None:
-        """Sort the properties of some rows into columns, as float32."""
+        """Copy the properties of some rows to their columns, as float32."""
         _copy(rows, self.means, out.means)
         _copy(rows, self.quats, out.quats)
         _copy(rows, self.scales, out.scales)
         _copy(rows, self.opacities, out.opacities[:, None])
         _copy(rows, self.colors, out.sh[:, 0])
         for channel, runs in enumerate(self.rest):
-            # A channel at a time: the inner loop is 15 long and not 3, which takes a third of the time.
+            # One channel at a time: an inner loop of length 15 in place of 3 takes a third of the time.
             _copy(rows, runs, out.sh[:, 1:, channel])
 
 
 def _find_runs(dtype: np.dtype[Any], names: tuple[str, ...]) -> list[_Run]:
-    """Part properties into as few runs as possible, in order; one run in files as trainers write them."""
+    """Split properties into as few runs as possible, in order; one run in files as trainers write them."""
     runs: list[_Run] = []
     fields = dtype.fields
     assert fields is not None
     for column, name in enumerate(names):
-        kind, offset = fields[name][:2]
-        if runs and runs[-1].dtype == kind:
+        dtype_here, offset = fields[name][:2]
+        if runs and runs[-1].dtype == dtype_here:
             last = runs[-1]
             count = column - last.columns.start
             step = last.step if count > 1 else offset - last.offset
             if offset == last.offset + count * step:
-                runs[-1] = _Run(slice(last.columns.start, column + 1), kind, last.offset, step)
+                runs[-1] = _Run(slice(last.columns.start, column + 1), dtype_here, last.offset, step)
                 continue
-        runs.append(_Run(slice(column, column + 1), kind, offset, 0))
+        runs.append(_Run(slice(column, column + 1), dtype_here, offset, 0))
     return runs
 
 
@@ -199,18 +208,18 @@ def _names_of_rest(channel: int, num_terms: int, start: int, stop: int) -> tuple
 
 
 def _count_used_terms(path: Path, header: Header, vertex: Element, num_terms: int, block_rows: int) -> int:
-    """The terms without the bands above the last one that is not zero in every row.
+    """The number of terms up to the highest band that is not zero in every row.
 
-    Reading stops where the highest band proves to be in use: for most scenes that is the first block.
+    Reading stops as soon as the highest band proves to be in use: for most scenes in the first block.
     """
-    bands = {}  # number of terms up to and with a band -> where it lies in a row
+    bands = {}  # number of terms up to and including a band -> where it lies in a row
     for degree in (3, 2, 1):
         start, stop = degree**2, (degree + 1) ** 2
         if stop <= num_terms:
             channels = [_names_of_rest(channel, num_terms, start, stop) for channel in range(3)]
             bands[stop] = [run for names in channels for run in _find_runs(vertex.dtype, names)]
     used = 1
-    # A NaN that signals is a value, not a reason to warn.
+    # A signalling NaN is a value here, not a reason to warn.
     with np.errstate(all="ignore"), open_rows(path, header, vertex, block_rows) as rows:
         for start in range(0, vertex.count, block_rows):
             if used == num_terms:

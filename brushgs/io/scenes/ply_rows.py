@@ -1,8 +1,7 @@
 """Rows of one element of a PLY file, block by block, in any of the three encodings.
 
-A block is a structured array with one field per scalar property. Blocks are read into
-a buffer that is used again, so a file never lies in memory beside what is made of it, and what follows
-finds the block still in the cache.
+A block is a structured array with one field per scalar property. All blocks are read into one buffer, so a
+file is never in memory beside what is made of it, and a block is still in the cache when it is decoded.
 """
 
 import sys
@@ -20,21 +19,19 @@ from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.files import open_plain
 from brushgs.io.scenes.ply_header import Element, Header
 
-_LONGEST_LINE = 1 << 16  # bytes; a row of the most properties that a header may name has half of that
-_PIECE = 1 << 18  # bytes of text taken apart at a time: as words and numbers it takes forty times as much
-# A scene in memory has 4 bytes a number; a large file with less than one was made for harm.
-_MOST_GROWTH, _SMALL_SCENE = 4, 64 << 20
+_LONGEST_LINE = 1 << 16  # bytes; a row of as many properties as a header may name has half of that
+_PIECE = 1 << 18  # bytes of text parsed at a time: as words and numbers they take forty times as much
 
 
-class Rows(Protocol):
-    """Reads rows of one element; a block holds until the next call of `read`."""
+class RowReader(Protocol):
+    """Reads rows of one element; a block is valid until the next call of `read`."""
 
     def read(self, start: int, stop: int) -> NDArray[np.void]:
-        """Rows `start` to `stop`, the last not included."""
+        """Rows `start` to `stop`, the last one excluded."""
 
 
 def check_size(path: Path, header: Header, element: Element, size: int) -> None:
-    """Hold the counts of a header against the size of the file, before memory is asked for.
+    """Compare the counts of a header with the size of the file, before memory is allocated.
 
     Args:
         path: the file, for the message.
@@ -43,7 +40,7 @@ def check_size(path: Path, header: Header, element: Element, size: int) -> None:
         size: bytes of the whole file.
 
     Raises:
-        SceneError: if the file is too short for the rows of `element`; says how many are whole and
+        SceneError: if the file is too short for the rows of `element`; says how many are complete and
             how many bytes are missing.
     """
     if header.is_ascii:
@@ -58,37 +55,18 @@ def check_size(path: Path, header: Header, element: Element, size: int) -> None:
         at_least = "at least " if header.is_ascii else ""
         raise SceneError(
             path,
-            f"is cut off: of {element.count} rows of element {element.name!r} {whole} are whole and"
+            f"is cut off: of {element.count} rows of element {element.name!r} {whole} are complete and"
             f" {at_least}{missing} bytes are missing; copy or export it again",
         )
 
 
-def check_decoded_size(path: Path, num_rows: int, num_terms: int, size: int) -> None:
-    """Hold the memory that a scene will take against the size of its file, before it is asked for.
-
-    Args:
-        path: the file, for the message.
-        num_rows: Gaussians, checked by `check_size`.
-        num_terms: spherical-harmonic terms of each.
-        size: bytes of the whole file.
-
-    Raises:
-        SceneError: if it is more than 4 times the file and 64 MiB: 16 bytes of the compressed layout
-            become 56, but bytes where numbers belong would let a small file fill the memory.
-    """
-    decoded = num_rows * 4 * (11 + 3 * num_terms)
-    if decoded > _MOST_GROWTH * size + _SMALL_SCENE:
-        fact = f"{num_rows} Gaussians take {decoded >> 20} MiB in memory and {size >> 20} MiB in the file"
-        raise SceneError(path, f"{fact}, too little for numbers of a scene; export it with floats")
-
-
 def warn_of_surplus(path: Path, header: Header, size: int) -> None:
-    """Warn of bytes that no element accounts for: the sign of a count or a transfer gone wrong."""
+    """Warn of bytes after the last row: a sign of a wrong count or a faulty transfer."""
     if header.is_ascii or any(element.lists for element in header.elements):
         return
     end = header.data_offset + sum(element.count * element.dtype.itemsize for element in header.elements)
     if size > end:
-        message = f"{path}: {size - end} bytes after the last row were left out"
+        message = f"{path}: {size - end} bytes after the last row were ignored"
         doubt = "if the picture looks wrong, the file was changed in transfer: get it again in binary mode"
         warnings.warn(SceneWarning(f"{message}; {doubt}"), stacklevel=3)
 
@@ -97,7 +75,7 @@ def data_start(path: Path, header: Header, element: Element) -> int:
     """Byte at which the rows of an element of a binary file begin.
 
     Raises:
-        SceneError: if a list, whose length only its data tells, stands before or in the element.
+        SceneError: if a list, whose length is known from its data only, stands before or in the element.
     """
     start = header.data_offset
     for other in header.elements:
@@ -115,11 +93,11 @@ def data_start(path: Path, header: Header, element: Element) -> int:
 
 
 @contextmanager
-def open_rows(path: Path, header: Header, element: Element, block_rows: int) -> Iterator[Rows]:
+def open_rows(path: Path, header: Header, element: Element, block_rows: int) -> Iterator[RowReader]:
     """A reader of the rows of `element`, at most `block_rows` at a time.
 
-    It has a file object of its own, so readers in several threads do not meet. An ASCII reader must
-    be asked for rows in order.
+    It has a file object of its own, so several threads can read at once. An ASCII reader must be asked for
+    rows in order.
     """
     with open_plain(path, buffering=-1 if header.is_ascii else 0) as file:
         if header.is_ascii:
@@ -177,7 +155,7 @@ class _AsciiRows:
         return block.view(self._element.dtype)[:, 0]
 
     def _read_lines(self, file: BinaryIO) -> Iterator[bytes]:
-        """Lines that are not blank, none of them without end."""
+        """Lines that are not blank, none longer than `_LONGEST_LINE`."""
         while line := file.readline(_LONGEST_LINE):
             if len(line) == _LONGEST_LINE:
                 fault = f"has a line of more than {_LONGEST_LINE} bytes among its rows"
@@ -197,7 +175,7 @@ class _AsciiRows:
         return lines
 
     def _numbers(self, lines: list[bytes], start: int) -> NDArray[np.float64]:
-        """[lines, properties] of lines of which the first is row `start`."""
+        """[lines, properties] of some lines; the first is row `start`."""
         width = len(self._element.names)
         tokens = b" ".join(lines).split()
         try:
@@ -223,4 +201,4 @@ class _AsciiRows:
                     text = token[:40].decode("latin-1")
                     fault = f"has {text!r} in column {name!r}, which is not a number"
                     return SceneError(self._path, f"row {row} {fault}; export it again")
-        raise AssertionError("no line at fault")
+        raise AssertionError("no line is at fault")

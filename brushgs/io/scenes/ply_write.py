@@ -1,4 +1,4 @@
-"""Gaussians into a PLY file of the usual layout, which every 3DGS viewer and trainer reads."""
+"""Gaussians become a PLY file of the standard layout, which every 3DGS viewer and trainer reads."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from brushgs.io.files import replacing
 from brushgs.io.scenes.ply_header import STROKES
 from brushgs.scene import Gaussians
 
-# exp(-104) is 0 in float32 and 1 / (1 + exp(-+104)) is 1 or 0: the finite stand-ins for infinite logs.
+# exp(-104) is 0 in float32 and 1 / (1 + exp(-+104)) is 1 or 0: finite values in place of infinite logs.
 _INFINITE_LOG = 104.0
 _LARGEST_LOG = 88.722  # just below the log of the largest float32, so that exp of it is finite
 _BLOCK_ROWS = 1 << 14
@@ -19,13 +19,13 @@ _BLOCK_ROWS = 1 << 14
 def write_scene(gaussians: Gaussians, path: str | Path, *, is_strokes: bool = False) -> None:
     """Write Gaussians as binary little-endian float32, log-scales and opacity logits.
 
-    What is written reads back within float32 rounding of the logs. No infinity is written: a scale of
-    0 and opacities of 0 and 1 become finite logs that read back as exactly 0 and 1.
+    The values read back within float32 rounding of the logs. No infinity is written: a scale of 0 and
+    opacities of 0 and 1 become finite logs that read back as exactly 0 and 1.
 
     Args:
         gaussians: N >= 1 Gaussians.
         path: the name of the file; appears when it is complete.
-        is_strokes: whether a comment says that they are strokes: painting keeps all of them by default.
+        is_strokes: whether a comment states that they are strokes: painting keeps all of them by default.
 
     Raises:
         ValueError: if there are no Gaussians or a value is too large for float32.
@@ -50,7 +50,7 @@ def write_scene(gaussians: Gaussians, path: str | Path, *, is_strokes: bool = Fa
 
 
 def _names(num_terms: int) -> tuple[str, ...]:
-    """Properties in their usual order."""
+    """Properties in their standard order."""
     rest = (f"f_rest_{index}" for index in range(3 * (num_terms - 1)))
     head = ("x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2")
     tail = ("opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3")
@@ -82,5 +82,5 @@ def _logit(values: Array) -> NDArray[np.float64]:
 
 
 def _representable(quats: Array) -> Array:
-    """Quaternions, of which float32 could not hold the tiniest; their length has no meaning."""
+    """Quaternions scaled to what float32 can hold; their length has no meaning."""
     return quats if quats.dtype == np.float32 else quats / np.abs(quats).max(axis=1, keepdims=True)

@@ -1,13 +1,106 @@
 """A scene file of any format becomes Gaussians."""
 
+import warnings
+from importlib import import_module
 from pathlib import Path
 
+from brushgs.errors import SceneError, SceneWarning
+from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.encoding import STANDARD, Encoding
+from brushgs.io.scenes.identify import find_format
 from brushgs.io.scenes.notes import LoadNotes
-from brushgs.io.scenes.ply import read_ply
-from brushgs.scene import Gaussians
+from brushgs.io.scenes.scene_file import SceneFile
+from brushgs.scene import SH_TERMS, Gaussians
+
+# Limits for `_warn_of_other_encoding`.
+_MIN_ROWS = 10
+_SIGMOID_OF_1 = 0.7310587
+_MIN_SPREAD = 0.01  # of opacities; scripts write equal ones, which may be in either encoding
+_BLINDING = 16.0  # a coefficient of 16 is five times as bright as white; trained scenes reach 12.6
+_NUM_COLORS = 4096  # colours that are inspected
 
 
 def read_scene(path: str | Path, encoding: Encoding | None = None) -> tuple[Gaussians, LoadNotes]:
-    """Read a trained 3D Gaussian scene. See `read_ply`."""
-    return read_ply(path, encoding or STANDARD)
+    """Read a trained 3D Gaussian scene.
+
+    Rows with NaN, with infinity where it has no meaning, or with an all-zero rotation are dropped with a
+    SceneWarning. Bands of spherical harmonics that are zero in every row are dropped, which changes no
+    picture.
+
+    Args:
+        path: a scene file; its content decides the format, not its suffix.
+        encoding: what its numbers mean; None for the standard layout.
+
+    Returns:
+        The Gaussians as float32 in the order of the file, and notes on what the file held.
+
+    Raises:
+        SceneError: if the file is of no known format, is damaged, or no row of it can be drawn; or if an
+            encoding is given for a format that has a fixed one.
+    """
+    encoding = encoding or STANDARD
+    file = _open(Path(path))
+    if file.has_fixed_encoding and not encoding.is_standard:
+        raise SceneError(path, f"is a {file.format}, whose encoding is fixed; omit the encoding")
+    columns, dropped = file.read_columns(encoding=encoding, is_raw=False)
+    dropped.report(file.path, file.num_rows)
+    gaussians = columns.gaussians()
+    if encoding.is_standard and not file.has_fixed_encoding:
+        _warn_of_other_encoding(file.path, gaussians)
+    notes = LoadNotes(
+        format=file.format,
+        rows_read=file.num_rows,
+        rows_dropped=dropped.num_rows,
+        sh_degree_stored=SH_TERMS[file.num_terms],
+        sh_degree_used=gaussians.sh_degree,
+        up=file.up,
+        is_strokes=file.is_strokes,
+    )
+    return gaussians, notes
+
+
+def read_raw(path: str | Path) -> tuple[Columns, SceneFile]:
+    """Read all rows of a scene file as stored, neither checked nor decoded.
+
+    Returns:
+        Log-scales, logits and all bands of spherical harmonics, if the file follows the standard layout;
+        and what its header states.
+
+    Raises:
+        SceneError: if the file is of no known format or is damaged.
+    """
+    file = _open(Path(path))
+    columns, _ = file.read_columns(encoding=STANDARD, is_raw=True)
+    return columns, file
+
+
+def _open(path: Path) -> SceneFile:
+    """Read the header with the module of the format."""
+    reader = import_module(f"brushgs.io.scenes.{find_format(path).reader}")
+    file: SceneFile = reader.open_scene(path)
+    return file
+
+
+def _warn_of_other_encoding(path: Path, gaussians: Gaussians) -> None:
+    """Warn of a file whose numbers cannot be in the standard layout; only where that is certain.
+
+    Decoded as a log, a scale of 0 and more is at least 1; decoded as a logit, an opacity of 0 to 1 is 0.5 to
+    0.7311. No trained scene has all of its rows there; a few rows made by hand may. Colours of 0 to 255
+    decoded as coefficients are blinding. This inspects the smallest and largest opacity and scale, and some
+    colours, which takes 1 % of the loading time.
+    """
+    if len(gaussians) < _MIN_ROWS:
+        return
+    suspects = []
+    low, high = gaussians.opacities.min(), gaussians.opacities.max()
+    if low >= 0.5 and high <= _SIGMOID_OF_1:
+        are_scales_linear = gaussians.scales.min() >= 1
+        if are_scales_linear or high - low > _MIN_SPREAD:
+            suspects.append("scales and opacities" if are_scales_linear else "opacities")
+    colors = gaussians.sh[:_NUM_COLORS, 0]
+    if colors.min() >= 0 and colors.max() > _BLINDING:
+        suspects.append("colours")
+    if suspects:
+        message = f"{' and '.join(suspects)} seem to be stored in another encoding, which paints a fog"
+        cure = f"'brushgs doctor {path} --fix cured.ply' converts them"
+        warnings.warn(SceneWarning(f"{path}: {message}; {cure}"), stacklevel=3)

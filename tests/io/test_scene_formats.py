@@ -1,0 +1,112 @@
+"""The table of scene formats: one line there, and a format is read, written, and named in messages."""
+
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.io import read_scene
+from brushgs.io.formats import begins_with, has_suffix
+from brushgs.io.scenes import formats, identify, write
+from brushgs.io.scenes.columns import Columns
+from brushgs.io.scenes.dropped import Dropped
+from brushgs.io.scenes.encoding import Encoding
+from brushgs.io.scenes.fill import fill
+from brushgs.io.scenes.scene_file import SceneFile
+from brushgs.still_life import still_life
+
+
+def toy_module() -> ModuleType:
+    """A format of its own: "TOY" and one byte a Gaussian; the first Gaussian has a NaN."""
+
+    def open_scene(path: Path) -> SceneFile:
+        stored = path / "toy" if path.is_dir() else path
+        count = len(stored.read_bytes()) - 3
+
+        def decode(start: int, stop: int, out: Columns) -> None:
+            for column in vars(out).values():
+                column[:] = 0
+            out.means[:, 0], out.quats[:, 0] = np.arange(start, stop), 1
+            out.means[: start == 0, 1] = np.nan
+
+        def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
+            return fill(
+                Columns.empty(count, 1),
+                lambda: nullcontext(decode),
+                block_rows=10,
+                num_rest=0,
+                is_sequential=False,
+                is_logit=True,
+                encoding=encoding,
+                is_raw=is_raw,
+            )
+
+        return SceneFile(path, "toy", count, 1, read_columns)
+
+    def write_scene(gaussians: bg.Gaussians, path: Path, *, is_strokes: bool) -> None:
+        Path(path).write_bytes(b"TOY" + b"." * len(gaussians))
+
+    module = ModuleType("brushgs.io.scenes.toy")
+    module.open_scene, module.write_scene = open_scene, write_scene
+    return module
+
+
+@pytest.fixture
+def toy(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One more line in the table, and its module."""
+
+    def matches(path: Path, begin: bytes) -> bool:
+        return begin.startswith(b"TOY") or (path / "toy").is_file()
+
+    row = formats.SceneFormat("toy scene", (".toy",), matches, reader="toy", writer="toy")
+    monkeypatch.setitem(sys.modules, "brushgs.io.scenes.toy", toy_module())
+    monkeypatch.setattr(identify, "SCENE_FORMATS", (*formats.SCENE_FORMATS, row))
+    monkeypatch.setattr(write, "WRITTEN_SCENES", (*formats.WRITTEN_SCENES, row))
+
+
+@pytest.mark.usefixtures("toy")
+def test_a_format_of_the_table_is_written_and_read_by_content(tmp_path: Path) -> None:
+    bg.save(still_life(1000), tmp_path / "a.toy")
+    (tmp_path / "a.toy").rename(tmp_path / "a.ply")
+    with pytest.warns(bg.SceneWarning, match=r"a\.ply: 1 of \d+ rows were dropped: .*row 0, y = nan"):
+        gaussians, notes = read_scene(tmp_path / "a.ply")
+    assert (notes.format, notes.rows_dropped, len(gaussians)) == ("toy", 1, notes.rows_read - 1)
+
+
+@pytest.mark.usefixtures("toy")
+def test_a_scene_may_be_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "toy").write_bytes(b"TOY...")
+    with pytest.warns(bg.SceneWarning, match="1 of 3 rows"):
+        assert len(bg.load(tmp_path)) == 2
+
+
+@pytest.mark.usefixtures("toy")
+def test_an_encoding_is_refused_where_the_format_fixes_it(tmp_path: Path) -> None:
+    (tmp_path / "toy").write_bytes(b"TOY...")
+    with pytest.raises(bg.SceneError, match="is a toy, whose encoding is fixed; omit the encoding"):
+        bg.load(tmp_path, Encoding(scales="linear"))
+
+
+@pytest.mark.usefixtures("toy")
+def test_the_doctor_examines_every_format(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"TOY" + b"." * 30)
+    assert "non-finite-rows" in [finding.name for finding in bg.examine(tmp_path / "a")]
+
+
+def test_a_format_is_recognised_by_first_bytes_or_by_suffix() -> None:
+    assert begins_with(b"ab", b"cd")(Path("x"), b"cde")
+    assert not begins_with(b"ab", b"cd")(Path("x.ab"), b"")
+    assert has_suffix(".splat")(Path("a.SPLAT"), b"anything")
+
+
+def test_every_format_has_its_modules() -> None:
+    from importlib import import_module
+
+    for row in formats.SCENE_FORMATS:
+        assert callable(import_module(f"brushgs.io.scenes.{row.reader}").open_scene)
+    for row in formats.WRITTEN_SCENES:
+        assert callable(import_module(f"brushgs.io.scenes.{row.writer}").write_scene)
