@@ -1,4 +1,5 @@
 import json
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +8,7 @@ import pytest
 
 from brushgs import Camera, SceneError, SceneWarning
 from brushgs.io import load_cameras
+from brushgs.io.cameras.formats import CAMERA_FORMATS, CAMERAS_READ
 from brushgs.io.cameras.read import read_cameras
 
 # A camera at (1, 2, 3) that looks along world +x; its picture has world +z up.
@@ -153,15 +155,15 @@ def test_a_folder(tmp_path: Path) -> None:
 def test_a_file_that_is_not_json(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "cameras.json"
     path.write_bytes(content)
-    with pytest.raises(SceneError, match=r"is not JSON .*; give a cameras\.json or transforms\.json"):
+    with pytest.raises(SceneError, match=r"is not JSON .*; give cameras\.json .* or a COLMAP sparse model"):
         load_cameras(path)
 
 
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        (3, "is no camera file: it has neither a list of cameras, 'frames' nor 'camera_path'"),
-        ({"a": 1}, "is no camera file"),
+        (3, "is no camera file of a known format, got 3.0; give cameras.json of"),
+        ({"a": 1}, 'is no camera file of a known format, got {"a": ...}; give'),
         ([], "holds no cameras; export it again"),
         ({"frames": {}}, "holds no cameras"),
         ([INRIA, 3], "frame 1: must be an object, got 3.0"),
@@ -205,14 +207,14 @@ def read_path(tmp_path: Path, **fields: object) -> Any:
 
 def test_a_camera_path_says_its_rate_its_key_views_and_whether_it_is_a_loop(tmp_path: Path) -> None:
     file = read_path(tmp_path, fps=30, seconds=9, is_cycle=True, keyframes=[KEYFRAME, KEYFRAME])
-    assert (file.is_path, file.fps, file.is_loop, len(file.keys)) == (True, 30, True, 2)
+    assert (file.fps, file.is_loop, len(file.keys)) == (30, True, 2)
     np.testing.assert_array_equal(file.keys[1].viewmat, file.cameras[0].viewmat)
     np.testing.assert_array_equal(file.keys[1].K, file.cameras[0].K)
 
 
 def test_a_camera_path_may_say_nothing_but_its_poses(tmp_path: Path) -> None:
     file = read_path(tmp_path)
-    assert (file.is_path, file.fps, file.is_loop, file.keys) == (True, None, False, [])
+    assert (file.fps, file.is_loop, file.keys) == (None, False, [])
     assert read_path(tmp_path, seconds=0.5).fps == 2
 
 
@@ -224,7 +226,7 @@ def test_key_views_as_text_have_their_columns_first(tmp_path: Path) -> None:
 
 def test_views_of_a_training_are_no_path(tmp_path: Path) -> None:
     file = read_cameras(write(tmp_path, NERFSTUDIO))
-    assert (file.is_path, file.fps, file.is_loop, file.keys) == (False, None, False, [])
+    assert (file.fps, file.is_loop, file.keys) == (None, False, [])
 
 
 @pytest.mark.parametrize(
@@ -249,3 +251,9 @@ def test_a_field_of_a_camera_path_at_fault_is_named(
 ) -> None:
     with pytest.raises(SceneError, match=sentence):
         read_path(tmp_path, **fields)
+
+
+def test_every_format_of_the_table_has_its_module() -> None:
+    for row in CAMERA_FORMATS:
+        assert callable(import_module(f"brushgs.io.cameras.{row.reader}").read)
+        assert row.name in CAMERAS_READ

@@ -185,7 +185,7 @@ def test_a_folder_without_a_model(tmp_path):
 def test_half_a_model(tmp_path):
     write(tmp_path, "txt")
     (tmp_path / "images.txt").unlink()
-    fails(tmp_path, r"images\.txt: there is no such file, but a sparse model needs it; copy it, too")
+    fails(tmp_path, r"images\.txt: there is no such file, but a sparse model needs it; copy it too")
     fails(tmp_path / "images.txt", r"images\.txt: there is no such file; check the path")
 
 
@@ -203,15 +203,15 @@ def test_a_lens_that_is_no_pinhole_is_refused_by_name(tmp_path, form, model):
     write(tmp_path, form, [(3, model, 640, 480, (1.0,) * 8)])
     fails(
         tmp_path,
-        rf"camera 3: camera model {model} is no pinhole; a pinhole is needed \(SIMPLE_PINHOLE, .*undist",
+        rf"camera 3: camera model {model} is not a pinhole; a pinhole is needed \(SIMPLE_PINHOLE, .*undist",
     )
 
 
 def test_an_unknown_model_is_refused_by_name(tmp_path):
     write(tmp_path, "txt", [(3, "PERISCOPE", 640, 480, (1.0,) * 8)])
-    fails(tmp_path, r"cameras\.txt: camera 3: PERISCOPE is no known camera model; a pinhole is needed")
+    fails(tmp_path, r"cameras\.txt: camera 3: PERISCOPE is not a known camera model; a pinhole is needed")
     write(tmp_path, "bin", [(3, "PERISCOPE", 640, 480, (1.0,) * 8)])
-    fails(tmp_path, r"cameras\.bin: camera 3: number 99 is no known camera model; a pinhole is needed")
+    fails(tmp_path, r"cameras\.bin: camera 3: number 99 is not a known camera model; a pinhole is needed")
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -260,14 +260,17 @@ def test_a_count_that_the_file_cannot_hold_is_refused_before_memory_is_allocated
     path.write_bytes(struct.pack("<Q", count) + path.read_bytes()[8:])
     fails(
         tmp_path,
-        rf"{name}: says it holds {count} \w+, for which its [0-9,]+ bytes are too few; copy or export",
+        rf"{name}: claims {count} \w+, for which its [0-9,]+ bytes are too few; copy or export",
     )
 
 
 def test_a_count_of_points_that_the_file_cannot_hold(tmp_path):
     path = write(tmp_path, "bin") / "images.bin"
     path.write_bytes(path.read_bytes()[:-8] + struct.pack("<Q", 2**61))
-    fails(tmp_path, rf"says it holds {2**61} points of image 'a\.jpg', for which its .* bytes are too few")
+    fails(
+        tmp_path,
+        rf"claims {2**61} points of image 'a\.jpg', for which its .* bytes are too few",
+    )
 
 
 @pytest.mark.parametrize("name", ["cameras.bin", "images.bin"])
@@ -277,7 +280,7 @@ def test_a_file_cut_short_anywhere_is_refused(tmp_path, name):
     whole = path.read_bytes()
     for length in range(len(whole)):
         path.write_bytes(whole[:length])
-        fails(tmp_path, rf"{name}: (ends too early, after {length} bytes|says it holds|holds no images)")
+        fails(tmp_path, rf"{name}: (ends too early, after {length} bytes|claims|holds no images)")
 
 
 def test_an_image_name_without_end(tmp_path):

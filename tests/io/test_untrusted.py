@@ -280,7 +280,7 @@ def test_a_quaternion_of_any_length_is_a_rotation(tmp_path, quat):
 
 
 def test_more_views_than_any_capture_has_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("brushgs.io.cameras.colmap._MOST", 3)
+    monkeypatch.setattr("brushgs.io.cameras.colmap._MAX_ENTRIES", 3)
     images = [test_colmap.Image(f"{i}.jpg") for i in range(4)]
     assert len(load_cameras(test_colmap.write(tmp_path, "bin", images=images[:3]))) == 3
     refuse(load_cameras, test_colmap.write(tmp_path, "bin", images=images), "must hold at most 3 entries")

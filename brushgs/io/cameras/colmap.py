@@ -1,7 +1,7 @@
 """A COLMAP sparse model (cameras and images, binary or text) becomes a list of `Camera`.
 
 COLMAP's cameras have x right, y down, z forward and pixel centres at +0.5, as here; an image stores
-camera from world. Points are passed over. Formats: colmap.github.io/format.html.
+camera from world. Points are skipped. Formats: colmap.github.io/format.html.
 """
 
 import math
@@ -16,13 +16,14 @@ from typing import BinaryIO, TypeVar
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.io.cameras.frame import lens_rule, warn_of_distortion
+from brushgs.io.cameras.camera_file import CameraFile
+from brushgs.io.cameras.lens import lens_rule, warn_of_distortion
 from brushgs.io.files import open_plain
 from brushgs.quats import rotation_matrices
 from brushgs.scene import Camera
 
 T = TypeVar("T")
-# By the number that stands for them in binary files: name and parameters; None: no pinhole.
+# In the order of their numbers in binary files: name and parameters; None: no pinhole.
 MODELS: list[tuple[str, str | None]] = [
     ("SIMPLE_PINHOLE", "f cx cy"),
     ("PINHOLE", "fx fy cx cy"),
@@ -38,20 +39,19 @@ MODELS: list[tuple[str, str | None]] = [
     ("RAD_TAN_THIN_PRISM_FISHEYE", None),
 ]
 _PARAMETERS = dict(MODELS)
-_SUFFIXES = (".bin", ".txt")  # where a folder has both the binary files are read, as COLMAP does
-_FILES = {stem + suffix for stem in ("cameras", "images", "points3D") for suffix in _SUFFIXES}
-_PLACES = ("", "sparse/0", "sparse", "colmap/sparse/0", "0")  # of a model in the folder of a capture
+_SUFFIXES = (".bin", ".txt")  # if a folder has both, the binary files are read, as COLMAP does
+_MODEL_FOLDERS = ("", "sparse/0", "sparse", "colmap/sparse/0", "0")  # in the folder of a capture
 
 _COUNT = struct.Struct("<Q")
 _CAMERA = struct.Struct("<iiQQ")  # id, model, width, height; then the parameters
 _IMAGE = struct.Struct("<i7di")  # id, quaternion w x y z, translation, camera id; then name, points
 _POINT_BYTES = 24
-_SMALLEST_CAMERA = _CAMERA.size + 3 * 8
-_SMALLEST_IMAGE = _IMAGE.size + 1 + _COUNT.size
-_LONGEST_NAME = 65536
-_LONGEST_LINE = 1 << 17  # bytes of a line of text: an image and its name; points may take any length
+_MIN_CAMERA_BYTES = _CAMERA.size + 3 * 8
+_MIN_IMAGE_BYTES = _IMAGE.size + 1 + _COUNT.size
+_MAX_NAME = 65536  # bytes
+_MAX_LINE = 1 << 17  # bytes of a line of text: an image and its name; lines of points may be longer
 # A view takes some 1.2 kB in memory and may take 73 bytes in a file; large captures have some ten thousand.
-_MOST = 50_000
+_MAX_ENTRIES = 50_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,49 +75,44 @@ class _Image:
     camera_id: int
 
 
-def is_colmap(path: Path) -> bool:
-    """Whether a path is meant as a sparse model: a folder, or one of its files by name."""
-    try:
-        return path.name in _FILES or path.is_dir()
-    except OSError:  # told by whoever opens it as a file
-        return False
-
-
-def read_colmap(path: Path) -> list[Camera]:
+def read(path: Path, content: object = None) -> CameraFile:
     """The views of a sparse model, sorted by the name of the image.
+
+    Distortion of the models SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV is ignored with one SceneWarning.
 
     Args:
         path: a model's folder, one of its files, or a folder with the model in `sparse/0`.
+        content: unused; it is for formats in JSON.
 
     Raises:
-        SceneError: if there is no model, it is damaged, or a camera is no pinhole. Distortion of the
-            models SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV is left out with one SceneWarning.
+        SceneError: if there is no model, it is damaged, or a camera is no pinhole.
     """
-    with _told(path):
+    with _as_scene_error(path):
         cameras_file, images_file = _find(path)
     is_binary = cameras_file.suffix == ".bin"
-    with _told(cameras_file), open_plain(cameras_file) as file:
-        lenses = dict(_few(cameras_file, (_binary_lenses if is_binary else _text_lenses)(cameras_file, file)))
-    with _told(images_file), open_plain(images_file) as file:
-        images = list(_few(images_file, (_binary_images if is_binary else _text_images)(images_file, file)))
+    read_lenses, read_images = (_binary_lenses, _binary_images) if is_binary else (_text_lenses, _text_images)
+    with _as_scene_error(cameras_file), open_plain(cameras_file) as file:
+        lenses = dict(_bounded(cameras_file, read_lenses(cameras_file, file)))
+    with _as_scene_error(images_file), open_plain(images_file) as file:
+        images = list(_bounded(images_file, read_images(images_file, file)))
     if not images:
         raise SceneError(images_file, "holds no images; the reconstruction found none, run it again")
     images.sort(key=lambda image: image.name)
     cameras = [_camera(images_file, image, lenses) for image in images]
     _warn(cameras_file, [lenses[number] for number in sorted({image.camera_id for image in images})])
-    return cameras
+    return CameraFile(cameras)
 
 
-def _few(path: Path, entries: Iterator[T]) -> Iterator[T]:
-    """The entries of a file, of which there must not be too many."""
+def _bounded(path: Path, entries: Iterator[T]) -> Iterator[T]:
+    """The entries of a file, at most `_MAX_ENTRIES`."""
     for number, entry in enumerate(entries):
-        if number == _MOST:
-            raise SceneError(path, f"must hold at most {_MOST} entries; take a part of the model")
+        if number == _MAX_ENTRIES:
+            raise SceneError(path, f"must hold at most {_MAX_ENTRIES} entries; take a part of the model")
         yield entry
 
 
 def _warn(path: Path, lenses: list[_Lens]) -> None:
-    """Tell of the lens distortion that is left out."""
+    """Warn of lens distortion, which is ignored."""
     found: dict[str, tuple[float, str]] = {}
     for lens in lenses:
         for name, value in lens.values.items():
@@ -135,7 +130,7 @@ def _find(path: Path) -> tuple[Path, Path]:
             raise SceneError(path, "there is no such file; check the path")
         places = [(path.parent, path.suffix)]
     else:
-        places = [(path / place, suffix) for place in _PLACES for suffix in _SUFFIXES]
+        places = [(path / place, suffix) for place in _MODEL_FOLDERS for suffix in _SUFFIXES]
     pairs = [(folder / f"cameras{suffix}", folder / f"images{suffix}") for folder, suffix in places]
     for pair in pairs:
         if pair[0].exists() and pair[1].exists():
@@ -143,14 +138,14 @@ def _find(path: Path) -> tuple[Path, Path]:
     for cameras_file, images_file in pairs:
         if cameras_file.exists() or images_file.exists():
             missing = images_file if cameras_file.exists() else cameras_file
-            raise SceneError(missing, "there is no such file, but a sparse model needs it; copy it, too")
+            raise SceneError(missing, "there is no such file, but a sparse model needs it; copy it too")
     what = "is a folder without" if path.is_dir() else "is not beside the cameras and images of"
     raise SceneError(path, f"{what} a COLMAP model (cameras.bin and images.bin, or .txt); check the path")
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
-    """A fault of the file system as a SceneError."""
+def _as_scene_error(path: Path) -> Iterator[None]:
+    """Errors of the file system as a SceneError."""
     try:
         yield
     except OSError as error:
@@ -193,20 +188,20 @@ def _lens(path: Path, number: int, model: str, width: int, height: int, values: 
 
 
 def _check_model(path: Path, number: int, model: str) -> list[str]:
-    """The names of a pinhole model's parameters."""
+    """The names of a pinhole model's parameters; refuses other models."""
     known = ", ".join(name for name, parameters in MODELS if parameters)
     cure = f"a pinhole is needed ({known}): undistort the images with `colmap image_undistorter`"
     if model not in _PARAMETERS:
-        raise SceneError(path, f"camera {number}: {model[:40]} is no known camera model; {cure}")
+        raise SceneError(path, f"camera {number}: {model[:40]} is not a known camera model; {cure}")
     parameters = _PARAMETERS[model]
     if parameters is None:
-        raise SceneError(path, f"camera {number}: camera model {model} is no pinhole; {cure}")
+        raise SceneError(path, f"camera {number}: camera model {model} is not a pinhole; {cure}")
     return parameters.split()
 
 
 def _binary_lenses(path: Path, file: BinaryIO) -> Iterator[tuple[int, _Lens]]:
     reader = _Reader(path, file)
-    for _ in range(reader.count("cameras", _SMALLEST_CAMERA)):
+    for _ in range(reader.count("cameras", _MIN_CAMERA_BYTES)):
         number, model_id, width, height = reader.read(_CAMERA)
         model = MODELS[model_id][0] if 0 <= model_id < len(MODELS) else f"number {model_id}"
         names = _check_model(path, number, model)
@@ -215,7 +210,7 @@ def _binary_lenses(path: Path, file: BinaryIO) -> Iterator[tuple[int, _Lens]]:
 
 def _binary_images(path: Path, file: BinaryIO) -> Iterator[_Image]:
     reader = _Reader(path, file)
-    for _ in range(reader.count("images", _SMALLEST_IMAGE)):
+    for _ in range(reader.count("images", _MIN_IMAGE_BYTES)):
         _, *pose, camera_id = reader.read(_IMAGE)
         name = reader.name()
         reader.skip(reader.count(f"points of image {name[:80]!r}", _POINT_BYTES) * _POINT_BYTES)
@@ -223,28 +218,28 @@ def _binary_images(path: Path, file: BinaryIO) -> Iterator[_Image]:
 
 
 class _Reader:
-    """A binary file read record by record: counts are held against the bytes that are left."""
+    """A binary file read record by record: counts are compared with the number of bytes that are left."""
 
     def __init__(self, path: Path, file: BinaryIO) -> None:
         self.path, self.file = path, file
         self.size = os.fstat(file.fileno()).st_size
 
-    def left(self) -> int:
+    def num_left(self) -> int:
         return self.size - self.file.tell()
 
-    def cut_short(self) -> SceneError:
+    def truncated(self) -> SceneError:
         return SceneError(self.path, f"ends too early, after {self.size:,} bytes; copy or export it again")
 
     def read(self, record: struct.Struct) -> tuple[int, ...]:
         data = self.file.read(record.size)
         if len(data) < record.size:
-            raise self.cut_short()
+            raise self.truncated()
         return record.unpack(data)
 
     def count(self, what: str, smallest: int) -> int:
         (number,) = self.read(_COUNT)
-        if number * smallest > self.left():
-            message = f"says it holds {number} {what}, for which its {self.size:,} bytes are too few"
+        if number * smallest > self.num_left():
+            message = f"claims {number} {what}, for which its {self.size:,} bytes are too few"
             raise SceneError(self.path, f"{message}; copy or export it again")
         return number
 
@@ -252,14 +247,14 @@ class _Reader:
         self.file.seek(num_bytes, os.SEEK_CUR)
 
     def name(self) -> str:
-        """A text that a zero byte ends."""
+        """A zero-terminated text."""
         start = self.file.tell()
         data = self.file.read(256)
         if b"\0" not in data:
-            data += self.file.read(_LONGEST_NAME)
+            data += self.file.read(_MAX_NAME)
         end = data.find(b"\0")
         if end < 0:
-            raise self.cut_short() if self.left() == 0 else self._no_name(start)
+            raise self.truncated() if self.num_left() == 0 else self._no_name(start)
         self.file.seek(start + end + 1)
         return data[:end].decode("utf-8", "replace")
 
@@ -293,13 +288,13 @@ def _text_images(path: Path, file: BinaryIO) -> Iterator[_Image]:
 def _text_rows(path: Path, file: BinaryIO, lines_per_row: int = 1) -> Iterator[tuple[int, list[str]]]:
     """Number from 1 and words of each line that is neither empty nor a comment.
 
-    With two lines a row the second holds the points of an image: it may be empty and is passed over.
+    With two lines a row the second one holds the points of an image: it may be empty and is skipped.
     """
     number = 0
-    while line := file.readline(_LONGEST_LINE):
+    while line := file.readline(_MAX_LINE):
         number += 1
-        if len(line) == _LONGEST_LINE:
-            fault = f"line {number}: must have at most {_LONGEST_LINE} bytes"
+        if len(line) == _MAX_LINE:
+            fault = f"line {number}: must have at most {_MAX_LINE} bytes"
             raise SceneError(path, f"{fault}; export the model as text again")
         words = line.decode("utf-8", "replace").split()
         if not words or words[0].startswith("#"):
@@ -307,7 +302,7 @@ def _text_rows(path: Path, file: BinaryIO, lines_per_row: int = 1) -> Iterator[t
         yield number, words
         for _ in range(lines_per_row - 1):
             number += 1
-            while len(part := file.readline(_LONGEST_LINE)) == _LONGEST_LINE and not part.endswith(b"\n"):
+            while len(part := file.readline(_MAX_LINE)) == _MAX_LINE and not part.endswith(b"\n"):
                 pass
 
 

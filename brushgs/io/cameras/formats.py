@@ -42,12 +42,6 @@ COLMAP_FILES = tuple(
 
 CAMERA_FORMATS = (
     CameraFormat(
-        "a COLMAP sparse model",
-        "colmap",
-        "images.bin",
-        matches_path=lambda path: path.name in COLMAP_FILES or os.path.isdir(path),  # noqa: PTH112
-    ),
-    CameraFormat(
         "cameras.json of a 3DGS training",
         "inria",
         "cameras.json",
@@ -64,6 +58,12 @@ CAMERA_FORMATS = (
         "transforms",
         "transforms.json",
         matches_json=has_field("frames"),
+    ),
+    CameraFormat(
+        "a COLMAP sparse model",
+        "colmap",
+        "images.bin",
+        matches_path=lambda path: path.name in COLMAP_FILES or os.path.isdir(path),  # noqa: PTH112
     ),
 )
 # In the order of the table: for help texts.

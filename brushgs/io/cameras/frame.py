@@ -1,29 +1,27 @@
-"""One entry of a camera file: its fields, checked as they are asked for."""
+"""One entry of a JSON camera file: its fields, each checked when it is read."""
 
 import math
-import warnings
-from collections.abc import Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from brushgs.errors import SceneError, SceneWarning
+from brushgs.errors import SceneError
+from brushgs.io.cameras.lens import MAX_DISTANCE, lens_rule
 from brushgs.io.json_file import shown
-from brushgs.options.choices import size_rule
 from brushgs.scene import Camera
 
-# Pixels and world units far beyond any camera: from here on squares and quotients leave the range of numbers.
-_LENSES, _MAX_PLACE = (1e-3, 1e9), 1e15
-_SMALLEST_ANGLE = 1e-6  # radians
+_MIN_ANGLE = 1e-6  # radians
 _NEAR_RIGID = 1e-2  # rotations this close to orthonormal were rounded, not scaled
+_CV_FROM_GL = np.diag([1.0, -1.0, -1.0])  # x right, y up, z backward -> x right, y down, z forward
 
 Json = dict[str, Any]
 
 
 class CameraFrame:
-    """One frame of a camera file; fields are looked up in the frame, then in what all frames share.
+    """One frame of a camera file; fields are looked up in the frame, then in those that all frames share.
 
     Every method raises SceneError with the path, the frame and the field at fault.
 
@@ -65,17 +63,17 @@ class CameraFrame:
 
     def angle(self, name: str, unit: float = 1.0) -> float:
         """A field of view in radians; `unit` is one unit of the field."""
-        value = self.positive(name, least=_SMALLEST_ANGLE) * unit
+        value = self.positive(name, least=_MIN_ANGLE) * unit
         if value >= math.pi:
             raise self.fail(f"{name!r} must be below half a turn, got {value / unit:g}")
         return value
 
     def focal(self, side: float, name: str, unit: float = 1.0) -> float:
-        """Focal length at which a side of so many pixels fills the field of view `name`."""
+        """Focal length, pixels, at which a side of so many pixels fills the field of view `name`."""
         return side / 2 / math.tan(self.angle(name, unit) / 2)
 
     def array(self, name: str, *shape: int, or_shape: tuple[int, ...] = ()) -> NDArray[np.float64]:
-        """Finite numbers in the shape given, or in the other one if there are as many; nested or not."""
+        """Finite numbers in the given shape, or in `or_shape` if their count fits that; nested or not."""
         value = self.find(name)
         if value is None:
             raise self.fail(f"no field {name!r}; export the cameras again")
@@ -97,7 +95,14 @@ class CameraFrame:
         K: tuple[float, ...],
         size: tuple[float, float],
     ) -> Camera:
-        """The camera with a rotation freed of rounding; K is fx, fy, cx, cy."""
+        """The camera at a pose, its rotation cleaned of rounding errors.
+
+        Args:
+            world_from_cam: [3, 3] rotation; x right, y down, z forward.
+            position: [3] world units.
+            K: fx, fy, cx, cy, pixels.
+            size: width and height, pixels.
+        """
         if broken := lens_rule(K, size, position):
             raise self.fail(broken)
         rotation = self.rigid(world_from_cam)
@@ -111,9 +116,14 @@ class CameraFrame:
         except ValueError as error:
             raise self.fail(str(error)) from None
 
+    def opengl_camera(self, name: str, K: tuple[float, ...], size: tuple[float, float]) -> Camera:
+        """The camera at the pose in a field: camera-to-world, 3x4 or 4x4, with x right, y up, z backward."""
+        matrix = self.array(name, 4, 4, or_shape=(3, 4))
+        return self.camera(matrix[:3, :3] @ _CV_FROM_GL, matrix[:3, 3], K, size)
+
     def rigid(self, rotation: NDArray[np.float64]) -> NDArray[np.float64]:
         """The nearest rotation to a matrix that is almost one."""
-        if (longest := np.abs(rotation).max()) > _MAX_PLACE:  # for which the factors may not be found
+        if (longest := np.abs(rotation).max()) > MAX_DISTANCE:  # for which the SVD may not converge
             raise self.fail(f"the rotation must not scale or mirror, got an entry of {longest:.4g}")
         left, stretch, right = np.linalg.svd(rotation)
         nearest = np.asarray(left @ right)
@@ -125,29 +135,26 @@ class CameraFrame:
         return nearest
 
 
-def lens_rule(K: Sequence[float], size: Sequence[float], place: ArrayLike) -> str | None:
-    """What a camera breaks that could not be drawn with, in words; None where nothing.
+def read_frames(
+    path: Path, frames: object, shared: Json, read: Callable[[CameraFrame], Camera], name: str = "frame"
+) -> list[Camera]:
+    """The cameras of a list of entries.
 
     Args:
-        K: fx, fy, cx, cy, pixels.
-        size: width and height, pixels.
-        place: numbers of its position or translation, world units.
+        path: the file.
+        frames: what should be a list of JSON objects.
+        shared: the fields that all of them share.
+        read: turns one entry into a camera.
+        name: what an entry is called in errors.
+
+    Raises:
+        SceneError: if it is no list, is empty, or an entry is no object or cannot be used.
     """
-    if max(size) > 1 << 20:  # first: it may have hundreds of digits, and others follow from it
-        return f"the size must be that of a picture, got more than {1 << 20} pixels along a side"
-    least, most = _LENSES
-    if not all(least <= focal <= most for focal in K[:2]):
-        return f"the focal length must be {least:g} to {most:g} pixels, got {min(K[:2]):g} and {max(K[:2]):g}"
-    if not all(abs(value) <= most for value in K[2:]):
-        return f"the principal point must lie within {most:g} pixels, got {K[2]:g}, {K[3]:g}"
-    if not (farthest := np.abs(place).max()) <= _MAX_PLACE:
-        return f"the position must lie within {_MAX_PLACE:g} of the origin, got {farthest:g}"
-    broken = size_rule(max(1, round(size[0])), max(1, round(size[1])))
-    return f"the size {broken}" if broken else None
-
-
-def warn_of_distortion(path: Path, model: str, found: dict[str, float]) -> None:
-    """Warn once that the lens distortion of a file, by name of the coefficient, was left out."""
-    listed = ", ".join(f"{name} = {value:g}" for name, value in found.items())
-    message = f"the distortion of camera model {model} was ignored ({listed}); pictures are a pinhole's"
-    warnings.warn(SceneWarning(f"{path}: {message}"), stacklevel=4)
+    if not isinstance(frames, list) or not frames:
+        raise SceneError(path, "holds no cameras; export it again")
+    cameras = []
+    for index, frame in enumerate(frames):
+        if not isinstance(frame, dict):
+            raise SceneError(path, f"{name} {index}: must be an object, got {shown(frame)}")
+        cameras.append(read(CameraFrame(path, f"{name} {index}", frame, shared)))
+    return cameras
