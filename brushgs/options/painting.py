@@ -215,6 +215,22 @@ class DrawConfig:
         if self.threads is not None and self.threads < 1:
             raise ValueError(f"threads must be at least 1, got {self.threads}")
 
+    def lock_of(self, *, along_path: bool) -> Lock:
+        """The lock of a path, or of one picture.
+
+        Raises:
+            ValueError: if it is "track" and there is no path.
+        """
+        if self.lock == "track" and not along_path:
+            raise ValueError(
+                "lock must be anchor or off for one picture, got track; only a path can be tracked"
+            )
+        return self.lock or ("track" if along_path else "anchor")
+
+    def order_of(self, *, along_path: bool) -> Order:
+        """The order of a path, or of one picture."""
+        return self.order or ("soft" if along_path else "depth")
+
 
 @dataclass(frozen=True)
 class PaletteConfig:

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from brushgs.errors import SceneWarning
-from brushgs.options.painting import ClusterConfig, DrawConfig, ErrorBudget, StrokeSize
+from brushgs.options.painting import ClusterConfig, ErrorBudget, StrokeSize
 from brushgs.painting.background import Ground
 from brushgs.painting.report import Report, Stage
 from brushgs.scene import Camera, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.brushes.texture import StrokeTexture
+    from brushgs.rendering.options import RenderOptions
     from brushgs.stroke_count.choose import Choice
     from brushgs.stroke_count.view_model import ViewModel
 
@@ -34,7 +35,7 @@ def look(
     camera: Camera,
     texture: "StrokeTexture",
     config: ClusterConfig,
-    draw: DrawConfig,
+    options: "RenderOptions",
     ground: Ground,
     report: Report,
 ) -> "ViewModel | None":
@@ -47,12 +48,11 @@ def look(
         from brushgs.stroke_count.view_model import ViewModel
 
         kernel = StrokeTexture.open("gaussian")
-        plain = render(gaussians, camera, kernel, depth=False, num_threads=draw.threads)
+        plain = render(gaussians, camera, kernel, depth=False, num_threads=options.num_threads)
         stage.did = f"the plain picture of {len(gaussians):,} Gaussians, to count strokes for"
         stage.counts = {"gaussians": len(gaussians), "width": camera.width, "height": camera.height}
-        sigmas = texture.fitted_sigmas if draw.extent == "fitted" else texture.num_sigmas
         on = np.ones(3) if ground is None else np.asarray(ground)
-        return ViewModel(camera, texture, sigmas, plain, on, draw.filter, draw.threads)
+        return ViewModel(camera, texture, options, plain, on)
 
 
 def choose(gaussians: Gaussians, config: ClusterConfig, view_model: "ViewModel", report: Report) -> "Choice":

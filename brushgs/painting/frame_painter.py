@@ -1,20 +1,18 @@
 """What paints the frames of a sequence: picklable, so that it can do so in any process of any machine."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.options.choices import ViewLock
-from brushgs.options.painting import DrawConfig
 from brushgs.painting.background import Ground
-from brushgs.painting.stages import box_sigmas
 from brushgs.rendering.project import Directions
 from brushgs.scene import Camera, Frame, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.brushes.texture import StrokeTexture
+    from brushgs.rendering.options import RenderOptions
 
 WHITE = (1.0, 1.0, 1.0)
 
@@ -26,12 +24,12 @@ class Shot:
     Attributes:
         index: which frame of the path, from 0.
         camera: the view.
-        lock: how the directions of the strokes are chosen, or the directions, see `project`.
+        directions: the directions of the strokes where they are tracked, else None.
     """
 
     index: int
     camera: Camera
-    lock: ViewLock | Directions
+    directions: Directions | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,35 +39,29 @@ class Painter:
     Attributes:
         strokes: the strokes in space.
         texture: the mark of a stroke.
-        ground: what lies behind the strokes, see `open_background`; None keeps pictures transparent.
-        draw: how strokes are drawn; `threads` are those of one process.
+        background: what lies behind the strokes, see `open_background`; None keeps pictures transparent.
+        options: how strokes become a frame, but for tracked directions and depth; `num_threads` are those of
+            one process.
         suffix: ".png", ".tif", ".tiff" or ".exr" for the bytes of such a file, None for pixels.
     """
 
     strokes: Gaussians
     texture: "StrokeTexture"
-    ground: Ground
-    draw: DrawConfig
+    background: Ground
+    options: "RenderOptions"
     suffix: str | None
 
     def frame(self, shot: Shot) -> Frame:
         """The picture; with depth if it is for an EXR, the one kind of file that holds it."""
-        from brushgs.rendering.render import render
+        from brushgs.rendering.options import render_with
 
-        return render(
-            self.strokes,
-            shot.camera,
-            self.texture,
-            lock=shot.lock,
-            order=self.draw.order or "soft",
-            filter=self.draw.filter,
-            num_sigmas=box_sigmas(self.texture, self.draw),
-            depth=self.suffix == ".exr",
-            num_threads=self.draw.threads,
-        )
+        options = replace(self.options, depth=self.suffix == ".exr")
+        if shot.directions is not None:
+            options = options.in_direction(shot.directions)
+        return render_with(self.strokes, shot.camera, self.texture, options)
 
     def __call__(self, shot: Shot) -> bytes | NDArray[np.uint8]:
-        """The content of the finished picture file, or uint8 [H, W, 3] on the ground (white if None).
+        """The content of the finished picture file, or uint8 [H, W, 3] on the background (white if None).
 
         Pictures are encoded here, so that as many processes as paint share that work too.
         """
@@ -77,5 +69,5 @@ class Painter:
 
         frame = self.frame(shot)
         if self.suffix is not None:
-            return encode_frame(frame, self.suffix, background=self.ground)
-        return frame.bytes_over(WHITE if self.ground is None else self.ground)
+            return encode_frame(frame, self.suffix, background=self.background)
+        return frame.bytes_over(WHITE if self.background is None else self.background)

@@ -33,7 +33,10 @@ def options(config: PaintConfig) -> dict[str, Any]:
         steps["strokes"] = str(config.cluster.target)
     if config.palette is not None:
         steps |= {f"palette {name}": str(value) for name, value in asdict(config.palette).items()}
-    moving = {"lock": config.draw.lock or "track", "order": config.draw.order or "soft"}
+    moving = {
+        "lock": config.draw.lock_of(along_path=True),
+        "order": config.draw.order_of(along_path=True),
+    }
     return {"version": __version__} | steps | moving
 
 

@@ -17,36 +17,22 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from brushgs.cameras.paths import CameraPath, plan_path
 from brushgs.errors import SceneWarning
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 from brushgs.io.pictures.video import check_rate, check_size, filming, padded_size
-from brushgs.options.painting import DrawConfig, PaintConfig, ViewConfig
+from brushgs.options.painting import DrawConfig, PaintConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
-from brushgs.painting.background import Ground
-from brushgs.painting.count import look
 from brushgs.painting.frame_painter import Painter, Shot
 from brushgs.painting.identity import check_same, find_manifest, painting
 from brushgs.painting.outputs import check_target, plan_output
 from brushgs.painting.parallel import spread
 from brushgs.painting.parallel.connection import check_scheduler
+from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report, Stage
-from brushgs.painting.stages import (
-    NOTHING_SEEN,
-    box_sigmas,
-    cluster_scene,
-    load_scene,
-    open_ground,
-    open_palette,
-    open_stroke,
-    prune_scene,
-    recolor_scene,
-    size_words,
-)
-from brushgs.scene import Gaussians
+from brushgs.painting.stages import NOTHING_SEEN, size_words
 
 if TYPE_CHECKING:
-    from brushgs.brushes.texture import StrokeTexture
+    from brushgs.cameras.paths import CameraPath
     from brushgs.rendering.track import Track
 
 NUM_LOOKS = 8  # views in which is looked whether any stroke is seen: a path of thousands needs no more
@@ -89,21 +75,15 @@ def paint_sequence(
     found = None
     if sequence.is_resumed and isinstance(target, NumberedFiles):
         found = find_manifest(target, config)
-    texture = open_stroke(config.draw, report)
-    palette = open_palette(config.palette, report)
-    gaussians, notes = load_scene(scene, report)
-    path = _plan(gaussians, config.view, path_config, notes.up, report)
-    if isinstance(target, Path):
-        check_rate(target, path.fps)
-        check_size(target, path.cameras[0].width, path.cameras[0].height)
-    ground = open_ground(config.draw, path.cameras[0], report)
-    view_model = look(gaussians, path.cameras[0], texture, config.cluster, config.draw, ground, report)
-    num_loaded = len(gaussians)
-    gaussians = prune_scene(gaussians, config.prune, report, is_strokes=notes.is_strokes)
-    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded, view_model=view_model)
-    gaussians = recolor_scene(gaussians, palette, config.palette, report)
-    track = _track(gaussians, path, texture, config.draw, report)
-    work = _Work(gaussians, texture, ground, config, path, track, sequence)
+
+    def check_path(path: "CameraPath") -> None:
+        if isinstance(target, Path):
+            check_rate(target, path.fps)
+            check_size(target, path.cameras[0].width, path.cameras[0].height)
+
+    prepared = prepare(scene, config, report, views=path_config, check_path=check_path)
+    track = _track(prepared, config.draw, report)
+    work = _Work(prepared, config, track, sequence)
     if isinstance(target, Path):
         _paint_video(work, target, report)
         report.output = str(target)
@@ -113,82 +93,60 @@ def paint_sequence(
     return report
 
 
-def _plan(
-    gaussians: Gaussians, view: ViewConfig, path_config: PathConfig, file_up: str | None, report: Report
-) -> CameraPath:
-    """The cameras, one per frame."""
-    with report.stage("path") as stage:
-        path = plan_path(gaussians, view, path_config, file_up=file_up)
-        count, camera = len(path.cameras), path.cameras[0]
-        size, kind = f"{camera.width}x{camera.height}", "a loop" if path.is_loop else "open"
-        stage.did = f"{count:,} frames, {path.fps:g} a second, {kind}, {size}: {path.source}"
-        stage.counts = {
-            "source": path.source,
-            "frames": count,
-            "fps": path.fps,
-            "loop": path.is_loop,
-            "width": camera.width,
-            "height": camera.height,
-        }
-    return path
-
-
-def _track(
-    strokes: Gaussians, path: CameraPath, texture: "StrokeTexture", draw: DrawConfig, report: Report
-) -> "Track | None":
-    """The directions of the strokes along the whole path, if they are to be followed."""
+def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "Track | None":
+    """The directions of the strokes along the whole path, where they are tracked."""
     with report.stage("track") as stage:
-        lock, num_frames = draw.lock or "track", len(path.cameras)
-        stage.counts = {"lock": lock, "strokes": len(strokes), "frames": num_frames}
-        if not _sees_any(strokes, path, texture, draw):
+        strokes, cameras, texture = prepared.strokes, prepared.cameras, prepared.texture
+        lock = draw.lock_of(along_path=True)
+        stage.counts = {"lock": lock, "strokes": len(strokes), "frames": len(cameras)}
+        if not _sees_any(prepared):
             warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
-
-        if lock != "track" or not texture.is_directed:
+        if prepared.options.lock != "track":
             stage.did = "nothing"
-            reason = f"the lock is {lock!r}" if lock != "track" else f"{texture.name!r} has none"
+            reason = f"{texture.name!r} has none" if lock == "track" else f"the lock is {lock!r}"
             stage.skipped.append(f"following directions: {reason}")
             return None
         from brushgs.rendering.track import track_directions
 
-        track = track_directions(strokes, path.closed, num_threads=draw.threads)
-        stage.did = f"directions of {len(strokes):,} strokes over {num_frames:,} views"
+        assert prepared.path is not None
+        track = track_directions(strokes, prepared.path.closed, num_threads=draw.threads)
+        stage.did = f"directions of {len(strokes):,} strokes over {len(cameras):,} views"
     return track
 
 
-def _sees_any(strokes: Gaussians, path: CameraPath, texture: "StrokeTexture", draw: DrawConfig) -> bool:
+def _sees_any(prepared: Prepared) -> bool:
     """Whether a stroke is seen from any of some views of the path."""
-    from brushgs.rendering.project import project
+    from brushgs.rendering.options import project_with
 
-    sigmas, step = box_sigmas(texture, draw), -(-len(path.cameras) // NUM_LOOKS)
-    looks = (
-        project(strokes, camera, num_sigmas=sigmas, num_threads=draw.threads)
-        for camera in path.cameras[::step]
-    )
-    return any(len(boxes) for boxes in looks)
+    options, step = prepared.options.in_direction("off"), -(-len(prepared.cameras) // NUM_LOOKS)
+    seen = (project_with(prepared.strokes, camera, options)[0] for camera in prepared.cameras[::step])
+    return any(len(boxes) for boxes in seen)
 
 
 @dataclass(frozen=True, eq=False)
 class _Work:
     """All that is known when the first frame is painted."""
 
-    strokes: Gaussians
-    texture: "StrokeTexture"
-    ground: Ground
+    prepared: Prepared
     config: PaintConfig
-    path: CameraPath
     track: "Track | None"
     sequence: SequenceConfig
 
+    @property
+    def path(self) -> "CameraPath":
+        """The path of the camera."""
+        assert self.prepared.path is not None
+        return self.prepared.path
+
     def painter(self, suffix: str | None) -> Painter:
         """What paints the frames."""
-        return Painter(self.strokes, self.texture, self.ground, self.config.draw, suffix)
+        prepared = self.prepared
+        return Painter(prepared.strokes, prepared.texture, prepared.background, prepared.options, suffix)
 
     def shot(self, index: int) -> Shot:
         """One frame of the path."""
-        camera = self.path.cameras[index]
-        if self.track is not None:
-            return Shot(index, camera, self.track.directions(index))
-        return Shot(index, camera, "off" if self.config.draw.lock == "off" else "anchor")
+        directions = None if self.track is None else self.track.directions(index)
+        return Shot(index, self.path.cameras[index], directions)
 
     def view(self, index: int) -> tuple[object, ...]:
         """All that sets one frame of the path apart: where it is equal, so is the picture, bit for bit."""
@@ -284,7 +242,10 @@ def _paint_video(work: _Work, target: Path, report: Report) -> None:
 
 def _paint_files(work: _Work, files: NumberedFiles, found: Manifest | None, report: Report) -> None:
     """The frames that are missing, each to a file."""
-    identity = painting(work.config, work.path, work.strokes, work.texture.coverage, work.ground)
+    prepared = work.prepared
+    identity = painting(
+        work.config, work.path, prepared.strokes, prepared.texture.coverage, prepared.background
+    )
     if found is not None:
         check_same(found, identity)
     num_frames, ground = len(work.path.cameras), work.config.draw.background

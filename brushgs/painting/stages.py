@@ -12,7 +12,7 @@ import numpy as np
 
 from brushgs.cameras.framing import DEFAULT_UP, default_elevation, direction_of, frame_scene, subject
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.options.choices import ViewLock, unasked_rule
+from brushgs.options.choices import unasked_rule
 from brushgs.options.painting import (
     DEFAULT_SIZE,
     ClusterConfig,
@@ -21,6 +21,7 @@ from brushgs.options.painting import (
     PruneConfig,
     ViewConfig,
 )
+from brushgs.options.sequence import PathConfig
 from brushgs.painting.background import Ground, open_background
 from brushgs.painting.count import choose, make
 from brushgs.painting.report import Report, Stage
@@ -28,8 +29,10 @@ from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.brushes.texture import StrokeTexture
+    from brushgs.cameras.paths import CameraPath
     from brushgs.io.scenes.notes import LoadNotes
     from brushgs.passes.recolor import Palette
+    from brushgs.rendering.options import RenderOptions
     from brushgs.stroke_count.view_model import ViewModel
 
 NOTHING_SEEN = "no stroke is in the picture; check that the camera and the scene belong together"
@@ -100,6 +103,28 @@ def choose_camera(
         stage.did += f", {camera.width}x{camera.height}"
         stage.counts |= {"width": camera.width, "height": camera.height}
     return camera
+
+
+def plan_views(
+    gaussians: Gaussians, view: ViewConfig, path_config: PathConfig, report: Report, *, file_up: str | None
+) -> "CameraPath":
+    """The cameras along a path, one per frame."""
+    with report.stage("path") as stage:
+        from brushgs.cameras.paths import plan_path
+
+        path = plan_path(gaussians, view, path_config, file_up=file_up)
+        count, camera = len(path.cameras), path.cameras[0]
+        size, kind = f"{camera.width}x{camera.height}", "a loop" if path.is_loop else "open"
+        stage.did = f"{count:,} frames, {path.fps:g} a second, {kind}, {size}: {path.source}"
+        stage.counts = {
+            "source": path.source,
+            "frames": count,
+            "fps": path.fps,
+            "loop": path.is_loop,
+            "width": camera.width,
+            "height": camera.height,
+        }
+    return path
 
 
 def prune_scene(
@@ -218,93 +243,70 @@ def recolor_scene(
     return gaussians
 
 
-def box_sigmas(texture: "StrokeTexture", config: DrawConfig) -> float:
-    """Half length of a box in standard deviations."""
-    return texture.fitted_sigmas if config.extent == "fitted" else texture.num_sigmas
-
-
-def view_lock(config: DrawConfig) -> ViewLock:
-    """How the directions of strokes are chosen where one view is all there is.
+def render_options(draw: DrawConfig, texture: "StrokeTexture", *, along_path: bool) -> "RenderOptions":
+    """How strokes of a texture become a frame: one picture, or each frame along a path.
 
     Raises:
-        ValueError: if they are to be followed along a path.
+        ValueError: if the lock is "track" and there is no path.
     """
-    if config.lock == "track":
-        raise ValueError("lock must be anchor or off for one picture, got track; only a path can be tracked")
-    return config.lock or "anchor"
+    from brushgs.rendering.options import RenderOptions
+
+    return RenderOptions.of(
+        texture,
+        lock=draw.lock_of(along_path=along_path),
+        order=draw.order_of(along_path=along_path),
+        filter=draw.filter,
+        num_sigmas=texture.fitted_sigmas if draw.extent == "fitted" else texture.num_sigmas,
+        num_threads=draw.threads,
+    )
 
 
 def project_scene(
-    gaussians: Gaussians, camera: Camera, texture: "StrokeTexture", config: DrawConfig, report: Report
+    strokes: Gaussians, camera: Camera, texture: "StrokeTexture", options: "RenderOptions", report: Report
 ) -> Boxes:
     """Strokes in space to boxes on the picture, nearest first."""
     with report.stage("project") as stage:
-        from brushgs.rendering.project import project_counted
+        from brushgs.rendering.options import project_with
         from brushgs.sh import used_sh_degree
 
-        sigmas, has_direction = box_sigmas(texture, config), texture.is_directed
-        lock = view_lock(config) if has_direction else "off"
-        order = (config.order or "depth") if has_direction else "depth"
-        boxes, culled = project_counted(  # as `render` does
-            gaussians,
-            camera,
-            num_sigmas=sigmas,
-            lock=lock,
-            fade=has_direction,
-            order=order,
-            num_threads=config.threads,
-        )
-        stage.did = f"{len(boxes):,} of {len(gaussians):,} strokes in the picture"
+        boxes, culled = project_with(strokes, camera, options)
+        stage.did = f"{len(boxes):,} of {len(strokes):,} strokes in the picture"
         stage.counts = {
-            "before": len(gaussians),
+            "before": len(strokes),
             "after": len(boxes),
-            "sigmas": round(sigmas, 4),
-            "lock": lock,
-            "order": order,
+            "sigmas": round(options.num_sigmas, 4),
+            "lock": options.lock,
+            "order": options.order,
         }
         for reason, words in CULLED.items():
             count = getattr(culled, reason)
             stage.counts[reason] = count
             if count:
                 stage.skipped.append(f"{count:,} strokes {words}")
-        if not has_direction:
+        if not texture.is_directed:
             stage.skipped.append("lock, fading and soft order: a kernel fills the ellipse and has none")
         if len(boxes) == 0:
             warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
-        degree = used_sh_degree(gaussians)
+        degree = used_sh_degree(strokes)
         stage.counts["sh_degree"] = degree
-        if degree < gaussians.sh_degree:
-            stage.skipped.append(f"{_band_words(degree, gaussians.sh_degree)}: zero in every row")
+        if degree < strokes.sh_degree:
+            stage.skipped.append(f"{_band_words(degree, strokes.sh_degree)}: zero in every row")
     return boxes
 
 
-def draw(
-    boxes: Boxes,
-    camera: Camera,
-    texture: "StrokeTexture",
-    config: DrawConfig,
-    report: Report,
-    *,
-    depth: bool = True,
+def rasterize_boxes(
+    boxes: Boxes, camera: Camera, texture: "StrokeTexture", options: "RenderOptions", report: Report
 ) -> Frame:
     """Boxes to a picture."""
     with report.stage("rasterise") as stage:
-        from brushgs.rendering.rasterize import rasterize
+        from brushgs.rendering.options import rasterize_with
 
-        frame = rasterize(
-            boxes,
-            texture,
-            height=camera.height,
-            width=camera.width,
-            filter=config.filter,
-            depth=depth,
-            num_threads=config.threads,
-        )
+        frame = rasterize_with(boxes, camera, texture, options)
         painted = float(np.mean(frame.alpha, dtype=np.float64))
         stage.did = f"{len(boxes):,} strokes cover {painted:.1%} of the picture"
-        stage.counts = {"strokes": len(boxes), "painted": round(painted, 6), "filter": config.filter}
-        _tell_levels(boxes, texture, config.filter, stage)
-        if not depth:
+        stage.counts = {"strokes": len(boxes), "painted": round(painted, 6), "filter": options.filter}
+        _tell_levels(boxes, texture, options.filter, stage)
+        if not options.depth:
             stage.skipped.append("depth: this kind of file does not hold it")
     return frame
 

@@ -9,34 +9,22 @@ Every step takes a `Report` and adds its `Stage`; a scene is let go as soon as t
 
 import os
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from brushgs.errors import SceneError
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
-from brushgs.options.painting import (
-    ClusterConfig,
-    DrawConfig,
-    PaintConfig,
-    PaletteConfig,
-    PruneConfig,
-    ViewConfig,
-)
-from brushgs.painting.background import check_background, open_background
-from brushgs.painting.count import look
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PaletteConfig, PruneConfig
+from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.stages import (
-    choose_camera,
-    cluster_scene,
-    draw,
     load_scene,
-    open_ground,
     open_palette,
-    open_stroke,
     project_scene,
     prune_scene,
+    rasterize_boxes,
     recolor_scene,
-    view_lock,
     write_picture,
     write_scene,
 )
@@ -69,22 +57,10 @@ def paint_file(
     """
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
     check_output(output, PICTURE_SUFFIXES, inputs=input_files(scene, config))
-    check_background(config.draw.background)
-    view_lock(config.draw)
-    texture = open_stroke(config.draw, report)
-    palette = open_palette(config.palette, report)
-    gaussians, notes = load_scene(scene, report)
-    camera = choose_camera(gaussians, config.view, report, file_up=notes.up, camera=camera)
-    ground = open_ground(config.draw, camera, report)
-    view_model = look(gaussians, camera, texture, config.cluster, config.draw, ground, report)
-    num_loaded = len(gaussians)
-    gaussians = prune_scene(gaussians, config.prune, report, is_strokes=notes.is_strokes)
-    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded, view_model=view_model)
-    gaussians = recolor_scene(gaussians, palette, config.palette, report)
-    boxes = project_scene(gaussians, camera, texture, config.draw, report)
+    prepared = prepare(scene, config, report, views=camera)
     is_deep = output.suffix.lower() == ".exr"  # the one format that carries depth
-    frame = draw(boxes, camera, texture, config.draw, report, depth=is_deep)
-    write_picture(frame, output, ground, config.draw, report)
+    frame = paint_view(replace(prepared, options=replace(prepared.options, depth=is_deep)), report)
+    write_picture(frame, output, prepared.background, config.draw, report)
     report.output = str(output)
     return report
 
@@ -98,18 +74,15 @@ def paint(
 ) -> Frame:
     """Paint Gaussians in memory: `paint_file` without its files. Takes and raises the same."""
     config, report = config or PaintConfig(), report or Report()
-    texture = open_stroke(config.draw, report)
-    palette = open_palette(config.palette, report)
-    camera = choose_camera(gaussians, config.view, report, camera=camera)
-    ground = None  # a frame has none; only where strokes are counted is one put under it
-    if config.cluster.target is not None:
-        ground = open_background(config.draw.background, camera.width, camera.height)
-    view_model = look(gaussians, camera, texture, config.cluster, config.draw, ground, report)
-    strokes = prune_scene(gaussians, config.prune, report)
-    strokes = cluster_scene(strokes, config.cluster, report, num_loaded=len(gaussians), view_model=view_model)
-    strokes = recolor_scene(strokes, palette, config.palette, report)
-    boxes = project_scene(strokes, camera, texture, config.draw, report)
-    return draw(boxes, camera, texture, config.draw, report)
+    prepared = prepare(gaussians, config, report, views=camera, needs_background=False)
+    return paint_view(prepared, report)
+
+
+def paint_view(prepared: Prepared, report: Report) -> Frame:
+    """The strokes as the first camera sees them."""
+    camera, texture, options = prepared.camera, prepared.texture, prepared.options
+    boxes = project_scene(prepared.strokes, camera, texture, options, report)
+    return rasterize_boxes(boxes, camera, texture, options, report)
 
 
 def prune_file(scene: str | Path, output: str | Path, config: PruneConfig, report: Report) -> Report:
@@ -127,15 +100,9 @@ def cluster_file(scene: str | Path, output: str | Path, config: ClusterConfig, r
     default, and seen with the plain kernel.
     """
     check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene),))
-    gaussians, notes = load_scene(scene, report)
-    view_model = None
-    if config.target is not None:
-        draw = DrawConfig(stroke="gaussian")
-        texture = open_stroke(draw, report)
-        camera = choose_camera(gaussians, ViewConfig(), report, file_up=notes.up)
-        view_model = look(gaussians, camera, texture, config, draw, None, report)
-    strokes = cluster_scene(gaussians, config, report, num_loaded=len(gaussians), view_model=view_model)
-    return write_scene(strokes, output, report, is_strokes=True)
+    paint = PaintConfig(PruneConfig(keep=1.0), config, draw=DrawConfig(stroke="gaussian"))
+    prepared = prepare(scene, paint, report, needs_view=False, needs_background=False)
+    return write_scene(prepared.strokes, output, report, is_strokes=True)
 
 
 def recolor_file(scene: str | Path, output: str | Path, config: PaletteConfig, report: Report) -> Report:

@@ -103,6 +103,6 @@ def mean_psnr(strokes: Gaussians, validation_views: Sequence[TargetView], drawin
     """PSNR in dB to the plain picture on white, mean over views."""
     found = []
     for judge in validation_views:
-        frame = render(strokes, judge.camera, drawing.texture, **drawing.options())
+        frame = drawing.frame(strokes, judge.camera)
         found.append(psnr(frame.over(GROUND), judge.on(GROUND).numpy()))
     return float(np.mean(found))

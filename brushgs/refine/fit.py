@@ -6,10 +6,9 @@ sums of PyTorch may depend on its number of threads, of which `distil` takes one
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from math import cos, pi
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
@@ -20,7 +19,8 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.errors import SceneError
 from brushgs.io.files import replacing
 from brushgs.refine.variables import Rates, Variables
-from brushgs.scene import Camera, Gaussians
+from brushgs.rendering.options import RenderOptions, render_with
+from brushgs.scene import Camera, Frame, Gaussians
 
 LAST_RATE = 0.05  # of the first, at the last step, along half a cosine
 LOOKS = 20  # at the error, over all steps
@@ -38,19 +38,37 @@ class Drawing:
 
     Attributes:
         texture: the stroke image.
-        num_sigmas: half extent of a box in standard deviations.
-        filter: see `rasterize`.
-        lock: of a view, see `project`.
+        options: see `RenderOptions`; the order is "depth", the only one with a gradient.
     """
 
     texture: StrokeTexture
-    num_sigmas: float
-    filter: str = "mip"
-    lock: str = "anchor"
+    options: RenderOptions
 
-    def options(self) -> dict[str, Any]:
-        """Arguments of `render`, of arrays and of tensors."""
-        return {"num_sigmas": self.num_sigmas, "filter": self.filter, "lock": self.lock, "depth": False}
+    @classmethod
+    def of(cls, texture: StrokeTexture, options: RenderOptions | None = None) -> "Drawing":
+        """Without depth, and nearer strokes before others; by default as `render` draws."""
+        options = options or RenderOptions.of(texture)
+        return cls(texture, replace(options, order="depth", depth=False))
+
+    def frame(self, strokes: Gaussians, camera: Camera) -> Frame:
+        """The strokes as a camera sees them."""
+        return render_with(strokes, camera, self.texture, self.options)
+
+    def tensors(self, strokes: ba.Gaussians, camera: Camera) -> ba.Frame:
+        """The same with gradients."""
+        options = self.options
+        assert options.lock != "track", "one view has no path to track"
+        return ba.render(
+            strokes,
+            camera,
+            self.texture,
+            lock=options.lock,
+            filter=options.filter,
+            num_sigmas=options.num_sigmas,
+            low_pass=options.low_pass,
+            depth=options.depth,
+            num_threads=options.num_threads,
+        )
 
 
 @dataclass
@@ -161,7 +179,7 @@ class Fit:
             group["lr"] = factor * group["initial_lr"]
         view = self._view()
         strokes = self.variables.gaussians()
-        frame = ba.render(strokes, self.cameras[view], self.drawing.texture, **self.drawing.options())
+        frame = self.drawing.tensors(strokes, self.cameras[view])
         loss = self.objective(frame, view, strokes)
         self.optimizer.zero_grad(set_to_none=True)
         loss.backward()

@@ -18,20 +18,9 @@ from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.measure.report import Outputs, plain_config
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, PaletteConfig, Up, ViewConfig
-from brushgs.painting.count import look
+from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
-from brushgs.painting.stages import (
-    box_sigmas,
-    choose_camera,
-    cluster_scene,
-    load_scene,
-    open_palette,
-    open_stroke,
-    prune_scene,
-    recolor_scene,
-    view_lock,
-    write_scene,
-)
+from brushgs.painting.stages import write_scene
 from brushgs.painting.still import check_output, input_files
 from brushgs.refine.report import FILES, Refinement, RefineReport, write_plot
 from brushgs.scene import Camera, Gaussians
@@ -86,25 +75,17 @@ def refine_file(
     check_torch()
     if config.style is not None and paint.palette is None:
         paint = replace(paint, palette=PaletteConfig(config.style))
-    texture = open_stroke(paint.draw, report)
-    palette = open_palette(paint.palette, report)
-    gaussians, notes = load_scene(scene, report)
-    view_model = None
-    if paint.cluster.target is not None:  # only a count for a picture needs one
-        camera = choose_camera(gaussians, paint.view, report, file_up=notes.up)
-        view_model = look(gaussians, camera, texture, paint.cluster, paint.draw, None, report)
-    strokes = prune_scene(gaussians, paint.prune, report, is_strokes=notes.is_strokes)
-    strokes = cluster_scene(strokes, paint.cluster, report, num_loaded=len(gaussians), view_model=view_model)
-    strokes = recolor_scene(strokes, palette, paint.palette, report)
+    prepared = prepare(scene, paint, report, needs_view=False, needs_background=False, keeps_scene=True)
+    strokes, gaussians = prepared.strokes, prepared.whole_scene
 
     from brushgs.refine.fit import Drawing, Plan
 
-    drawing = Drawing(texture, box_sigmas(texture, paint.draw), paint.draw.filter, view_lock(paint.draw))
-    if palette is not None and paint.palette is not None:
+    drawing = Drawing.of(prepared.texture, prepared.options)
+    if prepared.palette is not None and paint.palette is not None:
         from brushgs.passes.recolor import recolor
 
-        gaussians = recolor(gaussians, palette, paint.palette.strength)
-    up = paint.view.up or notes.up or DEFAULT_UP
+        gaussians = recolor(gaussians, prepared.palette, paint.palette.strength)
+    up = paint.view.up or prepared.file_up or DEFAULT_UP
     training_views, validation_views = _target_views(gaussians, up, config, report)
     plan = Plan(
         config.most_steps, seed=config.seed, checkpoint=checkpoint_of(output), is_resumed=config.is_resumed
@@ -113,7 +94,7 @@ def refine_file(
     report.settings = _settings(scene, paint, config, up)
     write_scene(refined, output, report, is_strokes=True)  # first: it must not be lost with a plot
     if outputs is not None:
-        title = f"{Path(scene).stem}, {len(strokes):,} strokes of {texture.name}, {config.params}"
+        title = f"{Path(scene).stem}, {len(strokes):,} strokes of {prepared.texture.name}, {config.params}"
         camera = frame_scene(gaussians, width=config.size[0], height=config.size[1], up=direction_of(up))
         _write_report(outputs, report, _Shown(gaussians, strokes, refined, camera), drawing, title)
         outputs.write_text(".json", report.as_json() + "\n")
@@ -226,11 +207,10 @@ def _write_report(
         outputs.make_folder()
         if outputs.plot is not None:
             from brushgs.refine.distil import GROUND, TargetView
-            from brushgs.rendering.render import render
 
             plain = TargetView.of(shown.scene, shown.camera).on(GROUND)
             pictures = {
-                name: render(strokes, shown.camera, drawing.texture, **drawing.options()).over(GROUND)
+                name: drawing.frame(strokes, shown.camera).over(GROUND)
                 for name, strokes in (("before", shown.before), ("after", shown.after))
             } | {"plain": plain.numpy()}
             write_plot(report.result, pictures, outputs.plot, title)

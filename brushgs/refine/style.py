@@ -18,7 +18,6 @@ from brushgs.refine.fit import Curve, Drawing, Fit, Plan
 from brushgs.refine.losses import color_distance, roundness, total_variation
 from brushgs.refine.nnfm import Style, style_gradient
 from brushgs.refine.variables import Rates, Variables
-from brushgs.rendering.render import render
 from brushgs.scene import Gaussians
 
 # Strokes turn and stretch further here than in a fit to their own scene: a painting runs another way.
@@ -98,7 +97,7 @@ def stylise(
     def score(strokes: Gaussians) -> float:
         found = []
         for judge in validation_views:
-            frame = render(strokes, judge.camera, drawing.texture, **drawing.options())
+            frame = drawing.frame(strokes, judge.camera)
             with torch.no_grad():
                 loss = loss_of(torch.from_numpy(frame.rgb), torch.from_numpy(frame.alpha), judge)
             found.append(float(loss))

@@ -20,6 +20,7 @@ from brushgs.passes.contribution import visible_shares
 from brushgs.passes.features import cluster_features
 from brushgs.passes.halving import halve
 from brushgs.passes.merge import merge_clusters
+from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.render import render
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import C0, base_colors, used_sh_degree
@@ -117,8 +118,8 @@ def choose_strokes(
         kernel = StrokeTexture.open("gaussian")
         plain = render(gaussians, camera, kernel, depth=False, num_threads=num_threads)
     check("choose_strokes", plain=(plain.alpha, f"{camera.height} {camera.width}"))
-    sigmas = texture.fitted_sigmas if num_sigmas is None else num_sigmas
-    view_model = ViewModel(camera, texture, sigmas, plain, np.asarray(background), filter, num_threads)
+    options = RenderOptions.of(texture, filter=filter, num_sigmas=num_sigmas, num_threads=num_threads)
+    view_model = ViewModel(camera, texture, options, plain, np.asarray(background))
     return choose_for_view_model(gaussians, view_model, psnr=psnr, size=size, features=features, merge=merge)
 
 

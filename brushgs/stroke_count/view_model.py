@@ -9,16 +9,14 @@ as the shape of a curve goes (standard deviation of the logarithm, each curve sc
 scene, the constants choose at most 4 % fewer or more strokes for it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.options.choices import Filter
 from brushgs.rendering.areas import seen_areas
-from brushgs.rendering.project import project
-from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 # Nanoseconds of one core, least squares of relative errors; measured again: 4.0, 208, 1.5 and 0.6 (python -m
@@ -34,45 +32,25 @@ class ViewModel:
     Attributes:
         camera: the view.
         texture: the stroke.
-        num_sigmas: half length of a box in standard deviations.
+        options: how strokes become a frame of the view; "track" has no meaning in one.
         plain: the plain picture.
         background: [3] colour or [H, W, 3] picture, 0 to 1, on which both are compared.
-        filter: see `rasterize`.
-        num_threads: see `render`.
     """
 
     camera: Camera
     texture: StrokeTexture
-    num_sigmas: float
+    options: RenderOptions
     plain: Frame
     background: Array
-    filter: Filter = "mip"
-    num_threads: int | None = None
 
     def boxes(self, strokes: Gaussians) -> Boxes:
         """As `render` has them."""
-        has_direction = self.texture.is_directed
-        return project(
-            strokes,
-            self.camera,
-            num_sigmas=self.num_sigmas,
-            lock="anchor" if has_direction else "off",
-            fade=has_direction,
-            num_threads=self.num_threads,
-        )
+        return project_with(strokes, self.camera, self.options)[0]
 
     def rmse(self, boxes: Boxes, row_step: int = 1) -> float:
         """Of the painting against the plain picture, of 1; over every n-th row of pixels."""
-        camera = self.camera
-        frame = rasterize(
-            boxes,
-            self.texture,
-            height=camera.height,
-            width=camera.width,
-            filter=self.filter,
-            depth=False,
-            num_threads=self.num_threads,
-        )
+        options = replace(self.options, depth=False)
+        frame = rasterize_with(boxes, self.camera, self.texture, options)
         apart = self._shown(frame, row_step) - self._shown(self.plain, row_step)
         return float(np.sqrt(np.mean(np.square(apart), dtype=np.float64)))
 

@@ -104,7 +104,7 @@ def measure(name: str, args: argparse.Namespace) -> list[dict[str, Any]]:
     rows = []
     for stroke in args.textures:
         texture = bg.StrokeTexture.open(stroke)
-        drawing = Drawing(texture, texture.fitted_sigmas)
+        drawing = Drawing.of(texture)
         flicker = excess(scene, strokes, texture, up, args.places)
         for params in args.params:
             start = time.process_time()

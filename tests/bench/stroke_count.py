@@ -36,6 +36,7 @@ from brushgs.painting.count import look
 from brushgs.painting.report import Report
 from brushgs.painting.stages import cluster_scene
 from brushgs.rendering.areas import seen_areas
+from brushgs.rendering.options import RenderOptions
 from brushgs.stroke_count import view_model as sight_module
 from brushgs.stroke_count.choose import choose_for_view_model
 from brushgs.stroke_count.curve import Curve, fitted_rmse, fitted_seconds, knee, psnr_of
@@ -74,7 +75,8 @@ class Scene:
     def view_model(self) -> ViewModel:
         """With a plain picture painted now."""
         config = ClusterConfig("auto")
-        made = look(self.loaded, self.camera, self.texture, config, DRAW, None, Report())
+        options = RenderOptions.of(self.texture, num_threads=DRAW.threads)
+        made = look(self.loaded, self.camera, self.texture, config, options, None, Report())
         assert made is not None
         return made
 

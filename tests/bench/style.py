@@ -104,7 +104,7 @@ def _beside(camera: bg.Camera, angle: float) -> bg.Camera:
 def drawing_with(stroke: str) -> Drawing:
     """The stroke as the command line draws it."""
     texture = bg.StrokeTexture.open(stroke)
-    return Drawing(texture, texture.fitted_sigmas)
+    return Drawing.of(texture)
 
 
 def refine(case: Case, path: Path, stroke: str, steps: int) -> tuple[Row, bg.Gaussians, bg.Gaussians]:
@@ -134,7 +134,7 @@ def distances(strokes, validation_views, drawing, painting) -> tuple[float, floa
     ground = painting[..., :3].mean(axis=(0, 1))
     colors, weights, energies = [], [], 0.0
     for judge in validation_views:
-        frame = bg.render(strokes, judge.camera, drawing.texture, **drawing.options())
+        frame = drawing.frame(strokes, judge.camera)
         shown = frame.alpha > 0.05
         colors.append(np.clip(frame.rgb[shown] / frame.alpha[shown][:, None], 0, 1))
         weights.append(frame.alpha[shown])
@@ -206,7 +206,7 @@ def draw(folder: Path, paths: dict[str, Path], steps: int) -> list[Row]:
         camera, drawing = still_life_camera(width=280, height=210), drawing_with("dry_brush")
         painting = torch.from_numpy(read_image(path)[..., :3].copy()).permute(2, 0, 1)[None]
         shown = [F.interpolate(painting, (210, 280), mode="area")[0].permute(1, 2, 0).numpy()]
-        shown += [bg.render(s, camera, drawing.texture, **drawing.options()).over((1, 1, 1)) for s in pair]
+        shown += [drawing.frame(s, camera).over((1, 1, 1)) for s in pair]
         sheet = np.clip(np.concatenate(shown, axis=1), 0, 1).astype(np.float32)
         _save_jpeg(sheet, folder / f"style-{name}.jpg")
     return rows

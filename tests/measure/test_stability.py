@@ -15,7 +15,7 @@ from brushgs.measure.stability import Comparison, measure, measure_stability, pl
 from brushgs.measure.stability.plot import write_plot
 from brushgs.measure.stability.table import stability_table
 from brushgs.options.experiments import StabilityConfig
-from brushgs.options.painting import DrawConfig
+from brushgs.rendering.options import RenderOptions
 from brushgs.still_life import still_life
 
 WHITE = (1.0, 1.0, 1.0)
@@ -27,7 +27,8 @@ LASTING = NAMES[:4]
 
 
 def easel_of(scene, strokes, cameras):
-    return Comparison(scene, strokes, cameras, BRUSH, DrawConfig("dry_brush"), WHITE, seed=0)
+    options = RenderOptions.of(BRUSH, order="soft")
+    return Comparison(scene, strokes, cameras, BRUSH, options, WHITE, seed=0)
 
 
 def swing(num_views):
@@ -124,7 +125,7 @@ def test_our_configurations_paint_what_the_public_functions_paint(comparison):
 
 
 def test_all_but_the_published_paint_in_the_order_asked_for(comparison):
-    hard = replace(comparison, draw=replace(comparison.draw, order="depth"))
+    hard = replace(comparison, options=replace(comparison.options, order="depth"))
     painters, by_depth = comparison.painters(None), hard.painters(None)
     tracked = bg.render_sequence(comparison.strokes, comparison.cameras, BRUSH, order="depth", depth=False)
     assert np.array_equal(by_depth["track"].paint(0).rgb, next(tracked).rgb)
@@ -134,7 +135,9 @@ def test_all_but_the_published_paint_in_the_order_asked_for(comparison):
 
 
 def test_a_kernel_has_no_direction_to_follow(comparison):
-    painters = replace(comparison, texture=KERNEL).painters(None)
+    painters = replace(comparison, texture=KERNEL, options=RenderOptions.of(KERNEL, order="soft")).painters(
+        None
+    )
     frame = bg.render(comparison.strokes, comparison.cameras[0], KERNEL, depth=False)
     for name in ("track", "anchor", "off"):
         assert np.array_equal(painters[name].paint(0).rgb, frame.rgb)

@@ -24,11 +24,14 @@ from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.outputs import plan_output
 from brushgs.painting.report import Report, pace
 from brushgs.painting.sequence import Painter, Shot, paint_sequence
+from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
 from brushgs.still_life import still_life
 
 ROOT = Path(__file__).resolve().parents[2]
 NUM_FRAMES = 6
+FLAT = bg.StrokeTexture.open("flat")
+MOVING = RenderOptions.of(FLAT, order="soft")
 ORBIT = PathConfig(orbit=NUM_FRAMES, fps=12)
 VIEW = ViewConfig(size=(48, 36))
 MANIFEST = ".%05d.png.json"
@@ -118,7 +121,7 @@ def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(
     gaussians = bg.load(scene)
     strokes = bg.cluster(bg.prune(gaussians), 150)
     path, texture = plan_path(gaussians, VIEW, ORBIT), bg.StrokeTexture.open("flat")
-    painter = Painter(strokes, texture, (1.0, 1.0, 1.0), DrawConfig(stroke="flat"), suffix)
+    painter = Painter(strokes, texture, (1.0, 1.0, 1.0), MOVING, suffix)
     shot = Shot(4, path.cameras[4], track_directions(strokes, path.closed).directions(4))
     assert painter(shot) == files[f"00004{suffix}"]
     frame = next(islice(bg.render_sequence(strokes, path.closed, texture), 4, None))
@@ -132,7 +135,7 @@ def test_what_travels_to_a_process_is_light(scene):
     camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), width=48, height=36)
     shot = Shot(0, camera, track_directions(gaussians, [camera]).directions(0))
     assert len(pickle.dumps(shot)) < 8 * len(gaussians) + 2000  # a direction and an area scale each
-    painter = Painter(gaussians, bg.StrokeTexture.open("flat"), None, DrawConfig(stroke="flat"), ".png")
+    painter = Painter(gaussians, FLAT, None, MOVING, ".png")
     again = pickle.loads(pickle.dumps(painter))
     assert again(pickle.loads(pickle.dumps(shot))) == painter(shot)
 
@@ -145,8 +148,8 @@ def test_only_exr_holds_depth(scene, folder):
     gaussians = bg.load(scene)
     camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), width=8, height=6)
     for suffix, has_depth in ((".exr", True), (".png", False), (None, False)):
-        painter = Painter(gaussians, bg.StrokeTexture.open("flat"), None, DrawConfig(), suffix)
-        assert (painter.frame(Shot(0, camera, "off")).depth is not None) == has_depth
+        painter = Painter(gaussians, FLAT, None, replace(MOVING, lock="off"), suffix)
+        assert (painter.frame(Shot(0, camera)).depth is not None) == has_depth
 
 
 def test_transparent_frames_keep_their_alpha(scene, folder):
@@ -162,15 +165,22 @@ def test_transparent_frames_keep_their_alpha(scene, folder):
 
 @pytest.mark.parametrize("lock", ["track", "anchor", "off"])
 def test_the_lock_asked_for_is_the_lock_painted(scene, folder, lock, monkeypatch):
-    shots = []
+    painters, shots = [], []
     whole = Painter.__call__
-    monkeypatch.setattr(Painter, "__call__", lambda self, shot: shots.append(shot) or whole(self, shot))
+
+    def watched(self, shot):
+        painters.append(self)
+        shots.append(shot)
+        return whole(self, shot)
+
+    monkeypatch.setattr(Painter, "__call__", watched)
     report = paint(scene, "f/", PathConfig(orbit=3), config(lock=lock))
     assert stage(report, "track").counts["lock"] == lock
     if lock == "track":
-        assert [shot.lock.angles.shape for shot in shots] == [(150,)] * 3
+        assert [shot.directions.angles.shape for shot in shots] == [(150,)] * 3
     else:
-        assert [shot.lock for shot in shots] == [lock] * 3
+        assert [shot.directions for shot in shots] == [None] * 3
+        assert [painter.options.lock for painter in painters] == [lock] * 3
         assert stage(report, "track").skipped == [f"following directions: the lock is {lock!r}"]
 
 

@@ -1,6 +1,4 @@
-import gc
 import json
-import weakref
 
 import numpy as np
 import pytest
@@ -153,7 +151,8 @@ def test_mip_levels_that_no_stroke_reaches_are_counted(gaussians):
     camera = still_life_camera(width=64, height=48)
     boxes = bg.project(gaussians, camera)
     report = Report()
-    stages.draw(boxes, camera, texture, DrawConfig(), report)
+    options = stages.render_options(DrawConfig(), texture, along_path=False)
+    stages.rasterize_boxes(boxes, camera, texture, options, report)
     rows, columns = texture.coverage.shape
     pairs = {(level_index(u, columns), level_index(v, rows)) for u, v in boxes.half_extents}
     counts = report.stages[0].counts
@@ -162,26 +161,6 @@ def test_mip_levels_that_no_stroke_reaches_are_counted(gaussians):
     assert report.stages[0].skipped == [
         f"{unused} of {counts['mip_levels']} mip levels: no stroke is of their size"
     ]
-
-
-def test_the_input_is_let_go_after_pruning(scene, tmp_path, monkeypatch):
-    alive = []
-    load, cluster = pipeline.load_scene, pipeline.cluster_scene
-
-    def watched_load(*args):
-        gaussians, up = load(*args)
-        alive.append(weakref.ref(gaussians))
-        return gaussians, up
-
-    def watched_cluster(*args, **options):
-        gc.collect()
-        alive.append(alive[0]() is not None)
-        return cluster(*args, **options)
-
-    monkeypatch.setattr(pipeline, "load_scene", watched_load)
-    monkeypatch.setattr(pipeline, "cluster_scene", watched_cluster)
-    paint_file(scene, tmp_path / "a.png", config())
-    assert alive[1] is False
 
 
 @pytest.mark.parametrize("suffix", [".png", ".tif", ".tiff", ".exr"])

@@ -48,7 +48,7 @@ def validation_views(scene):
 @pytest.fixture(scope="module")
 def drawing():
     texture = bg.StrokeTexture.open("dry_brush")
-    return Drawing(texture, texture.fitted_sigmas)
+    return Drawing.of(texture)
 
 
 def refined(strokes, training_views, validation_views, drawing, params="all", where=None, **plan):

@@ -53,7 +53,7 @@ def views(scene):
 @pytest.fixture(scope="module")
 def drawing():
     texture = bg.StrokeTexture.open("dry_brush")
-    return Drawing(texture, texture.fitted_sigmas)
+    return Drawing.of(texture)
 
 
 @pytest.fixture

@@ -20,6 +20,7 @@ from brushgs.painting import count as counting
 from brushgs.painting.report import Report
 from brushgs.painting.still import cluster_file, paint
 from brushgs.rendering.areas import seen_areas
+from brushgs.rendering.options import RenderOptions
 from brushgs.scene import Boxes
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.stroke_count.choose import FEWEST, choose_strokes, counts_to_look_at
@@ -165,7 +166,7 @@ def test_what_lies_outside_of_the_picture_does_not_count():
 def test_errors_are_those_of_the_pictures_on_their_ground(pears, camera):
     strokes, plain = bg.cluster(pears, 200), bg.render(pears, camera, KERNEL)
     for ground in (np.ones(3), np.random.default_rng(0).random((240, 320, 3))):
-        view_model = ViewModel(camera, SWIRL, SWIRL.fitted_sigmas, plain, ground)
+        view_model = ViewModel(camera, SWIRL, RenderOptions.of(SWIRL), plain, ground)
         shown = [np.clip(frame.over(ground), 0, 1) for frame in (bg.render(strokes, camera, SWIRL), plain)]
         apart = shown[0] - shown[1]
         assert view_model.rmse(view_model.boxes(strokes)) == pytest.approx(

@@ -12,7 +12,6 @@ import numpy as np
 
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.io import read_scene
 from brushgs.measure.bench.figures import Verified
 from brushgs.measure.bench.subject import KERNEL, Subject
 from brushgs.measure.bench.supersample import FACTOR, supersampled
@@ -24,9 +23,7 @@ from brushgs.passes.cluster import Grouping
 from brushgs.passes.merge import merge_clusters
 from brushgs.rendering import reference
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
-from brushgs.rendering.project import project
-from brushgs.rendering.rasterize import rasterize
-from brushgs.rendering.render import render
+from brushgs.rendering.options import project_with, render_with
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import used_sh_degree
 
@@ -92,10 +89,6 @@ def plan_families(subject: Subject) -> dict[str, Plan]:
 def _strokes(subject: Subject) -> Plan:
     counts = subject.counts
 
-    def whole(count: int) -> Frame:
-        gaussians, _ = read_scene(subject.path)
-        return subject.draw(subject.cluster(subject.prune(gaussians), count))
-
     def trials() -> Iterator[Trial]:
         for count in counts:
             strokes = subject.cluster(subject.kept, count)
@@ -110,7 +103,7 @@ def _strokes(subject: Subject) -> Plan:
                 len(strokes),
                 {
                     "frame": _run(name, partial(subject.draw, strokes), frame),
-                    "painting": _run(name, partial(whole, count), frame),
+                    "painting": _run(name, partial(subject.painting, count), frame),
                 },
                 unpainted(frame.alpha, subject.plain.alpha),
             )
@@ -158,7 +151,7 @@ def _filter(subject: Subject) -> Plan:
     size = {"height": camera.height, "width": camera.width}
 
     def trials() -> Iterator[Trial]:
-        boxes = _boxes(subject, subject.strokes)
+        boxes, _ = project_with(subject.strokes, camera, subject.options)
         threads = subject.paint.draw.threads
         true = supersampled(boxes, subject.texture, num_threads=threads, **size)
         _check_truth(subject, true)
@@ -182,38 +175,33 @@ def _filter(subject: Subject) -> Plan:
 
 
 def _precision(subject: Subject) -> Plan:
-    camera, how = subject.camera, subject.how
-    if how["order"] == "soft" and subject.texture.is_directed:
+    camera, options = subject.camera, subject.options
+    if options.order == "soft":
         small = (max(1, side // SOFT_SHRINK) for side in (camera.width, camera.height))
         camera = _stretched(camera, *small)
-    size = {"height": camera.height, "width": camera.width}
     dtypes = (np.float32, np.float64)
 
     def trials() -> Iterator[Trial]:
-        boxes = expected_boxes(subject.strokes, camera, subject.texture, how)
-        true = reference.rasterize(boxes, subject.texture, filter=how["filter"], min_transmittance=0, **size)
+        true = reference.rasterize(
+            expected_boxes(subject.strokes, camera, options),
+            subject.texture,
+            width=camera.width,
+            height=camera.height,
+            filter=options.filter,
+            min_transmittance=0,
+        )
         for dtype in dtypes:
             strokes = subject.strokes.astype(dtype)
             for stop in STOPS:
-
-                def work(strokes: Gaussians = strokes, stop: float = stop) -> Frame:
-                    return rasterize(
-                        _boxes(subject, strokes, camera),
-                        subject.texture,
-                        filter=how["filter"],
-                        depth=False,
-                        min_transmittance=stop,
-                        num_threads=how["num_threads"],
-                        **size,
-                    )
-
+                stopped = replace(options, min_transmittance=stop)
+                work = partial(render_with, strokes, camera, subject.texture, stopped)
                 name, frame = f"precision {dtype.__name__}, stop at {stop:.0e}", work()
                 yield Trial(
                     f"{dtype.__name__}, {stop:.0e}" if stop else f"{dtype.__name__}, none",
                     dtype.__name__,
                     stop,
                     compare(subject.picture(frame), subject.picture(true)),
-                    check_square(name, frame, strokes, camera, subject.texture, how, min_transmittance=stop),
+                    check_square(name, frame, strokes, camera, subject.texture, stopped),
                     len(strokes),
                     {"frame": _run(name, work, frame)},
                 )
@@ -226,23 +214,20 @@ def _precision(subject: Subject) -> Plan:
 
 def _sh(subject: Subject) -> Plan:
     used, gaussians = used_sh_degree(subject.gaussians), subject.gaussians
-    kernel, how = StrokeTexture.open(KERNEL), subject.plain_how
+    kernel, options = StrokeTexture.open(KERNEL), subject.plain_options
 
     def trials() -> Iterator[Trial]:
         true = subject.picture(subject.plain)
         for degree in range(used + 1):
             less = replace(gaussians, sh=np.ascontiguousarray(gaussians.sh[:, : (degree + 1) ** 2]))
-
-            def work(less: Gaussians = less) -> Frame:
-                return render(less, subject.camera, kernel, depth=False, **how)
-
+            work = partial(render_with, less, subject.camera, kernel, options)
             name, frame = f"SH degree {degree}", work()
             yield Trial(
                 str(degree),
                 "degree",
                 float(degree),
                 compare(subject.picture(frame), true),
-                check_square(name, frame, less, subject.camera, kernel, how),
+                check_square(name, frame, less, subject.camera, kernel, options),
                 len(less),
                 {"frame": _run(name, work, frame)},
             )
@@ -262,10 +247,7 @@ def _size(subject: Subject) -> Plan:
         true = _resampled(subject.picture(large), subject.camera)
         for share in SIZES:
             camera = camera_of(share)
-
-            def work(camera: Camera = camera) -> Frame:
-                return subject.draw(subject.strokes, camera)
-
+            work = partial(subject.draw, subject.strokes, camera)
             label, frame = f"{camera.width}x{camera.height}", work()
             yield Trial(
                 label,
@@ -304,27 +286,13 @@ def _checked(
     camera: Camera | None = None,
     **changed: Any,
 ) -> Verified:
-    how = subject.how | changed
-    return check_square(name, frame, strokes, camera or subject.camera, subject.texture, how)
-
-
-def _boxes(subject: Subject, strokes: Gaussians, camera: Camera | None = None) -> Any:
-    """Those that `render` paints."""
-    how, has_direction = subject.how, subject.texture.is_directed
-    return project(
-        strokes,
-        camera or subject.camera,
-        num_sigmas=how["num_sigmas"],
-        lock=how["lock"] if has_direction else "off",
-        fade=has_direction,
-        order=how["order"] if has_direction else "depth",
-        num_threads=how["num_threads"],
-    )
+    options = replace(subject.options, **changed)
+    return check_square(name, frame, strokes, camera or subject.camera, subject.texture, options)
 
 
 def _check_truth(subject: Subject, true: Frame) -> None:
     """A small square of the supersampled picture against the definition, drawn at eight times the size."""
-    boxes = expected_boxes(subject.strokes, subject.camera, subject.texture, subject.how)
+    boxes = expected_boxes(subject.strokes, subject.camera, subject.options)
     x, y = busiest(boxes, subject.camera, TRUTH_SIDE)
     width, height = (min(TRUTH_SIDE, s) for s in (subject.camera.width - x, subject.camera.height - y))
     large = replace(

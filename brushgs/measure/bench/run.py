@@ -1,6 +1,6 @@
 """`brushgs bench`: a scene file becomes curves of error against run time: table, JSON, CSV and plot."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -13,7 +13,7 @@ from brushgs.measure.report import ExperimentReport, Outputs, plain_camera, plai
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.background import check_background
-from brushgs.painting.stages import choose_camera, load_scene, open_stroke, view_lock
+from brushgs.painting.prepare import prepare
 from brushgs.painting.still import input_files
 
 if TYPE_CHECKING:
@@ -67,12 +67,10 @@ def report_bench(
     check_background(paint.draw.background)
     if paint.draw.background == "transparent":
         raise ValueError("background must be a colour or an image to compare pictures on, got transparent")
-    view_lock(paint.draw)
     machine = describe_machine(paint.draw.threads)
-    texture = open_stroke(paint.draw, report)
-    gaussians, notes = load_scene(scene, report)
-    camera = choose_camera(gaussians, paint.view, report, file_up=notes.up)
-    subject = Subject(Path(scene), gaussians, camera, texture, paint, config)
+    kept = replace(paint, cluster=replace(paint.cluster, strokes=None))  # the families cluster by themselves
+    prepared = prepare(scene, kept, report, keeps_scene=True)
+    subject = Subject(Path(scene), prepared, paint, config)
     report.settings = _settings(subject, machine)
     report.result = measure(subject, report)
     _write(outputs, report, subject)

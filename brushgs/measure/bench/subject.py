@@ -1,6 +1,6 @@
 """What all families of the bench paint: one scene in one view, and how."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,10 +14,10 @@ from brushgs.options.choices import Features, Method
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.background import Ground, open_background
-from brushgs.painting.stages import box_sigmas, view_lock
+from brushgs.painting.prepare import Prepared, prepare
+from brushgs.painting.report import Report
 from brushgs.passes.cluster import Grouping, cluster, group
-from brushgs.passes.prune import prune
-from brushgs.rendering.render import render
+from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.scene import Camera, Frame, Gaussians
 
 KERNEL = "gaussian"  # of the plain picture
@@ -29,24 +29,35 @@ class Subject:
 
     Attributes:
         path: of the scene file, which whole paintings start from.
-        gaussians: the scene as loaded.
-        camera: the view.
-        texture: the stroke.
+        prepared: the scene, its view, and one stroke per Gaussian that is kept.
         paint: pruning, clustering and drawing.
         config: what is measured.
     """
 
     path: Path
-    gaussians: Gaussians
-    camera: Camera
-    texture: StrokeTexture
+    prepared: Prepared
     paint: PaintConfig
     config: BenchConfig
 
-    @cached_property
+    @property
+    def gaussians(self) -> Gaussians:
+        """The scene as loaded."""
+        return self.prepared.whole_scene
+
+    @property
     def kept(self) -> Gaussians:
         """The scene, pruned."""
-        return self.prune(self.gaussians)
+        return self.prepared.strokes
+
+    @property
+    def camera(self) -> Camera:
+        """The view."""
+        return self.prepared.camera
+
+    @property
+    def texture(self) -> StrokeTexture:
+        """The stroke."""
+        return self.prepared.texture
 
     @cached_property
     def counts(self) -> list[int]:
@@ -72,33 +83,21 @@ class Subject:
         Raises:
             WrongPictureError: if it is not what it should be.
         """
-        kernel = StrokeTexture.open(KERNEL)
-        how = self.plain_how
-        frame = render(self.gaussians, self.camera, kernel, depth=False, **how)
-        check_square("the plain picture", frame, self.gaussians, self.camera, kernel, how)
+        kernel, options = StrokeTexture.open(KERNEL), self.plain_options
+        frame = render_with(self.gaussians, self.camera, kernel, options)
+        check_square("the plain picture", frame, self.gaussians, self.camera, kernel, options)
         return frame
 
     @property
-    def how(self) -> dict[str, Any]:
-        """Options of `render`, as `brushgs render` has them for one picture."""
-        draw = self.paint.draw
-        return {
-            "lock": view_lock(draw),
-            "order": draw.order or "depth",
-            "filter": draw.filter,
-            "num_sigmas": box_sigmas(self.texture, draw),
-            "num_threads": draw.threads,
-        }
+    def options(self) -> RenderOptions:
+        """How strokes become a frame, as `brushgs render` draws one picture."""
+        return replace(self.prepared.options, depth=False)
 
     @property
-    def plain_how(self) -> dict[str, Any]:
+    def plain_options(self) -> RenderOptions:
         """The same for the plain picture."""
-        return self.how | {"num_sigmas": StrokeTexture.open(KERNEL).num_sigmas}
-
-    def prune(self, gaussians: Gaussians) -> Gaussians:
-        """As `brushgs render` does."""
-        keep = self.paint.prune.share()
-        return prune(gaussians, keep, weight=self.paint.prune.weight) if keep < 1 else gaussians
+        kernel, threads = StrokeTexture.open(KERNEL), self.paint.draw.threads
+        return RenderOptions.of(kernel, num_sigmas=kernel.num_sigmas, depth=False, num_threads=threads)
 
     def group(self, method: Method, features: Features) -> Grouping:
         """Which Gaussians share a stroke, for all families but that of their count."""
@@ -119,8 +118,14 @@ class Subject:
         )
 
     def draw(self, strokes: Gaussians, camera: Camera | None = None, **changed: Any) -> Frame:
-        """One frame of strokes, as `brushgs render` draws it, but for what is changed."""
-        return render(strokes, camera or self.camera, self.texture, depth=False, **self.how | changed)
+        """One frame of strokes, as `brushgs render` draws it, with the options in `changed` replaced."""
+        return render_with(strokes, camera or self.camera, self.texture, replace(self.options, **changed))
+
+    def painting(self, count: int) -> Frame:
+        """A whole painting of so many strokes, from the scene file to the frame."""
+        paint = replace(self.paint, cluster=replace(self.paint.cluster, strokes=count))
+        prepared = prepare(self.path, paint, Report(), views=self.camera, needs_background=False)
+        return self.draw(prepared.strokes)
 
     def picture(self, frame: Frame) -> Array:
         """[H, W, 3] a frame on the ground, in the values that a file has."""

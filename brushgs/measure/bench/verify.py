@@ -6,7 +6,6 @@ does from float64: a pixel that falls on the other side of a box edge, of the sk
 early stop changes by more than rounding, so few may.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -15,7 +14,7 @@ import numpy as np
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.bench.figures import Verified
 from brushgs.rendering import reference
-from brushgs.rendering.constants import MIN_TRANSMITTANCE
+from brushgs.rendering.options import RenderOptions
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 SIDE = 32  # pixels of the square
@@ -90,38 +89,42 @@ def check_square(
     gaussians: Gaussians,
     camera: Camera,
     texture: StrokeTexture,
-    how: Mapping[str, Any],
+    options: RenderOptions,
     *,
     side: int = SIDE,
-    min_transmittance: float = MIN_TRANSMITTANCE,
 ) -> Verified:
-    """Verify a frame of `render(gaussians, camera, texture, **how)` by a square of its definition.
+    """Verify a frame of `render_with(gaussians, camera, texture, options)` by a square of its definition.
 
     Raises:
         WrongPictureError: see `agrees`.
     """
-    boxes = expected_boxes(gaussians, camera, texture, how)
+    boxes = expected_boxes(gaussians, camera, options)
     x, y = busiest(boxes, camera, side)
     width, height = min(side, camera.width - x), min(side, camera.height - y)
     near = replace(boxes, centers=boxes.centers - (x, y)).take(touching(boxes, x, y, side))
-    size = {"width": width, "height": height, "filter": how["filter"]}
-    expected = reference.rasterize(near, texture, min_transmittance=min_transmittance, **size)
+    expected = reference.rasterize(
+        near,
+        texture,
+        width=width,
+        height=height,
+        filter=options.filter,
+        min_transmittance=options.min_transmittance,
+    )
     square = Frame(frame.rgb[y : y + height, x : x + width], frame.alpha[y : y + height, x : x + width])
     return agrees(name, square, expected, f"the reference, {width}x{height} pixels from ({x}, {y})")
 
 
-def expected_boxes(
-    gaussians: Gaussians, camera: Camera, texture: StrokeTexture, how: Mapping[str, Any]
-) -> Boxes:
-    """The float64 boxes that `render` with these options should paint."""
-    has_direction = texture.is_directed
+def expected_boxes(gaussians: Gaussians, camera: Camera, options: RenderOptions) -> Boxes:
+    """The float64 boxes that `render_with` should paint by these options."""
+    assert options.lock != "track", "one view has no path to track"
     return reference.project(
         gaussians,
         camera,
-        num_sigmas=how["num_sigmas"],
-        lock=how["lock"] if has_direction else "off",
-        fade=has_direction,
-        order=how["order"] if has_direction else "depth",
+        num_sigmas=options.num_sigmas,
+        low_pass=options.low_pass,
+        lock=options.lock,
+        fade=options.fade,
+        order=options.order,
     )
 
 

@@ -23,6 +23,7 @@ from brushgs.measure.metrics import (
 )
 from brushgs.measure.stability.figures import Figures, Loop, Stability, Turning, Warp
 from brushgs.measure.stability.painters import Comparison, ImagePainter, StrokePainter
+from brushgs.options.choices import Filter
 from brushgs.options.experiments import StabilityConfig
 from brushgs.scene import Boxes, Camera, Frame
 
@@ -52,7 +53,7 @@ def measure_stability(
     config = config or StabilityConfig()
     check_cameras(comparison.cameras)
     plan = _Plan(len(comparison.cameras), is_closed(comparison.cameras), config)
-    painters = comparison.painters(comparison.draw.threads)
+    painters = comparison.painters(comparison.options.num_threads)
     tally = _Tally(list(painters))
     hashes = dict(_paint_all(comparison, painters, plan, tally, advance))
     equal = _drawn_again(comparison, plan, hashes)
@@ -291,10 +292,10 @@ def _figures(painter: StrokePainter | ImagePainter, tally: _Tally, plan: _Plan) 
         name=name,
         what=painter.what,
         strokes=len(painter.gaussians) if isinstance(painter, StrokePainter) else painter.num_strokes,
-        lock=strokes.lock if strokes else None,
-        filter=painter.filter if name != PLAIN else None,
-        order=strokes.order if strokes else None,
-        num_sigmas=painter.num_sigmas if isinstance(painter, StrokePainter) else None,
+        lock=str(strokes.options.lock) if strokes else None,
+        filter=_filter_of(painter),
+        order=strokes.options.order if strokes else None,
+        num_sigmas=painter.options.num_sigmas if isinstance(painter, StrokePainter) else None,
         events=_events(strokes) if strokes else None,
         off_axis_share=off_axis_share(*_beside_ellipses(strokes)) if strokes else None,
         shortfall=covers_ellipse(*_beside_ellipses(strokes)) if strokes else None,
@@ -306,6 +307,13 @@ def _figures(painter: StrokePainter | ImagePainter, tally: _Tally, plan: _Plan) 
         seconds=painter.clock.per_frame(plan.num_frames),
         errors=tuple(error.rmse for error in tally.errors[name].get(1, [])),
     )
+
+
+def _filter_of(painter: StrokePainter | ImagePainter) -> Filter | None:
+    """The texture filter; None for the plain picture, whose kernel is computed."""
+    if isinstance(painter, ImagePainter):
+        return painter.filter
+    return painter.options.filter if painter.name != PLAIN else None
 
 
 def _events(painter: StrokePainter) -> Events:

@@ -3,17 +3,15 @@
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.image_strokes import paint_image
 from brushgs.measure.stability.figures import Seconds
-from brushgs.options.choices import Filter, Lock, Order
-from brushgs.options.painting import DrawConfig
-from brushgs.painting.stages import box_sigmas
-from brushgs.rendering.project import project
-from brushgs.rendering.rasterize import rasterize
+from brushgs.options.choices import Filter, Lock, ViewLock
+from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
 from brushgs.rendering.track import Track, track_directions
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
@@ -48,36 +46,24 @@ class StrokePainter:
     gaussians: Gaussians
     cameras: Sequence[Camera]
     texture: StrokeTexture
-    lock: Lock
-    filter: Filter
-    num_sigmas: float
-    fades: bool  # whether strokes fade instead of appearing and vanishing
-    num_threads: int | None
-    order: Order = "depth"
-    is_deep: bool = False  # whether frames carry a depth
+    options: RenderOptions
     clock: Clock = field(default_factory=Clock)
     _track: Track | None = None
 
-    def boxes(self, index: int, lock: Lock | None = None) -> Boxes:
+    def boxes(self, index: int, lock: ViewLock | None = None) -> Boxes:
         """The boxes of a frame; with lock "off" the ellipses behind them."""
-        lock = lock or self.lock
-        return project(
-            self.gaussians,
-            self.cameras[index],
-            num_sigmas=self.num_sigmas,
-            lock=self._followed().directions(index) if lock == "track" else lock,
-            fade=self.fades,
-            order=self.order,
-            num_threads=self.num_threads,
-        )
+        options = self.options if lock is None else self.options.in_direction(lock)
+        if options.lock == "track":
+            options = options.in_direction(self._followed().directions(index))
+        return project_with(self.gaussians, self.cameras[index], options)[0]
 
-    def all_boxes(self, lock: Lock | None = None) -> Iterator[Boxes]:
+    def all_boxes(self, lock: ViewLock | None = None) -> Iterator[Boxes]:
         """The boxes of every frame of the path."""
         return (self.boxes(index, lock) for index in range(len(self.cameras)))
 
     def paint(self, index: int, plain: Array | None = None) -> Frame:
         """One frame; the plain picture is not looked at."""
-        if self.lock == "track":
+        if self.options.lock == "track":
             self._followed()
         with self.clock.of("project"):
             boxes = self.boxes(index)
@@ -88,21 +74,15 @@ class StrokePainter:
 
     def draw(self, boxes: Boxes, camera: Camera) -> Frame:
         """Boxes to a picture."""
-        return rasterize(
-            boxes,
-            self.texture,
-            height=camera.height,
-            width=camera.width,
-            filter=self.filter,
-            depth=self.is_deep,
-            num_threads=self.num_threads,
-        )
+        return rasterize_with(boxes, camera, self.texture, self.options)
 
     def _followed(self) -> Track:
         """The track, followed when it is first asked for."""
         if self._track is None:
             with self.clock.of("track"):
-                self._track = track_directions(self.gaussians, self.cameras, num_threads=self.num_threads)
+                self._track = track_directions(
+                    self.gaussians, self.cameras, num_threads=self.options.num_threads
+                )
         return self._track
 
 
@@ -146,7 +126,7 @@ class Comparison:
         strokes: the Gaussians that became strokes.
         cameras: the views; of a closed path the last equals the first.
         texture: the stroke.
-        draw: filter, extent and order (soft, unless it says else) of `track`, `anchor` and `off`; threads.
+        options: of `track`, `anchor` and `off`, but for the lock.
         ground: under every picture.
         seed: of the strokes on the image plane.
     """
@@ -155,74 +135,46 @@ class Comparison:
     strokes: Gaussians
     cameras: Sequence[Camera]
     texture: StrokeTexture
-    draw: DrawConfig
+    options: RenderOptions
     ground: Sequence[float] | Array
     seed: int
 
     def painters(self, num_threads: int | None) -> dict[str, StrokePainter | ImagePainter]:
         """One painter per configuration by name, in the order of the table, each with a clock at zero."""
-        sigmas, asked = box_sigmas(self.texture, self.draw), self.draw.filter
-        is_stroke = self.texture.is_directed  # a kernel has no direction, and is drawn as `render` does
+        texture, kernel = self.texture, StrokeTexture.open("gaussian")
+        asked = replace(self.options, depth=False, num_threads=num_threads)
+        published = RenderOptions.of(
+            texture,
+            lock="off",
+            filter="bilinear",
+            num_sigmas=texture.num_sigmas,
+            depth=False,
+            num_threads=num_threads,
+        )
+        plain = RenderOptions.of(kernel, num_sigmas=kernel.num_sigmas, num_threads=num_threads)
 
-        def strokes(
-            name: str,
-            what: str,
-            lock: Lock,
-            filter: Filter,
-            num_sigmas: float,
-            fades: bool,
-            order: Order = (self.draw.order or "soft") if is_stroke else "depth",
-        ) -> StrokePainter:
-            return StrokePainter(
-                name,
-                what,
-                self.strokes,
-                self.cameras,
-                self.texture,
-                lock if is_stroke else "off",
-                filter,
-                num_sigmas,
-                fades,
-                num_threads,
-                order,
-            )
+        def locked(lock: Lock) -> RenderOptions:
+            """A kernel has no direction, and is drawn as `render` does."""
+            return replace(asked, lock=lock if texture.is_directed else "off")
 
-        kernel = StrokeTexture.open("gaussian")
+        strokes = partial(StrokePainter, gaussians=self.strokes, cameras=self.cameras, texture=texture)
         painters: list[StrokePainter | ImagePainter] = [
-            strokes("track", "directions followed along the path", "track", asked, sigmas, is_stroke),
-            strokes("anchor", "directions of each view by itself", "anchor", asked, sigmas, is_stroke),
-            strokes("off", "directions of the ellipses", "off", asked, sigmas, is_stroke),
-            strokes(
-                "published",
-                "off, bilinear, 2 sigma",
-                "off",
-                "bilinear",
-                self.texture.num_sigmas,
-                False,
-                "depth",
-            ),
+            strokes("track", "directions tracked along the path", options=locked("track")),
+            strokes("anchor", "directions of each view by itself", options=locked("anchor")),
+            strokes("off", "directions of the ellipses", options=locked("off")),
+            strokes("published", "off, bilinear, 2 sigma", options=replace(published, fade=False)),
             ImagePainter(
                 "image",
                 "each plain picture painted alone",
-                self.texture,
+                texture,
                 len(self.strokes),
-                asked,
+                asked.filter,
                 self.seed,
                 self.ground,
                 num_threads,
             ),
             StrokePainter(
-                "plain",
-                "the whole scene with its own kernel",
-                self.scene,
-                self.cameras,
-                kernel,
-                "off",
-                "mip",
-                kernel.num_sigmas,
-                False,
-                num_threads,
-                is_deep=True,
+                "plain", "the whole scene with its own kernel", self.scene, self.cameras, kernel, plain
             ),
         ]
         return {painter.name: painter for painter in painters}

@@ -1,10 +1,10 @@
 """`brushgs stability`: a scene file becomes a table, a JSON file and a plot."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from brushgs.cameras.paths import CameraPath, plan_path
+from brushgs.cameras.paths import CameraPath
 from brushgs.measure.report import ExperimentReport, Outputs, plain_camera, plain_config
 from brushgs.measure.stability.figures import SCHEMA, Stability
 from brushgs.measure.stability.measure import check_cameras, measure_stability, painted_frames
@@ -14,11 +14,9 @@ from brushgs.options.experiments import StabilityConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.painting.background import check_background
-from brushgs.painting.count import look
+from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
-from brushgs.painting.stages import cluster_scene, load_scene, open_ground, open_stroke, prune_scene
 from brushgs.painting.still import input_files
-from brushgs.scene import Gaussians
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -70,39 +68,33 @@ def report_stability(
     check_background(paint.draw.background)
     if paint.draw.background == "transparent":
         raise ValueError("background must be a colour or an image to compare pictures on, got transparent")
-    texture = open_stroke(paint.draw, report)
-    gaussians, notes = load_scene(scene, report)
-    way = _plan(gaussians, paint, path, notes.up, report)
-    ground = open_ground(paint.draw, way.cameras[0], report)
-    assert ground is not None
-    view_model = look(gaussians, way.cameras[0], texture, paint.cluster, paint.draw, ground, report)
-    strokes = prune_scene(gaussians, paint.prune, report, is_strokes=notes.is_strokes)
-    strokes = cluster_scene(strokes, paint.cluster, report, num_loaded=len(gaussians), view_model=view_model)
-    comparison = Comparison(gaussians, strokes, way.closed, texture, paint.draw, ground, paint.cluster.seed)
+    asked = replace(paint, draw=replace(paint.draw, lock=None))  # every lock is painted
+    prepared = prepare(
+        scene,
+        asked,
+        report,
+        views=path,
+        check_path=lambda way: check_cameras(way.closed),
+        keeps_scene=True,
+    )
+    way, texture, strokes = prepared.path, prepared.texture, prepared.strokes
+    assert way is not None
+    assert prepared.background is not None
+    comparison = Comparison(
+        prepared.whole_scene,
+        strokes,
+        way.closed,
+        texture,
+        prepared.options,
+        prepared.background,
+        paint.cluster.seed,
+    )
     report.settings = _settings(scene, paint, path, config, way)
     report.result = _measure(comparison, config, report)
     _write(outputs, report, f"{Path(scene).stem}, {len(strokes):,} strokes of {texture.name}, {way.source}")
     report.output = str(output)
     outputs.write_text(".json", report.as_json() + "\n")
     return report
-
-
-def _plan(
-    gaussians: Gaussians, paint: PaintConfig, path: PathConfig, file_up: str | None, report: Report
-) -> CameraPath:
-    with report.stage("path") as stage:
-        way = plan_path(gaussians, paint.view, path, file_up=file_up)
-        check_cameras(way.closed)
-        first = way.cameras[0]
-        stage.did = f"{way.source}, {len(way.cameras)} views, {first.width}x{first.height}"
-        stage.counts = {
-            "source": way.source,
-            "views": len(way.cameras),
-            "loop": way.is_loop,
-            "width": first.width,
-            "height": first.height,
-        }
-    return way
 
 
 def _measure(comparison: Comparison, config: StabilityConfig, report: Report) -> Stability:

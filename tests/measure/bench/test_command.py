@@ -209,11 +209,25 @@ def test_the_plot_needs_matplotlib_and_the_figures_do_not(scene, capsys, monkeyp
     assert run(capsys, scene, *words, "--no-plot", "--quiet") == (0, "", "")
 
 
+def test_strokes_in_a_file_are_all_kept_as_render_keeps_them(scene, capsys):
+    assert cli.main(["cluster", scene, "--strokes", "120", "-o", "strokes.ply", "--quiet"]) == 0
+    num = len(bg.load("strokes.ply"))
+    words = ["strokes.ply", *SMALL, "--families", "strokes", "--no-plot", "--json", "-o", "bench.json"]
+    code, out, err = run(capsys, *words)
+    assert (code, err) == (0, "")
+    points = json.loads(out)["bench"]["families"][0]["points"]
+    assert [point["strokes"] for point in points][-1] == num
+
+
 def test_a_wrong_picture_ends_the_bench_and_nothing_is_written(scene, capsys, monkeypatch):
     from brushgs.measure.bench import subject
 
-    true = subject.render
-    monkeypatch.setattr(subject, "render", lambda *a, **o: true(*a, **o | {"low_pass": 1.0}))
+    true = subject.render_with
+
+    def blurred(strokes, camera, texture, options):
+        return true(strokes, camera, texture, replace(options, low_pass=1.0))
+
+    monkeypatch.setattr(subject, "render_with", blurred)
     code, out, err = run(capsys, scene, *SMALL, "--families", "filter")
     assert (code, out) == (1, "")
     assert "WrongPictureError: bench: filter mip paints another picture than the reference, 32x32" in err

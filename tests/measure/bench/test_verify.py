@@ -18,10 +18,11 @@ from brushgs.measure.bench.verify import (
     same,
 )
 from brushgs.options.experiments import BenchConfig
-from brushgs.options.painting import DrawConfig, PaintConfig
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig
+from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
+from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.rendering.rasterize import rasterize
-from brushgs.rendering.render import render
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.threads import num_threads_or_default
 from tests.rendering.strokes import bristles, random_boxes
@@ -31,11 +32,14 @@ STROKES = bg.cluster(bg.prune(SCENE), 200)
 CAMERA = still_life_camera(width=96, height=72)
 BRUSH = bg.StrokeTexture.open("dry_brush")
 KERNEL = bg.StrokeTexture.open("gaussian")
-HOW = {"lock": "anchor", "order": "depth", "filter": "mip", "num_sigmas": 2.0}
+
+
+def options_of(texture=BRUSH, **changed):
+    return replace(RenderOptions.of(texture, num_sigmas=2.0, depth=False), **changed)
 
 
 def frame_of(texture=BRUSH, strokes=STROKES, **changed):
-    return render(strokes, CAMERA, texture, depth=False, **HOW | changed)
+    return render_with(strokes, CAMERA, texture, options_of(texture, **changed))
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -44,8 +48,8 @@ def frame_of(texture=BRUSH, strokes=STROKES, **changed):
 )
 def test_right_pictures_pass_far_within_the_bound(dtype, changed):
     """Measured worst: mean 4e-7 (float32) and 1e-15 (float64), no pixel off by a step."""
-    strokes, how = STROKES.astype(dtype), HOW | changed
-    found = check_square("x", frame_of(strokes=strokes, **changed), strokes, CAMERA, BRUSH, how)
+    strokes, options = STROKES.astype(dtype), options_of(**changed)
+    found = check_square("x", frame_of(strokes=strokes, **changed), strokes, CAMERA, BRUSH, options)
     assert found.mean < (1e-5 if dtype == np.float32 else 1e-13)
     assert found.beyond_step == 0
     assert "32x32 pixels from" in found.against
@@ -53,7 +57,7 @@ def test_right_pictures_pass_far_within_the_bound(dtype, changed):
 
 def test_kernels_pass_too():
     for kernel in (KERNEL, bg.StrokeTexture.open("ellipse")):
-        check_square("x", frame_of(kernel), STROKES, CAMERA, kernel, HOW)
+        check_square("x", frame_of(kernel), STROKES, CAMERA, kernel, options_of(kernel))
 
 
 @pytest.mark.parametrize(
@@ -69,12 +73,12 @@ def test_kernels_pass_too():
 def test_a_wrong_picture_is_named(wrong, why):
     if why == "a stroke too few":  # in the square: the nearest one there
         boxes = bg.project(STROKES, CAMERA)
-        found = check_square("x", frame_of(), STROKES, CAMERA, BRUSH, HOW)
+        found = check_square("x", frame_of(), STROKES, CAMERA, BRUSH, options_of())
         x, y = (int(word.strip("(),")) for word in found.against.split()[-2:])
         inside = (np.abs(boxes.centers - (x + 16, y + 16)) < 8).all(axis=1)
         wrong = {"strokes": STROKES.take(np.arange(len(STROKES)) != boxes.ids[np.argmax(inside)])}
     with pytest.raises(WrongPictureError, match="bench: strokes 200 paints another picture than the refer"):
-        check_square("strokes 200", frame_of(**wrong), STROKES, CAMERA, BRUSH, HOW)
+        check_square("strokes 200", frame_of(**wrong), STROKES, CAMERA, BRUSH, options_of())
 
 
 def test_bounds_are_by_precision_and_nan_passes_none():
@@ -104,28 +108,31 @@ def subject_of(tmp_path, names):
     bg.save(SCENE, path)
     paint = PaintConfig(draw=DrawConfig("dry_brush"))
     config = BenchConfig(families=names, strokes=(50, 200), count=50, repeats=1)
-    return subject.Subject(path, bg.load(path), CAMERA, BRUSH, paint, config)
+    kept = replace(paint, cluster=ClusterConfig(strokes=None))
+    prepared = prepare(path, kept, Report(), views=CAMERA, keeps_scene=True)
+    return subject.Subject(path, prepared, paint, config)
 
 
 @pytest.mark.parametrize("name", ["strokes", "merge", "filter", "size", "sh"])
 def test_a_renderer_that_paints_wrongly_ends_every_family(tmp_path, monkeypatch, name):
-    true = families.render if name == "sh" else subject.render
+    true = subject.render_with
 
     def wrong(*args, **options):
         frame = true(*args, **options)
         return replace(frame, rgb=frame.rgb * np.float32(0.99))
 
-    monkeypatch.setattr(subject, "render", wrong)
-    monkeypatch.setattr(families, "render", wrong)
+    monkeypatch.setattr(subject, "render_with", wrong)
+    monkeypatch.setattr(families, "render_with", wrong)
     with pytest.raises(WrongPictureError):
         measure.measure(subject_of(tmp_path, (name,)), Report())
 
 
 def test_a_kernel_that_stops_at_another_light_ends_the_family_of_precision(tmp_path, monkeypatch):
-    def wrong(*args, min_transmittance, **options):
-        return rasterize(*args, min_transmittance=2 * min_transmittance, **options)
+    def wrong(strokes, camera, texture, options):
+        late = replace(options, min_transmittance=2 * options.min_transmittance)
+        return render_with(strokes, camera, texture, late)
 
-    monkeypatch.setattr(families, "rasterize", wrong)
+    monkeypatch.setattr(families, "render_with", wrong)
     with pytest.raises(WrongPictureError, match="precision float32, stop at 1e-01"):
         measure.measure(subject_of(tmp_path, ("precision",)), Report())
 
@@ -140,14 +147,14 @@ def test_a_truth_that_is_wrong_is_named(tmp_path, monkeypatch):
 
 
 def test_a_frame_that_changes_between_runs_ends_the_bench(tmp_path, monkeypatch):
-    paint, calls = subject.render, []
+    paint, calls = subject.render_with, []
 
     def fickle(*args, **options):
         calls.append(1)
         frame = paint(*args, **options)
         return replace(frame, alpha=np.nextafter(frame.alpha, np.float32(2))) if len(calls) > 5 else frame
 
-    monkeypatch.setattr(subject, "render", fickle)
+    monkeypatch.setattr(subject, "render_with", fickle)
     with pytest.raises(WrongPictureError, match="came out different when it ran again: alpha"):
         measure.measure(subject_of(tmp_path, ("strokes",)), Report())
 

@@ -1,0 +1,141 @@
+"""The one preparation of every command: from a scene and options to the strokes, the views and how to draw.
+
+    stroke (-> palette) -> load -> camera or path (-> background, plain) -> prune (-> count) -> cluster
+        (-> recolor)
+
+Cameras are framed on the scene as loaded, so that paintings of one scene with different counts line up.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from brushgs.options.painting import PaintConfig
+from brushgs.options.sequence import PathConfig
+from brushgs.painting.background import Ground, check_background
+from brushgs.painting.count import look
+from brushgs.painting.report import Report
+from brushgs.painting.stages import (
+    choose_camera,
+    cluster_scene,
+    load_scene,
+    open_ground,
+    open_palette,
+    open_stroke,
+    plan_views,
+    prune_scene,
+    recolor_scene,
+    render_options,
+)
+from brushgs.scene import Camera, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.brushes.texture import StrokeTexture
+    from brushgs.cameras.paths import CameraPath
+    from brushgs.passes.recolor import Palette
+    from brushgs.rendering.options import RenderOptions
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """Everything that pictures are painted from.
+
+    Attributes:
+        strokes: the strokes in space.
+        texture: the stroke image or kernel.
+        options: how strokes become a frame: those of a path where there is one, else those of a still.
+        cameras: the views, one per frame; none where no view is needed.
+        path: the path that the cameras belong to; None for a still.
+        background: what lies behind the strokes; None for transparent, and where none is needed.
+        palette: the colours that the strokes took; None where they kept their own.
+        file_up: the axis that points up as the scene file says; None if it does not say.
+        scene: the Gaussians as loaded; None unless they are kept.
+    """
+
+    strokes: Gaussians
+    texture: "StrokeTexture"
+    options: "RenderOptions"
+    cameras: Sequence[Camera]
+    path: "CameraPath | None"
+    background: Ground
+    palette: "Palette | None"
+    file_up: str | None
+    scene: Gaussians | None
+
+    @property
+    def camera(self) -> Camera:
+        """The first view, for a still the only one."""
+        return self.cameras[0]
+
+    @property
+    def whole_scene(self) -> Gaussians:
+        """The Gaussians as loaded, where `prepare` was told to keep them."""
+        assert self.scene is not None, "prepare with keeps_scene=True"
+        return self.scene
+
+
+def prepare(
+    source: str | Path | Gaussians,
+    config: PaintConfig,
+    report: Report,
+    *,
+    views: Camera | PathConfig | None = None,
+    check_path: Callable[["CameraPath"], None] | None = None,
+    needs_view: bool = True,
+    needs_background: bool = True,
+    keeps_scene: bool = False,
+) -> Prepared:
+    """Make strokes of a scene, and everything else that is needed before the first picture.
+
+    Peak memory: a scene is freed as soon as the next one is made of it, unless the caller holds it.
+
+    Args:
+        source: a scene file, or Gaussians in memory, which count as a scene and not as strokes.
+        config: see `PaintConfig`.
+        report: gets one stage per step.
+        views: one camera, or a path; None for the one camera that `config.view` describes.
+        check_path: refuses a path before the long work, by raising.
+        needs_view: False chooses a view, and opens the background, only where the number of strokes is
+            chosen for one.
+        needs_background: False opens the background only where the number of strokes is chosen for a view.
+        keeps_scene: whether the Gaussians as loaded are kept beside the strokes.
+
+    Raises:
+        SceneError: if a file cannot be read.
+        ValueError: if an option does not suit the scene, before any long work where that can be known.
+    """
+    is_counted = config.cluster.target is not None
+    needs_view |= is_counted
+    if needs_background or is_counted:
+        check_background(config.draw.background)
+    texture = open_stroke(config.draw, report)
+    options = render_options(config.draw, texture, along_path=isinstance(views, PathConfig))
+    palette = open_palette(config.palette, report)
+    file_up, is_strokes = None, False
+    if isinstance(source, Gaussians):
+        gaussians = source
+    else:
+        gaussians, notes = load_scene(source, report)
+        file_up, is_strokes = notes.up, notes.is_strokes
+    path, cameras = None, []
+    if isinstance(views, PathConfig):
+        path = plan_views(gaussians, config.view, views, report, file_up=file_up)
+        cameras = path.cameras
+        if check_path is not None:
+            check_path(path)
+    elif needs_view:
+        cameras = [choose_camera(gaussians, config.view, report, file_up=file_up, camera=views)]
+    background = None
+    if cameras and (needs_background or is_counted):
+        background = open_ground(config.draw, cameras[0], report)
+    view_model = None
+    if is_counted:
+        # Strokes are counted for a still with the usual lock and order, whatever is painted of them.
+        still = render_options(replace(config.draw, lock=None, order=None), texture, along_path=False)
+        view_model = look(gaussians, cameras[0], texture, config.cluster, still, background, report)
+    num_loaded, scene = len(gaussians), gaussians if keeps_scene else None
+    gaussians = prune_scene(gaussians, config.prune, report, is_strokes=is_strokes)
+    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded, view_model=view_model)
+    gaussians = recolor_scene(gaussians, palette, config.palette, report)
+    return Prepared(gaussians, texture, options, cameras, path, background, palette, file_up, scene)
