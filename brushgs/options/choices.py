@@ -20,20 +20,18 @@ BenchFamily = Literal["strokes", "merge", "filter", "precision", "sh", "size"]
 Floaters = Literal["sure", "strong", "keep"]  # which of them a cure drops
 Params = Literal["colour", "free", "all"]  # of strokes, that refinement moves
 
-# Flags by name -> value. "paper" is the published method (Xiang et al. 2025) without its defects.
-PRESETS: Mapping[str, Mapping[str, Any]] = {
+StepValues = Mapping[str, Mapping[str, Any]]  # step of a painting -> field of its config -> value
+
+# "paper" is the published method (Xiang et al. 2025) without its defects.
+PRESETS: Mapping[str, StepValues] = {
     "default": {},
     "paper": {
-        "weight": "paper",
-        "features": "paper",
-        "merge": "paper",
-        "method": "minibatch",
-        "filter": "bilinear",
-        "extent": "paper",
-        "lock": "off",
-        "order": "depth",
+        "prune": {"weight": "paper"},
+        "cluster": {"features": "paper", "merge": "paper", "method": "minibatch"},
+        "draw": {"filter": "bilinear", "extent": "paper", "lock": "off", "order": "depth"},
     },
 }
+PLAIN_SCENE: StepValues = {"prune": {"keep": 1.0}, "cluster": {"strokes": None}}  # every Gaussian, unmerged
 
 # The core keeps pixel bounds in 16 bits; a picture of the most pixels needs some 14 GB until it is written.
 MAX_SIDE, MAX_PIXELS = 32767, 2**28

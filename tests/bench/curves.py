@@ -11,7 +11,8 @@ import argparse
 import re
 from pathlib import Path
 
-from brushgs.cli import flags as arguments
+from brushgs.cli.commands import bench
+from brushgs.cli.parser import parse
 from brushgs.measure.bench import BenchReport, report_bench
 from brushgs.measure.bench.figures import Bench
 from brushgs.measure.bench.table import rows
@@ -45,7 +46,7 @@ def main() -> None:
         flags = [*flags, *(["--quick"] if asked.quick else [])]
         flags += ["--repeats", str(asked.repeats)] if asked.repeats else []
         words = ["bench", str(SCENES_FOLDER / file), *flags]
-        paint, config = arguments.bench_configs(arguments.parse(words))
+        paint, config = bench.configs(parse(words))
         picture = asked.page.with_name(f"curves-{name}.png")
         report = report_bench(SCENES_FOLDER / file, picture, paint, config, report=BenchReport())
         if asked.json:

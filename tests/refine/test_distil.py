@@ -261,11 +261,11 @@ def test_the_strokes_are_there_though_the_plot_fails(file, tmp_path, monkeypatch
     ("words", "sentence"),
     [
         (["--params", "shape"], "invalid choice: 'shape'"),
-        (["--where", "cone:1"], "where must be box:"),
+        (["--where", "cone:1"], "--where must be box:"),
         (["--where", "sphere:1000,0,0,1"], "no stroke lies there"),
         (["--style", "none.jpg"], "none.jpg: there is no such picture"),
         (["--vgg-weights", "w.pth"], "vgg-weights must stand beside style"),
-        (["--to", "style"], "--to style must stand beside --style"),
+        (["--to", "style"], "--to style needs --style"),
         (["--report", "a.txt"], "output must be a folder or end in .json, .png, got 'a.txt'"),
         (["--report", "none/a.json"], "does not exist; create it first"),
         (["--report", "a.png", "--no-plot"], "--no-plot must not stand beside an output that is a plot"),

@@ -43,12 +43,12 @@ def test_no_region_is_all():
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("cone:1,2,3", r"where must be box:x0,y0,z0,x1,y1,z1, sphere:x,y,z,radius, colour:#rrggbb,distance"),
-        ("box:1,2,3", "where must be box"),
+        ("cone:1,2,3", r"region must be box:x0,y0,z0,x1,y1,z1, sphere:x,y,z,radius, colour:#rrggbb,distance"),
+        ("box:1,2,3", "region must be box"),
         ("sphere:0,0,0,x", "'x' must be a number"),
         ("sphere:0,0,0,-1", "must be above 0, got -1"),
         ("sphere:0,0,nan,1", "'nan' must be a number"),
-        ("colour:red,0.1", "a colour must be #rrggbb, got 'red'"),
+        ("colour:red,0.1", "the colour of a region must be #rrggbb, got 'red'"),
     ],
 )
 def test_what_means_nothing_is_refused_in_a_sentence(text, sentence):

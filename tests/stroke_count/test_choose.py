@@ -6,7 +6,8 @@ import pytest
 import brushgs as bg
 from brushgs import cli
 from brushgs.cameras.framing import frame_scene, up_vector
-from brushgs.cli import flags as arguments
+from brushgs.cli.configs import paint_config
+from brushgs.cli.parser import parse
 from brushgs.errors import SceneWarning
 from brushgs.options.painting import (
     ClusterConfig,
@@ -243,20 +244,19 @@ def test_the_cluster_pass_frames_the_scene_and_says_so(pears, tmp_path):
 )
 @pytest.mark.parametrize("command", ["render", "stability"])
 def test_aims_are_read_from_the_command_line(words, strokes, command):
-    args = arguments.parse([command, "a.ply", *words])
-    assert arguments.cluster_config(args).strokes == strokes
+    assert paint_config(parse([command, "a.ply", *words])).cluster.strokes == strokes
 
 
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--strokes", "0dB"], "--strokes must be above 0 dB and at most 100 dB, got '0dB'"),
+        (["--strokes", "0dB"], "--strokes must be above 0 dB and at most 100 dB, got 0 dB"),
         (["--strokes", "dB"], "--strokes must be a number, got ''"),
-        (["--strokes", "many"], "a budget such as 24dB, got 'many'"),
-        (["--stroke-size", "0px"], "--stroke-size must be a length above 0 in pixels such as 24px"),
+        (["--strokes", "many"], "a PSNR such as 24dB, got 'many'"),
+        (["--stroke-size", "0px"], "--stroke-size must be above 0 and at most 32767 px, got 0 px"),
         (["--stroke-size", "-3px"], "stroke-size"),
         (["--stroke-size", "3cm"], "such as 24px, got '3cm'"),
-        (["--stroke-size", "3px", "--strokes", "5"], "--stroke-size must not stand beside --strokes"),
+        (["--stroke-size", "3px", "--strokes", "5"], "--strokes cannot be combined with --stroke-size"),
     ],
 )
 def test_aims_that_mean_nothing_get_one_sentence(words, sentence, capsys):

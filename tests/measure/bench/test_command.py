@@ -10,7 +10,8 @@ import pytest
 
 import brushgs as bg
 from brushgs import cli
-from brushgs.cli import flags as arguments
+from brushgs.cli.commands import bench
+from brushgs.cli.parser import parse
 from brushgs.io.pictures.images import read_image
 from brushgs.measure import plotting
 from brushgs.measure.bench import BenchReport
@@ -142,7 +143,7 @@ def test_a_family_without_use_is_left_out_with_the_reason(tmp_path, capsys, monk
     assert (code, err) == (0, "")
     value = json.loads(out)
     left = {stage["name"]: stage["skipped"] for stage in value["stages"]}
-    assert left["merge"] == ["the whole family: 792 Gaussians: none is merged"]
+    assert left["merge"] == ["the whole family: 1,131 Gaussians: none is merged"]
     assert left["filter"] == ["the whole family: a kernel is computed, not sampled"]
     assert left["sh"] == ["the whole family: the scene has degree 0 only"]
     assert [family["name"] for family in value["bench"]["families"]] == ["strokes"]
@@ -179,7 +180,7 @@ def test_progress_counts_runs_not_frames(scene, monkeypatch):
 
 
 def configs(*words):
-    return arguments.bench_configs(arguments.parse(["bench", "a.ply", *words]))
+    return bench.configs(parse(["bench", "a.ply", *words]))
 
 
 def test_quick_takes_fewer_counts_and_repeats_and_a_smaller_picture():
@@ -253,7 +254,7 @@ def test_a_wrong_picture_ends_the_bench_and_nothing_is_written(scene, capsys, mo
         (["--background", "transparent"], "background must be a colour or an image"),
         (["--background", "pink"], "background must be white, black"),
         (["--stroke", "nothing"], "neither a file nor a built-in stroke"),
-        (["--camera-file", "none.json", "--up", "+z"], "--up must not stand beside --camera-file"),
+        (["--camera-file", "none.json", "--up", "+z"], "--up cannot be combined with --camera-file"),
         (["--orbit", "9"], "unrecognized arguments: --orbit 9"),
     ],
 )

@@ -1,0 +1,24 @@
+"""`brushgs cluster`: Gaussians merged into fewer and larger ones, as a scene."""
+
+from argparse import ArgumentParser, Namespace
+
+from brushgs.cli import flags
+from brushgs.cli.configs import paint_config
+from brushgs.cli.console import output_beside, reported
+
+
+def add_flags(parser: ArgumentParser) -> None:
+    """Define the command."""
+    flags.add_scene(parser)
+    flags.add_scene_output(parser, "strokes")
+    flags.add_cluster(parser)
+    flags.add_report(parser)
+
+
+def run(args: Namespace) -> None:
+    """Write the strokes."""
+    config = paint_config(args).cluster
+    with reported(args) as report:
+        from brushgs.painting.still import cluster_file
+
+        cluster_file(args.scene, args.output or output_beside(args.scene, "strokes", ".ply"), config, report)

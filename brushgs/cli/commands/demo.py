@@ -1,0 +1,42 @@
+"""`brushgs demo`: the example scene, built and painted."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from brushgs.cli import flags, values
+from brushgs.cli.configs import paint_config
+from brushgs.cli.console import reported
+
+SIZE = (1200, 900)  # pixels
+BACKGROUND = "#2e2113"  # painters tone a canvas: what strokes leave open stays warm and dark
+
+
+def add_flags(parser: ArgumentParser) -> None:
+    """Define the command."""
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path("brushgs-demo"),
+        metavar="FOLDER",
+        help="folder, default brushgs-demo in the current folder",
+    )
+    flags.ConfigFlags(parser, "view").add(
+        "--size", type=values.picture_size, metavar="WxH", help="picture size in pixels, default 1200x900"
+    )
+    flags.add_seed(parser)
+    flags.add_stroke_count(parser)
+    flags.add_draw(parser)
+    flags.add_report(parser)
+
+
+def run(args: Namespace) -> None:
+    """Build, write and paint the scene."""
+    config = paint_config(args, view={"size": SIZE}, draw={"background": BACKGROUND})
+    assert config.view.size is not None, "it has a default"
+    with reported(args) as report:
+        from brushgs.painting.demo import paint_demo
+
+        paint_demo(
+            args.output, draw=config.draw, cluster=config.cluster, size=config.view.size, report=report
+        )

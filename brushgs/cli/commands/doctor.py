@@ -1,0 +1,37 @@
+"""`brushgs doctor`: faults and oddities of a scene file, and a fixed copy of it."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import get_args
+
+from brushgs.cli import flags
+from brushgs.cli.console import EXIT_FAULTY_SCENE, reported
+from brushgs.options.choices import Floaters
+
+
+def add_flags(parser: ArgumentParser) -> None:
+    """Define the command."""
+    parser.epilog = (
+        "Exit codes: 0 if the scene has no fault or a fixed scene was written; 3 if a fault was found; 2 if "
+        "the file cannot be used at all."
+    )
+    flags.add_scene(parser)
+    parser.add_argument("--fix", type=Path, metavar="FILE", help="write the fixed scene to this .ply")
+    parser.add_argument(
+        "--floaters",
+        choices=get_args(Floaters),
+        default="sure",
+        help="floaters that --fix drops: 'sure': clearly detached (default), 'strong': closer ones too, "
+        "which loses some thin leaves; 'keep': none",
+    )
+    flags.add_report(parser)
+
+
+def run(args: Namespace) -> int:
+    """Report the findings, and write the fixed scene."""
+    from brushgs.doctor.run import DoctorReport, run_doctor
+
+    report = DoctorReport()
+    with reported(args, report):
+        run_doctor(args.scene, args.fix, floaters=args.floaters, report=report)
+    return EXIT_FAULTY_SCENE if report.has_faults else 0

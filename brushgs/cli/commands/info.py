@@ -1,0 +1,40 @@
+"""`brushgs info`: the contents of a scene file."""
+
+import warnings
+from argparse import ArgumentParser, Namespace
+
+from brushgs.cli import flags
+from brushgs.errors import SceneWarning
+
+
+def add_flags(parser: ArgumentParser) -> None:
+    """Define the command."""
+    flags.add_scene(parser)
+    parser.add_argument("--json", action="store_true", help="print a JSON object")
+
+
+def run(args: Namespace) -> None:
+    """Print the facts, one a line."""
+    import json
+
+    from brushgs.doctor.describe import describe
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", SceneWarning)
+        facts = describe(args.scene)
+    notes = [str(warning.message) for warning in caught]
+    if args.json:
+        print(json.dumps(facts | {"notes": notes}, indent=2))
+        return
+    for name, value in [*facts.items(), *(("note", note) for note in notes)]:
+        print(f"{name.replace('_', ' '):16} {_text(value)}")
+
+
+def _text(value: object) -> str:
+    if isinstance(value, list):
+        return "  ".join(_text(item) for item in value)
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:,}" if isinstance(value, int) else str(value)

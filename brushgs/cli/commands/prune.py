@@ -1,0 +1,24 @@
+"""`brushgs prune`: the most important Gaussians of a scene, as a scene."""
+
+from argparse import ArgumentParser, Namespace
+
+from brushgs.cli import flags
+from brushgs.cli.configs import paint_config
+from brushgs.cli.console import output_beside, reported
+
+
+def add_flags(parser: ArgumentParser) -> None:
+    """Define the command."""
+    flags.add_scene(parser)
+    flags.add_scene_output(parser, "pruned")
+    flags.add_prune(parser)
+    flags.add_report(parser)
+
+
+def run(args: Namespace) -> None:
+    """Write the pruned scene."""
+    config = paint_config(args).prune
+    with reported(args) as report:
+        from brushgs.painting.still import prune_file
+
+        prune_file(args.scene, args.output or output_beside(args.scene, "pruned", ".ply"), config, report)

@@ -1,0 +1,27 @@
+"""`brushgs recolor`: a scene in the colours of a picture, as a scene."""
+
+from argparse import ArgumentParser, Namespace
+
+from brushgs.cli import flags
+from brushgs.cli.configs import paint_config
+from brushgs.cli.console import output_beside, reported
+
+
+def add_flags(parser: ArgumentParser) -> None:
+    """Define the command."""
+    flags.add_scene(parser)
+    flags.add_scene_output(parser, "recolored")
+    flags.add_palette(parser, is_required=True)
+    flags.add_report(parser)
+
+
+def run(args: Namespace) -> None:
+    """Write the recolored scene."""
+    config = paint_config(args).palette
+    assert config is not None, "the parser requires --palette"
+    with reported(args) as report:
+        from brushgs.painting.still import recolor_file
+
+        recolor_file(
+            args.scene, args.output or output_beside(args.scene, "recolored", ".ply"), config, report
+        )

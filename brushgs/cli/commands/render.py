@@ -1,0 +1,117 @@
+"""`brushgs render`: a scene becomes a picture, or along a camera path numbered frames or a video."""
+
+import os
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING, get_args
+
+from brushgs.cli import flags, values
+from brushgs.cli.configs import paint_config, path_config
+from brushgs.cli.console import output_beside, reported
+from brushgs.io.pictures.formats import VIDEO_SUFFIXES
+from brushgs.options.choices import PRESETS, Lock
+
+if TYPE_CHECKING:
+    from brushgs.options.sequence import SequenceConfig
+
+
+def add_flags(parser: ArgumentParser) -> None:
+    """Define the command."""
+    flags.add_scene(parser)
+    parser.add_argument(  # a name that ends in a slash is a folder, so it stays text
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="picture (.png, .exr, .tif), default SCENE-STROKE.png in the current folder; along a path "
+        "video (.mp4, .webm, .gif), default SCENE-STROKE.mp4, or numbered frames, FOLDER/%%05d.png (.exr, "
+        ".tif) or short FOLDER/",
+    )
+    parser.add_argument(
+        "--preset",
+        choices=sorted(PRESETS),
+        default="default",
+        help="'paper': the published method (weight, features, merge and extent paper, method minibatch, "
+        "filter bilinear, lock off, order depth); other flags override it",
+    )
+    flags.add_draw(parser)
+    flags.add_prune(parser)
+    flags.add_cluster(parser)
+    flags.add_palette(parser)
+    flags.add_view(parser)
+    _add_path(parser)
+    flags.add_report(parser)
+
+
+def _add_path(parser: ArgumentParser) -> None:
+    group = parser.add_argument_group("path", "many frames along a camera path, in place of one picture")
+    flags.add_path(group, default="one picture")
+    flags.ConfigFlags(group, "draw").add(
+        "--lock",
+        choices=get_args(Lock),
+        help="how strokes get their direction: 'track' chooses it along the whole path (default there), "
+        "'anchor' in each view alone (default for a picture), 'off' as published: strokes flip",
+    )
+    sequence = flags.ConfigFlags(group, "sequence")
+    sequence.add(
+        "--resume",
+        field="is_resumed",
+        action="store_true",
+        help="paint only those numbered frames that are missing",
+    )
+    sequence.add(
+        "--jobs",
+        type=values.count_from(1),
+        metavar="N",
+        help="processes that paint, 1 or more, default 1, which uses all processors for one frame; frames do "
+        "not depend on it",
+    )
+    sequence.add(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Dask scheduler whose workers paint, such as tcp://host:8786 (pip install 'dask[distributed]'); "
+        "default this machine",
+    )
+
+
+def run(args: Namespace) -> None:
+    """Paint, and report the stages."""
+    path, sequence = path_config(args), sequence_config(args)
+    if path is None and args.output:
+        _refuse_many(args.output)
+    config = paint_config(args)
+    suffix = ".png" if path is None else ".mp4"
+    output = args.output or output_beside(args.scene, Path(config.draw.stroke).stem, suffix)
+    with reported(args) as report:
+        if path is None:
+            from brushgs.painting.still import paint_file
+
+            paint_file(args.scene, output, config, report=report)
+        else:
+            from brushgs.painting.sequence import paint_sequence
+
+            paint_sequence(args.scene, output, path, config, sequence, report=report)
+
+
+def sequence_config(args: Namespace) -> "SequenceConfig":
+    """Which frames of a path are painted, and where."""
+    from brushgs.options.sequence import SequenceConfig
+
+    return SequenceConfig(**flags.given(args, "sequence"))
+
+
+def _refuse_many(output: str) -> None:
+    """Refuse an output that holds many frames.
+
+    Raises:
+        ValueError: if it is a video, a pattern of numbered frames or a folder.
+    """
+    name = Path(output).name
+    if Path(output).suffix.lower() in VIDEO_SUFFIXES:
+        found = f"{output} is a video"
+    elif "%" in name:
+        found = f"{name} numbers frames"
+    elif output.endswith(("/", os.sep)):
+        found = f"{output} is a folder of frames"
+    else:
+        return
+    raise ValueError(f"{found} and needs a camera path; add --orbit or --path")

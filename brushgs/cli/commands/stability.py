@@ -1,0 +1,46 @@
+"""`brushgs stability`: how stable strokes are along a camera path, in figures and a plot."""
+
+from argparse import ArgumentParser, Namespace
+
+from brushgs.cli import flags, values
+from brushgs.cli.configs import paint_config, path_config
+from brushgs.cli.console import output_beside, reported
+
+SIZE = (640, 360)  # pixels: a quarter of those of a picture
+ORBIT = 120  # frames, of 3 degrees
+
+
+def add_flags(parser: ArgumentParser) -> None:
+    """Define the command."""
+    flags.add_scene(parser)
+    flags.add_experiment_output(parser, "stability", (".json", ".png"))
+    flags.ConfigFlags(parser, "stability").add(
+        "--pairs",
+        type=values.count_from(1),
+        metavar="N",
+        help="maximum number of pairs of frames that are compared at each gap, 1 or more, default 40; other "
+        "frames are not painted",
+    )
+    flags.add_draw(parser)
+    flags.add_prune(parser)
+    flags.add_cluster(parser)
+    flags.add_framing(parser.add_argument_group("view", "framed on the scene"), size="640x360")
+    default = f"--orbit {ORBIT}"
+    flags.add_path(parser.add_argument_group("path", f"the views, default {default}"), default=str(ORBIT))
+    flags.add_report(parser)
+
+
+def run(args: Namespace) -> None:
+    """Measure, and write the report."""
+    path = path_config(args, default_orbit=ORBIT)
+    assert path is not None, "it has a default"
+    paint = paint_config(args, view={"size": SIZE})
+    from brushgs.measure.stability import StabilityReport, report_stability
+    from brushgs.options.experiments import StabilityConfig
+
+    config = StabilityConfig(**flags.given(args, "stability"))
+    report = StabilityReport()
+    output = args.report or output_beside(args.scene, "stability", "")
+    wants_plot = not args.no_plot
+    with reported(args, report):
+        report_stability(args.scene, output, paint, path, config, report=report, wants_plot=wants_plot)

@@ -1,0 +1,55 @@
+"""What a command leaves behind: exit codes, names of outputs, and its report on stdout and stderr."""
+
+import sys
+import warnings
+from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from brushgs.errors import SceneWarning
+
+if TYPE_CHECKING:
+    from brushgs.painting.report import Report
+
+EXIT_INTERNAL_ERROR, EXIT_BAD_INPUT, EXIT_FAULTY_SCENE, EXIT_INTERRUPTED = 1, 2, 3, 130
+
+
+def output_beside(scene: Path, ending: str, suffix: str) -> Path:
+    """The default name of an output, in the current folder: koala.ply, "dry brush" -> koala-dry_brush.png."""
+    stem = scene.stem.removesuffix(".compressed")
+    return Path(f"{stem}-{'_'.join(ending.split())}{suffix}")
+
+
+@contextmanager
+def reported(args: Namespace, report: "Report | None" = None) -> Iterator["Report"]:
+    """A report that is printed when the command ends: notes, table or JSON, and the path that was written.
+
+    Args:
+        args: parsed flags: `json`, `quiet`.
+        report: of the command; None for a plain `Report`.
+    """
+    if report is None:
+        from brushgs.painting.report import Report
+
+        report = Report()
+    is_for_people = not args.quiet and not args.json
+    report.shows_progress = is_for_people and sys.stderr.isatty()
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("ignore")
+            warnings.simplefilter("always", SceneWarning)
+            yield report
+    finally:
+        report.close()
+        report.notes = [str(warning.message) for warning in caught]
+        if is_for_people:
+            for note in report.notes:
+                print(f"brushgs: note: {note}", file=sys.stderr)
+    if args.json:
+        print(report.as_json())
+    elif is_for_people:
+        report.print_table()
+        if report.output is not None:
+            print(report.output)

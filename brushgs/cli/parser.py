@@ -1,0 +1,88 @@
+"""The parser of the command line and the table of commands.
+
+Only the module of the command that is named on the command line is imported, and before it runs it imports
+only the standard library: `brushgs --help` takes little longer than the start of Python.
+"""
+
+import re
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Sequence
+from importlib import import_module
+from typing import NoReturn
+
+from brushgs import __version__
+
+COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
+    "render": "paint a scene: PLY in; picture, numbered frames or video out",
+    "demo": "build the example scene and paint it",
+    "prune": "keep the most important Gaussians: PLY in, PLY out",
+    "cluster": "merge Gaussians into fewer and larger ones: PLY in, PLY out",
+    "recolor": "give a scene the colours of a picture: PLY and picture in, PLY out",
+    "refine": "fit strokes to the scene, or to a style image: PLY in, PLY out",
+    "stability": "measure how stable the strokes are along a camera path",
+    "bench": "measure error against run time on a scene, as curves",
+    "doctor": "find faults and oddities in a scene file, and fix them",
+    "strokes": "list the built-in strokes",
+    "info": "describe the contents of a scene file",
+}
+
+DESCRIPTION = "Paint trained 3D Gaussian Splatting scenes with brush strokes, on the CPU."
+EPILOG = """\
+examples:
+  brushgs demo                                        an example scene, painted
+  brushgs render scene.ply --stroke swirl             any trained scene (3DGS .ply)
+  brushgs render scene.ply --stroke gaussian          the plain 3DGS picture
+  brushgs render scene.ply --stroke my_brush.png --strokes 2000 --size 1920x1080
+  brushgs render scene.ply --orbit 120 -o turn.mp4    one turn around the scene, as a video
+
+`brushgs COMMAND --help` lists the flags of a command. A command prints the path of its output on stdout and
+a table of its stages on stderr. Exit codes: 0 success, 1 internal error, 2 unusable input (one sentence on
+stderr), 3 fault found by doctor, 130 interrupted."""
+
+
+class UsageError(ValueError):
+    """A command line that cannot be parsed."""
+
+
+class _Parser(ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        message = re.sub(r"^argument (\S+?)(/\S+)?: (?=must )", r"\1 ", message).removeprefix("argument ")
+        message = message.replace(": not allowed with argument ", " cannot be combined with ")
+        raise UsageError(f"{message} (see {self.prog} --help)")
+
+
+def parse(words: Sequence[str]) -> Namespace:
+    """The namespace of a command line; `run` in it is the function of the command.
+
+    Raises:
+        UsageError: if a flag or a value is invalid; one sentence.
+    """
+    return build_parser(words).parse_args(_joined(words))
+
+
+def build_parser(words: Sequence[str]) -> ArgumentParser:
+    """The parser of all commands; those that `words` do not name have no flags."""
+    parser = _Parser(
+        "brushgs", description=DESCRIPTION, epilog=EPILOG, formatter_class=RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--version", action="version", version=f"brushgs {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for name, help in COMMANDS.items():
+        command = commands.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.")
+        if name in words:
+            module = import_module(f"brushgs.cli.commands.{name}")
+            module.add_flags(command)
+            command.add_argument("--debug", action="store_true", help="show the traceback of an error")
+            command.set_defaults(run=module.run)
+    return parser
+
+
+def _joined(words: Sequence[str]) -> list[str]:
+    """`--up -y` as `--up=-y`: argparse would take -y for a flag."""
+    joined: list[str] = []
+    for word in words:
+        if joined and joined[-1] == "--up" and re.match(r"-([xyz]$|[0-9.])", word, re.IGNORECASE):
+            joined[-1] = f"--up={word}"
+        else:
+            joined.append(word)
+    return joined

@@ -1,0 +1,116 @@
+"""What the text of a flag means: numbers, counts, sizes in pixels, stroke targets, regions.
+
+Each function takes the text of one flag and raises `ArgumentTypeError`, whose message argparse prints after
+the name of the flag. Classes of `brushgs.options` are imported where they are made: `--help` needs none.
+"""
+
+import re
+from argparse import ArgumentTypeError
+from collections.abc import Callable
+from math import isfinite, radians
+from typing import TYPE_CHECKING, TypeVar
+
+from brushgs.options.choices import size_rule
+
+if TYPE_CHECKING:
+    from brushgs.options.painting import ErrorBudget, StrokeSize
+    from brushgs.options.region import Region
+
+T = TypeVar("T")
+
+
+def number(text: str) -> float:
+    """A finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not isfinite(value):
+        raise ArgumentTypeError(f"must be a number, got {text!r}")
+    return value
+
+
+def degrees(text: str) -> float:
+    """An angle given in degrees, in radians."""
+    return radians(number(text))
+
+
+def count_from(least: int) -> Callable[[str], int]:
+    """The parser of a whole number of `least` or more."""
+
+    def count(text: str) -> int:
+        if not re.fullmatch(r"\+?[0-9]{1,18}", text) or int(text) < least:
+            raise ArgumentTypeError(f"must be a whole number of {least} or more, got {text!r}")
+        return int(text)
+
+    return count
+
+
+def counts(text: str) -> tuple[int, ...]:
+    """Whole numbers of 1 or more, separated by commas."""
+    return tuple(count_from(1)(word) for word in text.split(","))
+
+
+def words(text: str) -> tuple[str, ...]:
+    """Words, separated by commas."""
+    return tuple(word.strip() for word in text.split(","))
+
+
+def picture_size(text: str) -> tuple[int, int]:
+    """(width, height) in pixels of a text such as "1280x720"."""
+    match = re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", text)
+    if match is None:
+        raise ArgumentTypeError(f"must be WIDTHxHEIGHT in pixels such as 1280x720, got {text!r}")
+    size = int(match[1]), int(match[2])
+    if broken := size_rule(*size):
+        raise ArgumentTypeError(broken)
+    return size
+
+
+def strokes(text: str) -> "int | float | str | ErrorBudget | None":
+    """A value of `ClusterConfig.strokes`: int for a count, float for a share, None for all."""
+    if text == "all":
+        return None
+    if text == "auto":
+        return text
+    if text.lower().endswith("db"):
+        from brushgs.options.painting import ErrorBudget
+
+        return _checked(ErrorBudget, number(text[:-2]))
+    if text.endswith("%"):
+        share = number(text[:-1]) / 100
+        if not 0 < share <= 1:
+            raise ArgumentTypeError(f"must be above 0 % and at most 100 %, got {text!r}")
+        return share
+    try:
+        return count_from(1)(text)
+    except ArgumentTypeError:
+        raise ArgumentTypeError(
+            "must be a count of 1 or more, a share such as 10%, all, auto, or a PSNR such as 24dB, "
+            f"got {text!r}"
+        ) from None
+
+
+def stroke_size(text: str) -> "StrokeSize":
+    """A typical length of strokes in pixels; the unit may be omitted."""
+    from brushgs.options.painting import StrokeSize
+
+    match = re.fullmatch(r"([0-9]+\.?[0-9]*|\.[0-9]+) ?(px)?", text, re.IGNORECASE)
+    if match is None:
+        raise ArgumentTypeError(f"must be a length above 0 in pixels such as 24px, got {text!r}")
+    return _checked(StrokeSize, float(match[1]))
+
+
+def region(text: str) -> "Region":
+    """A part of a scene, see `Region.parse`."""
+    from brushgs.options.region import Region
+
+    return _checked(Region.parse, text)
+
+
+def _checked(make: Callable[..., T], *values: object) -> T:
+    """Make an option that checks itself; its error loses its first word, since argparse names the flag."""
+    try:
+        return make(*values)
+    except ValueError as error:
+        raise ArgumentTypeError(re.sub(r"^[\w-]+ (?=must )", "", str(error))) from None

@@ -1,0 +1,161 @@
+"""Flags become frozen configuration, and every flag explains itself."""
+
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from brushgs.cli.commands import bench, refine, render
+from brushgs.cli.configs import paint_config, path_config
+from brushgs.cli.parser import COMMANDS, build_parser, parse
+from brushgs.options.experiments import BenchConfig, RefineConfig, StabilityConfig
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaletteConfig, PruneConfig, ViewConfig
+from brushgs.options.region import Region
+from brushgs.options.sequence import PathConfig, SequenceConfig
+
+
+@pytest.mark.parametrize(
+    ("words", "prune", "cluster", "draw"),
+    [
+        ([], PruneConfig(), ClusterConfig(), DrawConfig()),
+        (
+            ["--stroke", "gaussian"],
+            PruneConfig(keep=1.0),
+            ClusterConfig(strokes=None),
+            DrawConfig("gaussian"),
+        ),
+        (
+            ["--stroke", "gaussian", "--strokes", "50", "--keep", "0.5"],
+            PruneConfig(keep=0.5),
+            ClusterConfig(strokes=50),
+            DrawConfig("gaussian"),
+        ),
+        (
+            ["--preset", "paper"],
+            PruneConfig(weight="paper"),
+            ClusterConfig(features="paper", merge="paper", method="minibatch"),
+            DrawConfig(filter="bilinear", extent="paper", lock="off", order="depth"),
+        ),
+        (
+            ["--preset", "paper", "--merge", "cover", "--filter", "mip", "--lock", "anchor"],
+            PruneConfig(weight="paper"),
+            ClusterConfig(features="paper", merge="cover", method="minibatch"),
+            DrawConfig(filter="mip", extent="paper", lock="anchor", order="depth"),
+        ),
+        (
+            ["--strokes", "10%", "--seed", "4", "--threads", "2", "--background", "black"],
+            PruneConfig(),
+            ClusterConfig(strokes=0.1, seed=4),
+            DrawConfig(background="black", threads=2),
+        ),
+        (["--strokes", "all"], PruneConfig(), ClusterConfig(strokes=None), DrawConfig()),
+    ],
+)
+def test_flags_become_configuration(words, prune, cluster, draw):
+    config = paint_config(parse(["render", "a.ply", *words]))
+    assert (config.prune, config.cluster, config.draw) == (prune, cluster, draw)
+
+
+@pytest.mark.parametrize(
+    ("words", "path", "sequence"),
+    [
+        (["--orbit", "120"], PathConfig(orbit=120), SequenceConfig()),
+        (
+            ["--path", "p.json", "--seconds", "2.5", "--fps", "30", "--loop", "--jobs", "3"],
+            PathConfig(file=Path("p.json"), seconds=2.5, fps=30, loop=True),
+            SequenceConfig(jobs=3),
+        ),
+        (
+            ["--path", "p", "--frames", "9", "--scheduler", "tcp://host:8786", "--resume"],
+            PathConfig(file=Path("p"), frames=9),
+            SequenceConfig(scheduler="tcp://host:8786", is_resumed=True),
+        ),
+        ([], None, SequenceConfig()),
+    ],
+)
+def test_path_flags_become_configuration(words, path, sequence):
+    args = parse(["render", "a.ply", *words])
+    assert (path_config(args), render.sequence_config(args)) == (path, sequence)
+
+
+def test_view_flags_become_radians_and_keep_their_signs():
+    words = ["render", "a.ply", "--up", "-y", "--azimuth", "-90", "--elevation", "-10", "--fov-deg", "60"]
+    view = paint_config(parse([*words, "--zoom", "2", "--size", "30x20"])).view
+    assert view.up == "-y"
+    assert (view.azimuth, view.elevation) == pytest.approx((-1.5707963, -0.1745329))
+    assert view.fov_y == pytest.approx(1.0471976)
+    assert (view.zoom, view.size) == (2.0, (30, 20))
+
+
+@pytest.mark.parametrize("command", ["render", "refine", "stability", "bench"])
+def test_the_plain_stroke_means_the_whole_scene_in_every_command(command):
+    config = paint_config(parse([command, "a.ply", "--stroke", "gaussian"]))
+    assert (config.prune.keep, config.cluster.strokes) == (1.0, None)
+    config = paint_config(parse([command, "a.ply", "--stroke", "gaussian", "--keep", "0.5"]))
+    assert config.prune.keep == 0.5
+
+
+def test_refine_sizes_its_views_and_not_a_picture():
+    words = ["--size", "64x48", "--up", "+z", "--seed", "3", "--where", "sphere:0,0,0,1", "--resume"]
+    args = parse(["refine", "a.ply", *words])
+    region = Region("sphere", (0.0, 0.0, 0.0, 1.0))
+    assert refine.refine_config(args) == RefineConfig(size=(64, 48), seed=3, where=region, is_resumed=True)
+    paint = paint_config(args)
+    assert (paint.view.size, paint.view.up, paint.cluster.seed) == (None, "+z", 3)
+
+
+def test_configs_are_read_from_a_namespace_that_stays_as_it_is():
+    for command, words in {"stability": [], "bench": ["--quick", "--strokes", "10,20"]}.items():
+        args = parse([command, "a.ply", *words])
+        before = dict(vars(args))
+        paint_config(args, view={"size": (64, 48)})
+        path_config(args, default_orbit=9)
+        if command == "bench":
+            assert bench.configs(args)[0].cluster == ClusterConfig(), "its counts are of the first curve"
+        assert vars(args) == before
+
+
+def test_a_default_path_gives_way_to_one_that_is_asked_for():
+    assert path_config(parse(["stability", "a.ply"]), default_orbit=9) == PathConfig(orbit=9)
+    args = parse(["stability", "a.ply", "--path", "p.json"])
+    assert path_config(args, default_orbit=9) == PathConfig(file=Path("p.json"))
+
+
+def actions(command):
+    """The flags of a command."""
+    return build_parser([command])._subparsers._group_actions[0].choices[command]._actions
+
+
+STEPS = {
+    "prune": PruneConfig,
+    "cluster": ClusterConfig,
+    "palette": PaletteConfig,
+    "view": ViewConfig,
+    "draw": DrawConfig,
+    "path": PathConfig,
+    "sequence": SequenceConfig,
+    "refine": RefineConfig,
+    "stability": StabilityConfig,
+    "bench": BenchConfig,
+}
+
+
+@pytest.mark.parametrize("command", sorted(COMMANDS))
+def test_every_flag_of_a_step_fills_one_of_its_fields(command):
+    for action in actions(command):
+        step, dot, name = action.dest.partition(".")
+        assert not dot or name in {field.name for field in fields(STEPS[step])}, action.option_strings
+
+
+@pytest.mark.parametrize("command", sorted(COMMANDS))
+def test_every_flag_has_help_and_every_number_its_default(command, capsys):
+    with pytest.raises(SystemExit) as stop:
+        parse([command, "--help"])
+    assert stop.value.code == 0
+    text = " ".join(capsys.readouterr().out.split())
+    for action in actions(command):
+        assert action.help, action.option_strings
+        is_value = action.nargs is None and action.option_strings and action.type is not Path
+        if is_value and action.dest not in ("preset", "help"):
+            assert "default" in action.help, f"{action.option_strings} does not say its default"
+    assert "usage: brushgs" in text
