@@ -2,7 +2,8 @@
 
 A flag is defined once: its name, type, range, help and the field of the configuration that it fills. `given`
 returns the fields of one step that were set on the command line, so that no second list of names is needed.
-Defaults are those of the config classes in `brushgs.options`. Only the standard library is imported.
+Defaults are those of the config classes in `brushgs.options`; names of file formats come from the tables of
+`brushgs.io`. Only the standard library is imported.
 """
 
 import argparse
@@ -11,7 +12,21 @@ from pathlib import Path
 from typing import Any, get_args
 
 from brushgs.cli import values
-from brushgs.options.choices import ColorSpace, Extent, Features, Filter, Merge, Method, Order, Weight
+from brushgs.io.cameras.formats import CAMERAS_READ
+from brushgs.io.formats import in_words
+from brushgs.io.pictures.formats import PICTURES_READ
+from brushgs.io.scenes.formats import SCENE_SUFFIXES, SCENES_READ
+from brushgs.options.choices import (
+    REPORT_SUFFIXES,
+    ColorSpace,
+    Extent,
+    Features,
+    Filter,
+    Merge,
+    Method,
+    Order,
+    Weight,
+)
 
 Container = ArgumentParser | argparse._ArgumentGroup
 
@@ -43,7 +58,7 @@ def given(args: Namespace, step: str) -> dict[str, Any]:
 
 def add_scene(parser: ArgumentParser) -> None:
     """The scene that a command reads: `args.scene`."""
-    parser.add_argument("scene", type=Path, help="trained 3D Gaussian scene (.ply)")
+    parser.add_argument("scene", type=Path, help=f"trained 3D Gaussian scene: {SCENES_READ}")
 
 
 def add_scene_output(parser: ArgumentParser, ending: str) -> None:
@@ -53,30 +68,28 @@ def add_scene_output(parser: ArgumentParser, ending: str) -> None:
         "--output",
         type=Path,
         metavar="FILE",
-        help=f"scene file (.ply), default SCENE-{ending}.ply in the current folder",
+        help=f"scene file ({', '.join(SCENE_SUFFIXES)}), default SCENE-{ending}{SCENE_SUFFIXES[0]} in the "
+        "current folder",
     )
 
 
-def add_experiment_output(
-    parser: ArgumentParser, name: str, suffixes: tuple[str, ...], *, is_main: bool = True
-) -> None:
+def add_experiment_output(parser: ArgumentParser, name: str, *, is_main: bool = True) -> None:
     """Where a command that measures writes its figures and its plot: `args.report`, and `args.no_plot`.
 
     Args:
         parser: gets the flags.
         name: of the command, which its files bear.
-        suffixes: of the files.
         is_main: whether the report is the output of the command (-o), or written only on demand (--report).
     """
-    files = [f"{name}{suffix}" for suffix in suffixes]
+    suffixes = REPORT_SUFFIXES[name]
+    files = in_words([f"{name}{suffix}" for suffix in suffixes], "and")
     default = f"SCENE-{name} in the current folder" if is_main else "none"
     parser.add_argument(
         *(("-o", "--output") if is_main else ("--report",)),
         dest="report",
         type=Path,
-        metavar="FOLDER",
-        help=f"folder for {', '.join(files[:-1])} and {files[-1]}, default {default}; or a single file, "
-        f"{', '.join(suffixes[:-1])} or {suffixes[-1]}",
+        metavar="FOLDER|FILE",
+        help=f"folder for {files}, default {default}; or a single file, {in_words(suffixes)}",
     )
     parser.add_argument(
         "--no-plot",
@@ -101,7 +114,7 @@ def add_draw(parser: ArgumentParser) -> None:
         "--stroke",
         metavar="NAME|FILE",
         help="built-in stroke (`brushgs strokes` lists them), an image file, or 'gaussian' for the plain "
-        "3DGS picture; default swirl",
+        f"3DGS picture; image files: {PICTURES_READ}; default swirl",
     )
     flags.add(
         "--filter",
@@ -225,7 +238,7 @@ def add_palette(parser: ArgumentParser, *, is_required: bool = False) -> None:
         type=Path,
         metavar="FILE",
         required=is_required,
-        help="picture whose colours are taken",
+        help=f"picture whose colours are taken: {PICTURES_READ}",
     )
     flags.add(
         "--palette-strength",
@@ -251,8 +264,7 @@ def add_view(parser: ArgumentParser) -> None:
         "--camera-file",
         type=Path,
         metavar="FILE",
-        help="cameras.json of a 3DGS training, transforms.json of NeRF and nerfstudio, camera_path.json, or "
-        "a COLMAP sparse model",
+        help=f"cameras: {CAMERAS_READ}",
     )
     flags.add(
         "--view",
@@ -320,8 +332,8 @@ def add_path(container: Container, *, default: str) -> None:
         field="file",
         type=Path,
         metavar="FILE",
-        help="nerfstudio camera_path.json, transforms.json, cameras.json or a COLMAP sparse model: each view "
-        "is a frame, or with --frames or --seconds a key view of a smooth path",
+        help=f"cameras: {CAMERAS_READ}; each view is a frame, or with --frames or --seconds a key view of a "
+        "smooth path",
     )
     flags.add(
         "--frames",

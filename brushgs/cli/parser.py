@@ -13,12 +13,12 @@ from typing import NoReturn
 from brushgs import __version__
 
 COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
-    "render": "paint a scene: PLY in; picture, numbered frames or video out",
+    "render": "paint a scene as a picture, or along a camera path as numbered frames or a video",
     "demo": "build the example scene and paint it",
-    "prune": "keep the most important Gaussians: PLY in, PLY out",
-    "cluster": "merge Gaussians into fewer and larger ones: PLY in, PLY out",
-    "recolor": "give a scene the colours of a picture: PLY and picture in, PLY out",
-    "refine": "fit strokes to the scene, or to a style image: PLY in, PLY out",
+    "prune": "keep the most important Gaussians: scene in, scene out",
+    "cluster": "merge Gaussians into fewer and larger ones: scene in, scene out",
+    "recolor": "give a scene the colours of a picture: scene and picture in, scene out",
+    "refine": "fit strokes to the scene, or to a style image: scene in, scene out",
     "stability": "measure how stable the strokes are along a camera path",
     "bench": "measure error against run time on a scene, as curves",
     "doctor": "find faults and oddities in a scene file, and fix them",
@@ -30,7 +30,7 @@ DESCRIPTION = "Paint trained 3D Gaussian Splatting scenes with brush strokes, on
 EPILOG = """\
 examples:
   brushgs demo                                        an example scene, painted
-  brushgs render scene.ply --stroke swirl             any trained scene (3DGS .ply)
+  brushgs render scene.ply --stroke swirl             any trained 3DGS scene
   brushgs render scene.ply --stroke gaussian          the plain 3DGS picture
   brushgs render scene.ply --stroke my_brush.png --strokes 2000 --size 1920x1080
   brushgs render scene.ply --orbit 120 -o turn.mp4    one turn around the scene, as a video

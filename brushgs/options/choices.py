@@ -33,6 +33,13 @@ PRESETS: Mapping[str, StepValues] = {
 }
 PLAIN_SCENE: StepValues = {"prune": {"keep": 1.0}, "cluster": {"strokes": None}}  # every Gaussian, unmerged
 
+# Of the files that a command which measures writes, by its name: figures, tables, plots.
+REPORT_SUFFIXES: Mapping[str, tuple[str, ...]] = {
+    "refine": (".json", ".png"),
+    "stability": (".json", ".png"),
+    "bench": (".json", ".csv", ".png"),
+}
+
 # The core keeps pixel bounds in 16 bits; a picture of the most pixels needs some 14 GB until it is written.
 MAX_SIDE, MAX_PIXELS = 32767, 2**28
 MAX_UNASKED = 2**26  # pixels of a picture whose size only a file says: cameras have less, and it takes 4 GB

@@ -18,7 +18,7 @@ QUICK_SIZE = (640, 360)  # pixels
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
-    flags.add_experiment_output(parser, "bench", (".json", ".csv", ".png"))
+    flags.add_experiment_output(parser, "bench")
     parser.add_argument(
         "--quick",
         action="store_true",

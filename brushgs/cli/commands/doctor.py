@@ -6,6 +6,7 @@ from typing import get_args
 
 from brushgs.cli import flags
 from brushgs.cli.console import EXIT_FAULTY_SCENE, reported
+from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import Floaters
 
 
@@ -16,7 +17,12 @@ def add_flags(parser: ArgumentParser) -> None:
         "the file cannot be used at all."
     )
     flags.add_scene(parser)
-    parser.add_argument("--fix", type=Path, metavar="FILE", help="write the fixed scene to this .ply")
+    parser.add_argument(
+        "--fix",
+        type=Path,
+        metavar="FILE",
+        help=f"write the fixed scene to this file ({', '.join(SCENE_SUFFIXES)}); default none",
+    )
     parser.add_argument(
         "--floaters",
         choices=get_args(Floaters),

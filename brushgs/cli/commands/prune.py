@@ -5,6 +5,7 @@ from argparse import ArgumentParser, Namespace
 from brushgs.cli import flags
 from brushgs.cli.configs import paint_config
 from brushgs.cli.console import output_beside, reported
+from brushgs.io.scenes.formats import SCENE_SUFFIXES
 
 
 def add_flags(parser: ArgumentParser) -> None:
@@ -21,4 +22,6 @@ def run(args: Namespace) -> None:
     with reported(args) as report:
         from brushgs.painting.still import prune_file
 
-        prune_file(args.scene, args.output or output_beside(args.scene, "pruned", ".ply"), config, report)
+        prune_file(
+            args.scene, args.output or output_beside(args.scene, "pruned", SCENE_SUFFIXES[0]), config, report
+        )

@@ -5,6 +5,7 @@ from argparse import ArgumentParser, Namespace
 from brushgs.cli import flags
 from brushgs.cli.configs import paint_config
 from brushgs.cli.console import output_beside, reported
+from brushgs.io.scenes.formats import SCENE_SUFFIXES
 
 
 def add_flags(parser: ArgumentParser) -> None:
@@ -23,5 +24,8 @@ def run(args: Namespace) -> None:
         from brushgs.painting.still import recolor_file
 
         recolor_file(
-            args.scene, args.output or output_beside(args.scene, "recolored", ".ply"), config, report
+            args.scene,
+            args.output or output_beside(args.scene, "recolored", SCENE_SUFFIXES[0]),
+            config,
+            report,
         )

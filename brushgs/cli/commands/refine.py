@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, get_args
 from brushgs.cli import flags, values
 from brushgs.cli.configs import paint_config
 from brushgs.cli.console import output_beside, reported
+from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import Params
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
     flags.add_scene_output(parser, "refined")
-    flags.add_experiment_output(parser, "refine", (".json", ".png"), is_main=False)
+    flags.add_experiment_output(parser, "refine", is_main=False)
     _add_refinement(parser)
     flags.add_draw(parser)
     flags.add_prune(parser)
@@ -93,7 +94,7 @@ def run(args: Namespace) -> None:
     from brushgs.refine.run import refine_file
 
     report = RefineReport()
-    output = args.output or output_beside(args.scene, "refined", ".ply")
+    output = args.output or output_beside(args.scene, "refined", SCENE_SUFFIXES[0])
     wants_plot = not args.no_plot
     with reported(args, report):
         refine_file(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, get_args
 from brushgs.cli import flags, values
 from brushgs.cli.configs import paint_config, path_config
 from brushgs.cli.console import output_beside, reported
-from brushgs.io.pictures.formats import VIDEO_SUFFIXES
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES, PICTURES_WRITTEN, VIDEO_SUFFIXES, VIDEOS_WRITTEN
 from brushgs.options.choices import PRESETS, Lock
 
 if TYPE_CHECKING:
@@ -22,9 +22,9 @@ def add_flags(parser: ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="FILE",
-        help="picture (.png, .exr, .tif), default SCENE-STROKE.png in the current folder; along a path "
-        "video (.mp4, .webm, .gif), default SCENE-STROKE.mp4, or numbered frames, FOLDER/%%05d.png (.exr, "
-        ".tif) or short FOLDER/",
+        help=f"picture, {PICTURES_WRITTEN}; default SCENE-STROKE{PICTURE_SUFFIXES[0]} in the current folder; "
+        f"along a path a video, {VIDEOS_WRITTEN}; default SCENE-STROKE{VIDEO_SUFFIXES[0]}; or numbered "
+        f"pictures, FOLDER/%%05d{PICTURE_SUFFIXES[0]} or short FOLDER/",
     )
     parser.add_argument(
         "--preset",
@@ -79,7 +79,7 @@ def run(args: Namespace) -> None:
     if path is None and args.output:
         _refuse_many(args.output)
     config = paint_config(args)
-    suffix = ".png" if path is None else ".mp4"
+    suffix = (PICTURE_SUFFIXES if path is None else VIDEO_SUFFIXES)[0]
     output = args.output or output_beside(args.scene, Path(config.draw.stroke).stem, suffix)
     with reported(args) as report:
         if path is None:

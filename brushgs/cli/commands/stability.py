@@ -13,7 +13,7 @@ ORBIT = 120  # frames, of 3 degrees
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
-    flags.add_experiment_output(parser, "stability", (".json", ".png"))
+    flags.add_experiment_output(parser, "stability")
     flags.ConfigFlags(parser, "stability").add(
         "--pairs",
         type=values.count_from(1),
