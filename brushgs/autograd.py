@@ -22,7 +22,7 @@ Where the derivative does not exist, this comes back:
 - A texture given as a tensor is rounded to 8 bits, and its gradient passes that as if it were not.
 - Second derivatives and the soft order are refused.
 
-Needs PyTorch: `pip install 'brushgs[refine]'`.
+Needs PyTorch: `pip install torch`.
 """
 
 from collections.abc import Callable, Sequence
@@ -50,7 +50,7 @@ try:
     from torch import Tensor
 except ModuleNotFoundError as error:
     raise ModuleNotFoundError(
-        "brushgs.autograd: needs PyTorch, which is not installed; pip install 'brushgs[refine]'", name="torch"
+        "brushgs.autograd: needs PyTorch, which is not installed; pip install torch", name="torch"
     ) from error
 
 

@@ -32,8 +32,8 @@ def check_plot() -> None:
     """
     if find_spec("matplotlib") is None:
         raise ValueError(
-            "the plot needs matplotlib, which is not installed; pip install 'brushgs[plot]', or leave the "
-            "plot out with --no-plot"
+            "the plot needs matplotlib, which is not installed; pip install matplotlib, or skip the "
+            "plot with --no-plot"
         )
 
 

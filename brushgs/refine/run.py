@@ -181,7 +181,7 @@ def check_torch() -> None:
         ValueError: if it is not installed.
     """
     if importlib.util.find_spec("torch") is None:
-        raise ValueError("refine needs PyTorch, which is not installed; pip install 'brushgs[refine]'")
+        raise ValueError("refine needs PyTorch, which is not installed; pip install torch")
 
 
 def checkpoint_of(output: Path) -> Path:

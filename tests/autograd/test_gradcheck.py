@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="brushgs.autograd needs PyTorch: pip install 'brushgs[refine]'")
+torch = pytest.importorskip("torch", reason="brushgs.autograd needs PyTorch: pip install torch")
 
 import brushgs.autograd as ba  # noqa: E402
 from brushgs.rendering.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS  # noqa: E402

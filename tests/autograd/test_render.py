@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="brushgs.autograd needs PyTorch: pip install 'brushgs[refine]'")
+torch = pytest.importorskip("torch", reason="brushgs.autograd needs PyTorch: pip install torch")
 
 import brushgs as bg  # noqa: E402
 import brushgs.autograd as ba  # noqa: E402

@@ -75,9 +75,7 @@ def check_scheduler(address: str) -> None:
     """
     check_address(address)
     if find_spec("distributed") is None:
-        raise ValueError(
-            "spread: a scheduler needs Dask, which is not installed; pip install 'brushgs[cluster]'"
-        )
+        raise ValueError("a scheduler needs Dask, which is not installed; pip install 'dask[distributed]'")
     with _answering(address):
         _knock(address)
 

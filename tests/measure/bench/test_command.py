@@ -205,7 +205,7 @@ def test_the_plot_needs_matplotlib_and_the_figures_do_not(scene, capsys, monkeyp
     words = [*SMALL, "--families", "filter"]
     code, out, err = run(capsys, scene, *words)
     assert (code, out) == (2, "")
-    assert "the plot needs matplotlib, which is not installed; pip install 'brushgs[plot]'" in err
+    assert "the plot needs matplotlib, which is not installed; pip install matplotlib" in err
     assert names() == []
     assert run(capsys, scene, *words, "--no-plot", "--quiet") == (0, "", "")
 
