@@ -31,7 +31,7 @@ UNAVAILABLE = ("vulkan", "libusb", "libegl", "libgl", "libx11")  # what its rend
 def witness(scene: Gaussians, camera: Camera, folder: Path) -> np.ndarray:
     """What Open3D shows of a scene on black, [H, W, 3] 0 to 1; a skip by name where it cannot."""
     if importlib.util.find_spec("open3d") is None:
-        _cannot_speak("open3d is not installed (extra [view])")
+        _cannot_speak("open3d is not installed: pip install open3d-cpu")
     terms = min(scene.sh.shape[1], 9)
     inside = np.clip(scene.opacities, 1e-6, 1 - 1e-6)
     columns = {
