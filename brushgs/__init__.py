@@ -1,96 +1,71 @@
 """brushgs: trained 3D Gaussian Splatting scenes, painted with brush strokes, on the CPU.
 
-The public names live in the modules listed in `_HOME` and are imported at first use, so that
-`import brushgs` (and with it `brushgs --help`) costs nothing.
+Public names are imported at first use, so that `import brushgs` (and with it `brushgs --help`) costs nothing.
+The table names their modules; the imports tell type checkers the same, and a test compares the two.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from brushgs.brushes.texture import StrokeTexture
-    from brushgs.doctor import Finding, examine
-    from brushgs.errors import SceneError, SceneWarning
-    from brushgs.io import load, load_cameras, save
-    from brushgs.io.pictures.video import save_video
-    from brushgs.io.scenes.encoding import Encoding, Reading
-    from brushgs.passes.cluster import cluster
-    from brushgs.passes.prune import prune
-    from brushgs.passes.recolor import Palette, recolor
-    from brushgs.rendering.project import project
-    from brushgs.rendering.rasterize import rasterize
-    from brushgs.rendering.render import render, render_sequence
-    from brushgs.rendering.track import track
-    from brushgs.scene import Boxes, Camera, Frame, Gaussians
-    from brushgs.stroke_count.choose import choose_strokes
+    from brushgs.brushes.texture import StrokeTexture as StrokeTexture
+    from brushgs.doctor import Finding as Finding
+    from brushgs.doctor import examine as examine
+    from brushgs.errors import SceneError as SceneError
+    from brushgs.errors import SceneWarning as SceneWarning
+    from brushgs.io import load as load
+    from brushgs.io import load_cameras as load_cameras
+    from brushgs.io import save as save
+    from brushgs.io.pictures.video import save_video as save_video
+    from brushgs.io.scenes.encoding import Encoding as Encoding
+    from brushgs.io.scenes.encoding import Reading as Reading
+    from brushgs.passes.cluster import cluster as cluster
+    from brushgs.passes.prune import prune as prune
+    from brushgs.passes.recolor import Palette as Palette
+    from brushgs.passes.recolor import recolor as recolor
+    from brushgs.rendering.project import project as project
+    from brushgs.rendering.rasterize import rasterize as rasterize
+    from brushgs.rendering.render import render as render
+    from brushgs.rendering.render import render_sequence as render_sequence
+    from brushgs.rendering.track import track as track
+    from brushgs.scene import Boxes as Boxes
+    from brushgs.scene import Camera as Camera
+    from brushgs.scene import Frame as Frame
+    from brushgs.scene import Gaussians as Gaussians
+    from brushgs.stroke_count.choose import choose_strokes as choose_strokes
 
 __version__ = "0.1.0"
 
-_HOME = {
-    "Boxes": "scene",
-    "Camera": "scene",
-    "Encoding": "io.scenes.encoding",
-    "Finding": "doctor",
-    "Frame": "scene",
-    "Gaussians": "scene",
-    "Palette": "passes.recolor",
-    "Reading": "io.scenes.encoding",
-    "SceneError": "errors",
-    "SceneWarning": "errors",
-    "StrokeTexture": "brushes.texture",
-    "choose_strokes": "stroke_count.choose",
-    "cluster": "passes.cluster",
-    "examine": "doctor",
-    "load": "io",
-    "load_cameras": "io",
-    "project": "rendering.project",
-    "prune": "passes.prune",
-    "rasterize": "rendering.rasterize",
-    "recolor": "passes.recolor",
-    "render": "rendering.render",
-    "render_sequence": "rendering.render",
-    "save": "io",
-    "save_video": "io.pictures.video",
-    "track": "rendering.track",
+_MODULES = {
+    "brushes.texture": "StrokeTexture",
+    "doctor": "Finding examine",
+    "errors": "SceneError SceneWarning",
+    "io": "load load_cameras save",
+    "io.pictures.video": "save_video",
+    "io.scenes.encoding": "Encoding Reading",
+    "passes.cluster": "cluster",
+    "passes.prune": "prune",
+    "passes.recolor": "Palette recolor",
+    "rendering.project": "project",
+    "rendering.rasterize": "rasterize",
+    "rendering.render": "render render_sequence",
+    "rendering.track": "track",
+    "scene": "Boxes Camera Frame Gaussians",
+    "stroke_count.choose": "choose_strokes",
 }
-
-__all__ = [
-    "Boxes",
-    "Camera",
-    "Encoding",
-    "Finding",
-    "Frame",
-    "Gaussians",
-    "Palette",
-    "Reading",
-    "SceneError",
-    "SceneWarning",
-    "StrokeTexture",
-    "choose_strokes",
-    "cluster",
-    "examine",
-    "load",
-    "load_cameras",
-    "project",
-    "prune",
-    "rasterize",
-    "recolor",
-    "render",
-    "render_sequence",
-    "save",
-    "save_video",
-    "track",
-]
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
+if not TYPE_CHECKING:  # type checkers take the imports above: they read only a literal list
+    __all__ = sorted(_MODULE_OF)
 
 
 def __getattr__(name: str) -> object:
-    """Import a public name from its home at first use (PEP 562)."""
-    if name not in _HOME:
+    """Import a public name from its module at first use (PEP 562)."""
+    if name not in _MODULE_OF:
         raise AttributeError(f"module 'brushgs' has no attribute {name!r}")
-    value = getattr(import_module(f"brushgs.{_HOME[name]}"), name)
+    value = getattr(import_module(f"brushgs.{_MODULE_OF[name]}"), name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted(_MODULE_OF)
