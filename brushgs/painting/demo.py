@@ -4,21 +4,20 @@ from pathlib import Path
 
 from brushgs.errors import SceneError
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig
+from brushgs.options.painting import PaintConfig
 from brushgs.painting.report import Report
 from brushgs.painting.stages import write_scene
 from brushgs.painting.still import check_output, paint_file
 from brushgs.still_life import still_life, still_life_camera
 
 SCENE_NAME = "still_life.ply"
+SIZE = (1200, 900)  # pixels
 
 
 def paint_demo(
     folder: str | Path,
+    config: PaintConfig,
     *,
-    draw: DrawConfig,
-    cluster: ClusterConfig,
-    size: tuple[int, int],
     report: Report,
     num_gaussians: int | None = None,
 ) -> Report:
@@ -26,10 +25,9 @@ def paint_demo(
 
     Args:
         folder: made if missing; files of the same names are replaced, others stay.
-        draw: the stroke and how it is drawn.
-        cluster: how many strokes; its seed is also that of the scene.
-        size: (width, height) of the picture, pixels.
-        report: where the stages are told.
+        config: of the painting; the seed of its clustering is also that of the scene, and of its view only
+            the size is used, 1200 x 900 pixels if None.
+        report: gets the stages.
         num_gaussians: of the scene, None for its own default.
 
     Raises:
@@ -40,18 +38,15 @@ def paint_demo(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise SceneError(folder, f"the folder cannot be made: {error.strerror}") from None
-    scene, picture = folder / SCENE_NAME, folder / f"still_life-{Path(draw.stroke).stem}.png"
+    scene, picture = folder / SCENE_NAME, folder / f"still_life-{Path(config.draw.stroke).stem}.png"
     check_output(scene, SCENE_SUFFIXES)
     with report.stage("build") as stage:
         counts = {} if num_gaussians is None else {"num_gaussians": num_gaussians}
-        gaussians = still_life(seed=cluster.seed, **counts)
+        gaussians = still_life(seed=config.cluster.seed, **counts)
         stage.did = f"a still life of {len(gaussians):,} Gaussians, SH degree 3"
         stage.counts = {"gaussians": len(gaussians)}
     write_scene(gaussians, scene, report)
     del gaussians
-    is_plain = draw.stroke == "gaussian"
-    config = PaintConfig(
-        prune=PruneConfig(keep=1.0) if is_plain else PruneConfig(), cluster=cluster, draw=draw
-    )
-    camera = still_life_camera(width=size[0], height=size[1])
+    width, height = config.view.size or SIZE
+    camera = still_life_camera(width=width, height=height)
     return paint_file(scene, picture, config, camera=camera, report=report)

@@ -297,9 +297,11 @@ def test_passes_stand_alone(scene, tmp_path):
 def test_the_demo_writes_a_scene_and_its_picture(tmp_path):
     report = paint_demo(
         tmp_path / "deep" / "folder",
-        draw=DrawConfig(stroke="flat", background="black"),
-        cluster=ClusterConfig(strokes=300),
-        size=(80, 60),
+        PaintConfig(
+            cluster=ClusterConfig(strokes=300),
+            view=ViewConfig(size=(80, 60)),
+            draw=DrawConfig(stroke="flat", background="black"),
+        ),
         report=Report(),
         num_gaussians=3000,
     )
@@ -312,9 +314,8 @@ def test_the_demo_writes_a_scene_and_its_picture(tmp_path):
 
 def test_a_demo_into_a_file_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
-    steps = {"draw": DrawConfig(), "cluster": ClusterConfig(), "size": (8, 8)}
     with pytest.raises(bg.SceneError, match="the folder cannot be made"):
-        paint_demo(tmp_path / "file" / "folder", report=Report(), **steps)
+        paint_demo(tmp_path / "file" / "folder", PaintConfig(), report=Report())
 
 
 def test_the_json_of_a_report_has_every_stage(scene, tmp_path):

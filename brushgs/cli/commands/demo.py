@@ -7,7 +7,6 @@ from brushgs.cli import flags, values
 from brushgs.cli.configs import paint_config
 from brushgs.cli.console import reported
 
-SIZE = (1200, 900)  # pixels
 BACKGROUND = "#2e2113"  # painters tone a canvas: what strokes leave open stays warm and dark
 
 
@@ -32,11 +31,8 @@ def add_flags(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Build, write and paint the scene."""
-    config = paint_config(args, view={"size": SIZE}, draw={"background": BACKGROUND})
-    assert config.view.size is not None, "it has a default"
+    config = paint_config(args, draw={"background": BACKGROUND})
     with reported(args) as report:
         from brushgs.painting.demo import paint_demo
 
-        paint_demo(
-            args.output, draw=config.draw, cluster=config.cluster, size=config.view.size, report=report
-        )
+        paint_demo(args.output, config, report=report)
