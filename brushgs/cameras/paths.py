@@ -27,7 +27,7 @@ from brushgs.cameras.framing import (
 from brushgs.cameras.motion import view_changes
 from brushgs.cameras.spline import SAME_VIEW, through
 from brushgs.errors import SceneError
-from brushgs.options.choices import unasked_rule
+from brushgs.options.choices import file_size_rule
 from brushgs.options.painting import DEFAULT_SIZE, ViewConfig
 from brushgs.options.sequence import DEFAULT_FPS, MAX_FPS, MAX_FRAMES, PathConfig
 from brushgs.scene import Camera, Gaussians
@@ -199,7 +199,7 @@ def _from_file(gaussians: Gaussians, view: ViewConfig, path: PathConfig) -> Came
     views = file.keys if is_curve and len(file.keys) > 1 else file.cameras
     ball = _ball(gaussians)
     first = file.cameras[0]
-    if view.size is None and (broken := unasked_rule(first.width, first.height)):
+    if view.size is None and (broken := file_size_rule(first.width, first.height)):
         raise SceneError(path.file, broken)
     cameras = _fitted(views, view.size or (first.width, first.height), ball)
     if not is_curve:

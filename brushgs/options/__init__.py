@@ -1,1 +1,1 @@
-"""What a run is asked to do: words, presets, one frozen dataclass per step. Standard library only."""
+"""Options of a run: choices, presets, and one frozen dataclass per step. Standard library only."""

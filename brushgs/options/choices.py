@@ -1,6 +1,6 @@
-"""The words that options take, and the presets: all that the help of the command line has to know.
+"""The values that options take, the presets, and limits of pictures: what the help of the command line needs.
 
-Apart from `config` because dataclasses alone take longer to import than the rest of `brushgs --help`.
+Separate from the config classes, since `dataclasses` takes longer to import than the rest of `--help`.
 """
 
 from collections.abc import Mapping
@@ -12,13 +12,13 @@ Merge = Literal["cover", "paper"]
 Method = Literal["auto", "minibatch", "lloyd"]
 Filter = Literal["mip", "bilinear", "nearest"]
 Extent = Literal["fitted", "paper"]
-ViewLock = Literal["anchor", "off"]  # of one view, which knows of no other
-Lock = Literal["track", "anchor", "off"]  # of a sequence
+ViewLock = Literal["anchor", "off"]  # of a single view
+Lock = Literal["track", "anchor", "off"]  # of a single view or a path
 Order = Literal["depth", "soft"]
-ColorSpace = Literal["lab", "linear", "srgb"]  # that a palette is matched in
+ColorSpace = Literal["lab", "linear", "srgb"]  # in which a palette is matched
 BenchFamily = Literal["strokes", "merge", "filter", "precision", "sh", "size"]
-Floaters = Literal["sure", "strong", "keep"]  # which of them a cure drops
-Params = Literal["colour", "free", "all"]  # of strokes, that refinement moves
+Floaters = Literal["sure", "strong", "keep"]  # which ones a fixed scene loses
+Params = Literal["colour", "free", "all"]  # of strokes, fitted by refinement
 
 StepValues = Mapping[str, Mapping[str, Any]]  # step of a painting -> field of its config -> value
 
@@ -40,13 +40,13 @@ REPORT_SUFFIXES: Mapping[str, tuple[str, ...]] = {
     "bench": (".json", ".csv", ".png"),
 }
 
-# The core keeps pixel bounds in 16 bits; a picture of the most pixels needs some 14 GB until it is written.
+# The core keeps pixel bounds in 16 bits; a picture of MAX_PIXELS needs some 14 GB until it is written.
 MAX_SIDE, MAX_PIXELS = 32767, 2**28
-MAX_UNASKED = 2**26  # pixels of a picture whose size only a file says: cameras have less, and it takes 4 GB
+MAX_FILE_PIXELS = 2**26  # of a picture sized by a camera file: real ones have fewer; takes 4 GB
 
 
 def size_rule(width: int, height: int) -> str | None:
-    """What a picture of so many pixels breaks, in words; None where nothing."""
+    """The limit that a picture of this size exceeds, in words; None if there is none."""
     if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
         return f"must be 1x1 to {MAX_SIDE}x{MAX_SIDE} pixels, got {width}x{height}"
     if width * height > MAX_PIXELS:
@@ -54,11 +54,11 @@ def size_rule(width: int, height: int) -> str | None:
     return None
 
 
-def unasked_rule(width: int, height: int) -> str | None:
-    """The same of a size that nobody asked for, because a camera file says it."""
-    if width * height <= MAX_UNASKED:
+def file_size_rule(width: int, height: int) -> str | None:
+    """The same of a size that comes from a camera file; its limit is lower."""
+    if width * height <= MAX_FILE_PIXELS:
         return None
     return (
-        f"asks for pictures of {width}x{height} pixels, more than {MAX_UNASKED / 1e6:.0f} million; say with "
-        "--size what size they should have"
+        f"has cameras of {width}x{height} pixels, more than {MAX_FILE_PIXELS / 1e6:.0f} million; set "
+        "the size of the pictures with --size"
     )

@@ -1,4 +1,4 @@
-"""What the commands that measure and refine are asked to do: bench, stability, refine."""
+"""Configuration of the commands that measure and refine: stability, bench, refine."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -8,17 +8,18 @@ from typing import get_args
 from brushgs.options.choices import BenchFamily, Method, Params, size_rule
 from brushgs.options.region import Region
 
-DEFAULT_STEPS, STYLE_STEPS, REFINE_SIZE = 900, 100, (384, 288)  # of a refinement, and one to a style
+DEFAULT_STEPS, STYLE_STEPS = 900, 100  # of a refinement to the scene, and to a style image
+REFINE_SIZE = (384, 288)  # pixels
 
 
 @dataclass(frozen=True)
 class StabilityConfig:
-    """What the temporal report measures, see `brushgs.measure.stability`.
+    """What `brushgs stability` measures, see `brushgs.measure.stability`.
 
     Attributes:
-        gaps: frames between the two pictures of a pair, each >= 1, ascending; 1 is always among them.
-        pairs: at most so many pairs of a gap are compared, spread evenly over the path, >= 1.
-        alone: so many frames are drawn a second time, each alone, >= 0.
+        gaps: frames between the two pictures of a pair, ascending, the first is 1.
+        pairs: maximum number of pairs compared at each gap, spread evenly over the path, >= 1.
+        alone: number of frames that are drawn a second time, each on its own, >= 0.
     """
 
     gaps: tuple[int, ...] = (1, 7, 10)
@@ -36,15 +37,15 @@ class StabilityConfig:
 
 @dataclass(frozen=True)
 class BenchConfig:
-    """What the bench measures, see `brushgs.measure.bench`.
+    """What `brushgs bench` measures, see `brushgs.measure.bench`.
 
     Attributes:
-        families: at least one.
-        strokes: counts of the curve of strokes, ascending, each >= 1; those that leave nothing to merge fall
-            away, and one stroke per Gaussian that is kept is always the last.
-        count: strokes of all other families: that of the counts which is next to it.
-        methods: of k-means, that the family of merging compares; at least one.
-        repeats: rounds in which every point runs, >= 1; slow ones in three at most.
+        families: curves to measure, at least one.
+        strokes: counts of the curve of strokes, ascending, each >= 1. Counts that leave nothing to merge are
+            dropped; one stroke per Gaussian that is kept is always the last.
+        count: strokes of all other curves: the nearest of `strokes` is used.
+        methods: of k-means, compared by the curve of merging; at least one.
+        repeats: rounds in which every point is measured, >= 1; slow points take at most three.
     """
 
     families: tuple[BenchFamily, ...] = get_args(BenchFamily)
@@ -55,7 +56,7 @@ class BenchConfig:
 
     @classmethod
     def quick(cls) -> "BenchConfig":
-        """One that ends within a minute on a scene of 100,000 Gaussians, at 640 x 360 pixels."""
+        """A bench of less than a minute on 100,000 Gaussians at 640 x 360 pixels."""
         return cls(strokes=(250, 1000, 4000, 16000), count=250, methods=("auto",), repeats=3)
 
     def __post_init__(self) -> None:
@@ -78,16 +79,16 @@ class RefineConfig:
     """How strokes are refined.
 
     Attributes:
-        style: a picture to come near to; None to come near to the plain picture of the scene.
-        params: which numbers of the strokes move, see `brushgs.refine.variables`.
+        style: style image to match; None to match the plain picture of the scene.
+        params: which parameters of the strokes are fitted, see `brushgs.refine.variables`.
         where: strokes that may change; None for all.
-        steps: at most so many, >= 1; None for 900, and 100 toward a style image.
-        views: to learn from, >= 1; None for 320 of the scene, or 24 toward a style image.
-        size: (width, height) of these views, pixels.
-        seed: of the order of the views, 0 or more.
-        vgg_weights: torchvision's file of VGG-16 or VGG-19; None for features without weights, unless torch's
-            hub has such a file.
-        is_resumed: whether a run that was stopped is gone on with.
+        steps: maximum number, >= 1; None for 900, or 100 with a style image.
+        views: number of training views, >= 1; None for 320, or 24 with a style image.
+        size: (width, height) of the training views, pixels.
+        seed: of the order of the views, >= 0.
+        vgg_weights: torchvision's weights of VGG-16 or VGG-19; None for those in torch's cache, or else for
+            features without weights.
+        is_resumed: whether to resume a run that was stopped.
     """
 
     style: Path | None = None
@@ -108,9 +109,9 @@ class RefineConfig:
         if broken := size_rule(*self.size):
             raise ValueError(f"size {broken}")
         if self.vgg_weights is not None and self.style is None:
-            raise ValueError("vgg-weights must stand beside style: only a style image is matched by features")
+            raise ValueError("vgg-weights needs style: only a style image is matched by features")
 
     @property
     def most_steps(self) -> int:
-        """The steps asked for, or the usual ones."""
+        """`steps`, or the default."""
         return self.steps or (DEFAULT_STEPS if self.style is None else STYLE_STEPS)

@@ -12,7 +12,7 @@ import numpy as np
 
 from brushgs.cameras.framing import DEFAULT_UP, default_elevation, direction_of, frame_scene, subject
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.options.choices import unasked_rule
+from brushgs.options.choices import file_size_rule
 from brushgs.options.painting import (
     DEFAULT_SIZE,
     ClusterConfig,
@@ -365,7 +365,7 @@ def _camera_of_file(path: Path, config: ViewConfig, stage: Stage) -> Camera:
     camera = cameras[config.view]
     if config.size is not None:
         return camera.resized(*config.size)
-    if broken := unasked_rule(camera.width, camera.height):
+    if broken := file_size_rule(camera.width, camera.height):
         raise SceneError(path, broken)
     return camera
 

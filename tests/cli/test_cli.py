@@ -400,7 +400,7 @@ def test_a_camera_file_does_not_choose_a_picture_that_fills_the_memory(scene, ca
     words = ["--stroke", "ellipse", "--strokes", "20", flag, "cameras.json", "-o", output]
     code, _, err = run(capsys, "render", scene, *words)
     assert (code, err.count("\n")) == (2, 1)
-    assert "cameras.json: asks for pictures of 16000x16000 pixels" in err
+    assert "cameras.json: has cameras of 16000x16000 pixels" in err
     assert run(capsys, "render", scene, *words, "--size", "32x32")[0] == 0
 
 

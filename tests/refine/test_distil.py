@@ -264,7 +264,7 @@ def test_the_strokes_are_there_though_the_plot_fails(file, tmp_path, monkeypatch
         (["--where", "cone:1"], "--where must be box:"),
         (["--where", "sphere:1000,0,0,1"], "no stroke lies there"),
         (["--style", "none.jpg"], "none.jpg: there is no such picture"),
-        (["--vgg-weights", "w.pth"], "vgg-weights must stand beside style"),
+        (["--vgg-weights", "w.pth"], "vgg-weights needs style"),
         (["--to", "style"], "--to style needs --style"),
         (["--report", "a.txt"], "output must be a folder or end in .json, .png, got 'a.txt'"),
         (["--report", "none/a.json"], "does not exist; create it first"),
