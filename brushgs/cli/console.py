@@ -27,7 +27,7 @@ def reported(args: Namespace, report: "Report | None" = None) -> Iterator["Repor
     """A report that is printed when the command ends: notes, table or JSON, and the path that was written.
 
     Args:
-        args: parsed flags: `json`, `quiet`.
+        args: parsed flags: `json`, `quiet`, `verbose`.
         report: of the command; None for a plain `Report`.
     """
     if report is None:
@@ -35,6 +35,7 @@ def reported(args: Namespace, report: "Report | None" = None) -> Iterator["Repor
 
         report = Report()
     is_for_people = not args.quiet and not args.json
+    report.verbose = args.verbose
     report.shows_progress = is_for_people and sys.stderr.isatty()
     try:
         with warnings.catch_warnings(record=True) as caught:

@@ -104,7 +104,9 @@ def add_report(parser: ArgumentParser) -> None:
     group.add_argument(
         "--json", action="store_true", help="print the report as JSON on stdout, not as a table"
     )
-    group.add_argument("--quiet", action="store_true", help="print errors only: no table, progress or path")
+    amount = group.add_mutually_exclusive_group()
+    amount.add_argument("--quiet", action="store_true", help="print errors only: no table, progress or path")
+    amount.add_argument("--verbose", action="store_true", help="print details of each stage in the table")
 
 
 def add_draw(parser: ArgumentParser) -> None:

@@ -45,12 +45,14 @@ class Report:
         notes: warnings about files that were usable after something was left out.
         output: the file that was written, if one was.
         shows_progress: whether bars are drawn on stderr while stages run.
+        verbose: whether the table shows the details of stages.
     """
 
     stages: list[Stage] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     output: str | None = None
     shows_progress: bool = False
+    verbose: bool = False
     _started: float = field(default_factory=time.perf_counter)
     _progress: "Progress | None" = None
     _bar: "TaskID | None" = None

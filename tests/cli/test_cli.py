@@ -15,6 +15,7 @@ import brushgs as bg
 from brushgs import cli
 from brushgs.brushes.texture import builtin_names
 from brushgs.io.pictures.images import read_image
+from brushgs.painting.report import Report
 from brushgs.sh import base_colors
 from brushgs.still_life import still_life
 
@@ -78,6 +79,20 @@ def test_the_name_of_an_output_has_no_spaces(scene, capsys):
 def test_quiet_says_nothing(scene, capsys):
     assert run(capsys, "render", scene, *SMALL, "--quiet") == (0, "", "")
     assert Path("pears-ellipse.png").is_file()
+
+
+def test_quiet_and_verbose_exclude_each_other(scene, capsys):
+    code, out, err = run(capsys, "render", scene, *SMALL, "--quiet", "--verbose")
+    assert (code, out) == (2, "")
+    assert err.startswith("brushgs: --verbose cannot be combined with --quiet")
+
+
+def test_verbose_is_passed_to_the_report(scene, capsys, monkeypatch):
+    seen = []
+    monkeypatch.setattr(Report, "print_table", lambda report: seen.append(report.verbose))
+    for words in [], ["--verbose"]:
+        assert run(capsys, "render", scene, *SMALL, *words)[0] == 0
+    assert seen == [False, True]
 
 
 def test_json_goes_to_stdout_alone(scene, capsys):
