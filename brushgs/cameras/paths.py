@@ -75,7 +75,7 @@ def plan_path(
         SceneError: if the file cannot be read, or holds fewer than two views to go between.
     """
     if view.camera_file is not None:
-        raise ValueError("camera-file must not stand beside a camera path, which says where the cameras are")
+        raise ValueError("camera-file cannot be combined with a camera path, which places the cameras")
     return _orbit(gaussians, view, path, file_up) if path.file is None else _from_file(gaussians, view, path)
 
 

@@ -1,4 +1,4 @@
-"""Where the camera goes along a path, and where its frames are painted."""
+"""Options of a sequence: the path of the camera, and where its frames are painted."""
 
 from dataclasses import dataclass
 from math import inf
@@ -6,25 +6,24 @@ from pathlib import Path
 
 DEFAULT_FPS = 24.0  # of film
 MAX_FRAMES = 99_999  # more than an hour of film; five digits number them
-MAX_FPS = 1000.0  # more is a slip of the pen, and video formats count no finer than milliseconds
+MAX_FPS = 1000.0  # more is a typing error, and video formats count milliseconds at the finest
 
 
 @dataclass(frozen=True)
 class PathConfig:
-    """Which way the camera goes: around the scene, or as a file says. Exactly one of `orbit` and `file`.
+    """The path of the camera: an orbit around the scene, or from a file. Exactly one of `orbit` and `file`.
 
     Attributes:
-        orbit: frames of one turn around the scene's up axis, 3 to 99,999, from the framed view on; always
+        orbit: frames of one turn around the scene's up axis, 3 to 99,999, starting at the framed view; always
             a loop.
-        file: nerfstudio camera_path.json, transforms.json, cameras.json or a COLMAP sparse model. Each
-            of its views is a frame, unless `frames` or `seconds` is given: then they are key views, and
-            the path goes through them along a smooth curve at an even speed.
-        frames: frames along that curve, 2 to 99,999; first and last frame are the ends of an open path.
-        seconds: the same as a duration: `seconds` times `fps` frames, and one more where the path is
+        file: cameras in any format of `brushgs.io.cameras.formats`. Each view is a frame, unless `frames` or
+            `seconds` is given: then views are the key views of a spline that is traversed at constant speed.
+        frames: frames along the spline, 2 to 99,999; the first and the last are the ends of an open path.
+        seconds: in place of `frames`, a duration: `seconds` times `fps` frames, and one more if the path is
             open, so that both ends are frames and twice the fps keeps every frame.
-        fps: frames a second of the video; None for what the file says, else 24.
-        loop: whether the way goes on from the last view to the first. Neither the first frame is
-            repeated nor, at the end, a last view that equals it. A camera path may say so itself.
+        fps: frames per second of the video, in (0, 1000]; None for that of the file, else 24.
+        loop: whether the path continues from the last view to the first. The first frame is not repeated at
+            the end, nor is a last view that equals it. A camera path file may be a loop without this.
     """
 
     orbit: int | None = None
@@ -42,12 +41,10 @@ class PathConfig:
             raise ValueError(f"orbit must be 3 to {MAX_FRAMES} frames, got {self.orbit}")
         for name in ("frames", "seconds"):
             if self.orbit is not None and getattr(self, name) is not None:
-                cure = "set fps to change how long it lasts" if name == "seconds" else "leave frames out"
-                raise ValueError(
-                    f"{name} must not stand beside orbit, which counts the frames itself; {cure}"
-                )
+                cure = "set fps to change its duration" if name == "seconds" else "omit frames"
+                raise ValueError(f"{name} cannot be combined with orbit, which is a number of frames; {cure}")
         if self.frames is not None and self.seconds is not None:
-            raise ValueError("frames must not stand beside seconds, which says it too; give one and fps")
+            raise ValueError("frames cannot be combined with seconds, since fps relates them; omit one")
         if self.frames is not None and not 2 <= self.frames <= MAX_FRAMES:
             raise ValueError(f"frames must be 2 to {MAX_FRAMES}, got {self.frames}")
         if self.seconds is not None and not 0 < self.seconds < inf:
@@ -58,12 +55,13 @@ class PathConfig:
 
 @dataclass(frozen=True)
 class SequenceConfig:
-    """Where the frames of a sequence are painted, and which.
+    """Where the frames of a sequence are painted, and which of them.
 
     Attributes:
-        jobs: processes of this machine, >= 1.
-        scheduler: address of a Dask scheduler whose workers paint, such as "tcp://host:8786"; None for here.
-        is_resumed: whether frames of the same painting that are there already are left as they are.
+        jobs: processes of this machine that paint, >= 1.
+        scheduler: address of a Dask scheduler whose workers paint, such as "tcp://host:8786"; None for this
+            machine.
+        is_resumed: whether existing frames of the same painting are kept and only missing ones painted.
     """
 
     jobs: int = 1
@@ -74,4 +72,4 @@ class SequenceConfig:
         if self.jobs < 1:
             raise ValueError(f"jobs must be at least 1, got {self.jobs}")
         if self.jobs > 1 and self.scheduler is not None:
-            raise ValueError("jobs must not stand beside scheduler, whose workers paint; leave one out")
+            raise ValueError("jobs cannot be combined with scheduler, whose workers paint; omit one")

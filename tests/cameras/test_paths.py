@@ -429,7 +429,7 @@ def test_a_senseless_duration_is_refused(tmp_path, seconds, fps):
 
 
 def test_a_camera_file_beside_a_path_is_refused():
-    with pytest.raises(ValueError, match="camera-file must not stand beside a camera path"):
+    with pytest.raises(ValueError, match="camera-file cannot be combined with a camera path"):
         plan_path(SCENE, ViewConfig(camera_file=Path("a.json")), PathConfig(orbit=3))
 
 
@@ -443,10 +443,10 @@ def test_a_camera_file_beside_a_path_is_refused():
         ({"orbit": 100_000}, "orbit must be 3 to 99999 frames, got 100000"),
         (
             {"orbit": 9, "frames": 9},
-            "frames must not stand beside orbit, which counts the frames itself; leave",
+            "frames cannot be combined with orbit, which is a number of frames; omit",
         ),
-        ({"orbit": 9, "seconds": 3.0}, "seconds must not stand beside orbit, .*; set fps"),
-        ({"file": Path("a"), "frames": 9, "seconds": 3.0}, "frames must not stand beside seconds"),
+        ({"orbit": 9, "seconds": 3.0}, "seconds cannot be combined with orbit, .*; set fps"),
+        ({"file": Path("a"), "frames": 9, "seconds": 3.0}, "frames cannot be combined with seconds"),
         ({"file": Path("a"), "frames": 1}, "frames must be 2 to 99999, got 1"),
         ({"file": Path("a"), "seconds": 0.0}, "seconds must be above 0, got 0"),
         ({"file": Path("a"), "seconds": float("nan")}, "seconds must be above 0, got nan"),

@@ -159,7 +159,7 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
         (["-o", "f/"], r"f/ is a folder of frames and needs a camera path; add --orbit or --path"),
         (["--orbit", "2"], r"--orbit must be a whole number of 3 or more, got '2'"),
         (["--orbit", "9", "--path", "a.json"], r"a camera path must be either an orbit or .*, got both"),
-        (["--orbit", "9", "--frames", "5"], r"frames must not stand beside orbit"),
+        (["--orbit", "9", "--frames", "5"], r"frames cannot be combined with orbit"),
         (["--orbit", "9", "--camera-file", "c.json"], r"--camera-file cannot be combined with --orbit"),
         (["--path", "p", "--camera-file", "c.json"], r"--camera-file cannot be combined with --path"),
         (["--path", "p.json", "--zoom", "2"], r"--zoom cannot be combined with --path, which places"),
@@ -168,7 +168,7 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
         (["--orbit", "9", "--jobs", "0"], r"--jobs must be a whole number of 1 or more, got '0'"),
         (
             ["--orbit", "9", "--jobs", "2", "--scheduler", "tcp://h:1"],
-            r"jobs must not stand beside scheduler",
+            r"jobs cannot be combined with scheduler",
         ),
         (
             ["--orbit", "9", "--resume"],

@@ -455,7 +455,7 @@ def test_options_that_do_not_fit_are_refused_before_any_work(folder, output, pat
 
 
 def test_jobs_beside_a_scheduler_are_refused():
-    with pytest.raises(ValueError, match="jobs must not stand beside scheduler, whose workers paint"):
+    with pytest.raises(ValueError, match="jobs cannot be combined with scheduler, whose workers paint"):
         SequenceConfig(jobs=2, scheduler="tcp://localhost:1")
 
 
