@@ -1,7 +1,6 @@
 """What the commands that measure share: a report with figures, its settings, and the files it goes to."""
 
 import json
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -12,6 +11,7 @@ from brushgs import __version__
 from brushgs.errors import SceneError
 from brushgs.io.files import replacing
 from brushgs.measure.plotting import check_plot
+from brushgs.options.choices import REPORT_SUFFIXES
 from brushgs.painting.report import Report
 from brushgs.painting.still import check_folder, check_output
 from brushgs.scene import Camera
@@ -72,16 +72,19 @@ class Outputs:
     folder: Path | None = None
 
     @classmethod
-    def of(cls, output: Path, name: str, suffixes: Sequence[str], *, wants_plot: bool) -> "Outputs":
-        """A file with one of the suffixes, or a folder that gets NAME with each of them.
+    def of(cls, output: Path, name: str, *, wants_plot: bool) -> "Outputs":
+        """A file with a suffix of this report, see `REPORT_SUFFIXES`, or a folder that gets one of each.
 
         Raises:
             ValueError: if the suffix is another one, or the plot alone is asked for and not wanted.
         """
+        suffixes = REPORT_SUFFIXES[name]
         suffix = output.suffix.lower()
         if suffix in suffixes and not output.is_dir():
             if suffix == PLOT and not wants_plot:
-                raise ValueError(f"--no-plot must not stand beside an output that is a plot, got '{output}'")
+                raise ValueError(
+                    f"--no-plot cannot be combined with an output that is a plot, got '{output}'"
+                )
             return cls({suffix: output})
         if suffix and not output.is_dir():
             raise ValueError(f"output must be a folder or end in {', '.join(suffixes)}, got '{output}'")

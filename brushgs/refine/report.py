@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 SCHEMA = 1  # of the JSON; grows when a field changes its meaning
-FILES = (".json", ".png")  # of a report in a folder
 WIDTH, CURVES_HEIGHT = 9.0, 2.3  # inches
 
 

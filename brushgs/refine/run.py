@@ -22,7 +22,7 @@ from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.painting.stages import write_scene
 from brushgs.painting.still import check_output, input_files
-from brushgs.refine.report import FILES, Refinement, RefineReport, write_plot
+from brushgs.refine.report import Refinement, RefineReport, write_plot
 from brushgs.scene import Camera, Gaussians
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def refine_file(
     extras = tuple(path for path in (config.style, config.vgg_weights) if path is not None)
     check_output(output, SCENE_SUFFIXES, inputs=(*input_files(scene, paint), *extras))
     if folder is not None:
-        outputs = Outputs.of(Path(folder), report.name, FILES, wants_plot=wants_plot)
+        outputs = Outputs.of(Path(folder), report.name, wants_plot=wants_plot)
         outputs.check((*input_files(scene, paint), *extras))
     check_torch()
     if config.style is not None and paint.palette is None:

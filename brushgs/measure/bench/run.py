@@ -19,8 +19,6 @@ from brushgs.painting.still import input_files
 if TYPE_CHECKING:
     from rich.console import Console
 
-SUFFIXES = (".json", ".csv", ".png")
-
 
 @dataclass
 class BenchReport(ExperimentReport):
@@ -62,7 +60,7 @@ def report_bench(
         WrongPictureError: if a picture is not what it should be.
     """
     config, report, output = config or BenchConfig(), report or BenchReport(), Path(output)
-    outputs = Outputs.of(output, report.name, SUFFIXES, wants_plot=wants_plot)
+    outputs = Outputs.of(output, report.name, wants_plot=wants_plot)
     outputs.check(input_files(scene, paint))
     check_background(paint.draw.background)
     if paint.draw.background == "transparent":

@@ -63,7 +63,7 @@ def report_stability(
         ValueError: if an option does not suit the scene, before any long work where that can be known.
     """
     config, report, output = config or StabilityConfig(), report or StabilityReport(), Path(output)
-    outputs = Outputs.of(output, report.name, (".json", ".png"), wants_plot=wants_plot)
+    outputs = Outputs.of(output, report.name, wants_plot=wants_plot)
     outputs.check(input_files(scene, paint))
     check_background(paint.draw.background)
     if paint.draw.background == "transparent":
