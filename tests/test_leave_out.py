@@ -185,7 +185,7 @@ def test_bytes_are_those_of_rounded_floats(dtype, ground):
         frame.bytes_over((1.0, 1.0))
 
 
-def test_the_table_tells_what_was_left_out(scene):
+def test_the_report_lists_what_was_skipped(scene):
     report, flat = Report(), scene.sh.copy()
     flat[:, 4:] = 0
     flat = Gaussians(scene.means, scene.quats, scene.scales, scene.opacities, flat)
@@ -196,20 +196,20 @@ def test_the_table_tells_what_was_left_out(scene):
         view=ViewConfig(size=(64, 48), zoom=4.0),
     )
     paint(flat, config, report=report)
-    assert stage(report, "prune").skipped == ["choosing: all are kept (keep = 1)"]
+    assert stage(report, "prune").skipped == ["pruning: keep = 1"]
     assert stage(report, "cluster").skipped == ["clustering: every Gaussian is a stroke"]
-    told = stage(report, "project").skipped
-    assert "lock, fading and soft order: a kernel fills the ellipse and has none" in told
-    assert "SH bands 2 to 3: zero in every row" in told
+    project = stage(report, "project")
+    assert "no lock, fading or soft order: a kernel fills the ellipse itself" in project.details
+    assert "SH degrees 2 to 3 skipped: zero in every row" in project.details
     for words in ("strokes outside the picture", "strokes with an opacity under 1/255"):
-        assert any(words in line for line in told), words
-    assert stage(report, "rasterise").skipped == ["texture filter: a kernel is computed, not sampled"]
+        assert any(words in line for line in project.skipped), words
+    assert stage(report, "rasterise").details == ["no texture filter: a kernel is computed, not sampled"]
     report = Report()
     paint(
         flat, PaintConfig(view=ViewConfig(size=(64, 48)), cluster=ClusterConfig(strokes=200)), report=report
     )
-    assert any("mip levels" in line for line in stage(report, "rasterise").skipped)
-    assert not any("lock" in line for line in stage(report, "project").skipped)
+    assert any("mip levels" in line for line in stage(report, "rasterise").details)
+    assert not any("lock" in line for line in stage(report, "project").details)
 
 
 @pytest.fixture
@@ -246,9 +246,9 @@ def test_a_resting_camera_is_painted_once_to_the_byte(scene, resting, tmp_path, 
     assert told.counts["painted"] == 3
     assert told.counts["repeated"] == 3
     assert told.counts["skipped"] == 0
-    assert told.skipped == ["3 frames: the camera rests, they are those before them"]
+    assert told.skipped == ["3 frames: the camera rests, they equal those before"]
     assert files[0] != files[3]
-    monkeypatch.setattr(sequence_stages._Work, "view", lambda self, index: (index,))
+    monkeypatch.setattr(sequence_stages._Frames, "identity", lambda self, index: (index,))
     every, told = painted("every")
     assert told.counts["painted"] == 6
     assert not told.skipped

@@ -11,9 +11,9 @@ from brushgs.doctor.examination import Examination, look_at
 from brushgs.doctor.table import lines, verdict
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import Floaters
+from brushgs.painting.outputs import check_output
 from brushgs.painting.report import Report
-from brushgs.painting.stages import write_scene
-from brushgs.painting.still import check_output
+from brushgs.painting.strokes import write_scene
 
 SCHEMA = 1  # of the JSON; grows when a field changes its meaning
 

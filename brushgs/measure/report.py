@@ -12,8 +12,8 @@ from brushgs.errors import SceneError
 from brushgs.io.files import replacing
 from brushgs.measure.plotting import check_plot
 from brushgs.options.choices import REPORT_SUFFIXES
+from brushgs.painting.outputs import check_folder, check_output
 from brushgs.painting.report import Report
-from brushgs.painting.still import check_folder, check_output
 from brushgs.scene import Camera
 
 if TYPE_CHECKING:

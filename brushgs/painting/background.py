@@ -1,4 +1,4 @@
-"""What lies behind the strokes: "white", "#rrggbb" or a picture file becomes a colour or an array."""
+"""What lies behind the strokes: "white", "#rrggbb" or an image file becomes a colour or an array."""
 
 import math
 import re
@@ -11,12 +11,12 @@ from brushgs.io.files import is_plain
 
 NAMED = {"white": (1.0, 1.0, 1.0), "black": (0.0, 0.0, 0.0)}
 _ROWS = 64
-_FAR = 8  # times the picture: from there on the mean of whole blocks cannot be told from a smoothing
-Ground = tuple[float, float, float] | NDArray[np.float32] | None
+_FAR = 8  # times the picture: from there on block means look the same as antialiased scaling
+Background = tuple[float, float, float] | NDArray[np.float32] | None
 
 
 def check_background(text: str) -> None:
-    """Refuse what `open_background` could not use, before any work is done.
+    """Refuse a background that `open_background` could not use, before any work.
 
     Raises:
         ValueError: if the text is neither a known name, a colour nor an existing file.
@@ -28,8 +28,8 @@ def check_background(text: str) -> None:
         )
 
 
-def open_background(text: str, width: int, height: int) -> Ground:
-    """The ground under a picture.
+def open_background(text: str, width: int, height: int) -> Background:
+    """Open the background of a picture.
 
     Args:
         text: "white", "black", "transparent", "#rrggbb", or an image file.
@@ -38,10 +38,10 @@ def open_background(text: str, width: int, height: int) -> Ground:
 
     Returns:
         None for transparent, one RGB colour 0 to 1, or float32 [height, width, 3]: the image scaled to
-        fill the picture, cut evenly at the sides that stand over; its own transparency shows white.
+        fill the picture and cropped evenly to its centre; where it is transparent, on white.
 
     Raises:
-        ValueError: if the text means nothing.
+        ValueError: if the text is no background.
         SceneError: if the image cannot be read.
     """
     check_background(text)
@@ -58,20 +58,20 @@ def open_background(text: str, width: int, height: int) -> Ground:
     return _fill(_flatten(read_image(text)), width, height)
 
 
-def _middle(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
-    """The image without most of what would stand over: scaled, a line of pixels would be endless."""
+def _crop(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
+    """Crop most of what lies outside the picture: one line of pixels would become very long when scaled."""
     rows, columns = image.shape[:2]
     factor = max(width / columns, height / rows)
     for axis, (have, side) in enumerate(((rows, height), (columns, width))):
-        # Twice what is seen, so that the middle of it is the same, and what is smoothed at its ends.
+        # Twice the visible part: its centre stays the same, and smoothing at its ends does not reach it.
         keep = min(have, 2 * math.ceil(side / factor) + 2 + have % 2)
         start = (have - keep) // 2
         image = np.take(image, range(start, start + keep), axis) if keep < have else image
     return image
 
 
-def _coarse(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
-    """Means of whole pixels where the image is far larger than the picture: to smooth it takes minutes."""
+def _shrink_blocks(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
+    """Average whole blocks where the image is far larger than the picture: smoothing would take minutes."""
     step = min(image.shape[0] // (_FAR * height), image.shape[1] // (_FAR * width))
     if step < 2:
         return image
@@ -95,12 +95,12 @@ def _flatten(image: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _fill(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
-    """Scaled to cover width x height, the middle of it, antialiased where it gets smaller."""
+    """Scale to cover width x height, antialiased where it shrinks, and crop to the centre."""
     rows, columns = image.shape[:2]
     if (rows, columns) != (height, width):
         from skimage.transform import resize
 
-        image = _coarse(_middle(image, width, height), width, height)
+        image = _shrink_blocks(_crop(image, width, height), width, height)
         rows, columns = image.shape[:2]
         factor = max(width / columns, height / rows)
         size = max(height, round(rows * factor)), max(width, round(columns * factor))

@@ -5,9 +5,10 @@ from pathlib import Path
 from brushgs.errors import SceneError
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.painting import PaintConfig
+from brushgs.painting.outputs import check_output
 from brushgs.painting.report import Report
-from brushgs.painting.stages import write_scene
-from brushgs.painting.still import check_output, paint_file
+from brushgs.painting.still import paint_file
+from brushgs.painting.strokes import write_scene
 from brushgs.still_life import still_life, still_life_camera
 
 SCENE_NAME = "still_life.ply"
@@ -24,11 +25,11 @@ def paint_demo(
     """Write the still life as `still_life.ply` into a folder and paint it beside that.
 
     Args:
-        folder: made if missing; files of the same names are replaced, others stay.
+        folder: made if missing; files of the same names are replaced.
         config: of the painting; the seed of its clustering is also that of the scene, and of its view only
             the size is used, 1200 x 900 pixels if None.
         report: gets the stages.
-        num_gaussians: of the scene, None for its own default.
+        num_gaussians: of the scene; None for the default of `still_life`.
 
     Raises:
         SceneError: if the folder cannot be made or written to.

@@ -1,4 +1,4 @@
-"""What paints the frames of a sequence: picklable, so that it can do so in any process of any machine."""
+"""The painter of single frames of a sequence: picklable, so that it runs in any process of any machine."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.painting.background import Ground
+from brushgs.io.pictures.formats import holds_depth
+from brushgs.painting.background import Background
 from brushgs.rendering.project import Directions
 from brushgs.scene import Camera, Frame, Gaussians
 
@@ -18,8 +19,8 @@ WHITE = (1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Shot:
-    """One frame to paint: all that differs from frame to frame.
+class FrameView:
+    """One frame to paint: everything that differs from frame to frame.
 
     Attributes:
         index: which frame of the path, from 0.
@@ -33,8 +34,8 @@ class Shot:
 
 
 @dataclass(frozen=True, eq=False)
-class Painter:
-    """All that is the same in every frame. It goes to each process once.
+class FramePainter:
+    """Everything that is equal in all frames; it is sent to each process once.
 
     Attributes:
         strokes: the strokes in space.
@@ -47,27 +48,27 @@ class Painter:
 
     strokes: Gaussians
     texture: "StrokeTexture"
-    background: Ground
+    background: Background
     options: "RenderOptions"
     suffix: str | None
 
-    def frame(self, shot: Shot) -> Frame:
-        """The picture; with depth if it is for an EXR, the one kind of file that holds it."""
+    def frame(self, view: FrameView) -> Frame:
+        """Paint the frame, with depth if its file holds it."""
         from brushgs.rendering.options import render_with
 
-        options = replace(self.options, depth=self.suffix == ".exr")
-        if shot.directions is not None:
-            options = options.in_direction(shot.directions)
-        return render_with(self.strokes, shot.camera, self.texture, options)
+        options = replace(self.options, depth=self.suffix is not None and holds_depth(f"a{self.suffix}"))
+        if view.directions is not None:
+            options = options.in_direction(view.directions)
+        return render_with(self.strokes, view.camera, self.texture, options)
 
-    def __call__(self, shot: Shot) -> bytes | NDArray[np.uint8]:
+    def __call__(self, view: FrameView) -> bytes | NDArray[np.uint8]:
         """The content of the finished picture file, or uint8 [H, W, 3] on the background (white if None).
 
         Pictures are encoded here, so that as many processes as paint share that work too.
         """
         from brushgs.io.pictures.images import encode_frame
 
-        frame = self.frame(shot)
+        frame = self.frame(view)
         if self.suffix is not None:
             return encode_frame(frame, self.suffix, background=self.background)
         return frame.bytes_over(WHITE if self.background is None else self.background)

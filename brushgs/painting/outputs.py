@@ -1,6 +1,7 @@
-"""What the name of an output stands for along a path, and whether it can be written."""
+"""Output names: what they stand for along a path, and whether they can be written."""
 
 import os
+import tempfile
 from pathlib import Path
 
 from brushgs.errors import SceneError
@@ -10,16 +11,15 @@ from brushgs.io.pictures.video import check_rate, check_size
 from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.painting.background import check_background
-from brushgs.painting.still import check_folder, check_output, input_files
 
 
 def plan_output(output: str | Path, *, is_resumed: bool = False) -> Path | NumberedFiles:
-    """A video, or the numbered files that a pattern or a folder stands for.
+    """Read an output name: a video, or the numbered files that a pattern or a folder stands for.
 
-    A name that ends in a slash, has no suffix or is that of a folder is a folder.
+    A name stands for a folder if it ends in a slash, has no suffix, or is an existing folder.
 
     Raises:
-        ValueError: if it is neither, or a video is to be gone on with.
+        ValueError: if it is neither, or a video is to be resumed.
     """
     path, text = Path(output), str(output)
     is_folder = text.endswith(("/", os.sep)) or path.is_dir() or (not path.suffix and "%" not in path.name)
@@ -29,11 +29,11 @@ def plan_output(output: str | Path, *, is_resumed: bool = False) -> Path | Numbe
     if suffix in VIDEO_SUFFIXES:
         if is_resumed:
             cure = f"paint numbered frames, -o {path.with_suffix('')}/"
-            raise ValueError(f"a video cannot be gone on with (--resume), got {text!r}; {cure}")
+            raise ValueError(f"a video cannot be resumed (--resume), got {text!r}; {cure}")
         return path
     if suffix in PICTURE_SUFFIXES and "%" not in text:
         name = path.with_name(f"{path.stem}-%05d{path.suffix}")
-        raise ValueError(f"a path has many frames and {text!r} is one picture; write {name}")
+        raise ValueError(f"a path has many frames, but {text!r} is one picture; write {name}")
     if suffix not in PICTURE_SUFFIXES:
         known = ", ".join((*VIDEO_SUFFIXES, *PICTURE_SUFFIXES))
         raise ValueError(f"output of a path must be a folder or end in one of {known}, got {text!r}")
@@ -43,7 +43,7 @@ def plan_output(output: str | Path, *, is_resumed: bool = False) -> Path | Numbe
 def check_target(
     target: Path | NumberedFiles, scene: str | Path, path: PathConfig, config: PaintConfig
 ) -> None:
-    """Refuse what cannot end well, before any work.
+    """Refuse an output that does not suit the options or cannot be written, before any work.
 
     Raises:
         ValueError: if the background, the frame rate or the size does not suit the output.
@@ -66,3 +66,44 @@ def check_target(
     for file in inputs:
         if target.number(file) is not None and file.is_file() and file.resolve().parent == folder:
             raise SceneError(file, f"is an input, and {target.pattern} would replace it; choose another name")
+
+
+def input_files(scene: str | Path, config: PaintConfig) -> tuple[Path, ...]:
+    """The files that a painting is made of; names of built-in strokes and colours among them are no files."""
+    palette = () if config.palette is None else (config.palette.file,)
+    return Path(scene), Path(config.draw.stroke), Path(config.draw.background), *palette
+
+
+def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...] = ()) -> None:
+    """Refuse an output that cannot be written, before any work.
+
+    Raises:
+        ValueError: if the suffix is none of `suffixes`.
+        SceneError: if the folder is missing or read-only, or the output is one of the inputs.
+    """
+    if path.suffix.lower() not in suffixes:
+        raise ValueError(
+            f"output must end in {', '.join(suffixes)}, got {str(path)!r}; the suffix decides the format"
+        )
+    if path.exists() and not path.is_file():
+        raise SceneError(path, "is not a regular file and cannot be replaced; choose another name")
+    if path.exists() and any(other.exists() and path.samefile(other) for other in inputs):
+        raise SceneError(path, "is the input, which is never overwritten; choose another name")
+    check_folder(path.resolve().parent, path)
+
+
+def check_folder(folder: Path, path: Path) -> None:
+    """Refuse a folder that `path` could not be written to.
+
+    Raises:
+        SceneError: if the folder is missing, read-only or a file.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise SceneError(path, f"{folder} is a file, not a folder; choose another name")
+    if not folder.is_dir():
+        raise SceneError(path, f"the folder {folder} does not exist; create it first")
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise SceneError(path, f"cannot be written: {os.strerror(error.errno or 0).lower()}") from None

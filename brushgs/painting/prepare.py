@@ -13,21 +13,12 @@ from typing import TYPE_CHECKING
 
 from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import PathConfig
-from brushgs.painting.background import Ground, check_background
-from brushgs.painting.count import look
+from brushgs.painting.background import Background, check_background
+from brushgs.painting.count import open_view_model
+from brushgs.painting.drawing import open_picture_background, open_stroke, render_options
 from brushgs.painting.report import Report
-from brushgs.painting.stages import (
-    choose_camera,
-    cluster_scene,
-    load_scene,
-    open_ground,
-    open_palette,
-    open_stroke,
-    plan_views,
-    prune_scene,
-    recolor_scene,
-    render_options,
-)
+from brushgs.painting.strokes import cluster_scene, load_scene, open_palette, prune_scene, recolor_scene
+from brushgs.painting.views import choose_camera, plan_views
 from brushgs.scene import Camera, Gaussians
 
 if TYPE_CHECKING:
@@ -58,7 +49,7 @@ class Prepared:
     options: "RenderOptions"
     cameras: Sequence[Camera]
     path: "CameraPath | None"
-    background: Ground
+    background: Background
     palette: "Palette | None"
     file_up: str | None
     scene: Gaussians | None
@@ -128,12 +119,12 @@ def prepare(
         cameras = [choose_camera(gaussians, config.view, report, file_up=file_up, camera=views)]
     background = None
     if cameras and (needs_background or is_counted):
-        background = open_ground(config.draw, cameras[0], report)
+        background = open_picture_background(config.draw, cameras[0], report)
     view_model = None
     if is_counted:
         # Strokes are counted for a still with the usual lock and order, whatever is painted of them.
         still = render_options(replace(config.draw, lock=None, order=None), texture, along_path=False)
-        view_model = look(gaussians, cameras[0], texture, config.cluster, still, background, report)
+        view_model = open_view_model(gaussians, cameras[0], texture, still, background, report)
     num_loaded, scene = len(gaussians), gaussians if keeps_scene else None
     gaussians = prune_scene(gaussians, config.prune, report, is_strokes=is_strokes)
     gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded, view_model=view_model)

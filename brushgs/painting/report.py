@@ -1,4 +1,4 @@
-"""What a run did: stages with counts and seconds, told as a table, as JSON, and by progress bars.
+"""The report of a run: stages with counts and seconds, shown as a table, as JSON and as progress bars.
 
 rich is imported only when something is drawn.
 """
@@ -14,7 +14,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
-SCHEMA = 1  # of the JSON; grows when a field changes its meaning
+# Of the JSON; grows when a key changes its name or meaning. Since 2 a stage has `skipped` in place of
+# `left_out`, of which some lines are `details` now, and the counts of the stage "count" have `target` and
+# `sampled` in place of `aim` and `looks`.
+SCHEMA = 2
 
 
 @dataclass
@@ -22,11 +25,12 @@ class Stage:
     """One step of a run.
 
     Attributes:
-        name: what it is called in the table.
-        seconds: wall-clock time; what a step adds here while it runs is added to it.
+        name: of the step, as the table shows it.
+        seconds: wall-clock time spent on it.
         did: what it did, in words.
         counts: numbers and names for machines, by name.
-        skipped: what was not done because this scene does not need it, with the reason.
+        skipped: work that this scene does not need, and why.
+        details: how it was done; the table shows them only when verbose.
     """
 
     name: str
@@ -34,6 +38,24 @@ class Stage:
     did: str = ""
     counts: dict[str, Any] = field(default_factory=dict)
     skipped: list[str] = field(default_factory=list)
+    details: list[str] = field(default_factory=list)
+
+
+class Stopwatch:
+    """Adds up the seconds of the blocks that it times."""
+
+    def __init__(self) -> None:
+        """Start at zero."""
+        self.seconds = 0.0
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """Time a block."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds += time.perf_counter() - start
 
 
 @dataclass
@@ -42,7 +64,7 @@ class Report:
 
     Attributes:
         stages: see `Stage`.
-        notes: warnings about files that were usable after something was left out.
+        notes: warnings about files that could be used only in part.
         output: the file that was written, if one was.
         shows_progress: whether bars are drawn on stderr while stages run.
         verbose: whether the table shows the details of stages.
@@ -56,36 +78,48 @@ class Report:
     _started: float = field(default_factory=time.perf_counter)
     _progress: "Progress | None" = None
     _bar: "TaskID | None" = None
-    _counted: str = "frames"
+    _unit: str = "frames"
 
     @contextmanager
-    def stage(self, name: str, *, frames: int | None = None, of: str = "frames") -> Iterator[Stage]:
+    def stage(
+        self,
+        name: str,
+        *,
+        total: int | None = None,
+        unit: str = "frames",
+        earlier: Stopwatch | None = None,
+        apart: Stopwatch | None = None,
+    ) -> Iterator[Stage]:
         """Time a step, and show that it runs. The step fills in what it did.
 
         Args:
-            name: what it is called in the table.
-            frames: how many frames it makes, if it is one that calls `advance` after each.
-            of: what it makes in place of frames.
+            name: of the step, as the table shows it.
+            total: how many frames it makes, if it is one that calls `advance` after each.
+            unit: what it makes in place of frames.
+            earlier: time that was spent on this step while another one ran, and counts here.
+            apart: time that is spent on another step while this one runs, and does not count here.
         """
         stage = Stage(name)
-        self._counted = of
-        self._start_bar(name, frames)
+        self._unit = unit
+        self._start_bar(name, total)
         start = time.perf_counter()
         try:
             yield stage
         finally:
-            stage.seconds += time.perf_counter() - start
+            stage.seconds = time.perf_counter() - start
+            stage.seconds += earlier.seconds if earlier else 0.0
+            stage.seconds -= apart.seconds if apart else 0.0
             self._stop_bar()
         self.stages.append(stage)
 
     def advance(self, note: str = "") -> None:
-        """Show that one more frame, or what else the running step makes, is done; a note says how it goes."""
+        """Show that the running step has made one more frame, or other unit; a note is added to the bar."""
         if self._progress is None or self._bar is None:
             return
         task = self._progress.tasks[-1]
         done, total = round(task.completed) + 1, round(task.total or 0)
-        told = ", ".join(filter(None, [pace(done, total, task.elapsed or 0.0, self._counted), note]))
-        self._progress.update(self._bar, completed=done, told=told)
+        words = ", ".join(filter(None, [pace(done, total, task.elapsed or 0.0, self._unit), note]))
+        self._progress.update(self._bar, completed=done, words=words)
 
     @property
     def seconds(self) -> float:
@@ -99,7 +133,7 @@ class Report:
             self._progress = None
 
     def as_json(self) -> str:
-        """The run for machines: one JSON object; `counts` of a stage are flat, names never change meaning."""
+        """The run for machines: one JSON object; `counts` of a stage are flat."""
         value = {
             "schema": SCHEMA,
             "output": self.output,
@@ -119,18 +153,22 @@ class Report:
         console = Console(stderr=True, highlight=False)
         if not console.is_terminal:
             console.width = 120
+        columns = ["stage", "what it did", "seconds", "skipped"]
+        if self.verbose:
+            columns.append("details")
         table = Table(box=SIMPLE_HEAD, pad_edge=False)
-        for name in ("stage", "what it did", "seconds", "left out, because not needed here"):
+        for name in columns:
             table.add_column(name, justify="right" if name == "seconds" else "left")
         for stage in self.stages:
-            table.add_row(stage.name, stage.did, f"{stage.seconds:.3f}", "\n".join(stage.skipped))
+            cells = [stage.name, stage.did, f"{stage.seconds:.3f}", "\n".join(stage.skipped)]
+            table.add_row(*cells, *(["\n".join(stage.details)] if self.verbose else []))
         memory = peak_memory()
         peak = f"peak memory {memory / 1e6:,.0f} MB" if memory else ""
         table.add_section()
-        table.add_row("total", peak, f"{self.seconds:.3f}", "")
+        table.add_row("total", peak, f"{self.seconds:.3f}")
         console.print(table, markup=False)
 
-    def _start_bar(self, name: str, frames: int | None) -> None:
+    def _start_bar(self, name: str, total: int | None) -> None:
         if not self.shows_progress:
             return
         if self._progress is None:
@@ -138,10 +176,10 @@ class Report:
             from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
             columns = TextColumn("{task.description:10}"), BarColumn(30), TimeElapsedColumn()
-            told = TextColumn("{task.fields[told]}")
-            self._progress = Progress(*columns, told, console=Console(stderr=True), transient=True)
+            words = TextColumn("{task.fields[words]}")
+            self._progress = Progress(*columns, words, console=Console(stderr=True), transient=True)
             self._progress.start()
-        self._bar = self._progress.add_task(name, total=frames, told="")
+        self._bar = self._progress.add_task(name, total=total, words="")
 
     def _stop_bar(self) -> None:
         if self._progress is not None and self._bar is not None:
@@ -149,19 +187,19 @@ class Report:
         self._bar = None
 
 
-def pace(done: int, total: int, seconds: float, of: str = "frames") -> str:
-    """Frames done, frames a second and time left, such as "34/120 frames, 8.2 a second, 0:11 left"."""
-    text = f"{done}/{total} {of}"
+def pace(done: int, total: int, seconds: float, unit: str = "frames") -> str:
+    """Progress in words, such as "34/120 frames, 8.2 per second, 0:11 left"."""
+    text = f"{done}/{total} {unit}"
     if not done or not seconds > 0:
         return text
     minutes, rest = divmod(round((total - done) * seconds / done), 60)
     hours, minutes = divmod(minutes, 60)
     left = f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
-    return f"{text}, {done / seconds:.3g} a second, {left} left"
+    return f"{text}, {done / seconds:.3g} per second, {left} left"
 
 
 def peak_memory() -> int | None:
-    """The most memory this process has held so far, in bytes; None where the system does not tell."""
+    """The most memory this process has held so far, in bytes; None where the system does not report it."""
     try:
         import resource
     except ImportError:  # Windows

@@ -1,18 +1,15 @@
-"""The stages of a sequence in order, each timed.
+"""A path: a scene file becomes a video or numbered pictures.
 
-    stroke (-> palette) -> load -> path (-> background) -> prune -> cluster (-> recolor)
-        -> track -> paint -> write
-
-The directions of all strokes are followed along the whole path before any frame is drawn; after that every
-frame stands alone, so frames are painted in any number of processes, or only where they are missing, and are
-the same files, bit for bit.
+The stages are those of `prepare`, then track -> paint -> write. The directions of all strokes are tracked
+along the whole path before any frame is painted. After that frames do not depend on each other: any number of
+processes paint the same files, bit for bit, and missing frames can be painted alone.
 """
 
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,20 +19,21 @@ from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 from brushgs.io.pictures.video import check_rate, check_size, filming, padded_size
 from brushgs.options.painting import DrawConfig, PaintConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
-from brushgs.painting.frame_painter import Painter, Shot
-from brushgs.painting.identity import check_same, find_manifest, painting
+from brushgs.painting.drawing import NOTHING_SEEN
+from brushgs.painting.frame_painter import FramePainter, FrameView
 from brushgs.painting.outputs import check_target, plan_output
 from brushgs.painting.parallel import spread
 from brushgs.painting.parallel.connection import check_scheduler
 from brushgs.painting.prepare import Prepared, prepare
-from brushgs.painting.report import Report, Stage
-from brushgs.painting.stages import NOTHING_SEEN, size_words
+from brushgs.painting.report import Report, Stage, Stopwatch
+from brushgs.painting.resume import check_same_painting, describe_painting, read_manifest
+from brushgs.painting.strokes import file_size
 
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
     from brushgs.rendering.track import Track
 
-NUM_LOOKS = 8  # views in which is looked whether any stroke is seen: a path of thousands needs no more
+NUM_SAMPLED_VIEWS = 8  # of a path, to see whether any stroke is visible: thousands of frames need no more
 
 
 def paint_sequence(
@@ -56,16 +54,16 @@ def paint_sequence(
         path_config: where the camera goes.
         config: see `PaintConfig`; of its view what `plan_path` takes.
         sequence: where the frames are painted, and which.
-        report: where the stages are told; a new one if None.
+        report: gets the stages; a new one if None.
 
     Returns:
         The report, with one stage per step.
 
     Raises:
-        SceneError: if a file cannot be read or written, or the frames that are to be gone on with are of
+        SceneError: if a file cannot be read or written, or the frames that are to be resumed are of
             another painting.
         ValueError: if an option does not suit the scene, the path or the output.
-        KeyboardInterrupt: if the run is stopped; says how to go on. Frames are whole or not there.
+        KeyboardInterrupt: if the run is stopped; says how to resume it. Frames are whole or not there.
     """
     config, sequence, report = config or PaintConfig(), sequence or SequenceConfig(), report or Report()
     target = plan_output(output, is_resumed=sequence.is_resumed)
@@ -74,7 +72,7 @@ def paint_sequence(
         check_scheduler(sequence.scheduler)
     found = None
     if sequence.is_resumed and isinstance(target, NumberedFiles):
-        found = find_manifest(target, config)
+        found = read_manifest(target, config)
 
     def check_path(path: "CameraPath") -> None:
         if isinstance(target, Path):
@@ -83,18 +81,18 @@ def paint_sequence(
 
     prepared = prepare(scene, config, report, views=path_config, check_path=check_path)
     track = _track(prepared, config.draw, report)
-    work = _Work(prepared, config, track, sequence)
+    frames = _Frames(prepared, config, track, sequence)
     if isinstance(target, Path):
-        _paint_video(work, target, report)
+        _paint_video(frames, target, report)
         report.output = str(target)
     else:
-        _paint_files(work, target, found, report)
+        _paint_files(frames, target, found, report)
         report.output = str(target.pattern)
     return report
 
 
 def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "Track | None":
-    """The directions of the strokes along the whole path, where they are tracked."""
+    """Choose the directions of the strokes along the whole path, if they are tracked."""
     with report.stage("track") as stage:
         strokes, cameras, texture = prepared.strokes, prepared.cameras, prepared.texture
         lock = draw.lock_of(along_path=True)
@@ -103,8 +101,8 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "Track | Non
             warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
         if prepared.options.lock != "track":
             stage.did = "nothing"
-            reason = f"{texture.name!r} has none" if lock == "track" else f"the lock is {lock!r}"
-            stage.skipped.append(f"following directions: {reason}")
+            reason = f"{texture.name!r} has no direction" if lock == "track" else f"the lock is {lock!r}"
+            stage.skipped.append(f"tracking: {reason}")
             return None
         from brushgs.rendering.track import track_directions
 
@@ -115,17 +113,18 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "Track | Non
 
 
 def _sees_any(prepared: Prepared) -> bool:
-    """Whether a stroke is seen from any of some views of the path."""
+    """Whether a stroke is visible in a sample of the views."""
     from brushgs.rendering.options import project_with
 
-    options, step = prepared.options.in_direction("off"), -(-len(prepared.cameras) // NUM_LOOKS)
+    options = replace(prepared.options, lock="off", order="depth", fade=False)  # the fastest
+    step = -(-len(prepared.cameras) // NUM_SAMPLED_VIEWS)
     seen = (project_with(prepared.strokes, camera, options)[0] for camera in prepared.cameras[::step])
     return any(len(boxes) for boxes in seen)
 
 
 @dataclass(frozen=True, eq=False)
-class _Work:
-    """All that is known when the first frame is painted."""
+class _Frames:
+    """The frames of a path, ready to be painted."""
 
     prepared: Prepared
     config: PaintConfig
@@ -138,18 +137,18 @@ class _Work:
         assert self.prepared.path is not None
         return self.prepared.path
 
-    def painter(self, suffix: str | None) -> Painter:
-        """What paints the frames."""
+    def painter(self, suffix: str | None) -> FramePainter:
+        """The painter of every frame."""
         prepared = self.prepared
-        return Painter(prepared.strokes, prepared.texture, prepared.background, prepared.options, suffix)
+        return FramePainter(prepared.strokes, prepared.texture, prepared.background, prepared.options, suffix)
 
-    def shot(self, index: int) -> Shot:
-        """One frame of the path."""
+    def view(self, index: int) -> FrameView:
+        """What is special to one frame."""
         directions = None if self.track is None else self.track.directions(index)
-        return Shot(index, self.path.cameras[index], directions)
+        return FrameView(index, self.path.cameras[index], directions)
 
-    def view(self, index: int) -> tuple[object, ...]:
-        """All that sets one frame of the path apart: where it is equal, so is the picture, bit for bit."""
+    def identity(self, index: int) -> tuple[object, ...]:
+        """Equal for frames whose pictures are equal, bit for bit: the camera rests between them."""
         camera = self.path.cameras[index]
         place = None if self.track is None else float(self.track.positions[index])
         lens = camera.K.tobytes(), camera.width, camera.height, camera.near
@@ -157,62 +156,63 @@ class _Work:
 
 
 def _paint(
-    work: _Work,
+    frames: _Frames,
     indices: Sequence[int],
     suffix: str | None,
     take: Callable[[int, Any], None],
     report: Report,
-) -> float:
-    """Paint frames and hand each, in order, to `take`; the seconds that took are given back.
+) -> Stopwatch:
+    """Paint frames and pass each, in order, to `take`, which writes it.
 
-    While the camera rests one picture serves all its frames.
+    While the camera rests, one picture serves all its frames.
+
+    Returns:
+        The time that `take` took; it belongs to the stage of writing.
     """
-    with report.stage("paint", frames=len(indices)) as stage:
-        start, taking = time.perf_counter(), 0.0
-        sequence = work.sequence
-        rests = [list(same) for _, same in groupby(indices, key=work.view)]
-        shots = (work.shot(rest[0]) for rest in rests)
-        frames: Any = spread(work.painter(suffix), shots, jobs=sequence.jobs, scheduler=sequence.scheduler)
-        with closing(frames):
-            for rest, frame in zip(rests, frames, strict=True):
+    sequence, writing, start = frames.sequence, Stopwatch(), time.perf_counter()
+    with report.stage("paint", total=len(indices), apart=writing) as stage:
+        rests = [list(same) for _, same in groupby(indices, key=frames.identity)]
+        views = (frames.view(rest[0]) for rest in rests)
+        painted: Any = spread(frames.painter(suffix), views, jobs=sequence.jobs, scheduler=sequence.scheduler)
+        with closing(painted):
+            for rest, frame in zip(rests, painted, strict=True):
                 for index in rest:
-                    began = time.perf_counter()
-                    take(index, frame)
-                    taking += time.perf_counter() - began
+                    with writing.running():
+                        take(index, frame)
                     report.advance()
-        stage.seconds = -taking  # told as the stage that follows
-        num_repeated = len(indices) - len(rests)
-        _tell_painted(stage, work, len(rests), num_repeated, time.perf_counter() - start - taking, report)
-    return taking
+        seconds = time.perf_counter() - start - writing.seconds
+        _describe_painted(stage, frames, len(rests), len(indices) - len(rests), seconds, report)
+    return writing
 
 
-def _tell_painted(
-    stage: Stage, work: _Work, num_painted: int, num_repeated: int, seconds: float, report: Report
+def _describe_painted(
+    stage: Stage, frames: _Frames, num_painted: int, num_repeated: int, seconds: float, report: Report
 ) -> None:
-    """How many frames were painted, and what one costs."""
-    sequence, num_frames = work.sequence, len(work.path.cameras)
+    """Report how many frames were painted, and the cost of one."""
+    sequence, num_frames = frames.sequence, len(frames.path.cameras)
+    num_skipped = num_frames - num_painted - num_repeated
     stage.counts = {
         "frames": num_frames,
         "painted": num_painted,
         "repeated": num_repeated,
-        "skipped": num_frames - num_painted - num_repeated,
+        "skipped": num_skipped,
         "jobs": sequence.jobs,
         "scheduler": sequence.scheduler,
     }
     stage.did = f"{num_painted:,} of {num_frames:,} frames"
-    if skipped := num_frames - num_painted - num_repeated:
-        stage.skipped.append(f"{skipped:,} frames: they are there, whole")
+    if num_skipped:
+        stage.skipped.append(f"{num_skipped:,} frames: they exist, whole")
     if num_repeated:
-        stage.skipped.append(f"{num_repeated:,} frames: the camera rests, they are those before them")
+        stage.skipped.append(f"{num_repeated:,} frames: the camera rests, they equal those before")
     if not num_painted:
         return
     per_frame = seconds / num_painted
     stage.did += f", {per_frame:.3f} s each"
     stage.counts["seconds_per_frame"] = round(per_frame, 6)
-    if work.track is not None:
+    if frames.track is not None:
         tracking = next(earlier.seconds for earlier in reversed(report.stages) if earlier.name == "track")
         share = tracking / num_frames / per_frame
-        stage.did += f"; tracking adds {share:.1%}"
+        stage.details.append(f"tracking adds {share:.1%}")
         stage.counts["tracking_share"] = round(share, 4)
     if sequence.scheduler is not None:
         stage.did += f"; by the workers of {sequence.scheduler}"
@@ -220,57 +220,52 @@ def _tell_painted(
         stage.did += f"; in {sequence.jobs} processes"
 
 
-def _paint_video(work: _Work, target: Path, report: Report) -> None:
-    """All frames to a video file."""
-    path, camera, ground = work.path, work.path.cameras[0], work.config.draw.background
+def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
+    """Paint all frames to a video file."""
+    path, camera, background = frames.path, frames.path.cameras[0], frames.config.draw.background
     size = camera.width, camera.height
     film = filming(target, width=size[0], height=size[1], fps=path.fps, loops=path.is_loop)
-    cure = f"no video was written; numbered frames, -o {target.with_suffix('')}/, can be gone on with"
-    with _saying_when_stopped(lambda: cure), film as reel:
-        taking = _paint(work, range(len(path.cameras)), None, lambda _, pixels: reel.add(pixels), report)
-        with report.stage("write") as stage:
-            stage.seconds = taking
+    cure = f"no video was written; numbered frames, -o {target.with_suffix('')}/, can be resumed"
+    with _interrupted_with(lambda: cure), film as reel:
+        writing = _paint(frames, range(len(path.cameras)), None, lambda _, pixels: reel.add(pixels), report)
+        with report.stage("write", earlier=writing) as stage:
             reel.finish()
     # Only now the file has its name, and its size.
     num_bytes, padded = target.stat().st_size, padded_size(target, *size)
-    stage.did = f"{target}, {path.fps:g} frames a second, {size_words(num_bytes)}, on {ground}"
+    stage.did = f"{target}, {path.fps:g} frames per second, {file_size(num_bytes)}, on {background}"
     if padded != size:
         stage.did += f"; {padded[0]}x{padded[1]}: the last row or column is doubled, for H.264 has even sides"
     stage.counts = {"path": str(target), "bytes": num_bytes, "width": padded[0], "height": padded[1]}
-    stage.counts |= {"fps": path.fps, "background": ground}
+    stage.counts |= {"fps": path.fps, "background": background}
 
 
-def _paint_files(work: _Work, files: NumberedFiles, found: Manifest | None, report: Report) -> None:
-    """The frames that are missing, each to a file."""
-    prepared = work.prepared
-    identity = painting(
-        work.config, work.path, prepared.strokes, prepared.texture.coverage, prepared.background
-    )
+def _paint_files(frames: _Frames, files: NumberedFiles, found: Manifest | None, report: Report) -> None:
+    """Paint the missing frames, each to a file."""
+    painting = describe_painting(frames.config, frames.prepared)
     if found is not None:
-        check_same(found, identity)
-    num_frames, ground = len(work.path.cameras), work.config.draw.background
+        check_same_painting(found, painting)
+    num_frames, background = len(frames.path.cameras), frames.config.draw.background
     done = {} if found is None else {i: size for i, size in found.sizes.items() if found.is_done(i)}
-    manifest = Manifest(files, identity, done)
+    manifest = Manifest(files, painting, done)
     manifest.begin()
     missing = [index for index in range(num_frames) if index not in done]
 
     def state() -> str:
-        return f"{len(manifest.sizes)} of {num_frames} frames are there, whole; go on with --resume"
+        return f"{len(manifest.sizes)} of {num_frames} frames are done; add --resume to paint the rest"
 
-    with _saying_when_stopped(state):
-        taking = _paint(work, missing, files.pattern.suffix.lower(), manifest.add, report)
-    with report.stage("write") as stage:
-        stage.seconds = taking
+    with _interrupted_with(state):
+        writing = _paint(frames, missing, files.pattern.suffix.lower(), manifest.add, report)
+    with report.stage("write", earlier=writing) as stage:
         num_bytes = sum(manifest.sizes.values())
-        stage.did = f"{files.pattern}, {num_frames:,} files, {size_words(num_bytes)}, on {ground}"
+        stage.did = f"{files.pattern}, {num_frames:,} files, {file_size(num_bytes)}, on {background}"
         stage.counts = {"path": str(files.pattern), "files": num_frames, "bytes": num_bytes}
-        stage.counts["background"] = ground
+        stage.counts["background"] = background
         _warn_of_others(files, num_frames)
 
 
 @contextmanager
-def _saying_when_stopped(state: Callable[[], str]) -> Iterator[None]:
-    """Say with Ctrl-C what is there, and how to go on."""
+def _interrupted_with(state: Callable[[], str]) -> Iterator[None]:
+    """Let Ctrl-C report which frames are done, and how to resume."""
     try:
         yield
     except KeyboardInterrupt:
@@ -278,7 +273,7 @@ def _saying_when_stopped(state: Callable[[], str]) -> Iterator[None]:
 
 
 def _warn_of_others(files: NumberedFiles, num_frames: int) -> None:
-    """Warn of frames of a longer sequence that was there before: a player would run on into them."""
+    """Warn of frames of an older, longer sequence: a player would show them after the last frame."""
     others = [number for number in files.numbers() if number >= num_frames]
     if others:
         first = files.path(others[0]).name

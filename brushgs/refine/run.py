@@ -18,10 +18,10 @@ from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.measure.report import Outputs, plain_config
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, PaletteConfig, Up, ViewConfig
+from brushgs.painting.outputs import check_output, input_files
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
-from brushgs.painting.stages import write_scene
-from brushgs.painting.still import check_output, input_files
+from brushgs.painting.strokes import write_scene
 from brushgs.refine.report import Refinement, RefineReport, write_plot
 from brushgs.scene import Camera, Gaussians
 
@@ -118,7 +118,7 @@ def refine_strokes(
     from brushgs.refine.select import select_strokes
     from brushgs.refine.variables import Variables
 
-    with report.stage("refine", frames=plan.steps, of="steps") as stage:
+    with report.stage("refine", total=plan.steps, unit="steps") as stage:
         moves = select_strokes(config.where, strokes)
         variables = Variables(strokes, config.params, moves)
         before = mean_psnr(strokes, validation_views, drawing)

@@ -31,8 +31,8 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.io.pictures.images import quantise
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.painting.report import Report
-from brushgs.painting.stages import choose_camera
 from brushgs.painting.still import paint
+from brushgs.painting.views import choose_camera
 from brushgs.passes import contribution, lloyd
 from brushgs.passes.cluster import cluster_weights, group
 from brushgs.passes.features import cluster_features

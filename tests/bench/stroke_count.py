@@ -32,9 +32,9 @@ import brushgs as bg
 from brushgs.cameras.framing import frame_scene, up_vector
 from brushgs.errors import SceneWarning
 from brushgs.options.painting import ClusterConfig, DrawConfig, ErrorBudget, PruneConfig, StrokeSize
-from brushgs.painting.count import look
+from brushgs.painting.count import open_view_model
 from brushgs.painting.report import Report
-from brushgs.painting.stages import cluster_scene
+from brushgs.painting.strokes import cluster_scene
 from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.options import RenderOptions
 from brushgs.stroke_count import view_model as sight_module
@@ -74,11 +74,8 @@ class Scene:
 
     def view_model(self) -> ViewModel:
         """With a plain picture painted now."""
-        config = ClusterConfig("auto")
         options = RenderOptions.of(self.texture, num_threads=DRAW.threads)
-        made = look(self.loaded, self.camera, self.texture, config, options, None, Report())
-        assert made is not None
-        return made
+        return open_view_model(self.loaded, self.camera, self.texture, options, None, Report())
 
     def clustered(self, count: int) -> bg.Gaussians:
         return bg.cluster(self.kept, count) if count < len(self.kept) else self.kept

@@ -60,7 +60,7 @@ def test_render_names_its_output_prints_the_path_and_a_table(scene, capsys):
         "stage",
         "what it did",
         "seconds",
-        "left out",
+        "skipped",
         "load",
         "prune",
         "cluster",
@@ -172,14 +172,14 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
         ),
         (
             ["--orbit", "9", "--resume"],
-            r"a video cannot be gone on with \(--resume\), got 'pears-ellipse.mp4'",
+            r"a video cannot be resumed \(--resume\), got 'pears-ellipse.mp4'",
         ),
         (
             ["--orbit", "9", "--size", "16386x9"],
             r"pictures in \.mp4 must be at most 16384 pixels wide and high",
         ),
         (["--orbit", "9", "--background", "transparent"], r"background must not be transparent in a video"),
-        (["--orbit", "9", "-o", "a.png"], r"a path has many frames and 'a\.png' is one picture"),
+        (["--orbit", "9", "-o", "a.png"], r"a path has many frames, but 'a\.png' is one picture"),
         (["--orbit", "9", "-o", "no/such/%d.png"], r"the folder .*no does not exist; create it first"),
     ],
 )
@@ -282,10 +282,13 @@ def test_a_scene_that_is_usable_with_a_loss_is_painted_with_a_note(tmp_path, mon
     code, out, err = run(capsys, "render", "hurt.ply", *SMALL)
     assert (code, out) == (0, "hurt-ellipse.png\n")
     assert re.search(r"^brushgs: note: hurt\.ply: .*1 of", err, re.MULTILINE), err
-    assert "1 rows dropped" in err
     _, out, err = run(capsys, "render", "hurt.ply", *SMALL, "--json")
     assert err == ""
-    assert len(json.loads(out)["notes"]) == 1
+    value = json.loads(out)
+    assert len(value["notes"]) == 1
+    (load,) = [stage for stage in value["stages"] if stage["name"] == "load"]
+    assert load["counts"]["rows_dropped"] == 1
+    assert "1 rows dropped" in load["did"]
     _, out, _ = run(capsys, "info", "hurt.ply")
     assert re.search(r"^note +hurt\.ply", out, re.MULTILINE)
 
@@ -294,7 +297,7 @@ def test_a_path_becomes_a_video_that_bears_the_name_of_scene_and_stroke(scene, c
     code, out, err = run(capsys, "render", scene, *SMALL, "--orbit", "4", "--fps", "8")
     assert (code, out) == (0, "pears-ellipse.mp4\n")
     assert names() == ["pears-ellipse.mp4"]
-    for word in ("path", "4 frames, 8 a second, a loop, 64x48", "track", "paint", "4 of 4 frames", "write"):
+    for word in ("path", "4 frames, 8 per second, a loop, 64x48", "track", "paint", "4 of 4 frames", "write"):
         assert word in err
 
 
@@ -309,9 +312,7 @@ def test_a_folder_takes_numbered_frames_and_resume_goes_on_with_them(scene, caps
     assert len(names("f")) == 5
     code, _, err = run(capsys, *words, "--seed", "5")
     assert code == 2
-    assert re.match(
-        r"brushgs: f/%05d\.png: .* another painting \(seed 0, asked is 5\); give the options", err
-    )
+    assert re.match(r"brushgs: f/%05d\.png: .* another painting \(seed 0, now 5\); give the options", err)
 
 
 @pytest.mark.parametrize(
@@ -380,7 +381,7 @@ def test_frames_of_another_palette_are_not_gone_on_with(scene, blue, capsys):
     assert run(capsys, "render", scene, *words)[0] == 0
     code, _, err = run(capsys, "render", scene, *words, "--palette-strength", "0.5", "--resume")
     assert code == 2
-    assert "palette strength 1.0, asked is 0.5" in err
+    assert "palette strength 1.0, now 0.5" in err
 
 
 @pytest.mark.parametrize(
@@ -580,7 +581,7 @@ def test_a_terminal_sees_frames_done_and_the_time_left(made, tmp_path):
             shown += chunk
     os.close(ours)
     assert process.returncode == 0
-    assert re.search(r"paint.*[0-9]+/60 frames, [0-9.]+ a second, [0-9]+:[0-9]{2} left", shown.decode())
+    assert re.search(r"paint.*[0-9]+/60 frames, [0-9.]+ per second, [0-9]+:[0-9]{2} left", shown.decode())
 
 
 def _read(terminal):

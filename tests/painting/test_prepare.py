@@ -10,7 +10,7 @@ import pytest
 import brushgs as bg
 from brushgs.cameras.paths import CameraPath
 from brushgs.io.pictures.images import read_image
-from brushgs.io.scenes.ply_write import write_ply
+from brushgs.io.scenes.write import write_scene
 from brushgs.measure.bench.run import report_bench
 from brushgs.measure.bench.subject import Subject
 from brushgs.measure.stability.run import report_stability
@@ -43,7 +43,7 @@ def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("scenes")
     gaussians = still_life(1000)
     bg.save(gaussians, path / "scene.ply")
-    write_ply(bg.cluster(gaussians, 90), path / "strokes.ply", is_strokes=True)
+    write_scene(bg.cluster(gaussians, 90), path / "strokes.ply", is_strokes=True)
     camera = bg.Camera.look_at((0, -1, -8), (0, -1, 0), width=24, height=18)
     bg.save(bg.render(gaussians, camera, bg.StrokeTexture.open("gaussian")), path / "picture.png")
     return path

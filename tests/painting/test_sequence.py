@@ -22,8 +22,8 @@ from brushgs.io.pictures.numbered import Manifest
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.outputs import plan_output
-from brushgs.painting.report import Report, pace
-from brushgs.painting.sequence import Painter, Shot, paint_sequence
+from brushgs.painting.report import Report, Stopwatch, pace
+from brushgs.painting.sequence import FramePainter, FrameView, paint_sequence
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
 from brushgs.still_life import still_life
@@ -121,8 +121,8 @@ def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(
     gaussians = bg.load(scene)
     strokes = bg.cluster(bg.prune(gaussians), 150)
     path, texture = plan_path(gaussians, VIEW, ORBIT), bg.StrokeTexture.open("flat")
-    painter = Painter(strokes, texture, (1.0, 1.0, 1.0), MOVING, suffix)
-    shot = Shot(4, path.cameras[4], track_directions(strokes, path.closed).directions(4))
+    painter = FramePainter(strokes, texture, (1.0, 1.0, 1.0), MOVING, suffix)
+    shot = FrameView(4, path.cameras[4], track_directions(strokes, path.closed).directions(4))
     assert painter(shot) == files[f"00004{suffix}"]
     frame = next(islice(bg.render_sequence(strokes, path.closed, texture), 4, None))
     if suffix != ".exr":
@@ -133,9 +133,9 @@ def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(
 def test_what_travels_to_a_process_is_light(scene):
     gaussians = bg.load(scene)
     camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), width=48, height=36)
-    shot = Shot(0, camera, track_directions(gaussians, [camera]).directions(0))
+    shot = FrameView(0, camera, track_directions(gaussians, [camera]).directions(0))
     assert len(pickle.dumps(shot)) < 8 * len(gaussians) + 2000  # a direction and an area scale each
-    painter = Painter(gaussians, FLAT, None, MOVING, ".png")
+    painter = FramePainter(gaussians, FLAT, None, MOVING, ".png")
     again = pickle.loads(pickle.dumps(painter))
     assert again(pickle.loads(pickle.dumps(shot))) == painter(shot)
 
@@ -148,8 +148,8 @@ def test_only_exr_holds_depth(scene, folder):
     gaussians = bg.load(scene)
     camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), width=8, height=6)
     for suffix, has_depth in ((".exr", True), (".png", False), (None, False)):
-        painter = Painter(gaussians, FLAT, None, replace(MOVING, lock="off"), suffix)
-        assert (painter.frame(Shot(0, camera)).depth is not None) == has_depth
+        painter = FramePainter(gaussians, FLAT, None, replace(MOVING, lock="off"), suffix)
+        assert (painter.frame(FrameView(0, camera)).depth is not None) == has_depth
 
 
 def test_transparent_frames_keep_their_alpha(scene, folder):
@@ -166,14 +166,14 @@ def test_transparent_frames_keep_their_alpha(scene, folder):
 @pytest.mark.parametrize("lock", ["track", "anchor", "off"])
 def test_the_lock_asked_for_is_the_lock_painted(scene, folder, lock, monkeypatch):
     painters, shots = [], []
-    whole = Painter.__call__
+    whole = FramePainter.__call__
 
     def watched(self, shot):
         painters.append(self)
         shots.append(shot)
         return whole(self, shot)
 
-    monkeypatch.setattr(Painter, "__call__", watched)
+    monkeypatch.setattr(FramePainter, "__call__", watched)
     report = paint(scene, "f/", PathConfig(orbit=3), config(lock=lock))
     assert stage(report, "track").counts["lock"] == lock
     if lock == "track":
@@ -181,7 +181,7 @@ def test_the_lock_asked_for_is_the_lock_painted(scene, folder, lock, monkeypatch
     else:
         assert [shot.directions for shot in shots] == [None] * 3
         assert [painter.options.lock for painter in painters] == [lock] * 3
-        assert stage(report, "track").skipped == [f"following directions: the lock is {lock!r}"]
+        assert stage(report, "track").skipped == [f"tracking: the lock is {lock!r}"]
 
 
 def test_frames_are_painted_in_the_order_asked_for(scene, folder):
@@ -196,7 +196,7 @@ def paint_one(scene, folder, order):
 
 def test_a_kernel_has_no_direction_to_follow(scene, folder):
     report = paint(scene, "f/", PathConfig(orbit=3), config(stroke="ellipse"))
-    assert stage(report, "track").skipped == ["following directions: 'ellipse' has none"]
+    assert stage(report, "track").skipped == ["tracking: 'ellipse' has no direction"]
     assert "tracking_share" not in stage(report, "paint").counts
 
 
@@ -280,7 +280,7 @@ def test_only_what_is_missing_is_painted(scene, folder):
     report = paint(scene, is_resumed=True)
     assert contents("f") == whole
     assert (stage(report, "paint").counts["painted"], stage(report, "paint").counts["skipped"]) == (2, 4)
-    assert stage(report, "paint").skipped == ["4 frames: they are there, whole"]
+    assert stage(report, "paint").skipped == ["4 frames: they exist, whole"]
     kept = [name for name in FILES if Path("f", name).stat().st_mtime_ns == stamps[name]]
     assert kept == [FILES[0], FILES[2], FILES[3], FILES[5]]
     report = paint(scene, is_resumed=True)
@@ -305,18 +305,18 @@ def test_without_resume_frames_are_replaced(scene, folder):
 @pytest.mark.parametrize(
     ("change", "difference"),
     [
-        ({"paint_config": config(stroke="ink")}, "stroke flat, asked is ink"),
-        ({"paint_config": config(lock="off")}, "lock track, asked is off"),
-        ({"paint_config": config(order="depth")}, "order soft, asked is depth"),
-        ({"paint_config": config(background="black")}, "background white, asked is black"),
-        ({"paint_config": replace(config(), prune=PruneConfig(keep=0.5))}, "keep 0.7, asked is 0.5"),
+        ({"paint_config": config(stroke="ink")}, "stroke flat, now ink"),
+        ({"paint_config": config(lock="off")}, "lock track, now off"),
+        ({"paint_config": config(order="depth")}, "order soft, now depth"),
+        ({"paint_config": config(background="black")}, "background white, now black"),
+        ({"paint_config": replace(config(), prune=PruneConfig(keep=0.5))}, "keep 0.7, now 0.5"),
         (
             {"paint_config": replace(config(), cluster=ClusterConfig(strokes=0.5, seed=1))},
-            "strokes 150, asked is 0.5; seed 0, asked is 1",
+            "strokes 150, now 0.5; seed 0, now 1",
         ),
         ({"paint_config": replace(config(), view=ViewConfig(size=(36, 48)))}, "another path"),
         ({"paint_config": replace(config(), view=replace(VIEW, azimuth=1.0))}, "another path"),
-        ({"path": PathConfig(orbit=7)}, "frames 6, asked is 7; another path"),
+        ({"path": PathConfig(orbit=7)}, "frames 6, now 7; another path"),
     ],
 )
 def test_another_painting_is_not_gone_on_with(scene, folder, change, difference):
@@ -353,7 +353,7 @@ def test_frames_without_a_ledger_are_not_gone_on_with(scene, folder):
     paint(scene)
     Path("f", MANIFEST).unlink()
     with pytest.raises(
-        bg.SceneError, match=r"no such manifest, so nothing tells of which painting the 6 frames"
+        bg.SceneError, match=r"no such manifest, so it is not known which painting the 6 frames"
     ):
         paint(scene, is_resumed=True)
 
@@ -391,7 +391,7 @@ def test_a_folder_that_is_there_needs_no_slash(folder):
 @pytest.mark.parametrize(
     ("output", "sentence"),
     [
-        ("a.png", r"a path has many frames and 'a\.png' is one picture; write a-%05d\.png"),
+        ("a.png", r"a path has many frames, but 'a\.png' is one picture; write a-%05d\.png"),
         ("a.avi", r"output of a path must be a folder or end in one of \.mp4, .*\.exr, got 'a\.avi'"),
         ("%05d.jpg", r"output of a path must be a folder or end in one of"),
         ("%d-%d.png", r"must hold one number such as %05d, got '%d-%d\.png'; write %05d\.png"),
@@ -427,7 +427,7 @@ def test_inputs_are_not_replaced(scene, folder):
             ORBIT,
             {},
             {"is_resumed": True},
-            r"a video cannot be gone on with .* numbered frames, -o a/",
+            r"a video cannot be resumed .* numbered frames, -o a/",
         ),
         (
             "a.mp4",
@@ -490,7 +490,7 @@ def test_ctrl_c_leaves_whole_frames_and_says_how_to_go_on(scene, folder, jobs):
         out, err = process.communicate()
     assert (process.returncode, out) == (130, "")
     told = re.fullmatch(
-        r"brushgs: stopped: ([0-9]+) of 500 frames are there, whole; go on with --resume\n", err
+        r"brushgs: stopped: ([0-9]+) of 500 frames are done; add --resume to paint the rest\n", err
     )
     assert told, err
     files = names("f")
@@ -507,7 +507,7 @@ def test_ctrl_c_leaves_nothing_of_a_video(scene, folder):
         process.send_signal(signal.SIGINT)
         out, err = process.communicate()
     assert (process.returncode, out) == (130, "")
-    assert err == "brushgs: stopped: no video was written; numbered frames, -o a/, can be gone on with\n"
+    assert err == "brushgs: stopped: no video was written; numbered frames, -o a/, can be resumed\n"
     assert names(folder) == []
 
 
@@ -521,7 +521,7 @@ def test_a_painting_that_was_stopped_is_finished_to_the_same_files(scene, folder
         add(self, index, content)
 
     monkeypatch.setattr("brushgs.painting.sequence.Manifest.add", stop)
-    with pytest.raises(KeyboardInterrupt, match="3 of 6 frames are there, whole; go on with --resume"):
+    with pytest.raises(KeyboardInterrupt, match="3 of 6 frames are done; add --resume to paint the rest"):
         paint(scene, "f/")
     assert names("f") == [MANIFEST, *FILES[:3]]
     monkeypatch.undo()
@@ -538,18 +538,22 @@ def test_a_painting_that_was_stopped_is_finished_to_the_same_files(scene, folder
     ("done", "total", "seconds", "text"),
     [
         (0, 5, 3.0, "0/5 frames"),
-        (34, 120, 4.0, "34/120 frames, 8.5 a second, 0:10 left"),
-        (1, 1000, 10.0, "1/1000 frames, 0.1 a second, 2:46:30 left"),
-        (5, 5, 1.0, "5/5 frames, 5 a second, 0:00 left"),
-        (90, 990, 60.0, "90/990 frames, 1.5 a second, 10:00 left"),
+        (34, 120, 4.0, "34/120 frames, 8.5 per second, 0:10 left"),
+        (1, 1000, 10.0, "1/1000 frames, 0.1 per second, 2:46:30 left"),
+        (5, 5, 1.0, "5/5 frames, 5 per second, 0:00 left"),
+        (90, 990, 60.0, "90/990 frames, 1.5 per second, 10:00 left"),
     ],
 )
 def test_the_pace_is_told_in_frames_and_minutes(done, total, seconds, text):
     assert pace(done, total, seconds) == text
 
 
-def test_a_stage_counts_the_seconds_it_is_given():
-    report = Report()
-    with report.stage("write") as told:
-        told.seconds = 5.0
-    assert 5.0 <= report.stages[0].seconds < 5.1
+def test_time_spent_on_another_stage_counts_there():
+    report, writing = Report(), Stopwatch()
+    with report.stage("paint", apart=writing), writing.running():
+        time.sleep(0.1)
+    with report.stage("write", earlier=writing):
+        pass
+    painted, written = (stage.seconds for stage in report.stages)
+    assert 0 <= painted < 0.05
+    assert 0.1 <= written < 0.2

@@ -8,11 +8,14 @@ from brushgs.doctor.describe import describe
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
 from brushgs.io.pictures.images import read_image
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
-from brushgs.painting import stages
-from brushgs.painting import still as pipeline
+from brushgs.painting import drawing, outputs
 from brushgs.painting.demo import paint_demo
+from brushgs.painting.outputs import check_output
+from brushgs.painting.passes import cluster_file, prune_file
 from brushgs.painting.report import Report
-from brushgs.painting.still import check_output, paint, paint_file
+from brushgs.painting.still import paint, paint_file
+from brushgs.painting.strokes import load_scene
+from brushgs.painting.views import choose_camera
 from brushgs.still_life import still_life, still_life_camera
 
 SMALL = ViewConfig(size=(64, 48))
@@ -55,7 +58,7 @@ def test_the_stages_run_in_order_and_their_counts_fit_together(scene, tmp_path):
     assert counts["cluster"]["before"] == counts["prune"]["after"]
     assert counts["prune"]["after"] == pytest.approx(0.7 * counts["prune"]["before"], abs=1)
     assert counts["project"]["before"] == counts["cluster"]["after"] <= 200
-    culled = sum(counts["project"][reason] for reason in stages.CULLED)
+    culled = sum(counts["project"][reason] for reason in drawing.CULLED)
     assert counts["project"]["before"] == counts["project"]["after"] + culled
     assert counts["write"]["bytes"] == (tmp_path / "a.png").stat().st_size
     assert all(stage.did and stage.seconds >= 0 for stage in report.stages)
@@ -81,8 +84,8 @@ def test_the_camera_does_not_depend_on_how_many_strokes_are_painted(scene):
     cameras = []
     for strokes in (10, 1000):
         report = Report()
-        loaded, notes = stages.load_scene(scene, report)
-        cameras.append(stages.choose_camera(loaded, SMALL, report, file_up=notes.up))
+        loaded, notes = load_scene(scene, report)
+        cameras.append(choose_camera(loaded, SMALL, report, file_up=notes.up))
         paint(loaded, config(strokes=strokes), camera=cameras[-1])
     np.testing.assert_array_equal(cameras[0].viewmat, cameras[1].viewmat)
 
@@ -98,21 +101,23 @@ def test_what_a_scene_does_not_need_is_left_out_and_said(gaussians, tmp_path):
     report = Report()
     whole = config("gaussian", strokes=None, prune=PruneConfig(keep=1.0))
     paint(flat, whole, report=report)
-    assert stage(report, "prune").skipped == ["choosing: all are kept (keep = 1)"]
+    assert stage(report, "prune").skipped == ["pruning: keep = 1"]
     assert stage(report, "cluster").skipped == ["clustering: every Gaussian is a stroke"]
-    assert "SH bands 2 to 3: zero in every row" in stage(report, "project").skipped
-    assert stage(report, "rasterise").skipped == ["texture filter: a kernel is computed, not sampled"]
+    assert "SH degrees 2 to 3 skipped: zero in every row" in stage(report, "project").details
+    assert stage(report, "rasterise").details == ["no texture filter: a kernel is computed, not sampled"]
     bg.save(flat, tmp_path / "flat.ply")
     report = paint_file(tmp_path / "flat.ply", tmp_path / "a.png", whole)
-    assert stage(report, "load").skipped == ["SH bands 2 to 3: zero in every row"]
-    assert "depth: this kind of file does not hold it" in stage(report, "rasterise").skipped
+    assert stage(report, "load").details == ["SH degrees 2 to 3 skipped: zero in every row"]
+    assert "no depth: this file format does not hold it" in stage(report, "rasterise").details
 
 
 def test_clustering_is_left_out_where_there_are_few_gaussians(gaussians):
     report = Report()
     paint(gaussians, config(strokes=5000), report=report)
     kept = stage(report, "prune").counts["after"]
-    assert stage(report, "cluster").skipped == [f"clustering: {kept:,} Gaussians are not above 5,000 strokes"]
+    assert stage(report, "cluster").skipped == [
+        f"clustering: {kept:,} Gaussians are not more than 5,000 strokes"
+    ]
     assert stage(report, "cluster").counts["method"] is None
 
 
@@ -120,10 +125,10 @@ def test_clustering_is_left_out_where_there_are_few_gaussians(gaussians):
 def test_the_method_of_clustering_is_told_with_its_reason(gaussians, method):
     report = Report()
     paint(gaussians, config(cluster=ClusterConfig(strokes=50, method=method)), report=report)
-    counts, did = stage(report, "cluster").counts, stage(report, "cluster").did
+    counts, (detail,) = stage(report, "cluster").counts, stage(report, "cluster").details
     assert counts["method"] in ("lloyd", "minibatch")
-    assert counts["method"] == method or (method == "auto" and "asked for" not in did)
-    assert f"by {counts['method']}, {counts['steps']} steps" in did
+    assert counts["method"] == method or (method == "auto" and "asked for" not in detail)
+    assert f"by {counts['method']}, {counts['steps']} steps" in detail
     assert counts["inertia"] > 0
 
 
@@ -151,15 +156,15 @@ def test_mip_levels_that_no_stroke_reaches_are_counted(gaussians):
     camera = still_life_camera(width=64, height=48)
     boxes = bg.project(gaussians, camera)
     report = Report()
-    options = stages.render_options(DrawConfig(), texture, along_path=False)
-    stages.rasterize_boxes(boxes, camera, texture, options, report)
+    options = drawing.render_options(DrawConfig(), texture, along_path=False)
+    drawing.rasterize_boxes(boxes, camera, texture, options, report)
     rows, columns = texture.coverage.shape
     pairs = {(level_index(u, columns), level_index(v, rows)) for u, v in boxes.half_extents}
     counts = report.stages[0].counts
     assert counts["mip_levels_used"] == len(pairs)
     unused = counts["mip_levels"] - len(pairs)
-    assert report.stages[0].skipped == [
-        f"{unused} of {counts['mip_levels']} mip levels: no stroke is of their size"
+    assert report.stages[0].details == [
+        f"{unused} of {counts['mip_levels']} mip levels skipped: no stroke samples them"
     ]
 
 
@@ -168,7 +173,7 @@ def test_every_kind_of_picture_is_written(scene, tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
     report = paint_file(scene, path, config(view=ViewConfig(size=(40, 30))))
     assert read_image(path).shape[:2] == (30, 40)
-    has_depth = not any(line.startswith("depth") for line in stage(report, "rasterise").skipped)
+    has_depth = not any(line.startswith("no depth") for line in stage(report, "rasterise").details)
     assert has_depth == (suffix == ".exr")
 
 
@@ -221,13 +226,13 @@ def test_a_camera_file_gives_the_view_and_its_size(scene, tmp_path):
 
 def test_the_camera_stage_says_which_way_is_up_and_why(gaussians):
     for file_up, asked, did in (
-        (None, None, "up is -y (assumed, change it with --up)"),
-        ("+z", None, "up is +z (as its header says)"),
-        ("+z", "-x", "up is -x (as asked)"),
-        (None, (0.0, 0.0, 1.0), "up is 0,0,1 (as asked)"),
+        (None, None, "up is -y (assumed; change it with --up)"),
+        ("+z", None, "up is +z (from the file)"),
+        ("+z", "-x", "up is -x (as given)"),
+        (None, (0.0, 0.0, 1.0), "up is 0,0,1 (as given)"),
     ):
         report = Report()
-        camera = stages.choose_camera(gaussians, ViewConfig(up=asked), report, file_up=file_up)
+        camera = choose_camera(gaussians, ViewConfig(up=asked), report, file_up=file_up)
         assert did in report.stages[0].did
         assert (camera.width, camera.height) == (1280, 720)
 
@@ -255,7 +260,7 @@ def test_a_folder_that_refuses_is_found_before_the_work(tmp_path, monkeypatch):
     def refuse(**_):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(pipeline.tempfile, "TemporaryFile", refuse)
+    monkeypatch.setattr(outputs.tempfile, "TemporaryFile", refuse)
     with pytest.raises(bg.SceneError, match=r"a\.png: cannot be written: permission denied"):
         check_output(tmp_path / "a.png", PICTURE_SUFFIXES)
 
@@ -284,12 +289,10 @@ def test_a_view_that_sees_nothing_is_painted_with_a_warning(gaussians):
 
 
 def test_passes_stand_alone(scene, tmp_path):
-    report = pipeline.prune_file(scene, tmp_path / "p.ply", PruneConfig(keep=0.25), Report())
+    report = prune_file(scene, tmp_path / "p.ply", PruneConfig(keep=0.25), Report())
     pruned = bg.load(tmp_path / "p.ply")
     assert len(pruned) == stage(report, "write").counts["gaussians"]
-    report = pipeline.cluster_file(
-        tmp_path / "p.ply", tmp_path / "c.ply", ClusterConfig(strokes=50), Report()
-    )
+    report = cluster_file(tmp_path / "p.ply", tmp_path / "c.ply", ClusterConfig(strokes=50), Report())
     assert 0 < len(bg.load(tmp_path / "c.ply")) <= 50
     assert report.output == str(tmp_path / "c.ply")
 
@@ -321,9 +324,9 @@ def test_a_demo_into_a_file_is_refused(tmp_path):
 def test_the_json_of_a_report_has_every_stage(scene, tmp_path):
     value = json.loads(paint_file(scene, tmp_path / "a.png", config()).as_json())
     assert set(value) == {"schema", "output", "seconds", "peak_memory_bytes", "notes", "stages"}
-    assert value["schema"] == 1
+    assert value["schema"] == 2
     for entry in value["stages"]:
-        assert set(entry) == {"name", "seconds", "did", "counts", "skipped"}
+        assert set(entry) == {"name", "seconds", "did", "counts", "skipped", "details"}
     assert value["seconds"] >= sum(entry["seconds"] for entry in value["stages"]) - 1e-3
     assert value["peak_memory_bytes"] > 1e7
 
@@ -363,3 +366,14 @@ def test_a_configuration_refuses_what_makes_no_sense(make, sentence):
 @pytest.mark.parametrize(("asked", "num"), [(None, 1000), (0.1, 100), (0.0001, 1), (7000, 7000), (1.0, 1000)])
 def test_strokes_are_a_count_a_share_or_all(asked, num):
     assert ClusterConfig(strokes=asked).num_strokes(1000) == num
+
+
+def test_the_table_shows_details_only_when_verbose(gaussians, capsys):
+    for verbose in (False, True):
+        report = Report(verbose=verbose)
+        paint(gaussians, config(draw=DrawConfig("swirl")), report=report)
+        report.print_table()
+        shown = " ".join(capsys.readouterr().err.split())
+        assert "skipped" in shown
+        assert ("details" in shown) is verbose
+        assert ("lloyd" in shown) is verbose

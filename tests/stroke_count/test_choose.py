@@ -17,14 +17,15 @@ from brushgs.options.painting import (
     StrokeSize,
     ViewConfig,
 )
-from brushgs.painting import count as counting
+from brushgs.painting.passes import cluster_file
 from brushgs.painting.report import Report
-from brushgs.painting.still import cluster_file, paint
+from brushgs.painting.still import paint
 from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.options import RenderOptions
 from brushgs.scene import Boxes
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.stroke_count.choose import FEWEST, choose_strokes, counts_to_look_at
+from brushgs.stroke_count.search import SIZE_TRIES
 from brushgs.stroke_count.view_model import ViewModel, typical_size
 from tests.scenes import real_scene
 
@@ -185,7 +186,7 @@ def painted(pears, strokes, **draw):
 def test_a_painting_says_why_it_has_so_many_strokes(pears):
     _, stages = painted(pears, "auto")
     count = stages["count"].counts["strokes"]
-    assert stages["count"].did.startswith(f"{count:,} strokes: the knee, where doubling buys ")
+    assert stages["count"].did.startswith(f"{count:,} strokes: the knee, where doubling gains ")
     assert stages["cluster"].counts["after"] <= count
     assert list(stages).index("plain") < list(stages).index("prune") < list(stages).index("count")
 
@@ -208,11 +209,11 @@ def test_a_budget_is_kept_to_the_whole_scene_and_a_stricter_one_takes_no_fewer(p
 def test_a_size_is_reached_within_a_tenth(pears, pixels):
     _, stages = painted(pears, StrokeSize(pixels))
     assert stages["cluster"].counts["size"] == pytest.approx(pixels, rel=0.1)
-    assert stages["cluster"].counts["tries"] <= counting.SIZE_TRIES
+    assert stages["cluster"].counts["tries"] <= SIZE_TRIES
 
 
 def test_a_size_that_cannot_be_had_is_told(pears):
-    with pytest.warns(SceneWarning, match="strokes of 1px cannot be had in this view; these come to"):
+    with pytest.warns(SceneWarning, match="strokes of 1px are not possible in this view; these are"):
         _, stages = painted(pears, StrokeSize(1.0))
     assert stages["project"].counts["before"] == stages["prune"].counts["after"]
 

@@ -20,7 +20,7 @@ def run(args: Namespace) -> None:
     """Write the strokes."""
     config = paint_config(args).cluster
     with reported(args) as report:
-        from brushgs.painting.still import cluster_file
+        from brushgs.painting.passes import cluster_file
 
         cluster_file(
             args.scene, args.output or output_beside(args.scene, "strokes", SCENE_SUFFIXES[0]), config, report

@@ -20,7 +20,7 @@ def run(args: Namespace) -> None:
     """Write the pruned scene."""
     config = paint_config(args).prune
     with reported(args) as report:
-        from brushgs.painting.still import prune_file
+        from brushgs.painting.passes import prune_file
 
         prune_file(
             args.scene, args.output or output_beside(args.scene, "pruned", SCENE_SUFFIXES[0]), config, report

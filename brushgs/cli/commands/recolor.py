@@ -21,7 +21,7 @@ def run(args: Namespace) -> None:
     config = paint_config(args).palette
     assert config is not None, "the parser requires --palette"
     with reported(args) as report:
-        from brushgs.painting.still import recolor_file
+        from brushgs.painting.passes import recolor_file
 
         recolor_file(
             args.scene,

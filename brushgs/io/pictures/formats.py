@@ -4,9 +4,10 @@ OpenImageIO reads and writes pictures, libav (PyAV) writes videos. The content o
 read, the suffix of an output how it is written. Error texts, help texts and the fuzzer read these tables.
 """
 
+from pathlib import Path
 from typing import NamedTuple
 
-from brushgs.io.formats import Matcher, begins_with, in_words, suffixes_of
+from brushgs.io.formats import Matcher, begins_with, find_by_suffix, in_words, suffixes_of
 
 
 class PictureFormat(NamedTuple):
@@ -97,3 +98,9 @@ VIDEO_SUFFIXES = suffixes_of(VIDEO_FORMATS)
 PICTURES_READ = in_words([row.name for row in PICTURE_FORMATS])
 PICTURES_WRITTEN = in_words([f"{row.suffixes[0]} ({row.note})" for row in WRITTEN_PICTURES])
 VIDEOS_WRITTEN = in_words([f"{row.suffixes[0]} ({row.name})" for row in VIDEO_FORMATS])
+
+
+def holds_depth(path: str | Path) -> bool:
+    """Whether a picture that is written to this path holds the depth of the frame."""
+    picture_format = find_by_suffix(WRITTEN_PICTURES, path)
+    return picture_format is not None and picture_format.holds_depth

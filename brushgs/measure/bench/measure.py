@@ -18,9 +18,8 @@ def measure(subject: Subject, report: Report) -> Bench:
     """
     families = []
     for name, plan in plan_families(subject).items():
-        with report.stage(
-            name, frames=plan.num_points + subject.config.repeats * plan.num_runs, of="runs"
-        ) as stage:
+        num_runs = plan.num_points + subject.config.repeats * plan.num_runs
+        with report.stage(name, total=num_runs, unit="runs") as stage:
             if plan.idle is not None:
                 stage.did = "not measured"
                 stage.skipped.append(f"the whole family: {plan.idle}")

@@ -13,8 +13,8 @@ from brushgs.measure.report import ExperimentReport, Outputs, plain_camera, plai
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.background import check_background
+from brushgs.painting.outputs import input_files
 from brushgs.painting.prepare import prepare
-from brushgs.painting.still import input_files
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -13,7 +13,7 @@ from brushgs.measure.bench.verify import check_square
 from brushgs.options.choices import Features, Method
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import PaintConfig
-from brushgs.painting.background import Ground, open_background
+from brushgs.painting.background import Background, open_background
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.passes.cluster import Grouping, cluster, group
@@ -141,5 +141,5 @@ class Subject:
         return ground
 
     @cached_property
-    def _grounds(self) -> dict[tuple[int, int], Ground]:
+    def _grounds(self) -> dict[tuple[int, int], Background]:
         return {}

@@ -14,9 +14,9 @@ from brushgs.options.experiments import StabilityConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.painting.background import check_background
+from brushgs.painting.outputs import input_files
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
-from brushgs.painting.still import input_files
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -99,7 +99,7 @@ def report_stability(
 
 def _measure(comparison: Comparison, config: StabilityConfig, report: Report) -> Stability:
     num_painted = painted_frames(comparison.cameras, config)
-    with report.stage("measure", frames=num_painted) as stage:
+    with report.stage("measure", total=num_painted) as stage:
         result = measure_stability(comparison, config, advance=report.advance)
         num_pairs = len(result.starts)
         stage.did = (

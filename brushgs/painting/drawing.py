@@ -1,0 +1,145 @@
+"""The stages that turn strokes into a picture: stroke image, background, project, rasterise and write."""
+
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.errors import SceneWarning
+from brushgs.options.painting import DrawConfig
+from brushgs.painting.background import Background, open_background
+from brushgs.painting.report import Report, Stage
+from brushgs.painting.strokes import zero_degrees
+from brushgs.scene import Boxes, Camera, Frame, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.brushes.texture import StrokeTexture
+    from brushgs.rendering.options import RenderOptions
+
+NOTHING_SEEN = "no stroke is in the picture; check that the camera and the scene belong together"
+CULLED = {  # field of ProjectCounts -> words
+    "behind_near": "at or behind the near plane of the camera",
+    "outside": "outside the picture",
+    "faint": "with an opacity under 1/255",
+    "not_finite": "too large for the arithmetic",
+}
+
+
+def open_stroke(config: DrawConfig, report: Report) -> "StrokeTexture":
+    """Open the stroke image or kernel."""
+    with report.stage("stroke") as stage:
+        from brushgs.brushes.texture import StrokeTexture
+
+        texture = StrokeTexture.open(config.stroke)
+        height, width = texture.coverage.shape
+        size = f"{width} x {height} texels" if texture.kind == "image" else "a kernel, no image"
+        stage.did = f"{texture.name}: {size}"
+        stage.counts = {"name": texture.name, "kind": texture.kind, "width": width, "height": height}
+    return texture
+
+
+def render_options(draw: DrawConfig, texture: "StrokeTexture", *, along_path: bool) -> "RenderOptions":
+    """Resolve the options for one picture, or for all frames along a path.
+
+    Raises:
+        ValueError: if the lock is "track" and there is no path.
+    """
+    from brushgs.rendering.options import RenderOptions
+
+    return RenderOptions.of(
+        texture,
+        lock=draw.lock_of(along_path=along_path),
+        order=draw.order_of(along_path=along_path),
+        filter=draw.filter,
+        num_sigmas=texture.fitted_sigmas if draw.extent == "fitted" else texture.num_sigmas,
+        num_threads=draw.threads,
+    )
+
+
+def open_picture_background(config: DrawConfig, camera: Camera, report: Report) -> Background:
+    """Open the background of a picture; a stage only where an image is read."""
+    if not Path(config.background).is_file():
+        return open_background(config.background, camera.width, camera.height)
+    with report.stage("background") as stage:
+        background = open_background(config.background, camera.width, camera.height)
+        stage.did = f"{config.background}, scaled to fill the picture"
+        stage.counts = {"path": config.background}
+    return background
+
+
+def project_scene(
+    strokes: Gaussians, camera: Camera, texture: "StrokeTexture", options: "RenderOptions", report: Report
+) -> Boxes:
+    """Project the strokes to boxes on the picture, nearest first."""
+    with report.stage("project") as stage:
+        from brushgs.rendering.options import project_with
+        from brushgs.sh import used_sh_degree
+
+        boxes, culled = project_with(strokes, camera, options)
+        stage.did = f"{len(boxes):,} of {len(strokes):,} strokes in the picture"
+        stage.counts = {
+            "before": len(strokes),
+            "after": len(boxes),
+            "sigmas": round(options.num_sigmas, 4),
+            "lock": options.lock,
+            "order": options.order,
+        }
+        for reason, words in CULLED.items():
+            count = getattr(culled, reason)
+            stage.counts[reason] = count
+            if count:
+                stage.skipped.append(f"{count:,} strokes {words}")
+        if not texture.is_directed:
+            stage.details.append("no lock, fading or soft order: a kernel fills the ellipse itself")
+        if len(boxes) == 0:
+            warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
+        degree = used_sh_degree(strokes)
+        stage.counts["sh_degree"] = degree
+        if degree < strokes.sh_degree:
+            stage.details.append(zero_degrees(degree, strokes.sh_degree))
+    return boxes
+
+
+def rasterize_boxes(
+    boxes: Boxes, camera: Camera, texture: "StrokeTexture", options: "RenderOptions", report: Report
+) -> Frame:
+    """Draw the boxes."""
+    with report.stage("rasterise") as stage:
+        from brushgs.rendering.options import rasterize_with
+
+        frame = rasterize_with(boxes, camera, texture, options)
+        painted = float(np.mean(frame.alpha, dtype=np.float64))
+        stage.did = f"{len(boxes):,} strokes cover {painted:.1%} of the picture"
+        stage.counts = {"strokes": len(boxes), "painted": round(painted, 6), "filter": options.filter}
+        _describe_levels(boxes, texture, options.filter, stage)
+        if not options.depth:
+            stage.details.append("no depth: this file format does not hold it")
+    return frame
+
+
+def _describe_levels(boxes: Boxes, texture: "StrokeTexture", filter: str, stage: Stage) -> None:
+    """Report how many mip levels of the stroke image were not made, because no stroke samples them."""
+    if texture.kind != "image":
+        stage.details.append("no texture filter: a kernel is computed, not sampled")
+        return
+    if filter != "mip" or len(boxes) == 0:
+        return
+    from brushgs.rendering.rasterize import count_levels
+
+    used, total = count_levels(boxes, texture)
+    stage.counts |= {"mip_levels": total, "mip_levels_used": used}
+    if used < total:
+        stage.details.append(f"{total - used} of {total} mip levels skipped: no stroke samples them")
+
+
+def write_picture(
+    frame: Frame, path: Path, background: Background, config: DrawConfig, report: Report
+) -> None:
+    """Write the picture on its background."""
+    with report.stage("write") as stage:
+        from brushgs.io.pictures.images import write_frame
+
+        write_frame(frame, path, background=background)
+        stage.did = f"{path}, on {config.background}"
+        stage.counts = {"path": str(path), "bytes": path.stat().st_size, "background": config.background}

@@ -1,0 +1,39 @@
+"""Single passes as commands: prune, cluster or recolor, from scene file to scene file."""
+
+from pathlib import Path
+
+from brushgs.io.scenes.formats import SCENE_SUFFIXES
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PaletteConfig, PruneConfig
+from brushgs.painting.outputs import check_output
+from brushgs.painting.prepare import prepare
+from brushgs.painting.report import Report
+from brushgs.painting.strokes import load_scene, open_palette, prune_scene, recolor_scene, write_scene
+
+
+def prune_file(scene: str | Path, output: str | Path, config: PruneConfig, report: Report) -> Report:
+    """Prune a scene file, also one of strokes."""
+    check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene),))
+    gaussians, notes = load_scene(scene, report)
+    gaussians = prune_scene(gaussians, config, report)
+    return write_scene(gaussians, output, report, is_strokes=notes.is_strokes)
+
+
+def cluster_file(scene: str | Path, output: str | Path, config: ClusterConfig, report: Report) -> Report:
+    """Cluster a scene file, without pruning it.
+
+    Where the number of strokes is chosen for a view, that is the default view of `paint_file`, painted with
+    the plain kernel.
+    """
+    check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene),))
+    paint = PaintConfig(PruneConfig(keep=1.0), config, draw=DrawConfig(stroke="gaussian"))
+    prepared = prepare(scene, paint, report, needs_view=False, needs_background=False)
+    return write_scene(prepared.strokes, output, report, is_strokes=True)
+
+
+def recolor_file(scene: str | Path, output: str | Path, config: PaletteConfig, report: Report) -> Report:
+    """Give a scene file the colours of a palette."""
+    check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene), config.file))
+    palette = open_palette(config, report)
+    gaussians, notes = load_scene(scene, report)
+    gaussians = recolor_scene(gaussians, palette, config, report)
+    return write_scene(gaussians, output, report, is_strokes=notes.is_strokes)

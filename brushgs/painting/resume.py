@@ -1,0 +1,105 @@
+"""What makes frames parts of one painting, in the form that a manifest holds: `--resume` compares it.
+
+Arrays are recorded as digests. The digest of the strokes covers the scene and everything that was done to it:
+where clustering rounds differently on another machine, the strokes differ, and the comparison shows it.
+"""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs import __version__
+from brushgs.errors import SceneError
+from brushgs.io.json_file import shown
+from brushgs.io.pictures.numbered import Manifest, NumberedFiles
+from brushgs.options.painting import PaintConfig
+from brushgs.painting.prepare import Prepared
+from brushgs.scene import Camera
+
+_DIGEST = "digest "
+
+
+def describe_options(config: PaintConfig) -> dict[str, Any]:
+    """The options that frames depend on, known before any work: name -> number, text or None."""
+    steps = asdict(config.prune) | asdict(config.cluster) | asdict(config.draw)
+    del steps["threads"]
+    steps["keep"] = config.prune.share()
+    if config.cluster.target is not None:
+        steps["strokes"] = str(config.cluster.target)
+    if config.palette is not None:
+        steps |= {f"palette {name}": str(value) for name, value in asdict(config.palette).items()}
+    moving = {
+        "lock": config.draw.lock_of(along_path=True),
+        "order": config.draw.order_of(along_path=True),
+    }
+    return {"version": __version__} | steps | moving
+
+
+def describe_painting(config: PaintConfig, prepared: Prepared) -> dict[str, Any]:
+    """Everything that frames depend on: the options, and digests of what was made from the files."""
+    strokes, path, background = prepared.strokes, prepared.path, prepared.background
+    assert path is not None
+    return describe_options(config) | {
+        "scene": _digest(*vars(strokes).values()),
+        "stroke image": _digest(prepared.texture.coverage),
+        "background image": None if background is None else _digest(np.asarray(background)),
+        "frames": len(path.cameras),
+        "loop": path.is_loop,
+        "path": _digest(*map(_numbers, path.cameras)),
+    }
+
+
+def read_manifest(files: NumberedFiles, config: PaintConfig) -> Manifest | None:
+    """Read the manifest of the painting that is to be resumed; None if there are no frames yet.
+
+    Raises:
+        SceneError: if there are frames without a manifest, or options differ from those of the manifest.
+    """
+    manifest = Manifest.read(files)
+    if manifest is not None:
+        check_same_painting(manifest, describe_options(config))
+    elif numbers := files.numbers():
+        raise SceneError(
+            files.manifest,
+            f"there is no such manifest, so it is not known which painting the {len(numbers)} frames "
+            f"{files.name} belong to; omit --resume to paint them all again",
+        )
+    return manifest
+
+
+def check_same_painting(manifest: Manifest, expected: Mapping[str, Any]) -> None:
+    """Refuse to resume another painting.
+
+    Raises:
+        SceneError: if anything expected differs in the manifest; names everything that differs.
+    """
+    differing = []
+    for name, value in expected.items():
+        found = manifest.painting.get(name)
+        if found != value:
+            is_digest = isinstance(value, str) and value.startswith(_DIGEST)
+            text = shown(found) if isinstance(found, list | dict) else str(found)[:80]
+            differing.append(f"another {name}" if is_digest else f"{name} {text}, now {value}")
+    if differing:
+        raise SceneError(
+            manifest.files.pattern,
+            f"the frames there are of another painting ({'; '.join(differing)}); give the options they were "
+            "painted with, or omit --resume to paint them all again",
+        )
+
+
+def _numbers(camera: Camera) -> NDArray[np.float64]:
+    size = (camera.width, camera.height, camera.near)
+    return np.concatenate([camera.viewmat.ravel(), camera.K.ravel(), size])
+
+
+def _digest(*arrays: NDArray[Any]) -> str:
+    digest = hashlib.blake2b(digest_size=16)
+    for array in arrays:
+        digest.update(f"{array.shape} {array.dtype.str}".encode())
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return _DIGEST + digest.hexdigest()

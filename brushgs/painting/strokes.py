@@ -1,0 +1,200 @@
+"""The stages that turn a scene into strokes: load, prune, cluster and recolor; `prepare` calls them in order.
+
+Each adds a `Stage` to the report, and imports heavy packages only when it runs.
+"""
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from brushgs.errors import SceneError
+from brushgs.options.painting import ClusterConfig, ErrorBudget, PaletteConfig, PruneConfig, StrokeSize
+from brushgs.painting.count import choose_count, cluster_to_target, describe_search
+from brushgs.painting.report import Report, Stage
+from brushgs.scene import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.io.scenes.notes import LoadNotes
+    from brushgs.passes.recolor import Palette
+    from brushgs.stroke_count.search import Clustered
+    from brushgs.stroke_count.view_model import ViewModel
+
+
+def load_scene(path: str | Path, report: Report) -> "tuple[Gaussians, LoadNotes]":
+    """Read the Gaussians of a file, and notes on what else it holds."""
+    with report.stage("load") as stage:
+        from brushgs.io import read_scene
+
+        gaussians, notes = read_scene(path)
+        dropped = f", {notes.rows_dropped:,} rows dropped" if notes.rows_dropped else ""
+        degree = f"SH degree {notes.sh_degree_used}"
+        what = "strokes" if notes.is_strokes else "Gaussians"
+        stage.did = f"{len(gaussians):,} {what}, {degree}, {notes.format}{dropped}"
+        stage.counts = {
+            "gaussians": len(gaussians),
+            "rows_read": notes.rows_read,
+            "rows_dropped": notes.rows_dropped,
+            "sh_degree_stored": notes.sh_degree_stored,
+            "sh_degree_used": notes.sh_degree_used,
+            "format": notes.format,
+            "is_strokes": notes.is_strokes,
+        }
+        if notes.sh_degree_used < notes.sh_degree_stored:
+            stage.details.append(zero_degrees(notes.sh_degree_used, notes.sh_degree_stored))
+    return gaussians, notes
+
+
+def zero_degrees(used: int, stored: int) -> str:
+    """The SH degrees above the highest one that is used, as a detail of a stage."""
+    degrees = f"degree {stored}" if used + 1 == stored else f"degrees {used + 1} to {stored}"
+    return f"SH {degrees} skipped: zero in every row"
+
+
+def prune_scene(
+    gaussians: Gaussians, config: PruneConfig, report: Report, *, is_strokes: bool = False
+) -> Gaussians:
+    """Keep the Gaussians of highest weight; keep all strokes, unless the config states a share."""
+    with report.stage("prune") as stage:
+        num_before, keep = len(gaussians), config.share(is_strokes=is_strokes)
+        if keep < 1:
+            from brushgs.passes.prune import prune
+
+            gaussians = prune(gaussians, keep, weight=config.weight)
+            stage.did = f"kept {len(gaussians):,} of {num_before:,} by {config.weight}"
+        else:
+            stage.did = f"kept all {num_before:,}"
+            reason = "they are strokes already" if config.keep is None else "keep = 1"
+            stage.skipped.append(f"pruning: {reason}")
+        stage.counts = {"before": num_before, "after": len(gaussians), "weight": config.weight}
+    return gaussians
+
+
+def cluster_scene(
+    gaussians: Gaussians,
+    config: ClusterConfig,
+    report: Report,
+    *,
+    num_loaded: int,
+    view_model: "ViewModel | None" = None,
+) -> Gaussians:
+    """Merge Gaussians into fewer and larger ones: the strokes in space.
+
+    Args:
+        gaussians: the scene, pruned.
+        config: how many, and how.
+        report: gets the stage, and that of choosing the count where there is a target.
+        num_loaded: number of Gaussians in the scene as loaded, of which a share is taken.
+        view_model: what `open_view_model` returned: the view that a target is for.
+    """
+    choice = None if view_model is None else choose_count(gaussians, config, view_model, report)
+    with report.stage("cluster") as stage:
+        num, target, found = len(gaussians), config.target, None
+        if choice is None or view_model is None:
+            count = config.num_strokes(num_loaded) if config.strokes is not None else num
+            clustered = _cluster(gaussians, count, config)
+        elif isinstance(target, ErrorBudget | StrokeSize):
+            cluster = partial(_cluster, gaussians, config=config)
+            found = cluster_to_target(num, target, view_model, choice, cluster)
+            count, clustered = found.count, found.clustered
+        else:
+            count = choice.strokes
+            clustered = _cluster(gaussians, count, config)
+        _describe_clusters(clustered, num, count, config, stage)
+        if found is not None and isinstance(target, ErrorBudget | StrokeSize):
+            describe_search(found, target, stage)
+    return clustered.strokes
+
+
+def _cluster(gaussians: Gaussians, num_strokes: int, config: ClusterConfig) -> "Clustered":
+    """Merge Gaussians where there are more than so many."""
+    from brushgs.stroke_count.search import Clustered
+
+    if len(gaussians) <= num_strokes:
+        return Clustered(gaussians, None)
+    from brushgs.passes.cluster import group
+    from brushgs.passes.merge import merge_clusters
+
+    grouping = group(gaussians, num_strokes, features=config.features, method=config.method, seed=config.seed)
+    strokes = merge_clusters(gaussians, grouping.labels, merge=config.merge, visible=grouping.visible)
+    return Clustered(strokes, grouping)
+
+
+def _describe_clusters(
+    clustered: "Clustered", num_before: int, count: int, config: ClusterConfig, stage: Stage
+) -> None:
+    strokes, grouping = clustered
+    stage.counts = {"before": num_before, "asked": count, "after": len(strokes), "method": None}
+    if grouping is None:
+        stage.did = f"{num_before:,} strokes, one per Gaussian"
+        why = (
+            "every Gaussian is a stroke"
+            if config.strokes is None
+            else f"{num_before:,} Gaussians are not more than {count:,} strokes"
+        )
+        stage.skipped.append(f"clustering: {why}")
+        return
+    stage.did = f"{num_before:,} into {len(strokes):,} strokes"
+    stage.details.append(f"by {grouping.method}, {grouping.num_steps} steps ({grouping.reason})")
+    stage.counts |= {
+        "method": grouping.method,
+        "steps": grouping.num_steps,
+        "inertia": grouping.inertia,
+    }
+
+
+def open_palette(config: PaletteConfig | None, report: Report) -> "Palette | None":
+    """Measure the colours of a painting; a stage only where there is a palette."""
+    if config is None:
+        return None
+    with report.stage("palette") as stage:
+        from brushgs.io.pictures.images import read_image
+        from brushgs.passes.recolor import Palette
+
+        image = read_image(config.file)
+        try:
+            palette = Palette.of_image(image, space=config.space)
+        except ValueError as error:
+            raise SceneError(
+                config.file, f"has no colours to take ({error}); choose another picture"
+            ) from None
+        height, width = image.shape[:2]
+        stage.did = f"{config.file}, {width}x{height} pixels"
+        stage.counts = {"path": str(config.file), "width": width, "height": height}
+    return palette
+
+
+def recolor_scene(
+    gaussians: Gaussians, palette: "Palette | None", config: PaletteConfig | None, report: Report
+) -> Gaussians:
+    """Give the strokes the colours of the palette; a stage only where there is one."""
+    if palette is None or config is None:
+        return gaussians
+    with report.stage("recolor") as stage:
+        from brushgs.passes.recolor import recolor
+
+        gaussians = recolor(gaussians, palette, config.strength)
+        stage.did = f"{len(gaussians):,} strokes, {config.strength:.0%} of the way in {config.space}"
+        stage.counts = {"strokes": len(gaussians), "strength": config.strength, "space": config.space}
+        if config.strength == 0:
+            stage.skipped.append("recolouring: the strength is 0")
+    return gaussians
+
+
+def write_scene(
+    gaussians: Gaussians, output: str | Path, report: Report, *, is_strokes: bool = False
+) -> Report:
+    """Write Gaussians to a scene file, which records whether they are strokes; complete the report."""
+    with report.stage("write") as stage:
+        from brushgs.io.scenes import write
+
+        write.write_scene(gaussians, output, is_strokes=is_strokes)
+        size = Path(output).stat().st_size
+        stage.did = f"{output}, {file_size(size)}"
+        stage.counts = {"path": str(output), "bytes": size, "gaussians": len(gaussians)}
+    report.output = str(output)
+    return report
+
+
+def file_size(num_bytes: int) -> str:
+    """The size of a file in words, such as "12.3 MB"."""
+    return f"{num_bytes / 1e6:,.1f} MB" if num_bytes >= 1e6 else f"{num_bytes / 1e3:,.0f} kB"

@@ -1,0 +1,101 @@
+"""Search for clusters that meet an error budget or a stroke size, by clustering at count after count.
+
+`choose` estimates a count from nested cells; clusters differ from cells. A budget is a promise, and a size is
+measured in the picture, so here the clusters themselves are compared with the target.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from brushgs.passes.cluster import Grouping
+from brushgs.scene import Gaussians
+from brushgs.stroke_count.choose import Choice
+from brushgs.stroke_count.curve import psnr_of
+from brushgs.stroke_count.view_model import ViewModel
+
+# Clusters reach the error of cells at 0.7 to 1.4 of their count, mostly: the search for the fewest within a
+# budget starts a step below the estimate, and each step multiplies the count by 1.19.
+STEP = 2**0.25
+START = 1 / STEP
+SIZE_TOLERANCE, SIZE_TRIES = 0.05, 4  # relative to the target length; clusterings
+
+
+class Clustered(NamedTuple):
+    """Strokes, and how the Gaussians were grouped; None where each is a stroke of its own."""
+
+    strokes: Gaussians
+    grouping: Grouping | None
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The clusters that meet a target best.
+
+    Attributes:
+        clustered: the clusters.
+        count: number of strokes that clustering was called with.
+        tries: clusterings made.
+        size: typical length of the strokes, pixels.
+        psnr: dB to the plain picture.
+    """
+
+    clustered: Clustered
+    count: int
+    tries: int
+    size: float
+    psnr: float
+
+
+Cluster = Callable[[int], Clustered]  # at most so many strokes
+
+
+def search_budget(num: int, psnr: float, view_model: ViewModel, choice: Choice, cluster: Cluster) -> Found:
+    """Find the first of a ladder of counts whose clusters reach a PSNR.
+
+    The ladder is the same for every budget, so a stricter budget never gives fewer strokes.
+
+    Args:
+        num: Gaussians, one stroke per Gaussian at most.
+        psnr: the budget, dB.
+        view_model: the view.
+        choice: the estimate to start from.
+        cluster: merges the Gaussians.
+    """
+    step, tries = int(np.ceil(np.log(max(1.0, START * choice.strokes)) / np.log(STEP))), 0
+    while True:
+        count, tries, step = min(num, round(STEP**step)), tries + 1, step + 1
+        clustered = cluster(count)
+        boxes = view_model.boxes(clustered.strokes)
+        reached = psnr_of(view_model.rmse(boxes))
+        if count == num or reached >= psnr:
+            return Found(clustered, count, tries, view_model.size(boxes), reached)
+
+
+def search_size(pixels: float, view_model: ViewModel, choice: Choice, cluster: Cluster) -> Found:
+    """Find clusters whose typical size comes closest to so many pixels, in a few tries.
+
+    Each try corrects the target size of the cells by the factor that the last clusters missed it by.
+
+    Args:
+        pixels: the target.
+        view_model: the view.
+        choice: the estimate to start from.
+        cluster: merges the Gaussians.
+    """
+    tried: dict[int, tuple[float, Clustered]] = {}  # count -> distance from the target, clusters
+    count, target = choice.strokes, pixels
+    while count not in tried:
+        clustered = cluster(count)
+        size = view_model.size(view_model.boxes(clustered.strokes))
+        tried[count] = abs(np.log(max(size, 1e-9) / pixels)), clustered
+        if tried[count][0] <= SIZE_TOLERANCE or len(tried) == SIZE_TRIES or size == 0:
+            break
+        target *= pixels / size
+        count = choice.count_of_size(target)
+    best = min(tried, key=lambda count: tried[count][0])
+    clustered = tried[best][1]
+    boxes = view_model.boxes(clustered.strokes)
+    return Found(clustered, best, len(tried), view_model.size(boxes), psnr_of(view_model.rmse(boxes)))
