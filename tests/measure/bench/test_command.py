@@ -164,10 +164,10 @@ def test_progress_counts_runs_not_frames(scene, monkeypatch):
     told = []
     stage = BenchReport.stage
 
-    def recorded(self, name, *, frames=None, of="frames"):
-        if frames is not None:
-            told.append([name, of, frames, 0])
-        return stage(self, name, frames=frames, of=of)
+    def recorded(self, name, *, total=None, unit="frames", **clocks):
+        if total is not None:
+            told.append([name, unit, total, 0])
+        return stage(self, name, total=total, unit=unit, **clocks)
 
     def advance(self):
         told[-1][3] += 1
@@ -176,7 +176,7 @@ def test_progress_counts_runs_not_frames(scene, monkeypatch):
     monkeypatch.setattr(BenchReport, "advance", advance)
     assert cli.main(["bench", scene, *SMALL, "--families", "strokes,merge", "-o", "a.csv", "--quiet"]) == 0
     assert told == [["strokes", "runs", 9, 9], ["merge", "runs", 20, 20]]  # each verified, then all timed
-    assert pace(3, 9, 1.5, "runs") == "3/9 runs, 2 a second, 0:03 left"
+    assert pace(3, 9, 1.5, "runs") == "3/9 runs, 2 per second, 0:03 left"
 
 
 def configs(*words):
