@@ -1,5 +1,6 @@
 """Every example runs, and writes what it says first."""
 
+import re
 import runpy
 import sys
 from functools import partial
@@ -8,6 +9,7 @@ from pathlib import Path
 import av
 import pytest
 
+import brushgs.painting.demo
 import brushgs.still_life
 from brushgs.io.pictures.images import read_image
 
@@ -18,6 +20,8 @@ def run(name, *words, monkeypatch):
     """Run an example as its own program, on a small still life."""
     small = partial(brushgs.still_life.still_life, 4000)
     monkeypatch.setattr(brushgs.still_life, "still_life", small)
+    monkeypatch.setattr(brushgs.painting.demo, "still_life", small)
+    monkeypatch.syspath_prepend(EXAMPLES)  # as Python does for a script
     monkeypatch.setattr(sys, "argv", [name, *map(str, words)])
     runpy.run_path(str(EXAMPLES / name), run_name="__main__")
 
@@ -34,6 +38,7 @@ def test_every_example_is_run_by_this_file():
         "contact_sheet.py",
         "plain_3dgs.py",
         "moving_still_life.py",
+        "make_pictures.py",
     }
     assert {path.name for path in EXAMPLES.glob("*.py")} == tested
 
@@ -72,6 +77,24 @@ def test_moving_still_life(tmp_path, monkeypatch):
         frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
     assert [frame.shape for frame in frames] == [(60, 80, 3)] * 4
     assert all(frame.std() > 5 for frame in frames)
+
+
+def test_make_pictures(tmp_path, monkeypatch, capfd):
+    run("make_pictures.py", "-o", tmp_path, "--frames", 3, monkeypatch=monkeypatch)
+    assert is_a_picture(tmp_path / "still_life.jpg", 1000, 750)
+    assert is_a_picture(tmp_path / "strokes.jpg", 1218, 944)
+    assert is_a_picture(tmp_path / "options.jpg", 1212, 1344)
+    assert is_a_picture(tmp_path / "sway.webp", 480, 360)
+    printed = capfd.readouterr()
+    assert printed.out.count("\n") == 5
+    assert printed.err == ""  # no progress bar in a pipe
+
+
+def test_the_readme_shows_only_what_is_there():
+    readme = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
+    links = re.findall(r"\]\(([^)#]+)\)", readme)
+    assert links
+    assert [link for link in links if not (EXAMPLES.parent / link).exists()] == []
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.name)
