@@ -3,7 +3,7 @@
 still_life.jpg  what `brushgs demo --stroke flat` paints
 strokes.jpg     lemon, pear and apple with every built-in stroke
 options.jpg     one view of the still life, once for each line of `OPTIONS`
-sway.webp       the camera sways before the still life, in a loop
+sway.webp       a loop: the camera moves to both sides of the still life and back
 
 Labels and files are made with Pillow, which comes with scikit-image. It takes about 20 seconds.
 
@@ -124,7 +124,7 @@ def options_chart(folder: Path) -> Image.Image:
 
 
 def moving_picture(scene: bg.Gaussians, num_frames: int) -> list[Image.Image]:
-    """Frames of a loop: the camera sways before the still life and comes back."""
+    """Frames of a loop: the camera moves to both sides of the still life and back."""
     strokes = bg.cluster(bg.prune(scene), 4000)
     cameras = swaying(still_life_camera(width=480, height=360), num_frames + 1, degrees=28)
     frames = bg.render_sequence(strokes, cameras, bg.StrokeTexture.open("flat"), depth=False)

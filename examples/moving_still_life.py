@@ -1,4 +1,4 @@
-"""Writes moving_still_life.mp4: the example scene, painted while the camera sways before it and comes back.
+"""Writes moving_still_life.mp4: the example scene, painted while the camera moves to both sides and back.
 
 python examples/moving_still_life.py [-o FILE] [--stroke NAME] [--strokes COUNT] [--frames COUNT]
                                      [--size WIDTH HEIGHT]
