@@ -19,7 +19,7 @@ DISTANCE = 10.6  # from the camera to the fruit, world units
 def swaying(camera: bg.Camera, num_frames: int, *, degrees: float = 20) -> list[bg.Camera]:
     """Views from an arc to both sides, around the vertical through the point that the camera looks at.
 
-    Behind the still life stands a wall, so the camera stays before it: up to 40 degrees to each side.
+    A wall is behind the still life, so the camera stays in front: up to 40 degrees to each side.
     """
     middle = camera.position + DISTANCE * camera.viewmat[2, :3]
     cameras = []
