@@ -13,7 +13,9 @@ import brushgs.painting.demo
 import brushgs.still_life
 from brushgs.io.pictures.images import read_image
 
-EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+ROOT = Path(__file__).resolve().parent.parent
+EXAMPLES = ROOT / "examples"
+PAGES = [ROOT / "README.md", ROOT / "strokes" / "README.md", *sorted((EXAMPLES / "measured").glob("*.md"))]
 
 
 def run(name, *words, monkeypatch):
@@ -90,11 +92,11 @@ def test_make_pictures(tmp_path, monkeypatch, capfd):
     assert printed.err == ""  # no progress bar in a pipe
 
 
-def test_the_readme_shows_only_what_is_there():
-    readme = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
-    links = re.findall(r"\]\(([^)#]+)\)", readme)
-    assert links
-    assert [link for link in links if not (EXAMPLES.parent / link).exists()] == []
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_the_links_of_a_page_lead_somewhere(page):
+    links = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
+    files = [page.parent / link for link in links if not link.startswith("http")]
+    assert [file for file in files if not file.exists()] == []
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.name)
