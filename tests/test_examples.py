@@ -2,6 +2,7 @@
 
 import re
 import runpy
+import shlex
 import sys
 from functools import partial
 from pathlib import Path
@@ -9,12 +10,16 @@ from pathlib import Path
 import av
 import pytest
 
+import brushgs.cli
 import brushgs.painting.demo
 import brushgs.still_life
 from brushgs.io.pictures.images import read_image
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "examples"
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+# Those of the demo are run by `.ci/run`.
+COMMANDS = re.findall(r"^brushgs (?!demo).+$", README, re.MULTILINE)
 PAGES = [ROOT / "README.md", ROOT / "strokes" / "README.md", *sorted((EXAMPLES / "measured").glob("*.md"))]
 
 
@@ -90,6 +95,17 @@ def test_make_pictures(tmp_path, monkeypatch, capfd):
     printed = capfd.readouterr()
     assert printed.out.count("\n") == 5
     assert printed.err == ""  # no progress bar in a pipe
+
+
+@pytest.mark.parametrize("line", COMMANDS)
+def test_a_command_of_the_readme_is_understood(line, tmp_path, monkeypatch, capsys):
+    """In a folder without its files it fails because of them, not because of its words."""
+    monkeypatch.chdir(tmp_path)
+    words = shlex.split(line.replace("//host:", "//127.0.0.1:"), comments=True)[1:]
+    assert brushgs.cli.main(words) == 2
+    assert "--help" not in capsys.readouterr().err  # what an unknown flag or a wrong value refers to
+    assert brushgs.cli.main([*words, "--wrong"]) == 2
+    assert "--help" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
