@@ -1,4 +1,4 @@
-"""Writes contact_sheet.png: every built-in stroke in a row of its own, with more strokes to the right.
+"""Writes contact_sheet.png: one row for each built-in stroke, with more strokes from left to right.
 
 python examples/contact_sheet.py [-o FILE] [--width PIXELS] [--counts COUNT ...] [--strokes NAME ...]
 """

@@ -1,4 +1,4 @@
-"""Writes moving_still_life.mp4: the example scene, painted while the camera sways before it and comes back.
+"""Writes moving_still_life.mp4: the example scene, painted while the camera moves to both sides and back.
 
 python examples/moving_still_life.py [-o FILE] [--stroke NAME] [--strokes COUNT] [--frames COUNT]
                                      [--size WIDTH HEIGHT]
@@ -16,11 +16,14 @@ from brushgs.still_life import still_life, still_life_camera
 DISTANCE = 10.6  # from the camera to the fruit, world units
 
 
-def swaying(camera: bg.Camera, num_frames: int) -> list[bg.Camera]:
-    """Views from an arc of 40 degrees around the upright line through what the camera looks at."""
+def swaying(camera: bg.Camera, num_frames: int, *, degrees: float = 20) -> list[bg.Camera]:
+    """Views from an arc to both sides, around the vertical through the point that the camera looks at.
+
+    A wall is behind the still life, so the camera stays in front: up to 40 degrees to each side.
+    """
     middle = camera.position + DISTANCE * camera.viewmat[2, :3]
     cameras = []
-    for angle in np.radians(20) * np.sin(np.linspace(0, 2 * np.pi, num_frames)):
+    for angle in np.radians(degrees) * np.sin(np.linspace(0, 2 * np.pi, num_frames)):
         c, s = np.cos(angle), np.sin(angle)
         turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
         viewmat = camera.viewmat.copy()

@@ -1,10 +1,12 @@
-"""Writes one picture per stroke into a folder: the example scene as different hands would paint it.
+"""Writes one picture for each stroke into a folder: the example scene, painted with different brushes.
 
 python examples/paint_still_life.py [-o FOLDER] [--strokes COUNT] [--size WIDTH HEIGHT] [STROKE ...]
 """
 
 import argparse
 from pathlib import Path
+
+import numpy as np
 
 import brushgs as bg
 from brushgs.still_life import still_life, still_life_camera
@@ -25,8 +27,8 @@ def main() -> None:
     for name in args.stroke:
         frame = bg.render(strokes, camera, bg.StrokeTexture.open(name), depth=False)
         path = args.output / f"{Path(name).stem}.png"
-        # A toned ground, as painters like it: what the strokes leave open stays warm and dark.
-        bg.save(bg.Frame(frame.over((0.18, 0.13, 0.07)), frame.alpha * 0 + 1), path)
+        # A toned background, as painters use it: gaps between strokes stay warm and dark.
+        bg.save(bg.Frame(frame.over((0.18, 0.13, 0.07)), np.ones_like(frame.alpha)), path)
         print(path)
 
 

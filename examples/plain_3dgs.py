@@ -1,6 +1,6 @@
-"""Writes plain_0.png, plain_1.png ...: a plain 3D Gaussian Splatting scene seen from all around, no strokes.
+"""Writes plain_0.png, plain_1.png ...: a 3D Gaussian Splatting scene from all sides, without strokes.
 
-brushgs is also a CPU renderer of trained scenes. The scene is the example or a PLY of your own.
+brushgs is also a CPU renderer of trained scenes. The scene is the still life or a PLY of your own.
 
 python examples/plain_3dgs.py [SCENE.ply] [--up -y] [-o FOLDER] [--frames COUNT] [--size WIDTH HEIGHT]
 """

@@ -1,6 +1,8 @@
 """Every example runs, and writes what it says first."""
 
+import re
 import runpy
+import shlex
 import sys
 from functools import partial
 from pathlib import Path
@@ -8,16 +10,25 @@ from pathlib import Path
 import av
 import pytest
 
+import brushgs.cli
+import brushgs.painting.demo
 import brushgs.still_life
 from brushgs.io.pictures.images import read_image
 
-EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+ROOT = Path(__file__).resolve().parent.parent
+EXAMPLES = ROOT / "examples"
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+# Those of the demo are run by `.ci/run`.
+COMMANDS = re.findall(r"^brushgs (?!demo).+$", README, re.MULTILINE)
+PAGES = [ROOT / "README.md", ROOT / "strokes" / "README.md", *sorted((EXAMPLES / "measured").glob("*.md"))]
 
 
 def run(name, *words, monkeypatch):
     """Run an example as its own program, on a small still life."""
     small = partial(brushgs.still_life.still_life, 4000)
     monkeypatch.setattr(brushgs.still_life, "still_life", small)
+    monkeypatch.setattr(brushgs.painting.demo, "still_life", small)
+    monkeypatch.syspath_prepend(EXAMPLES)  # as Python does for a script
     monkeypatch.setattr(sys, "argv", [name, *map(str, words)])
     runpy.run_path(str(EXAMPLES / name), run_name="__main__")
 
@@ -34,6 +45,7 @@ def test_every_example_is_run_by_this_file():
         "contact_sheet.py",
         "plain_3dgs.py",
         "moving_still_life.py",
+        "make_pictures.py",
     }
     assert {path.name for path in EXAMPLES.glob("*.py")} == tested
 
@@ -72,6 +84,35 @@ def test_moving_still_life(tmp_path, monkeypatch):
         frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
     assert [frame.shape for frame in frames] == [(60, 80, 3)] * 4
     assert all(frame.std() > 5 for frame in frames)
+
+
+def test_make_pictures(tmp_path, monkeypatch, capfd):
+    run("make_pictures.py", "-o", tmp_path, "--frames", 3, monkeypatch=monkeypatch)
+    assert is_a_picture(tmp_path / "still_life.jpg", 1000, 750)
+    assert is_a_picture(tmp_path / "strokes.jpg", 1218, 944)
+    assert is_a_picture(tmp_path / "options.jpg", 1212, 1344)
+    assert is_a_picture(tmp_path / "sway.webp", 480, 360)
+    printed = capfd.readouterr()
+    assert printed.out.count("\n") == 5
+    assert printed.err == ""  # no progress bar in a pipe
+
+
+@pytest.mark.parametrize("line", COMMANDS)
+def test_a_command_of_the_readme_is_understood(line, tmp_path, monkeypatch, capsys):
+    """In a folder without its files it fails because of them, not because of its words."""
+    monkeypatch.chdir(tmp_path)
+    words = shlex.split(line.replace("//host:", "//127.0.0.1:"), comments=True)[1:]
+    assert brushgs.cli.main(words) == 2
+    assert "--help" not in capsys.readouterr().err  # what an unknown flag or a wrong value refers to
+    assert brushgs.cli.main([*words, "--wrong"]) == 2
+    assert "--help" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_the_links_of_a_page_lead_somewhere(page):
+    links = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
+    files = [page.parent / link for link in links if not link.startswith("http")]
+    assert [file for file in files if not file.exists()] == []
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.name)

@@ -1,0 +1,204 @@
+"""Writes the pictures of the README: a painting, two charts and a moving picture.
+
+still_life.jpg  what `brushgs demo --stroke flat` paints
+strokes.jpg     lemon, pear and apple with every built-in stroke
+options.jpg     one view of the still life, once for each line of `OPTIONS`
+sway.webp       a loop: the camera moves to both sides of the still life and back
+
+Labels and files are made with Pillow, which comes with scikit-image. It takes about 20 seconds.
+
+python examples/make_pictures.py [-o FOLDER] [--frames COUNT]
+"""
+
+import argparse
+import json
+import shlex
+import sys
+import tempfile
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from moving_still_life import swaying
+from PIL import Image, ImageDraw, ImageFont
+from rich.console import Console
+from rich.progress import track
+
+import brushgs as bg
+from brushgs.brushes.texture import builtin_names
+from brushgs.cli import main as brushgs
+from brushgs.still_life import still_life_camera
+
+TONED, CREAM = "#2e2113", "#eadfc8"  # the background of the demo, and the labels on it
+TONED_RGB = 0x2E / 255, 0x21 / 255, 0x13 / 255
+GAP, LABEL = 6, 36  # between the cells of a chart, and the height of their labels; pixels
+FRUIT = 105, 290, 535, 357  # lemon, pear and apple in the view of 1000 x 750: left, top, width, height
+STROKES_OF_CHART = 3000
+OPTIONS = (
+    "--strokes 250",
+    "--strokes 2000",
+    "--strokes 7000",
+    "--strokes 2000 --keep 0.3",
+    "--strokes 2000 --merge paper",
+    "--strokes 2000 --preset paper",
+    "--stroke fan --strokes 500",
+    "--stroke fan --strokes 500 --features paper",
+    "--stroke fan --strokes 500 --background white",
+    "--palette autumn.png",
+    "--palette dusk.png",
+    "--palette dusk.png --palette-strength 0.5",
+)
+# The two palettes stand for paintings: colours and how many parts of the picture have them.
+PALETTES = {
+    "autumn.png": (("#20150c", 6), ("#4a2c14", 6), ("#7d4f22", 3), ("#b8863f", 1), ("#dcc28a", 1)),
+    "dusk.png": (("#161a2b", 6), ("#2b3550", 6), ("#4c5a78", 3), ("#8b93a3", 1), ("#c58b5a", 1)),
+}
+# A bar on a terminal, nothing in a pipe.
+progress = partial(track, console=Console(stderr=True), disable=not sys.stderr.isatty())
+
+
+class Cell(NamedTuple):
+    """One picture of a chart."""
+
+    label: str
+    picture: Image.Image
+    mark: Image.Image | None = None  # beside the label: a stroke, a palette
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument(
+        "-o", "--output", type=Path, default=Path(__file__).parent / "pictures", help="folder"
+    )
+    parser.add_argument("--frames", type=int, default=60, help="of the moving picture, 3 or more")
+    args = parser.parse_args()
+    args.output.mkdir(parents=True, exist_ok=True)
+    painting, strokes, options, moving = (
+        args.output / name for name in ("still_life.jpg", "strokes.jpg", "options.jpg", "sway.webp")
+    )
+    print(f"writes {painting}, {strokes.name}, {options.name} and {moving.name}")
+
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        run("demo", "--stroke", "flat", "-o", folder)
+        picture = open_picture(folder / "still_life-flat.png")
+        picture.resize((1000, 750), Image.Resampling.LANCZOS).save(painting, quality=88)
+        options_chart(folder).save(options, quality=85)
+        scene = bg.load(folder / "still_life.ply")
+    strokes_chart(scene).save(strokes, quality=85)
+    first, *others = moving_picture(scene, args.frames)
+    animation = {"save_all": True, "append_images": others, "duration": 67, "loop": 0}
+    first.save(moving, quality=72, method=4, **animation)
+    for path in (painting, strokes, options, moving):
+        print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+
+
+def strokes_chart(scene: bg.Gaussians) -> Image.Image:
+    """The fruit with every built-in stroke; `gaussian` is the plain picture of the scene."""
+    strokes = bg.cluster(bg.prune(scene), STROKES_OF_CHART)
+    camera = fruit_camera(width=300)
+    cells = []
+    for name in progress(builtin_names(), "strokes.jpg"):
+        texture = bg.StrokeTexture.open(name)
+        frame = bg.render(scene if name == "gaussian" else strokes, camera, texture, depth=False)
+        mark = Image.fromarray(texture.coverage) if texture.kind == "image" else None
+        cells.append(Cell(name, Image.fromarray(frame.bytes_over(TONED_RGB)), mark))
+    return chart(cells, columns=4)
+
+
+def options_chart(folder: Path) -> Image.Image:
+    """One view of `still_life.ply` in a folder, painted by the command line with each of `OPTIONS`."""
+    view = still_life_camera(width=400, height=300)
+    run_view = ["--camera-file", write_view(view, folder / "cameras.json"), "--background", TONED]
+    palettes = {file: draw_palette(colors, folder / file) for file, colors in PALETTES.items()}
+    cells = []
+    for label in progress(OPTIONS, "options.jpg"):
+        words = [folder / word if word in palettes else word for word in shlex.split(label)]
+        output = folder / "cell.png"
+        run("render", folder / "still_life.ply", "--stroke", "flat", *run_view, *words, "-o", output)
+        mark = next((palettes[word] for word in label.split() if word in palettes), None)
+        cells.append(Cell(label, open_picture(output), mark))
+    return chart(cells, columns=3)
+
+
+def moving_picture(scene: bg.Gaussians, num_frames: int) -> list[Image.Image]:
+    """Frames of a loop: the camera moves to both sides of the still life and back."""
+    strokes = bg.cluster(bg.prune(scene), 4000)
+    cameras = swaying(still_life_camera(width=480, height=360), num_frames + 1, degrees=28)
+    frames = bg.render_sequence(strokes, cameras, bg.StrokeTexture.open("flat"), depth=False)
+    bar = progress(frames, "sway.webp", total=len(cameras))
+    return [Image.fromarray(frame.bytes_over(TONED_RGB)) for frame in bar][:-1]  # the last equals the first
+
+
+def run(*words: str | Path) -> None:
+    """Run a command of brushgs; it prints nothing."""
+    if brushgs([*map(str, words), "--quiet"]) != 0:
+        raise SystemExit(f"brushgs {shlex.join(map(str, words))} failed")
+
+
+def fruit_camera(*, width: int) -> bg.Camera:
+    """The part `FRUIT` of the still life's view, so many pixels wide."""
+    left, top, part_width, part_height = FRUIT
+    scale = width / part_width
+    whole = still_life_camera(width=round(1000 * scale), height=round(750 * scale))
+    K = whole.K.copy()
+    K[:2, 2] -= left * scale, top * scale
+    return replace(whole, K=K, width=width, height=round(part_height * scale))
+
+
+def write_view(camera: bg.Camera, path: Path) -> Path:
+    """A `cameras.json` of one view, as trainers of 3DGS write it."""
+    view = {
+        "id": 0,
+        "img_name": "front",
+        "width": camera.width,
+        "height": camera.height,
+        "position": camera.position.tolist(),
+        "rotation": camera.viewmat[:3, :3].T.tolist(),
+        "fx": camera.K[0, 0],
+        "fy": camera.K[1, 1],
+    }
+    path.write_text(json.dumps([view]), encoding="utf-8")
+    return path
+
+
+def draw_palette(colors: Iterable[tuple[str, int]], path: Path) -> Image.Image:
+    """Vertical bars, each as wide as its colour has parts; written to a file, too."""
+    bars = [Image.new("RGB", (3 * parts, 20), color) for color, parts in colors]
+    picture = Image.new("RGB", (sum(bar.width for bar in bars), 20))
+    for number, bar in enumerate(bars):
+        picture.paste(bar, (sum(other.width for other in bars[:number]), 0))
+    picture.save(path)
+    return picture
+
+
+def open_picture(path: Path) -> Image.Image:
+    with Image.open(path) as picture:
+        return picture.convert("RGB")
+
+
+def chart(cells: Iterable[Cell], *, columns: int) -> Image.Image:
+    """Labelled pictures of one size in rows, on the toned background."""
+    cells = list(cells)
+    width, height = cells[0].picture.size
+    rows = -(-len(cells) // columns)
+    sheet = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + LABEL)), TONED)
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(17)
+    for number, (label, picture, mark) in enumerate(cells):
+        x, y = number % columns * (width + GAP), number // columns * (height + LABEL)
+        sheet.paste(picture, (x, y))
+        draw.text((x + 6, y + height + LABEL // 2), label, CREAM, font, anchor="lm")
+        if mark is not None:
+            mark.thumbnail((width // 4, LABEL - 8))
+            place = x + width - mark.width - 6, y + height + (LABEL - mark.height) // 2
+            if mark.mode == "L":  # a stroke: its coverage
+                sheet.paste(CREAM, place, mark)
+            else:
+                sheet.paste(mark, place)
+    return sheet
+
+
+if __name__ == "__main__":
+    main()
