@@ -123,6 +123,9 @@ def replacing(path: str | Path) -> Iterator[Path]:
         raise SceneError(path, f"the folder {target.parent} does not exist; create it first") from None
     except OSError as error:
         raise SceneError(path, f"cannot be written ({error.strerror}); choose another folder") from None
+    except BaseException:  # Ctrl-C between making and closing it
+        temporary.unlink(missing_ok=True)
+        raise
     try:
         yield temporary
         temporary.replace(target)

@@ -93,3 +93,13 @@ def test_ctrl_c_is_heard_as_before_where_none_came_and_in_other_threads() -> Non
     with ThreadPoolExecutor(1) as pool:
         assert pool.submit(lambda: unstopped().__enter__() is None).result()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_ctrl_c_while_the_file_is_made_leaves_nothing(tmp_path, monkeypatch):
+    def stop(descriptor):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("brushgs.io.files.os.close", stop)
+    with pytest.raises(KeyboardInterrupt):
+        replacing(tmp_path / "a.mp4").__enter__()
+    assert list(tmp_path.iterdir()) == []
