@@ -41,8 +41,8 @@ class VideoFormat(NamedTuple):
     Attributes:
         name: in words, for help and error texts.
         suffixes: in lower case, the usual one first.
-        writer: module of this package with `open_writer(stack, path, width, height, rate, loops)`, which
-            returns a `VideoWriter`.
+        writer: module of this package with `open_writer(stack, path, size, rate, loops)`, which returns a
+            `VideoWriter`; `size` is width and height as padded by `padded_size`.
         max_fps: frames a second.
         max_side: pixels along a side; None if the format has no limit that matters.
         has_even_sides: whether width and height must be even.
