@@ -18,7 +18,7 @@ class PictureFormat(NamedTuple):
         suffixes: that OpenImageIO reads with the right decoder, in lower case, the usual one first.
         matches: whether a path with these first bytes is of this format.
         precheck: module of this package with `check_file(path, file, max_pixels)`, for formats whose decoder
-            takes memory before it tells the size of the picture; None if there is no need.
+            takes memory before it reports the size of the picture; None if there is no need.
         writer: module of this package with `write(frame, path, background)`; None if it is not written.
         note: what is written, for help texts.
         is_linear: whether it holds linear light; else it is display-encoded.

@@ -100,11 +100,11 @@ def _display_encoded(path: Path, source: "OpenImageIO.ImageInput", *, is_linear:
     if not num_colors:
         raise SceneError(path, "holds no colours, only alpha or depth; save it with at least a grey channel")
     is_associated = has_alpha and not spec.get_int_attribute("oiio:UnassociatedAlpha")
-    whole = np.empty((spec.height, spec.width, len(chosen)), np.float32)
+    image = np.empty((spec.height, spec.width, len(chosen)), np.float32)
     for start, pixels in _blocks(path, source, spec):
         if not (np.isfinite(pixels.min()) and np.isfinite(pixels.max())):
             raise SceneError(path, "holds NaN or infinity; write it again with finite values")
-        rows = whole[start : start + len(pixels)]
+        rows = image[start : start + len(pixels)]
         rows[:] = pixels[..., chosen]
         color, alpha = rows[..., :num_colors], rows[..., num_colors:]
         with np.errstate(over="ignore"):  # values above 1, clipped below
@@ -113,7 +113,7 @@ def _display_encoded(path: Path, source: "OpenImageIO.ImageInput", *, is_linear:
             if is_linear:
                 color[:] = srgb_from_linear(color)
         np.clip(rows, 0, 1, out=rows)
-    return whole
+    return image
 
 
 def _blocks(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import Array
 from brushgs.errors import SceneError
-from brushgs.io.files import replacing, unstopped
+from brushgs.io.files import defer_interrupt, replacing
 from brushgs.scene import Frame
 
 Background = Sequence[float] | Array | None  # one RGB colour or [H, W, 3], display-encoded; None for none
@@ -51,7 +51,7 @@ def write_pixels(
         pixels: [H, W, channels] uint8, uint16 or float32.
         names: of the channels; "A" is alpha, "Z" depth.
         attributes: of OpenImageIO, by name.
-        is_complete: whether the file written is whole, for writers that report success on a full disk.
+        is_complete: whether the written file is complete, for writers that report success on a full disk.
 
     Raises:
         SceneError: if the file cannot be written.
@@ -68,7 +68,7 @@ def write_pixels(
     out = OpenImageIO.ImageOutput.create(format_name)
     assert out is not None, "the formats of the table are part of every build of OpenImageIO"
     # An encoder that is interrupted midway complains to the terminal.
-    with unstopped(), replacing(path) as temporary:
+    with defer_interrupt(), replacing(path) as temporary:
         is_written = out.open(str(temporary), spec) and out.write_image(np.ascontiguousarray(pixels))
         if not (out.close() and is_written):
             raise SceneError(path, f"cannot be written ({first_line(out.geterror())}); check the disk")
