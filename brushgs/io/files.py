@@ -6,7 +6,6 @@ target, and is renamed when complete.
 """
 
 import os
-import secrets
 import signal
 import stat
 import threading
@@ -115,7 +114,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     if target.exists() and not target.is_file():
         # Renaming onto /dev/null would put a plain file in its place.
         raise SceneError(path, "is not a regular file and cannot be replaced; choose another name")
-    temporary = target.with_name(f".{target.stem[:64]}-{secrets.token_hex(4)}{target.suffix}")
+    temporary = target.with_name(f".{target.stem[:64]}-{os.urandom(4).hex()}{target.suffix}")
     try:
         # Created here to get the default permissions of a new file, and to detect an unusable folder early.
         os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
