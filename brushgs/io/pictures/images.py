@@ -178,7 +178,7 @@ def encode_frame(frame: Frame, suffix: str, background: Background = None) -> by
 
     Args:
         frame: the picture.
-        suffix: ".png", ".tif", ".tiff" or ".exr".
+        suffix: one of `PICTURE_SUFFIXES`.
         background: see `write_frame`.
 
     Raises:
