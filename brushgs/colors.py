@@ -1,7 +1,7 @@
-"""What is known of RGB: the luminance of a colour, and the sRGB transfer function to linear light and back.
+"""RGB: the luminance of a colour, and the sRGB transfer function to linear light and back.
 
-Scenes are trained and blended display-encoded; only files that hold linear light (EXR) and comparisons of
-colours need the transfer function. Values above 1 follow the same formula, negative ones are mirrored.
+Scenes are trained and blended display-encoded; only files that hold linear light (EXR, HDR) and comparisons
+of colours need the transfer function. Values above 1 follow the same formula, negative ones are mirrored.
 Sources: ITU-R BT.709 (luminance), IEC 61966-2-1 (sRGB).
 """
 

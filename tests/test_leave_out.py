@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 import brushgs as bg
 from brushgs import _core
 from brushgs.brushes import levels
-from brushgs.io.pictures.images import quantise
+from brushgs.io.pictures.oiio import quantise
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.painting import sequence as sequence_stages

@@ -1,12 +1,11 @@
-"""Files of users: opened if they are plain and small enough for their reader, written whole or not at all.
+"""Files of users: opened if they are regular files and not too large, written completely or not at all.
 
-A pipe would be waited for without end, a device such as /dev/zero never ends, and a file that is read whole
-must be small enough for that: so all readers open their files here. What is written goes to a temporary name
-beside the target, and is renamed when complete.
+Opening a pipe may block forever, a device such as /dev/zero never ends, and a file that is read at once must
+be small enough for that: so all readers open their files here. Output goes to a temporary name beside the
+target, and is renamed when complete.
 """
 
 import os
-import secrets
 import signal
 import stat
 import threading
@@ -19,11 +18,11 @@ from brushgs.errors import SceneError
 
 
 def open_plain(path: Path, what: str = "file", *, buffering: int = -1) -> BinaryIO:
-    """Open a plain file, or what a link to one leads to, at its first byte.
+    """Open a regular file, or the one that a link leads to, at its first byte.
 
     Args:
         path: the file.
-        what: what is expected there, such as ".ply file", for the messages.
+        what: what is expected there, such as "scene file", for the messages.
         buffering: as in `open`.
 
     Raises:
@@ -33,25 +32,25 @@ def open_plain(path: Path, what: str = "file", *, buffering: int = -1) -> Binary
     try:
         return path.open("rb", buffering=buffering)
     except OSError as error:
-        raise _told(path, what, error) from None
+        raise _scene_error(path, what, error) from None
 
 
 def check_plain(path: Path, what: str = "file") -> None:
-    """Refuse what `open_plain` would refuse, as far as that shows without opening it. Raises the same."""
+    """Refuse what `open_plain` would refuse, as far as is known without opening it. Raises the same."""
     try:
         mode = path.stat().st_mode
     except OSError as error:
-        raise _told(path, what, error) from None
+        raise _scene_error(path, what, error) from None
     except ValueError:  # a zero byte in the name
         raise SceneError(repr(str(path)), f"there is no such {what.split()[-1]}; check the path") from None
     if stat.S_ISDIR(mode):
-        raise _told(path, what, IsADirectoryError())
+        raise _scene_error(path, what, IsADirectoryError())
     if not stat.S_ISREG(mode):
         raise SceneError(path, "is a pipe or device, which cannot be read twice; save it to a file first")
 
 
 def is_plain(path: Path) -> bool:
-    """Whether there is a plain file of that name; a name that no file can have is none."""
+    """Whether there is a regular file of that name; False for a name that no file can have."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -67,26 +66,26 @@ def is_dir(path: Path) -> bool:
 
 
 def read_whole(path: Path, most: int, what: str = "file") -> bytes:
-    """The content of a plain file of at most `most` bytes.
+    """The content of a regular file of at most `most` bytes.
 
     Raises:
-        SceneError: see `open_plain`; or if it is larger, which shows before it is read.
+        SceneError: see `open_plain`; or if it is larger, which is checked before it is read.
     """
     with open_plain(path, what) as file:
         try:
-            # One byte more than allowed: some files, and all that grow, are longer than they say.
+            # One byte more than allowed: growing and some special files are longer than stated.
             content = b"" if path.stat().st_size > most else file.read(most + 1)
             size = max(len(content), path.stat().st_size)
         except OSError as error:
             raise SceneError(path, f"cannot be read ({error.strerror}); check the path") from None
     if size > most:
         rule = f"a {what} must have at most {most >> 20} MiB, got {size / 2**20:.0f}"
-        raise SceneError(path, f"{rule}; split it or leave out what is not needed")
+        raise SceneError(path, f"{rule}; split it or remove what is not needed")
     return content
 
 
-def _told(path: Path, what: str, error: OSError) -> SceneError:
-    """A fault of the file system in a sentence."""
+def _scene_error(path: Path, what: str, error: OSError) -> SceneError:
+    """An error of the file system in a sentence."""
     match error:
         case FileNotFoundError():
             return SceneError(path, f"there is no such {what.split()[-1]}; check the path")
@@ -101,12 +100,12 @@ def _told(path: Path, what: str, error: OSError) -> SceneError:
 def replacing(path: str | Path) -> Iterator[Path]:
     """A temporary path to write to; it takes the name `path` when the block ends without an error.
 
-    The temporary file lies in the same folder (a rename across file systems is a copy) and has the
-    same suffix. If the block raises, it is removed and what stood at `path` before is untouched. A
-    symbolic link stays one: the file it points to is replaced.
+    The temporary file is in the same folder (a rename across file systems is a copy) and has the same
+    suffix. If the block raises, it is removed and an earlier file at `path` is untouched. A symbolic link
+    stays one: the file it points to is replaced.
 
     Args:
-        path: the name wanted in the end.
+        path: the final name.
 
     Raises:
         SceneError: if the folder is missing or cannot be written to, or if `path` is a folder or device.
@@ -115,14 +114,17 @@ def replacing(path: str | Path) -> Iterator[Path]:
     if target.exists() and not target.is_file():
         # Renaming onto /dev/null would put a plain file in its place.
         raise SceneError(path, "is not a regular file and cannot be replaced; choose another name")
-    temporary = target.with_name(f".{target.stem[:64]}-{secrets.token_hex(4)}{target.suffix}")
+    temporary = target.with_name(f".{target.stem[:64]}-{os.urandom(4).hex()}{target.suffix}")
     try:
-        # Made here with the usual rights of a new file, and so that a folder at fault shows early.
+        # Created here to get the default permissions of a new file, and to detect an unusable folder early.
         os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
     except FileNotFoundError:
         raise SceneError(path, f"the folder {target.parent} does not exist; create it first") from None
     except OSError as error:
         raise SceneError(path, f"cannot be written ({error.strerror}); choose another folder") from None
+    except BaseException:  # Ctrl-C between making and closing it
+        temporary.unlink(missing_ok=True)
+        raise
     try:
         yield temporary
         temporary.replace(target)
@@ -135,19 +137,19 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
 
 @contextmanager
-def unstopped() -> Iterator[None]:
-    """Hold Ctrl-C back until the block is done: for short work that must not be left in the middle.
+def defer_interrupt() -> Iterator[None]:
+    """Defer Ctrl-C until the block is done: for short work that must not stop midway.
 
-    Python hears signals in its main thread only; in other threads nothing needs to be held back.
+    Python handles signals in its main thread only; in other threads there is nothing to defer.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    heard: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: heard.append(number))
+    received: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: received.append(number))
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
-        if heard:
+        if received:
             signal.raise_signal(signal.SIGINT)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from brushgs.errors import SceneWarning
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
-from brushgs.io.pictures.video import check_rate, check_size, filming, padded_size
+from brushgs.io.pictures.video import check_rate, check_size, open_video, padded_size
 from brushgs.options.painting import DrawConfig, PaintConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.drawing import NOTHING_SEEN
@@ -224,7 +224,7 @@ def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
     """Paint all frames to a video file."""
     path, camera, background = frames.path, frames.path.cameras[0], frames.config.draw.background
     size = camera.width, camera.height
-    film = filming(target, width=size[0], height=size[1], fps=path.fps, loops=path.is_loop)
+    film = open_video(target, width=size[0], height=size[1], fps=path.fps, loops=path.is_loop)
     cure = f"no video was written; numbered frames, -o {target.with_suffix('')}/, can be resumed"
     with _interrupted_with(lambda: cure), film as reel:
         writing = _paint(frames, range(len(path.cameras)), None, lambda _, pixels: reel.add(pixels), report)

@@ -28,7 +28,7 @@ import brushgs as bg
 from brushgs import _core
 from brushgs.brushes import levels
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.io.pictures.images import quantise
+from brushgs.io.pictures.oiio import quantise
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.painting.report import Report
 from brushgs.painting.still import paint

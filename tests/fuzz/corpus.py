@@ -1,17 +1,39 @@
-"""Small whole files of every kind that brushgs reads, made by the writers of the other tests, and traps."""
+"""Small whole files of every format that brushgs reads, made by the writers of the other tests, and traps.
 
-import copy
+Each format of the tables has an entry in `SCENES`, `CAMERAS` or `PICTURES` at the end of this file.
+"""
+
 import json
 import struct
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from tests.fuzz.reader import SEPARATOR
 from tests.io import test_cameras, test_colmap, test_compressed_ply
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
 from tests.io.test_images import palette_chunk, png
 
 ENCODINGS = ("binary_little_endian", "binary_big_endian")
+DEEP = ["[" * depth + "]" * depth for depth in (400, 900, 960, 985, 5000)]
+
+
+class Seeds(NamedTuple):
+    """Whole files to damage.
+
+    Attributes:
+        reader: name of the reader that takes them, for the command line.
+        make: makes the files in a folder of its own, and returns their bytes.
+        tokens: words of the format.
+        file: name of the file that an input is written to; None for one that follows from the table.
+    """
+
+    reader: str
+    make: Callable[[Path], list[bytes]]
+    tokens: tuple[bytes, ...] = ()
+    file: str | None = None
 
 
 def scenes(folder: Path) -> list[bytes]:
@@ -72,25 +94,32 @@ def header_traps() -> list[bytes]:
     ]
 
 
-def camera_files(folder: Path) -> list[bytes]:
-    """All kinds of JSON, and JSON that goes too deep."""
-    files: list[object] = [copy.deepcopy(content) for content in test_cameras.FILES.values()]
+def inria_cameras(folder: Path) -> list[bytes]:
+    """Lists of cameras, some nested too deeply."""
+    found = [json.dumps([test_cameras.INRIA]).encode()]
+    return found + [json.dumps([test_cameras.INRIA]).replace("500", deep).encode() for deep in DEEP]
+
+
+def transforms(folder: Path) -> list[bytes]:
+    """Frames of NeRF and nerfstudio, some nested too deeply."""
+    distorted = test_cameras.NERFSTUDIO | {"k1": 0.1, "camera_model": "FULL_OPENCV"}
+    found = [
+        json.dumps(content).encode() for content in (test_cameras.BLENDER, test_cameras.NERFSTUDIO, distorted)
+    ]
+    marked = json.dumps(test_cameras.BLENDER | {"k1": 1})
+    return found + [marked.replace('"k1": 1', f'"fl_x": {deep}').encode() for deep in DEEP]
+
+
+def camera_paths(folder: Path) -> list[bytes]:
+    """Paths of the nerfstudio viewer, with and without key views."""
     path = test_cameras.CAMERA_PATH
     text = json.dumps(test_cameras.GL_MATRIX.T.ravel().tolist())
     keys = [test_cameras.KEYFRAME, test_cameras.KEYFRAME | {"matrix": text}]
-    files.append(path | {"keyframes": keys, "fps": 24, "seconds": 4, "is_cycle": True})
-    files.append(test_cameras.NERFSTUDIO | {"k1": 0.1, "camera_model": "FULL_OPENCV"})
-    found = [json.dumps(content).encode() for content in files]
-    for depth in (400, 900, 960, 985, 5000):
-        deep = "[" * depth + "]" * depth
-        found.append(json.dumps([test_cameras.INRIA]).replace("500", deep).encode())
-        found.append(
-            json.dumps(test_cameras.BLENDER | {"k1": 1}).replace('"k1": 1', f'"fl_x": {deep}').encode()
-        )
-    return found
+    whole = path | {"keyframes": keys, "fps": 24, "seconds": 4, "is_cycle": True}
+    return [json.dumps(content).encode() for content in (path, whole)]
 
 
-def colmap_models(folder: Path, form: str, separator: bytes) -> list[bytes]:
+def colmap_models(folder: Path, form: str) -> list[bytes]:
     """Sparse models with every kind of pinhole, points, and several images."""
     lenses = [
         test_colmap.PINHOLE,
@@ -106,13 +135,13 @@ def colmap_models(folder: Path, form: str, separator: bytes) -> list[bytes]:
         ]
         model = test_colmap.write(folder, form, cameras=lenses[:count], images=images)
         found.append(
-            separator.join((model / f"{stem}.{form}").read_bytes() for stem in ("cameras", "images"))
+            SEPARATOR.join((model / f"{stem}.{form}").read_bytes() for stem in ("cameras", "images"))
         )
     return found
 
 
 def manifests(folder: Path) -> list[bytes]:
-    """Ledgers of numbered frames."""
+    """Manifests of numbered frames."""
     first = json.dumps({"painting": {"stroke": "swirl", "seed": 3, "path": "blake2b:0"}})
     lines = [json.dumps({"frame": i, "bytes": 1000 + i}) for i in range(5)]
     deep = "[" * 5000 + "]" * 5000
@@ -227,3 +256,60 @@ def bmps(folder: Path) -> list[bytes]:
 def hdrs(folder: Path) -> list[bytes]:
     """Radiance pictures."""
     return [written(folder / "a.hdr", _pixels(3, np.float32))]
+
+
+PLY = (
+    *(b"ply\n", b"format ascii 1.0\n", b"format binary_little_endian 1.0\n", b"end_header\n", b"comment "),
+    *(b"element vertex 99999999999\n", b"element chunk 0\n", b"element sh 1\n", b"element face 1\n", b"\r\n"),
+    *(
+        b"property list uchar int vertex_indices\n",
+        b"property uchar x\n",
+        b"property double opacity\n",
+        b"\r",
+    ),
+    *(b"property float rot_0\n", b"property float f_rest_0\n", b"comment up axis: -y\n", b"obj_info ", b"\0"),
+)
+JSON = (
+    *(b"[", b"]", b"{", b"}", b",", b":", b'"', b"null", b"NaN", b"1e400", b'"camera_path":[', b'"frames":['),
+    *(b'"keyframes":[', b'"matrix":', b'"fov":', b'"fps":0,', b'"seconds":1e-320,', b'"k1":1,', b"[[[[[[[["),
+    *(b'"camera_angle_x":1e-323', b'"w":1e99', b'"fl_x":1e-320', b'"camera_model":"OPENCV"', b"\\u0000"),
+)
+COLMAP = (SEPARATOR, b"SIMPLE_RADIAL", b"OPENCV", b"FULL_OPENCV", b"#", b"\n", b"\0", b"\xff" * 8, b"a.jpg")
+TIFF = tuple(bytes((tag & 255, tag >> 8)) for tag in (256, 257, 258, 259, 277, 278, 284, 317, 322, 323, 338))
+EXR = (
+    b"compression\0",
+    b"dataWindow\0box2i\0",
+    b"tiles\0tiledesc\0",
+    b"chlist\0",
+    b"A\0",
+    b"Z\0",
+    b"type\0",
+)
+
+# By the reader of the format; several entries of one format are fuzzed apart, equal names together.
+SCENES = {
+    "ply": (
+        Seeds("scene", scenes, PLY),
+        Seeds("scene-text", text_scenes, PLY),
+        Seeds("scene-compressed", compressed_scenes, PLY),
+    ),
+}
+CAMERAS = {
+    "inria": (Seeds("cameras", inria_cameras, JSON),),
+    "transforms": (Seeds("cameras", transforms, JSON),),
+    "nerfstudio_path": (Seeds("cameras", camera_paths, JSON),),
+    "colmap": (
+        Seeds("colmap", lambda folder: colmap_models(folder, "bin"), COLMAP, "images.bin"),
+        Seeds("colmap-text", lambda folder: colmap_models(folder, "txt"), COLMAP, "images.txt"),
+    ),
+}
+# By the name of the format.
+PICTURES = {
+    "PNG": (Seeds("png", pngs, (b"IHDR", b"PLTE", b"tRNS", b"gAMA", b"iCCP", b"acTL")),),
+    "JPEG": (Seeds("jpeg", jpegs, (b"\xff\xc0", b"\xff\xc2", b"\xff\xda", b"\xff\xe1")),),
+    "TIFF": (Seeds("tiff", tiffs, TIFF),),
+    "OpenEXR": (Seeds("exr", exrs, EXR),),
+    "WebP": (Seeds("webp", webps, (b"VP8 ", b"VP8L", b"VP8X", b"ANIM", b"ANMF", b"ALPH")),),
+    "BMP": (Seeds("bmp", bmps),),
+    "Radiance HDR": (Seeds("hdr", hdrs, (b"#?RADIANCE", b"\n-Y 16 +X 16\n", b"FORMAT=")),),
+}

@@ -1,4 +1,4 @@
-"""Readers that break each rule: the watch must tell all of them, or its silence would mean nothing."""
+"""Readers that break each rule: the fuzzer must report all of them, or its silence would mean nothing."""
 
 import os
 import signal
@@ -28,7 +28,7 @@ def _hang(path: Path) -> None:
     _is_good(path) or time.sleep(1000)
 
 
-def _swell(path: Path) -> None:
+def _bloat(path: Path) -> None:
     _is_good(path) or b"x" * (130 << 20)
 
 
@@ -66,5 +66,5 @@ def _nan(path: Path) -> np.ndarray:
 
 READERS = {
     read.__name__[1:]: Reader(read.__name__[1:], "a.dat", _seeds, read)
-    for read in (_crash, _hang, _swell, _claim, _key, _nameless, _lines, _flood, _warn, _nan)
+    for read in (_crash, _hang, _bloat, _claim, _key, _nameless, _lines, _flood, _warn, _nan)
 }

@@ -1,4 +1,4 @@
-"""What may come of reading a file from a stranger: a sound value, or one sentence that names the file."""
+"""What reading an untrusted file may give: a sound value, or one sentence that names the file."""
 
 import warnings
 from collections.abc import Callable
@@ -12,7 +12,7 @@ LONGEST_SENTENCE = 1500  # characters beside the name of the file: a message mus
 
 
 def judged(read: Callable[[Path], object], path: Path) -> str | None:
-    """Read a file; what is wrong with how that went, or None.
+    """Read a file; the breach of the rules that this showed, or None.
 
     Refusals are ValueErrors (SceneError is one) of one printable line with the name of the file, warnings
     are SceneWarnings, and what comes back is finite. A RecursionError, MemoryError, KeyError ... is a fault.
@@ -66,9 +66,7 @@ def _value_fault(value: object) -> str | None:
     if isinstance(value, Camera):
         is_sound = np.isfinite(value.viewmat).all() and np.isfinite(value.K).all()
         return (
-            None
-            if is_sound and max(value.width, value.height) < 1 << 16
-            else f"a camera without use: {value}"
+            None if is_sound and max(value.width, value.height) < 1 << 16 else f"an unusable camera: {value}"
         )
     if isinstance(value, list | tuple):
         return next((fault for fault in map(_value_fault, value) if fault), None)

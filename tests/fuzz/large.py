@@ -1,4 +1,4 @@
-"""The memory that large files take, sound and made to swell: `python -m tests.fuzz.large [NAME ...]`.
+"""The memory that large files take, sound and malicious ones: `python -m tests.fuzz.large [NAME ...]`.
 
 The fuzzer's inputs are small, so that what it sees is the constant part; here the part that grows with the
 file is measured. Every file is read in a process of its own, and the peak of its memory is printed.
@@ -149,13 +149,13 @@ def _as_stroke(path: Path) -> object:
     return StrokeTexture.open(path).height
 
 
-def _as_ground(path: Path) -> object:
+def _as_background(path: Path) -> object:
     from brushgs.painting.background import open_background
 
     return open_background(str(path), 1280, 720)
 
 
-USES = {"picture": _as_image, "stroke": _as_stroke, "background": _as_ground}
+USES = {"picture": _as_image, "stroke": _as_stroke, "background": _as_background}
 
 
 def _measured(reader: str, path: Path, use: str) -> None:
@@ -179,7 +179,7 @@ def _measured(reader: str, path: Path, use: str) -> None:
 
 
 def main() -> None:
-    """Write, read and tell, one case after the other."""
+    """Write, read and report, one case after the other."""
     if sys.argv[1:2] == ["--read"]:
         _measured(sys.argv[2], Path(sys.argv[3]), sys.argv[4])
         return
@@ -193,8 +193,8 @@ def main() -> None:
             size = sum(file.stat().st_size for file in Path(folder).iterdir())
             for use in USES if is_picture else [""]:
                 arguments = [sys.executable, "-m", "tests.fuzz.large", "--read", reader, str(path), use]
-                told = subprocess.run(arguments, capture_output=True, text=True, check=True).stdout
-                grown, seconds, outcome = json.loads(told.splitlines()[-1])
+                output = subprocess.run(arguments, capture_output=True, text=True, check=True).stdout
+                grown, seconds, outcome = json.loads(output.splitlines()[-1])
                 share = grown / (ALLOWED + 2 * size)
                 label = f"{name}: {use}" if use else name
                 print(

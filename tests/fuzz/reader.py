@@ -1,7 +1,7 @@
 """What the fuzzer must know of one reader."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 SEPARATOR = b"\n---8<---\n"  # between the two files of a COLMAP model within one input
@@ -9,12 +9,12 @@ SEPARATOR = b"\n---8<---\n"  # between the two files of a COLMAP model within on
 
 @dataclass(frozen=True)
 class Reader:
-    """How one kind of file is read.
+    """How files of one format are read.
 
     Attributes:
         name: what the command line calls it.
         file: name of the file that an input is written to.
-        seeds: makes whole files of this kind, in a folder of its own, and gives their bytes.
+        seeds: makes whole files of this format in a folder of its own, and returns their bytes.
         read: reads the file at a path; what it returns is judged.
         tokens: words of the format.
     """
@@ -24,6 +24,14 @@ class Reader:
     seeds: Callable[[Path], list[bytes]]
     read: Callable[[Path], object]
     tokens: tuple[bytes, ...] = ()
+
+    def joined(self, other: "Reader") -> "Reader":
+        """This reader, fed with the seeds of another one too."""
+
+        def seeds(folder: Path) -> list[bytes]:
+            return self.seeds(folder) + other.seeds(folder)
+
+        return replace(self, seeds=seeds, tokens=tuple(dict.fromkeys(self.tokens + other.tokens)))
 
     def write(self, data: bytes, folder: Path) -> Path:
         """Write an input to where `read` expects it."""

@@ -17,8 +17,8 @@ from tests.fuzz.worker import STATE
 ALLOWED = 100 << 20  # bytes of memory beside twice the file
 # Address space that is reserved and hardly used: stacks and heaps of the threads that a reader starts.
 _RESERVED = 96 << 20
-_KEPT = 200  # inputs kept to go on from
-_FAULTS_KEPT = 40  # of one process: a fault that is met over and over is told of once
+_KEPT = 200  # inputs kept to be damaged further
+_FAULTS_KEPT = 40  # of one process: a fault that repeats is reported once
 
 
 class Worker:
@@ -40,7 +40,7 @@ class Worker:
         with (folder / "state").open("r+b") as file:
             self.state = mmap.mmap(file.fileno(), STATE.size)
         self.done, self.begun, _, self.worst = STATE.unpack(self.state[:])
-        self.told: set[str] = set()
+        self.reported: set[str] = set()
 
     def warm_up(self) -> None:
         """Load what is loaded once, so that no input is charged with it."""
@@ -65,18 +65,18 @@ class Worker:
         self.worst = max(self.worst, grown)
         self._note(begun=False)
         if fault is not None:
-            self._tell(data, fault)
+            self._report(data, fault)
 
     def _note(self, *, begun: bool) -> None:
         self.begun += begun
         self.done += not begun
         self.state[:] = STATE.pack(self.done, self.begun, time.monotonic(), self.worst)
 
-    def _tell(self, data: bytes, fault: str) -> None:
+    def _report(self, data: bytes, fault: str) -> None:
         kind = "".join(c for c in fault.split(":")[0] + fault[:40] if not c.isdigit())
-        if kind in self.told or len(self.told) >= _FAULTS_KEPT:
+        if kind in self.reported or len(self.reported) >= _FAULTS_KEPT:
             return
-        self.told.add(kind)
+        self.reported.add(kind)
         name = f"fault-{hashlib.blake2b(data, digest_size=6).hexdigest()}"
         (self.folder / name).write_bytes(data)
         with (self.folder / "faults.jsonl").open("a") as file:

@@ -1,4 +1,4 @@
-"""Watches a worker that reads damaged files; tells crashes, hangs and faults, each with its input saved."""
+"""Watches a worker that reads damaged files; reports crashes, hangs and faults, each with its input saved."""
 
 import json
 import mmap
@@ -55,7 +55,7 @@ class Outcome:
 
 
 def best_engine() -> str:
-    """`atheris` where it is installed, which learns which damage leads further, else plain chance."""
+    """`atheris` if it is installed, which is guided by coverage, else random mutation."""
     return "atheris" if find_spec("atheris") else "mutate"
 
 

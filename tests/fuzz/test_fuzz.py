@@ -10,12 +10,12 @@ import pytest
 from brushgs import SceneWarning
 from brushgs.io import load
 from tests.fuzz.mutate import MAX_LENGTH, PNG_START, mutate
-from tests.fuzz.readers import READERS
+from tests.fuzz.readers import PICTURE_READERS, READERS
 from tests.fuzz.run import fuzz
 from tests.io.ply_maker import scene_columns, write_scene
 
 INPUTS = 150  # of each reader, its seeds among them
-PICTURES = ("png", "jpeg", "tiff", "exr", "webp", "bmp", "hdr")
+PICTURES = tuple(reader.name for reader in PICTURE_READERS)
 # One process for each: starting it takes longer than its inputs.
 GROUPS = {"pictures": PICTURES, "all others": tuple(name for name in READERS if name not in PICTURES)}
 
@@ -29,7 +29,7 @@ def test_damaged_files_give_a_sound_value_or_a_sentence(group: str, tmp_path: Pa
 
 
 FAULTS = {
-    "swell": "memory: 1",
+    "bloat": "memory: 1",
     "claim": "MemoryError at ",
     "key": "KeyError at faulty.py",
     "nameless": "ValueError without the name of the file",
@@ -41,7 +41,7 @@ FAULTS = {
 DEADLY = {"crash": "died of SIGSEGV", "hang": "hang"}
 
 
-def test_every_breach_of_the_rules_is_told_with_its_input(tmp_path: Path) -> None:
+def test_every_breach_of_the_rules_is_reported_with_its_input(tmp_path: Path) -> None:
     outcome = fuzz(f"tests.fuzz.faulty:{'+'.join(FAULTS)}", tmp_path, max_inputs=2)
     assert (outcome.crashes, outcome.hangs) == (0, 0)
     for fault, expected in zip(outcome.faults, FAULTS.values(), strict=True):
@@ -50,7 +50,7 @@ def test_every_breach_of_the_rules_is_told_with_its_input(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("name", DEADLY)
-def test_a_crash_and_a_hang_are_told_and_survived(name: str, tmp_path: Path) -> None:
+def test_a_crash_and_a_hang_are_reported_and_survived(name: str, tmp_path: Path) -> None:
     outcome = fuzz(f"tests.fuzz.faulty:{name}", tmp_path, max_inputs=2, seconds=0.9, seconds_per_input=0.5)
     assert outcome.faults[0]["what"] == DEADLY[name]
     assert outcome.hangs if name == "hang" else outcome.crashes

@@ -1,17 +1,18 @@
 """The process that reads damaged files: `python -m tests.fuzz.worker`, started by `run.py`.
 
-It may crash, hang or swell: what it was reading lies in its folder, and how far it is in a few bytes shared
-with the process that watches it.
+It may crash, hang or take too much memory: its folder holds what it was reading, and its progress is in a few
+bytes shared with the process that watches it.
 """
 
 import struct
 import sys
 from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 
 STATE = struct.Struct("<QQdQ")  # inputs done, inputs begun, seconds (monotonic) of the begin, worst memory
-# All modules that look at what a file says.
-_LEADING = ("background", "io.cameras", "io.colmap", "io.images", "io.numbered", "io.ply", "textures")
+# Beside all of `brushgs.io`: the modules that use what a file holds.
+_USERS = ("brushgs.brushes.texture", "brushgs.painting.background")
 
 
 def main() -> None:
@@ -23,8 +24,10 @@ def main() -> None:
         import atheris
 
         with atheris.instrument_imports(include=["brushgs"]):  # before anything else imports them
-            for leading in _LEADING:
-                import_module(f"brushgs.{leading}")
+            from brushgs import io
+
+            for name in (*_USERS, *(module.name for module in walk_packages(io.__path__, "brushgs.io."))):
+                import_module(name)
     from tests.fuzz.reading import Worker
 
     for number, name in enumerate(names.split("+")):

@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.io.pictures.images import quantise, read_image, write_frame
+from brushgs.io.pictures.images import read_image, write_frame
+from brushgs.io.pictures.oiio import quantise
 from brushgs.rendering.rasterize import rasterize
 from brushgs.scene import Frame
 from tests.golden.cases import CASES, FOLDER, HEIGHT, NUM_STROKES, WIDTH, Case, boxes_of, scene

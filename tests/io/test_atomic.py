@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from brushgs import SceneError
-from brushgs.io.files import replacing, unstopped
+from brushgs.io.files import defer_interrupt, replacing
 
 
 def test_the_file_appears_whole_and_nothing_else_is_left(tmp_path: Path) -> None:
@@ -76,7 +76,7 @@ def test_ctrl_c_waits_for_the_end_of_the_block_and_is_heard_then() -> None:
     steps = []
 
     def work() -> None:
-        with unstopped():
+        with defer_interrupt():
             signal.raise_signal(signal.SIGINT)
             steps.append("went on")
         steps.append("not reached")
@@ -88,8 +88,18 @@ def test_ctrl_c_waits_for_the_end_of_the_block_and_is_heard_then() -> None:
 
 
 def test_ctrl_c_is_heard_as_before_where_none_came_and_in_other_threads() -> None:
-    with unstopped():
+    with defer_interrupt():
         pass
     with ThreadPoolExecutor(1) as pool:
-        assert pool.submit(lambda: unstopped().__enter__() is None).result()
+        assert pool.submit(lambda: defer_interrupt().__enter__() is None).result()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_ctrl_c_while_the_file_is_made_leaves_nothing(tmp_path, monkeypatch):
+    def stop(descriptor):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("brushgs.io.files.os.close", stop)
+    with pytest.raises(KeyboardInterrupt):
+        replacing(tmp_path / "a.mp4").__enter__()
+    assert list(tmp_path.iterdir()) == []

@@ -270,5 +270,5 @@ def test_f_rest_with_a_gap(tmp_path: Path) -> None:
     columns["f_rest_11"] = columns.pop("f_rest_4")
     refuse(
         write_scene(tmp_path / "a.ply", columns),
-        re.escape("got 9 and no 'f_rest_4'; export it with whole bands"),
+        re.escape("got 9 and no 'f_rest_4'; export it with complete bands"),
     )

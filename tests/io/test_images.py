@@ -1,6 +1,7 @@
 import re
 import struct
 import zlib
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,10 @@ from hypothesis import strategies as st
 import brushgs as bg
 from brushgs import Frame, SceneError
 from brushgs.colors import linear_from_srgb, srgb_from_linear
-from brushgs.io.pictures.images import quantise, read_image, write_frame
+from brushgs.io.formats import begins_with
+from brushgs.io.pictures import formats, identify
+from brushgs.io.pictures.images import read_image, write_frame
+from brushgs.io.pictures.oiio import quantise
 
 
 def make_frame(height: int = 5, width: int = 7, *, depth: bool = False) -> Frame:
@@ -309,3 +313,26 @@ def test_a_picture_is_whole_wherever_its_pixels_begin(
     assert out.write_tiles(0, 40, 0, 150, 0, 1, pixels) if tile else out.write_image(pixels)
     out.close()
     np.testing.assert_allclose(read_image(tmp_path / "a.exr"), srgb_from_linear(pixels), atol=1e-6)
+
+
+def test_a_line_in_the_table_is_enough_to_read_a_format(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "a.png").write_bytes(b"P6 2 1 255\n" + bytes([255, 0, 0, 0, 255, 0]))
+    with pytest.raises(SceneError, match=r"it is not PNG, .* or Radiance HDR\); convert it to PNG"):
+        read_image(tmp_path / "a.png")
+    row = formats.PictureFormat("PPM", (".ppm",), begins_with(b"P6"))
+    monkeypatch.setattr(identify, "PICTURE_FORMATS", (*formats.PICTURE_FORMATS, row))
+    assert read_image(tmp_path / "a.png").tolist() == [[[1, 0, 0], [0, 1, 0]]]
+
+
+def test_every_format_of_the_tables_has_its_modules() -> None:
+    for row in formats.PICTURE_FORMATS:
+        for module, function in ((row.precheck, "check_file"), (row.writer, "write")):
+            assert module is None or callable(
+                getattr(import_module(f"brushgs.io.pictures.{module}"), function)
+            )
+    for row in formats.VIDEO_FORMATS:
+        assert callable(import_module(f"brushgs.io.pictures.{row.writer}").open_writer)
+    assert formats.holds_depth("a.EXR")
+    assert not formats.holds_depth("a.png")

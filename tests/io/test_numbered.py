@@ -46,7 +46,7 @@ def test_a_suffix_that_is_no_picture_is_refused(tmp_path: Path, name: str) -> No
 
 
 def test_a_number_in_the_folder_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="the number must stand in the name of the file, not of its folder"):
+    with pytest.raises(ValueError, match="the number must be in the name of the file, not of its folder"):
         files(tmp_path / "take%02d", "a.png")
 
 
@@ -113,10 +113,10 @@ def test_another_file_in_the_place_of_a_manifest_is_reported(tmp_path: Path, con
 
 
 def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="the folder cannot be made: No such file or directory"):
+    with pytest.raises(SceneError, match="the folder cannot be created: No such file or directory"):
         started(tmp_path / "a" / "b")
     (tmp_path / "file").touch()
-    with pytest.raises(SceneError, match="the folder cannot be made: File exists"):
+    with pytest.raises(SceneError, match="the folder cannot be created: File exists"):
         started(tmp_path / "file")
 
 

@@ -1,7 +1,9 @@
 """The table of scene formats: one line there, and a format is read, written, and named in messages."""
 
+import subprocess
 import sys
 from contextlib import nullcontext
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
@@ -104,9 +106,15 @@ def test_a_format_is_recognised_by_first_bytes_or_by_suffix() -> None:
 
 
 def test_every_format_has_its_modules() -> None:
-    from importlib import import_module
-
     for row in formats.SCENE_FORMATS:
         assert callable(import_module(f"brushgs.io.scenes.{row.reader}").open_scene)
     for row in formats.WRITTEN_SCENES:
         assert callable(import_module(f"brushgs.io.scenes.{row.writer}").write_scene)
+
+
+@pytest.mark.parametrize("table", ["scenes", "cameras", "pictures"])
+def test_a_table_loads_nothing_heavy(table: str) -> None:
+    """Help texts read the tables before anything else is loaded."""
+    code = f"import brushgs.io.{table}.formats, sys; print(*sys.modules)"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert not {"numpy", "dataclasses", "OpenImageIO", "av", "hashlib"} & set(found.split())

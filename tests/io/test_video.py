@@ -13,7 +13,7 @@ import brushgs as bg
 from brushgs import SceneError
 from brushgs.io.pictures.formats import VIDEO_SUFFIXES
 from brushgs.io.pictures.gif_colors import ColorCounts
-from brushgs.io.pictures.video import filming, padded_size
+from brushgs.io.pictures.video import open_video, padded_size
 
 ROOT = Path(__file__).resolve().parents[2]
 WIDTH, HEIGHT, NUM_FRAMES = 72, 50, 7
@@ -31,7 +31,7 @@ def moving_picture(
 
 def film(path: Path, frames: list[np.ndarray], fps: float = 24, **options: bool) -> Path:
     height, width, _ = frames[0].shape
-    with filming(path, width=width, height=height, fps=fps, **options) as reel:
+    with open_video(path, width=width, height=height, fps=fps, **options) as reel:
         for pixels in frames:
             reel.add(pixels)
         reel.finish()
@@ -148,7 +148,7 @@ def test_a_rate_that_the_format_cannot_hold_is_refused(
 
 def test_a_size_that_h264_cannot_hold_is_refused(tmp_path: Path) -> None:
     wide = [np.zeros((2, 16385, 3), np.uint8)]
-    with pytest.raises(ValueError, match=r"at most 16384 pixels wide and high, got 16385x2; take \.webm"):
+    with pytest.raises(ValueError, match=r"at most 16384 pixels wide and high, got 16385x2; use \.webm"):
         film(tmp_path / "a.mp4", wide)
     assert list(tmp_path.iterdir()) == []
     assert len(read(film(tmp_path / "a.webm", wide))[0]) == 1
@@ -163,7 +163,7 @@ def test_a_video_that_is_not_finished_leaves_what_was_there(
     path.write_text("old")
 
     def stop() -> None:
-        with filming(path, width=WIDTH, height=HEIGHT, fps=24) as reel:
+        with open_video(path, width=WIDTH, height=HEIGHT, fps=24) as reel:
             reel.add(moving_picture()[0])
             raise error
 

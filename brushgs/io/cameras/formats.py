@@ -4,12 +4,15 @@ A format that is JSON is recognised by the value in the file, any other one by i
 texts and the fuzzer read this table.
 """
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 from brushgs.io.formats import in_words
+
+COLMAP_FILES = tuple(
+    stem + suffix for stem in ("cameras", "images", "points3D") for suffix in (".bin", ".txt")
+)
 
 
 class CameraFormat(NamedTuple):
@@ -36,9 +39,13 @@ def has_field(name: str) -> Callable[[object], bool]:
     return lambda content: isinstance(content, dict) and name in content
 
 
-COLMAP_FILES = tuple(
-    stem + suffix for stem in ("cameras", "images", "points3D") for suffix in (".bin", ".txt")
-)
+def is_colmap(path: Path) -> bool:
+    """Recognises the folder of a COLMAP model, and its files by their names."""
+    try:
+        return path.name in COLMAP_FILES or path.is_dir()
+    except OSError:  # a name that no folder can have
+        return False
+
 
 CAMERA_FORMATS = (
     CameraFormat(
@@ -63,8 +70,8 @@ CAMERA_FORMATS = (
         "a COLMAP sparse model",
         "colmap",
         "images.bin",
-        matches_path=lambda path: path.name in COLMAP_FILES or os.path.isdir(path),  # noqa: PTH112
+        matches_path=is_colmap,
     ),
 )
-# In the order of the table: for help texts.
+# For help and error texts, in the order of the table.
 CAMERAS_READ = in_words([row.name for row in CAMERA_FORMATS])

@@ -1,1 +1,1 @@
-"""Pictures and videos in and out: one file per format."""
+"""Pictures are read and written, videos written; the formats are listed in `formats.py`."""

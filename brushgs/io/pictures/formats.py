@@ -18,7 +18,7 @@ class PictureFormat(NamedTuple):
         suffixes: that OpenImageIO reads with the right decoder, in lower case, the usual one first.
         matches: whether a path with these first bytes is of this format.
         precheck: module of this package with `check_file(path, file, max_pixels)`, for formats whose decoder
-            takes memory before it tells the size of the picture; None if there is no need.
+            takes memory before it reports the size of the picture; None if there is no need.
         writer: module of this package with `write(frame, path, background)`; None if it is not written.
         note: what is written, for help texts.
         is_linear: whether it holds linear light; else it is display-encoded.
@@ -41,8 +41,8 @@ class VideoFormat(NamedTuple):
     Attributes:
         name: in words, for help and error texts.
         suffixes: in lower case, the usual one first.
-        writer: module of this package with `open_writer(stack, path, width, height, rate, loops)`, which
-            returns a `VideoWriter`.
+        writer: module of this package with `open_writer(stack, path, size, rate, loops)`, which returns a
+            `VideoWriter`; `size` is width and height as padded by `padded_size`.
         max_fps: frames a second.
         max_side: pixels along a side; None if the format has no limit that matters.
         has_even_sides: whether width and height must be even.

@@ -1,4 +1,4 @@
-"""The few colours of a GIF: found from how often each colour stands in all frames together.
+"""The palette of a GIF: chosen from how often each colour occurs in all frames together.
 
 A colour counts by the square root of its area, so that a small red flower keeps its red beside a large wall.
 """
@@ -6,7 +6,7 @@ A colour counts by the square root of its area, so that a small red flower keeps
 import numpy as np
 from numpy.typing import NDArray
 
-_BITS = 5  # of each channel, within which colours are taken together before any are chosen
+_BITS = 5  # of each channel; colours that agree in them are merged before the palette is chosen
 _LLOYD_STEPS = 10
 
 
@@ -24,24 +24,24 @@ class ColorCounts:
         self._counts[colors] += counts.astype(np.int32)
 
     def palette(self, num_colors: int) -> NDArray[np.uint8]:
-        """[n, 3] at most so many colours that stand for all; the most frequent one is among them."""
+        """[n, 3] at most so many colours that represent all; the most frequent one is among them."""
         seen = np.flatnonzero(self._counts)
         counts = self._counts[seen].astype(np.float64)
         colors = np.stack([seen >> 16, seen >> 8 & 255, seen & 255], axis=1)
         if len(colors) <= num_colors:
             return colors.astype(np.uint8)
-        ground = colors[np.argmax(counts)]
+        most_frequent = colors[np.argmax(counts)]
         groups = np.unique(colors >> (8 - _BITS), axis=0, return_inverse=True)[1].ravel()
         total = np.bincount(groups, counts)
         points = _sums(groups, colors * counts[:, None], len(total)) / total[:, None]
         chosen = _centers(points, np.sqrt(total), num_colors - 1)
-        return np.unique(np.rint([ground, *chosen]).astype(np.uint8), axis=0)
+        return np.unique(np.rint([most_frequent, *chosen]).astype(np.uint8), axis=0)
 
 
 def _centers(
     points: NDArray[np.float64], weights: NDArray[np.float64], num_centers: int
 ) -> NDArray[np.float64]:
-    """[n, 3] by cutting the widest group in two until there are enough, then by Lloyd steps."""
+    """[n, 3] cluster centres: the widest group is split until there are enough, then Lloyd steps follow."""
     from scipy.spatial import KDTree
 
     groups = np.zeros(len(points), np.int64)
@@ -49,8 +49,8 @@ def _centers(
     while len(spreads) < min(num_centers, len(points)):
         widest = max(spreads, key=lambda group: spreads[group][0])
         _, axis, middle = spreads[widest]
-        select_strokes = np.flatnonzero(groups == widest)
-        groups[select_strokes[points[select_strokes, axis] > middle]] = new = len(spreads)
+        rows = np.flatnonzero(groups == widest)
+        groups[rows[points[rows, axis] > middle]] = new = len(spreads)
         for group in (widest, new):
             spreads[group] = _spread(points[groups == group], weights[groups == group])
     for _ in range(_LLOYD_STEPS):
@@ -61,7 +61,7 @@ def _centers(
 
 
 def _spread(points: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[float, int, float]:
-    """The widest axis of a group: summed squared distance from the mean, which axis, and the mean."""
+    """The widest axis of a group: its sum of squared distances from the mean, its index, and the mean."""
     means = weights @ points / weights.sum()
     squares = weights @ (points - means) ** 2
     axis = int(np.argmax(squares))

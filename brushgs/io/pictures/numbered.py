@@ -1,8 +1,8 @@
-"""Numbered picture files, and the manifest beside them that says which painting they belong to.
+"""Numbered picture files, and the manifest beside them that records which painting they belong to.
 
 The manifest of `FOLDER/%05d.png` is `FOLDER/.%05d.png.json`: one line of JSON that describes the painting,
-then one for each frame that was finished, with the size of its file. A frame is there when the manifest says
-so and its file has that size: what lies there from before is never taken for a part of this painting.
+then one for each finished frame, with the size of its file. A frame is done if the manifest lists it and its
+file has that size, so files of an earlier painting are never mistaken for frames of this one.
 """
 
 import json
@@ -13,19 +13,19 @@ from pathlib import Path
 from typing import Any
 
 from brushgs.errors import SceneError
-from brushgs.io.files import read_whole, replacing, unstopped
+from brushgs.io.files import defer_interrupt, read_whole, replacing
 
-_PLACE = re.compile(r"%(?:0[1-9][0-9]?)?d")  # %d or %05d
-_MOST_BYTES, _MOST_LINES = 8 << 20, 200_000  # of a manifest; a path has at most 99,999 frames
+_NUMBER = re.compile(r"%(?:0[1-9][0-9]?)?d")  # %d or %05d
+_MAX_BYTES, _MAX_LINES = 8 << 20, 200_000  # of a manifest; a path has at most 99,999 frames
 DEFAULT_NAME = "%05d.png"
 
 
 @dataclass(frozen=True)
 class NumberedFiles:
-    """The files of a sequence: a folder, and a name with a place for the number of the frame.
+    """The files of a sequence: a folder, and a name with a placeholder for the number of the frame.
 
     Attributes:
-        folder: where they lie.
+        folder: where they are.
         name: such as "%05d.png".
     """
 
@@ -37,19 +37,17 @@ class NumberedFiles:
         """The files that a pattern such as frames/%05d.png stands for.
 
         Raises:
-            ValueError: if the name has not exactly one place for a number, the folder has one, or the
-                suffix is none of `suffixes`.
+            ValueError: if the name does not hold one placeholder, the folder does, or the suffix is none of
+                `suffixes`.
         """
         known = ", ".join(suffixes)
         if "%" in str(path.parent):
-            raise ValueError(
-                f"the number must stand in the name of the file, not of its folder, got '{path}'"
-            )
+            raise ValueError(f"the number must be in the name of the file, not of its folder, got '{path}'")
         if path.suffix.lower() not in suffixes:
             raise ValueError(
                 f"numbered frames must end in {known}, got '{path}'; the suffix decides the format"
             )
-        if len(_PLACE.findall(path.name)) != 1 or path.name.count("%") != 1:
+        if len(_NUMBER.findall(path.name)) != 1 or path.name.count("%") != 1:
             raise ValueError(
                 f"a name of numbered frames must hold one number such as %05d, got '{path}'; "
                 f"write {path.parent / DEFAULT_NAME}"
@@ -63,7 +61,7 @@ class NumberedFiles:
 
     @property
     def manifest(self) -> Path:
-        """Where the manifest lies."""
+        """The path of the manifest."""
         return self.folder / f".{self.name}.json"
 
     def path(self, index: int) -> Path:
@@ -71,24 +69,24 @@ class NumberedFiles:
         return self.folder / (self.name % index)
 
     def number(self, path: Path) -> int | None:
-        """The number of the frame that a file would be; None where its name is no such one."""
-        before, after = _PLACE.split(self.name)
+        """The number of the frame that a file name stands for; None if it matches no frame."""
+        before, after = _NUMBER.split(self.name)
         match = re.fullmatch(f"{re.escape(before)}([0-9]+){re.escape(after)}", path.name)
         return int(match[1]) if match and self.path(int(match[1])).name == path.name else None
 
     def numbers(self) -> list[int]:
-        """The numbers of the frames that are there, in order."""
+        """The numbers of the frames that exist, in order."""
         found = (self.number(path) for path in self.folder.glob("*"))
         return sorted(number for number in found if number is not None)
 
 
 @dataclass
 class Manifest:
-    """What is known of the frames of a sequence.
+    """What is recorded of the frames of a sequence.
 
     Attributes:
-        files: where they lie.
-        painting: what they are painted from: name -> number, text or None, ready for JSON.
+        files: the frames.
+        painting: all that they depend on: name -> number, text or None, ready for JSON.
         sizes: bytes of each finished frame, by number.
     """
 
@@ -98,7 +96,7 @@ class Manifest:
 
     @classmethod
     def read(cls, files: NumberedFiles) -> "Manifest | None":
-        """The manifest beside the frames; None where there is none.
+        """The manifest beside the frames; None if there is none.
 
         Raises:
             SceneError: if it cannot be read, or is something else.
@@ -108,10 +106,10 @@ class Manifest:
         except FileNotFoundError:
             return None
         except OSError:
-            pass  # told by whoever opens it
-        first, *lines = read_whole(files.manifest, _MOST_BYTES).splitlines() or [b""]
+            pass  # reported when it is opened
+        first, *lines = read_whole(files.manifest, _MAX_BYTES).splitlines() or [b""]
         try:
-            painting = json.loads(first)["painting"] if len(lines) <= _MOST_LINES else None
+            painting = json.loads(first)["painting"] if len(lines) <= _MAX_LINES else None
         except (ValueError, KeyError, TypeError, RecursionError):
             painting = None
         if not isinstance(painting, dict):
@@ -120,14 +118,14 @@ class Manifest:
         return cls(files, painting, dict(_entries(lines)))
 
     def is_done(self, index: int) -> bool:
-        """Whether a frame of this painting is there, whole."""
+        """Whether a frame of this painting is complete."""
         try:
             return index in self.sizes and self.files.path(index).stat().st_size == self.sizes[index]
         except OSError:
             return False
 
     def begin(self) -> None:
-        """Begin or go on with the frames: the folder is made if need be, and the manifest written anew.
+        """Start or resume the frames: create the folder if needed, and rewrite the manifest.
 
         Raises:
             SceneError: if the folder or the manifest cannot be written.
@@ -135,19 +133,19 @@ class Manifest:
         try:
             self.files.folder.mkdir(exist_ok=True)
         except OSError as error:
-            raise SceneError(self.files.folder, f"the folder cannot be made: {error.strerror}") from None
+            raise SceneError(self.files.folder, f"the folder cannot be created: {error.strerror}") from None
         with replacing(self.files.manifest) as temporary:
             lines = [json.dumps({"painting": self.painting})]
             lines += [_line(index, size) for index, size in sorted(self.sizes.items())]
             temporary.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
 
     def add(self, index: int, content: bytes) -> None:
-        """Write a frame, whole or not at all, then its line of the manifest.
+        """Write a frame, completely or not at all, then its line of the manifest.
 
         Raises:
             SceneError: if either cannot be written.
         """
-        with unstopped():
+        with defer_interrupt():
             with replacing(self.files.path(index)) as temporary:
                 temporary.write_bytes(content)
             self.sizes[index] = len(content)
@@ -164,7 +162,7 @@ def _line(index: int, size: int) -> str:
 
 
 def _entries(lines: list[bytes]) -> Iterator[tuple[int, int]]:
-    """Frame and size of each line that is whole: the last one may be cut off."""
+    """Frame and size of each complete line: the last one may be cut off."""
     for line in lines:
         try:
             entry = json.loads(line)

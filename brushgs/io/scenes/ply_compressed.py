@@ -1,7 +1,7 @@
 """The compressed layout of PlayCanvas and SuperSplat: 16 bytes a Gaussian, in chunks of 256.
 
 A chunk stores the smallest and largest position, log-scale and (in later files) colour of its
-Gaussians; each Gaussian stores where it lies between them, in 11 + 10 + 11 bits (position and
+Gaussians; each Gaussian stores its place between them, in 11 + 10 + 11 bits (position and
 log-scale) or 8 bits (colour), its opacity in 8 bits and its rotation as the three smaller components
 of the quaternion in 10 bits each. An optional element `sh` holds f_rest in 8 bits. The layout is
 defined by the PlayCanvas engine and splat-transform.

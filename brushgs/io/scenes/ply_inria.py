@@ -68,7 +68,7 @@ def count_terms(path: Path, element: Element) -> int:
     """Number of spherical-harmonic terms that an element with f_rest properties stores.
 
     Raises:
-        SceneError: if the f_rest properties do not make up whole bands of degree 0 to 3.
+        SceneError: if the f_rest properties do not make up complete bands of degree 0 to 3.
     """
     rest = {name for name in element.names if name.startswith("f_rest_")}
     expected = {f"f_rest_{index}" for index in range(len(rest))}
@@ -77,7 +77,7 @@ def count_terms(path: Path, element: Element) -> int:
         raise SceneError(
             path,
             f"must have 0, 9, 24 or 45 f_rest properties (degree 0 to 3), got {len(rest)}{gap};"
-            " export it with whole bands of spherical harmonics",
+            " export it with complete bands of spherical harmonics",
         )
     return _NUM_REST[len(rest)]
 
@@ -212,7 +212,7 @@ def _count_used_terms(path: Path, header: Header, vertex: Element, num_terms: in
 
     Reading stops as soon as the highest band proves to be in use: for most scenes in the first block.
     """
-    bands = {}  # number of terms up to and including a band -> where it lies in a row
+    bands = {}  # number of terms up to and including a band -> its runs in a row
     for degree in (3, 2, 1):
         start, stop = degree**2, (degree + 1) ** 2
         if stop <= num_terms:

@@ -51,11 +51,11 @@ def check_size(path: Path, header: Header, element: Element, size: int) -> None:
         start, row_size = data_start(path, header, element), element.dtype.itemsize
     missing = start + element.count * row_size - size
     if missing > 0:
-        whole = max(size - start, 0) // max(row_size, 1)
+        num_complete = max(size - start, 0) // max(row_size, 1)
         at_least = "at least " if header.is_ascii else ""
         raise SceneError(
             path,
-            f"is cut off: of {element.count} rows of element {element.name!r} {whole} are complete and"
+            f"is cut off: of {element.count} rows of element {element.name!r} {num_complete} are complete and"
             f" {at_least}{missing} bytes are missing; copy or export it again",
         )
 
@@ -75,7 +75,7 @@ def data_start(path: Path, header: Header, element: Element) -> int:
     """Byte at which the rows of an element of a binary file begin.
 
     Raises:
-        SceneError: if a list, whose length is known from its data only, stands before or in the element.
+        SceneError: if a list, whose length is known from its data only, comes before or in the element.
     """
     start = header.data_offset
     for other in header.elements:

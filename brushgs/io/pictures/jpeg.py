@@ -1,0 +1,72 @@
+"""JPEG: the size and the number of scans are checked before a decoder opens the file.
+
+A progressive JPEG takes memory for all of its pixels as soon as it is opened, and a JPEG may be stored in
+thousands of scans over the whole picture.
+"""
+
+import re
+import struct
+from pathlib import Path
+from typing import BinaryIO
+
+from brushgs.errors import SceneError
+from brushgs.io.pictures.limits import check_pixels
+
+_MAX_SCANS = 100  # cameras and editors write 1 to 14
+_START_OF_SCAN = b"\xff\xda"
+_MAX_SEGMENTS = 10_000  # before the size; cameras write some tens
+# Markers that state the size (all SOF, not DHT, JPG and DAC), and those without content.
+_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+_BARE = frozenset({0x01, *range(0xD0, 0xD9)})
+_MARKER = re.compile(rb"\xff([^\x00\xff])", re.DOTALL)
+_PIECE = 1 << 20  # bytes searched at a time for scans,
+_SMALL_PIECE = 1 << 12  # and for the next marker, which is mostly near
+
+
+def check_file(path: Path, file: BinaryIO, max_pixels: int) -> None:
+    """Refuse a JPEG of too many pixels or scans. Raises SceneError."""
+    check_pixels(path, *_size(path, file), max_pixels)
+    file.seek(0)
+    num_scans, last = 0, b""
+    while piece := file.read(_PIECE):
+        num_scans += (last + piece).count(_START_OF_SCAN)
+        last = piece[-1:]
+    if num_scans > _MAX_SCANS:
+        fact = f"must be stored in at most {_MAX_SCANS} scans, got {num_scans}"
+        raise SceneError(path, f"{fact}; save it again as a plain JPEG or PNG")
+
+
+def _size(path: Path, file: BinaryIO) -> tuple[int, int]:
+    """Width and height in the header; (0, 0) where there is none, which the decoder refuses.
+
+    Source: ITU T.81, annex B. Bytes between two segments are skipped, as decoders do.
+
+    Raises:
+        SceneError: if there are more than `_MAX_SEGMENTS` segments before it.
+    """
+    file.seek(2)
+    for _ in range(_MAX_SEGMENTS):
+        marker = _next_marker(file)
+        if marker is None or marker == _START_OF_SCAN[1]:
+            return 0, 0
+        if marker in _BARE:
+            continue
+        begin = file.read(7)
+        if marker in _FRAMES and len(begin) == 7:
+            height, width = struct.unpack(">3xHH", begin)
+            return width, height
+        length = int.from_bytes(begin[:2], "big")
+        file.seek(max(length, 2) - len(begin), 1)
+    raise SceneError(path, f"states no size in its first {_MAX_SEGMENTS} segments; save it again as a PNG")
+
+
+def _next_marker(file: BinaryIO) -> int | None:
+    """The code of the next marker, read up to its end; None at the end of the file."""
+    while piece := file.read(_SMALL_PIECE):
+        match = _MARKER.search(piece)
+        if match is not None:
+            file.seek(match.end() - len(piece), 1)
+            return match[1][0]
+        if piece.endswith(b"\xff") and len(piece) > 1:  # its code is in the next piece
+            file.seek(-1, 1)
+    return None

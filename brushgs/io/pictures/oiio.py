@@ -1,0 +1,81 @@
+"""What the picture writers share: pixels go to a file as they are, through OpenImageIO.
+
+By default OpenImageIO divides colour by alpha on writing; here it is told not to, so that straight colours
+are written bit for bit.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import Array
+from brushgs.errors import SceneError
+from brushgs.io.files import defer_interrupt, replacing
+from brushgs.scene import Frame
+
+Background = Sequence[float] | Array | None  # one RGB colour or [H, W, 3], display-encoded; None for none
+
+
+def with_alpha(frame: Frame) -> Array:
+    """[H, W, 4] straight colour and alpha."""
+    return np.concatenate([straight_colors(frame), frame.alpha[..., None]], axis=-1)
+
+
+def straight_colors(frame: Frame) -> Array:
+    """[H, W, 3] colour not multiplied by alpha; 0 where nothing is painted."""
+    alpha = frame.alpha[..., None]
+    return np.divide(frame.rgb, alpha, out=np.zeros_like(frame.rgb), where=alpha > 0)
+
+
+def quantise(values: Array, dtype: type[np.unsignedinteger[Any]]) -> NDArray[np.unsignedinteger[Any]]:
+    """Values 0 to 1 as integers of the full range of `dtype`, halves rounded up, others clipped."""
+    return np.asarray(np.clip(values, 0, 1) * np.iinfo(dtype).max + 0.5).astype(dtype)
+
+
+def write_pixels(
+    path: str | Path,
+    format_name: str,
+    pixels: NDArray[Any],
+    names: tuple[str, ...],
+    attributes: Mapping[str, Any],
+    is_complete: Callable[[Path], bool] = lambda path: True,
+) -> None:
+    """Write pixels as they are; the file appears when it is complete.
+
+    Args:
+        path: the name of the file.
+        format_name: of OpenImageIO.
+        pixels: [H, W, channels] uint8, uint16 or float32.
+        names: of the channels; "A" is alpha, "Z" depth.
+        attributes: of OpenImageIO, by name.
+        is_complete: whether the written file is complete, for writers that report success on a full disk.
+
+    Raises:
+        SceneError: if the file cannot be written.
+    """
+    import OpenImageIO
+
+    height, width, num_channels = pixels.shape
+    spec = OpenImageIO.ImageSpec(width, height, num_channels, pixels.dtype.name.replace("float32", "float"))
+    spec.channelnames = names
+    spec.alpha_channel = names.index("A") if "A" in names else -1
+    spec.z_channel = names.index("Z") if "Z" in names else -1
+    for name, value in attributes.items():
+        spec.attribute(name, value)
+    out = OpenImageIO.ImageOutput.create(format_name)
+    assert out is not None, "the formats of the table are part of every build of OpenImageIO"
+    # An encoder that is interrupted midway complains to the terminal.
+    with defer_interrupt(), replacing(path) as temporary:
+        is_written = out.open(str(temporary), spec) and out.write_image(np.ascontiguousarray(pixels))
+        if not (out.close() and is_written):
+            raise SceneError(path, f"cannot be written ({first_line(out.geterror())}); check the disk")
+        if not is_complete(temporary):
+            raise SceneError(path, "cannot be written completely; check the space on the disk")
+
+
+def first_line(text: str) -> str:
+    """First line of a message of OpenImageIO."""
+    return text.strip().splitlines()[0] if text.strip() else "no reason given"

@@ -1,0 +1,30 @@
+"""A frame becomes a PNG: 8 bit, display-encoded, straight alpha."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.io.pictures.oiio import Background, quantise, with_alpha, write_pixels
+from brushgs.scene import Frame
+
+# Renders of koala at 1280x720: a third to a half of the time of libpng's defaults (level 6, all
+# filters), files at most 4 % larger. The filter predicts a pixel as the mean of its left and upper one.
+_ATTRIBUTES = {"oiio:UnassociatedAlpha": 1, "png:compressionLevel": 4, "png:filter": 64}
+_END = b"\0\0\0\0IEND\xaeB`\x82"  # the chunk that closes every PNG
+
+
+def write(frame: Frame, path: str | Path, background: Background) -> None:
+    """See `write_frame`."""
+    if background is None:
+        pixels: NDArray[Any] = quantise(with_alpha(frame), np.uint8)
+    else:
+        pixels = frame.bytes_over(background)
+    names = ("R", "G", "B", "A")[: pixels.shape[-1]]
+    write_pixels(path, "png", pixels, names, _ATTRIBUTES, _is_complete)
+
+
+def _is_complete(path: Path) -> bool:
+    """On a full disk the PNG writer stops midway and reports success."""
+    return path.read_bytes()[-len(_END) :] == _END
