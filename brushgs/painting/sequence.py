@@ -22,7 +22,7 @@ from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.drawing import NOTHING_SEEN
 from brushgs.painting.frame_painter import FramePainter, FrameView
 from brushgs.painting.outputs import check_target, plan_output
-from brushgs.painting.parallel import spread
+from brushgs.painting.parallel import parallel_map
 from brushgs.painting.parallel.connection import check_scheduler
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report, Stage, Stopwatch
@@ -173,7 +173,9 @@ def _paint(
     with report.stage("paint", total=len(indices), apart=writing) as stage:
         rests = [list(same) for _, same in groupby(indices, key=frames.identity)]
         views = (frames.view(rest[0]) for rest in rests)
-        painted: Any = spread(frames.painter(suffix), views, jobs=sequence.jobs, scheduler=sequence.scheduler)
+        painted: Any = parallel_map(
+            frames.painter(suffix), views, jobs=sequence.jobs, scheduler=sequence.scheduler
+        )
         with closing(painted):
             for rest, frame in zip(rests, painted, strict=True):
                 for index in rest:

@@ -1,13 +1,13 @@
-"""Frames painted by several processes beside one process with as many threads: what `spread` gains and costs.
+"""What `parallel_map` gains and costs: several processes beside one process with as many threads.
 
     python -m tests.bench.parallel [--frames 60] [--strokes 7000] [--size 1280x720] [--jobs 2] [--repeat 5]
 
-Both ways paint the same frames (uint8 pictures on white, as a video takes them) along an orbit, in turn, and
-are compared byte by byte first. Each process must start, import what it needs and prepare its stroke image;
-then it waits for no other. "after the start" leaves out the first two frames a job. "start" is the time to
-the first result of work that does nothing, "an item" the time each further one takes, with a result of one
-number and of one picture. Milliseconds and frames/s are medians (minimum-maximum) of the wall clock; memory
-is the largest resident set of a process.
+Both ways paint the same frames (uint8 pictures on white, as for a video) along an orbit, alternately, and are
+first compared byte by byte. Each process must start, import what it needs and prepare its stroke image.
+"after the start" excludes the first two frames per job. "start" is the time to the first result of work that
+does nothing, "an item" the time of each further one, with one number and with one picture as the result.
+Milliseconds and frames/s are medians (minimum-maximum) of the wall clock; memory is the largest resident set
+of a process.
 """
 
 import argparse
@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.painting.parallel import spread
+from brushgs.painting.parallel import parallel_map
 from brushgs.rendering.render import render
 from brushgs.scene import Camera, Gaussians
 from brushgs.threads import num_threads_or_default
@@ -91,7 +91,7 @@ def compare(options: argparse.Namespace, width: int, height: int) -> None:
     cameras = orbit(options.frames, width, height)
     paths = {
         "one process": lambda: map(painter, cameras),
-        f"{options.jobs} processes": lambda: spread(painter, cameras, jobs=options.jobs),
+        f"{options.jobs} processes": lambda: parallel_map(painter, cameras, jobs=options.jobs),
     }
     one, several = (list(path()) for path in paths.values())
     assert all(np.array_equal(a, b) for a, b in zip(one, several, strict=True)), "the frames differ"
@@ -106,7 +106,10 @@ def compare(options: argparse.Namespace, width: int, height: int) -> None:
         ratios = [a[number] / b[number] for a, b in zip(*times.values(), strict=True)]
         print(f"speed-up          {spread_of(ratios, 1)}, {words}")
     memory = importable.Memory(painter.strokes, texture)
-    print(f"memory            {max(spread(memory, cameras, jobs=options.jobs)):.0f} MB a process, ", end="")
+    print(
+        f"memory            {max(parallel_map(memory, cameras, jobs=options.jobs)):.0f} MB a process, ",
+        end="",
+    )
     print(f"{memory(cameras[0]):.0f} MB this one")
 
 
@@ -119,7 +122,7 @@ def orbit(num_frames: int, width: int, height: int) -> list[Camera]:
 
 def time_start(jobs: int) -> float:
     """Seconds from asking for the first result until it is there."""
-    results = spread(importable.nothing, [1], jobs=jobs)
+    results = parallel_map(importable.nothing, [1], jobs=jobs)
     start = time.perf_counter()
     next(results)
     seconds = time.perf_counter() - start
@@ -129,7 +132,7 @@ def time_start(jobs: int) -> float:
 
 def time_items(result: object, jobs: int) -> float:
     """Seconds each further item takes that comes back as it was sent."""
-    results = spread(importable.nothing, itertools.repeat(result), jobs=jobs)
+    results = parallel_map(importable.nothing, itertools.repeat(result), jobs=jobs)
     for _ in range(2 * jobs):
         next(results)
     start = time.perf_counter()

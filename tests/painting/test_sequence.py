@@ -444,7 +444,7 @@ def test_inputs_are_not_replaced(scene, folder):
             ORBIT,
             {},
             {"scheduler": "host"},
-            r"scheduler must be an address like tcp://host:8786, got 'host'",
+            r"scheduler must be an address such as tcp://host:8786, got 'host'",
         ),
     ],
 )

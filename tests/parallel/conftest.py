@@ -1,4 +1,4 @@
-"""What both ways to spread work are tested with: pictures, and processes that can import what paints them."""
+"""Fixtures of both pools: pictures, and a path on which other processes find what paints them."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ NUM_FRAMES = 12
 
 @pytest.fixture(autouse=True)
 def _importable(monkeypatch):
-    """Other processes find `tests.parallel.work` on the path that they are given."""
+    """Other processes import `tests.parallel.work` from this path."""
     monkeypatch.syspath_prepend(ROOT)
 
 
@@ -25,5 +25,5 @@ def painter():
 
 @pytest.fixture(scope="session")
 def frames(painter):
-    """What every place must paint, bit for bit."""
+    """What every pool must paint, bit for bit."""
     return [painter(index) for index in range(NUM_FRAMES)]

@@ -1,4 +1,4 @@
-"""`spread` over a real Dask cluster: a scheduler and two workers, started with Dask's own commands."""
+"""`parallel_map` over a real Dask cluster: a scheduler and two workers, started with Dask's own commands."""
 
 import itertools
 import json
@@ -20,7 +20,7 @@ from brushgs import __version__
 from brushgs.errors import SceneError
 from brushgs.options.painting import ClusterConfig, PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
-from brushgs.painting.parallel import connection, spread
+from brushgs.painting.parallel import connection, parallel_map
 from brushgs.painting.parallel import dask_cluster as cluster
 from brushgs.painting.sequence import paint_sequence
 from brushgs.still_life import still_life
@@ -29,7 +29,7 @@ from tests.parallel.conftest import NUM_FRAMES, ROOT
 
 
 def start(folder, name, *words):
-    """One of Dask's commands, with what it says in a file."""
+    """One of Dask's commands, with its output in a file."""
     with (folder / f"{name}.log").open("w") as log:
         return subprocess.Popen(
             [sys.executable, "-m", "dask", name.split("-")[0], "--no-dashboard", *words],
@@ -42,7 +42,7 @@ def start(folder, name, *words):
 
 
 def stop(process):
-    """End a command and all that it started."""
+    """Kill a command and all that it started."""
     if process.poll() is not None:
         return
     os.killpg(process.pid, signal.SIGTERM)
@@ -64,7 +64,7 @@ def address_in(path):
 
 @pytest.fixture(scope="module")
 def clusters(tmp_path_factory):
-    """Two clusters: one with two workers that are started again when they die, and a frail one with one."""
+    """Two clusters: one whose two workers are restarted when they die, and a frail one with one worker."""
     folder = tmp_path_factory.mktemp("dask")
     scheduler = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file"]
     worker = ["--nthreads", "1", "--local-directory", str(folder), "--scheduler-file"]
@@ -81,7 +81,7 @@ def clusters(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def watch(clusters):
-    """A client beside those of `spread`, when both workers are there."""
+    """A client beside those of `parallel_map`, when both workers are there."""
     with Client(address_in(clusters[0] / "firm.json"), set_as_default=False) as client:
         client.wait_for_workers(2, timeout=60)
         yield client
@@ -110,7 +110,7 @@ def wait_until(is_so):
 
 
 def test_frames_are_the_same_bits_on_a_cluster(address, painter, frames):
-    assert list(spread(painter, range(NUM_FRAMES), scheduler=address)) == frames
+    assert list(parallel_map(painter, range(NUM_FRAMES), scheduler=address)) == frames
 
 
 @pytest.mark.parametrize("output", ["a/%05d.png", "a/%05d.exr", "a.mp4"])
@@ -128,19 +128,19 @@ def test_the_files_of_a_sequence_are_the_same_from_a_cluster(address, tmp_path, 
 
 
 def test_both_workers_work(address):
-    there = set(spread(work.slow_process_id, range(20), scheduler=address))
+    there = set(parallel_map(work.slow_process_id, range(20), scheduler=address))
     assert len(there) == 2
     assert os.getpid() not in there
 
 
 def test_a_worker_killed_midway_loses_no_frame(address, painter, frames, tmp_path):
     painter = work.Painter(painter.strokes, painter.texture, kills=4, marker=tmp_path / "killed")
-    assert list(spread(painter, range(NUM_FRAMES), scheduler=address)) == frames
+    assert list(parallel_map(painter, range(NUM_FRAMES), scheduler=address)) == frames
     assert painter.marker.exists()
 
 
 def test_all_workers_killed_midway_lose_no_item(address):
-    results = spread(work.slow_process_id, range(40), scheduler=address)
+    results = parallel_map(work.slow_process_id, range(40), scheduler=address)
     first = [next(results) for _ in range(10)]
     for pid in set(first):
         os.kill(pid, signal.SIGKILL)
@@ -149,14 +149,14 @@ def test_all_workers_killed_midway_lose_no_item(address):
     assert set(rest[-10:]).isdisjoint(first)
 
 
-def test_an_item_that_always_ends_its_worker_is_named(address, monkeypatch):
-    monkeypatch.setattr(cluster, "TRIES", 1)  # Dask itself tries some times before it gives up once
-    with pytest.raises(ChildProcessError, match=r"item 0 was lost \d times with the workers that had it"):
-        list(spread(work.die, [None], scheduler=address))
+def test_an_item_that_always_kills_its_worker_is_named(address, monkeypatch):
+    monkeypatch.setattr(cluster, "MAX_ATTEMPTS", 1)  # Dask itself retries before it gives up
+    with pytest.raises(ChildProcessError, match=r"item 0 was lost \d times together with its worker"):
+        list(parallel_map(work.die, [None], scheduler=address))
 
 
 def test_an_error_of_the_work_arrives_as_it_is_and_in_its_turn(address):
-    results = spread(work.fail_at_3, range(9), scheduler=address)
+    results = parallel_map(work.fail_at_3, range(9), scheduler=address)
     assert [next(results) for _ in range(3)] == [0, 1, 2]
     with pytest.raises(SceneError, match=r"^a\.ply: is bad"):
         next(results)
@@ -164,16 +164,16 @@ def test_an_error_of_the_work_arrives_as_it_is_and_in_its_turn(address):
 
 def test_items_are_not_read_as_tasks_or_keys_of_dask(address):
     items = [(len, "abc"), {"a": (work.square, 2)}, ["x"], None]
-    assert list(spread(work.identity, items, scheduler=address)) == items
+    assert list(parallel_map(work.identity, items, scheduler=address)) == items
 
 
 def test_one_task_takes_one_thread(address):
-    assert set(spread(work.num_threads, range(4), scheduler=address)) == {1}
+    assert set(parallel_map(work.num_threads, range(4), scheduler=address)) == {1}
 
 
 def test_few_items_are_under_way_and_closing_cancels_them(address):
     taken = []
-    results = spread(work.square, (taken.append(x) or x for x in itertools.count()), scheduler=address)
+    results = parallel_map(work.square, (taken.append(x) or x for x in itertools.count()), scheduler=address)
     assert taken == []
     assert [next(results) for _ in range(5)] == [0, 1, 4, 9, 16]
     assert len(taken) <= 5 + 4
@@ -186,9 +186,9 @@ def test_ctrl_c_leaves_the_cluster_alive_and_empty(address, tmp_path):
         textwrap.dedent(
             f"""
             import itertools
-            from brushgs.painting.parallel import spread
+            from brushgs.painting.parallel import parallel_map
             from tests.parallel.work import slow_process_id
-            for pid in spread(slow_process_id, itertools.count(), scheduler="{address}"):
+            for pid in parallel_map(slow_process_id, itertools.count(), scheduler="{address}"):
                 print(pid, flush=True)
             """
         )
@@ -205,7 +205,7 @@ def test_ctrl_c_leaves_the_cluster_alive_and_empty(address, tmp_path):
     _, err = script.communicate(timeout=60)
     assert err.count("Traceback") == 1, err
     assert err.endswith("KeyboardInterrupt\n")
-    assert set(spread(work.slow_process_id, range(10), scheduler=address)) == workers
+    assert set(parallel_map(work.slow_process_id, range(10), scheduler=address)) == workers
 
 
 def set_version(version):
@@ -240,19 +240,19 @@ def test_another_version_of_brushgs_is_refused(address, watch, where):
     on(set_version, "0.0.9")
     try:
         with pytest.raises(ValueError, match=f"the {named} must have brushgs {__version__} .*, got 0.0.9"):
-            list(spread(work.square, [1], scheduler=address))
+            list(parallel_map(work.square, [1], scheduler=address))
     finally:
         on(set_version, __version__)
     on(hide)
     try:
         with pytest.raises(ValueError, match=f"the {named} must have brushgs {__version__}, got none"):
-            list(spread(work.square, [1], scheduler=address))
+            list(parallel_map(work.square, [1], scheduler=address))
     finally:
         on(show)
 
 
 def test_a_worker_of_another_version_that_comes_later_paints_nothing(address, watch):
-    results = spread(work.square, itertools.count(), scheduler=address)
+    results = parallel_map(work.square, itertools.count(), scheduler=address)
     assert next(results) == 0
     watch.run(set_version, "0.0.9")
     try:
@@ -281,42 +281,48 @@ def test_python_and_dask_must_be_alike_but_for_the_last_number(there, is_alike):
         connection.check_packages("scheduler", here, there)
 
 
-def test_losing_all_workers_for_good_and_then_the_scheduler_is_told(clusters, monkeypatch):
+def test_losing_all_workers_and_then_the_scheduler_is_reported(clusters, monkeypatch):
     folder, running = clusters
     address = address_in(folder / "frail.json")
-    monkeypatch.setattr(cluster, "LOOK", 0.1)
-    results = spread(work.slow_process_id, range(100), scheduler=address)
+    monkeypatch.setattr(cluster, "CHECK_INTERVAL", 0.1)
+    results = parallel_map(work.slow_process_id, range(100), scheduler=address)
     next(results)
-    monkeypatch.setattr(connection, "NO_WORKERS", 0.2)
+    monkeypatch.setattr(connection, "WORKERS_TIMEOUT", 0.2)
     os.killpg(running["worker-frail"].pid, signal.SIGKILL)
-    with pytest.raises(ConnectionError, match=f"{address} has had no workers for .*: dask worker {address}"):
+    with pytest.raises(
+        ConnectionError,
+        match=f"{address}: the Dask scheduler has had no workers for .*: dask worker {address}",
+    ):
         list(results)
-    monkeypatch.setattr(connection, "NO_WORKERS", 60)
-    monkeypatch.setattr(connection, "CONNECT", 1)  # it may be gone before it is asked
+    monkeypatch.setattr(connection, "WORKERS_TIMEOUT", 60)
+    monkeypatch.setattr(connection, "CONNECT_TIMEOUT", 1)  # it may be gone before the connection is made
     timer = threading.Timer(0.3, os.killpg, (running["scheduler-frail"].pid, signal.SIGKILL))
     timer.start()
-    with pytest.raises(ConnectionError, match=f"scheduler {address} is gone|no Dask scheduler answers"):
-        list(spread(work.square, [1], scheduler=address))
+    with pytest.raises(
+        ConnectionError,
+        match=f"{address}: (the connection to the|no) Dask scheduler (was lost|answers)",
+    ):
+        list(parallel_map(work.square, [1], scheduler=address))
     timer.join()
 
 
-def test_an_address_where_nobody_or_somebody_else_is_gets_one_sentence(monkeypatch):
-    monkeypatch.setattr(connection, "CONNECT", 0.2)
+def test_an_address_without_a_scheduler_gets_one_sentence(monkeypatch):
+    monkeypatch.setattr(connection, "CONNECT_TIMEOUT", 0.2)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         port = silent.getsockname()[1]
         with pytest.raises(
-            ConnectionError, match=f"no Dask scheduler answers at tcp://127.0.0.1:{port} .*timed"
+            ConnectionError, match=f"tcp://127.0.0.1:{port}: no Dask scheduler answers .*timed"
         ):
-            next(spread(work.square, [1], scheduler=f"tcp://127.0.0.1:{port}"))
-    with pytest.raises(ConnectionError, match=f"answers at tcp://127.0.0.1:{port} .Connection refused"):
-        next(spread(work.square, [1], scheduler=f"tcp://127.0.0.1:{port}"))
+            next(parallel_map(work.square, [1], scheduler=f"tcp://127.0.0.1:{port}"))
+    with pytest.raises(ConnectionError, match=f"tcp://127.0.0.1:{port}: .* answers .Connection refused"):
+        next(parallel_map(work.square, [1], scheduler=f"tcp://127.0.0.1:{port}"))
 
 
 def test_without_items_no_scheduler_is_asked():
-    assert list(spread(work.square, [], scheduler="tcp://127.0.0.1:1")) == []
+    assert list(parallel_map(work.square, [], scheduler="tcp://127.0.0.1:1")) == []
 
 
 def test_without_dask_the_cure_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(ValueError, match=r"pip install 'brushgs\[cluster\]'"):
-        next(spread(work.square, [1], scheduler="tcp://127.0.0.1:8786"))
+    with pytest.raises(ValueError, match=r"pip install 'dask\[distributed\]'"):
+        next(parallel_map(work.square, [1], scheduler="tcp://127.0.0.1:8786"))

@@ -1,4 +1,4 @@
-"""Work for the tests of `spread`, in a module of its own: other processes must be able to import it."""
+"""Work for the tests of `parallel_map`, in a module of its own: other processes must be able to import it."""
 
 import os
 import signal
@@ -48,7 +48,7 @@ def warn(x):
 
 
 class UnreadableError(Exception):
-    """Can be pickled, but not read back."""
+    """Can be pickled, but not unpickled."""
 
     def __init__(self, one, two):
         super().__init__(f"{one} and {two}")
@@ -58,8 +58,8 @@ def fail_unreadably(x):
     raise UnreadableError(x, "more")
 
 
-class Unwilling:
-    """Arrives in no other process."""
+class Unpicklable:
+    """Cannot be unpickled anywhere."""
 
     def __reduce__(self):
         return die_on_arrival, ()

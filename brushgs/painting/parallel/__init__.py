@@ -1,7 +1,7 @@
-"""One piece of work for many items, in several processes or on a cluster: results in the order of the items.
+"""The same work for many items, in several processes or on a Dask cluster; results in order.
 
-Where an item is worked on changes when its result is ready and nothing else: an item must carry all that is
-its own, as a `Shot` of a sequence does.
+Where an item is processed decides when its result is ready and nothing else: an item must carry everything
+that sets it apart, as a `FrameView` of a sequence does.
 """
 
 import operator
@@ -14,89 +14,90 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 
-class Place(Protocol):
-    """Where items are worked on."""
+class WorkerPool(Protocol):
+    """Workers that process items."""
 
     @property
     def limit(self) -> int:
-        """How many items may be under way, results not yet fetched among them."""
+        """The most items in flight: submitted, and their result not yet fetched."""
 
     def submit(self, index: int, item: object) -> Callable[[], Any]:
-        """Begin with an item; what comes back waits for its result and returns it."""
+        """Start an item; the function returned waits for its result and returns it."""
 
 
-def spread(
+def parallel_map(
     work: Callable[[T], R], items: Iterable[T], *, jobs: int = 1, scheduler: str | None = None
 ) -> Iterator[R]:
-    """Do the same work for every item, in several processes.
+    """Call `work` with every item, in several processes.
 
-    Nothing starts before the first result is asked for. At most two items per process are under way, results
-    that wait for their turn among them, so memory stays bounded and `items` may be endless. To end early,
-    close the iterator (or let it go, or press Ctrl-C): processes started here are ended at once, and a
-    cluster is left as it was. A process that dies, out of memory for one, is replaced, and its item is done
-    anew. Drawing (`num_threads=None`) shares the processors out among the processes; on a cluster it takes
-    one thread, since workers count a task as one. Warnings of the work are given here, in the turn of
-    their item; those on a cluster go to the log of the worker.
+    Nothing starts before the first result is requested. At most two items per process are in flight, results
+    that wait for their turn included, so memory stays bounded and `items` may be endless. To stop early,
+    close the iterator (or delete it, or press Ctrl-C): local processes are killed at once, and a cluster is
+    left as it was. If a process dies, for example out of memory, it is replaced and its item processed again.
+
+    With `num_threads=None` the local processes share the CPUs of the machine; a worker of a cluster uses one
+    thread, because Dask counts a task as one. Warnings of `work` are issued here, in the turn of their item;
+    those on a cluster go to the log of the worker.
 
     Args:
-        work: a function or callable object. With `jobs` above 1 or a scheduler it travels to each process
-            once, pickled, so it must belong to a module that other processes can import: not to the script
-            that is run itself. The script needs no `if __name__ == "__main__"` and is not run again.
-        items: what `work` is called with, one at a time; pickled where they travel.
-        jobs: processes on this machine, at least 1; 1 works in this one.
-        scheduler: address of an existing Dask scheduler, "tcp://host:8786", whose workers do the work; they
-            need the same version of brushgs. `jobs` is then theirs to decide.
+        work: a function or callable object. With `jobs` above 1 or a scheduler it is pickled and sent to each
+            process once, so it must belong to a module that other processes can import: not to the script
+            that is running. The script needs no `if __name__ == "__main__"` and is not run again.
+        items: the arguments of `work`, one at a time; pickled if they are sent to another process.
+        jobs: number of processes on this machine, at least 1; 1 means this process.
+        scheduler: address of a running Dask scheduler, "tcp://host:8786", whose workers do the work; they
+            need the same version of brushgs. They also decide the number of processes: omit `jobs`.
 
     Returns:
-        An iterator of the results, in the order of `items`.
+        An iterator over the results, in the order of `items`.
 
     Raises:
         TypeError: if `work` or an item cannot be pickled.
-        ValueError: if `jobs` is below 1, or given beside `scheduler`, or `work` belongs to the script itself,
-            or Dask is not installed, or the cluster runs other versions.
-        ConnectionError: if the scheduler cannot be reached or is lost, or has no workers.
-        ChildProcessError: if an item ends its process again and again.
-        Exception: whatever `work` raises, when it is the turn of that item; a note says where it did.
+        ValueError: if `jobs` is below 1, or given together with `scheduler`, or `work` belongs to the running
+            script, or Dask is not installed, or the cluster has other versions.
+        ConnectionError: if the scheduler cannot be reached, is lost, or has no workers.
+        ChildProcessError: if the same item kills its process repeatedly.
+        Exception: whatever `work` raises, in the turn of that item; a note holds the traceback.
     """
     jobs = operator.index(jobs)
     if jobs < 1:
-        raise ValueError(f"spread: jobs must be at least 1, got {jobs}")
+        raise ValueError(f"parallel_map: jobs must be at least 1, got {jobs}")
     if scheduler is not None:
         if jobs > 1:
             raise ValueError(
-                f"spread: jobs must be left out beside a scheduler, got {jobs}; its workers decide"
+                f"parallel_map: jobs must not be given together with a scheduler, got {jobs}; omit it"
             )
         from brushgs.painting.parallel.connection import check_address
 
         check_address(scheduler)
-        return _on_cluster(work, items, scheduler)
+        return _map_on_cluster(work, items, scheduler)
     if jobs == 1:
         return (work(item) for item in items)
-    return _in_processes(work, items, jobs)
+    return _map_in_processes(work, items, jobs)
 
 
-def _in_processes(work: Callable[[T], R], items: Iterable[T], jobs: int) -> Iterator[R]:
-    from brushgs.painting.parallel.processes import Processes
+def _map_in_processes(work: Callable[[T], R], items: Iterable[T], jobs: int) -> Iterator[R]:
+    from brushgs.painting.parallel.processes import ProcessPool
 
-    with Processes(work, jobs) as place:
-        yield from _in_order(place, items)
+    with ProcessPool(work, jobs) as pool:
+        yield from _map_in_order(pool, items)
 
 
-def _on_cluster(work: Callable[[T], R], items: Iterable[T], scheduler: str) -> Iterator[R]:
-    from brushgs.painting.parallel.connection import connected
-    from brushgs.painting.parallel.dask_cluster import Cluster
+def _map_on_cluster(work: Callable[[T], R], items: Iterable[T], scheduler: str) -> Iterator[R]:
+    from brushgs.painting.parallel.connection import connect
+    from brushgs.painting.parallel.dask_cluster import DaskPool
 
     items = iter(items)
-    for first in items:  # without any there is no need of a cluster
-        with connected(scheduler) as client, Cluster(client, work) as place:
-            yield from _in_order(place, chain([first], items))
+    for first in items:  # without any item no cluster is needed
+        with connect(scheduler) as client, DaskPool(client, work) as pool:
+            yield from _map_in_order(pool, chain([first], items))
 
 
-def _in_order(place: Place, items: Iterable[Any]) -> Iterator[Any]:
-    waiting: deque[Callable[[], Any]] = deque()
+def _map_in_order(pool: WorkerPool, items: Iterable[Any]) -> Iterator[Any]:
+    in_flight: deque[Callable[[], Any]] = deque()
     for index, item in enumerate(items):
-        waiting.append(place.submit(index, item))
-        while len(waiting) >= place.limit:
-            yield waiting.popleft()()
-    while waiting:
-        yield waiting.popleft()()
+        in_flight.append(pool.submit(index, item))
+        while len(in_flight) >= pool.limit:
+            yield in_flight.popleft()()
+    while in_flight:
+        yield in_flight.popleft()()

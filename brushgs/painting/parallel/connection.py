@@ -1,4 +1,4 @@
-"""A connection to an existing Dask cluster: one clear sentence for each way in which there can be none."""
+"""The connection to an existing Dask cluster, with one clear message for each way it can fail."""
 
 import logging
 import socket
@@ -12,138 +12,139 @@ from urllib.parse import urlsplit
 
 import brushgs
 
-CONNECT = 10.0  # seconds for the scheduler to answer
-NO_WORKERS = 60.0  # seconds without a single worker until that is an error: batch systems take their time
-MUST_AGREE = "python", "distributed"  # but for the last number: 3.11.7 and 3.11.9, 2026.8.0 and 2026.8.1
+CONNECT_TIMEOUT = 10.0  # seconds for the scheduler to answer
+WORKERS_TIMEOUT = 60.0  # seconds without any worker before that is an error: batch systems are slow to start
+# Packages whose versions must agree up to the last number: 3.11.7 and 3.11.9 do, 2026.8.0 and 2026.8.1 do.
+MATCHED_PACKAGES = "python", "distributed"
 
 LOGGERS = "distributed.client", "tornado.application"
 
 
-def _is_wanted(record: logging.LogRecord) -> bool:
-    """Drop what Dask says on stderr where it arrives here as an error, or is only that Ctrl-C came early."""
+def _is_unexpected(record: logging.LogRecord) -> bool:
+    """Log filter: drop what is raised here as an error anyway, or is only an early Ctrl-C."""
     return record.name == "tornado.application" and "sync.<locals>.cancel" not in record.getMessage()
 
 
 @contextmanager
-def connected(address: str) -> Iterator[Any]:
-    """A `distributed.Client` within the block, after the versions everywhere have been compared.
+def connect(address: str) -> Iterator[Any]:
+    """A `distributed.Client` within the block, after comparing the versions of all machines.
 
     Raises:
-        ValueError: if Dask is not installed, or the cluster runs other versions.
+        ValueError: if Dask is not installed, or the cluster has other versions.
         ConnectionError: if the scheduler cannot be reached, is lost within the block, or has no workers.
     """
     client = None
     for name in LOGGERS:
-        logging.getLogger(name).addFilter(_is_wanted)
+        logging.getLogger(name).addFilter(_is_unexpected)
     try:
-        client = _connect(address)
-        wait_for_workers(client)  # there must be somebody to ask
+        client = _open_client(address)
+        wait_for_workers(client)  # their versions are compared too
         check_versions(client)
         yield client
     except (OSError, RuntimeError, CancelledError) as error:
         if client is None or client.status == "running":
             raise
-        raise ConnectionError(f"spread: the scheduler {address} is gone") from error
+        raise ConnectionError(f"{address}: the connection to the Dask scheduler was lost") from error
     finally:
         if client is not None:
             client.close()
         for name in LOGGERS:
-            logging.getLogger(name).removeFilter(_is_wanted)
+            logging.getLogger(name).removeFilter(_is_unexpected)
 
 
 def check_address(address: str) -> tuple[str, int]:
     """Host and port of a scheduler.
 
     Raises:
-        ValueError: if the text is no address of one.
+        ValueError: if the text is not the address of one.
     """
     try:
         parts = urlsplit(address)
         if parts.scheme in ("tcp", "tls") and parts.hostname and parts.port:
             return parts.hostname, parts.port
-    except ValueError:  # a port that is no number
+    except ValueError:  # the port is not a number
         pass
-    raise ValueError(f"spread: scheduler must be an address like tcp://host:8786, got {address!r}")
+    raise ValueError(f"scheduler must be an address such as tcp://host:8786, got {address!r}")
 
 
 def check_scheduler(address: str) -> None:
-    """See that Dask is installed and somebody answers, at no cost: for a look before long work.
+    """Check that Dask is installed and a scheduler answers: a cheap test before long work.
 
     Raises:
-        ValueError: if the text is no address, or Dask is not installed.
-        ConnectionError: if nobody answers there.
+        ValueError: if the text is not an address, or Dask is not installed.
+        ConnectionError: if no scheduler answers there.
     """
     check_address(address)
     if find_spec("distributed") is None:
         raise ValueError("a scheduler needs Dask, which is not installed; pip install 'dask[distributed]'")
-    with _answering(address):
-        _knock(address)
+    with _connection_errors(address):
+        _probe(address)
 
 
-def _connect(address: str) -> Any:
+def _open_client(address: str) -> Any:
     check_scheduler(address)
     from distributed import Client
 
-    with _answering(address), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of versions: `check_versions` decides
-        return Client(address, timeout=CONNECT, set_as_default=False, name="brushgs")
+    with _connection_errors(address), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about versions: `check_versions` decides
+        return Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False, name="brushgs")
 
 
 @contextmanager
-def _answering(address: str) -> Iterator[None]:
+def _connection_errors(address: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
         reason = error.strerror or " ".join(str(error).split())
         raise ConnectionError(
-            f"spread: no Dask scheduler answers at {address} ({reason}); "
-            "check the address, or start one: dask scheduler"
+            f"{address}: no Dask scheduler answers ({reason}); "
+            "check the address, or start a scheduler: dask scheduler"
         ) from error
 
 
-def _knock(address: str) -> None:
-    """Tell a wrong address by a look: Dask tries again and again, and waits for a silent one without end.
+def _probe(address: str) -> None:
+    """Recognise a wrong address quickly: Dask retries many times, and blocks forever on a silent server.
 
     Raises:
-        OSError: if nobody is there, or somebody who does not speak first as a Dask scheduler does.
+        OSError: if nothing listens there, or the server does not speak first as a Dask scheduler does.
     """
-    with socket.create_connection(check_address(address), CONNECT) as stream:
+    with socket.create_connection(check_address(address), CONNECT_TIMEOUT) as stream:
         if address.startswith("tcp:") and not stream.recv(1):
-            raise ConnectionError("it hangs up")
+            raise ConnectionError("it closes the connection")
 
 
 def wait_for_workers(client: Any) -> None:
     """Return as soon as there is a worker.
 
     Raises:
-        ConnectionError: if there is none for too long.
+        ConnectionError: if there is none for `WORKERS_TIMEOUT` seconds.
     """
     try:
-        client.wait_for_workers(1, timeout=NO_WORKERS)
+        client.wait_for_workers(1, timeout=WORKERS_TIMEOUT)
     except TimeoutError:
         address = client.scheduler.address
         raise ConnectionError(
-            f"spread: the scheduler {address} has had no workers for {NO_WORKERS:.0f} s; "
+            f"{address}: the Dask scheduler has had no workers for {WORKERS_TIMEOUT:.0f} s; "
             f"start some: dask worker {address}"
         ) from None
 
 
 def check_versions(client: Any) -> None:
-    """See that the scheduler and all workers run what runs here.
+    """Check that the scheduler and all workers have the versions of this process.
 
     Raises:
         ValueError: if brushgs is missing or another version, or Python or Dask are too far apart to
-            understand each other.
+            communicate.
     """
 
-    def version() -> str:  # a function in a function travels by value: it works where brushgs is missing
+    def version() -> str:  # a nested function is pickled by value: it runs even where brushgs is missing
         import brushgs
 
         return brushgs.__version__
 
     versions = client.get_versions()
-    everywhere = {f"worker {address}": facts["packages"] for address, facts in versions["workers"].items()}
-    for where, there in {"scheduler": versions["scheduler"]["packages"], **everywhere}.items():
+    workers = {f"worker {address}": facts["packages"] for address, facts in versions["workers"].items()}
+    for where, there in {"scheduler": versions["scheduler"]["packages"], **workers}.items():
         check_packages(where, versions["client"]["packages"], there)
     found = {f"worker {address}": there for address, there in client.run(version, on_error="return").items()}
     try:
@@ -155,22 +156,22 @@ def check_versions(client: Any) -> None:
 
 
 def check_packages(where: str, here: Mapping[str, str | None], there: Mapping[str, str | None]) -> None:
-    """See that Python and Dask are alike enough here and there."""
-    for package in MUST_AGREE:
+    """Check that the versions of Python and Dask agree here and there, up to the last number."""
+    for package in MATCHED_PACKAGES:
         mine, theirs = (str(packages.get(package)) for packages in (here, there))
         if mine.split(".")[:2] != theirs.split(".")[:2]:
             raise ValueError(
-                f"spread: the {where} must have {package} {mine} as this process, got {theirs}; "
-                "Dask needs like versions everywhere"
+                f"the {where} must have {package} {mine} as this process, got {theirs}; "
+                "Dask needs the same versions everywhere"
             )
 
 
 def check_brushgs(where: str, there: object, here: str) -> None:
-    """See that brushgs is the same there: a version, or the error that asking for it gave."""
+    """Check a remote version of brushgs: `there` is the version, or the error that asking for it raised."""
     if isinstance(there, ImportError):
-        raise ValueError(f"spread: the {where} must have brushgs {here}, got none; install it there")
-    if isinstance(there, str) and there != here:  # any other error: a worker that just ends
+        raise ValueError(f"the {where} must have brushgs {here}, got none; install it there")
+    if isinstance(there, str) and there != here:  # other errors: a worker that is just shutting down
         raise ValueError(
-            f"spread: the {where} must have brushgs {here} as this process, got {there}; "
+            f"the {where} must have brushgs {here} as this process, got {there}; "
             "another version may paint other pixels"
         )

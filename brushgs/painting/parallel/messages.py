@@ -1,4 +1,4 @@
-"""What travels between processes: pickled work and items one way, results, warnings and errors the other."""
+"""What processes send each other: pickled work and items one way; results, warnings and errors the other."""
 
 import io
 import pickle
@@ -10,31 +10,33 @@ from contextlib import nullcontext
 from types import FunctionType
 from typing import Any, NamedTuple
 
-TRIES = 3  # processes that one item may end: the first may have died of another's hunger, the third did not
+# Processes that one item may lose before it is an error. The first may have been killed because another
+# process used up the memory; the third was not.
+MAX_ATTEMPTS = 3
 
 
 class Done(NamedTuple):
-    """What `work` returned, and the warnings (message, category, file, line) it gave."""
+    """What `work` returned, and the warnings it issued as (message, category, file, line)."""
 
     result: object
     warnings: list[tuple[Warning | str, type[Warning], str, int]]
 
 
 class Failed(NamedTuple):
-    """What `work` raised, and where, as text: a traceback does not travel."""
+    """What `work` raised, and its traceback as text: a traceback object cannot be pickled."""
 
     error: BaseException
-    where: str
+    traceback: str
 
 
 class _Pickler(pickle.Pickler):
-    """Refuses what belongs to the script that is run, which other processes do not know."""
+    """Refuses what is defined in the running script, which other processes cannot import."""
 
     def reducer_override(self, obj: Any) -> Any:
         if isinstance(obj, (type, FunctionType)) and obj.__module__ == "__main__":
             raise ValueError(
-                f"spread: {obj.__qualname__} must be in a module of its own to reach other processes, "
-                "got it in the script that is run; move it to a file and import it from there"
+                f"parallel_map: {obj.__qualname__} must be defined in a module that other processes can "
+                "import, got it in the running script; move it to a file of its own and import it"
             )
         return NotImplemented
 
@@ -43,19 +45,21 @@ def pickled(what: str, value: object) -> bytes:
     """The value as bytes.
 
     Raises:
-        TypeError: if it cannot be pickled; `what` names it.
-        ValueError: if something in it belongs to the script that is run.
+        TypeError: if it cannot be pickled; `what` names it in the message.
+        ValueError: if a part of it is defined in the running script.
     """
     buffer = io.BytesIO()
     try:
         _Pickler(buffer, pickle.HIGHEST_PROTOCOL).dump(value)
     except (pickle.PicklingError, AttributeError, TypeError) as error:
-        raise TypeError(f"spread: {what} must be picklable to reach other processes: {error}") from error
+        raise TypeError(
+            f"parallel_map: {what} must be picklable to reach other processes: {error}"
+        ) from error
     return buffer.getvalue()
 
 
-class Parcel:
-    """Work as bytes that unpacks itself where it is first called, and from then on is kept unpacked."""
+class PickledWork:
+    """Work as bytes, unpickled at the first call and kept from then on."""
 
     def __init__(self, message: bytes | bytearray) -> None:
         self._message: bytes | bytearray | None = message
@@ -63,60 +67,60 @@ class Parcel:
         self._lock = threading.Lock()
 
     def __reduce__(self) -> tuple[object, ...]:
-        """For pickle: from one worker to another it travels as bytes again."""
+        """For pickle: it moves from one worker to another as bytes again."""
         with self._lock:
             if self._message is not None:
-                return Parcel, (self._message,)
-            return Parcel, (pickle.dumps(self._work, pickle.HIGHEST_PROTOCOL),)
+                return PickledWork, (self._message,)
+            return PickledWork, (pickle.dumps(self._work, pickle.HIGHEST_PROTOCOL),)
 
     def __call__(self, item: object) -> object:
         """Do the work."""
-        with self._lock:  # of several threads one unpacks
+        with self._lock:  # only one of several threads unpickles
             if self._work is None:
                 assert self._message is not None
                 self._work, self._message = pickle.loads(self._message), None
         return self._work(item)
 
 
-def answer(
-    work: Callable[[Any], object], message: bytes | bytearray, *, hears_warnings: bool = True
+def run_item(
+    work: Callable[[Any], object], message: bytes | bytearray, *, records_warnings: bool = True
 ) -> bytes:
     """Call `work` with a pickled item.
 
     Args:
-        work: what to do.
-        message: the item.
-        hears_warnings: whether warnings go into the answer. That takes the process for itself: in one where
-            several threads work, they would hear each other's.
+        work: the work.
+        message: the item, pickled.
+        records_warnings: whether warnings go into the reply. Recording is per process, not per thread: turn
+            it off where several threads work, or they record each other's warnings.
 
     Returns:
         `Done` or `Failed`, pickled. Nothing is raised.
     """
     try:
-        with warnings.catch_warnings(record=True) if hears_warnings else nullcontext() as caught:
+        with warnings.catch_warnings(record=True) if records_warnings else nullcontext() as caught:
             if caught is not None:
-                warnings.simplefilter("always")  # which of them matter is decided where they arrive
+                warnings.simplefilter("always")  # the receiving process filters them
             result = work(pickle.loads(message))
-        told = [(w.message, w.category, w.filename, w.lineno) for w in caught or ()]
-        return pickle.dumps(Done(result, told), pickle.HIGHEST_PROTOCOL)
+        recorded = [(w.message, w.category, w.filename, w.lineno) for w in caught or ()]
+        return pickle.dumps(Done(result, recorded), pickle.HIGHEST_PROTOCOL)
     except BaseException as error:
         return _failure(error, traceback.format_exc())
 
 
-def _failure(error: BaseException, where: str) -> bytes:
+def _failure(error: BaseException, trace: str) -> bytes:
     try:
-        message = pickle.dumps(Failed(error, where), pickle.HIGHEST_PROTOCOL)
-        pickle.loads(message)  # many an exception can be pickled but not read back
+        message = pickle.dumps(Failed(error, trace), pickle.HIGHEST_PROTOCOL)
+        pickle.loads(message)  # some exceptions can be pickled but not unpickled
         return message
     except Exception:
         name = type(error).__qualname__
-        return pickle.dumps(Failed(RuntimeError(f"{name}: {error}"), where), pickle.HIGHEST_PROTOCOL)
+        return pickle.dumps(Failed(RuntimeError(f"{name}: {error}"), trace), pickle.HIGHEST_PROTOCOL)
 
 
 def result_of(reply: Done | Failed) -> object:
-    """What `work` returned, after its warnings have been given here; or what it raised is raised here."""
+    """Issue the warnings of `work` and return its result, or raise what it raised."""
     if isinstance(reply, Failed):
-        reply.error.add_note(f"in another process:\n{reply.where}")
+        reply.error.add_note(f"in another process:\n{reply.traceback}")
         raise reply.error
     for message, category, file, line in reply.warnings:
         warnings.warn_explicit(message, category, file, line)

@@ -1,6 +1,6 @@
-"""Whole messages over a stream socket: eight bytes of length, then as many bytes.
+"""Whole messages over a stream socket: eight bytes of length, then that many bytes.
 
-`multiprocessing.connection` does the same, but takes 0.25 s for a frame of 30 MB where this takes 0.05 s.
+`multiprocessing.connection` does the same, but takes 0.25 s for a frame of 30 MB instead of 0.05 s.
 """
 
 import socket
@@ -10,23 +10,23 @@ _LENGTH = struct.Struct("!Q")
 
 
 def send(stream: socket.socket, message: bytes) -> None:
-    """Send one message. Raises OSError if the other end is gone."""
+    """Send one message. Raises OSError if the other end is closed."""
     stream.sendall(_LENGTH.pack(len(message)))
     stream.sendall(message)
 
 
 def receive(stream: socket.socket) -> bytearray:
-    """The next message. Raises EOFError or OSError if the other end is gone before it is complete."""
-    (length,) = _LENGTH.unpack(_exactly(stream, _LENGTH.size))
-    return _exactly(stream, length)
+    """The next message. Raises EOFError or OSError if the other end closes before it is complete."""
+    (length,) = _LENGTH.unpack(_receive_exactly(stream, _LENGTH.size))
+    return _receive_exactly(stream, length)
 
 
-def _exactly(stream: socket.socket, length: int) -> bytearray:
+def _receive_exactly(stream: socket.socket, length: int) -> bytearray:
     message = bytearray(length)
-    left = memoryview(message)
-    while left:
-        count = stream.recv_into(left)
+    rest = memoryview(message)
+    while rest:
+        count = stream.recv_into(rest)
         if count == 0:
-            raise EOFError("the other end is gone")
-        left = left[count:]
+            raise EOFError("the other end is closed")
+        rest = rest[count:]
     return message

@@ -1,14 +1,14 @@
-"""What runs in a process that `Processes` has started: it waits for items and answers each with its result.
+"""The program of a worker process: it receives items and replies to each with its result.
 
-Started as `python -c BOOT descriptor num_threads *sys.path`: a fresh interpreter, so that neither threads nor
-the state of the first process is copied (a fork of a process with threads may hang), and one that knows
-nothing of the script that runs there (which `multiprocessing` would import, and so run, once more).
+Started as `python -c BOOT descriptor num_threads *sys.path`: a fresh interpreter. It copies neither threads
+nor state of the first process (a fork of a process with threads may hang), and it does not import the script
+that runs there (`multiprocessing` would, and so run it again).
 """
 
 import socket
 
 from brushgs.painting.parallel import wire
-from brushgs.painting.parallel.messages import Parcel, answer
+from brushgs.painting.parallel.messages import PickledWork, run_item
 from brushgs.threads import at_most
 
 BOOT = (
@@ -18,11 +18,11 @@ BOOT = (
 
 
 def serve(descriptor: int, num_threads: int) -> None:
-    """Read pickled `work`, then items until the other end of the socket is closed; answer every item."""
+    """Receive pickled work, then items, and reply to each until the other end of the socket is closed."""
     with socket.socket(fileno=descriptor) as stream, at_most(num_threads):
         try:
-            work = Parcel(wire.receive(stream))
+            work = PickledWork(wire.receive(stream))
             while True:
-                wire.send(stream, answer(work, wire.receive(stream)))
-        except (EOFError, OSError):  # closed: whoever asked is gone, whether in peace or killed
+                wire.send(stream, run_item(work, wire.receive(stream)))
+        except (EOFError, OSError):  # the first process has finished, or was killed
             return
