@@ -54,10 +54,11 @@ class ProcessPool:
     ) -> None:
         with self._lock:
             self._is_closed = True
-            for process in self._all:
-                process.kill()
+            processes = list(self._all)  # a thread may still remove its own
+        for process in processes:
+            process.kill()
         self._threads.shutdown(wait=True, cancel_futures=True)
-        for process in self._all:
+        for process in processes:
             process.stop()
 
     def submit(self, index: int, item: object) -> Callable[[], Any]:
