@@ -42,7 +42,7 @@ def connect(address: str) -> Iterator[Any]:
         check_versions(client)
         yield client
     except (OSError, RuntimeError, CancelledError) as error:
-        if client is None or client.status == "running":
+        if client is None or (client.status == "running" and not _is_closed_connection(error)):
             raise
         raise ConnectionError(f"{address}: the connection to the Dask scheduler was lost") from error
     finally:
@@ -50,6 +50,13 @@ def connect(address: str) -> Iterator[Any]:
             client.close()
         for name in LOGGERS:
             logging.getLogger(name).removeFilter(_is_unexpected)
+
+
+def _is_closed_connection(error: BaseException) -> bool:
+    """Whether Dask raised this because the other end is gone: it may, before the client has noticed."""
+    from distributed.comm import CommClosedError
+
+    return isinstance(error, CommClosedError)
 
 
 def check_address(address: str) -> tuple[str, int]:
