@@ -1,6 +1,7 @@
-"""What the plots of all reports share: colours, type, and how they become a file.
+"""What all plots share: colours, fonts, and how a figure becomes a file.
 
-Only here matplotlib is loaded. Not pyplot: it would pick a window system and keep figures in a global list.
+This is the only module that imports matplotlib. It avoids pyplot, which would choose a window system and keep
+every figure in a global list.
 """
 
 from importlib.util import find_spec
@@ -15,13 +16,14 @@ from brushgs.io.files import replacing
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from PIL.Image import Image
 
-# Okabe and Ito 2008: told apart by the colour-blind, too.
+# Colours that people with any kind of colour blindness can tell apart. Source: Okabe and Ito 2008.
 BLUE, SKY, GREEN, VERMILION, PURPLE, ORANGE = "#0072B2", "#56B4E9", "#009E73", "#D55E00", "#CC79A7", "#E69F00"
 GREY = "#777777"
-DOTS = 160  # per inch
+DOTS_PER_INCH = 160
 COLORS = (BLUE, SKY, GREEN, VERMILION, PURPLE, ORANGE, GREY, "#000000")
-SHADES = 16  # of each in a file, from white on
+SHADES = 16  # of each colour in a file, from white to the full colour
 
 
 def check_plot() -> None:
@@ -32,13 +34,13 @@ def check_plot() -> None:
     """
     if find_spec("matplotlib") is None:
         raise ValueError(
-            "the plot needs matplotlib, which is not installed; pip install matplotlib, or skip the "
-            "plot with --no-plot"
+            "the plot needs matplotlib, which is not installed; pip install matplotlib, or omit the plot "
+            "with --no-plot"
         )
 
 
-def new_figure(width: float, height: float, title: str, dots: int = DOTS) -> "Figure":
-    """An empty figure of so many inches.
+def new_figure(width: float, height: float, title: str, dots_per_inch: int = DOTS_PER_INCH) -> "Figure":
+    """An empty figure; width and height in inches.
 
     Raises:
         ValueError: if matplotlib is not installed.
@@ -47,39 +49,50 @@ def new_figure(width: float, height: float, title: str, dots: int = DOTS) -> "Fi
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), dpi=dots, layout="constrained")
+    figure = Figure(figsize=(width, height), dpi=dots_per_inch, layout="constrained")
     FigureCanvasAgg(figure)
     figure.suptitle(title, fontsize=9, x=0.01, horizontalalignment="left")
     return figure
 
 
-def save_figure(figure: "Figure", path: Path) -> None:
-    """Draw a figure to a PNG, which appears when it is whole. Equal figures give equal files.
+def save_figure(figure: "Figure", path: Path, *, in_full_color: bool = False) -> None:
+    """Draw a figure to a PNG, written atomically. Equal figures give equal files.
+
+    Args:
+        figure: made by `new_figure`.
+        path: file to write.
+        in_full_color: False stores `COLORS` and their shades to white only, all that lines on white need, in
+            a third of the bytes; figures with pictures in them need all colours.
 
     Raises:
         SceneError: if the file cannot be written.
     """
     from PIL import Image
-    from PIL.ImageColor import getrgb
 
     figure.canvas.draw()
     pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3]  # type: ignore[attr-defined]
+    picture = Image.fromarray(np.ascontiguousarray(pixels))
+    if not in_full_color:
+        picture = picture.quantize(palette=_line_palette(), dither=Image.Dither.NONE)
+    with replacing(path) as temporary:
+        picture.save(temporary, format="png", optimize=True)
+        if temporary.stat().st_size == 0:
+            raise SceneError(path, "cannot be written completely; check the space on the disk")
+
+
+def _line_palette() -> "Image":
+    from PIL import Image
+    from PIL.ImageColor import getrgb
+
     shades = np.linspace(0, 1, SHADES)[:, None]
     tables = [255 + shades * (np.array(getrgb(color)) - 255) for color in COLORS]
     palette = Image.new("P", (1, 1))
     palette.putpalette(np.rint(np.concatenate(tables)).astype(np.uint8).tobytes())
-    # Each colour and its shades to white are all that lines on white need: a third of the bytes.
-    picture = Image.fromarray(np.ascontiguousarray(pixels)).quantize(
-        palette=palette, dither=Image.Dither.NONE
-    )
-    with replacing(path) as temporary:
-        picture.save(temporary, format="png", optimize=True)
-        if temporary.stat().st_size == 0:
-            raise SceneError(path, "cannot be written whole; check the space on the disk")
+    return palette
 
 
 def label(axes: "Axes", x: str, y: str, title: str) -> None:
-    """Title and names of the axes in small type; lines across, and no frame on the right and above."""
+    """Title and axis labels in a small font, a horizontal grid, no frame at the right and the top."""
     axes.set_title(title, fontsize=8)
     axes.set_xlabel(x, fontsize=8)
     axes.set_ylabel(y, fontsize=8)

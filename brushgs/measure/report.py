@@ -1,6 +1,7 @@
-"""What the commands that measure share: a report with figures, its settings, and the files it goes to."""
+"""What all experiments share: a report with figures, the settings that repeat them, and its files."""
 
 import json
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -12,6 +13,8 @@ from brushgs.errors import SceneError
 from brushgs.io.files import replacing
 from brushgs.measure.plotting import check_plot
 from brushgs.options.choices import REPORT_SUFFIXES
+from brushgs.options.painting import PaintConfig
+from brushgs.painting.background import check_background
 from brushgs.painting.outputs import check_folder, check_output
 from brushgs.painting.report import Report
 from brushgs.scene import Camera
@@ -22,50 +25,13 @@ if TYPE_CHECKING:
 PLOT = ".png"
 
 
-@dataclass
-class ExperimentReport(Report):
-    """A run, and what it found.
-
-    Attributes:
-        result: the figures, with a method `as_dict`; None until they are there.
-        settings: all that a reader needs to repeat them, ready for JSON.
-    """
-
-    name: ClassVar[str]  # of the figures in the JSON, and of the files in a folder
-    schema: ClassVar[int]  # of the figures; grows when a field changes its meaning
-    result: Any = None
-    settings: dict[str, Any] = field(default_factory=dict)
-
-    def as_json(self) -> str:
-        """The figures, the settings and the stages for machines: one JSON object."""
-        value = json.loads(super().as_json()) | {"schema": self.schema, "brushgs": __version__}
-        found = {} if self.result is None else {self.name: self.result.as_dict()}
-        return json.dumps(value | {"settings": self.settings} | found, indent=2)
-
-    def print_table(self) -> None:
-        """Draw the stages and the figures on stderr."""
-        super().print_table()
-        if self.result is None:
-            return
-        from rich.console import Console
-
-        console = Console(stderr=True, highlight=False)
-        if not console.is_terminal:
-            console.width = 120
-        self.print_figures(console)
-
-    def print_figures(self, console: "Console") -> None:
-        """Draw the figures, which are there."""
-        raise NotImplementedError
-
-
 @dataclass(frozen=True)
 class Outputs:
-    """Files that a report is written to, by suffix: one that was named, or those of a folder.
+    """The files of a report by suffix: the one that was named, or those of a folder.
 
     Attributes:
         paths: by suffix, such as ".json" and ".png".
-        folder: that is made if missing; None where a single file is asked for.
+        folder: created if missing; None where a single file was named.
     """
 
     paths: dict[str, Path]
@@ -76,7 +42,7 @@ class Outputs:
         """A file with a suffix of this report, see `REPORT_SUFFIXES`, or a folder that gets one of each.
 
         Raises:
-            ValueError: if the suffix is another one, or the plot alone is asked for and not wanted.
+            ValueError: if the suffix is another one, or `output` is a plot and `wants_plot` is not set.
         """
         suffixes = REPORT_SUFFIXES[name]
         suffix = output.suffix.lower()
@@ -101,31 +67,31 @@ class Outputs:
 
         Raises:
             SceneError: if a folder is missing or read-only, or an output is one of the inputs.
-            ValueError: if a plot is wanted that cannot be drawn.
+            ValueError: if a plot is requested and matplotlib is not installed.
         """
         if self.plot is not None:
             check_plot()
         for suffix, path in self.paths.items():
-            if self.folder is not None and not self.folder.exists():  # made when there is something for it
+            if self.folder is not None and not self.folder.exists():  # created when the figures are there
                 check_folder(path.resolve().parent.parent, path)
             else:
                 check_output(path, (suffix,), inputs)
 
     def make_folder(self) -> None:
-        """Make the folder, if one is asked for.
+        """Create the folder, if there is one.
 
         Raises:
-            SceneError: if it cannot be made.
+            SceneError: if it cannot be created.
         """
         if self.folder is None:
             return
         try:
             self.folder.mkdir(exist_ok=True)
         except OSError as error:
-            raise SceneError(self.folder, f"the folder cannot be made: {error.strerror}") from None
+            raise SceneError(self.folder, f"the folder cannot be created: {error.strerror}") from None
 
     def write_text(self, suffix: str, text: str) -> None:
-        """Write the file of a suffix, if it is wanted; it appears when it is whole.
+        """Write the file of a suffix atomically, if it is among the outputs.
 
         Raises:
             SceneError: if it cannot be written.
@@ -134,6 +100,104 @@ class Outputs:
             return
         with replacing(self.paths[suffix]) as temporary:
             temporary.write_text(text, encoding="utf-8", newline="")
+
+
+@dataclass
+class ExperimentReport(Report):
+    """The stages of an experiment, and its figures.
+
+    Attributes:
+        result: the figures, with a method `as_dict`; None until they are there.
+        settings: everything that is needed to repeat them, ready for JSON.
+    """
+
+    name: ClassVar[str]  # key of the figures in the JSON and in `REPORT_SUFFIXES`, stem of files in a folder
+    schema: ClassVar[int]  # version of the figures; increases when a field changes its meaning
+    result: Any = None
+    settings: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def plan_outputs(cls, output: Path, inputs: tuple[Path, ...], *, wants_plot: bool) -> Outputs:
+        """The files of the report at `output`, one file or a folder, checked before any long work.
+
+        Raises:
+            SceneError: see `Outputs.check`.
+            ValueError: see `Outputs.of` and `Outputs.check`.
+        """
+        outputs = Outputs.of(output, cls.name, wants_plot=wants_plot)
+        outputs.check(inputs)
+        return outputs
+
+    def as_json(self) -> str:
+        """Figures, settings and stages as one JSON object."""
+        value = json.loads(super().as_json()) | {"schema": self.schema, "brushgs": __version__}
+        figures = {} if self.result is None else {self.name: self.result.as_dict()}
+        return json.dumps(value | {"settings": self.settings} | figures, indent=2)
+
+    def write(
+        self,
+        outputs: Outputs,
+        draw_plot: Callable[[Path], None],
+        *,
+        texts: Mapping[str, str] | None = None,
+        stage: str = "write",
+    ) -> None:
+        """Write the files of the report, the JSON last: it describes this stage as well.
+
+        Args:
+            outputs: see `plan_outputs`.
+            draw_plot: writes the plot to a path; called only if a plot is among the outputs.
+            texts: content of further files, by suffix.
+            stage: name of the stage.
+
+        Raises:
+            SceneError: if a file cannot be written.
+        """
+        with self.stage(stage) as now:
+            outputs.make_folder()
+            for suffix, text in (texts or {}).items():
+                outputs.write_text(suffix, text)
+            if outputs.plot is not None:
+                draw_plot(outputs.plot)
+            else:
+                now.skipped.append("plot: not requested")
+            written = [str(path) for path in outputs.paths.values()]
+            now.did = " and ".join(written)
+            now.counts = {"paths": written}
+        outputs.write_text(".json", self.as_json() + "\n")
+
+    def print_table(self) -> None:
+        """Print the stages and the figures on stderr."""
+        super().print_table()
+        if self.result is None:
+            return
+        from rich.console import Console
+
+        console = Console(stderr=True, highlight=False)
+        if not console.is_terminal:
+            console.width = 120
+        self.print_figures(console)
+
+    def print_figures(self, console: "Console") -> None:
+        """Print the figures; called only when they are there."""
+        raise NotImplementedError
+
+
+def check_opaque_background(background: str) -> None:
+    """Refuse a background on which pictures cannot be compared.
+
+    Raises:
+        ValueError: if it is transparent, or neither a colour nor a file.
+    """
+    check_background(background)
+    if background == "transparent":
+        raise ValueError("background must be a colour or an image to compare pictures on, got transparent")
+
+
+def plain_paint(scene: str | Path, paint: PaintConfig) -> dict[str, Any]:
+    """The scene file and how it is painted, ready for JSON."""
+    parts = {name: getattr(paint, name) for name in ("prune", "cluster", "draw", "view")}
+    return {"scene": str(scene)} | {name: plain_config(part) for name, part in parts.items()}
 
 
 def plain_config(config: Any) -> dict[str, Any]:

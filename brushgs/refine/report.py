@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from brushgs.arrays import Array
-from brushgs.errors import SceneError
-from brushgs.io.files import replacing
-from brushgs.measure.plotting import BLUE, VERMILION, label, new_figure
+from brushgs.measure.plotting import BLUE, VERMILION, label, new_figure, save_figure
 from brushgs.measure.report import ExperimentReport
 from brushgs.options.choices import Params
 
@@ -92,7 +90,7 @@ def write_plot(result: Refinement, pictures: dict[str, Array], path: Path, title
         axes.imshow(np.clip(picture, 0, 1))
         axes.set_title(name, fontsize=8)
         axes.set_axis_off()
-    _save(figure, path)
+    save_figure(figure, path, in_full_color=True)
 
 
 def _draw_curves(figure: "Figure", place: Any, result: Refinement) -> None:
@@ -104,15 +102,3 @@ def _draw_curves(figure: "Figure", place: Any, result: Refinement) -> None:
     label(score, "seconds of steps", what, "Views that were not learned from")
     loss.plot(seconds, list(result.losses), color=VERMILION, linewidth=1.3, marker=".")
     label(loss, "seconds of steps", "loss", "Views that were learned from, mean since the look before")
-
-
-def _save(figure: "Figure", path: Path) -> None:
-    """Pictures need all colours, so not as plots of lines are saved."""
-    from PIL import Image
-
-    figure.canvas.draw()
-    pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3]  # type: ignore[attr-defined]
-    with replacing(path) as temporary:
-        Image.fromarray(np.ascontiguousarray(pixels)).save(temporary, format="png", optimize=True)
-        if temporary.stat().st_size == 0:
-            raise SceneError(path, "cannot be written whole; check the space on the disk")

@@ -15,7 +15,7 @@ from brushgs.arrays import Array
 from brushgs.cameras.framing import DEFAULT_UP, direction_of, frame_scene
 from brushgs.io.pictures.images import read_image
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
-from brushgs.measure.report import Outputs, plain_config
+from brushgs.measure.report import plain_config, plain_paint
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, PaletteConfig, Up, ViewConfig
 from brushgs.painting.outputs import check_output, input_files
@@ -70,8 +70,9 @@ def refine_file(
     extras = tuple(path for path in (config.style, config.vgg_weights) if path is not None)
     check_output(output, SCENE_SUFFIXES, inputs=(*input_files(scene, paint), *extras))
     if folder is not None:
-        outputs = Outputs.of(Path(folder), report.name, wants_plot=wants_plot)
-        outputs.check((*input_files(scene, paint), *extras))
+        outputs = report.plan_outputs(
+            Path(folder), (*input_files(scene, paint), *extras), wants_plot=wants_plot
+        )
     check_torch()
     if config.style is not None and paint.palette is None:
         paint = replace(paint, palette=PaletteConfig(config.style))
@@ -96,8 +97,12 @@ def refine_file(
     if outputs is not None:
         title = f"{Path(scene).stem}, {len(strokes):,} strokes of {prepared.texture.name}, {config.params}"
         camera = frame_scene(gaussians, width=config.size[0], height=config.size[1], up=direction_of(up))
-        _write_report(outputs, report, _Shown(gaussians, strokes, refined, camera), drawing, title)
-        outputs.write_text(".json", report.as_json() + "\n")
+        shown, result = _Shown(gaussians, strokes, refined, camera), report.result
+        report.write(
+            outputs,
+            lambda path: write_plot(result, _pictures(shown, drawing), path, title),
+            stage="report",
+        )
     return report
 
 
@@ -199,36 +204,20 @@ class _Shown:
     camera: Camera
 
 
-def _write_report(
-    outputs: Outputs, report: RefineReport, shown: _Shown, drawing: "Drawing", title: str
-) -> None:
-    """The folder, if one is asked for, and the plot; the JSON comes last of all."""
-    with report.stage("report") as stage:
-        outputs.make_folder()
-        if outputs.plot is not None:
-            from brushgs.refine.distil import GROUND, TargetView
+def _pictures(shown: _Shown, drawing: "Drawing") -> dict[str, Array]:
+    """The strokes before and after, and the plain picture, from one camera."""
+    from brushgs.refine.distil import GROUND, TargetView
 
-            plain = TargetView.of(shown.scene, shown.camera).on(GROUND)
-            pictures = {
-                name: drawing.frame(strokes, shown.camera).over(GROUND)
-                for name, strokes in (("before", shown.before), ("after", shown.after))
-            } | {"plain": plain.numpy()}
-            write_plot(report.result, pictures, outputs.plot, title)
-        else:
-            stage.skipped.append("plot: not asked for")
-        written = [str(path) for path in outputs.paths.values()]
-        stage.did = " and ".join(written)
-        stage.counts = {"paths": written}
+    plain = TargetView.of(shown.scene, shown.camera).on(GROUND)
+    return {
+        name: drawing.frame(strokes, shown.camera).over(GROUND)
+        for name, strokes in (("before", shown.before), ("after", shown.after))
+    } | {"plain": plain.numpy()}
 
 
 def _settings(scene: str | Path, paint: PaintConfig, config: RefineConfig, up: Up) -> dict[str, Any]:
     """All that a reader needs to repeat the figures."""
-    return {
-        "scene": str(scene),
-        "prune": plain_config(paint.prune),
-        "cluster": plain_config(paint.cluster),
-        "draw": plain_config(paint.draw),
-        "view": plain_config(ViewConfig(up=up)),
+    return plain_paint(scene, replace(paint, view=ViewConfig(up=up))) | {
         "refine": plain_config(config),
         "validation_views": NUM_VALIDATION_VIEWS,
     }

@@ -425,7 +425,7 @@ def test_the_plot_needs_matplotlib_and_the_figures_do_not(scene, capsys, monkeyp
     code, out, err = run(capsys, scene, *SMALL)
     assert (code, out) == (2, "")
     assert err == (
-        "brushgs: the plot needs matplotlib, which is not installed; pip install matplotlib, or skip the "
+        "brushgs: the plot needs matplotlib, which is not installed; pip install matplotlib, or omit the "
         "plot with --no-plot\n"
     )
     assert names() == []

@@ -1,4 +1,4 @@
-"""`brushgs bench`: a scene file becomes curves of error against run time: table, JSON, CSV and plot."""
+"""`brushgs bench`: a scene file becomes curves of error against run time, as table, JSON, CSV and plot."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,10 +9,15 @@ from brushgs.measure.bench.machine import describe_machine
 from brushgs.measure.bench.measure import measure
 from brushgs.measure.bench.plot import write_plot
 from brushgs.measure.bench.subject import Subject
-from brushgs.measure.report import ExperimentReport, Outputs, plain_camera, plain_config
+from brushgs.measure.report import (
+    ExperimentReport,
+    check_opaque_background,
+    plain_camera,
+    plain_config,
+    plain_paint,
+)
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import PaintConfig
-from brushgs.painting.background import check_background
 from brushgs.painting.outputs import input_files
 from brushgs.painting.prepare import prepare
 
@@ -22,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class BenchReport(ExperimentReport):
-    """A run, and what it found: `result` is a `Bench`."""
+    """The stages of a bench and its figures: `result` is a `Bench`."""
 
     name: ClassVar[str] = "bench"
     schema: ClassVar[int] = SCHEMA
@@ -43,15 +48,15 @@ def report_bench(
     report: BenchReport | None = None,
     wants_plot: bool = True,
 ) -> BenchReport:
-    """Draw the curves of error against run time of a scene.
+    """Measure error against run time of a scene, and write the figures.
 
     Args:
         scene: a trained 3D Gaussian scene.
-        output: a folder, which gets `bench.json`, `bench.csv` and `bench.png` and is made if missing; or one
-            file that ends in .json, .csv or .png.
-        paint: pruning, clustering, view and stroke; its count of strokes is not looked at.
+        output: a folder, which gets `bench.json`, `bench.csv` and `bench.png` and is created if missing; or
+            one file that ends in .json, .csv or .png.
+        paint: pruning, clustering, view and stroke; its number of strokes is ignored.
         config: what is measured.
-        report: where the stages are told; a new one if None.
+        report: where the stages are added; a new one if None.
         wants_plot: whether a folder gets the plot, which needs matplotlib.
 
     Raises:
@@ -60,54 +65,28 @@ def report_bench(
         WrongPictureError: if a picture is not what it should be.
     """
     config, report, output = config or BenchConfig(), report or BenchReport(), Path(output)
-    outputs = Outputs.of(output, report.name, wants_plot=wants_plot)
-    outputs.check(input_files(scene, paint))
-    check_background(paint.draw.background)
-    if paint.draw.background == "transparent":
-        raise ValueError("background must be a colour or an image to compare pictures on, got transparent")
+    outputs = report.plan_outputs(output, input_files(scene, paint), wants_plot=wants_plot)
+    check_opaque_background(paint.draw.background)
     machine = describe_machine(paint.draw.threads)
-    kept = replace(paint, cluster=replace(paint.cluster, strokes=None))  # the families cluster by themselves
-    prepared = prepare(scene, kept, report, keeps_scene=True)
+    unmerged = replace(paint, cluster=replace(paint.cluster, strokes=None))  # each family clusters by itself
+    prepared = prepare(scene, unmerged, report, keeps_scene=True)
     subject = Subject(Path(scene), prepared, paint, config)
-    report.settings = _settings(subject, machine)
-    report.result = measure(subject, report)
-    _write(outputs, report, subject)
-    report.output = str(output)
-    outputs.write_text(".json", report.as_json() + "\n")
-    return report
-
-
-def _settings(subject: Subject, machine: dict[str, Any]) -> dict[str, Any]:
-    """All that a reader needs to repeat the figures."""
-    paint = subject.paint
-    return {
-        "scene": str(subject.path),
-        "prune": plain_config(paint.prune),
-        "cluster": plain_config(paint.cluster),
-        "draw": plain_config(paint.draw),
-        "view": plain_config(paint.view),
-        "measure": plain_config(subject.config),
+    report.settings = plain_paint(scene, paint) | {
+        "measure": plain_config(config),
         "camera": plain_camera(subject.camera),
         "machine": machine,
     }
+    report.result = result = measure(subject, report)
+    report.output = str(output)
+    title = _title(subject, machine)
+    report.write(
+        outputs, lambda path: write_plot(result, path, title), texts={".csv": report.result.as_csv()}
+    )
+    return report
 
 
-def _write(outputs: Outputs, report: BenchReport, subject: Subject) -> None:
-    """The folder, if one is asked for, the CSV and the plot; the JSON tells of this too and comes last."""
-    with report.stage("write") as stage:
-        outputs.make_folder()
-        outputs.write_text(".csv", report.result.as_csv())
-        if outputs.plot is not None:
-            write_plot(report.result, outputs.plot, _title(subject, report.settings["machine"]["threads"]))
-        written = [str(path) for path in outputs.paths.values()]
-        stage.did = " and ".join(written)
-        stage.counts = {"paths": written}
-        if outputs.plot is None:
-            stage.skipped.append("plot: not asked for")
-
-
-def _title(subject: Subject, num_threads: int) -> str:
+def _title(subject: Subject, machine: dict[str, Any]) -> str:
     name = subject.path.stem.removesuffix(".compressed")
     size = f"{subject.camera.width}x{subject.camera.height}"
     what = f"{name}, {len(subject.gaussians):,} Gaussians, {subject.texture.name}, {size}"
-    return f"{what}, {num_threads} threads; filled: on the Pareto front"
+    return f"{what}, {machine['threads']} threads; filled: on the Pareto front"

@@ -5,7 +5,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from brushgs.cameras.paths import CameraPath
-from brushgs.measure.report import ExperimentReport, Outputs, plain_camera, plain_config
+from brushgs.measure.report import (
+    ExperimentReport,
+    check_opaque_background,
+    plain_camera,
+    plain_config,
+    plain_paint,
+)
 from brushgs.measure.stability.figures import SCHEMA, Stability
 from brushgs.measure.stability.measure import check_cameras, measure_stability, painted_frames
 from brushgs.measure.stability.painters import Comparison
@@ -13,7 +19,6 @@ from brushgs.measure.stability.plot import write_plot
 from brushgs.options.experiments import StabilityConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import PathConfig
-from brushgs.painting.background import check_background
 from brushgs.painting.outputs import input_files
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
@@ -63,11 +68,8 @@ def report_stability(
         ValueError: if an option does not suit the scene, before any long work where that can be known.
     """
     config, report, output = config or StabilityConfig(), report or StabilityReport(), Path(output)
-    outputs = Outputs.of(output, report.name, wants_plot=wants_plot)
-    outputs.check(input_files(scene, paint))
-    check_background(paint.draw.background)
-    if paint.draw.background == "transparent":
-        raise ValueError("background must be a colour or an image to compare pictures on, got transparent")
+    outputs = report.plan_outputs(output, input_files(scene, paint), wants_plot=wants_plot)
+    check_opaque_background(paint.draw.background)
     asked = replace(paint, draw=replace(paint.draw, lock=None))  # every lock is painted
     prepared = prepare(
         scene,
@@ -90,10 +92,10 @@ def report_stability(
         paint.cluster.seed,
     )
     report.settings = _settings(scene, paint, path, config, way)
-    report.result = _measure(comparison, config, report)
-    _write(outputs, report, f"{Path(scene).stem}, {len(strokes):,} strokes of {texture.name}, {way.source}")
+    report.result = result = _measure(comparison, config, report)
     report.output = str(output)
-    outputs.write_text(".json", report.as_json() + "\n")
+    title = f"{Path(scene).stem}, {len(strokes):,} strokes of {texture.name}, {way.source}"
+    report.write(outputs, lambda file: write_plot(result, file, title))
     return report
 
 
@@ -116,27 +118,9 @@ def _settings(
     scene: str | Path, paint: PaintConfig, path: PathConfig, config: StabilityConfig, way: CameraPath
 ) -> dict[str, Any]:
     """All that a reader needs to repeat the figures."""
-    return {
-        "scene": str(scene),
-        "prune": plain_config(paint.prune),
-        "cluster": plain_config(paint.cluster),
-        "draw": plain_config(paint.draw),
-        "view": plain_config(paint.view),
+    return plain_paint(scene, paint) | {
         "path": plain_config(path) | {"source": way.source},
         "measure": plain_config(config),
         "first_camera": plain_camera(way.cameras[0]),
         "last_camera": plain_camera(way.cameras[-1]),
     }
-
-
-def _write(outputs: Outputs, report: StabilityReport, title: str) -> None:
-    """The folder, if one is asked for, and the plot."""
-    with report.stage("write") as stage:
-        outputs.make_folder()
-        if outputs.plot is not None:
-            write_plot(report.result, outputs.plot, title)
-        written = [str(path) for path in outputs.paths.values()]
-        stage.did = " and ".join(written)
-        stage.counts = {"paths": written}
-        if outputs.plot is None:
-            stage.skipped.append("plot: not asked for")
