@@ -22,7 +22,7 @@ from brushgs.scene import Boxes, Frame
 
 # The numbers below were chosen by eye and PSNR on four scenes, and held against its flicker, which hardly
 # depends on them: with 2000 strokes on orbits of koala and chair in steps of 1.5 degrees, eight other choices
-# have an excess error (`metrics.warp_error`) of 5.5 to 6.6 and 4.4 to 5.0 of 255.
+# have an excess error (`warp.warp_error`) of 5.5 to 6.6 and 4.4 to 5.0 of 255.
 # Share of the strokes that each layer may take; what one does not need the next one has. The cells of a
 # layer are half as wide as those of the one before.
 LAYER_SHARES = (0.03, 0.07, 0.15, 0.30, 0.45)

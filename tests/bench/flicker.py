@@ -4,7 +4,7 @@
                                   [--places 6] [--step-deg 1.5] [--size 500] [--json FILE]
 
 At `--places` places of an orbit around the framed view two pictures are painted `--step-deg` apart, and
-`metrics.warp_error` compares them on white. Strokes are those of the default pipeline (prune 0.7,
+`warp.warp_error` compares them on white. Strokes are those of the default pipeline (prune 0.7,
 cluster, fitted extents, `mip`). The first table has the RMSE, its excess over the plain render's own, the
 RMSE of the worst 1 % of pixels, the same inside boxes that flip or spin when unlocked, and PSNR to the
 plain render:
@@ -46,9 +46,11 @@ from numpy.typing import NDArray
 import brushgs as bg
 from brushgs.brushes.levels import axis_levels, level_coverage, level_index
 from brushgs.cameras.framing import default_elevation, frame_scene, subject
+from brushgs.measure.box_events import SPIN
 from brushgs.measure.likeness import psnr
-from brushgs.measure.metrics import SPIN, View, ViewMatch, match_views, whole_pixels
+from brushgs.measure.warp import View, ViewMatch, match_views
 from brushgs.rendering.track import track_directions
+from tests.baseline.published import whole_pixels
 from tests.bench.machine import describe
 from tests.scenes import SCENES_FOLDER
 

@@ -35,7 +35,7 @@ import numpy as np
 
 import brushgs as bg
 from brushgs.measure.likeness import psnr
-from brushgs.measure.metrics import View, match_views
+from brushgs.measure.warp import View, match_views
 from tests.bench.flicker import (
     F64,
     Canvas,

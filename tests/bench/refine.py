@@ -25,7 +25,6 @@ import numpy as np
 
 import brushgs as bg
 from brushgs.cameras.framing import up_vector
-from brushgs.measure.metrics import match_views
 from brushgs.measure.plotting import (
     BLUE,
     GREEN,
@@ -37,6 +36,7 @@ from brushgs.measure.plotting import (
     new_figure,
     save_figure,
 )
+from brushgs.measure.warp import match_views
 from brushgs.options.experiments import DEFAULT_STEPS, REFINE_SIZE
 from brushgs.refine.distil import TargetView, distil
 from brushgs.refine.fit import Drawing, Plan

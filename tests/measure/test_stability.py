@@ -10,10 +10,11 @@ import brushgs as bg
 from brushgs import cli
 from brushgs.io.pictures.images import read_image
 from brushgs.measure import plotting
-from brushgs.measure.metrics import View, covers_ellipse, off_axis_share, orientation_events, warp_error
+from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
 from brushgs.measure.stability import Comparison, measure, measure_stability, plot
 from brushgs.measure.stability.plot import write_plot
 from brushgs.measure.stability.table import stability_table
+from brushgs.measure.warp import View, warp_error
 from brushgs.options.experiments import StabilityConfig
 from brushgs.rendering.options import RenderOptions
 from brushgs.still_life import still_life
@@ -83,7 +84,7 @@ def test_directions_are_what_the_metrics_say_of_the_boxes(comparison, result):
         boxes = unlocked(comparison, sigmas, fade=name == "off")
         assert result[name].events == orientation_events(boxes, width=WIDTH, height=HEIGHT, ellipses=boxes)
         assert result[name].off_axis_share == off_axis_share(boxes, boxes) == 0
-        assert result[name].shortfall == covers_ellipse(boxes, boxes)
+        assert result[name].shortfall == worst_shortfall(boxes, boxes)
     assert result["off"].events.flips > 0
 
 

@@ -15,14 +15,14 @@ The protocol, in full, so that others can repeat it:
    - `image`: the painterly filter of `image_strokes` on each plain picture alone, with as many strokes as the
      scene has, equal seed in each frame;
    - `plain`: the whole scene as loaded, with the kernel it was trained for. It gives depth and alpha.
-3. **Directions**, from the boxes of every frame, painted or not, by `metrics.orientation_events`: flips,
+3. **Directions**, from the boxes of every frame, painted or not, by `box_events.orientation_events`: flips,
    spins, size pops, kinks, strokes that vanish, each counted, and as a share of the stroke-frames weighted by
    painted area; the largest step of any direction; the share of slender strokes more than 10 degrees off both
    axes of their ellipse (`off_axis_share`); the largest shortfall of a box that does not cover its ellipse
-   (`covers_ellipse`, as a share of its reach). Plain and image have no strokes that last.
+   (`worst_shortfall`, as a share of its reach). Plain and image have no strokes that last.
 4. **Flicker.** Pairs of frames (k, k + g) at the gaps g = 1, 7, 10. At most `pairs` pairs of a gap are
    compared: k = 0, s, 2 s, ... with the stride s = ceil((n - 1) / pairs). For each pair the earlier picture
-   is moved to the later view by plain depth and pose (`metrics.match_views`: which pixels are valid, and how
+   is moved to the later view by plain depth and pose (`warp.match_views`: which pixels are valid, and how
    they are read) and compared over valid pixels and three channels, on the ground. A figure is the mean over
    those pairs that have valid pixels: RMSE, RMSE over the worst 1 % of pixels, share of valid pixels.
    **Excess** is the error less that of the plain render over the same pair, then the mean over the pairs.

@@ -4,7 +4,7 @@ from dataclasses import asdict, dataclass
 from math import degrees
 from typing import Any
 
-from brushgs.measure.metrics import Events
+from brushgs.measure.box_events import Events
 
 SCHEMA = 1  # of the JSON; grows when a field changes its meaning
 

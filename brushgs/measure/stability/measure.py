@@ -10,19 +10,16 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import Array
 from brushgs.errors import SceneWarning
-from brushgs.measure.metrics import (
+from brushgs.measure.box_events import (
     SPIN,
     Events,
-    View,
-    ViewMatch,
-    WarpError,
-    covers_ellipse,
-    match_views,
     off_axis_share,
     orientation_events,
+    worst_shortfall,
 )
 from brushgs.measure.stability.figures import Figures, Loop, Stability, Turning, Warp
 from brushgs.measure.stability.painters import Comparison, ImagePainter, StrokePainter
+from brushgs.measure.warp import View, ViewMatch, WarpError, match_views
 from brushgs.options.choices import Filter
 from brushgs.options.experiments import StabilityConfig
 from brushgs.scene import Boxes, Camera, Frame
@@ -298,7 +295,7 @@ def _figures(painter: StrokePainter | ImagePainter, tally: _Tally, plan: _Plan) 
         num_sigmas=painter.options.num_sigmas if isinstance(painter, StrokePainter) else None,
         events=_events(strokes) if strokes else None,
         off_axis_share=off_axis_share(*_beside_ellipses(strokes)) if strokes else None,
-        shortfall=covers_ellipse(*_beside_ellipses(strokes)) if strokes else None,
+        shortfall=worst_shortfall(*_beside_ellipses(strokes)) if strokes else None,
         warps=tally.warps(name),
         turning=tally.turning(name),
         loop=tally.loops.get(name),
