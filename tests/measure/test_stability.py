@@ -12,24 +12,26 @@ from brushgs.io.pictures.images import read_image
 from brushgs.measure import plotting
 from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
 from brushgs.measure.stability import Comparison, measure, measure_stability, plot
+from brushgs.measure.stability.painters import all_painters
 from brushgs.measure.stability.plot import write_plot
 from brushgs.measure.stability.table import stability_table
 from brushgs.measure.warp import View, warp_error
 from brushgs.options.experiments import StabilityConfig
 from brushgs.rendering.options import RenderOptions
 from brushgs.still_life import still_life
+from tests.baseline.painterly import painterly_painters
 
 WHITE = (1.0, 1.0, 1.0)
 WIDTH, HEIGHT = 48, 36
 KERNEL = bg.StrokeTexture.open("gaussian")
 BRUSH = bg.StrokeTexture.open("dry_brush")
-NAMES = ["track", "anchor", "off", "published", "image", "plain"]
+NAMES = ["track", "anchor", "off", "published", "plain"]
 LASTING = NAMES[:4]
 
 
-def easel_of(scene, strokes, cameras):
+def comparison_of(scene, strokes, cameras):
     options = RenderOptions.of(BRUSH, order="soft")
-    return Comparison(scene, strokes, cameras, BRUSH, options, WHITE, seed=0)
+    return Comparison(scene, strokes, cameras, BRUSH, options, WHITE)
 
 
 def swing(num_views):
@@ -47,7 +49,7 @@ def comparison():
     """The still life from 8 places, closed."""
     scene = still_life(4000)
     cameras = swing(8)
-    return easel_of(scene, bg.cluster(bg.prune(scene), 150), [*cameras, cameras[0]])
+    return comparison_of(scene, bg.cluster(bg.prune(scene), 150), [*cameras, cameras[0]])
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +117,7 @@ def test_flicker_is_what_the_metrics_say_of_the_pictures(comparison, result):
 
 
 def test_our_configurations_paint_what_the_public_functions_paint(comparison):
-    painters = comparison.painters(None)
+    painters = all_painters(comparison, None)
     cameras = comparison.cameras
     tracked = bg.render_sequence(comparison.strokes, cameras, BRUSH, depth=False)
     for index, frame in enumerate(tracked):
@@ -125,9 +127,9 @@ def test_our_configurations_paint_what_the_public_functions_paint(comparison):
         assert np.array_equal(painters[name].paint(3).rgb, frame.rgb)
 
 
-def test_all_but_the_published_paint_in_the_order_asked_for(comparison):
+def test_all_but_the_published_paint_in_the_configured_order(comparison):
     hard = replace(comparison, options=replace(comparison.options, order="depth"))
-    painters, by_depth = comparison.painters(None), hard.painters(None)
+    painters, by_depth = (all_painters(each, None) for each in (comparison, hard))
     tracked = bg.render_sequence(comparison.strokes, comparison.cameras, BRUSH, order="depth", depth=False)
     assert np.array_equal(by_depth["track"].paint(0).rgb, next(tracked).rgb)
     for name in ("track", "anchor", "off", "published"):
@@ -135,17 +137,16 @@ def test_all_but_the_published_paint_in_the_order_asked_for(comparison):
         assert is_other == (name != "published")
 
 
-def test_a_kernel_has_no_direction_to_follow(comparison):
-    painters = replace(comparison, texture=KERNEL, options=RenderOptions.of(KERNEL, order="soft")).painters(
-        None
-    )
+def test_a_kernel_has_no_direction_to_track(comparison):
+    options = RenderOptions.of(KERNEL, order="soft")
+    painters = all_painters(replace(comparison, texture=KERNEL, options=options), None)
     frame = bg.render(comparison.strokes, comparison.cameras[0], KERNEL, depth=False)
     for name in ("track", "anchor", "off"):
         assert np.array_equal(painters[name].paint(0).rgb, frame.rgb)
-    assert painters["track"].clock.seconds["track"] == 0
+    assert painters["track"].timer.seconds["track"] == 0
 
 
-def test_the_plain_render_has_no_excess_and_no_marks(result):
+def test_the_plain_picture_has_no_excess_and_no_marks(result):
     for warp in result["plain"].warps:
         assert warp.rmse > 0
         assert (warp.excess, warp.excess_worst_1pct, warp.marks, warp.redrawn) == (0, 0, 0, None)
@@ -154,7 +155,7 @@ def test_the_plain_render_has_no_excess_and_no_marks(result):
         assert all(warp.marks > 0 and 0 < warp.redrawn < 1.5 for warp in result[name].warps)
 
 
-def test_frames_drawn_alone_are_those_of_the_sequence(result):
+def test_frames_painted_alone_are_those_of_the_sequence(result):
     for figures in result.configurations:
         assert (figures.alone, figures.alone_equal) == (2, 2)
 
@@ -162,6 +163,21 @@ def test_frames_drawn_alone_are_those_of_the_sequence(result):
 def test_the_loop_closes(result):
     for figures in result.configurations:
         assert figures.loop.largest < 1e-4, figures.name  # 0 measured
+
+
+def test_further_painters_get_a_column_before_the_plain_picture(comparison, result, tmp_path):
+    found = measure_stability(comparison, StabilityConfig(alone=2), make_extra_painters=painterly_painters)
+    assert [figures.name for figures in found.configurations] == [*LASTING, "image", "plain"]
+    image = found["image"]
+    assert image.strokes == len(comparison.strokes)
+    assert (image.events, image.off_axis_share, image.shortfall, image.lock) == (None,) * 4
+    assert all(warp.marks > 0 and 0 < warp.redrawn < 1.5 for warp in image.warps)
+    assert (image.alone, image.alone_equal) == (2, 2)
+    assert image.seconds.track == image.seconds.project == 0 < image.seconds.draw
+    for name in NAMES:
+        assert found[name].warps == result[name].warps
+    write_plot(found, tmp_path / "plot.png", "title")
+    assert stability_table(found).columns[5].header == "image"
 
 
 def test_an_open_path_has_no_loop_and_what_is_too_short_no_gap(comparison):
@@ -180,7 +196,7 @@ def test_fewer_pairs_are_some_of_all_pairs(comparison, result):
     assert some.stride == 4
     assert some.starts == (0, 4)
     assert (
-        len(painted) == measure.painted_frames(comparison.cameras, config) == 7
+        len(painted) == measure.num_painted_frames(comparison.cameras, config) == 7
     )  # 0 1 2 4 5 6, and the last
     for name in NAMES:
         assert some[name].errors == (result[name].errors[0], result[name].errors[4])
@@ -250,29 +266,33 @@ def rolled(*angles):
 def test_a_planted_flip_shows_in_the_row_and_where_strokes_turn():
     """One of three needles passes the upright, where the unlocked direction jumps by half a turn."""
     scene = needles(np.radians([10, 89, -40]))
-    found = measure_stability(easel_of(scene, scene, rolled(0.0, np.radians(2))), StabilityConfig(alone=0))
+    found = measure_stability(
+        comparison_of(scene, scene, rolled(0.0, np.radians(2))), StabilityConfig(alone=0)
+    )
     events = found["off"].events
     assert (events.flips, events.spins, events.stroke_frames) == (1, 0, 3)
     assert events.flip_share == pytest.approx(1 / 3, abs=0.01)
     assert np.degrees(events.largest_step) == pytest.approx(178, abs=0.01)
     assert found["off"].turning.rmse > 2 * found["plain"].turning.rmse  # measured: 2.9 times
-    calm = measure_stability(easel_of(scene, scene, rolled(0.0, np.radians(-2))), StabilityConfig(alone=0))
+    calm = measure_stability(
+        comparison_of(scene, scene, rolled(0.0, np.radians(-2))), StabilityConfig(alone=0)
+    )
     assert calm["off"].events.flips == 0
     assert calm["off"].turning is None
 
 
 def test_only_the_frames_of_the_widest_gap_are_held(comparison, monkeypatch):
-    """In memory: pictures that nothing is compared with any more are let go."""
-    shots, most = weakref.WeakSet(), []
-    make = measure._shot
+    """In memory: pictures are freed after their last comparison."""
+    frames, most = weakref.WeakSet(), []
+    make = measure._painted_frame
 
     def recorded(*args):
-        shot = make(*args)
-        shots.add(shot.view)
-        most.append(len(shots))
-        return shot
+        frame = make(*args)
+        frames.add(frame.view)
+        most.append(len(frames))
+        return frame
 
-    monkeypatch.setattr(measure, "_shot", recorded)
+    monkeypatch.setattr(measure, "_painted_frame", recorded)
     open_path = replace(comparison, cameras=[*comparison.cameras[:8], *comparison.cameras[:8]])
     measure_stability(open_path, StabilityConfig(gaps=(1, 3), alone=0))
     assert len(most) == 16
@@ -289,7 +309,7 @@ def test_only_the_frames_of_the_widest_gap_are_held(comparison, monkeypatch):
 def test_a_path_on_which_nothing_can_be_compared_is_refused(cameras, match):
     scene = needles([0.0])
     with pytest.raises(ValueError, match=match):
-        measure_stability(easel_of(scene, scene, cameras))
+        measure_stability(comparison_of(scene, scene, cameras))
 
 
 @pytest.mark.parametrize(
@@ -335,7 +355,7 @@ def names(folder="."):
     return sorted(path.name for path in Path(folder).iterdir())
 
 
-def test_the_command_writes_figures_and_plot_and_tells_a_table(scene, capsys):
+def test_the_command_writes_figures_and_plot_and_prints_a_table(scene, capsys):
     code, out, err = run(capsys, scene, *SMALL)
     assert (code, out) == (0, "pears-stability\n"), err
     assert names("pears-stability") == ["stability.json", "stability.png"]

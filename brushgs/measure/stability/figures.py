@@ -1,4 +1,4 @@
-"""What the temporal report found, as values, and as JSON."""
+"""The figures of the temporal report, and their JSON."""
 
 from dataclasses import asdict, dataclass
 from math import degrees
@@ -6,24 +6,24 @@ from typing import Any
 
 from brushgs.measure.box_events import Events
 
-SCHEMA = 1  # of the JSON; grows when a field changes its meaning
+SCHEMA = 2  # version of the JSON; increases when a field changes its meaning
 
 
 @dataclass(frozen=True)
 class Warp:
-    """Flicker at one gap, each figure the mean over the pairs; see the protocol, 4.
+    """Flicker at one gap, each figure the mean over the pairs; step 4 of the protocol.
 
     Attributes:
         gap: frames between the two pictures of a pair.
-        pairs: compared.
+        pairs: how many were compared.
         rmse: 0 to 1.
         worst_1pct: RMSE over the worst 1 % of the valid pixels, 0 to 1.
         valid_share: of the pixels, 0 to 1.
-        excess: `rmse` less that of the plain render.
-        excess_worst_1pct: `worst_1pct` less that of the plain render.
+        excess: `rmse` minus that of the plain picture.
+        excess_worst_1pct: `worst_1pct` minus that of the plain picture.
         marks: RMS of what the strokes add to the plain picture, 0 to 1.
-        redrawn: how much of these marks does not move with the scene: 0 none, 1 as much as if each frame
-            had marks of its own; None where there are none.
+        redrawn: share of these marks that does not move with the scene: 0 none, 1 as much as if each
+            frame had new marks; None where there are no marks.
     """
 
     gap: int
@@ -39,7 +39,7 @@ class Warp:
 
 @dataclass(frozen=True)
 class Turning:
-    """Flicker where strokes turn by themselves when unlocked; see the protocol, 5."""
+    """Flicker where unlocked strokes turn; step 5 of the protocol."""
 
     rmse: float
     excess: float
@@ -47,7 +47,7 @@ class Turning:
 
 @dataclass(frozen=True)
 class Loop:
-    """The last picture of a closed path against the first."""
+    """The difference of the last picture of a closed path and the first, 0 to 1."""
 
     rmse: float
     largest: float
@@ -55,7 +55,7 @@ class Loop:
 
 @dataclass(frozen=True)
 class Seconds:
-    """Wall clock per frame."""
+    """Wall-clock seconds per frame."""
 
     track: float
     project: float
@@ -64,24 +64,25 @@ class Seconds:
 
 @dataclass(frozen=True)
 class Figures:
-    """All that was measured of one configuration. None stands where a figure has no meaning.
+    """All figures of one configuration; None where a figure does not apply.
 
     Attributes:
-        name: of the configuration, see the protocol, 2.
+        name: of the configuration, see step 2 of the protocol.
         what: the same in words.
-        strokes: how many it paints with.
+        strokes: number of strokes, at most.
         lock: how directions are chosen.
-        filter: how the stroke image is read.
-        order: how strokes hide each other.
+        filter: how the stroke image is sampled.
+        order: "depth" or "soft".
         num_sigmas: half extent of a box in standard deviations.
-        events: flips, spins, pops and the like.
+        events: flips, spins, size pops and so on.
         off_axis_share: of slender stroke-frames, those off both axes.
-        shortfall: of the worst box, as a share of the reach of its ellipse; 0 or less: all cover theirs.
-        warps: one per gap at which there is a pair with pixels to compare, ascending.
-        turning: flicker where strokes turn.
+        shortfall: of the worst box, as a share of the reach of its ellipse; 0 or less if every box covers
+            its ellipse.
+        warps: one per gap at which a pair has valid pixels, ascending.
+        turning: flicker where unlocked strokes turn.
         loop: None on an open path.
-        alone: frames that were drawn again.
-        alone_equal: how many of them came out the same, to the byte.
+        alone: number of frames that were painted a second time, alone.
+        alone_equal: how many of them were equal, byte for byte.
         seconds: per frame.
         errors: RMSE at gap 1 of each pair, in the order of the path.
     """
@@ -114,13 +115,13 @@ class Figures:
 
 @dataclass(frozen=True)
 class Stability:
-    """The report.
+    """The figures of all configurations.
 
     Attributes:
-        num_frames: views of the path; a closed one repeats its first.
+        num_frames: frames of the path; a closed one repeats its first.
         is_closed: whether it does.
         stride: from the first frame of a pair to that of the next.
-        starts: number of the earlier frame of each pair at gap 1 that has pixels to compare.
+        starts: number of the earlier frame of each pair at gap 1 that has valid pixels.
         configurations: one per configuration, in the order of the table.
     """
 

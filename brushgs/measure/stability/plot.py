@@ -1,4 +1,4 @@
-"""The temporal report as a picture: error along the path, excess by gap."""
+"""The temporal report as a plot: error along the path, excess by gap."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,14 +14,14 @@ COLORS = {
     "anchor": SKY,
     "off": GREEN,
     "published": VERMILION,
-    "image": PURPLE,
     "plain": GREY,
 }
+EXTRA_COLOR = PURPLE  # of a configuration that the report does not have by itself
 WIDTH, HEIGHT = 9.0, 3.4  # inches
 
 
 def write_plot(result: Stability, path: Path, title: str) -> None:
-    """Draw the plot to a PNG, which appears when it is whole.
+    """Draw the plot to a PNG, written atomically.
 
     Raises:
         ValueError: if matplotlib is not installed.
@@ -43,9 +43,9 @@ def _draw_errors(axes: "Axes", result: Stability) -> None:
             list(result.starts),
             errors,
             style,
-            color=COLORS[figures.name],
+            color=COLORS.get(figures.name, EXTRA_COLOR),
             linewidth=1.3,
-            zorder=4 if figures.name == "track" else 3,  # ours lies on top of what it falls together with
+            zorder=4 if figures.name == "track" else 3,  # on top where lines coincide
             label=figures.name,
             marker="." if len(errors) < 3 else None,
         )
@@ -56,15 +56,15 @@ def _draw_errors(axes: "Axes", result: Stability) -> None:
 
 
 def _draw_excess(axes: "Axes", result: Stability) -> None:
-    """Mean excess of each gap, one bar per configuration, its number on top."""
+    """Mean excess at each gap, one labelled bar per configuration."""
     shown = [figures for figures in result.configurations if figures.name != "plain"]
     width = 0.8 / len(shown)
     gaps = [warp.gap for warp in shown[0].warps]
     for number, figures in enumerate(shown):
         places = [i + (number - (len(shown) - 1) / 2) * width for i in range(len(gaps))]
         heights = [255 * warp.excess for warp in figures.warps]
-        bars = axes.bar(places, heights, width * 0.92, color=COLORS[figures.name])
+        bars = axes.bar(places, heights, width * 0.92, color=COLORS.get(figures.name, EXTRA_COLOR))
         axes.bar_label(bars, fmt="%.1f", fontsize=6, padding=1)
-    label(axes, "gap (frames)", "excess over the plain render (of 255)", "Mean over the path")
+    label(axes, "gap (frames)", "excess over the plain picture (of 255)", "Mean over the path")
     axes.set_xticks(range(len(gaps)), [str(gap) for gap in gaps])
     axes.axhline(0, color="black", linewidth=0.6)

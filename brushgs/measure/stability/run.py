@@ -1,10 +1,9 @@
-"""`brushgs stability`: a scene file becomes a table, a JSON file and a plot."""
+"""`brushgs stability`: a scene file and a path become figures of flicker, as table, JSON and plot."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-from brushgs.cameras.paths import CameraPath
 from brushgs.measure.report import (
     ExperimentReport,
     check_opaque_background,
@@ -13,8 +12,8 @@ from brushgs.measure.report import (
     plain_paint,
 )
 from brushgs.measure.stability.figures import SCHEMA, Stability
-from brushgs.measure.stability.measure import check_cameras, measure_stability, painted_frames
-from brushgs.measure.stability.painters import Comparison
+from brushgs.measure.stability.measure import check_cameras, measure_stability, num_painted_frames
+from brushgs.measure.stability.painters import Comparison, MakePainters, no_painters
 from brushgs.measure.stability.plot import write_plot
 from brushgs.options.experiments import StabilityConfig
 from brushgs.options.painting import PaintConfig
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class StabilityReport(ExperimentReport):
-    """A run, and what it found: `result` is a `Stability`."""
+    """The stages of a measurement and its figures: `result` is a `Stability`."""
 
     name: ClassVar[str] = "stability"
     schema: ClassVar[int] = SCHEMA
@@ -48,19 +47,21 @@ def report_stability(
     path: PathConfig,
     config: StabilityConfig | None = None,
     *,
+    make_extra_painters: MakePainters = no_painters,
     report: StabilityReport | None = None,
     wants_plot: bool = True,
 ) -> StabilityReport:
-    """Measure how still the strokes of a scene hold along a path; write figures and plot.
+    """Measure how stable the strokes of a scene are along a path, and write the figures.
 
     Args:
         scene: a trained 3D Gaussian scene.
-        output: a folder, which gets `stability.json` and `stability.png` and is made if missing; or one file
-            that ends in .json or .png.
-        paint: pruning, strokes, view and stroke; its lock is not looked at, all are painted.
-        path: the way of the camera.
+        output: a folder, which gets `stability.json` and `stability.png` and is created if missing; or one
+            file that ends in .json or .png.
+        paint: pruning, strokes, view and stroke; its lock is ignored, every lock is painted.
+        path: the path of the camera.
         config: what is measured.
-        report: where the stages are told; a new one if None.
+        make_extra_painters: see `measure_stability`.
+        report: where the stages are added; a new one if None.
         wants_plot: whether a folder gets the plot, which needs matplotlib.
 
     Raises:
@@ -70,57 +71,46 @@ def report_stability(
     config, report, output = config or StabilityConfig(), report or StabilityReport(), Path(output)
     outputs = report.plan_outputs(output, input_files(scene, paint), wants_plot=wants_plot)
     check_opaque_background(paint.draw.background)
-    asked = replace(paint, draw=replace(paint.draw, lock=None))  # every lock is painted
     prepared = prepare(
         scene,
-        asked,
+        replace(paint, draw=replace(paint.draw, lock=None)),
         report,
         views=path,
-        check_path=lambda way: check_cameras(way.closed),
+        check_path=lambda planned: check_cameras(planned.closed),
         keeps_scene=True,
     )
-    way, texture, strokes = prepared.path, prepared.texture, prepared.strokes
-    assert way is not None
+    planned, strokes, texture = prepared.path, prepared.strokes, prepared.texture
+    assert planned is not None
     assert prepared.background is not None
     comparison = Comparison(
-        prepared.whole_scene,
-        strokes,
-        way.closed,
-        texture,
-        prepared.options,
-        prepared.background,
-        paint.cluster.seed,
+        prepared.whole_scene, strokes, planned.closed, texture, prepared.options, prepared.background
     )
-    report.settings = _settings(scene, paint, path, config, way)
-    report.result = result = _measure(comparison, config, report)
+    report.settings = plain_paint(scene, paint) | {
+        "path": plain_config(path) | {"source": planned.source},
+        "measure": plain_config(config),
+        "first_camera": plain_camera(planned.cameras[0]),
+        "last_camera": plain_camera(planned.cameras[-1]),
+    }
+    report.result = result = _measure(comparison, config, make_extra_painters, report)
     report.output = str(output)
-    title = f"{Path(scene).stem}, {len(strokes):,} strokes of {texture.name}, {way.source}"
+    title = f"{Path(scene).stem}, {len(strokes):,} strokes of {texture.name}, {planned.source}"
     report.write(outputs, lambda file: write_plot(result, file, title))
     return report
 
 
-def _measure(comparison: Comparison, config: StabilityConfig, report: Report) -> Stability:
-    num_painted = painted_frames(comparison.cameras, config)
+def _measure(
+    comparison: Comparison, config: StabilityConfig, make_extra_painters: MakePainters, report: Report
+) -> Stability:
+    num_painted = num_painted_frames(comparison.cameras, config)
     with report.stage("measure", total=num_painted) as stage:
-        result = measure_stability(comparison, config, advance=report.advance)
+        result = measure_stability(
+            comparison, config, make_extra_painters=make_extra_painters, advance=report.advance
+        )
         num_pairs = len(result.starts)
         stage.did = (
-            f"{num_painted} frames in {len(result.configurations)} configurations, {num_pairs} pairs a gap"
+            f"{num_painted} frames in {len(result.configurations)} configurations, {num_pairs} pairs per gap"
         )
         stage.counts = {"frames": num_painted, "pairs": num_pairs, "stride": result.stride}
-        num_left = len(comparison.cameras) - num_painted
-        if num_left:
-            stage.skipped.append(f"painting {num_left} frames: no pair needs them (--pairs)")
+        if num_skipped := len(comparison.cameras) - num_painted:
+            stage.skipped.append(f"painting {num_skipped} frames: no pair needs them (--pairs)")
     return result
-
-
-def _settings(
-    scene: str | Path, paint: PaintConfig, path: PathConfig, config: StabilityConfig, way: CameraPath
-) -> dict[str, Any]:
-    """All that a reader needs to repeat the figures."""
-    return plain_paint(scene, paint) | {
-        "path": plain_config(path) | {"source": way.source},
-        "measure": plain_config(config),
-        "first_camera": plain_camera(way.cameras[0]),
-        "last_camera": plain_camera(way.cameras[-1]),
-    }

@@ -1,4 +1,4 @@
-"""The temporal report as a table for people: one column per configuration, one row per figure."""
+"""The temporal report as a table: one column per configuration, one row per figure."""
 
 from collections.abc import Callable
 from math import degrees
@@ -9,18 +9,18 @@ from brushgs.measure.stability.figures import Figures, Stability
 if TYPE_CHECKING:
     from rich.table import Table
 
-NONE = "-"  # where a figure has no meaning
-Row = tuple[str, Callable[[Figures], str]]
+NONE = "-"  # where a figure does not apply
+LabelledCell = tuple[str, Callable[[Figures], str]]  # a row: its label, and its cell of a configuration
 
 
-def rows(result: Stability) -> list[list[Row]]:
-    """Groups of rows: a label, and how its cell is made of the figures of a configuration."""
+def row_groups(result: Stability) -> list[list[LabelledCell]]:
+    """The rows of the table, in groups."""
     gaps = [warp.gap for warp in result.configurations[0].warps]
     return [_directions(), _flicker(gaps), _others(), _seconds()]
 
 
 def stability_table(result: Stability) -> "Table":
-    """The table, for a console of rich."""
+    """The table, for a rich console."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -28,14 +28,14 @@ def stability_table(result: Stability) -> "Table":
     table.add_column("per stroke-frame by area; RMSE of 255")
     for figures in result.configurations:
         table.add_column(figures.name, justify="right", no_wrap=True)
-    for group in rows(result):
+    for group in row_groups(result):
         table.add_section()
         for label, cell in group:
             table.add_row(label, *(cell(figures) for figures in result.configurations))
     return table
 
 
-def _directions() -> list[Row]:
+def _directions() -> list[LabelledCell]:
     def event(name: str) -> Callable[[Figures], str]:
         def cell(figures: Figures) -> str:
             events = figures.events
@@ -56,7 +56,7 @@ def _directions() -> list[Row]:
         return NONE if figures.off_axis_share is None else f"{figures.off_axis_share:.2%}"
 
     def shortfall(figures: Figures) -> str:
-        # float32 columns leave some 1e-6 between a box and its ellipse
+        # rounding of float32 leaves about 1e-6 between a box and its ellipse
         return NONE if figures.shortfall is None else f"{max(0.0, round(figures.shortfall, 5)):.1%}"
 
     return [
@@ -71,7 +71,7 @@ def _directions() -> list[Row]:
     ]
 
 
-def _flicker(gaps: list[int]) -> list[Row]:
+def _flicker(gaps: list[int]) -> list[LabelledCell]:
     def warp(gap: int, name: str) -> Callable[[Figures], str]:
         return lambda figures: next(_of_255(getattr(w, name)) for w in figures.warps if w.gap == gap)
 
@@ -91,30 +91,30 @@ def _flicker(gaps: list[int]) -> list[Row]:
     def turning(figures: Figures) -> str:
         return NONE if figures.turning is None else _of_255(figures.turning.excess)
 
-    made: list[Row] = []
+    rows: list[LabelledCell] = []
     for gap in gaps:
-        made.append((f"error at gap {gap}", warp(gap, "rmse")))
-        made.append(("  worst 1 % of the pixels", warp(gap, "worst_1pct")))
-        made.append(("  excess over the plain render", warp(gap, "excess")))
-        made.append(("  marks that do not move along", redrawn(gap)))
-        made.append(("  valid pixels", share(gap)))
+        rows.append((f"error at gap {gap}", warp(gap, "rmse")))
+        rows.append(("  worst 1 % of the pixels", warp(gap, "worst_1pct")))
+        rows.append(("  excess over the plain picture", warp(gap, "excess")))
+        rows.append(("  marks that do not move along", redrawn(gap)))
+        rows.append(("  valid pixels", share(gap)))
     if gaps:
-        made.append(("excess where strokes turn unlocked", turning))
-        made.append(("marks: what strokes add to the plain picture", marks))
-    return made
+        rows.append(("excess where strokes turn unlocked", turning))
+        rows.append(("marks: what strokes add to the plain picture", marks))
+    return rows
 
 
-def _others() -> list[Row]:
+def _others() -> list[LabelledCell]:
     def loop(figures: Figures) -> str:
         return NONE if figures.loop is None else _of_255(figures.loop.rmse)
 
     return [
         ("last frame of the loop against first", loop),
-        ("frames that are the same drawn alone", lambda f: f"{f.alone_equal} of {f.alone}"),
+        ("frames that are the same painted alone", lambda f: f"{f.alone_equal} of {f.alone}"),
     ]
 
 
-def _seconds() -> list[Row]:
+def _seconds() -> list[LabelledCell]:
     def milliseconds(kind: str) -> Callable[[Figures], str]:
         return lambda figures: f"{1000 * getattr(figures.seconds, kind):.1f}"
 

@@ -1,14 +1,15 @@
-"""One picture -> strokes that paint it: the classic painterly filter on the image plane, for comparison only.
+"""A baseline: the classic painterly filter on the image plane, which paints one picture with strokes.
 
-It knows nothing of the scene, nor of the picture before it: a sequence painted with it shows what it costs
-to style every frame alone. All that could make it flicker needlessly is left out: the places, the order
-and the chances of its grids hang on the seed and the size of the picture, not on what the picture shows.
+It knows neither the scene nor the previous picture: a sequence painted with it shows what it costs to style
+every frame alone. It avoids all needless flicker: the places, the order and the random numbers of its grids
+depend on the seed and the size of the picture, not on its content.
 Source: Hertzmann 1998, Painterly Rendering with Curved Brush Strokes of Multiple Sizes (layers from coarse to
 fine, each on a grid, strokes where the canvas is still far from the blurred picture); Litwinowicz 1997,
 Processing Images and Video for an Impressionist Effect (straight strokes across the gradient, random order).
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,26 +17,27 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array, check
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.measure.stability import Comparison, PaintTimer
 from brushgs.options.choices import Filter
 from brushgs.rendering.rasterize import rasterize
 from brushgs.scene import Boxes, Frame
 
-# The numbers below were chosen by eye and PSNR on four scenes, and held against its flicker, which hardly
-# depends on them: with 2000 strokes on orbits of koala and chair in steps of 1.5 degrees, eight other choices
-# have an excess error (`warp.warp_error`) of 5.5 to 6.6 and 4.4 to 5.0 of 255.
-# Share of the strokes that each layer may take; what one does not need the next one has. The cells of a
-# layer are half as wide as those of the one before.
+# The numbers below were chosen by eye and PSNR on four scenes. Flicker hardly depends on them: with 2000
+# strokes on orbits of koala and chair in steps of 1.5 degrees, eight other choices have an excess error
+# (`warp.warp_error`) of 5.5 to 6.6 and 4.4 to 5.0 of 255.
+# Share of the strokes that each layer may use; the next one gets what is left. The cells of a layer are half
+# as wide as those of the one before.
 LAYER_SHARES = (0.03, 0.07, 0.15, 0.30, 0.45)
 JITTER = 0.25  # of a cell: how far a stroke lies from the middle of its own, at most
-# Area that a stroke paints over that of its cell: in the first layer, which hides the ground, and the others.
+# Area that a stroke paints over that of its cell: in the first layer, which hides the background, and later.
 FIRST_OVERLAP, OVERLAP = 4.0, 2.0
 MAX_ASPECT = 3.0  # of a stroke: longer ones cross the edges of what they paint
 BLUR = 0.5  # standard deviation over the half width of a stroke: detail finer than that is for later layers
-TENSOR_REACH = 0.5  # standard deviation over the cell: how far around the direction is asked for
+TENSOR_REACH = 0.5  # standard deviation over the cell, of the area in which a direction is measured
 MIN_BLUR = 2.0  # pixels, standard deviation left when a picture is made smaller for a coarse layer
 EDGE = 1.0  # pixels, standard deviation at which the picture is differentiated
-NO_EDGE = 1e-9  # squared slope per pixel under which there is rounding only
-ENOUGH = 0.015  # RMS error of a cell, 0 to 1, under which it is left as it is: some 4 of 255
+NO_EDGE = 1e-9  # squared slope per pixel, below which it is only rounding
+ENOUGH = 0.015  # RMS error of a cell, 0 to 1, below which it gets no stroke: about 4 of 255
 # Part of its box that a kernel paints (an image has its coverage): the means of 1 and exp(-4.5 r^2).
 KERNEL_MEANS = {"ellipse": np.pi / 4, "gaussian": 0.174}
 
@@ -56,30 +58,31 @@ def paint_image(
     num_strokes: int,
     seed: int = 0,
     filter: Filter = "mip",
-    ground: Sequence[float] | Array = (1.0, 1.0, 1.0),
+    background: Sequence[float] | Array = (1.0, 1.0, 1.0),
     num_threads: int | None = None,
 ) -> Frame:
-    """Paint one picture with strokes laid on the image plane.
+    """Paint one picture with strokes on the image plane.
 
-    Five layers, each of half the size of the one before. A layer lays its strokes on a jittered grid, in the
-    cells where the canvas so far is furthest from the picture, coloured by the picture blurred to the size of
-    the stroke, along the edges (the minor axis of the structure tensor of the three channels), in an order
-    given by chance.
+    Five layers, each of half the size of the one before. A layer puts its strokes on a jittered grid, in the
+    cells where the canvas is furthest from the picture. A stroke has the colour of the picture blurred to its
+    size, and lies along the edges (the minor axis of the structure tensor of the three channels); the order
+    is random.
 
     Args:
-        rgb: [H, W, 3] the picture on its ground, display-encoded, 0 to 1.
+        rgb: [H, W, 3] the picture on its background, display-encoded, 0 to 1.
         texture: the stroke.
-        num_strokes: at most so many, >= 1; fewer where the picture is met before.
+        num_strokes: the most strokes, >= 1; fewer if the picture is reached before.
         seed: of the jitter and the order.
         filter: see `rasterize`.
-        ground: the empty canvas, one RGB colour 0 to 1 or [H, W, 3]: what already looks like it is left open.
+        background: the empty canvas, one RGB colour 0 to 1 or [H, W, 3]; where it equals the picture it stays
+            empty.
         num_threads: see `rasterize`.
 
     Returns:
         The frame, float32, without depth. Equal input gives equal bits.
 
     Raises:
-        TypeError: if `rgb` is no floating array.
+        TypeError: if `rgb` is not a floating array.
         ValueError: if a shape or a number is out of range.
     """
     boxes = image_boxes(
@@ -88,7 +91,7 @@ def paint_image(
         num_strokes=num_strokes,
         seed=seed,
         filter=filter,
-        ground=ground,
+        background=background,
         num_threads=num_threads,
     )
     height, width = rgb.shape[:2]
@@ -104,7 +107,7 @@ def image_boxes(
     num_strokes: int,
     seed: int = 0,
     filter: Filter = "mip",
-    ground: Sequence[float] | Array = (1.0, 1.0, 1.0),
+    background: Sequence[float] | Array = (1.0, 1.0, 1.0),
     num_threads: int | None = None,
 ) -> Boxes:
     """The strokes of `paint_image`, the last one painted first; takes and raises the same.
@@ -113,7 +116,7 @@ def image_boxes(
     """
     picture = _checked(rgb, num_strokes, seed)
     height, width = picture.shape[:2]
-    canvas = np.broadcast_to(np.asarray(ground, np.float64), picture.shape)
+    canvas = np.broadcast_to(np.asarray(background, np.float64), picture.shape)
     tensor = _tensor(picture)
     rng = np.random.default_rng(seed)
     laid: list[tuple[Any, ...]] = []
@@ -142,7 +145,7 @@ def image_boxes(
 
 
 def _checked(rgb: Array, num_strokes: int, seed: int) -> F64:
-    """The picture as float64, after all that may be wrong with it."""
+    """The picture as float64, after checking all arguments."""
     check("paint_image", rgb=(rgb, "H W 3"))
     if not np.issubdtype(rgb.dtype, np.floating):
         raise TypeError(f"paint_image: rgb must be floating, 0 to 1, got {rgb.dtype}; divide it by 255")
@@ -160,7 +163,7 @@ def _checked(rgb: Array, num_strokes: int, seed: int) -> F64:
 def _layer(
     shape: tuple[int, ...], texture: StrokeTexture, num_cells: float, overlap: float, rng: np.random.Generator
 ) -> _Layer:
-    """About so many square cells over a picture, and the size of a stroke for them."""
+    """About `num_cells` square cells over a picture, and the size of their strokes."""
     height, width = shape[:2]
     cell = np.sqrt(height * width / max(num_cells, 1.0))
     rows, columns = max(1, round(height / cell)), max(1, round(width / cell))
@@ -192,24 +195,24 @@ def _choose(
     from scipy.ndimage import gaussian_filter
 
     deviation = BLUR * float(layer.half_extents.min())
-    factor = max(1, int(deviation / MIN_BLUR))  # what is blurred so far needs no more pixels than that
+    factor = max(1, int(deviation / MIN_BLUR))  # a blurred picture needs no more pixels than that
 
     def blurred(values: F64, deviation: float) -> F64:
         return np.asarray(gaussian_filter(values, (*2 * (deviation / factor,), 0), mode="nearest"))
 
-    wanted = blurred(_reduced(picture, factor), deviation)
-    squares = ((wanted - _reduced(canvas, factor)) ** 2).mean(axis=2, keepdims=True)
-    errors = np.sqrt(_read(blurred(squares, 0.5 * layer.cell), layer.places / factor)[:, 0])
+    target = blurred(_reduced(picture, factor), deviation)
+    squares = ((target - _reduced(canvas, factor)) ** 2).mean(axis=2, keepdims=True)
+    errors = np.sqrt(_sample(blurred(squares, 0.5 * layer.cell), layer.places / factor)[:, 0])
     best = np.argsort(-errors, kind="stable")[:budget]
     rows = best[errors[best] > ENOUGH]
     rows = rows[np.argsort(layer.keys[rows], kind="stable")]
     places = layer.places[rows] / factor
-    edges = _read(blurred(_reduced(tensor, factor), TENSOR_REACH * layer.cell), places)
-    return rows, np.clip(_read(wanted, places), 0, 1), _directions(edges)
+    edges = _sample(blurred(_reduced(tensor, factor), TENSOR_REACH * layer.cell), places)
+    return rows, np.clip(_sample(target, places), 0, 1), _directions(edges)
 
 
 def _directions(tensors: F64) -> F64:
-    """[n] radians in (-pi/2, pi/2] along the edges that [n, 3] tensors tell of; 0 where they tell of none."""
+    """[n] radians in (-pi/2, pi/2] along the edges of [n, 3] structure tensors; 0 where there is no edge."""
     xx, xy, yy = tensors.T
     across = 0.5 * np.arctan2(2 * xy, xx - yy)
     along = np.where(across > 0, across - np.pi / 2, across + np.pi / 2)
@@ -217,7 +220,7 @@ def _directions(tensors: F64) -> F64:
 
 
 def _reduced(values: F64, factor: int) -> F64:
-    """[ceil(H / factor), ceil(W / factor), C] means of square blocks; the border goes on outside."""
+    """[ceil(H / factor), ceil(W / factor), C] means of square blocks; the border is repeated outside."""
     height, width, channels = values.shape
     padding = (0, -height % factor), (0, -width % factor), (0, 0)
     blocks = np.pad(values, padding, mode="edge") if factor > 1 else values
@@ -225,7 +228,7 @@ def _reduced(values: F64, factor: int) -> F64:
     return np.asarray(blocks.reshape(rows, factor, columns, factor, channels).mean(axis=(1, 3)))
 
 
-def _read(values: F64, places: F64) -> F64:
+def _sample(values: F64, places: F64) -> F64:
     """[n, C] of [H, W, C] at places (x, y), linear between the centres of pixels."""
     from scipy.ndimage import map_coordinates
 
@@ -253,3 +256,47 @@ def _boxes(layers: Sequence[tuple[Any, ...]]) -> Boxes:
         opacities,
         ids[back].astype(np.int32),
     )
+
+
+@dataclass
+class PainterlyPainter:
+    """A configuration of the temporal report: the plain picture of each frame, painted alone."""
+
+    texture: StrokeTexture
+    num_strokes: int
+    filter: Filter
+    seed: int
+    background: Sequence[float] | Array
+    num_threads: int | None
+    name: str = "image"
+    what: str = "each plain picture painted alone"
+    timer: PaintTimer = field(default_factory=PaintTimer)
+
+    def paint(self, index: int, plain: Array) -> Frame:
+        """One frame, from the plain picture of that frame and nothing else."""
+        with self.timer.measures("draw"):
+            frame = paint_image(
+                plain,
+                self.texture,
+                num_strokes=self.num_strokes,
+                seed=self.seed,
+                filter=self.filter,
+                background=self.background,
+                num_threads=self.num_threads,
+            )
+        self.timer.frames += 1
+        return frame
+
+
+def painterly_painters(comparison: Comparison, num_threads: int | None) -> list[PainterlyPainter]:
+    """For `measure_stability(make_extra_painters=...)`: as many strokes of the same brush, equal seeds."""
+    return [
+        PainterlyPainter(
+            comparison.texture,
+            len(comparison.strokes),
+            comparison.options.filter,
+            0,
+            comparison.background,
+            num_threads,
+        )
+    ]

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.measure.image_strokes import ENOUGH, image_boxes, paint_image
 from brushgs.still_life import still_life, still_life_camera
+from tests.baseline.painterly import ENOUGH, image_boxes, paint_image
 
 WHITE = (1.0, 1.0, 1.0)
 BRUSH = bg.StrokeTexture.open("dry_brush")
@@ -60,7 +60,7 @@ def test_what_looks_like_the_ground_is_left_open():
     white = np.ones((40, 60, 3))
     assert len(image_boxes(white, BRUSH, num_strokes=50)) == 0
     assert not paint_image(white, BRUSH, num_strokes=50).alpha.any()
-    assert len(image_boxes(white, BRUSH, num_strokes=50, ground=(0, 0, 0))) > 0
+    assert len(image_boxes(white, BRUSH, num_strokes=50, background=(0, 0, 0))) > 0
     assert len(image_boxes(white - ENOUGH / 2, BRUSH, num_strokes=50)) == 0
 
 

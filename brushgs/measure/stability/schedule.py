@@ -1,0 +1,46 @@
+"""Which frames of a path are painted, which are compared, and how long each is kept."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from brushgs.options.experiments import StabilityConfig
+
+
+class FrameSchedule:
+    """The frames of a path that a `StabilityConfig` needs.
+
+    Attributes:
+        num_frames: frames of the path; a closed one repeats its first.
+        is_closed: whether it does.
+        gaps: the gaps that fit on the path, ascending.
+        stride: from the first frame of a pair to that of the next.
+        last_use: frame -> the last frame that it is compared with.
+        painted: the frames that are painted, ascending.
+        alone: those of them that are painted a second time, ascending.
+    """
+
+    def __init__(self, num_frames: int, is_closed: bool, config: StabilityConfig) -> None:
+        self.num_frames, self.is_closed = num_frames, is_closed
+        self.gaps = [gap for gap in config.gaps if gap < num_frames]
+        self.stride = -(-(num_frames - 1) // config.pairs)
+        self.last_use: dict[int, int] = {}
+        for gap in self.gaps:
+            for start in self.starts(gap):
+                for index in (start, start + gap):
+                    self.last_use[index] = max(self.last_use.get(index, index), start + gap)
+        if is_closed:
+            self.last_use |= {0: num_frames - 1, num_frames - 1: num_frames - 1}
+        self.painted = sorted(self.last_use)
+        places = np.linspace(0, len(self.painted) - 1, min(config.alone, len(self.painted)))
+        self.alone = sorted({self.painted[round(place)] for place in places})
+
+    def starts(self, gap: int) -> range:
+        """The earlier frames of the pairs at a gap."""
+        return range(0, self.num_frames - gap, self.stride)
+
+    def pairs_ending(self, index: int) -> Iterator[tuple[int, int]]:
+        """Gap and earlier frame of each pair whose later frame is `index`."""
+        for gap in self.gaps:
+            if index - gap in self.starts(gap):
+                yield gap, index - gap
