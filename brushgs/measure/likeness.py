@@ -1,7 +1,7 @@
-"""How near a picture comes to another of the same view: RMSE, PSNR, SSIM, FLIP, and paint that is missing.
+"""How similar two pictures of one view are: RMSE, PSNR, SSIM, FLIP, and missing paint.
 
-Pictures are [H, W, 3], display-encoded, 0 to 1, on their background; nothing here paints. What each number
-means stands in its function, so that figures of this project can be set beside those of others.
+Pictures are [H, W, 3], display-encoded, 0 to 1, on their background. Each function defines its number, so
+that figures of this project can be compared with those of others.
 """
 
 from dataclasses import dataclass
@@ -11,20 +11,20 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import Array, check
 
-SSIM_SIGMA = 1.5  # pixels, of the Gaussian window in which SSIM is taken, as published
-SSIM_REACH = 11  # pixels that the window spans: smaller pictures have no SSIM
+SSIM_SIGMA = 1.5  # pixels, standard deviation of the Gaussian window of SSIM, as published
+SSIM_SIDE = 11  # pixels, side of that window: smaller pictures have no SSIM
 
 
 @dataclass(frozen=True)
 class Likeness:
-    """A picture against another, on one ground.
+    """The similarity of two pictures on the same background.
 
     Attributes:
         rmse: root of the mean squared difference over pixels and channels, 0 to 1.
-        largest: difference of any channel of any pixel, 0 to 1.
-        psnr: see `psnr`; None where the pictures are equal.
-        ssim: see `ssim`; None if not asked for, or where the picture is too small for one.
-        flip: see `flip`; None if not asked for.
+        largest: the largest difference of any channel of any pixel, 0 to 1.
+        psnr: see `psnr`; None if the pictures are equal.
+        ssim: see `ssim`; None if not requested, or if the picture is too small.
+        flip: see `flip`; None if not requested.
     """
 
     rmse: float
@@ -35,10 +35,10 @@ class Likeness:
 
 
 def compare(picture: Array, truth: Array, *, wants_all: bool = False) -> Likeness:
-    """Measure how near a picture comes to the truth; with SSIM and FLIP, which take longer, on request."""
+    """Compare a picture with the truth; `wants_all` adds SSIM and FLIP, which take longer."""
     error, decibels = rmse(picture, truth), psnr(picture, truth)
     largest = float(np.abs(np.subtract(picture, truth, dtype=np.float64)).max())
-    has_ssim = wants_all and min(picture.shape[:2]) >= SSIM_REACH
+    has_ssim = wants_all and min(picture.shape[:2]) >= SSIM_SIDE
     return Likeness(
         error,
         largest,
@@ -62,17 +62,17 @@ def psnr(picture: Array, truth: Array) -> float:
 def ssim(picture: Array, truth: Array) -> float:
     """Structural similarity: 1 for equal pictures, about 0 for unrelated ones; mean over the channels.
 
-    With the window of the paper, a Gaussian of 1.5 pixels, and its constants; values 0 to 1.
+    Window (a Gaussian of 1.5 pixels) and constants are those of the paper; values 0 to 1.
     Source: Wang et al. 2004, Image Quality Assessment: From Error Visibility to Structural Similarity.
 
     Raises:
-        ValueError: if a side is under 11 pixels, or the shapes are not [H, W, 3] both.
+        ValueError: if a side is below 11 pixels, or a shape is not [H, W, 3].
     """
     from skimage.metrics import structural_similarity
 
     height, width = _check_pictures("ssim", picture, truth)
-    if min(height, width) < SSIM_REACH:
-        raise ValueError(f"ssim: both sides must be at least {SSIM_REACH} pixels, got {width}x{height}")
+    if min(height, width) < SSIM_SIDE:
+        raise ValueError(f"ssim: both sides must be at least {SSIM_SIDE} pixels, got {width}x{height}")
     return float(
         structural_similarity(
             np.asarray(picture, np.float64),
@@ -87,13 +87,13 @@ def ssim(picture: Array, truth: Array) -> float:
 
 
 def flip(picture: Array, truth: Array) -> float:
-    """What an observer sees who flips between two pictures on a display: 0 nothing, 1 black against white.
+    """The visible difference when flipping between two pictures: 0 none, 1 black against white.
 
-    The mean of the LDR-FLIP map, as seen from 0.7 m on a display 0.7 m and 3840 pixels wide.
+    The mean of the LDR-FLIP map, at a distance of 0.7 m from a display of 0.7 m and 3840 pixels width.
     Source: Andersson et al. 2020, FLIP: A Difference Evaluator for Alternating Images; in OpenImageIO.
 
     Raises:
-        ValueError: if the shapes are not [H, W, 3] both.
+        ValueError: if a shape is not [H, W, 3].
     """
     import OpenImageIO as oiio  # noqa: N813
 
@@ -101,17 +101,17 @@ def flip(picture: Array, truth: Array) -> float:
     first, second = (
         oiio.ImageBuf(np.ascontiguousarray(np.clip(p, 0, 1), dtype=np.float32)) for p in (truth, picture)
     )
-    difference = oiio.ImageBufAlgo.FLIP_diff(first, second, hdr=0)  # its default is for light without bounds
+    difference = oiio.ImageBufAlgo.FLIP_diff(first, second, hdr=0)  # the default, 1, is for unbounded values
     return float(np.asarray(difference.get_pixels(oiio.FLOAT)).mean(dtype=np.float64))
 
 
 def unpainted(alpha: Array, plain_alpha: Array) -> float:
-    """Share of the plain picture's alpha that a painting leaves unpainted, 0 to 1; 0 where there is none."""
+    """Share of the plain picture's alpha that a painting leaves unpainted, 0 to 1; 0 if it has no alpha."""
     return _beyond(plain_alpha, alpha) / _total(plain_alpha)
 
 
 def spilt(alpha: Array, plain_alpha: Array) -> float:
-    """Alpha that a painting has beyond the plain picture's, as a share of that, >= 0."""
+    """Alpha of a painting beyond that of the plain picture, as a share of the latter, >= 0."""
     return _beyond(alpha, plain_alpha) / _total(plain_alpha)
 
 

@@ -1,4 +1,4 @@
-"""One line on how many strokes a scene is worth, from the knee of its curve."""
+"""One line of advice on the number of strokes of a scene, from the knee of its curve."""
 
 import numpy as np
 
@@ -6,12 +6,12 @@ from brushgs.measure.bench.figures import Family
 from brushgs.stroke_count.curve import Curve, Knee, fitted_seconds, knee
 
 LEAST_POINTS = 3  # a knee lies between two ends
-LEAST_GAIN = 0.05  # dB; less is told as nothing
+LEAST_GAIN = 0.05  # dB; less is reported as nothing
 
 
 def curves_of(family: Family) -> dict[str, Curve]:
-    """The curve of strokes by what its seconds are of, "frame" and "painting"; none without a middle."""
-    points = {point.strokes: point for point in family.points}  # two counts may come to the same strokes
+    """The curve of strokes for each cost, "frame" and "painting"; none of fewer than three points."""
+    points = {point.strokes: point for point in family.points}  # two counts may give the same strokes
     if len(points) < LEAST_POINTS:
         return {}
     strokes = np.array(sorted(points))
@@ -24,7 +24,7 @@ def curves_of(family: Family) -> dict[str, Curve]:
 
 
 def advice(curves: dict[str, Curve]) -> tuple[Knee | None, str | None]:
-    """The knee by the seconds of a frame, and what it says: "for this scene 3,100 strokes reach ..."."""
+    """The knee by the seconds of a frame, and the advice: "for this scene 3,100 strokes reach ..."."""
     if not curves:
         return None, None
     bend = knee(curves["frame"])
@@ -39,5 +39,5 @@ def advice(curves: dict[str, Curve]) -> tuple[Knee | None, str | None]:
 
 
 def _rounded(count: int) -> int:
-    """To two digits, as far as a knee is known."""
+    """To two digits: a knee is not known more precisely."""
     return int(round(count, 2 - len(str(count)))) if count >= 100 else count

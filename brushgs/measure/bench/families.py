@@ -1,6 +1,6 @@
-"""The families of the bench: what varies in each, what the truth is, and what is timed.
+"""The families of the bench: what varies in each, what is the truth, and what is timed.
 
-Each makes its points one by one, painted and verified; `measure` times them.
+A family yields its points one by one, painted and verified; `measure` times them.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,8 +15,14 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.bench.figures import Verified
 from brushgs.measure.bench.subject import KERNEL, Subject
 from brushgs.measure.bench.supersample import FACTOR, supersampled
-from brushgs.measure.bench.timing import Run
-from brushgs.measure.bench.verify import agrees, busiest, check_square, expected_boxes, same
+from brushgs.measure.bench.timing import TimedRun
+from brushgs.measure.bench.verify import (
+    busiest_square,
+    check_close,
+    check_equal,
+    check_square,
+    expected_boxes,
+)
 from brushgs.measure.likeness import Likeness, compare, unpainted
 from brushgs.options.choices import Features, Filter, Merge
 from brushgs.passes.cluster import Grouping
@@ -27,18 +33,18 @@ from brushgs.rendering.options import project_with, render_with
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import used_sh_degree
 
-# A hair under round values, as the default is: strokes of full paint leave powers of 0.01, and rounding must
-# not decide whether they count.
+# Just below round values, like the default: opaque strokes leave powers of 0.01, and rounding must not decide
+# whether a pixel is finished.
 STOPS = tuple(1e4 * stop * MIN_TRANSMITTANCE for stop in (0.1, 3e-2, 1e-2, 1e-3, 1e-4, 1e-5, 0.0))
-SIZES = (0.125, 0.25, 0.5, 0.75, 1.0, 1.5)  # of the side of the picture asked for
-TRUE_SIZE = 2.0  # that the truth of the sizes is painted in
-SOFT_SHRINK = 4  # the soft order is defined pixel by pixel: its reference is drawn so much smaller
-TRUTH_SIDE = 6  # pixels of the square in which the supersampled truth is verified
+SIZES = (0.125, 0.25, 0.5, 0.75, 1.0, 1.5)  # factors on the sides of the configured picture
+TRUE_SIZE = 2.0  # factor at which the truth of the sizes is painted
+SOFT_SHRINK = 4  # the reference of the soft order works pixel by pixel, so it is drawn this much smaller
+TRUTH_SIDE = 6  # pixels, of the square in which the supersampled truth is verified
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A point, verified, that is still to be timed; fields as those of `figures.Point`."""
+    """A verified point before it is timed; fields as in `figures.Point`."""
 
     label: str
     series: str
@@ -46,22 +52,22 @@ class Trial:
     error: Likeness
     verified: Verified
     strokes: int
-    runs: dict[str, tuple[Run, ...]]
+    runs: dict[str, tuple[TimedRun, ...]]
     unpainted: float | None = None
 
 
 @dataclass(frozen=True)
-class Plan:
+class FamilyPlan:
     """A family before it is measured.
 
     Attributes:
         title: what varies.
-        truth: what errors are against.
-        cost: what the seconds are of.
-        num_points: how many trials there are.
-        trials: makes them.
-        num_runs: how many different things are timed.
-        idle: why the scene has no use for the family; None where it has.
+        truth: what pictures are compared with.
+        cost: what is timed.
+        num_points: number of trials.
+        trials: yields them.
+        num_runs: number of different runs that are timed.
+        skip_reason: why the family does not apply to the scene; None if it does.
     """
 
     title: str
@@ -70,12 +76,12 @@ class Plan:
     num_points: int
     trials: Callable[[], Iterator[Trial]]
     num_runs: int
-    idle: str | None = None
+    skip_reason: str | None = None
 
 
-def plan_families(subject: Subject) -> dict[str, Plan]:
-    """Those asked for by name, in the order of the report."""
-    makers: dict[str, Callable[[Subject], Plan]] = {
+def plan_families(subject: Subject) -> dict[str, FamilyPlan]:
+    """The configured families by name, in the order of the report."""
+    makers: dict[str, Callable[[Subject], FamilyPlan]] = {
         "strokes": _strokes,
         "merge": _merge,
         "filter": _filter,
@@ -86,7 +92,7 @@ def plan_families(subject: Subject) -> dict[str, Plan]:
     return {name: make(subject) for name, make in makers.items() if name in subject.config.families}
 
 
-def _strokes(subject: Subject) -> Plan:
+def _strokes(subject: Subject) -> FamilyPlan:
     counts = subject.counts
 
     def trials() -> Iterator[Trial]:
@@ -110,18 +116,18 @@ def _strokes(subject: Subject) -> Plan:
 
     truth = "the plain picture: the whole scene with its own kernel"
     cost = "a frame: project and rasterise"
-    return Plan("number of strokes", truth, cost, len(counts), trials, 2 * len(counts))
+    return FamilyPlan("number of strokes", truth, cost, len(counts), trials, 2 * len(counts))
 
 
-def _merge(subject: Subject) -> Plan:
+def _merge(subject: Subject) -> FamilyPlan:
     groups = [(method, features) for method in subject.config.methods for features in get_args(Features)]
     ways = [(method, features, merge) for method, features in groups for merge in get_args(Merge)]
 
     def trials() -> Iterator[Trial]:
-        grouped: dict[tuple[str, str], tuple[Grouping, tuple[Run]]] = {}
+        grouped: dict[tuple[str, str], tuple[Grouping, tuple[TimedRun]]] = {}
         for method, features, merge in ways:
             name = f"merge {merge}, {method}, {features}"
-            if (method, features) not in grouped:  # both merges are of the same groups
+            if (method, features) not in grouped:  # both ways of merging take the same groups
                 work = partial(subject.group, method=method, features=features)
                 grouping = work()
                 grouped[method, features] = grouping, _run(name, work, grouping)
@@ -140,13 +146,17 @@ def _merge(subject: Subject) -> Plan:
                 unpainted(frame.alpha, subject.plain.alpha),
             )
 
-    idle = None if subject.count < len(subject.kept) else f"{len(subject.kept):,} Gaussians: none is merged"
+    skip_reason = (
+        None if subject.count < len(subject.kept) else f"{len(subject.kept):,} Gaussians: nothing to merge"
+    )
     title = f"merge, k-means and features, {subject.count:,} strokes"
     num_runs = len(groups) + len(ways)
-    return Plan(title, "the plain picture", "clustering and merging", len(ways), trials, num_runs, idle)
+    return FamilyPlan(
+        title, "the plain picture", "clustering and merging", len(ways), trials, num_runs, skip_reason
+    )
 
 
-def _filter(subject: Subject) -> Plan:
+def _filter(subject: Subject) -> FamilyPlan:
     camera = subject.camera
     size = {"height": camera.height, "width": camera.width}
 
@@ -154,7 +164,7 @@ def _filter(subject: Subject) -> Plan:
         boxes, _ = project_with(subject.strokes, camera, subject.options)
         threads = subject.paint.draw.threads
         true = supersampled(boxes, subject.texture, num_threads=threads, **size)
-        _check_truth(subject, true)
+        _check_supersampled(subject, true)
         for filter in get_args(Filter):
             frame = subject.draw(subject.strokes, filter=filter)
             name = f"filter {filter}"
@@ -168,17 +178,19 @@ def _filter(subject: Subject) -> Plan:
                 {"frame": _run(name, partial(subject.draw, subject.strokes, filter=filter), frame)},
             )
 
-    idle = None if subject.texture.kind == "image" else "a kernel is computed, not sampled"
+    skip_reason = None if subject.texture.kind == "image" else "a kernel is computed, not sampled"
     title = f"texture filter, {subject.count:,} strokes"
-    truth = f"{FACTOR} x {FACTOR} bilinear samples a pixel"
-    return Plan(title, truth, "a frame", len(get_args(Filter)), trials, len(get_args(Filter)), idle)
+    truth = f"{FACTOR} x {FACTOR} bilinear samples per pixel"
+    return FamilyPlan(
+        title, truth, "a frame", len(get_args(Filter)), trials, len(get_args(Filter)), skip_reason
+    )
 
 
-def _precision(subject: Subject) -> Plan:
+def _precision(subject: Subject) -> FamilyPlan:
     camera, options = subject.camera, subject.options
     if options.order == "soft":
         small = (max(1, side // SOFT_SHRINK) for side in (camera.width, camera.height))
-        camera = _stretched(camera, *small)
+        camera = _with_size(camera, *small)
     dtypes = (np.float32, np.float64)
 
     def trials() -> Iterator[Trial]:
@@ -209,10 +221,10 @@ def _precision(subject: Subject) -> Plan:
     title = f"precision and early stop, {subject.count:,} strokes, {camera.width}x{camera.height}"
     truth = "the float64 reference without an early stop"
     num_points = len(STOPS) * len(dtypes)
-    return Plan(title, truth, "a frame", num_points, trials, num_points)
+    return FamilyPlan(title, truth, "a frame", num_points, trials, num_points)
 
 
-def _sh(subject: Subject) -> Plan:
+def _sh(subject: Subject) -> FamilyPlan:
     used, gaussians = used_sh_degree(subject.gaussians), subject.gaussians
     kernel, options = StrokeTexture.open(KERNEL), subject.plain_options
 
@@ -232,19 +244,19 @@ def _sh(subject: Subject) -> Plan:
                 {"frame": _run(name, work, frame)},
             )
 
-    idle = None if used > 0 else "the scene has degree 0 only"
+    skip_reason = None if used > 0 else "the scene has degree 0 only"
     title = f"SH degree, plain picture of {len(gaussians):,} Gaussians"
-    return Plan(title, f"degree {used}", "a plain frame", used + 1, trials, used + 1, idle)
+    return FamilyPlan(title, f"degree {used}", "a plain frame", used + 1, trials, used + 1, skip_reason)
 
 
-def _size(subject: Subject) -> Plan:
+def _size(subject: Subject) -> FamilyPlan:
     def camera_of(share: float) -> Camera:
         sides = (max(1, round(share * side)) for side in (subject.camera.width, subject.camera.height))
-        return _stretched(subject.camera, *sides)
+        return _with_size(subject.camera, *sides)
 
     def trials() -> Iterator[Trial]:
         large = subject.draw(subject.strokes, camera_of(TRUE_SIZE))
-        true = _resampled(subject.picture(large), subject.camera)
+        true = _resized(subject.picture(large), subject.camera)
         for share in SIZES:
             camera = camera_of(share)
             work = partial(subject.draw, subject.strokes, camera)
@@ -253,7 +265,7 @@ def _size(subject: Subject) -> Plan:
                 label,
                 "size",
                 share,
-                compare(_resampled(subject.picture(frame), subject.camera), true),
+                compare(_resized(subject.picture(frame), subject.camera), true),
                 _checked(f"size {label}", subject, frame, subject.strokes, camera),
                 len(subject.strokes),
                 {"frame": _run(f"size {label}", work, frame)},
@@ -261,17 +273,17 @@ def _size(subject: Subject) -> Plan:
 
     true_camera = camera_of(TRUE_SIZE)
     title = f"picture size, {subject.count:,} strokes"
-    truth = f"{true_camera.width}x{true_camera.height}, all brought to {_size_words(subject.camera)}"
-    return Plan(title, truth, "a frame", len(SIZES), trials, len(SIZES))
+    truth = f"{true_camera.width}x{true_camera.height}, all resized to {_size_words(subject.camera)}"
+    return FamilyPlan(title, truth, "a frame", len(SIZES), trials, len(SIZES))
 
 
 def _size_words(camera: Camera) -> str:
     return f"{camera.width}x{camera.height}"
 
 
-def _run(name: str, work: Callable[[], Any], verified: Any) -> tuple[Run]:
-    """The only run of a cost."""
-    return (Run(work, lambda result: same(name, result, verified)),)
+def _run(name: str, work: Callable[[], Any], verified: Any) -> tuple[TimedRun]:
+    """A cost of a single run."""
+    return (TimedRun(work, lambda result: check_equal(name, result, verified)),)
 
 
 def _against_plain(subject: Subject, frame: Frame) -> Likeness:
@@ -290,10 +302,10 @@ def _checked(
     return check_square(name, frame, strokes, camera or subject.camera, subject.texture, options)
 
 
-def _check_truth(subject: Subject, true: Frame) -> None:
-    """A small square of the supersampled picture against the definition, drawn at eight times the size."""
+def _check_supersampled(subject: Subject, true: Frame) -> None:
+    """Verify a small square of the supersampled picture by the definition, drawn at eight times the size."""
     boxes = expected_boxes(subject.strokes, subject.camera, subject.options)
-    x, y = busiest(boxes, subject.camera, TRUTH_SIDE)
+    x, y = busiest_square(boxes, subject.camera, TRUTH_SIDE)
     width, height = (min(TRUTH_SIDE, s) for s in (subject.camera.width - x, subject.camera.height - y))
     large = replace(
         boxes, centers=FACTOR * (boxes.centers - (x, y)), half_extents=FACTOR * boxes.half_extents
@@ -306,17 +318,17 @@ def _check_truth(subject: Subject, true: Frame) -> None:
         fine.rgb.reshape(*blocks, 3).mean(axis=(1, 3)), fine.alpha.reshape(blocks).mean(axis=(1, 3))
     )
     square = Frame(true.rgb[y : y + height, x : x + width], true.alpha[y : y + height, x : x + width])
-    agrees("filter, the supersampled truth", square, expected, "the reference")
+    check_close("filter, the supersampled truth", square, expected, "the reference")
 
 
-def _stretched(camera: Camera, width: int, height: int) -> Camera:
-    """The same view to its very edges in another size, whatever the rounding of the sides."""
+def _with_size(camera: Camera, width: int, height: int) -> Camera:
+    """The same view in another size, edge to edge in spite of rounded sides."""
     scale = np.diag([width / camera.width, height / camera.height, 1.0])
     return replace(camera, K=scale @ camera.K, width=width, height=height)
 
 
-def _resampled(picture: Array, camera: Camera) -> Array:
-    """A picture brought to the size of a camera: enlarged linearly, or averaged down with a triangle."""
+def _resized(picture: Array, camera: Camera) -> Array:
+    """A picture resized to a camera: enlarged linearly, or reduced with a triangle filter."""
     if picture.shape[:2] == (camera.height, camera.width):
         return picture
     import OpenImageIO as oiio  # noqa: N813

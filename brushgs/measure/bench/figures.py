@@ -1,4 +1,4 @@
-"""What the bench found, as values, as JSON and as CSV."""
+"""The figures of the bench, and their JSON and CSV."""
 
 import csv
 import io
@@ -6,19 +6,19 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from brushgs.measure.bench.timing import Spread
+from brushgs.measure.bench.timing import TimeQuartiles
 from brushgs.measure.likeness import Likeness
 from brushgs.stroke_count.curve import Knee
 
-SCHEMA = 1  # of the JSON; grows when a field changes its meaning
+SCHEMA = 1  # version of the JSON; increases when a field changes its meaning
 
 
 @dataclass(frozen=True)
 class Verified:
-    """How far a picture is from what it should be, see `brushgs.measure.bench.verify`."""
+    """How far a picture is from its definition, see `brushgs.measure.bench.verify`."""
 
     against: str
-    mean: float  # difference of a channel, 0 to 1, over all pixels but those beyond a step
+    mean: float  # difference of a channel, 0 to 1, over all pixels except those beyond a step
     beyond_step: float  # share of the pixels off by more than 1/255
     largest: float  # difference of any channel
 
@@ -28,30 +28,30 @@ class Point:
     """One way to paint: its error and its time.
 
     Attributes:
-        label: what was chosen, in words: "2,000", "mip", "float32, 1e-04".
+        label: the choice in words: "2,000", "mip", "float32, 1e-04".
         series: points of one series are joined by a line.
-        value: what was chosen as a number, where it is one.
+        value: the choice as a number, if it is one.
         error: against the truth of the family.
-        seconds: by what was timed, the family's own first.
-        verified: before it was timed.
-        strokes: painted with.
-        unpainted: share of the plain picture's alpha; None where that is not the truth.
-        is_best: whether no other point of the family is both nearer to the truth and faster.
+        seconds: by what was timed, the cost of the family first.
+        verified: how well the picture agreed with its definition.
+        strokes: how many were painted.
+        unpainted: share of the plain picture's alpha; None if that picture is not the truth.
+        is_best: whether the point is on the Pareto front.
     """
 
     label: str
     series: str
     value: float | None
     error: Likeness
-    seconds: dict[str, Spread]
+    seconds: dict[str, TimeQuartiles]
     verified: Verified
     strokes: int
     unpainted: float | None = None
     is_best: bool = False
 
     @property
-    def cost(self) -> Spread:
-        """The seconds that the family is about."""
+    def cost(self) -> TimeQuartiles:
+        """The seconds that the family compares."""
         return next(iter(self.seconds.values()))
 
 
@@ -60,10 +60,10 @@ class Family:
     """A curve: points that differ in one choice.
 
     Attributes:
-        name: of the flag.
+        name: as `--families` takes it.
         title: what varies, in words.
-        truth: what errors are against.
-        cost: what the seconds are of, in words.
+        truth: what pictures are compared with, in words.
+        cost: what is timed, in words.
         points: in the order of the choice.
     """
 
@@ -81,12 +81,12 @@ class Family:
 
 @dataclass(frozen=True)
 class Bench:
-    """The report.
+    """The figures of all families.
 
     Attributes:
-        families: those that the scene has use for.
-        knee: of the curve of strokes, by the seconds of a frame; None where there is no curve.
-        advice: what it says, in one line; None without it.
+        families: those that apply to the scene.
+        knee: of the curve of strokes, by the seconds of a frame; None without a curve.
+        advice: one line about the knee; None without one.
     """
 
     families: tuple[Family, ...]
@@ -105,7 +105,7 @@ class Bench:
         }
 
     def as_csv(self) -> str:
-        """One row per point, the figures of the JSON under its names."""
+        """One row per point, with the figures and names of the JSON."""
         rows = [_row(family, point) for family in self.families for point in family.points]
         names = list(dict.fromkeys(name for row in rows for name in row))
         text = io.StringIO()
@@ -116,9 +116,9 @@ class Bench:
 
 
 def mark_best(points: Iterable[Point]) -> tuple[Point, ...]:
-    """The points, those on the Pareto front of median seconds and RMSE marked as such.
+    """Mark the points on the Pareto front of median seconds and RMSE.
 
-    A point is on it if none is better in one of the two and at least as good in the other.
+    A point is on it if no other is better in one of the two and at least as good in the other.
     """
     points = tuple(points)
     pairs = [(point.cost.median, point.error.rmse) for point in points]
@@ -136,7 +136,7 @@ def _row(family: Family, point: Point) -> dict[str, Any]:
     row: dict[str, Any] = {"family": family.name, "series": point.series, "label": point.label}
     row |= {"value": point.value, "strokes": point.strokes, "is_best": int(point.is_best)}
     row |= asdict(point.error) | {"unpainted": point.unpainted}
-    for name, spread in point.seconds.items():
-        row |= {f"{name}_{key}": value for key, value in asdict(spread).items()}
+    for name, quartiles in point.seconds.items():
+        row |= {f"{name}_{key}": value for key, value in asdict(quartiles).items()}
     row |= {f"verified_{key}": value for key, value in asdict(point.verified).items()}
     return {name: "" if value is None else value for name, value in row.items()}

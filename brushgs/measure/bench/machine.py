@@ -1,4 +1,4 @@
-"""What a measurement ran on; a build whose times mean nothing is refused."""
+"""The machine and build of a measurement; a debug build, whose times mean nothing, is refused."""
 
 import platform
 import re

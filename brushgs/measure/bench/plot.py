@@ -1,4 +1,4 @@
-"""The curves as a picture: one panel per family, error over seconds, with the Pareto front."""
+"""The curves as a plot: one panel per family, error over seconds, with the Pareto front."""
 
 from math import ceil
 from pathlib import Path
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 COLORS = (BLUE, VERMILION, GREEN, PURPLE)  # of the series of a family
 COLUMNS, PANEL_WIDTH, PANEL_HEIGHT = 3, 3.4, 2.7  # inches
-DOTS = 110  # per inch: a page of many scenes stays light
-WIDE = 15.0  # from this ratio of largest to smallest on an axis is logarithmic
-FLOOR = 0.3  # of the smallest error above zero: there the errors of zero are drawn
+DOTS_PER_INCH = 110  # low, so that a page of many scenes stays small
+WIDE = 15.0  # ratio of largest to smallest error above which the axis is logarithmic
+FLOOR = 0.3  # of the smallest error above zero: where errors of zero are drawn on a logarithmic axis
 
 
 def write_plot(result: Bench, path: Path, title: str) -> None:
-    """Draw the plot to a PNG, which appears when it is whole.
+    """Draw the plot to a PNG, written atomically.
 
     Raises:
         ValueError: if matplotlib is not installed.
@@ -28,7 +28,7 @@ def write_plot(result: Bench, path: Path, title: str) -> None:
     num = max(1, len(result.families))
     columns = min(COLUMNS, num)
     lines = ceil(num / columns)
-    figure = new_figure(PANEL_WIDTH * columns, PANEL_HEIGHT * lines + 0.3, title, DOTS)
+    figure = new_figure(PANEL_WIDTH * columns, PANEL_HEIGHT * lines + 0.3, title, DOTS_PER_INCH)
     panels = figure.subplots(lines, columns, squeeze=False).ravel()
     for axes, family in zip(panels, result.families, strict=False):
         _draw_family(axes, family, result.knee if family.name == "strokes" else None)
@@ -84,12 +84,12 @@ def _draw_series(axes: "Axes", points: list[Point], shown: dict[int, float], col
         fill = color if point.is_best else "white"
         axes.plot(across, up, "o", color=color, markerfacecolor=fill, markersize=4.5, zorder=3)
         text = point.label.removeprefix(f"{series}, ") + (" = 0" if point.error.rmse == 0 else "")
-        place = 3, (3 if number % 2 == 0 else -8)  # neighbours are written above and below
+        place = 3, (3 if number % 2 == 0 else -8)  # labels of neighbours alternate above and below
         axes.annotate(text, (across, up), place, textcoords="offset points", fontsize=5.5)
 
 
 def _draw_knee(axes: "Axes", family: Family, knee: Knee) -> None:
-    """A ring at the count that the advice names, on the line between its neighbours."""
+    """A ring at the number of strokes of the knee, on the line between its neighbours."""
     points = sorted(family.points, key=lambda point: point.strokes)
     left = max((p for p in points if p.strokes <= knee.strokes), key=lambda p: p.strokes, default=points[0])
     right = min((p for p in points if p.strokes >= knee.strokes), key=lambda p: p.strokes, default=points[-1])
@@ -104,7 +104,7 @@ def _draw_knee(axes: "Axes", family: Family, knee: Knee) -> None:
 
 
 def _plain_ticks(axis: object) -> None:
-    """1, 2, 5, 10 on a logarithmic axis, not powers of ten."""
+    """Ticks at 1, 2, 5, 10 on a logarithmic axis instead of powers of ten."""
     from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))  # type: ignore[attr-defined]

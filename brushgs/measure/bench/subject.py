@@ -1,4 +1,4 @@
-"""What all families of the bench paint: one scene in one view, and how."""
+"""The subject of all families of the bench: one scene in one view, and how it is painted."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -28,8 +28,8 @@ class Subject:
     """A scene, a view and a stroke.
 
     Attributes:
-        path: of the scene file, which whole paintings start from.
-        prepared: the scene, its view, and one stroke per Gaussian that is kept.
+        path: the scene file, from which whole paintings start.
+        prepared: the scene, its view, and one stroke per Gaussian that pruning keeps.
         paint: pruning, clustering and drawing.
         config: what is measured.
     """
@@ -46,7 +46,7 @@ class Subject:
 
     @property
     def kept(self) -> Gaussians:
-        """The scene, pruned."""
+        """The scene after pruning."""
         return self.prepared.strokes
 
     @property
@@ -61,27 +61,27 @@ class Subject:
 
     @cached_property
     def counts(self) -> list[int]:
-        """The stroke counts that leave something to merge, and last one stroke per Gaussian that is kept."""
+        """The numbers of strokes that leave something to merge; the last is one stroke per kept Gaussian."""
         num_kept = len(self.kept)
         return [*(count for count in sorted(self.config.strokes) if count < num_kept), num_kept]
 
     @cached_property
     def strokes(self) -> Gaussians:
-        """The strokes that all families but that of their count paint."""
+        """The strokes of all families except `strokes` and `sh`."""
         return self.cluster(self.kept, self.count)
 
     @property
     def count(self) -> int:
-        """How many: the count of the list next to `config.count`, as a factor, that merges if one does."""
+        """Their number: of `counts` the nearest to `config.count` by ratio; one that merges, if any does."""
         merging = self.counts[:-1] or self.counts
         return min(merging, key=lambda count: abs(np.log(count / self.config.count)))
 
     @cached_property
     def plain(self) -> Frame:
-        """The whole scene with its own kernel, in the view. Verified.
+        """The whole scene with its own kernel, verified.
 
         Raises:
-            WrongPictureError: if it is not what it should be.
+            WrongPictureError: if it does not agree with its definition.
         """
         kernel, options = StrokeTexture.open(KERNEL), self.plain_options
         frame = render_with(self.gaussians, self.camera, kernel, options)
@@ -90,21 +90,21 @@ class Subject:
 
     @property
     def options(self) -> RenderOptions:
-        """How strokes become a frame, as `brushgs render` draws one picture."""
+        """How `brushgs render` draws a still picture."""
         return replace(self.prepared.options, depth=False)
 
     @property
     def plain_options(self) -> RenderOptions:
-        """The same for the plain picture."""
+        """How the plain picture is drawn."""
         kernel, threads = StrokeTexture.open(KERNEL), self.paint.draw.threads
         return RenderOptions.of(kernel, num_sigmas=kernel.num_sigmas, depth=False, num_threads=threads)
 
     def group(self, method: Method, features: Features) -> Grouping:
-        """Which Gaussians share a stroke, for all families but that of their count."""
+        """Which Gaussians share a stroke, of `count` strokes."""
         return group(self.kept, self.count, features=features, method=method, seed=self.paint.cluster.seed)
 
     def cluster(self, kept: Gaussians, count: int) -> Gaussians:
-        """As `brushgs render` does."""
+        """The strokes that `brushgs render` makes."""
         config = self.paint.cluster
         if count >= len(kept):
             return kept
@@ -122,24 +122,24 @@ class Subject:
         return render_with(strokes, camera or self.camera, self.texture, replace(self.options, **changed))
 
     def painting(self, count: int) -> Frame:
-        """A whole painting of so many strokes, from the scene file to the frame."""
+        """A whole painting of `count` strokes, from the scene file to the frame."""
         paint = replace(self.paint, cluster=replace(self.paint.cluster, strokes=count))
         prepared = prepare(self.path, paint, Report(), views=self.camera, needs_background=False)
         return self.draw(prepared.strokes)
 
     def picture(self, frame: Frame) -> Array:
-        """[H, W, 3] a frame on the ground, in the values that a file has."""
+        """[H, W, 3] a frame on the background, clipped to 0 to 1 as in a file."""
         height, width = frame.alpha.shape
-        return np.clip(frame.over(self._ground(width, height)), 0, 1)
+        return np.clip(frame.over(self._background(width, height)), 0, 1)
 
-    def _ground(self, width: int, height: int) -> Array | tuple[float, ...]:
+    def _background(self, width: int, height: int) -> Array | tuple[float, ...]:
         size = width, height
-        if size not in self._grounds:
-            self._grounds[size] = open_background(self.paint.draw.background, width, height)
-        ground = self._grounds[size]
-        assert ground is not None, "a transparent ground is refused before"
-        return ground
+        if size not in self._backgrounds:
+            self._backgrounds[size] = open_background(self.paint.draw.background, width, height)
+        background = self._backgrounds[size]
+        assert background is not None, "a transparent background is refused before"
+        return background
 
     @cached_property
-    def _grounds(self) -> dict[tuple[int, int], Background]:
+    def _backgrounds(self) -> dict[tuple[int, int], Background]:
         return {}

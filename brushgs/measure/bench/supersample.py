@@ -1,4 +1,4 @@
-"""The truth of the filters: the same boxes with many samples in each pixel."""
+"""The truth of the texture filters: the same boxes with many samples per pixel."""
 
 from dataclasses import replace
 
@@ -8,16 +8,16 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.rasterize import rasterize
 from brushgs.scene import Boxes, Frame
 
-FACTOR = 8  # samples a pixel along each side
-STRIP = 32  # rows of the picture at a time: at 8 x 8 samples a whole one takes gigabytes
+FACTOR = 8  # samples per pixel along each side
+STRIP = 32  # rows of the picture at a time: 8 x 8 samples of a whole picture take gigabytes
 
 
 def supersampled(
     boxes: Boxes, texture: StrokeTexture, *, height: int, width: int, num_threads: int | None = None
 ) -> Frame:
-    """The mean of 8 x 8 bilinear samples in each pixel, premultiplied, in the dtype of the boxes.
+    """The mean of 8 x 8 bilinear samples per pixel, premultiplied, in the dtype of the boxes.
 
-    The boxes are enlarged as they are, with the low-pass of the small picture in them.
+    The boxes are only enlarged: they keep the low-pass of the small picture.
     """
     rgb, alpha = [], []
     large = replace(boxes, centers=FACTOR * boxes.centers, half_extents=FACTOR * boxes.half_extents)

@@ -1,9 +1,9 @@
-"""The curves as tables for people: one per family, one row per point."""
+"""The curves as tables: one per family, one row per point."""
 
 from typing import TYPE_CHECKING
 
 from brushgs.measure.bench.figures import Bench, Family
-from brushgs.measure.bench.timing import Spread
+from brushgs.measure.bench.timing import TimeQuartiles
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -18,13 +18,15 @@ def print_bench(result: Bench, console: "Console") -> None:
     for family in result.families:
         console.print(f"{family.title}: against {family.truth}, ms of {family.cost}", markup=False)
         console.print(family_table(family), markup=False)
-    console.print(f"{BEST} on the Pareto front: no other is both nearer and faster", markup=False)
+    console.print(
+        f"{BEST} on the Pareto front: no other point is both more accurate and faster", markup=False
+    )
     if result.advice is not None:
         console.print(result.advice, markup=False, soft_wrap=True)
 
 
 def family_table(family: Family) -> "Table":
-    """The points of a family, without columns that nothing was measured for."""
+    """The points of a family, without empty columns."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -39,7 +41,7 @@ def family_table(family: Family) -> "Table":
 
 
 def rows(family: Family) -> list[list[str]]:
-    """Cells of each point: label, milliseconds, whole painting, RMSE of 255, and the other likenesses."""
+    """Cells of each point, in the order of `COLUMNS`."""
     return [
         [
             f"{BEST if point.is_best else ' '} {point.label}",
@@ -55,10 +57,10 @@ def rows(family: Family) -> list[list[str]]:
     ]
 
 
-def _milliseconds(spread: Spread | None) -> str:
-    if spread is None:
+def _milliseconds(seconds: TimeQuartiles | None) -> str:
+    if seconds is None:
         return NONE
-    return " ".join([_digits(spread.median), f"({_digits(spread.q1)}-{_digits(spread.q3)})"])
+    return f"{_digits(seconds.median)} ({_digits(seconds.q1)}-{_digits(seconds.q3)})"
 
 
 def _digits(seconds: float) -> str:

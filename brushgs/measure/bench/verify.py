@@ -1,9 +1,9 @@
-"""A picture is verified before it is timed: what is fast and wrong has no place on a curve.
+"""Verification of a picture before it is timed: a fast but wrong picture must not appear on a curve.
 
-A square of the picture, there where its strokes are, is painted once more by the plain float64 definition of
-drawing (`brushgs.rendering.reference`), from the same strokes. The two may differ as float32
-does from float64: a pixel that falls on the other side of a box edge, of the skip of faint paint or of the
-early stop changes by more than rounding, so few may.
+A square of the picture, where its strokes are, is painted again from the same strokes by the float64
+definition of drawing (`brushgs.rendering.reference`). The two may differ by the rounding of float32. A pixel
+that falls on the other side of a box edge, of the skip of faint paint or of the early stop changes by more
+than rounding, so a few pixels may.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -22,7 +22,7 @@ STEP = 1 / 255  # of an 8-bit picture
 
 
 class WrongPictureError(RuntimeError):
-    """A picture that is not what it should be, so that its time means nothing."""
+    """A picture that does not agree with its definition, so that its time means nothing."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Bound:
     """How far a picture may be from its definition.
 
     Attributes:
-        mean: difference of a channel, 0 to 1, over all pixels but those beyond a step.
+        mean: difference of a channel, 0 to 1, over all pixels except those beyond a step.
         beyond_step: share of the pixels off by more than 1/255.
     """
 
@@ -38,21 +38,23 @@ class Bound:
     beyond_step: float
 
 
-# Measured worst in any family of real scenes: 1.9e-6, and no pixel beyond a step. Two of 32 x 32 may be.
+# The worst measured in any family of real scenes: 1.9e-6, and no pixel beyond a step. Two of 32 x 32 may be.
 SINGLE = Bound(mean=2e-5, beyond_step=2e-3)
 DOUBLE = Bound(mean=1e-9, beyond_step=0.0)
 
 
 def bound_of(frame: Frame) -> Bound:
-    """The bound of a picture by its precision."""
+    """The bound for the dtype of a picture."""
     return SINGLE if frame.rgb.dtype == np.float32 else DOUBLE
 
 
-def agrees(name: str, frame: Frame, expected: Frame, against: str, bound: Bound | None = None) -> Verified:
-    """How far a picture is from what it should be.
+def check_close(
+    name: str, frame: Frame, expected: Frame, against: str, bound: Bound | None = None
+) -> Verified:
+    """Measure how far a picture is from the expected one.
 
     Raises:
-        WrongPictureError: if that is further than the bound of its precision; names the point.
+        WrongPictureError: if that is beyond `bound` (None: the one for its dtype); names the point.
     """
     bound = bound or bound_of(frame)
     planes = [np.abs(np.subtract(frame.rgb, expected.rgb, dtype=np.float64))]
@@ -70,8 +72,8 @@ def agrees(name: str, frame: Frame, expected: Frame, against: str, bound: Bound 
     return found
 
 
-def same(name: str, result: Any, verified: Any) -> None:
-    """Hold a repeated run to the first, bit for bit: two values of one dataclass of arrays.
+def check_equal(name: str, result: Any, verified: Any) -> None:
+    """Check that a repeated run gave the verified result, bit for bit: two values of one dataclass of arrays.
 
     Raises:
         WrongPictureError: if they differ; names the point.
@@ -80,7 +82,7 @@ def same(name: str, result: Any, verified: Any) -> None:
         one, other = getattr(result, field.name), getattr(verified, field.name)
         is_same = one is other is None or (one is not None and np.array_equal(one, other))
         if not is_same:
-            raise WrongPictureError(f"bench: {name} came out different when it ran again: {field.name}")
+            raise WrongPictureError(f"bench: {name} gave another result when it ran again: {field.name}")
 
 
 def check_square(
@@ -93,13 +95,13 @@ def check_square(
     *,
     side: int = SIDE,
 ) -> Verified:
-    """Verify a frame of `render_with(gaussians, camera, texture, options)` by a square of its definition.
+    """Verify a square of a frame of `render_with(gaussians, camera, texture, options)` by its definition.
 
     Raises:
-        WrongPictureError: see `agrees`.
+        WrongPictureError: see `check_close`.
     """
     boxes = expected_boxes(gaussians, camera, options)
-    x, y = busiest(boxes, camera, side)
+    x, y = busiest_square(boxes, camera, side)
     width, height = min(side, camera.width - x), min(side, camera.height - y)
     near = replace(boxes, centers=boxes.centers - (x, y)).take(touching(boxes, x, y, side))
     expected = reference.rasterize(
@@ -111,7 +113,7 @@ def check_square(
         min_transmittance=options.min_transmittance,
     )
     square = Frame(frame.rgb[y : y + height, x : x + width], frame.alpha[y : y + height, x : x + width])
-    return agrees(name, square, expected, f"the reference, {width}x{height} pixels from ({x}, {y})")
+    return check_close(name, square, expected, f"the reference, {width}x{height} pixels from ({x}, {y})")
 
 
 def expected_boxes(gaussians: Gaussians, camera: Camera, options: RenderOptions) -> Boxes:
@@ -128,8 +130,8 @@ def expected_boxes(gaussians: Gaussians, camera: Camera, options: RenderOptions)
     )
 
 
-def busiest(boxes: Boxes, camera: Camera, side: int) -> tuple[int, int]:
-    """Upper left corner (x, y) of the square of a coarse grid in which most boxes have their centre."""
+def busiest_square(boxes: Boxes, camera: Camera, side: int) -> tuple[int, int]:
+    """Upper left corner (x, y) of the square of a regular grid that contains the most box centres."""
     columns, rows = -(-camera.width // side), -(-camera.height // side)
     column, row = (boxes.centers // side).astype(np.int64).T
     is_inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
@@ -139,7 +141,7 @@ def busiest(boxes: Boxes, camera: Camera, side: int) -> tuple[int, int]:
 
 
 def touching(boxes: Boxes, x: int, y: int, side: int) -> Any:
-    """[M] which boxes may reach into a square; filtered stroke images reach a little beyond their box."""
+    """[M] whether a box may reach into a square; filtered stroke images reach slightly beyond their box."""
     middle = np.array([x, y]) + 0.5 * side
     reach = 2 * np.hypot(*boxes.half_extents.T)[:, None] + side
     return (np.abs(boxes.centers - middle) < reach).all(axis=1)

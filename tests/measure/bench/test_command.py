@@ -120,7 +120,7 @@ def check_what_is_known(found):
 
 
 @pytest.mark.parametrize("suffix", ["json", "csv", "png"])
-def test_one_file_may_be_asked_for_alone(scene, capsys, suffix):
+def test_one_file_may_be_requested_alone(scene, capsys, suffix):
     words = [*SMALL, "--families", "filter", "-o", f"one.{suffix}", "--quiet"]
     assert run(capsys, scene, *words) == (0, "", "")
     assert names() == [f"one.{suffix}"]
@@ -134,7 +134,7 @@ def test_json_on_stdout_is_what_is_written(scene, capsys):
     assert json.loads(out)["bench"]["advice"] is None
 
 
-def test_a_family_without_use_is_left_out_with_the_reason(tmp_path, capsys, monkeypatch):
+def test_a_family_that_does_not_apply_is_skipped_with_the_reason(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     flat = still_life(1000)
     bg.save(replace(flat, sh=flat.sh[:, :1].copy()), "flat.ply")
@@ -143,7 +143,7 @@ def test_a_family_without_use_is_left_out_with_the_reason(tmp_path, capsys, monk
     assert (code, err) == (0, "")
     value = json.loads(out)
     left = {stage["name"]: stage["skipped"] for stage in value["stages"]}
-    assert left["merge"] == ["the whole family: 1,131 Gaussians: none is merged"]
+    assert left["merge"] == ["the whole family: 1,131 Gaussians: nothing to merge"]
     assert left["filter"] == ["the whole family: a kernel is computed, not sampled"]
     assert left["sh"] == ["the whole family: the scene has degree 0 only"]
     assert [family["name"] for family in value["bench"]["families"]] == ["strokes"]
@@ -161,21 +161,21 @@ def test_the_soft_order_is_held_to_its_own_definition(scene, capsys):
 
 
 def test_progress_counts_runs_not_frames(scene, monkeypatch):
-    told = []
+    stages = []
     stage = BenchReport.stage
 
     def recorded(self, name, *, total=None, unit="frames", **clocks):
         if total is not None:
-            told.append([name, unit, total, 0])
+            stages.append([name, unit, total, 0])
         return stage(self, name, total=total, unit=unit, **clocks)
 
     def advance(self):
-        told[-1][3] += 1
+        stages[-1][3] += 1
 
     monkeypatch.setattr(BenchReport, "stage", recorded)
     monkeypatch.setattr(BenchReport, "advance", advance)
     assert cli.main(["bench", scene, *SMALL, "--families", "strokes,merge", "-o", "a.csv", "--quiet"]) == 0
-    assert told == [["strokes", "runs", 9, 9], ["merge", "runs", 20, 20]]  # each verified, then all timed
+    assert stages == [["strokes", "runs", 9, 9], ["merge", "runs", 20, 20]]  # each verified, then all timed
     assert pace(3, 9, 1.5, "runs") == "3/9 runs, 2 per second, 0:03 left"
 
 
@@ -220,7 +220,7 @@ def test_strokes_in_a_file_are_all_kept_as_render_keeps_them(scene, capsys):
     assert [point["strokes"] for point in points][-1] == num
 
 
-def test_a_wrong_picture_ends_the_bench_and_nothing_is_written(scene, capsys, monkeypatch):
+def test_a_wrong_picture_stops_the_bench_and_nothing_is_written(scene, capsys, monkeypatch):
     from brushgs.measure.bench import subject
 
     true = subject.render_with

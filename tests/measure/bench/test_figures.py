@@ -15,7 +15,7 @@ from brushgs.measure.bench.advice import advice, curves_of
 from brushgs.measure.bench.figures import Bench, Family, Point, Verified, mark_best
 from brushgs.measure.bench.plot import COLORS, write_plot
 from brushgs.measure.bench.table import rows
-from brushgs.measure.bench.timing import Run, Spread, time_in_turns
+from brushgs.measure.bench.timing import TimedRun, TimeQuartiles, time_alternately
 from brushgs.measure.likeness import Likeness
 from brushgs.stroke_count.curve import knee
 
@@ -23,7 +23,7 @@ VERIFIED = Verified("the reference", 1e-7, 0.0, 1e-6)
 
 
 def spread(seconds):
-    return Spread(0.9 * seconds, seconds, 1.1 * seconds, 5)
+    return TimeQuartiles(0.9 * seconds, seconds, 1.1 * seconds, 5)
 
 
 def point(seconds, rmse, *, label="a", strokes=10, **options):
@@ -117,8 +117,8 @@ def test_equal_pictures_are_told_as_such_not_as_infinity():
 
 
 def test_a_spread_is_median_and_quartiles():
-    assert Spread.of([5.0, 1.0, 3.0, 2.0, 4.0]) == Spread(2.0, 3.0, 4.0, 5)
-    assert Spread.of([2.0]) == Spread(2.0, 2.0, 2.0, 1)
+    assert TimeQuartiles.of([5.0, 1.0, 3.0, 2.0, 4.0]) == TimeQuartiles(2.0, 3.0, 4.0, 5)
+    assert TimeQuartiles.of([2.0]) == TimeQuartiles(2.0, 2.0, 2.0, 1)
 
 
 @pytest.fixture
@@ -138,11 +138,11 @@ def test_runs_take_turns_and_shared_ones_run_once_a_round(clock):
             clock[0] += seconds
             return name
 
-        return Run(work, lambda result: log.append(result.upper()))
+        return TimedRun(work, lambda result: log.append(result.upper()))
 
     slow, quick, middle = run("slow", 3.0), run("quick", 0.01), run("middle", 0.5)
     advances = []
-    seconds = time_in_turns([slow, quick, middle, quick], 5, lambda: advances.append(1))
+    seconds = time_alternately([slow, quick, middle, quick], 5, lambda: advances.append(1))
     assert [len(seconds[r]) for r in (slow, quick, middle)] == [3, 15, 5]
     assert log[:6] == ["slow", "SLOW", "quick", "QUICK", "middle", "MIDDLE"]  # each is checked
     assert log[6:10] == ["quick", "QUICK"] * 2

@@ -12,10 +12,10 @@ from brushgs.measure.bench.verify import (
     DOUBLE,
     SINGLE,
     WrongPictureError,
-    agrees,
     bound_of,
+    check_close,
+    check_equal,
     check_square,
-    same,
 )
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig
@@ -88,19 +88,19 @@ def test_bounds_are_by_precision_and_nan_passes_none():
     poisoned = frame.rgb.copy()
     poisoned[3, 4, 1] = np.nan
     with pytest.raises(WrongPictureError):
-        agrees("x", replace(frame, rgb=poisoned), frame, "itself")
+        check_close("x", replace(frame, rgb=poisoned), frame, "itself")
     few = frame.rgb.copy()
     few[:3, :3] += 0.1  # 9 of 6912 pixels: under the share
-    assert agrees("x", replace(frame, rgb=few), frame, "itself").beyond_step == pytest.approx(9 / 6912)
+    assert check_close("x", replace(frame, rgb=few), frame, "itself").beyond_step == pytest.approx(9 / 6912)
 
 
-def test_a_run_that_comes_out_different_is_named():
+def test_a_run_with_another_result_is_named():
     frame = frame_of()
-    same("x", frame_of(), frame)
+    check_equal("x", frame_of(), frame)
     changed = frame.alpha.copy()
     changed[0, 0] += 1e-7
-    with pytest.raises(WrongPictureError, match="size 48x36 came out different when it ran again: alpha"):
-        same("size 48x36", replace(frame, alpha=changed), frame)
+    with pytest.raises(WrongPictureError, match="size 48x36 gave another result when it ran again: alpha"):
+        check_equal("size 48x36", replace(frame, alpha=changed), frame)
 
 
 def subject_of(tmp_path, names):
@@ -155,7 +155,7 @@ def test_a_frame_that_changes_between_runs_ends_the_bench(tmp_path, monkeypatch)
         return replace(frame, alpha=np.nextafter(frame.alpha, np.float32(2))) if len(calls) > 5 else frame
 
     monkeypatch.setattr(subject, "render_with", fickle)
-    with pytest.raises(WrongPictureError, match="came out different when it ran again: alpha"):
+    with pytest.raises(WrongPictureError, match="gave another result when it ran again: alpha"):
         measure.measure(subject_of(tmp_path, ("strokes",)), Report())
 
 
