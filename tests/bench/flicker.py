@@ -4,32 +4,31 @@
                                   [--places 6] [--step-deg 1.5] [--size 500] [--json FILE]
 
 At `--places` places of an orbit around the framed view two pictures are painted `--step-deg` apart, and
-`warp.warp_error` compares them on white. Strokes are those of the default pipeline (prune 0.7,
-cluster, fitted extents, `mip`). The first table has the RMSE, its excess over the plain render's own, the
-RMSE of the worst 1 % of pixels, the same inside boxes that flip or spin when unlocked, and PSNR to the
-plain render:
-- published: extents of 2 sigma, bilinear, with half extents in whole pixels and without;
-- default: each lock, the same boxes at 4 x 4 samples a pixel, the second frame's boxes in the first one's
-  order;
+`warp.warp_error` compares them on white. Strokes are those of the default pipeline (prune 0.7, cluster,
+fitted extents, `mip`). The first table has the RMSE, its excess over that of the plain picture, the RMSE of
+the worst 1 % of pixels, the same inside boxes that flip or spin when unlocked, and PSNR to the plain picture:
+- published: extents of 2 sigma, bilinear, with and without half extents in whole pixels;
+- default: each lock, the same boxes at 4 x 4 samples per pixel, the boxes of the second frame in the order of
+  the first;
 - coverage: a blurred stroke image, one whose ends fade out, analytic kernels, half the opacity, more
   low-pass.
 
-The second table takes the mean squared error M apart. A and B are the two paintings; P is A evaluated without
-pixels at the exact place of the first view that each pixel of the second one shows. Step by step:
-- order: M(A, B) less M(A, B in the order of A);
-- sliding: what is left once the strokes of P stand in for those of B. A stroke is flat and hangs at the
-  depth of its centre, so it moves against the surface that it should show. First strokes whose paint lies on
-  average within 2 % of the depth of the surface ("near"), then the others ("far"); of each first what slides
+The second table splits the mean squared error M into parts. A and B are the two paintings; P is A evaluated
+without pixels, at the exact place of the first view that each pixel of the second one shows. Step by step:
+- order: M(A, B) minus M(A, B in the order of A);
+- sliding: the remainder after the strokes of P replace those of B. A stroke is flat and lies at the depth of
+  its centre, so it moves relative to the surface that it should show. First strokes whose paint lies on
+  average within 2 % of the depth of the surface ("near"), then the others ("far"); of each first the slide
   "within" a stroke (curved surface; turning, flipping or foreshortened boxes), then its mean slide, "whole";
-- colour: view dependence, M(A, P in the colours of B) less M(A, P);
-- sampling: M(A, P), pixels and their bilinear reading; the plain render has that, too.
-The parts sum to M(A, B) exactly; another sequence of steps would share it out a little differently.
+- colour: view dependence, M(A, P in the colours of B) minus M(A, P);
+- sampling: M(A, P), pixels and their bilinear sampling; the plain picture has it, too.
+The parts sum to M(A, B) exactly; another sequence of steps would divide it slightly differently.
 
-Found with 2000 strokes of `dry_brush` on koala, chair and truck, 3 places: 62, 79 and 55 % of M of the
-published way is sampling, of which `mip` takes 89 to 90 %. `track` takes 13 % of what `mip` leaves on koala
-and 11 % on chair, so flips do show in the average. Of the rest, on these two, near strokes slide for 25 %,
-far ones for 46 and 21 %, order is 3 and 14 %, sampling 26 and 41 % (M of the plain render: 8 and 47 % of it).
-With a blurred stroke image the excess is a quarter or less (unlocked, 4 places).
+Results with 2000 strokes of `dry_brush` on koala, chair and truck, 3 places: 62, 79 and 55 % of M of the
+published method is sampling, of which `mip` removes 89 to 90 %. `track` removes 13 % of the remainder on
+koala and 11 % on chair, so flips do show in the average. Of what is left on these two, near strokes slide for
+25 %, far ones for 46 and 21 %, order is 3 and 14 %, sampling 26 and 41 % (M of the plain picture: 8 and 47 %
+of it). With a blurred stroke image the excess is a quarter or less (unlocked, 4 places).
 """
 
 import argparse
@@ -61,7 +60,7 @@ SCENES = {
     "truck": ("derived/truck.ply", (0, -1, 0)),
     "skull": ("derived/skull_sh3.ply", (0, -1, 0)),
 }
-NEAR_SURFACE = 0.02  # of the depth: strokes further from the surface than this do not show it
+NEAR_SURFACE = 0.02  # of the depth: strokes further than this from the surface do not show it
 F64 = NDArray[np.float64]
 
 
@@ -95,7 +94,7 @@ def orbit(
 
 
 def turned(camera: bg.Camera, axis: F64, middle: F64, angle: float) -> bg.Camera:
-    """The camera carried about an axis through a point."""
+    """The camera rotated about an axis through a point."""
     x, y, z = axis / np.linalg.norm(axis)
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     rotation = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
@@ -120,7 +119,7 @@ def paint(boxes: bg.Boxes, texture: bg.StrokeTexture, camera: bg.Camera, filter:
 
 
 def paint_fine(boxes: bg.Boxes, texture: bg.StrokeTexture, camera: bg.Camera, factor: int = 4) -> Any:
-    """The same boxes at factor x factor bilinear samples a pixel, averaged."""
+    """The same boxes at factor x factor bilinear samples per pixel, averaged."""
     large = replace(boxes, centers=boxes.centers * factor, half_extents=boxes.half_extents * factor)
     size = {"height": camera.height * factor, "width": camera.width * factor}
     fine = bg.rasterize(large, texture, filter="bilinear", depth=False, **size).over(WHITE)
@@ -128,14 +127,14 @@ def paint_fine(boxes: bg.Boxes, texture: bg.StrokeTexture, camera: bg.Camera, fa
 
 
 def in_order_of(first: bg.Boxes, second: bg.Boxes) -> bg.Boxes:
-    """The second boxes in the order of the first, those it has not at their own depth."""
+    """The second boxes in the order of the first; boxes that the first lacks keep their own depth."""
     depth_of = dict(zip(first.ids.tolist(), first.depths.tolist(), strict=True))
     keys = [depth_of.get(i, d) for i, d in zip(second.ids.tolist(), second.depths.tolist(), strict=True)]
     return ordered(second, np.array(keys))
 
 
 def in_colors_of(second: bg.Boxes, first: bg.Boxes) -> bg.Boxes:
-    """The first boxes in the colours that their strokes have in the second frame."""
+    """The first boxes with the colours of their strokes in the second frame."""
     colors = np.array(first.colors)
     _, i, j = np.intersect1d(first.ids, second.ids, assume_unique=True, return_indices=True)
     colors[i] = second.colors[j]
@@ -143,7 +142,7 @@ def in_colors_of(second: bg.Boxes, first: bg.Boxes) -> bg.Boxes:
 
 
 def ordered(boxes: bg.Boxes, keys: NDArray[Any]) -> bg.Boxes:
-    """The boxes sorted by a key in place of depth, which it becomes."""
+    """The boxes sorted by a key, which replaces their depth."""
     order = np.argsort(keys, kind="stable")
     columns = {f: getattr(boxes, f) for f in boxes.__dataclass_fields__ if f != "depths"}
     columns = {f: None if column is None else column[order] for f, column in columns.items()}
@@ -151,7 +150,7 @@ def ordered(boxes: bg.Boxes, keys: NDArray[Any]) -> bg.Boxes:
 
 
 def variants(scene: Scene, texture: bg.StrokeTexture) -> dict[str, Callable[[bg.Camera, bg.Camera], Any]]:
-    """What is compared: a name, and how the two pictures of a pair are made."""
+    """The first table by name: how the two pictures of a pair are made."""
 
     def pair(
         texture: bg.StrokeTexture,
@@ -206,7 +205,7 @@ def variants(scene: Scene, texture: bg.StrokeTexture) -> dict[str, Callable[[bg.
 
 
 def locks_of(lock: str, strokes: bg.Gaussians, cameras: Sequence[bg.Camera]) -> list[Any]:
-    """What `project` takes as its lock in each view of a short path."""
+    """The `lock` of `project` in each view of a short path."""
     if lock != "track":
         return [lock] * len(cameras)
     path = track_directions(strokes, cameras)
@@ -220,7 +219,7 @@ def blurred(texture: bg.StrokeTexture, sigma: float) -> bg.StrokeTexture:
 
 
 def faded(texture: bg.StrokeTexture) -> bg.StrokeTexture:
-    """Coverage led to zero over the outer fifth of each side."""
+    """Coverage faded to zero over the outer fifth of each side."""
     ramps = [
         np.interp(np.linspace(-1, 1, n), (-1, -0.6, 0.6, 1), (0, 1, 1, 0)) for n in texture.coverage.shape
     ]
@@ -232,16 +231,16 @@ def faded(texture: bg.StrokeTexture) -> bg.StrokeTexture:
 
 @dataclass(frozen=True, eq=False)
 class Slides:
-    """Where the fragments of strokes slid between two frames, one row each."""
+    """How the fragments of strokes slid between two frames, one row each."""
 
-    weights: F64  # [n] what the fragment adds to the picture
+    weights: F64  # [n] weight of the fragment in the picture
     slides: F64  # [n, 2] along and across the stroke, pixels
     wholes: F64  # [n, 2] the mean slide of its stroke
-    depth_errors: F64  # [n] depth of the stroke less that of the surface, as a share
+    depth_errors: F64  # [n] depth of the stroke over that of the surface, minus 1
 
 
 class Canvas:
-    """Paints boxes of a first view at the places that the pixels of a second one show."""
+    """Paints boxes of a first view at the places that the pixels of a second view show."""
 
     def __init__(self, at: F64, texture: bg.StrokeTexture, filter: str) -> None:
         self.texture, self.filter = texture, filter
@@ -299,7 +298,7 @@ class Canvas:
         return rgb + light[..., None] * WHITE, slides
 
     def texels_of(self, half: F64) -> tuple[F64, F64]:
-        """The texels that serve a box, 0 to 1, and the half extents that they span."""
+        """The texels of the mip level of a box, 0 to 1, and the half extents that they span."""
         rows, columns = self.texture.coverage.shape
         u, v = (0, 0)
         if self.filter == "mip":
@@ -440,7 +439,7 @@ def parts(
     return {name: float(np.mean(values)) for name, values in squares.items()}, slides
 
 
-def tell_totals(rows: dict[str, Total]) -> None:
+def print_totals(rows: dict[str, Total]) -> None:
     print(f"  {'':24} {'rmse':>7} {'excess':>8} {'worst 1%':>8} {'turned':>7} {'PSNR':>6}")
     for name, row in rows.items():
         figures = (
@@ -449,14 +448,14 @@ def tell_totals(rows: dict[str, Total]) -> None:
         print(f"  {name:24} {figures}")
 
 
-def tell_parts(title: str, squares: dict[str, float]) -> None:
+def print_parts(title: str, squares: dict[str, float]) -> None:
     total = squares["total"]
     shares = ", ".join(f"{part} {squares[part] / total:.1%}" for part in (*PARTS, "plain"))
     print(f"  {title}: M = {total * 1e6:.0f}e-6, rmse {np.sqrt(total):.4f}: {shares}")
 
 
-def tell_slides(slides: Slides) -> None:
-    """Root mean square slide of what is painted, by where the stroke hangs."""
+def print_slides(slides: Slides) -> None:
+    """Root mean square slide of the paint, by the place of the stroke relative to the surface."""
     weights = slides.weights / slides.weights.sum()
     lengths, wholes = ((column**2).sum(axis=1) for column in (slides.slides, slides.wholes))
     print(
@@ -501,7 +500,7 @@ def main() -> None:
         plain = [(plain_view(scene.gaussians, a), plain_view(scene.gaussians, b)) for a, b in scene.pairs]
         print(name)
         rows = totals(scene, texture, plain)
-        tell_totals(rows)
+        print_totals(rows)
         figures[name] = {"totals": {title: asdict(row) for title, row in rows.items()}}
         for title, sigmas, filter, lock in (
             ("published", 2.0, "bilinear", "off"),
@@ -509,8 +508,8 @@ def main() -> None:
             ("default, track", texture.fitted_sigmas, "mip", "track"),
         ):
             squares, slides = parts(scene, texture, plain, sigmas=sigmas, filter=filter, lock=lock)
-            tell_parts(title, squares)
-            tell_slides(slides)
+            print_parts(title, squares)
+            print_slides(slides)
             figures[name][title] = squares
     if arguments.json:
         arguments.json.write_text(json.dumps(figures, indent=1) + "\n")

@@ -1,12 +1,12 @@
-"""What the lock costs: following a camera path, beside drawing its frames.
+"""The cost of the lock: tracking directions along a camera path, beside drawing its frames.
 
     python -m tests.bench.lock [SCENE.ply ...] [--up +z] [--strokes 2000 7000] [--size 1280x720] [--repeat 5]
 
-Without a scene: the strokes of the benchmarks. Each is led around its subject in 240 and in 120 frames (1.5
-and 3 degrees apart), open and closed, with the dry brush. All runs of a row alternate in one process; times
-are medians, in milliseconds per frame: "follow" chooses the directions, "draw" projects and rasterises, as
-`render_sequence` does; "off" and "anchor" are the projection of a frame alone, against "track" given the
-directions. Before anything is timed, the locked sequence is checked to hold neither flips nor spins.
+Without a scene: the strokes of the benchmarks. The camera orbits the subject in 240 and in 120 frames (1.5
+and 3 degrees apart), on an open and on a closed path, with the dry brush. All runs of a row alternate in one
+process; times are medians, in milliseconds per frame: "tracking" chooses the directions, "draw" projects and
+rasterises, as `render_sequence` does; "off" and "anchor" are the projection of a frame alone, "track" the
+same with given directions. First the tracked sequence is checked: it must have neither flips nor spins.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from brushgs.scene import Camera, Gaussians
 from tests.bench import workloads
 from tests.bench.machine import describe
 
-DRAWN = 24  # frames of each path that are timed, evenly chosen: all of them would take minutes
+DRAWN = 24  # frames of each path that are timed, evenly spaced: all of them would take minutes
 
 
 def main() -> None:
@@ -41,7 +41,7 @@ def main() -> None:
     arguments = parser.parse_args()
     width, height = (int(side) for side in arguments.size.lower().split("x"))
     print(describe())
-    print(f"{'scene':12} strokes frames path    follow    draw  share |  project: off  anchor   track")
+    print(f"{'scene':12} strokes frames path   tracking   draw  share |  project: off  anchor   track")
     for scene in arguments.scenes or [None]:
         for n in arguments.strokes:
             strokes = _strokes(scene, n)
@@ -60,11 +60,11 @@ def _strokes(scene: Path | None, n: int) -> Gaussians:
 
 
 def check(strokes: Gaussians, cameras: list[Camera]) -> None:
-    """Raise if the locked sequence is not what it promises to be."""
+    """Raise if the tracked sequence flips or spins."""
     size = {"width": cameras[0].width, "height": cameras[0].height}
     events = orientation_events(bg.track(strokes, cameras, fade=True), **size)
     if events.flips or events.spins:
-        raise RuntimeError(f"bench: the locked sequence has {events.flips} flips, {events.spins} spins")
+        raise RuntimeError(f"bench: the tracked sequence has {events.flips} flips, {events.spins} spins")
 
 
 def measure(strokes: Gaussians, cameras: list[Camera], repeat: int) -> str:
@@ -84,7 +84,7 @@ def measure(strokes: Gaussians, cameras: list[Camera], repeat: int) -> str:
         return call
 
     calls: dict[str, tuple[Callable[[], object], int]] = {
-        "follow": (lambda: track_directions(strokes, cameras), len(cameras)),
+        "tracking": (lambda: track_directions(strokes, cameras), len(cameras)),
         "draw": (draw, DRAWN),
         "off": (projects("off"), DRAWN),
         "anchor": (projects("anchor"), DRAWN),
@@ -99,7 +99,7 @@ def measure(strokes: Gaussians, cameras: list[Camera], repeat: int) -> str:
                 times[name].append(1000 * (time.perf_counter() - start) / num_frames)
     ms = {name: float(np.median(values)) for name, values in times.items()}
     projected = f"{ms['off']:6.2f}  {ms['anchor']:6.2f}  {ms['track']:6.2f}"
-    return f"{ms['follow']:7.2f} {ms['draw']:7.2f} {ms['follow'] / ms['draw']:6.1%} |      {projected}"
+    return f"{ms['tracking']:7.2f} {ms['draw']:7.2f} {ms['tracking'] / ms['draw']:6.1%} |      {projected}"
 
 
 if __name__ == "__main__":

@@ -1,29 +1,28 @@
-"""What sorting strokes by depth costs in moving pictures, and what other orders would: a study.
+"""The cost of sorting strokes by depth in moving pictures, and that of other orders: a study.
 
     python -m tests.bench.order [--scenes koala chair truck] [--texture dry_brush] [--places 6] [--no-psnr]
 
-Views and strokes are those of `tests.bench.flicker`, g is the size of a stroke: the geometric mean of its two
-larger scales. What strokes are sorted by in place of depth:
+Views and strokes are those of `tests.bench.flicker`; g is the size of a stroke: the geometric mean of its two
+larger scales. Strokes are sorted by one of these instead of depth:
 - radial: distance to the eye;
 - size B: depth + B g, so that details lie in front;
 - random B: depth + B x median g x a random number of each stroke, -0.5 to 0.5, that never changes;
 - mean B x K: the mean of K pictures, each by depth + B g x normal random numbers fixed by stroke and picture;
 - fade B: sorted by depth, but two strokes hide each other by shares that change smoothly while one passes the
-  other, over bands of B g: the soft order of `rasterize`; B of `order="soft"` is 0.5.
+  other, within a softness of B g: the soft order of `rasterize`; B of `order="soft"` is 0.5.
 
-Per order: changes of place among overlapping boxes per stroke and step; excess warp error and its worst 1 %;
-the "pop", the change of the second picture when the first one's depths are forced upon it (RMSE, that of the
-worst 1 % of pixels, and the share of pixels that change by more than 10/255); and, with 250, 2000 and 7000
-strokes of `gaussian`, `swirl` and `flat`, the PSNR to the plain render less that of the order by depth (mean
-and worst). A remedy that buys rest with wrong occlusion shows there.
+Per order: swaps among overlapping boxes per stroke and step; excess warp error and its worst 1 %; the "pop",
+the change of the second picture when it takes the depths of the first (RMSE, that of the worst 1 % of pixels,
+and the share of pixels that change by more than 10/255); and, with 250, 2000 and 7000 strokes of `gaussian`,
+`swirl` and `flat`, the PSNR to the plain picture minus that of the order by depth (mean and worst). It shows
+an order that reduces flicker at the price of wrong occlusion.
 
-Found on koala, chair, truck and skull, 2000 strokes of `dry_brush`: the other keys move the moment at which
-two neighbours change places and spare one swap in seven at most, which costs up to 1.3 dB. A fade leaves
-22 to 35 % of the pop at 0.25, 16 to 29 % at 0.5; pixels that change visibly fall from 0.3-0.8 % to
-0.02 % and less. PSNR changes by -0.03 to +0.15 dB at 0.25 and -0.04 to +0.22 dB at 0.5 (27 pictures of three
-scenes). That was measured with `fade`; so it is with the kernel: at 4 places of koala and chair 0.47 and
-0.87 % that change visibly fall to 0.00 % at 0.5. Of a pixel's fragments 0.3 to 0.6 pairs each lie within the
-band at 0.25, 0.6 to 1.1 at 0.5.
+Results on koala, chair, truck and skull, 2000 strokes of `dry_brush`: the other keys only change the moment
+of a swap, and avoid one swap in seven at most, which costs up to 1.3 dB. A fade leaves 22 to 35 % of the pop
+at 0.25, 16 to 29 % at 0.5; pixels that change visibly fall from 0.3-0.8 % to 0.02 % and less. PSNR changes by
+-0.03 to +0.15 dB at 0.25 and -0.04 to +0.22 dB at 0.5 (27 pictures of three scenes). This was measured with
+`fade`; the kernel gives the same: at 4 places of koala and chair 0.47 and 0.87 % that change visibly fall to
+0.00 % at 0.5. Per fragment of a pixel 0.3 to 0.6 pairs lie within the softness at 0.25, 0.6 to 1.1 at 0.5.
 """
 
 import argparse
@@ -53,8 +52,8 @@ from tests.bench.machine import describe
 VISIBLE = 10 / 255  # a change that the eye notices
 COUNTS = (250, 2000, 7000)
 TEXTURES = ("gaussian", "swirl", "flat")
-MOST_LAGS = 4  # places in a pixel's order over which fragments fade: with 24 pops differ by < 4 %
-Key = Callable[[bg.Boxes, bg.Camera], F64]  # what boxes are sorted by
+MOST_LAGS = 4  # ranks in the order of a pixel over which fragments fade: with 24 pops differ by < 4 %
+Key = Callable[[bg.Boxes, bg.Camera], F64]  # the values that boxes are sorted by
 Painter = Callable[..., Any]
 
 
@@ -114,13 +113,13 @@ class Sorted:
 
 
 class Faded:
-    """Strokes that fade into each other where their depths are closer than a band, [N] per stroke.
+    """Strokes that fade into each other where their depths are closer than a softness, [N] per stroke.
 
     Stroke images are painted by `rasterize`, the built-in kernels, which it sorts by depth, by `fade`.
     """
 
-    def __init__(self, bands: F64) -> None:
-        self.bands = bands
+    def __init__(self, softness: F64) -> None:
+        self.softness = softness
 
     def __call__(
         self, boxes: bg.Boxes, texture: bg.StrokeTexture, camera: bg.Camera, like: Any = None
@@ -129,19 +128,19 @@ class Faded:
         if like is not None:
             boxes = in_order_of(like[0], boxes)
         if texture.kind == "image":
-            bands = self.bands[boxes.ids].astype(boxes.depths.dtype)
-            return paint(replace(boxes, bands=bands), texture, camera)
-        return fade(boxes, fragments(boxes, texture, camera), self.bands[boxes.ids], camera)
+            softness = self.softness[boxes.ids].astype(boxes.depths.dtype)
+            return paint(replace(boxes, bands=softness), texture, camera)
+        return fade(boxes, fragments(boxes, texture, camera), self.softness[boxes.ids], camera)
 
 
-def fade(boxes: bg.Boxes, parts: tuple[Any, Any, Any], bands: F64, camera: bg.Camera) -> Any:
+def fade(boxes: bg.Boxes, parts: tuple[Any, Any, Any], softness: F64, camera: bg.Camera) -> Any:
     """Compose fragments with soft order, on white.
 
     Of two fragments i, j of a pixel j hides the share s_ij = S((z_i - z_j) / b) of i, and i the rest of j;
-    b is the root of the sum of their squared bands, S(x) = 1/2 + x (3 - x^2) / 4 within -1 to 1, 0 and 1
+    b is the root of the sum of their squared softness, S(x) = 1/2 + x (3 - x^2) / 4 within -1 to 1, 0 and 1
     beyond. Fragment i weighs w_i = alpha_i x product of (1 - alpha_j s_ij) over all others: that is sorting
-    where depths are far apart, and for two the mean of both orders where they are equal. Of more than two in
-    one band the weights do not quite sum to the alpha of the pixel, 1 - product of (1 - alpha_i), and are
+    where depths are far apart, and for two the mean of both orders where they are equal. Of more than two
+    within b the weights do not quite sum to the alpha of the pixel, 1 - product of (1 - alpha_i), and are
     scaled to it. Nothing jumps: the picture is continuous in the depths.
     """
     pixels, alphas, rows = parts
@@ -152,7 +151,7 @@ def fade(boxes: bg.Boxes, parts: tuple[Any, Any, Any], bands: F64, camera: bg.Ca
     for lag in range(1, MOST_LAGS + 1):
         front = np.flatnonzero(pixels[:-lag] == pixels[lag:])
         back = front + lag
-        x = (depths[back] - depths[front]) / np.hypot(bands[rows[front]], bands[rows[back]])
+        x = (depths[back] - depths[front]) / np.hypot(softness[rows[front]], softness[rows[back]])
         front, back, x = front[x < 1], back[x < 1], x[x < 1]
         share = 0.5 + x * (3 - x**2) / 4
         light[back] += np.log1p(-alphas[front] * share) - logs[front]
@@ -189,7 +188,7 @@ def fragments(boxes: bg.Boxes, texture: bg.StrokeTexture, camera: bg.Camera) -> 
 
 
 def num_swaps(first: bg.Boxes, second: bg.Boxes) -> float:
-    """Pairs of boxes that overlap in the second frame and changed places since the first, per stroke."""
+    """Pairs of boxes that overlap in the second frame and swapped their order since the first, per stroke."""
     _, i, j = np.intersect1d(first.ids, second.ids, assume_unique=True, return_indices=True)
     is_swapped = np.triu((i[:, None] < i) != (j[:, None] < j), 1)
     p, q = (j[rows] for rows in np.nonzero(is_swapped))
@@ -199,7 +198,12 @@ def num_swaps(first: bg.Boxes, second: bg.Boxes) -> float:
     )
     between = (second.centers[q] - second.centers[p]).astype(np.float64)
     overlap = np.ones(len(p), bool)
-    for axis in (axes[p, 0], axes[p, 1], axes[q, 0], axes[q, 1]):  # boxes are apart if an axis parts them
+    for axis in (
+        axes[p, 0],
+        axes[p, 1],
+        axes[q, 0],
+        axes[q, 1],
+    ):  # boxes are disjoint if an axis separates them
         reach = sum(
             (np.abs(np.einsum("pij,pj->pi", axes[rows], axis)) * second.half_extents[rows]).sum(axis=1)
             for rows in (p, q)
@@ -238,7 +242,7 @@ def measure(scene: Scene, texture: bg.StrokeTexture, with_psnr: bool) -> None:
 
 
 def difference(match: Any, second: Any, frozen: Any) -> tuple[float, float, float]:
-    """Of the difference of two pictures over the valid pixels: RMSE, that of the worst 1 %, share visible."""
+    """The difference of two pictures over the valid pixels: RMSE, that of the worst 1 %, share visible."""
     squares = np.sort(((second - frozen) ** 2).mean(axis=2).ravel()[match.pixels])
     worst = squares[-max(1, len(squares) // 100) :]
     return float(np.sqrt(squares.mean())), float(np.sqrt(worst.mean())), float((squares > VISIBLE**2).mean())
@@ -269,7 +273,7 @@ def main() -> None:
     parser.add_argument("--places", type=int, default=6)
     parser.add_argument("--step-deg", type=float, default=1.5)
     parser.add_argument("--size", type=int, default=500)
-    parser.add_argument("--no-psnr", action="store_true", help="leave out the last two columns: much faster")
+    parser.add_argument("--no-psnr", action="store_true", help="skip the last two columns: much faster")
     arguments = parser.parse_args()
     print(describe(), flush=True)
     for name in arguments.scenes:
