@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import Console
 
-SCHEMA = 1  # of the JSON; grows when a field changes its meaning
+# Version of the JSON; increases when a key changes its name or meaning. Since 2 a stage has `skipped` in
+# place of `left_out`.
+SCHEMA = 2
 WIDTH, CURVES_HEIGHT = 9.0, 2.3  # inches
 
 

@@ -274,7 +274,7 @@ class PainterlyPainter:
 
     def paint(self, index: int, plain: Array) -> Frame:
         """One frame, from the plain picture of that frame and nothing else."""
-        with self.timer.measures("draw"):
+        with self.timer.draw.running():
             frame = paint_image(
                 plain,
                 self.texture,

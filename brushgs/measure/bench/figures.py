@@ -10,7 +10,9 @@ from brushgs.measure.bench.timing import TimeQuartiles
 from brushgs.measure.likeness import Likeness
 from brushgs.stroke_count.curve import Knee
 
-SCHEMA = 1  # version of the JSON; increases when a field changes its meaning
+# Version of the JSON; increases when a key changes its name or meaning. Since 2 a stage has `skipped` in
+# place of `left_out`.
+SCHEMA = 2
 
 
 @dataclass(frozen=True)

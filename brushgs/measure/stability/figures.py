@@ -6,7 +6,9 @@ from typing import Any
 
 from brushgs.measure.box_events import Events
 
-SCHEMA = 2  # version of the JSON; increases when a field changes its meaning
+# Version of the JSON; increases when a key changes its name or meaning. Since 2 there is no configuration
+# `image`, and a stage has `skipped` in place of `left_out`.
+SCHEMA = 2
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,6 @@
 """The configurations that the temporal report compares: how each paints a frame, and how long that takes."""
 
-import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Protocol
@@ -11,6 +9,7 @@ from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.stability.figures import Seconds
 from brushgs.options.choices import Lock, ViewLock
+from brushgs.painting.report import Stopwatch
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
 from brushgs.rendering.track import Track, track_directions
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
@@ -20,23 +19,19 @@ PLAIN = "plain"
 
 @dataclass
 class PaintTimer:
-    """Wall-clock seconds of each kind of work, and the number of frames painted."""
+    """The time of each kind of work, and the number of frames painted."""
 
-    seconds: dict[str, float] = field(default_factory=lambda: {"track": 0.0, "project": 0.0, "draw": 0.0})
+    track: Stopwatch = field(default_factory=Stopwatch)
+    project: Stopwatch = field(default_factory=Stopwatch)
+    draw: Stopwatch = field(default_factory=Stopwatch)
     frames: int = 0
-
-    @contextmanager
-    def measures(self, kind: str) -> Iterator[None]:
-        """Add the time of the block to a kind of work."""
-        start = time.perf_counter()
-        yield
-        self.seconds[kind] += time.perf_counter() - start
 
     def per_frame(self, num_frames: int) -> Seconds:
         """Seconds per frame on a path of `num_frames` frames, not all of which were painted."""
         painted = max(1, self.frames)
-        project, draw = (self.seconds[kind] / painted for kind in ("project", "draw"))
-        return Seconds(self.seconds["track"] / num_frames, project, draw)
+        return Seconds(
+            self.track.seconds / num_frames, self.project.seconds / painted, self.draw.seconds / painted
+        )
 
 
 class Painter(Protocol):
@@ -95,9 +90,9 @@ class StrokePainter:
         """One frame; it does not depend on the plain picture."""
         if self.options.lock == "track":
             self._tracked()
-        with self.timer.measures("project"):
+        with self.timer.project.running():
             boxes = self.boxes(index)
-        with self.timer.measures("draw"):
+        with self.timer.draw.running():
             frame = self.draw(boxes, self.cameras[index])
         self.timer.frames += 1
         return frame
@@ -109,7 +104,7 @@ class StrokePainter:
     def _tracked(self) -> Track:
         """The directions along the path, chosen at the first call."""
         if self._track is None:
-            with self.timer.measures("track"):
+            with self.timer.track.running():
                 self._track = track_directions(
                     self.gaussians, self.cameras, num_threads=self.options.num_threads
                 )

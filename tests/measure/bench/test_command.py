@@ -67,7 +67,7 @@ def test_the_command_writes_figures_table_and_plot(scene, capsys):
     assert "\x1b" not in err  # no progress bar in a pipe
 
     value = json.loads(Path("pears-bench/bench.json").read_text())
-    assert (value["schema"], value["brushgs"]) == (1, bg.__version__)
+    assert (value["schema"], value["brushgs"]) == (2, bg.__version__)
     assert value["settings"]["measure"]["strokes"] == [30, 90]
     assert value["settings"]["draw"]["stroke"] == "dry_brush"
     assert value["settings"]["camera"]["width"] == 64
