@@ -31,3 +31,25 @@ def srgb_slope(encoded: Array) -> Array:
     size = np.abs(encoded)
     slope = np.where(size <= 0.04045, 1 / 12.92, 2.4 / 1.055 * ((size + 0.055) / 1.055) ** 1.4)
     return np.asarray(slope, dtype=encoded.dtype)
+
+
+def split_alpha(pixels: Array) -> tuple[Array, Array | None]:
+    """RGB and alpha of pixels as `read_image` returns them.
+
+    Args:
+        pixels: [..., C] grey, grey and alpha, RGB, or RGB and alpha.
+
+    Returns:
+        RGB [..., 3], grey repeated, and alpha [...], None where there is none.
+    """
+    channels = pixels.shape[-1]
+    rgb = pixels[..., :3] if channels >= 3 else np.repeat(pixels[..., :1], 3, axis=-1)
+    return rgb, pixels[..., -1] if channels in (2, 4) else None
+
+
+def flatten(pixels: Array, background: float | Array = 1.0) -> Array:
+    """RGB [..., 3] of pixels [..., C] with straight alpha, on white, a grey or an RGB colour [3]."""
+    rgb, alpha = split_alpha(pixels)
+    if alpha is None:
+        return rgb
+    return np.asarray(rgb * alpha[..., None] + (1 - alpha[..., None]) * background)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import check
-from brushgs.colors import LUMINANCE
+from brushgs.colors import LUMINANCE, split_alpha
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.files import is_plain
 
@@ -217,7 +217,7 @@ def _coverage_and_height(
     luminance = np.empty(pixels.shape[:2], np.float32)
     for start in range(0, len(pixels), _ROWS):  # a few at a time: copies of a large image add up
         part = pixels[start : start + _ROWS]
-        color = np.repeat(part[..., :1], 3, axis=2) if num_channels < 3 else part[..., :3].copy()
+        color = split_alpha(part)[0].copy()
         luminance[start : start + _ROWS] = color @ np.array(LUMINANCE, color.dtype)
     if num_channels in (2, 4) and pixels[..., -1].min() < OPAQUE:
         return np.ascontiguousarray(pixels[..., -1]), luminance

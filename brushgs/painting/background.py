@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.colors import flatten
 from brushgs.io.files import is_plain
 
 NAMED = {"white": (1.0, 1.0, 1.0), "black": (0.0, 0.0, 0.0)}
@@ -55,7 +56,7 @@ def open_background(text: str, width: int, height: int) -> Background:
         return red, green, blue
     from brushgs.io.pictures.images import read_image
 
-    return _fill(_flatten(read_image(text)), width, height)
+    return _fill(_flatten_rows(read_image(text)), width, height)
 
 
 def _crop(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
@@ -80,17 +81,11 @@ def _shrink_blocks(image: NDArray[np.float32], width: int, height: int) -> NDArr
     return np.asarray(blocks.mean(axis=(1, 3), dtype=np.float32))
 
 
-def _flatten(image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """[H, W, 3] of 1 to 4 channels with straight alpha, on white."""
-    rows, columns, channels = image.shape
-    flat = np.empty((rows, columns, 3), np.float32)
-    for start in range(0, rows, _ROWS):  # a few rows at a time: whole copies of a large image add up
-        part = image[start : start + _ROWS]
-        color = part[..., :3] if channels >= 3 else part[..., :1]
-        if channels in (2, 4):
-            alpha = part[..., -1:]
-            color = color * alpha + (1 - alpha)
-        flat[start : start + _ROWS] = color
+def _flatten_rows(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """`flatten` a few rows at a time: whole copies of a large image add up."""
+    flat = np.empty((*image.shape[:2], 3), np.float32)
+    for start in range(0, len(image), _ROWS):
+        flat[start : start + _ROWS] = flatten(image[start : start + _ROWS])
     return flat
 
 

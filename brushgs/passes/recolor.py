@@ -13,6 +13,7 @@ from typing import get_args
 import numpy as np
 
 from brushgs.arrays import F64, Array, check
+from brushgs.colors import split_alpha
 from brushgs.options.choices import ColorSpace
 from brushgs.passes.color_space import Space
 from brushgs.passes.contribution import projected_areas
@@ -73,9 +74,8 @@ class Palette:
         channels = check("Palette", image=(image, "H W C"))["C"]
         if not 1 <= channels <= 4:
             raise ValueError(f"Palette: image must have 1 to 4 channels, got {channels}")
-        pixels = image.reshape(-1, channels)
-        rgb = pixels[:, :3] if channels >= 3 else np.repeat(pixels[:, :1], 3, axis=1)
-        return cls.of_colors(rgb, pixels[:, -1] if channels in (2, 4) else None, space=space)
+        rgb, alpha = split_alpha(image.reshape(-1, channels))
+        return cls.of_colors(rgb, alpha, space=space)
 
 
 def recolor(

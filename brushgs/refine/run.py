@@ -13,6 +13,7 @@ import numpy as np
 
 from brushgs.arrays import Array
 from brushgs.cameras.framing import DEFAULT_UP, direction_of, frame_scene
+from brushgs.colors import flatten, split_alpha
 from brushgs.io.pictures.images import read_image
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.measure.report import plain_config, plain_paint
@@ -259,13 +260,12 @@ def _style(painting: Array, config: RefineConfig, seed: int) -> "Style":
     from brushgs.refine.nnfm import Style
     from brushgs.refine.vgg import Vgg, find_weights
 
-    rgb = painting[..., :3] if painting.shape[2] >= 3 else np.repeat(painting[..., :1], 3, axis=2)
+    rgb, alpha = split_alpha(painting)
     there = None
-    if painting.shape[2] in (2, 4):  # what is not painted is no style: its colour there is anything
-        alpha = painting[..., -1:]
-        mean = (rgb * alpha).sum(axis=(0, 1)) / max(float(alpha.sum()), 1e-9)
-        rgb = rgb * alpha + (1 - alpha) * mean.astype(rgb.dtype)
-        there = torch.from_numpy(np.ascontiguousarray(alpha[..., 0]))
+    if alpha is not None:  # transparent parts have no style: they take the mean colour of the others
+        mean = (rgb * alpha[..., None]).sum(axis=(0, 1)) / max(float(alpha.sum()), 1e-9)
+        rgb = flatten(painting, mean.astype(rgb.dtype))
+        there = torch.from_numpy(np.ascontiguousarray(alpha))
     pixels = torch.from_numpy(np.ascontiguousarray(rgb)).permute(2, 0, 1).contiguous()
     weights = config.vgg_weights or find_weights()
     features = FilterBank(pixels) if weights is None else Vgg(weights)
