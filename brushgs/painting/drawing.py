@@ -1,6 +1,7 @@
 """The stages that turn strokes into a picture: stroke image, background, project, rasterise and write."""
 
 import warnings
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -42,19 +43,23 @@ def open_stroke(config: DrawConfig, report: Report) -> "StrokeTexture":
 def render_options(draw: DrawConfig, texture: "StrokeTexture", *, along_path: bool) -> "RenderOptions":
     """Resolve the options for one picture, or for all frames along a path.
 
+    Fields that `DrawConfig` and `RenderOptions` share are handed on by name, so that a new one needs no line
+    here.
+
     Raises:
         ValueError: if the lock is "track" and there is no path.
     """
     from brushgs.rendering.options import RenderOptions
 
-    return RenderOptions.of(
+    options = RenderOptions.of(
         texture,
         lock=draw.lock_of(along_path=along_path),
         order=draw.order_of(along_path=along_path),
-        filter=draw.filter,
         num_sigmas=texture.fitted_sigmas if draw.extent == "fitted" else texture.num_sigmas,
         num_threads=draw.threads,
     )
+    shared = {field.name for field in fields(options)} & {field.name for field in fields(draw)}
+    return replace(options, **{name: getattr(draw, name) for name in shared - {"lock", "order"}})
 
 
 def open_picture_background(config: DrawConfig, camera: Camera, report: Report) -> Background:

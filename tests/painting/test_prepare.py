@@ -2,7 +2,7 @@
 
 import gc
 import weakref
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -184,6 +184,15 @@ def test_options_are_those_of_a_still_or_of_a_path(folder, stroke, along_path, l
     assert (prepared.options.lock, prepared.options.order) == (lock, order)
     assert (prepared.path is not None) is along_path
     assert len(prepared.cameras) == (3 if along_path else 1)
+
+
+def test_every_option_of_drawing_is_resolved_or_handed_on_by_name(folder):
+    by_itself = {"stroke", "extent", "background", "threads"}  # texture, num_sigmas, background, num_threads
+    assert {field.name for field in fields(DrawConfig)} - by_itself == {"lock", "order", "filter"}
+    draw = DrawConfig("flat", filter="nearest", extent="paper", lock="off", order="soft", threads=2)
+    options = prepare(folder / "scene.ply", replace(PAINT, draw=draw), Report()).options
+    assert (options.filter, options.num_sigmas, options.num_threads) == ("nearest", 2.0, 2)
+    assert (options.lock, options.order) == ("off", "soft")
 
 
 def test_one_picture_cannot_be_tracked(folder):
