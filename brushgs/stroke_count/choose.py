@@ -24,7 +24,7 @@ from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.render import render
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import C0, base_colors, used_sh_degree
-from brushgs.stroke_count.curve import Curve, Knee, knee, psnr_of
+from brushgs.stroke_count.curve import ErrorCurve, Knee, knee, psnr_of
 from brushgs.stroke_count.view_model import ViewModel
 
 WHITE = (1.0, 1.0, 1.0)
@@ -55,7 +55,7 @@ class Choice:
     psnr: float
     size: float
     knee: Knee | None
-    curve: Curve
+    curve: ErrorCurve
     sizes: NDArray[np.float64]
 
     def count_of_size(self, size: float) -> int:
@@ -149,7 +149,7 @@ def choose_for_view_model(
         if psnr is not None and len(strokes) == num:
             _check_reach(num, psnr_of(view_model.rmse(boxes)), psnr, view_model.texture.name)
     counts, errors, costs, sizes = (np.array(column) for column in zip(*reversed(looks), strict=True))
-    curve, sizes = Curve(counts, errors, costs), np.minimum.accumulate(sizes)
+    curve, sizes = ErrorCurve(counts, errors, costs), np.minimum.accumulate(sizes)
     bend = None
     if psnr is not None:
         chosen = _first_within(counts, np.minimum.accumulate(errors), 10 ** (-psnr / 20))

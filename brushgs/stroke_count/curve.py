@@ -38,7 +38,7 @@ LEAST = 1e-12  # in place of an error of zero, which has no logarithm
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class ErrorCurve:
     """What more strokes cost and what they bring.
 
     Attributes:
@@ -61,13 +61,13 @@ class Curve:
             column.flags.writeable = False
             object.__setattr__(self, name, column)
         columns = {name: (getattr(self, name), "M") for name in ("strokes", "rmse", "seconds")}
-        check("Curve", **columns)
+        check("ErrorCurve", **columns)
         if len(self.strokes) == 0 or self.strokes[0] < 1 or (np.diff(self.strokes) <= 0).any():
-            raise ValueError(f"Curve: strokes must ascend from 1 or more, got {self.strokes.tolist()}")
+            raise ValueError(f"ErrorCurve: strokes must ascend from 1 or more, got {self.strokes.tolist()}")
         if not (np.isfinite(self.rmse).all() and (self.rmse >= 0).all()):
-            raise ValueError(f"Curve: rmse must be finite and >= 0, got {self.rmse.tolist()}")
+            raise ValueError(f"ErrorCurve: rmse must be finite and >= 0, got {self.rmse.tolist()}")
         if not (np.isfinite(self.seconds).all() and (self.seconds > 0).all()):
-            raise ValueError(f"Curve: seconds must be finite and > 0, got {self.seconds.tolist()}")
+            raise ValueError(f"ErrorCurve: seconds must be finite and > 0, got {self.seconds.tolist()}")
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Knee:
     cost_of_doubling: float
 
 
-def knee(curve: Curve) -> Knee:
+def knee(curve: ErrorCurve) -> Knee:
     """The knee of a curve, see the module.
 
     Where the error does not fall it is the first count, where more strokes cost nothing the last. Beyond the
@@ -114,7 +114,7 @@ def knee(curve: Curve) -> Knee:
     )
 
 
-def fitted_rmse(curve: Curve, counts: Array) -> NDArray[np.float64]:
+def fitted_rmse(curve: ErrorCurve, counts: Array) -> NDArray[np.float64]:
     """The error at other counts within the curve's, smooth and nowhere rising, [n].
 
     A sum, with weights >= 0, of a floor and of terms that fall to zero at the last count: (K^a - k^a) / a.
@@ -130,7 +130,7 @@ def fitted_rmse(curve: Curve, counts: Array) -> NDArray[np.float64]:
     return _fitted(terms(curve.strokes), np.maximum(curve.rmse, LEAST), terms(counts))
 
 
-def fitted_seconds(curve: Curve, counts: Array) -> NDArray[np.float64]:
+def fitted_seconds(curve: ErrorCurve, counts: Array) -> NDArray[np.float64]:
     """The seconds at other counts, smooth and nowhere falling, [n]: a fixed part and rising powers."""
     last = float(curve.strokes[-1])
 

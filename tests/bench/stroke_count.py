@@ -39,7 +39,7 @@ from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.options import RenderOptions
 from brushgs.stroke_count import view_model as sight_module
 from brushgs.stroke_count.choose import choose_for_view_model
-from brushgs.stroke_count.curve import Curve, fitted_rmse, fitted_seconds, knee, psnr_of
+from brushgs.stroke_count.curve import ErrorCurve, fitted_rmse, fitted_seconds, knee, psnr_of
 from brushgs.stroke_count.view_model import ViewModel
 from tests.bench.machine import describe
 from tests.scenes import SCENES_FOLDER
@@ -129,7 +129,7 @@ def compare(scene: Scene, clock: Callable[[], float], repeat: int) -> dict[str, 
         for i, strokes in enumerate(sets):
             seconds[i] = min(seconds[i], timed(lambda s=strokes: scene.frame(s), clock)[0])
     lengths = [len(strokes) for strokes in sets]
-    full, cut = (knee(Curve(lengths[:end], errors[:end], seconds[:end])) for end in (None, len(counts)))
+    full, cut = (knee(ErrorCurve(lengths[:end], errors[:end], seconds[:end])) for end in (None, len(counts)))
     del sets
     looks, yards = [], []
     for _ in range(5):
@@ -170,7 +170,7 @@ def plot(figures: list[dict[str, object]], path: Path) -> None:
 
     _, axes = pyplot.subplots(2, 3, figsize=(8.4, 4.6), constrained_layout=True)
     for axis, row in zip(axes.flat, figures, strict=False):
-        curve = Curve(row["strokes"], row["rmse"], row["seconds"])
+        curve = ErrorCurve(row["strokes"], row["rmse"], row["seconds"])
         line = np.geomspace(curve.strokes[0], curve.strokes[-1], 200)
         axis.plot(1e3 * fitted_seconds(curve, line), fitted_rmse(curve, line), lw=1, color="0.6")
         axis.plot(1e3 * curve.seconds, curve.rmse, ".", color="0.3", ms=4)

@@ -3,14 +3,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from brushgs.stroke_count.curve import STEPS, Curve, fitted_rmse, fitted_seconds, knee, psnr_of
+from brushgs.stroke_count.curve import STEPS, ErrorCurve, fitted_rmse, fitted_seconds, knee, psnr_of
 
 COUNTS = np.array([125 * 2**step for step in range(9)] + [100_000])
 
 
 def curve_of(strokes=COUNTS, *, slope=0.5, fixed=0.002, per_stroke=1e-7, floor=0.0, factor=1.0):
     k = np.asarray(strokes, float)
-    return Curve(k, factor * (k**-slope + floor), fixed + per_stroke * k)
+    return ErrorCurve(k, factor * (k**-slope + floor), fixed + per_stroke * k)
 
 
 def exact_knee(curve, slope):
@@ -44,7 +44,7 @@ def test_units_and_a_fixed_time_do_not_move_the_knee():
     expected = knee(curve_of()).strokes
     assert knee(curve_of(factor=0.01)).strokes == expected
     slow = curve_of()
-    slow = Curve(slow.strokes, slow.rmse, 37 * slow.seconds)
+    slow = ErrorCurve(slow.strokes, slow.rmse, 37 * slow.seconds)
     assert knee(slow).strokes == expected
     assert knee(curve_of(fixed=0.02)).strokes == pytest.approx(expected, rel=0.1)
 
@@ -54,7 +54,9 @@ def test_units_and_a_fixed_time_do_not_move_the_knee():
 def test_noise_in_the_seconds_hardly_moves_the_knee(seed):
     chance = np.random.default_rng(seed)
     curve = curve_of(slope=0.3)
-    noisy = Curve(curve.strokes, curve.rmse, curve.seconds * np.exp(0.07 * chance.normal(size=len(COUNTS))))
+    noisy = ErrorCurve(
+        curve.strokes, curve.rmse, curve.seconds * np.exp(0.07 * chance.normal(size=len(COUNTS)))
+    )
     assert abs(np.log(knee(noisy).strokes / knee(curve).strokes)) < np.log(1.3)  # worst of 400: 1.19
 
 
@@ -72,7 +74,7 @@ def test_a_count_left_out_hardly_moves_the_knee():
 @settings(max_examples=25, deadline=None)
 def test_any_curve_has_a_knee_within_its_counts_and_monotone_fits(errors, seconds):
     strokes = 1 + 7 * np.arange(len(errors)) ** 3
-    curve = Curve(strokes, errors, seconds[: len(errors)])
+    curve = ErrorCurve(strokes, errors, seconds[: len(errors)])
     bend = knee(curve)
     assert strokes[0] <= bend.strokes <= strokes[-1]
     assert np.isfinite([bend.psnr, bend.gain_of_doubling, bend.cost_of_doubling]).all()
@@ -85,15 +87,15 @@ def test_any_curve_has_a_knee_within_its_counts_and_monotone_fits(errors, second
 
 def test_where_nothing_is_gained_the_knee_is_the_first_count_and_where_nothing_costs_the_last():
     strokes = [100, 200, 400]
-    assert knee(Curve(strokes, [0.1, 0.1, 0.1], [1.0, 2.0, 4.0])).strokes == 100
-    assert knee(Curve(strokes, [0.4, 0.2, 0.1], [1.0, 1.0, 1.0])).strokes == 400
-    assert knee(Curve([5], [0.1], [1.0])).strokes == 5
+    assert knee(ErrorCurve(strokes, [0.1, 0.1, 0.1], [1.0, 2.0, 4.0])).strokes == 100
+    assert knee(ErrorCurve(strokes, [0.4, 0.2, 0.1], [1.0, 1.0, 1.0])).strokes == 400
+    assert knee(ErrorCurve([5], [0.1], [1.0])).strokes == 5
 
 
 def test_an_error_of_zero_has_a_psnr():
     assert psnr_of(0.0) == 240.0
     assert psnr_of(0.1) == pytest.approx(20.0)
-    assert np.isfinite(knee(Curve([1, 10, 100], [0.5, 0.1, 0.0], [1, 2, 3])).psnr)
+    assert np.isfinite(knee(ErrorCurve([1, 10, 100], [0.5, 0.1, 0.0], [1, 2, 3])).psnr)
 
 
 @pytest.mark.parametrize(
@@ -110,4 +112,4 @@ def test_an_error_of_zero_has_a_psnr():
 )
 def test_what_is_no_curve_is_refused(strokes, rmse, seconds, words):
     with pytest.raises(ValueError, match=words):
-        Curve(strokes, rmse, seconds)
+        ErrorCurve(strokes, rmse, seconds)

@@ -3,13 +3,13 @@
 import numpy as np
 
 from brushgs.measure.bench.figures import Family
-from brushgs.stroke_count.curve import Curve, Knee, fitted_seconds, knee
+from brushgs.stroke_count.curve import ErrorCurve, Knee, fitted_seconds, knee
 
 LEAST_POINTS = 3  # a knee lies between two ends
 LEAST_GAIN = 0.05  # dB; less is reported as nothing
 
 
-def curves_of(family: Family) -> dict[str, Curve]:
+def curves_of(family: Family) -> dict[str, ErrorCurve]:
     """The curve of strokes for each cost, "frame" and "painting"; none of fewer than three points."""
     points = {point.strokes: point for point in family.points}  # two counts may give the same strokes
     if len(points) < LEAST_POINTS:
@@ -18,12 +18,12 @@ def curves_of(family: Family) -> dict[str, Curve]:
     rmse = np.array([points[count].error.rmse for count in strokes])
     kinds = family.points[0].seconds
     return {
-        kind: Curve(strokes, rmse, np.array([points[count].seconds[kind].median for count in strokes]))
+        kind: ErrorCurve(strokes, rmse, np.array([points[count].seconds[kind].median for count in strokes]))
         for kind in kinds
     }
 
 
-def advice(curves: dict[str, Curve]) -> tuple[Knee | None, str | None]:
+def advice(curves: dict[str, ErrorCurve]) -> tuple[Knee | None, str | None]:
     """The knee by the seconds of a frame, and the advice: "for this scene 3,100 strokes reach ..."."""
     if not curves:
         return None, None
