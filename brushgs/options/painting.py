@@ -1,6 +1,6 @@
-"""What a run is asked to do: one small frozen dataclass per step, checked where it is made.
+"""Options of a painting: one frozen dataclass per step, which checks its values.
 
-Only the standard library is needed here, so that a command line can be read without loading NumPy.
+Only the standard library is imported, so that a command line is checked without loading NumPy.
 """
 
 from dataclasses import dataclass, field
@@ -32,11 +32,11 @@ Up = str | tuple[float, float, float]
 
 @dataclass(frozen=True)
 class PruneConfig:
-    """Which Gaussians stay.
+    """Which Gaussians are kept.
 
     Attributes:
-        keep: share of the Gaussians that stays, in (0, 1]; those of highest weight. None for 0.7, and for all
-            of a file of strokes.
+        keep: share of the Gaussians that is kept, in (0, 1]: those of highest weight. None for 0.7, or all of
+            a file of strokes.
         weight: "contribution" or "paper" (the published intensity), see `prune`.
     """
 
@@ -49,7 +49,7 @@ class PruneConfig:
             raise ValueError(f"keep must be in (0, 1], got {self.keep:g}{cure}")
 
     def share(self, *, is_strokes: bool = False) -> float:
-        """The share that stays of a scene, or of what are strokes already."""
+        """The share that is kept of a scene, or of strokes."""
         if self.keep is not None:
             return self.keep
         return 1.0 if is_strokes else DEFAULT_KEEP
@@ -57,7 +57,7 @@ class PruneConfig:
 
 @dataclass(frozen=True)
 class ErrorBudget:
-    """The fewest strokes that come at least so near to the plain picture.
+    """The fewest strokes whose picture reaches a PSNR to the plain picture.
 
     Attributes:
         psnr: dB, in (0, 100].
@@ -75,7 +75,7 @@ class ErrorBudget:
 
 @dataclass(frozen=True)
 class StrokeSize:
-    """Strokes that are typically so long in the picture, see `brushgs.stroke_count.view_model.typical_size`.
+    """Strokes of a typical length in the picture, see `brushgs.stroke_count.view_model.typical_size`.
 
     Attributes:
         pixels: > 0, at most the longest side that a picture can have.
@@ -91,7 +91,7 @@ class StrokeSize:
         return f"{self.pixels:g}px"
 
 
-StrokeTarget = Literal["auto"] | ErrorBudget | StrokeSize  # what a count of strokes is chosen for
+StrokeTarget = Literal["auto"] | ErrorBudget | StrokeSize  # that a number of strokes is chosen for
 
 
 @dataclass(frozen=True)
@@ -99,13 +99,13 @@ class ClusterConfig:
     """How Gaussians become fewer and larger strokes.
 
     Attributes:
-        strokes: at most so many: a count >= 1, a share of the scene as loaded in (0, 1) given as a
-            float, or None for one stroke per Gaussian. Or an aim, for which the count is chosen: "auto" for
-            the knee of error over cost (`choose_strokes`), an `ErrorBudget` or a `StrokeSize`.
+        strokes: maximum number: a count >= 1, a share of the scene as loaded in (0, 1) given as a float, or
+            None for one stroke per Gaussian. Or a target that the count is chosen for: "auto" for the knee of
+            error over cost (`choose_strokes`), an `ErrorBudget` or a `StrokeSize`.
         features: "balanced" or "paper", see `cluster`.
         merge: "cover" or "paper", see `cluster`.
         method: "auto", "minibatch" or "lloyd", see `cluster`.
-        seed: of all the chance in it, 0 to 2^32 - 1.
+        seed: of the random numbers, 0 to 2^32 - 1.
     """
 
     strokes: int | float | StrokeTarget | None = DEFAULT_STROKES
@@ -129,14 +129,14 @@ class ClusterConfig:
 
     @property
     def target(self) -> StrokeTarget | None:
-        """What the count is chosen for; None where it is given."""
+        """The target that the count is chosen for; None if it is given."""
         return self.strokes if isinstance(self.strokes, (str, ErrorBudget, StrokeSize)) else None
 
     def num_strokes(self, num_gaussians: int) -> int:
-        """The count asked for, given how many Gaussians the scene has as loaded.
+        """The count, given the number of Gaussians in the scene as loaded.
 
         Raises:
-            TypeError: if it is an aim, which takes a look at the scene.
+            TypeError: if it is a target, which depends on the scene.
         """
         if isinstance(self.strokes, (str, ErrorBudget, StrokeSize)):
             raise TypeError(f"num_strokes: strokes must be a count, a share or None, got {self.strokes}")
@@ -149,14 +149,14 @@ class ClusterConfig:
 
 @dataclass(frozen=True)
 class ViewConfig:
-    """Where the picture is seen from: a camera from a file, or one framed on the scene.
+    """The view: a camera from a file, or one framed on the scene.
 
     Attributes:
         size: (width, height) in pixels; None for the size of the camera in the file, or 1280 x 720.
-        camera_file: cameras.json or transforms.json; then the fields below but `view` are not used.
+        camera_file: in any format of `brushgs.io.cameras.formats`; then only `view` and `size` are used.
         view: which camera of the file, from 0.
-        up: direction that is up in the picture: "+x" to "-z" or three numbers; None for what the
-            scene file says, or else -y.
+        up: direction that is up in the picture: "+x" to "-z" or three numbers; None for that of the scene
+            file, or -y if it has none.
         azimuth: radians, see `frame_scene`.
         elevation: radians above the horizon; None for 15 degrees, or 40 above flat ground.
         fov_y: vertical field of view, radians.
@@ -195,10 +195,10 @@ class DrawConfig:
         extent: "fitted" to what the stroke image covers, see `StrokeTexture.fitted_sigmas`, or "paper", 2
             standard deviations whatever it covers.
         background: "white", "black", "transparent", "#rrggbb" or an image file.
-        lock: "anchor", "track" or "off", see `project`; None for "anchor" in one picture and "track" along a
-            path, which alone can be tracked.
-        order: "depth": the nearer stroke hides the other; "soft": strokes of nearly one depth fade into each
-            other, so that none jumps in moving pictures, see `render`; None for "depth" in one picture and
+        lock: how strokes get their direction: "anchor", "track" or "off", see `project`. None for "anchor" in
+            one picture, and "track" along a path; only a path can be tracked.
+        order: "depth": the nearer stroke hides the other; "soft": strokes of similar depth fade into each
+            other, so that none jumps in moving pictures, see `render`. None for "depth" in one picture, and
             "soft" along a path.
         threads: None takes every processor available; the picture does not depend on it.
     """
@@ -234,11 +234,11 @@ class DrawConfig:
 
 @dataclass(frozen=True)
 class PaletteConfig:
-    """Whose colours the strokes take.
+    """The palette that the strokes take their colours from.
 
     Attributes:
         file: a picture, usually of a painting.
-        strength: share of the way to its colours, in [0, 1].
+        strength: how far colours move to those of the palette, in [0, 1].
         space: where colours are compared: "lab", "linear" or "srgb", see `recolor`.
     """
 

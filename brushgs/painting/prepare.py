@@ -61,7 +61,7 @@ class Prepared:
 
     @property
     def whole_scene(self) -> Gaussians:
-        """The Gaussians as loaded, where `prepare` was told to keep them."""
+        """The Gaussians as loaded, which `prepare` keeps with `keeps_scene`."""
         assert self.scene is not None, "prepare with keeps_scene=True"
         return self.scene
 

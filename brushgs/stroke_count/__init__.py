@@ -1,1 +1,1 @@
-"""How many strokes a scene is worth in a view."""
+"""The number of strokes that a scene is worth in a view: estimated, or searched for a target."""

@@ -1,8 +1,9 @@
-"""How many strokes a scene is worth in a view, found without clustering it at count after count.
+"""How many strokes a scene is worth in a view, estimated without clustering it at count after count.
 
-A quick look at a few counts, four times apart, stands for the full curve: nested cells (`passes.halving`) in
-place of clusters, each count merged from the next, painted once, and held against the plain picture. Costs
-are modelled (`view_model`), not timed: a scene gets the same count on every machine and in every run.
+The curve of error over cost is sampled at a few counts, each four times the one before. Nested cells
+(`passes.halving`) stand for clusters: the strokes of each count are merged from those of the next, painted
+once, and compared with the plain picture. Costs are modelled (`view_model`), not timed: a scene gets the same
+count on every machine and in every run.
 """
 
 from collections.abc import Iterator
@@ -28,9 +29,9 @@ from brushgs.stroke_count.curve import ErrorCurve, Knee, knee, psnr_of
 from brushgs.stroke_count.view_model import ViewModel
 
 WHITE = (1.0, 1.0, 1.0)
-FEWEST = 128  # where the curve of the knee starts: with fewer strokes a scene is a blot
-SPACING, FEWEST_LOOKS = 4, 4  # of the counts looked at, about; closer where there would be fewer below all
-LOOK_ROWS = 4  # of four rows of pixels one is compared: neighbours tell nearly the same
+FEWEST = 128  # the first count of the curve of the knee: with fewer strokes a scene is a blot
+SPACING, FEWEST_SAMPLES = 4, 4  # ratio of sampled counts, about; smaller where there would be too few samples
+ROW_STEP = 4  # every fourth row of pixels is compared: neighbouring rows hardly differ
 TINY = 1e-9  # in place of an error or a size of zero, which has no logarithm
 
 Rule = Literal["knee", "psnr", "size"]
@@ -38,16 +39,16 @@ Rule = Literal["knee", "psnr", "size"]
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """A count of strokes, and what is expected of it.
+    """A number of strokes, and its expected error and size.
 
     Attributes:
         strokes: 1 to N.
-        rule: what it was chosen by.
+        rule: what decided it.
         psnr: dB to the plain picture.
         size: typical length of a stroke, pixels, see `brushgs.stroke_count.view_model.typical_size`.
-        knee: what doubling buys and costs there, of "knee"; None where a scene is too small for a curve.
-        curve: what was looked at, M counts up to N; its seconds are modelled.
-        sizes: [M] pixels, never growing.
+        knee: gain and cost of doubling there; None for other rules, and if the scene is too small.
+        curve: the M sampled counts up to N; its seconds are modelled.
+        sizes: [M] pixels, not increasing.
     """
 
     strokes: int
@@ -59,7 +60,7 @@ class Choice:
     sizes: NDArray[np.float64]
 
     def count_of_size(self, size: float) -> int:
-        """The fewest strokes whose typical size is expected to be at most so many pixels; N where none is."""
+        """The fewest strokes with an expected typical size of at most `size` pixels; N if there are none."""
         return _first_within(self.curve.strokes, self.sizes, size)
 
 
@@ -78,20 +79,21 @@ def choose_strokes(
     merge: Merge = "cover",
     num_threads: int | None = None,
 ) -> Choice:
-    """How many strokes to make of a scene for a view.
+    """Choose the number of strokes for a scene in a view.
 
-    Without `psnr` and `size`: the knee of the curve of error over cost, see `curve`. It takes less time than
-    clustering once and rendering ten frames, and gives the same count for any number of threads.
+    Without `psnr` and `size` it is the knee of the curve of error over cost, see `curve`. This takes less
+    time than clustering once and rendering ten frames. The count does not depend on the number of threads.
 
     Args:
         gaussians: N Gaussians, pruned as for painting, N >= 1.
-        camera: the view; what is looked at is its picture, in its size.
+        camera: the view, in the size in which pictures are compared.
         texture: the stroke.
-        psnr: in place of the knee, the fewest strokes that should come as near to the plain picture, dB,
-            > 0. Clusters come as near as the cells looked at at 0.7 to 1.4 of their count, mostly.
-        size: in place of the knee, the fewest strokes of at most that typical size, pixels, > 0. Up to 20 %
-            smaller below 1,000 strokes: clusters are more compact than cells.
-        plain: the picture to come near; None renders `gaussians` with the "gaussian" kernel.
+        psnr: in place of the knee, the fewest strokes that are expected to reach this PSNR to the plain
+            picture, dB, > 0. Clusters mostly reach the error of the sampled cells at 0.7 to 1.4 of their
+            count.
+        size: in place of the knee, the fewest strokes of at most this typical size, pixels, > 0. Below 1,000
+            strokes they are up to 20 % smaller: clusters are more compact than cells.
+        plain: the plain picture; None renders `gaussians` with the "gaussian" kernel.
         background: [3] or [H, W, 3], 0 to 1, on which pictures are compared.
         filter: see `rasterize`.
         num_sigmas: see `render`.
@@ -100,17 +102,17 @@ def choose_strokes(
         num_threads: see `render`.
 
     Returns:
-        The count and what is expected of it. A scene of fewer than 256 Gaussians has no knee: each is a
-        stroke.
+        The count with its expected error and size. A scene of fewer than 256 Gaussians has no knee: each
+        Gaussian is a stroke.
 
     Raises:
-        ValueError: if there is no Gaussian, both `psnr` and `size` are given, one is not positive, or all N
-            strokes do not come as near as `psnr`.
+        ValueError: if there is no Gaussian, both `psnr` and `size` are given, one is not positive, or even
+            all N strokes do not reach `psnr`.
     """
     if len(gaussians) == 0:
         raise ValueError("choose_strokes: gaussians must have at least one row, got none")
     if psnr is not None and size is not None:
-        raise ValueError("choose_strokes: psnr must not stand beside size; leave one out")
+        raise ValueError("choose_strokes: psnr cannot be combined with size; omit one")
     for name, value in (("psnr", psnr), ("size", size)):
         if value is not None and not 0 < value < np.inf:
             raise ValueError(f"choose_strokes: {name} must be above 0 and finite, got {value:g}")
@@ -132,23 +134,23 @@ def choose_for_view_model(
     features: Features = "balanced",
     merge: Merge = "cover",
 ) -> Choice:
-    """`choose_strokes` where the plain picture is there already; takes and raises the same."""
+    """`choose_strokes` with the plain picture already rendered; takes and raises the same."""
     num = len(gaussians)
     rule: Rule = "psnr" if psnr is not None else "size" if size is not None else "knee"
-    looks = []
-    for strokes in _coarser(gaussians, view_model, counts_to_look_at(num, rule), features, merge):
+    samples = []
+    for strokes in _coarser(gaussians, view_model, counts_to_sample(num, rule), features, merge):
         boxes = view_model.boxes(strokes)
-        looks.append(
+        samples.append(
             (
                 len(strokes),
-                view_model.rmse(boxes, LOOK_ROWS),
+                view_model.rmse(boxes, ROW_STEP),
                 view_model.cost(strokes, boxes),
                 view_model.size(boxes),
             )
         )
         if psnr is not None and len(strokes) == num:
             _check_reach(num, psnr_of(view_model.rmse(boxes)), psnr, view_model.texture.name)
-    counts, errors, costs, sizes = (np.array(column) for column in zip(*reversed(looks), strict=True))
+    counts, errors, costs, sizes = (np.array(column) for column in zip(*reversed(samples), strict=True))
     curve, sizes = ErrorCurve(counts, errors, costs), np.minimum.accumulate(sizes)
     bend = None
     if psnr is not None:
@@ -165,19 +167,19 @@ def choose_for_view_model(
     return Choice(chosen, rule, expected, _at(counts, sizes, chosen), bend, curve, sizes)
 
 
-def counts_to_look_at(num: int, rule: Rule) -> list[int]:
-    """Ascending counts below all `num` Gaussians, evenly apart, from 1 on; for the knee from `FEWEST`."""
+def counts_to_sample(num: int, rule: Rule) -> list[int]:
+    """Counts below `num` in a geometric sequence, ascending from 1; for the knee from `FEWEST`."""
     few = [] if rule == "knee" else [count for count in (1, 2, 8, 32) if count < min(num, FEWEST)]
     if num < 2 * FEWEST:
         return few
-    looks = max(FEWEST_LOOKS, round(float(np.log(num / FEWEST) / np.log(SPACING))))
-    return few + [round(FEWEST * (num / FEWEST) ** (look / looks)) for look in range(looks)]
+    samples = max(FEWEST_SAMPLES, round(float(np.log(num / FEWEST) / np.log(SPACING))))
+    return few + [round(FEWEST * (num / FEWEST) ** (sample / samples)) for sample in range(samples)]
 
 
 def _coarser(
     gaussians: Gaussians, view_model: ViewModel, counts: list[int], features: Features, merge: Merge
 ) -> Iterator[Gaussians]:
-    """All Gaussians, then about as many strokes as each count says, from the finest to the coarsest."""
+    """Yield all Gaussians, then about as many strokes as each count, from the largest count down."""
     seen = _as_seen(gaussians, view_model)
     yield seen
     if not counts:
@@ -188,7 +190,7 @@ def _coarser(
     strokes = merge_clusters(seen, partitions[-1], merge=merge, visible=visible)
     yield strokes
     for finer, labels in zip(partitions[:0:-1], partitions[-2::-1], strict=True):
-        if labels.max() == finer.max():  # there are fewer different points than either count
+        if labels.max() == finer.max():  # there are fewer distinct points than both counts
             continue
         _, firsts = np.unique(finer, return_index=True)
         strokes = merge_clusters(strokes, labels[firsts], merge=merge)
@@ -196,7 +198,7 @@ def _coarser(
 
 
 def _as_seen(gaussians: Gaussians, view_model: ViewModel) -> Gaussians:
-    """The same in the colours that this one view shows: there is less of them to merge."""
+    """The same Gaussians in the colours of this view alone: merging SH degree 0 is faster."""
     if used_sh_degree(gaussians) == 0:
         return gaussians
     boxes = view_model.boxes(gaussians)
@@ -209,14 +211,14 @@ def _check_reach(num: int, reached: float, asked: float, stroke: str) -> None:
     if reached < asked:
         raise ValueError(
             f"strokes: the error budget must be one that {stroke!r} can meet, got {asked:g} dB; all {num:,} "
-            f"strokes come to {reached:.1f} dB of the plain picture: ask for less or take another stroke"
+            f"strokes reach {reached:.1f} dB; lower the budget or use another stroke"
         )
 
 
 def _first_within(counts: Array, values: Array, limit: float) -> int:
-    """The fewest strokes at which falling values are at most `limit`; all where they never are.
+    """The fewest strokes at which falling values are at most `limit`; all if they never are.
 
-    Between two counts that were looked at, both are powers of each other.
+    Between two sampled counts the value is interpolated as a power of the count.
     """
     is_within = values <= limit
     if not is_within.any():
@@ -231,7 +233,7 @@ def _first_within(counts: Array, values: Array, limit: float) -> int:
 
 
 def _at(counts: Array, values: Array, count: int) -> float:
-    """The value at a count, between two that were looked at as a power of the count."""
+    """The value at a count, interpolated between sampled counts as a power of the count."""
     logs = np.log(np.maximum(values, TINY))
     value = float(np.exp(np.interp(np.log(count), np.log(counts), logs)))
     return value if value > 2 * TINY else 0.0

@@ -1,20 +1,21 @@
 """The curve of error against run time over the number of strokes, and its knee: the one definition of both.
 
-The knee is the count at which the curve has bought the most for the least: with e the share of the error
-that was taken away and t the share of the seconds that were added, both from the first count of the curve
-(0) to its last (1), the knee is where e - t is largest. There the curve of RMSE over seconds is parallel to
-the chord between its ends: before it a second takes away more error than on average, after it less.
-Source: Satopaa et al. 2011, Finding a "Kneedle" in a Haystack; but on a fit in place of a spline.
+The knee is the count with the best trade-off: let e be the share of the error that is removed and t the
+share of the seconds that is added, both 0 at the first count of the curve and 1 at its last; the knee is
+where e - t is largest. There the curve of RMSE over seconds is parallel to the chord between its ends: before
+it a second removes more error than on average, after it less.
+Source: the Kneedle algorithm (Satopaa et al. 2011, Finding a "Kneedle" in a Haystack), on a fit in place of a
+smoothing spline.
 
-It depends neither on the unit of the error nor on the speed of the machine nor on a fixed start-up time.
-What it does depend on are the ends, so a curve should end where the scene does: at one stroke per Gaussian,
-whose frame needs no clustering. (Cut at 32,000 strokes, the knee of a scene of 150,000 moves from 12,600 to
-3,800.)
+The knee depends neither on the unit of the error nor on the speed of the machine nor on a fixed start-up
+time. It does depend on the ends, so a curve should end where the scene does: at one stroke per Gaussian,
+whose frame needs no clustering. (If the curve ends at 32,000 strokes, the knee of a scene of 150,000 moves
+from 12,600 to 3,800.)
 
-Why not the least error x seconds^p, which needs no ends: on nine real scenes both are near powers of the
-count, so that optimum is flat. 7 % of noise in the seconds, and one count left out, move it by factors up to
-5.8 (p = 1/2 and 1; standard deviation of the logarithm, on smooth fits), and on most scenes it lies at an
-end of the curve: 125 strokes for a camp ground. The same noise moves the knee by 1.05 to 1.21, and it lies
+Why not the minimum of error x seconds^p, which needs no ends: on nine real scenes both are nearly powers of
+the count, so that minimum is flat. 7 % of noise in the seconds, with one count omitted, moves it by factors
+up to 5.8 (p = 1/2 and 1; standard deviation of the logarithm, on smooth fits), and on most scenes it lies at
+an end of the curve: 125 strokes for a camp ground. The same noise moves the knee by 1.05 to 1.21, and it lies
 at 1,200 to 12,600 strokes.
 """
 
@@ -32,18 +33,18 @@ COSTS = (
     0.75,
     1.0,
 )  # of the rising terms of the seconds: a stroke costs as much, or less with each
-STEPS = 512  # at which a fit is looked at: even in the logarithm, 1.5 % apart on the longest curves
-RIDGE = 0.05  # on weights of relative terms: shares them out, so that noise does not switch one for another
+STEPS = 512  # counts at which a fit is evaluated: even in the logarithm, 1.5 % apart on the longest curves
+RIDGE = 0.05  # ridge regression of relative terms: with noise, weights do not jump from one term to another
 LEAST = 1e-12  # in place of an error of zero, which has no logarithm
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorCurve:
-    """What more strokes cost and what they bring.
+    """Error and cost of a frame over the number of strokes.
 
     Attributes:
         strokes: [M] ascending counts, >= 1.
-        rmse: [M] >= 0, of 1, against the plain render, both on the same ground.
+        rmse: [M] >= 0, of 1, to the plain picture, both on the same background.
         seconds: [M] > 0, of a frame or a painting.
 
     Raises:
@@ -72,12 +73,12 @@ class ErrorCurve:
 
 @dataclass(frozen=True)
 class Knee:
-    """Where a curve bends.
+    """The knee of a curve.
 
     Attributes:
         strokes: the count, within those of the curve.
         psnr: dB there, of the fit.
-        gain_of_doubling: dB that twice the strokes bring.
+        gain_of_doubling: dB gained by twice the strokes.
         cost_of_doubling: seconds of twice the strokes over seconds here, >= 1.
     """
 
@@ -88,10 +89,10 @@ class Knee:
 
 
 def knee(curve: ErrorCurve) -> Knee:
-    """The knee of a curve, see the module.
+    """Find the knee of a curve, see the module.
 
-    Where the error does not fall it is the first count, where more strokes cost nothing the last. Beyond the
-    last count nothing is known: a doubling that would lead there is told from the last one that does not.
+    It is the first count if the error does not fall, and the last if more strokes cost nothing. Nothing is
+    known beyond the last count: a doubling that would go beyond it ends there.
     """
     counts = np.geomspace(curve.strokes[0], curve.strokes[-1], STEPS)
     error, seconds = fitted_rmse(curve, counts), fitted_seconds(curve, counts)
@@ -115,10 +116,11 @@ def knee(curve: ErrorCurve) -> Knee:
 
 
 def fitted_rmse(curve: ErrorCurve, counts: Array) -> NDArray[np.float64]:
-    """The error at other counts within the curve's, smooth and nowhere rising, [n].
+    """The error at other counts within those of the curve, smooth and not increasing, [n].
 
-    A sum, with weights >= 0, of a floor and of terms that fall to zero at the last count: (K^a - k^a) / a.
-    The weights make the relative errors least, in squares; so noise of single counts averages out.
+    The model is a constant plus terms that fall to zero at the last count, (K^a - k^a) / a, with weights
+    >= 0. These minimise the squared relative errors (NNLS with a ridge), so noise of single counts averages
+    out.
     """
     last = float(curve.strokes[-1])
 
@@ -131,7 +133,7 @@ def fitted_rmse(curve: ErrorCurve, counts: Array) -> NDArray[np.float64]:
 
 
 def fitted_seconds(curve: ErrorCurve, counts: Array) -> NDArray[np.float64]:
-    """The seconds at other counts, smooth and nowhere falling, [n]: a fixed part and rising powers."""
+    """The seconds at other counts, smooth and not decreasing, [n]: a constant and rising powers."""
     last = float(curve.strokes[-1])
 
     def terms(strokes: Array) -> NDArray[np.float64]:
@@ -146,14 +148,14 @@ def psnr_of(rmse: float) -> float:
     return float(-20 * np.log10(max(float(rmse), LEAST)))
 
 
-def _fitted(known: NDArray[np.float64], values: Array, wanted: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Terms [n, T] at other counts, weighed so that those at the known ones [M, T] come to the values."""
+def _fitted(known: NDArray[np.float64], values: Array, others: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Fit weights of terms [M, T] to the values [M]; apply them to the terms at other counts [n, T]."""
     relative = known / values[:, None]
     lengths = np.linalg.norm(relative, axis=0)
-    lengths[lengths == 0] = 1.0  # a term that is zero at all counts takes no part
+    lengths[lengths == 0] = 1.0  # a term that is zero at all counts has no effect
     relative = relative / lengths
     gram = relative.T @ relative + RIDGE**2 * np.eye(len(lengths))
-    return np.asarray(wanted @ (_nnls(gram, relative.sum(axis=0)) / lengths))
+    return np.asarray(others @ (_nnls(gram, relative.sum(axis=0)) / lengths))
 
 
 def _nnls(gram: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -174,6 +176,6 @@ def _nnls(gram: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.
 
 
 def _share(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How far from the first value to the last; 0 throughout where they are equal."""
+    """Values scaled to 0 at the first and 1 at the last; all 0 if these are equal."""
     way = values[-1] - values[0]
     return np.asarray((values - values[0]) / way if way else np.zeros_like(values))

@@ -1,12 +1,12 @@
-"""One view of a scene, and what strokes look like in it: how near to the plain picture, how long, how costly.
+"""A model of strokes in one view of a scene: their error to the plain picture, their size and their cost.
 
 Costs are modelled, not timed, so that they are the same on every machine and in every run:
 
     cost = PIXEL x pixels of the picture + STROKE x strokes + PAINT x pixels of their boxes
 
-On nine real scenes at two sizes, 128 strokes to all, that follows the seconds of one core within 10 % as far
-as the shape of a curve goes (standard deviation of the logarithm, each curve scaled to fit). Fitted without a
-scene, the constants choose at most 4 % fewer or more strokes for it.
+On nine real scenes at two sizes, from 128 strokes to all, its curves have the shape of measured ones of one
+core within 10 % (standard deviation of the logarithm, each curve scaled to fit). Constants that are fitted
+without a scene change its number of strokes by at most 4 %.
 """
 
 from dataclasses import dataclass, replace
@@ -19,15 +19,15 @@ from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
-# Nanoseconds of one core, least squares of relative errors; measured again: 4.0, 208, 1.5 and 0.6 (python -m
-# tests.bench.stroke_count --cost). Only ratios count: a stroke costs as much as 50 pixels of the picture.
+# Nanoseconds of one core, least squares of relative errors; a second measurement gave 4.0, 208, 1.5 and 0.6
+# (python -m tests.bench.stroke_count --cost). Only ratios matter: a stroke costs as much as 50 pixels.
 PIXEL, STROKE = 3.5, 190.0
 PAINT = {"image": 1.2, "gaussian": 0.6, "ellipse": 0.6}
 
 
 @dataclass(frozen=True, eq=False)
 class ViewModel:
-    """What strokes are counted for: how one view of them is painted, and the picture they should come near.
+    """How strokes are painted in one view, and the plain picture that they are compared with.
 
     Attributes:
         camera: the view.
@@ -44,21 +44,21 @@ class ViewModel:
     background: Array
 
     def boxes(self, strokes: Gaussians) -> Boxes:
-        """As `render` has them."""
+        """The boxes that `render` would paint."""
         return project_with(strokes, self.camera, self.options)[0]
 
     def rmse(self, boxes: Boxes, row_step: int = 1) -> float:
-        """Of the painting against the plain picture, of 1; over every n-th row of pixels."""
+        """RMSE of the painting to the plain picture, of 1; over every `row_step`-th row of pixels."""
         options = replace(self.options, depth=False)
         frame = rasterize_with(boxes, self.camera, self.texture, options)
-        apart = self._shown(frame, row_step) - self._shown(self.plain, row_step)
-        return float(np.sqrt(np.mean(np.square(apart), dtype=np.float64)))
+        difference = self._shown(frame, row_step) - self._shown(self.plain, row_step)
+        return float(np.sqrt(np.mean(np.square(difference), dtype=np.float64)))
 
     def _shown(self, frame: Frame, row_step: int) -> Array:
-        """What a screen shows of a frame on the ground: rows of [H, W, 3], 0 to 1."""
-        ground = np.asarray(self.background, dtype=frame.rgb.dtype)
-        ground = ground if ground.ndim == 1 else ground[::row_step]
-        picture = (1 - frame.alpha[::row_step, :, None]) * ground
+        """The frame on the background, clipped to 0 to 1: rows of [H, W, 3]."""
+        background = np.asarray(self.background, dtype=frame.rgb.dtype)
+        background = background if background.ndim == 1 else background[::row_step]
+        picture = (1 - frame.alpha[::row_step, :, None]) * background
         picture += frame.rgb[::row_step]
         return np.clip(picture, 0, 1, out=picture)
 
@@ -76,9 +76,9 @@ class ViewModel:
 def typical_size(boxes: Boxes, *, width: int, height: int) -> float:
     """Typical length of strokes, pixels: half of the paint of a picture is in strokes at least as long.
 
-    The length is that of the longer side of a box. Strokes weigh by what they paint: area of the box x share
-    of its upright bounding rectangle inside the picture x opacity. So neither the many small ones that hardly
-    show nor one wash in the background decide.
+    It is the weighted median of the longer sides of boxes. The weight of a stroke is what it paints: area of
+    the box x share of its upright bounding rectangle inside the picture x opacity. So neither many small
+    strokes that hardly show nor one wash in the background decide.
 
     Args:
         boxes: M strokes.
@@ -86,7 +86,7 @@ def typical_size(boxes: Boxes, *, width: int, height: int) -> float:
         height: of the picture, pixels.
 
     Returns:
-        The weighted median; 0 where nothing is seen.
+        The length; 0 if nothing is visible.
     """
     weights = seen_areas(boxes, width, height) * boxes.opacities
     if not weights.any():

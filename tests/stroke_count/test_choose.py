@@ -24,7 +24,7 @@ from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.options import RenderOptions
 from brushgs.scene import Boxes
 from brushgs.still_life import still_life, still_life_camera
-from brushgs.stroke_count.choose import FEWEST, choose_strokes, counts_to_look_at
+from brushgs.stroke_count.choose import FEWEST, choose_strokes, counts_to_sample
 from brushgs.stroke_count.search import SIZE_TRIES
 from brushgs.stroke_count.view_model import ViewModel, typical_size
 from tests.scenes import real_scene
@@ -57,7 +57,7 @@ def test_the_choice_lies_within_the_scene_and_says_what_to_expect(pears, camera)
     assert FEWEST <= choice.strokes <= len(pears)
     assert choice.knee.strokes == choice.strokes
     assert choice.curve.strokes[-1] == len(pears)
-    assert list(choice.curve.strokes[:-1]) == counts_to_look_at(len(pears), "knee")
+    assert list(choice.curve.strokes[:-1]) == counts_to_sample(len(pears), "knee")
     assert (np.diff(choice.sizes) <= 0).all()
     at = bg.render(bg.cluster(pears, choice.strokes), camera, SWIRL).over((1, 1, 1))
     error = at - bg.render(pears, camera, KERNEL).over((1, 1, 1))
@@ -121,11 +121,11 @@ def test_the_choice_follows_how_strokes_are_made(pears, camera, options):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"psnr": 20.0, "size": 4.0}, "psnr must not stand beside size"),
+        ({"psnr": 20.0, "size": 4.0}, "psnr cannot be combined with size"),
         ({"psnr": 0.0}, "psnr must be above 0"),
         ({"size": np.inf}, "size must be above 0 and finite"),
         ({"size": -1.0}, "size must be above 0"),
-        ({"psnr": 90.0}, "budget must be one that 'swirl' can meet, got 90 dB; all 4,333 strokes come to"),
+        ({"psnr": 90.0}, "budget must be one that 'swirl' can meet, got 90 dB; all 4,333 strokes reach"),
     ],
 )
 def test_what_cannot_be_chosen_for_is_refused(pears, camera, options, words):
@@ -145,7 +145,7 @@ def test_a_plain_picture_of_another_size_and_an_empty_scene_are_refused(pears, c
 @pytest.mark.parametrize(("num", "most"), [(1, 4), (255, 4), (256, 9), (10_000, 9), (10**7, 13)])
 def test_looks_are_few_and_below_the_scene(num, most):
     for rule in ("knee", "size"):
-        counts = counts_to_look_at(num, rule)
+        counts = counts_to_sample(num, rule)
         assert counts == sorted(set(counts))
         assert len(counts) <= most
         assert all(count < num for count in counts)
