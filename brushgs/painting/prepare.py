@@ -24,6 +24,7 @@ from brushgs.scene import Camera, Gaussians
 if TYPE_CHECKING:
     from brushgs.brushes.texture import StrokeTexture
     from brushgs.cameras.paths import CameraPath
+    from brushgs.io.scenes.notes import LoadNotes
     from brushgs.passes.recolor import Palette
     from brushgs.rendering.options import RenderOptions
 
@@ -35,12 +36,12 @@ class Prepared:
     Attributes:
         strokes: the strokes in space.
         texture: the stroke image or kernel.
-        options: how strokes become a frame: those of a path where there is one, else those of a still.
-        cameras: the views, one per frame; none where no view is needed.
+        options: how strokes become a frame, of a still or along a path.
+        cameras: the views, one per frame; empty if no view is needed.
         path: the path that the cameras belong to; None for a still.
-        background: what lies behind the strokes; None for transparent, and where none is needed.
-        palette: the colours that the strokes took; None where they kept their own.
-        file_up: the axis that points up as the scene file says; None if it does not say.
+        background: what lies behind the strokes; None for transparent, and if none is needed.
+        palette: the colours that the strokes took; None if they kept their own.
+        notes: what the scene file holds beside its Gaussians; None for Gaussians in memory.
         scene: the Gaussians as loaded; None unless they are kept.
     """
 
@@ -51,13 +52,18 @@ class Prepared:
     path: "CameraPath | None"
     background: Background
     palette: "Palette | None"
-    file_up: str | None
+    notes: "LoadNotes | None"
     scene: Gaussians | None
 
     @property
     def camera(self) -> Camera:
-        """The first view, for a still the only one."""
+        """The first view, of a still the only one."""
         return self.cameras[0]
+
+    @property
+    def file_up(self) -> str | None:
+        """The axis that points up according to the scene file; None if it does not state one."""
+        return None if self.notes is None else self.notes.up
 
     @property
     def whole_scene(self) -> Gaussians:
@@ -97,36 +103,32 @@ def prepare(
         ValueError: if an option does not suit the scene, before any long work where that can be known.
     """
     is_counted = config.cluster.target is not None
-    needs_view |= is_counted
-    if needs_background or is_counted:
+    needs_view, needs_background = needs_view or is_counted, needs_background or is_counted
+    if needs_background:
         check_background(config.draw.background)
     texture = open_stroke(config.draw, report)
     options = render_options(config.draw, texture, along_path=isinstance(views, PathConfig))
     palette = open_palette(config.palette, report)
-    file_up, is_strokes = None, False
-    if isinstance(source, Gaussians):
-        gaussians = source
-    else:
-        gaussians, notes = load_scene(source, report)
-        file_up, is_strokes = notes.up, notes.is_strokes
-    path, cameras = None, []
+    gaussians, notes = (source, None) if isinstance(source, Gaussians) else load_scene(source, report)
+    file_up, is_strokes = (None, False) if notes is None else (notes.up, notes.is_strokes)
+
+    path, cameras, background, view_model = None, [], None, None
     if isinstance(views, PathConfig):
         path = plan_views(gaussians, config.view, views, report, file_up=file_up)
-        cameras = path.cameras
         if check_path is not None:
             check_path(path)
+        cameras = path.cameras
     elif needs_view:
         cameras = [choose_camera(gaussians, config.view, report, file_up=file_up, camera=views)]
-    background = None
-    if cameras and (needs_background or is_counted):
+    if cameras and needs_background:
         background = open_picture_background(config.draw, cameras[0], report)
-    view_model = None
     if is_counted:
-        # Strokes are counted for a still with the usual lock and order, whatever is painted of them.
+        # Strokes are counted for a still with the default lock and order, whatever is painted of them.
         still = render_options(replace(config.draw, lock=None, order=None), texture, along_path=False)
         view_model = open_view_model(gaussians, cameras[0], texture, still, background, report)
+
     num_loaded, scene = len(gaussians), gaussians if keeps_scene else None
     gaussians = prune_scene(gaussians, config.prune, report, is_strokes=is_strokes)
     gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded, view_model=view_model)
     gaussians = recolor_scene(gaussians, palette, config.palette, report)
-    return Prepared(gaussians, texture, options, cameras, path, background, palette, file_up, scene)
+    return Prepared(gaussians, texture, options, cameras, path, background, palette, notes, scene)
