@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from brushgs.options.painting import PaintConfig
-from brushgs.options.sequence import PathConfig
 from brushgs.painting.background import Background, check_background
 from brushgs.painting.count import open_view_model
 from brushgs.painting.drawing import open_picture_background, open_stroke, render_options
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from brushgs.brushes.texture import StrokeTexture
     from brushgs.cameras.paths import CameraPath
     from brushgs.io.scenes.notes import LoadNotes
+    from brushgs.options.sequence import PathConfig
     from brushgs.passes.recolor import Palette
     from brushgs.rendering.options import RenderOptions
 
@@ -77,7 +77,7 @@ def prepare(
     config: PaintConfig,
     report: Report,
     *,
-    views: Camera | PathConfig | None = None,
+    views: "Camera | PathConfig | None" = None,
     check_path: Callable[["CameraPath"], None] | None = None,
     needs_view: bool = True,
     needs_background: bool = True,
@@ -102,18 +102,19 @@ def prepare(
         SceneError: if a file cannot be read.
         ValueError: if an option does not suit the scene, before any long work where that can be known.
     """
+    along_path = not (views is None or isinstance(views, Camera))
     is_counted = config.cluster.target is not None
     needs_view, needs_background = needs_view or is_counted, needs_background or is_counted
     if needs_background:
         check_background(config.draw.background)
     texture = open_stroke(config.draw, report)
-    options = render_options(config.draw, texture, along_path=isinstance(views, PathConfig))
+    options = render_options(config.draw, texture, along_path=along_path)
     palette = open_palette(config.palette, report)
     gaussians, notes = (source, None) if isinstance(source, Gaussians) else load_scene(source, report)
     file_up, is_strokes = (None, False) if notes is None else (notes.up, notes.is_strokes)
 
     path, cameras, background, view_model = None, [], None, None
-    if isinstance(views, PathConfig):
+    if views is not None and not isinstance(views, Camera):
         path = plan_views(gaussians, config.view, views, report, file_up=file_up)
         if check_path is not None:
             check_path(path)

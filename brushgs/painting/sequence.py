@@ -21,12 +21,12 @@ from brushgs.options.painting import DrawConfig, PaintConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.drawing import NOTHING_SEEN
 from brushgs.painting.frame_painter import FramePainter, FrameView
-from brushgs.painting.outputs import check_target, plan_output
 from brushgs.painting.parallel import parallel_map
 from brushgs.painting.parallel.connection import check_scheduler
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report, Stage, Stopwatch
 from brushgs.painting.resume import check_same_painting, describe_painting, read_manifest
+from brushgs.painting.sequence_outputs import check_target, plan_output
 from brushgs.painting.strokes import file_size
 
 if TYPE_CHECKING:

@@ -102,21 +102,19 @@ def cluster_scene(
         _describe_clusters(clustered, num, count, config, stage)
         if found is not None and isinstance(target, ErrorBudget | StrokeSize):
             describe_search(found, target, stage)
-    return clustered.strokes
+    return clustered[0]
 
 
 def _cluster(gaussians: Gaussians, num_strokes: int, config: ClusterConfig) -> "Clustered":
     """Merge Gaussians where there are more than so many."""
-    from brushgs.stroke_count.search import Clustered
-
     if len(gaussians) <= num_strokes:
-        return Clustered(gaussians, None)
+        return gaussians, None
     from brushgs.passes.cluster import group
     from brushgs.passes.merge import merge_clusters
 
     grouping = group(gaussians, num_strokes, features=config.features, method=config.method, seed=config.seed)
     strokes = merge_clusters(gaussians, grouping.labels, merge=config.merge, visible=grouping.visible)
-    return Clustered(strokes, grouping)
+    return strokes, grouping
 
 
 def _describe_clusters(

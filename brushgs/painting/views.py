@@ -9,12 +9,12 @@ from brushgs.cameras.framing import DEFAULT_UP, default_elevation, direction_of,
 from brushgs.errors import SceneError
 from brushgs.options.choices import file_size_rule
 from brushgs.options.painting import DEFAULT_SIZE, ViewConfig
-from brushgs.options.sequence import PathConfig
 from brushgs.painting.report import Report, Stage
 from brushgs.scene import Camera, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
+    from brushgs.options.sequence import PathConfig
 
 
 def choose_camera(
@@ -41,7 +41,7 @@ def choose_camera(
 
 
 def plan_views(
-    gaussians: Gaussians, view: ViewConfig, path_config: PathConfig, report: Report, *, file_up: str | None
+    gaussians: Gaussians, view: ViewConfig, path_config: "PathConfig", report: Report, *, file_up: str | None
 ) -> "CameraPath":
     """Place the cameras along a path, one per frame."""
     with report.stage("path") as stage:

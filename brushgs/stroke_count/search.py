@@ -6,7 +6,6 @@ measured in the picture, so here the clusters themselves are compared with the t
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,12 +21,9 @@ STEP = 2**0.25
 START = 1 / STEP
 SIZE_TOLERANCE, SIZE_TRIES = 0.05, 4  # relative to the target length; clusterings
 
-
-class Clustered(NamedTuple):
-    """Strokes, and how the Gaussians were grouped; None where each is a stroke of its own."""
-
-    strokes: Gaussians
-    grouping: Grouping | None
+# Strokes, and how the Gaussians were grouped; None if each is a stroke of its own.
+Clustered = tuple[Gaussians, Grouping | None]
+Cluster = Callable[[int], Clustered]  # maximum number of strokes -> strokes
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +45,6 @@ class Found:
     psnr: float
 
 
-Cluster = Callable[[int], Clustered]  # at most so many strokes
-
-
 def search_budget(num: int, psnr: float, view_model: ViewModel, choice: Choice, cluster: Cluster) -> Found:
     """Find the first of a ladder of counts whose clusters reach a PSNR.
 
@@ -68,7 +61,7 @@ def search_budget(num: int, psnr: float, view_model: ViewModel, choice: Choice, 
     while True:
         count, tries, step = min(num, round(STEP**step)), tries + 1, step + 1
         clustered = cluster(count)
-        boxes = view_model.boxes(clustered.strokes)
+        boxes = view_model.boxes(clustered[0])
         reached = psnr_of(view_model.rmse(boxes))
         if count == num or reached >= psnr:
             return Found(clustered, count, tries, view_model.size(boxes), reached)
@@ -89,7 +82,7 @@ def search_size(pixels: float, view_model: ViewModel, choice: Choice, cluster: C
     count, target = choice.strokes, pixels
     while count not in tried:
         clustered = cluster(count)
-        size = view_model.size(view_model.boxes(clustered.strokes))
+        size = view_model.size(view_model.boxes(clustered[0]))
         tried[count] = abs(np.log(max(size, 1e-9) / pixels)), clustered
         if tried[count][0] <= SIZE_TOLERANCE or len(tried) == SIZE_TRIES or size == 0:
             break
@@ -97,5 +90,5 @@ def search_size(pixels: float, view_model: ViewModel, choice: Choice, cluster: C
         count = choice.count_of_size(target)
     best = min(tried, key=lambda count: tried[count][0])
     clustered = tried[best][1]
-    boxes = view_model.boxes(clustered.strokes)
+    boxes = view_model.boxes(clustered[0])
     return Found(clustered, best, len(tried), view_model.size(boxes), psnr_of(view_model.rmse(boxes)))

@@ -21,9 +21,9 @@ from brushgs.io.pictures.images import encode_frame, read_image
 from brushgs.io.pictures.numbered import Manifest
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
-from brushgs.painting.outputs import plan_output
 from brushgs.painting.report import Report, Stopwatch, pace
 from brushgs.painting.sequence import FramePainter, FrameView, paint_sequence
+from brushgs.painting.sequence_outputs import plan_output
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
 from brushgs.still_life import still_life
