@@ -199,7 +199,7 @@ def _strokes_folder() -> Path:
     from importlib import resources
 
     installed = Path(str(resources.files("brushgs"))) / "strokes"
-    return installed if installed.is_dir() else Path(__file__).resolve().parent.parent / "strokes"
+    return installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "strokes"
 
 
 def _unknown(name: str) -> str:
