@@ -48,7 +48,7 @@ CHILD = """
 import resource, sys
 import brushgs.refine.run as run
 from brushgs.cli import main
-run.JUDGES = 1
+run.NUM_VALIDATION_VIEWS = 1
 main(sys.argv[1:])
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
