@@ -6,12 +6,11 @@
 
 SCENE is koala or chair (real scenes, if they are here) or still_life. 2000 strokes, three paintings of
 `tests.bench.paintings`. "Before" are the strokes in the painting's colours (closed form), not refined. Loss
-is that of the pass, in 3 views that were not optimised. Colours: distance of the mean colour plus that of the
-roots of the covariances (Frobenius), of 255. Directions: of the energy of edges in 8 directions, the share
-that lies elsewhere than in the painting (total variation of two histograms, 0 to 1), mean of 3 scales, only
-where there is paint all around. Grain: how far neighbouring edges run the same way, 0 (every way) to 1 (one
-way), before, after and in the painting; where a painting swirls, all directions are there and only this
-tells strokes from noise.
+is that of the refinement, in 3 validation views. Colours: distance of the mean colour plus that of the
+roots of the covariances (Frobenius), of 255. Directions: total variation distance, 0 to 1, of the histograms
+of edge energy over 8 directions in picture and painting, mean of 3 scales, only where there is paint all
+around. Grain: how far neighbouring edges run the same way, 0 (every way) to 1 (one way), before, after and in
+the painting. A swirling painting has all directions, and only the grain separates strokes from noise.
 """
 
 import argparse
@@ -28,11 +27,12 @@ import torch
 import torch.nn.functional as F  # noqa: N812
 
 import brushgs as bg
+from brushgs.colors import LUMINANCE
 from brushgs.io.pictures.images import read_image
 from brushgs.passes.recolor import Palette, recolor
 from brushgs.refine.distil import TargetView
-from brushgs.refine.filter_bank import LUMINANCE, REACH, FilterBank, _turned_filters
-from brushgs.refine.fit import Drawing, Plan
+from brushgs.refine.filter_bank import REACH, FilterBank, oriented_filters
+from brushgs.refine.fit import Drawing, FitSchedule
 from brushgs.refine.nnfm import Style
 from brushgs.refine.style import RATES, stylise
 from brushgs.refine.variables import Variables
@@ -117,9 +117,9 @@ def refine(case: Case, path: Path, stroke: str, steps: int) -> tuple[Row, bg.Gau
     before = recolor(case.strokes, palette)
     pixels = torch.from_numpy(painting[..., :3].copy()).permute(2, 0, 1).contiguous()
     style = Style(FilterBank(pixels), pixels)
-    plan = Plan(steps, rates=RATES)
+    schedule = FitSchedule(steps, rates=RATES)
     after, curve = stylise(
-        Variables(before, "all"), training_views, validation_views, style, painting, drawing, plan
+        Variables(before, "all"), training_views, validation_views, style, painting, drawing, schedule
     )
     losses = [10 ** (-score / 10) for score in (curve.scores[0], max(curve.scores))]
     found = [distances(strokes, validation_views, drawing, painting) for strokes in (before, after)]
@@ -131,14 +131,14 @@ def refine(case: Case, path: Path, stroke: str, steps: int) -> tuple[Row, bg.Gau
 
 def distances(strokes, validation_views, drawing, painting) -> tuple[float, float, float]:
     """Distance of the colours, of 255, and of the directions, 0 to 1; grain of the strokes."""
-    ground = painting[..., :3].mean(axis=(0, 1))
+    background = painting[..., :3].mean(axis=(0, 1))
     colors, weights, energies = [], [], 0.0
-    for judge in validation_views:
-        frame = drawing.frame(strokes, judge.camera)
+    for view in validation_views:
+        frame = drawing.frame(strokes, view.camera)
         shown = frame.alpha > 0.05
         colors.append(np.clip(frame.rgb[shown] / frame.alpha[shown][:, None], 0, 1))
         weights.append(frame.alpha[shown])
-        energies = energies + _energies(frame.over(ground), frame.alpha)
+        energies = energies + _energies(frame.over(background), frame.alpha)
     own = Palette.of_colors(np.concatenate(colors), np.concatenate(weights), space="srgb")
     wanted = Palette.of_image(painting, space="srgb")
     spread = np.linalg.norm(_root(own.covariance) - _root(wanted.covariance))
@@ -156,7 +156,7 @@ def _energies(picture, alpha):
     painted, found = torch.from_numpy((alpha > 0.5).astype(np.float32))[None, None], []
     for scale in (1, 2, 4):
         padded = F.pad(F.avg_pool2d(luminance, scale), (REACH,) * 4, mode="replicate")
-        energy = F.conv2d(padded, _turned_filters()[:8])[0].square()
+        energy = F.conv2d(padded, oriented_filters()[:8, None])[0].square()
         inside = 1 - F.max_pool2d(1 - F.avg_pool2d(painted, scale), 2 * REACH + 1, 1, REACH)[0]
         energy = energy * (inside > 0.99)
         agreed = F.avg_pool2d(torch.einsum("ak,khw->ahw", axes, energy), PATCH)
@@ -225,7 +225,7 @@ def _save_jpeg(picture, path: Path) -> None:
 
 
 def memory(paths: dict[str, Path], folder: Path) -> str:
-    """Peak of a process that does nothing but one refinement through the command line, with one judge."""
+    """Peak of a process that does one refinement by the command line, with one validation view."""
     scene, weights = folder / "scene.ply", folder / "vgg.pth"
     bg.save(still_life(), scene)
     save_random_vgg(weights)
