@@ -1,6 +1,6 @@
-"""Strokes that come nearer to the scene they stand for, or to a style image: optional, on top of `autograd`.
+"""Strokes optimised toward the scene they stand for, or toward a style image: optional, on top of `autograd`.
 
-    views -> what is to be seen there -> fit (variables, drawing, losses) -> strokes
+    views -> target pictures -> fit (variables, drawing, losses) -> strokes
 
-Everything here needs PyTorch, the extra [refine]; nothing else in brushgs does.
+Everything here needs PyTorch, and a style image kornia (the extra [refine]); nothing else in brushgs does.
 """

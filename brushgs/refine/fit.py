@@ -1,7 +1,7 @@
-"""One way to move strokes downhill, whatever the objective: steps, a falling rate, looks, checkpoints.
+"""The optimisation loop of every refinement: Adam steps, a decaying learning rate, evaluations, checkpoints.
 
-The same strokes, views and seed give the same fit, bit for bit, also when it was stopped and gone on with;
-sums of PyTorch may depend on its number of threads, of which `distil` takes one.
+The same strokes, views and seed give the same fit, bit for bit, also when it was stopped and resumed. Sums of
+PyTorch may depend on its number of threads: `distil` uses one.
 """
 
 import time
@@ -22,19 +22,25 @@ from brushgs.refine.variables import Rates, Variables
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.scene import Camera, Frame, Gaussians
 
-LAST_RATE = 0.05  # of the first, at the last step, along half a cosine
-LOOKS = 20  # at the error, over all steps
-# Looks in a row that bring less than this together end the fit: the eye sees no tenth of a decibel. Not in
-# its first half: what high rates throw about, falling ones settle.
+LAST_RATE = 0.05  # learning rate of the last step over that of the first; half a cosine in between
+NUM_EVALUATIONS = 20  # over all steps, beside the one before the first step
+# The fit ends early when so many evaluations in a row gain less than so many dB together: the eye cannot see
+# 0.1 dB. Not in its first half: high rates scatter what lower ones settle later.
 PATIENCE, LEAST_GAIN = 5, 0.05
 SECONDS_BETWEEN_CHECKPOINTS = 20.0
 
-Objective = Callable[[ba.Frame, int, ba.Gaussians], Tensor]  # painted frame, number of the view, strokes
+Objective = Callable[
+    [ba.Frame, int, ba.Gaussians], Tensor
+]  # (painted frame, index of the view, strokes) -> loss
+
+
+def no_progress(score: float) -> None:
+    """The `on_step` of a fit that reports nothing."""
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """How the strokes are drawn, in the fit as in the painting.
+    """How strokes are drawn, in the fit as in the painting.
 
     Attributes:
         texture: the stroke image.
@@ -46,16 +52,16 @@ class Drawing:
 
     @classmethod
     def of(cls, texture: StrokeTexture, options: RenderOptions | None = None) -> "Drawing":
-        """Without depth, and nearer strokes before others; by default as `render` draws."""
+        """Drawing in order of depth and without a depth image; other options default to those of `render`."""
         options = options or RenderOptions.of(texture)
         return cls(texture, replace(options, order="depth", depth=False))
 
     def frame(self, strokes: Gaussians, camera: Camera) -> Frame:
-        """The strokes as a camera sees them."""
+        """Paint strokes in a view."""
         return render_with(strokes, camera, self.texture, self.options)
 
     def tensors(self, strokes: ba.Gaussians, camera: Camera) -> ba.Frame:
-        """The same with gradients."""
+        """Paint strokes in a view, with gradients."""
         options = self.options
         assert options.lock != "track", "one view has no path to track"
         return ba.render(
@@ -72,14 +78,14 @@ class Drawing:
 
 
 @dataclass
-class Curve:
-    """Error against run time.
+class LossCurve:
+    """Loss and score over the steps of a fit, one entry per evaluation.
 
     Attributes:
-        steps: [M] done until each look.
-        seconds: [M] of steps until then; the looks themselves are not counted.
-        losses: [M] mean loss of the steps since the look before; NaN where no step was done yet.
-        scores: [M] what the look found, in dB; the higher the better.
+        steps: [M] steps done until each evaluation.
+        seconds: [M] of these steps; evaluations themselves are not counted.
+        losses: [M] mean loss of the steps since the previous evaluation; NaN where there was no step yet.
+        scores: [M] in dB, higher is better.
         stopped: why the fit ended.
     """
 
@@ -91,15 +97,16 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Plan:
-    """How long a fit goes on, and where it may be picked up again.
+class FitSchedule:
+    """How long a fit runs, how fast it learns, and where its checkpoint is.
 
     Attributes:
-        steps: at most so many, >= 1.
-        rates: of the first step.
+        steps: at most, >= 1.
+        rates: learning rates of the first step.
         seed: of the order of the views.
-        checkpoint: file that is written now and then, and gone at the end; None for none.
-        is_resumed: whether a fit is gone on with where the file says.
+        checkpoint: file that is written every `SECONDS_BETWEEN_CHECKPOINTS` and removed at the end; None for
+            none.
+        is_resumed: whether to resume from the checkpoint, if it exists.
     """
 
     steps: int
@@ -110,7 +117,7 @@ class Plan:
 
 
 class Fit:
-    """A fit on its way; `run` does it."""
+    """The state of one fit; `run` does it."""
 
     def __init__(
         self,
@@ -119,53 +126,56 @@ class Fit:
         drawing: Drawing,
         objective: Objective,
         score: Callable[[Gaussians], float],
-        plan: Plan,
+        schedule: FitSchedule,
     ) -> None:
         """Set up a fit.
 
         Args:
-            variables: strokes to move.
-            cameras: n views that are painted in turn.
-            drawing: how.
-            objective: what is to fall.
-            score: what a look finds, higher is better; validation_views strokes by other views than these.
-            plan: how long.
+            variables: strokes to optimise.
+            cameras: n views, painted in turn.
+            drawing: how strokes are drawn.
+            objective: loss of one painted view, to be minimised.
+            score: evaluation of strokes in dB, higher is better; its views should not be among `cameras`.
+            schedule: how long.
         """
         self.variables, self.cameras, self.drawing = variables, cameras, drawing
-        self.objective, self.score, self.plan = objective, score, plan
-        self.optimizer = variables.optimizer(plan.rates)
-        self.curve, self.step = Curve(), 0
-        self._best: tuple[float, list[Tensor]] | None = None  # of the looks after the first
-        self._since: list[float] = []
+        self.objective, self.score, self.schedule = objective, score, schedule
+        self.optimizer = variables.optimizer(schedule.rates)
+        self.curve, self.step = LossCurve(), 0
+        self._best: tuple[float, list[Tensor]] | None = None  # of the evaluations after the first
+        self._recent_losses: list[float] = []  # of the steps since the last evaluation
         self._seconds = 0.0
 
-    def run(self, advance: Callable[[float], None] = lambda score: None) -> Gaussians:
+    def run(self, on_step: Callable[[float], None] = no_progress) -> Gaussians:
         """Do the fit.
 
         Args:
-            advance: called after every step with the latest score.
+            on_step: called after every step with the latest score.
 
         Returns:
-            The strokes of the best look: never worse by the score than those that came in.
+            The strokes with the highest score: never worse by it than those that came in.
+
+        Raises:
+            SceneError: if a checkpoint cannot be read, or belongs to another fit.
         """
-        if self.plan.is_resumed:
+        if self.schedule.is_resumed:
             self._load()
         saved = time.perf_counter()
-        every = max(1, self.plan.steps // LOOKS)
+        every = max(1, self.schedule.steps // NUM_EVALUATIONS)
         while not self.curve.stopped:
-            if self.step % every == 0 or self.step == self.plan.steps:
-                self._look()
+            if self.step % every == 0 or self.step == self.schedule.steps:
+                self._evaluate()
             if self.curve.stopped:
                 break
             start = time.perf_counter()
             self._step()
             self._seconds += time.perf_counter() - start
-            advance(self.curve.scores[-1])
+            on_step(self.curve.scores[-1])
             if time.perf_counter() - saved > SECONDS_BETWEEN_CHECKPOINTS:
                 self._save()
                 saved = time.perf_counter()
-        if self.plan.checkpoint is not None:
-            self.plan.checkpoint.unlink(missing_ok=True)
+        if self.schedule.checkpoint is not None:
+            self.schedule.checkpoint.unlink(missing_ok=True)
         if self._best is None or self._best[0] < self.curve.scores[0]:
             return self.variables.strokes
         for value, best in zip(self.variables.moving.values(), self._best[1], strict=True):
@@ -173,7 +183,7 @@ class Fit:
         return self.variables.result()
 
     def _step(self) -> None:
-        share = self.step / self.plan.steps
+        share = self.step / self.schedule.steps
         factor = LAST_RATE + (1 - LAST_RATE) * 0.5 * (1 + cos(pi * share))
         for group in self.optimizer.param_groups:
             group["lr"] = factor * group["initial_lr"]
@@ -184,67 +194,67 @@ class Fit:
         self.optimizer.zero_grad(set_to_none=True)
         loss.backward()
         self.optimizer.step()
-        self._since.append(float(loss.detach()))
+        self._recent_losses.append(float(loss.detach()))
         self.step += 1
 
     def _view(self) -> int:
-        """Every view once in a round, in an order by chance that depends on nothing but seed and round."""
-        around, place = divmod(self.step, len(self.cameras))
-        return int(np.random.default_rng((self.plan.seed, around)).permutation(len(self.cameras))[place])
+        """The view of this step: each once per round, shuffled by nothing but the seed and the round."""
+        round_, place = divmod(self.step, len(self.cameras))
+        return int(np.random.default_rng((self.schedule.seed, round_)).permutation(len(self.cameras))[place])
 
-    def _look(self) -> None:
+    def _evaluate(self) -> None:
         curve, is_first = self.curve, not self.curve.scores
         score = self.score(self.variables.strokes if is_first else self.variables.result())
         curve.steps.append(self.step)
         curve.seconds.append(round(self._seconds, 3))
-        curve.losses.append(float(np.mean(self._since)) if self._since else float("nan"))
+        curve.losses.append(float(np.mean(self._recent_losses)) if self._recent_losses else float("nan"))
         curve.scores.append(score)
-        self._since = []
+        self._recent_losses = []
         if not is_first and (self._best is None or score > self._best[0]):
             self._best = score, [value.detach().clone() for value in self.variables.moving.values()]
-        if self.step == self.plan.steps:
+        if self.step == self.schedule.steps:
             curve.stopped = f"all {self.step} steps are done"
         elif (
             len(curve.scores) > PATIENCE
-            and 2 * self.step >= self.plan.steps
+            and 2 * self.step >= self.schedule.steps
             and max(curve.scores[-PATIENCE:]) - max(curve.scores[:-PATIENCE]) < LEAST_GAIN
         ):
-            curve.stopped = f"the last {PATIENCE} looks brought less than {LEAST_GAIN} together"
+            curve.stopped = f"the last {PATIENCE} evaluations gained less than {LEAST_GAIN} dB together"
 
     def _save(self) -> None:
-        if self.plan.checkpoint is None:
+        if self.schedule.checkpoint is None:
             return
         state = {
             "step": self.step,
             "seconds": self._seconds,
-            "since": self._since,
+            "since": self._recent_losses,
             "curve": asdict(self.curve),
             "best": self._best,
             "moving": {name: value.detach() for name, value in self.variables.moving.items()},
             "optimizer": self.optimizer.state_dict(),
-            "steps": self.plan.steps,
-            "seed": self.plan.seed,
+            "steps": self.schedule.steps,
+            "seed": self.schedule.seed,
         }
-        with replacing(self.plan.checkpoint) as path:
+        with replacing(self.schedule.checkpoint) as path:
             torch.save(state, path)
 
     def _load(self) -> None:
-        path = self.plan.checkpoint
+        path = self.schedule.checkpoint
         if path is None or not path.exists():
             return
         try:
             state = torch.load(path, weights_only=True)
-            same = state["steps"] == self.plan.steps and state["seed"] == self.plan.seed
+            same = state["steps"] == self.schedule.steps and state["seed"] == self.schedule.seed
             same = same and all(state["moving"][n].shape == v.shape for n, v in self.variables.moving.items())
         except Exception as error:
-            raise SceneError(path, f"is no checkpoint ({error}); delete it, or leave out --resume") from None
+            raise SceneError(path, f"is no checkpoint ({error}); delete it, or omit --resume") from None
         if not same:
             raise SceneError(
                 path,
-                "is the checkpoint of another fit; give the options it was begun with, or leave out --resume",
+                "is the checkpoint of another fit; give the options it was started with, or omit --resume",
             )
         for name, value in self.variables.moving.items():
             value.data.copy_(state["moving"][name])
         self.optimizer.load_state_dict(state["optimizer"])
-        self.step, self._seconds, self._since = state["step"], state["seconds"], state["since"]
-        self.curve, self._best = Curve(**state["curve"]), state["best"]
+        self.step, self._seconds, self._recent_losses = state["step"], state["seconds"], state["since"]
+        self.curve, self._best = LossCurve(**state["curve"]), state["best"]

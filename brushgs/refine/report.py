@@ -1,4 +1,4 @@
-"""What a refinement found, as figures, as JSON and as a plot: the curve, pictures before and after."""
+"""The result of a refinement: figures, JSON, and a plot of the curve with pictures before and after."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -27,16 +27,16 @@ class Refinement:
 
     Attributes:
         params: what moved.
-        strokes: in all.
-        moved: of them.
-        psnr_before: dB to the plain picture, mean over views that were not learned from.
-        psnr_after: the same, afterwards.
+        strokes: number of strokes.
+        moved: how many of them could change.
+        psnr_before: to the plain picture, in dB, mean over the validation views.
+        psnr_after: the same after the fit.
         stopped: why the fit ended.
-        is_styled: whether it went toward a style image, and scores are of that.
-        steps: [M] done until each look.
-        seconds: [M] of steps until then.
-        losses: [M] mean since the look before; NaN where no step was done yet.
-        scores: [M] what the look found: dB to the plain picture, or -10 log10 of the loss to the style image.
+        is_styled: whether the target was a style image.
+        steps: [M] steps done until each evaluation.
+        seconds: [M] of these steps.
+        losses: [M] mean of the steps since the previous evaluation; NaN where there was no step yet.
+        scores: [M] PSNR to the plain picture in dB, or -10 log10 of the loss to the style image.
     """
 
     params: Params
@@ -52,29 +52,29 @@ class Refinement:
     scores: tuple[float, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON; a loss that is not there is null."""
+        """Ready for JSON: NaN becomes null."""
         return asdict(self) | {"losses": [loss if np.isfinite(loss) else None for loss in self.losses]}
 
 
 @dataclass
 class RefineReport(ExperimentReport):
-    """A run, and what it found: `result` is a `Refinement`."""
+    """The report of a run: `result` is a `Refinement`."""
 
     name: ClassVar[str] = "refine"
     schema: ClassVar[int] = SCHEMA
 
     def print_figures(self, console: "Console") -> None:
-        """Nothing: the line of the stage has them."""
+        """Print nothing: the line of the stage has the figures."""
 
 
 def write_plot(result: Refinement, pictures: dict[str, Array], path: Path, title: str) -> None:
-    """Draw the plot to a PNG, which appears when it is whole.
+    """Write the plot as a PNG file, atomically.
 
     Args:
         result: the figures.
-        pictures: [H, W, 3] in 0 to 1, all of one size, by what they show.
+        pictures: title -> [H, W, 3] in 0 to 1, all of one size.
         path: file to write.
-        title: on top.
+        title: of the whole plot.
 
     Raises:
         ValueError: if matplotlib is not installed.
@@ -101,6 +101,6 @@ def _draw_curves(figure: "Figure", place: Any, result: Refinement) -> None:
     seconds = list(result.seconds)
     score.plot(seconds, list(result.scores), color=BLUE, linewidth=1.3, marker=".")
     what = "-10 log10 of the loss to the style" if result.is_styled else "PSNR to the plain picture (dB)"
-    label(score, "seconds of steps", what, "Views that were not learned from")
+    label(score, "seconds of steps", what, "Validation views")
     loss.plot(seconds, list(result.losses), color=VERMILION, linewidth=1.3, marker=".")
-    label(loss, "seconds of steps", "loss", "Views that were learned from, mean since the look before")
+    label(loss, "seconds of steps", "loss", "Training views, mean since the previous evaluation")

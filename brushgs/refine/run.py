@@ -1,4 +1,4 @@
-"""`brushgs refine`: a scene becomes strokes, the strokes are refined, and written as a scene of their own.
+"""`brushgs refine`: a scene file -> strokes -> refined strokes, written as a scene file.
 
 stroke (-> palette) -> load -> prune -> cluster (-> recolor) -> views -> refine -> write
 """
@@ -28,13 +28,13 @@ from brushgs.scene import Camera, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.refine.distil import TargetView
-    from brushgs.refine.fit import Drawing, Plan
+    from brushgs.refine.fit import Drawing, FitSchedule
     from brushgs.refine.nnfm import Style
 
-NUM_VALIDATION_VIEWS = 6  # views held out
-# Views to learn from. The scene's own pictures cost milliseconds each, and few views are learned by heart.
+NUM_VALIDATION_VIEWS = 6
+# Training views. A picture of the scene takes milliseconds, and strokes overfit to few views.
 SELF_VIEWS, STYLE_VIEWS = 320, 24
-MOST_BYTES = 6e8  # of their pictures: larger ones are fewer, unless a number is asked for
+MOST_BYTES = 6e8  # of their target pictures: fewer views where these are larger, unless a number is given
 
 
 def refine_file(
@@ -52,9 +52,9 @@ def refine_file(
     Args:
         scene: a trained 3D Gaussian scene.
         output: scene file (.ply) to write.
-        paint: how strokes are made and will be drawn; of its view only what is up.
+        paint: how strokes are made and will be drawn; of its view only `up` is used.
         config: see `RefineConfig`.
-        report: where the stages are told; a new one if None.
+        report: gets the stages and the figures; a new one if None.
         folder: gets `refine.json` and `refine.png`, the curve and the pictures before and after, and is made
             if missing; or one file that ends in .json or .png; None for neither.
         wants_plot: whether a folder gets the plot, which needs matplotlib.
@@ -63,8 +63,8 @@ def refine_file(
         The report, with one stage per step.
 
     Raises:
-        SceneError: if a file cannot be read or written, or PyTorch is missing.
-        ValueError: if an option does not suit the scene.
+        SceneError: if a file cannot be read or written.
+        ValueError: if an option does not suit the scene, or PyTorch or kornia is missing.
     """
     paint, config, report = paint or PaintConfig(), config or RefineConfig(), report or RefineReport()
     output, outputs = Path(output), None
@@ -74,13 +74,13 @@ def refine_file(
         outputs = report.plan_outputs(
             Path(folder), (*input_files(scene, paint), *extras), wants_plot=wants_plot
         )
-    check_torch()
+    check_libraries(config)
     if config.style is not None and paint.palette is None:
         paint = replace(paint, palette=PaletteConfig(config.style))
     prepared = prepare(scene, paint, report, needs_view=False, needs_background=False, keeps_scene=True)
     strokes, gaussians = prepared.strokes, prepared.whole_scene
 
-    from brushgs.refine.fit import Drawing, Plan
+    from brushgs.refine.fit import Drawing, FitSchedule
 
     drawing = Drawing.of(prepared.texture, prepared.options)
     if prepared.palette is not None and paint.palette is not None:
@@ -89,12 +89,12 @@ def refine_file(
         gaussians = recolor(gaussians, prepared.palette, paint.palette.strength)
     up = paint.view.up or prepared.file_up or DEFAULT_UP
     training_views, validation_views = _target_views(gaussians, up, config, report)
-    plan = Plan(
+    schedule = FitSchedule(
         config.most_steps, seed=config.seed, checkpoint=checkpoint_of(output), is_resumed=config.is_resumed
     )
-    refined = refine_strokes(strokes, training_views, validation_views, drawing, plan, config, report)
+    refined = refine_strokes(strokes, training_views, validation_views, drawing, schedule, config, report)
     report.settings = _settings(scene, paint, config, up)
-    write_scene(refined, output, report, is_strokes=True)  # first: it must not be lost with a plot
+    write_scene(refined, output, report, is_strokes=True)  # first: a plot that fails must not lose it
     if outputs is not None:
         title = f"{Path(scene).stem}, {len(strokes):,} strokes of {prepared.texture.name}, {config.params}"
         camera = frame_scene(gaussians, width=config.size[0], height=config.size[1], up=direction_of(up))
@@ -112,11 +112,11 @@ def refine_strokes(
     training_views: "Sequence[TargetView]",
     validation_views: "Sequence[TargetView]",
     drawing: "Drawing",
-    plan: "Plan",
+    schedule: "FitSchedule",
     config: RefineConfig,
     report: RefineReport,
 ) -> Gaussians:
-    """The stage itself: strokes toward the plain picture, or toward a style image.
+    """Refine strokes toward the plain picture, or toward a style image, as one stage of a report.
 
     The figures become `report.result`.
     """
@@ -124,21 +124,21 @@ def refine_strokes(
     from brushgs.refine.select import select_strokes
     from brushgs.refine.variables import Variables
 
-    with report.stage("refine", total=plan.steps, unit="steps") as stage:
+    with report.stage("refine", total=schedule.steps, unit="steps") as stage:
         moves = select_strokes(config.where, strokes)
         variables = Variables(strokes, config.params, moves)
         before = mean_psnr(strokes, validation_views, drawing)
 
-        def advance(score: float) -> None:
+        def on_step(score: float) -> None:
             report.advance(f"{score:.2f} dB")
 
         if config.style is None:
-            refined, curve = distil(variables, training_views, validation_views, drawing, plan, advance)
+            refined, curve = distil(variables, training_views, validation_views, drawing, schedule, on_step)
         else:
             from brushgs.refine.style import RATES, stylise
 
             painting = read_image(config.style)
-            style = _style(painting, config, plan.seed)
+            style = _style(painting, config, schedule.seed)
             refined, curve = stylise(
                 variables,
                 training_views,
@@ -146,8 +146,8 @@ def refine_strokes(
                 style,
                 painting,
                 drawing,
-                replace(plan, rates=RATES),
-                advance=advance,
+                replace(schedule, rates=RATES),
+                on_step=on_step,
             )
         after = mean_psnr(refined, validation_views, drawing)
         stage.did = (
@@ -155,8 +155,8 @@ def refine_strokes(
             f"picture in {len(validation_views)} other views; {curve.stopped}"
         )
         if config.style is not None:
-            fallen = 1 - 10 ** (-(max(curve.scores) - curve.scores[0]) / 10)
-            stage.did += f"; the loss to {config.style.name} fell by {fallen:.0%}"
+            decrease = 1 - 10 ** (-(max(curve.scores) - curve.scores[0]) / 10)
+            stage.did += f"; the loss to {config.style.name} fell by {decrease:.0%}"
         report.result = Refinement(
             config.params,
             len(strokes),
@@ -170,28 +170,30 @@ def refine_strokes(
             tuple(curve.losses),
             tuple(curve.scores),
         )
-        told = report.result.as_dict()
+        figures = report.result.as_dict()
         stage.counts = {
-            name: told[name] for name in ("params", "moved", "psnr_before", "psnr_after", "stopped")
+            name: figures[name] for name in ("params", "moved", "psnr_before", "psnr_after", "stopped")
         }
-        stage.counts |= {f"curve_{name}": told[name] for name in ("steps", "seconds", "losses", "scores")}
+        stage.counts |= {f"curve_{name}": figures[name] for name in ("steps", "seconds", "losses", "scores")}
         if not moves.all():
             stage.skipped.append(f"{int((~moves).sum()):,} strokes outside {config.where}: not touched")
     return refined
 
 
-def check_torch() -> None:
-    """Refuse to refine without PyTorch, before any work.
+def check_libraries(config: RefineConfig) -> None:
+    """Refuse to refine without PyTorch, or toward a style image without kornia, before any work.
 
     Raises:
-        ValueError: if it is not installed.
+        ValueError: if one is not installed.
     """
     if importlib.util.find_spec("torch") is None:
         raise ValueError("refine needs PyTorch, which is not installed; pip install torch")
+    if config.style is not None and importlib.util.find_spec("kornia") is None:
+        raise ValueError("refine --style needs kornia, which is not installed; pip install kornia")
 
 
 def checkpoint_of(output: Path) -> Path:
-    """Where a run that writes `output` keeps what it needs to be gone on with."""
+    """The file from which a stopped run that writes `output` resumes."""
     return output.with_name(f"{output.stem}.checkpoint")
 
 
@@ -207,11 +209,11 @@ class _Shown:
 
 def _pictures(shown: _Shown, drawing: "Drawing") -> dict[str, Array]:
     """The strokes before and after, and the plain picture, from one camera."""
-    from brushgs.refine.distil import GROUND, TargetView
+    from brushgs.refine.distil import BACKGROUND, TargetView
 
-    plain = TargetView.of(shown.scene, shown.camera).on(GROUND)
+    plain = TargetView.of(shown.scene, shown.camera).over(BACKGROUND)
     return {
-        name: drawing.frame(strokes, shown.camera).over(GROUND)
+        name: drawing.frame(strokes, shown.camera).over(BACKGROUND)
         for name, strokes in (("before", shown.before), ("after", shown.after))
     } | {"plain": plain.numpy()}
 
@@ -227,14 +229,14 @@ def _settings(scene: str | Path, paint: PaintConfig, config: RefineConfig, up: U
 def _target_views(
     gaussians: Gaussians, up: Up, config: RefineConfig, report: Report
 ) -> "tuple[list[TargetView], list[TargetView]]":
-    """Views to learn from and to judge by, with the plain picture in each."""
+    """Training and validation views, with the plain picture as target."""
     with report.stage("views") as stage:
         from brushgs.refine.distil import TargetView
         from brushgs.refine.views import views_around
 
         width, height = config.size
-        fitting = max(STYLE_VIEWS, min(SELF_VIEWS, int(MOST_BYTES // (16 * width * height))))
-        num_views = config.views or (fitting if config.style is None else STYLE_VIEWS)
+        affordable = max(STYLE_VIEWS, min(SELF_VIEWS, int(MOST_BYTES // (16 * width * height))))
+        num_views = config.views or (affordable if config.style is None else STYLE_VIEWS)
         training_views, validation_views = (
             [
                 TargetView.of(gaussians, view)
@@ -242,7 +244,7 @@ def _target_views(
             ]
             for num, shift in ((num_views, 0.0), (NUM_VALIDATION_VIEWS, 0.5))
         )
-        stage.did = f"{num_views} to learn from, {NUM_VALIDATION_VIEWS} others to judge by, {width}x{height}"
+        stage.did = f"{num_views} for training, {NUM_VALIDATION_VIEWS} for validation, {width}x{height}"
         stage.counts = {
             "views": num_views,
             "validation_views": NUM_VALIDATION_VIEWS,
@@ -253,7 +255,7 @@ def _target_views(
 
 
 def _style(painting: Array, config: RefineConfig, seed: int) -> "Style":
-    """The features of a painting: VGG's where there are weights, else the weight-free ones."""
+    """The features of a style image: VGG's where there are weights, else those of the filter bank."""
     import torch
 
     from brushgs.refine.filter_bank import FilterBank
@@ -261,12 +263,12 @@ def _style(painting: Array, config: RefineConfig, seed: int) -> "Style":
     from brushgs.refine.vgg import Vgg, find_weights
 
     rgb, alpha = split_alpha(painting)
-    there = None
+    coverage = None
     if alpha is not None:  # transparent parts have no style: they take the mean colour of the others
         mean = (rgb * alpha[..., None]).sum(axis=(0, 1)) / max(float(alpha.sum()), 1e-9)
         rgb = flatten(painting, mean.astype(rgb.dtype))
-        there = torch.from_numpy(np.ascontiguousarray(alpha))
+        coverage = torch.from_numpy(np.ascontiguousarray(alpha))
     pixels = torch.from_numpy(np.ascontiguousarray(rgb)).permute(2, 0, 1).contiguous()
     weights = config.vgg_weights or find_weights()
     features = FilterBank(pixels) if weights is None else Vgg(weights)
-    return Style(features, pixels, there, seed=seed)
+    return Style(features, pixels, coverage, seed=seed)

@@ -1,4 +1,4 @@
-"""Which strokes belong to a part of the scene."""
+"""Which strokes lie in a region of the scene."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +9,10 @@ from brushgs.sh import base_colors
 
 
 def select_strokes(region: Region | None, gaussians: Gaussians) -> NDArray[np.bool_]:
-    """[N] which Gaussians belong to a region, by their means or by their base colour; all where it is None.
+    """[N] mask of the Gaussians in a region, by their means or by their base colour; all where it is None.
 
     Raises:
-        ValueError: if none does.
+        ValueError: if there is none.
     """
     if region is None:
         return np.ones(len(gaussians), dtype=bool)
@@ -24,5 +24,5 @@ def select_strokes(region: Region | None, gaussians: Gaussians) -> NDArray[np.bo
         points = gaussians.means if region.kind == "sphere" else base_colors(gaussians.sh)
         inside = np.linalg.norm(points.astype(np.float64) - numbers[:3], axis=1) <= numbers[3]
     if not inside.any():
-        raise ValueError("where: no stroke lies there; `brushgs info` tells where the scene is")
+        raise ValueError("where: no stroke lies in it; `brushgs info` prints where the scene is")
     return np.asarray(inside)

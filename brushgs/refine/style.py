@@ -1,4 +1,4 @@
-"""Strokes refined toward a style image: features near to its own, the subject kept, the picture calm.
+"""Strokes refined toward a style image: its features in the painting, the content and the calm of the scene.
 
 Source: Zhang et al. 2022, ARF (NNFM, content and total variation; colours are transferred first).
 """
@@ -14,26 +14,26 @@ import brushgs.autograd as ba
 from brushgs.arrays import Array
 from brushgs.passes.recolor import Palette
 from brushgs.refine.distil import FREE_ASPECT, ROUNDNESS, TargetView
-from brushgs.refine.fit import Curve, Drawing, Fit, Plan
+from brushgs.refine.fit import Drawing, Fit, FitSchedule, LossCurve, no_progress
 from brushgs.refine.losses import color_distance, roundness, total_variation
 from brushgs.refine.nnfm import Style, style_gradient
 from brushgs.refine.variables import Rates, Variables
 from brushgs.scene import Gaussians
 
-# Strokes turn and stretch further here than in a fit to their own scene: a painting runs another way.
-RATES = Rates(means=0.04, scales=0.03, quats=0.04, base=0.03)
+# Strokes turn and stretch further here than in a fit to their own scene: marks of a painting run elsewhere.
+RATES = Rates(means=0.04, scales=0.03, quats=0.04, sh_base=0.03)
 
 
 @dataclass(frozen=True)
 class Weights:
-    """What each loss counts.
+    """Weights of the losses beside the style loss, which counts once.
 
     Attributes:
         content: of the mean cosine distance to the features of the recoloured plain picture.
-        outline: of the mean squared difference of alpha to the plain picture's: turned strokes that reach out
-            of the subject meet no feature there that would hold them back.
+        outline: of the mean squared difference of alpha from the plain picture's: outside the subject there
+            are no features that would hold back strokes that turn out of it.
         variation: of the total variation.
-        color: of the squared distance of mean and covariance of the colours to the painting's.
+        color: of the squared distance of mean and covariance of the colours from the style image's.
     """
 
     content: float = 0.6
@@ -49,43 +49,44 @@ def stylise(
     style: Style,
     painting: Array,
     drawing: Drawing,
-    plan: Plan,
+    schedule: FitSchedule,
     weights: Weights = Weights(),
-    advance: Callable[[float], None] = lambda score: None,
-) -> tuple[Gaussians, Curve]:
-    """Refine strokes toward a painting.
+    on_step: Callable[[float], None] = no_progress,
+) -> tuple[Gaussians, LossCurve]:
+    """Refine strokes toward a style image.
 
     Args:
-        variables: strokes to move, recoloured already, and which of their numbers.
-        training_views: views, with what the plain picture in the painting's colours shows there: the content.
-        validation_views: other views, to judge by.
-        style: features of the painting.
-        painting: [H, W, C] the painting itself, for its colours.
+        variables: recoloured strokes to optimise, and which of their parameters.
+        training_views: views of the loss; their target pictures, in the colours of the style image, are the
+            content.
+        validation_views: other views, for the score.
+        style: features of the style image.
+        painting: [H, W, C] the style image itself, for its colours.
         drawing: how strokes are drawn.
-        plan: how long.
+        schedule: how long.
         weights: of the losses.
-        advance: called after every step with the latest score.
+        on_step: called after every step with the latest score.
 
     Returns:
-        The strokes with the lowest loss in the validation views, and the curve: its scores are -10 log10 of
-        that loss.
+        The strokes with the highest score, which is -10 log10 of the loss in the validation views, and the
+        curve.
     """
     palette = Palette.of_image(painting, space="srgb")
     mean, covariance = (torch.from_numpy(v).float() for v in (palette.mean, palette.covariance))
 
     def loss_of(rgb: Tensor, alpha: Tensor, view: TargetView) -> Tensor:
-        picture = ba.Frame(rgb, alpha).over(mean)  # a ground that is no colour of its own
-        near, kept, gradient = style_gradient(
+        picture = ba.Frame(rgb, alpha).over(mean)  # the mean colour of the style image stands out least
+        style_loss, content_loss, gradient = style_gradient(
             picture.permute(2, 0, 1).detach(),
             style,
-            view.on(mean).permute(2, 0, 1),
+            view.over(mean).permute(2, 0, 1),
             weights.content,
-            view.wanted[..., 3],
+            view.alpha,
         )
-        pull = (picture.permute(2, 0, 1) * gradient).sum()
-        loss = near + weights.content * kept + (pull - pull.detach())  # the value, with the derivative
+        linear = (picture.permute(2, 0, 1) * gradient).sum()  # carries the gradient, but not the value
+        loss = style_loss + weights.content * content_loss + (linear - linear.detach())
         loss = loss + weights.variation * total_variation(picture)
-        loss = loss + weights.outline * (alpha - view.wanted[..., 3]).square().mean()
+        loss = loss + weights.outline * (alpha - view.alpha).square().mean()
         return loss + weights.color * color_distance(rgb, alpha, mean, covariance)
 
     def objective(frame: ba.Frame, view: int, strokes: ba.Gaussians) -> Tensor:
@@ -95,13 +96,13 @@ def stylise(
         return loss
 
     def score(strokes: Gaussians) -> float:
-        found = []
-        for judge in validation_views:
-            frame = drawing.frame(strokes, judge.camera)
+        losses = []
+        for view in validation_views:
+            frame = drawing.frame(strokes, view.camera)
             with torch.no_grad():
-                loss = loss_of(torch.from_numpy(frame.rgb), torch.from_numpy(frame.alpha), judge)
-            found.append(float(loss))
-        return float(-10 * np.log10(np.mean(found)))
+                loss = loss_of(torch.from_numpy(frame.rgb), torch.from_numpy(frame.alpha), view)
+            losses.append(float(loss))
+        return float(-10 * np.log10(np.mean(losses)))
 
-    fit = Fit(variables, [view.camera for view in training_views], drawing, objective, score, plan)
-    return fit.run(advance), fit.curve
+    fit = Fit(variables, [view.camera for view in training_views], drawing, objective, score, schedule)
+    return fit.run(on_step), fit.curve

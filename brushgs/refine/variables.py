@@ -1,7 +1,7 @@
-"""The numbers of strokes that an optimiser moves, and back to Gaussians.
+"""Strokes -> the parameters that an optimiser moves, and back to strokes.
 
-Scales are moved as logarithms and opacities as logits, so that they stay in range; what does not move is
-never touched: rows outside a mask and columns outside the chosen set come back bit for bit.
+Scales are optimised as logarithms and opacities as logits, so that they stay in range. Rows outside the mask
+and columns outside the chosen set come back bit for bit.
 Source: Kerbl et al. 2023, section 5 (parameters and their learning rates).
 """
 
@@ -17,45 +17,45 @@ from brushgs.options.choices import Params
 from brushgs.passes.extent import robust_frame
 from brushgs.scene import Gaussians
 
-# Names of the columns that each set moves.
+# Parameters that each set optimises.
 MOVING: dict[Params, tuple[str, ...]] = {
-    "colour": ("base", "bands"),
-    "free": ("base", "bands", "means", "scales", "quats"),
-    "all": ("base", "bands", "means", "scales", "quats", "opacities"),
+    "colour": ("sh_base", "sh_rest"),
+    "free": ("sh_base", "sh_rest", "means", "scales", "quats"),
+    "all": ("sh_base", "sh_rest", "means", "scales", "quats", "opacities"),
 }
-LEAST_SCALE = 1e-7  # of the scene's radius: a scale of zero has no logarithm
-# Neither end of the opacities has a logit. The kernel holds alphas at 0.99, so nothing is seen of the upper
-# limit, and a stroke as solid as that finds its way back: at 0.9999 its logit is twice as far up.
+LEAST_SCALE = 1e-7  # over the radius of the scene: a scale of zero has no logarithm
+# Opacities of 0 and 1 have no logit. The rasteriser limits alpha to 0.99, so the upper limit changes no
+# picture, and from there an opacity can fall again: the logit of 0.9999 is twice as large.
 LEAST_OPACITY, MOST_OPACITY = 1e-4, 0.99
 
 
 @dataclass(frozen=True)
 class Rates:
-    """Learning rates of Adam, per step: how far a number may go.
+    """Learning rates of Adam: how far a parameter moves in a step, about.
 
     Attributes:
-        means: in sizes of the stroke itself, its middle scale: large strokes go further.
+        means: over the middle scale of the stroke itself, so large strokes move further.
         scales: of the logarithm.
         quats: of the unit quaternion.
         opacities: of the logit.
-        base: of the view-independent SH coefficient.
-        bands: of the others.
+        sh_base: of the view-independent SH coefficients.
+        sh_rest: of the view-dependent ones.
     """
 
     means: float = 0.02
     scales: float = 0.01
     quats: float = 0.01
     opacities: float = 0.03
-    base: float = 0.01
-    bands: float = 0.002
+    sh_base: float = 0.01
+    sh_rest: float = 0.002
 
 
 class Variables:
-    """Strokes as tensors, of which some are moved.
+    """Strokes as tensors, some of which are optimised.
 
     Attributes:
-        moving: name -> leaf tensor with a gradient.
-        moves: [N] rows that may change.
+        moving: parameter -> leaf tensor with a gradient.
+        moves: [N] mask of the rows that may change.
     """
 
     def __init__(self, strokes: Gaussians, params: Params, moves: NDArray[np.bool_] | None = None) -> None:
@@ -63,8 +63,8 @@ class Variables:
 
         Args:
             strokes: N Gaussians; not changed.
-            params: which columns move.
-            moves: [N] which rows move; None for all.
+            params: which columns may change.
+            moves: [N] mask of the rows that may change; None for all.
         """
         self.strokes = strokes
         self.moves = np.ones(len(strokes), dtype=bool) if moves is None else moves
@@ -72,12 +72,12 @@ class Variables:
         rows = strokes.take(self.moves)
         quats = rows.quats / np.linalg.norm(rows.quats, axis=1, keepdims=True)
         start = {
-            "means": np.zeros_like(rows.means),  # away from where they were, in own sizes
+            "means": np.zeros_like(rows.means),  # offsets over the size of the stroke
             "scales": np.log(np.maximum(rows.scales, LEAST_SCALE * radius)),
             "quats": quats,
             "opacities": _logit(np.clip(rows.opacities, LEAST_OPACITY, MOST_OPACITY)),
-            "base": rows.sh[:, :1],
-            "bands": rows.sh[:, 1:],
+            "sh_base": rows.sh[:, :1],
+            "sh_rest": rows.sh[:, 1:],
         }
         self.moving = {
             name: torch.tensor(start[name]).requires_grad_() for name in MOVING[params] if start[name].size
@@ -88,7 +88,7 @@ class Variables:
         self._homes, self._sizes = torch.tensor(rows.means), torch.tensor(sizes)
 
     def optimizer(self, rates: Rates) -> torch.optim.Adam:
-        """Adam with a group for each name, its rate also under "initial_lr"."""
+        """Adam with one group per parameter, which keeps its rate under "initial_lr" too."""
         groups = [
             {"params": [value], "lr": getattr(rates, name), "initial_lr": getattr(rates, name), "name": name}
             for name, value in self.moving.items()
@@ -96,21 +96,22 @@ class Variables:
         return torch.optim.Adam(groups, betas=(0.9, 0.99), eps=1e-15)
 
     def gaussians(self) -> ba.Gaussians:
-        """The strokes as they are now, with gradients to what moves."""
-        now = dict(self._fixed)
+        """The current strokes, differentiable by `moving`."""
+        tensors = dict(self._fixed)
         for name, column in self._columns().items():
-            now[name] = column if self.moves.all() else now[name].index_put((self._rows,), column)
-        return ba.Gaussians(**now)
+            is_whole = self.moves.all()
+            tensors[name] = column if is_whole else tensors[name].index_put((self._rows,), column)
+        return ba.Gaussians(**tensors)
 
     def result(self) -> Gaussians:
-        """The strokes as they are now; what did not move is what came in, bit for bit."""
-        now = {f.name: getattr(self.strokes, f.name).copy() for f in fields(self.strokes)}
+        """The current strokes as arrays; what may not change is bit for bit what came in."""
+        arrays = {f.name: getattr(self.strokes, f.name).copy() for f in fields(self.strokes)}
         for name, column in self._columns().items():
-            now[name][self.moves] = column.detach().numpy()
-        return Gaussians(**now)
+            arrays[name][self.moves] = column.detach().numpy()
+        return Gaussians(**arrays)
 
     def _columns(self) -> dict[str, Tensor]:
-        """The columns that move, of the rows that move, decoded."""
+        """The columns that may change, of the rows that may change, decoded."""
         raw, columns = self.moving, {}
         if "means" in raw:
             columns["means"] = self._homes + self._sizes * raw["means"]
@@ -118,8 +119,10 @@ class Variables:
             columns["scales"] = raw["scales"].exp()
         if "opacities" in raw:
             columns["opacities"] = raw["opacities"].sigmoid()
-        if "base" in raw:
-            columns["sh"] = torch.cat([raw["base"], raw["bands"]], 1) if "bands" in raw else raw["base"]
+        if "sh_base" in raw:
+            columns["sh"] = (
+                torch.cat([raw["sh_base"], raw["sh_rest"]], 1) if "sh_rest" in raw else raw["sh_base"]
+            )
         return columns
 
 

@@ -1,7 +1,6 @@
-"""Where the program looks from when it fits strokes to a scene: cameras of its own, no photographs needed.
+"""Cameras around a scene for refinement: training and validation views that need no photographs.
 
-Views to learn from lie evenly over a band of directions around the subject, those to judge by in between: no
-view is both.
+Both sets are spread evenly over the same range of directions around the subject; a shift keeps them apart.
 """
 
 import numpy as np
@@ -9,9 +8,9 @@ import numpy as np
 from brushgs.cameras.framing import DEFAULT_UP, default_elevation, direction_of, frame_scene, subject
 from brushgs.scene import Camera, Gaussians
 
-GOLDEN = (np.sqrt(5) - 1) / 2  # successive multiples of it fill a circle evenly, however many there are
-BAND = np.radians(45.0)  # elevations seen: this much in all, the view of a picture in the middle
-HIGHEST = np.radians(80.0)
+GOLDEN_SHARE = (np.sqrt(5) - 1) / 2  # of a turn: any number of such steps are spread evenly over the circle
+ELEVATION_RANGE = np.radians(45.0)  # from lowest to highest view; the default elevation is in the middle
+MAX_ELEVATION = np.radians(80.0)
 
 
 def views_around(
@@ -23,7 +22,7 @@ def views_around(
     up: str | tuple[float, float, float] = DEFAULT_UP,
     shift: float = 0.0,
 ) -> list[Camera]:
-    """Views of the subject from all around, framed as a picture of it is.
+    """Views of the subject from all around, framed by `frame_scene`.
 
     Args:
         gaussians: the scene, N >= 1.
@@ -31,8 +30,7 @@ def views_around(
         width: pixels.
         height: pixels.
         up: as `ViewConfig.up`.
-        shift: of the whole set around the subject, in steps between its views; sets of other shifts in [0, 1)
-            have no view in common.
+        shift: of the whole set, in steps between its views, in [0, 1); different shifts share no view.
 
     Raises:
         ValueError: if a number is out of range or the scene is empty.
@@ -44,8 +42,8 @@ def views_around(
     views = []
     for index in range(num_views):
         along = (index + 0.5 + 0.5 * shift) / num_views % 1.0
-        elevation = min(middle + BAND * (along - 0.5), HIGHEST)
-        azimuth = 2 * np.pi * ((index + shift) * GOLDEN % 1.0)
+        elevation = min(middle + ELEVATION_RANGE * (along - 0.5), MAX_ELEVATION)
+        azimuth = 2 * np.pi * ((index + shift) * GOLDEN_SHARE % 1.0)
         views.append(
             frame_scene(
                 gaussians, width=width, height=height, up=direction, azimuth=azimuth, elevation=elevation

@@ -1,18 +1,18 @@
-"""What refinement brings: error against seconds, flicker before and after, and what each set of numbers does.
+"""What refinement gains: error against seconds, flicker before and after, and the sets of parameters.
 
     OMP_NUM_THREADS=1 python -m tests.bench.refine [--scenes koala chair truck biker]
         [--textures swirl dry_brush] [--params all] [--strokes 2000] [--steps 900] [--json FILE] [--plot FILE]
 
-Strokes are those of the default pipeline (prune 0.7, cluster), fitted as `brushgs refine` does: 320 views to
-learn from at 384 x 288, 6 others to judge by, PSNR on white to the plain picture. Thin are strokes whose
-longest scale is more than 10 times the middle one.
+Strokes are those of the default pipeline (prune 0.7, cluster), fitted as `brushgs refine` does: 320 training
+views of 384 x 288, 6 validation views, PSNR on white to the plain picture. Thin strokes have a longest scale
+of more than 10 times the middle one.
 
 Flicker is the excess of the temporal report (`measure.stability`), of `track` at gap 1: at `--places` places
 of an orbit around the framed view two pictures are painted 1.5 degrees apart, in soft order, fading; the
 earlier is moved to the later view, and the RMSE of the plain picture over the same pair subtracted. Of 255.
 
 "CPU s in all" is processor time of all threads, views with their plain pictures included; "s to +3 dB" is
-wall clock of the steps until the first look that found it.
+wall clock of the steps until the first evaluation that found it.
 """
 
 import argparse
@@ -39,7 +39,7 @@ from brushgs.measure.plotting import (
 from brushgs.measure.warp import match_views
 from brushgs.options.experiments import DEFAULT_STEPS, REFINE_SIZE
 from brushgs.refine.distil import TargetView, distil
-from brushgs.refine.fit import Drawing, Plan
+from brushgs.refine.fit import Drawing, FitSchedule
 from brushgs.refine.run import NUM_VALIDATION_VIEWS, SELF_VIEWS
 from brushgs.refine.variables import Variables
 from brushgs.refine.views import views_around
@@ -109,7 +109,7 @@ def measure(name: str, args: argparse.Namespace) -> list[dict[str, Any]]:
         for params in args.params:
             start = time.process_time()
             refined, curve = distil(
-                Variables(strokes, params), training_views, validation_views, drawing, Plan(args.steps)
+                Variables(strokes, params), training_views, validation_views, drawing, FitSchedule(args.steps)
             )
             rows.append(
                 {
@@ -173,7 +173,7 @@ def line(row: dict[str, Any]) -> str:
 
 
 def plot(rows: list[dict[str, Any]], path: Path) -> None:
-    figure = new_figure(9.0, 3.0, "Refinement: gain in views that were not learned from")
+    figure = new_figure(9.0, 3.0, "Refinement: gain in validation views")
     by_scene, by_params = figure.subplots(1, 2)
     colors = dict(zip(SCENES, (BLUE, GREEN, VERMILION, PURPLE), strict=True))
     styles = dict(zip(("colour", "free", "all"), (ORANGE, SKY, BLUE), strict=True))
@@ -188,10 +188,10 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
             by_params.plot(
                 row["curve_seconds"], gain, color=styles[row["params"]], lw=1.3, label=row["params"]
             )
-    label(by_scene, "seconds of steps", "gain (dB)", "All parameters; the line is the +3 dB asked for")
+    label(by_scene, "seconds of steps", "gain (dB)", "All parameters; the line is the target of +3 dB")
     by_scene.axhline(3, color="black", linewidth=0.6)
-    told = ", ".join(f"{scene}, {stroke}" for scene, stroke in sorted(variants))
-    label(by_params, "seconds of steps", "gain (dB)", f"What may move: {told}")
+    shown = ", ".join(f"{scene}, {stroke}" for scene, stroke in sorted(variants))
+    label(by_params, "seconds of steps", "gain (dB)", f"What may move: {shown}")
     for axes in (by_scene, by_params):
         if axes.lines:
             axes.legend(fontsize=6, frameon=False)

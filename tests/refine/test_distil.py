@@ -1,4 +1,4 @@
-"""Fitting strokes to the scene: the error falls, nothing else moves, a stopped run goes on as if not."""
+"""Fitting strokes to the scene: the error falls, nothing else moves, a resumed run ends the same."""
 
 import json
 from dataclasses import fields, replace
@@ -14,7 +14,7 @@ from brushgs.io.pictures.images import read_image  # noqa: E402
 from brushgs.options.region import Region  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
 from brushgs.refine.distil import TargetView, distil, mean_psnr  # noqa: E402
-from brushgs.refine.fit import Drawing, Plan  # noqa: E402
+from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.select import select_strokes  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
@@ -51,14 +51,14 @@ def drawing():
     return Drawing.of(texture)
 
 
-def refined(strokes, training_views, validation_views, drawing, params="all", where=None, **plan):
+def refined(strokes, training_views, validation_views, drawing, params="all", where=None, **schedule):
     moves = select_strokes(where, strokes)
     return distil(
         Variables(strokes, params, moves),
         training_views,
         validation_views,
         drawing,
-        Plan(**{"steps": 60} | plan),
+        FitSchedule(**{"steps": 60} | schedule),
     )
 
 
@@ -134,7 +134,7 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not_been(
     whole, whole_curve = refined(strokes, training_views, validation_views, drawing, steps=30)
     monkeypatch.setattr(fit_module, "SECONDS_BETWEEN_CHECKPOINTS", 0.0)
     checkpoint = tmp_path / "a.checkpoint"
-    plan = Plan(steps=30, checkpoint=checkpoint)
+    schedule = FitSchedule(steps=30, checkpoint=checkpoint)
     taken = 0
 
     def stop(score):
@@ -144,9 +144,9 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not_been(
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        distil(Variables(strokes, "all"), training_views, validation_views, drawing, plan, stop)
+        distil(Variables(strokes, "all"), training_views, validation_views, drawing, schedule, stop)
     assert checkpoint.exists()
-    resumed = replace(plan, is_resumed=True)
+    resumed = replace(schedule, is_resumed=True)
     after, curve = distil(Variables(strokes, "all"), training_views, validation_views, drawing, resumed)
     assert same(after, whole)
     assert curve.scores == whole_curve.scores
@@ -158,30 +158,34 @@ def test_the_checkpoint_of_another_fit_is_refused(
 ):
     checkpoint = tmp_path / "a.checkpoint"
     torch.save({"steps": 7, "seed": 0, "moving": {}}, checkpoint)
-    plan = Plan(steps=30, checkpoint=checkpoint, is_resumed=True)
+    schedule = FitSchedule(steps=30, checkpoint=checkpoint, is_resumed=True)
     with pytest.raises(bg.SceneError, match="is the checkpoint of another fit"):
-        distil(Variables(strokes, "all"), training_views, validation_views, drawing, plan)
+        distil(Variables(strokes, "all"), training_views, validation_views, drawing, schedule)
     checkpoint.write_bytes(b"nothing of the kind")
     with pytest.raises(bg.SceneError, match="is no checkpoint"):
-        distil(Variables(strokes, "all"), training_views, validation_views, drawing, plan)
+        distil(Variables(strokes, "all"), training_views, validation_views, drawing, schedule)
 
 
 def test_a_fit_that_no_longer_gains_ends(strokes, training_views, validation_views, drawing, monkeypatch):
     monkeypatch.setattr(fit_module, "LEAST_GAIN", 100.0)
     _, curve = refined(strokes, training_views, validation_views, drawing, steps=60)
     assert curve.steps[-1] < 60
-    assert "brought less than 100.0" in curve.stopped
+    assert "gained less than 100.0" in curve.stopped
 
 
 def test_strokes_never_come_back_worse_than_they_went(strokes, training_views, validation_views, drawing):
-    wild = fit_module.Rates(means=5.0, scales=2.0, quats=2.0, opacities=5.0, base=2.0)
+    wild = fit_module.Rates(means=5.0, scales=2.0, quats=2.0, opacities=5.0, sh_base=2.0)
     after, _ = distil(
-        Variables(strokes, "all"), training_views, validation_views, drawing, Plan(steps=10, rates=wild)
+        Variables(strokes, "all"),
+        training_views,
+        validation_views,
+        drawing,
+        FitSchedule(steps=10, rates=wild),
     )
     assert mean_psnr(after, validation_views, drawing) >= mean_psnr(strokes, validation_views, drawing)
 
 
-def test_views_to_learn_from_and_to_judge_by_differ(scene):
+def test_training_and_validation_views_differ(scene):
     views = [*views_around(scene, 12, **SIZE), *views_around(scene, 6, **SIZE, shift=0.5)]
     places = np.array([view.position for view in views])
     away = np.linalg.norm(places[:, None] - places[None], axis=2) + 1e9 * np.eye(len(views))
@@ -210,9 +214,9 @@ SMALL = ["--strokes", "100", "--steps", "10", "--views", "4", "--size", "64x48",
 def test_the_command_writes_strokes_and_tells_the_gain(file, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert cli.main(["refine", file, *SMALL, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)  # JSON knows no NaN
-    assert told["output"] == "pears-refined.ply"
-    counts = next(stage["counts"] for stage in told["stages"] if stage["name"] == "refine")
+    report = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)  # JSON knows no NaN
+    assert report["output"] == "pears-refined.ply"
+    counts = next(stage["counts"] for stage in report["stages"] if stage["name"] == "refine")
     assert counts["psnr_after"] > counts["psnr_before"]
     assert counts["curve_steps"][-1] == 10
     assert len(bg.load("pears-refined.ply")) <= 100
@@ -222,16 +226,16 @@ def test_the_command_writes_strokes_and_tells_the_gain(file, tmp_path, monkeypat
 def test_a_report_has_the_curve_the_settings_and_the_pictures(file, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert cli.main(["refine", file, *SMALL, "--report", "told", "--quiet"]) == 0
-    told = json.loads((tmp_path / "told" / "refine.json").read_text())
-    found = told["refine"]
+    report = json.loads((tmp_path / "told" / "refine.json").read_text())
+    found = report["refine"]
     assert found["psnr_after"] == pytest.approx(max(found["scores"]))
     assert found["psnr_before"] == pytest.approx(found["scores"][0])
     assert found["losses"][0] is None
     assert found["losses"][-1] < found["losses"][1]
     assert found["steps"][-1] == 10
     assert len({len(found[name]) for name in ("steps", "seconds", "losses", "scores")}) == 1
-    assert told["settings"]["refine"]["views"] == 4
-    assert told["settings"]["draw"]["stroke"] == "flat"
+    assert report["settings"]["refine"]["views"] == 4
+    assert report["settings"]["draw"]["stroke"] == "flat"
     picture = read_image(tmp_path / "told" / "refine.png")
     assert picture.shape[1] == 1440
     assert len(np.unique(picture.reshape(-1, picture.shape[2]), axis=0)) > 500  # pictures, not lines alone
@@ -262,7 +266,7 @@ def test_the_strokes_are_there_though_the_plot_fails(file, tmp_path, monkeypatch
     [
         (["--params", "shape"], "invalid choice: 'shape'"),
         (["--where", "cone:1"], "--where must be box:"),
-        (["--where", "sphere:1000,0,0,1"], "no stroke lies there"),
+        (["--where", "sphere:1000,0,0,1"], "no stroke lies in it"),
         (["--style", "none.jpg"], "none.jpg: there is no such picture"),
         (["--vgg-weights", "w.pth"], "vgg-weights needs style"),
         (["--to", "style"], "--to style needs --style"),
@@ -282,8 +286,24 @@ def test_a_bad_flag_gets_one_sentence(file, tmp_path, monkeypatch, capsys, words
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_pytorch_the_extra_is_named(file, tmp_path, monkeypatch, capsys):
+def test_without_pytorch_the_cure_is_named(file, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert cli.main(["refine", file, *SMALL]) == 2
     assert "pip install torch" in capsys.readouterr().err
+
+
+def test_without_kornia_only_a_style_image_is_refused(file, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "kornia" else object())
+    assert cli.main(["refine", file, *SMALL, "--style", file]) == 2
+    assert "pip install kornia" in capsys.readouterr().err
+    assert cli.main(["refine", file, *SMALL, "-o", "a.ply"]) == 0
+
+
+def test_without_kornia_only_a_style_image_is_refused(file, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "kornia" else object())
+    assert cli.main(["refine", file, *SMALL, "--style", file]) == 2
+    assert "pip install kornia" in capsys.readouterr().err
+    assert cli.main(["refine", file, *SMALL, "-o", "a.ply"]) == 0

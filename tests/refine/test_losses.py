@@ -65,13 +65,13 @@ def test_a_plain_colour_does_not_vary():
     assert float(total_variation(steps)) == pytest.approx(1)
 
 
-def test_colours_of_the_wanted_mean_and_covariance_are_at_distance_nought():
+def test_colours_of_the_target_mean_and_covariance_have_distance_zero():
     rgb, _ = pair()
     alpha = torch.rand(rgb.shape[:2], dtype=torch.float64) * 0.9 + 0.1
     points, weights = rgb.reshape(-1, 3).numpy(), alpha.reshape(-1).numpy()
     mean = np.average(points, axis=0, weights=weights)
     covariance = np.cov(points.T, aweights=weights, ddof=0)
-    wanted = torch.from_numpy(mean), torch.from_numpy(covariance)
+    target = torch.from_numpy(mean), torch.from_numpy(covariance)
     painted = rgb * alpha[..., None]
-    assert float(color_distance(painted, alpha, *wanted)) < 1e-12
-    assert float(color_distance(painted, alpha, wanted[0] + 0.1, wanted[1])) == pytest.approx(0.03)
+    assert float(color_distance(painted, alpha, *target)) < 1e-12
+    assert float(color_distance(painted, alpha, target[0] + 0.1, target[1])) == pytest.approx(0.03)

@@ -57,5 +57,5 @@ def test_what_means_nothing_is_refused_in_a_sentence(text, sentence):
 
 
 def test_a_region_without_strokes_is_refused():
-    with pytest.raises(ValueError, match="no stroke lies there"):
+    with pytest.raises(ValueError, match="no stroke lies in it"):
         select_strokes(Region.parse("sphere:100,0,0,1"), scene())

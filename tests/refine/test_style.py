@@ -154,7 +154,7 @@ def test_a_file_of_other_weights_is_refused(vgg_file, damage, sentence, tmp_path
 
 def test_what_is_no_file_of_weights_is_refused(tmp_path):
     (tmp_path / "w.pth").write_bytes(b"not weights")
-    with pytest.raises(bg.SceneError, match="is no file of weights"):
+    with pytest.raises(bg.SceneError, match="cannot be read as weights"):
         Vgg(tmp_path / "w.pth")
-    with pytest.raises(bg.SceneError, match="there is no such file of weights"):
+    with pytest.raises(bg.SceneError, match="there is no such file; check the path of the VGG weights"):
         Vgg(tmp_path / "none.pth")

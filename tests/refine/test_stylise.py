@@ -13,7 +13,7 @@ from brushgs.passes.recolor import Palette, recolor  # noqa: E402
 from brushgs.refine import nnfm  # noqa: E402
 from brushgs.refine.distil import TargetView  # noqa: E402
 from brushgs.refine.filter_bank import FilterBank  # noqa: E402
-from brushgs.refine.fit import Drawing, Plan  # noqa: E402
+from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.nnfm import Style  # noqa: E402
 from brushgs.refine.style import RATES, stylise  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
@@ -61,8 +61,8 @@ def styled(painting, strokes, views, drawing):
     def run(params="all", steps=20, start=strokes, views=views, features=FilterBank):
         pixels = torch.from_numpy(painting).permute(2, 0, 1).contiguous()
         style = Style(features(pixels), pixels)
-        plan = Plan(steps, rates=RATES)
-        return stylise(Variables(start, params), *views, style, painting, drawing, plan)
+        schedule = FitSchedule(steps, rates=RATES)
+        return stylise(Variables(start, params), *views, style, painting, drawing, schedule)
 
     return run
 
@@ -209,7 +209,7 @@ def test_paintings_with_alpha_or_without_colour_will_do(files, tmp_path, paintin
     [
         ((), "none.png", "none.png"),
         ((), "scene.ply", "scene.ply"),
-        (("--vgg-weights", "none.pth"), "painting.png", "no such file of weights"),
+        (("--vgg-weights", "none.pth"), "painting.png", "no such file; check the path of the VGG weights"),
         (("--to", "self"), "painting.png", "style"),
     ],
 )
@@ -218,6 +218,6 @@ def test_bad_inputs_get_one_sentence(files, tmp_path, capsys, options, style, se
         code, refined = refine(files, tmp_path, *options, style=style)
     except SystemExit as stop:
         code, refined = stop.code, None
-    told = capsys.readouterr().err.strip().splitlines()[-1]
+    error = capsys.readouterr().err.strip().splitlines()[-1]
     assert (code, refined) == (2, None)
-    assert sentence in told
+    assert sentence in error
