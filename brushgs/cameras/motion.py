@@ -1,8 +1,8 @@
-"""Motion between two views: where a camera is on the way from one to the other, and how far apart they are.
+"""Motion between two views: interpolation, distance, equality.
 
-The way is the screw motion: one turn about a fixed axis with a slide along it, at constant rate. Two
-views of an orbit lie on such a motion, so what lies between them lies on the orbit too, and a straight
-move or a turn in place are its special cases. Source: Murray, Li and Sastry 1994, chapter 2 (Chasles).
+Interpolation is by the screw motion: one turn about a fixed axis with a translation along it, at constant
+rate. Between two views of an orbit it stays on the orbit; a straight move and a turn in place are special
+cases. Source: Murray, Li and Sastry 1994, chapter 2 (Chasles).
 """
 
 import numpy as np
@@ -12,17 +12,20 @@ from brushgs.arrays import F64
 from brushgs.quats import quats_of, rotation_matrices
 from brushgs.scene import Camera
 
+# Views that differ by less are the same, radians (and relative, of lenses): files write about seven digits.
+SAME_VIEW = 1e-6
+
 
 def between(first: Camera, second: Camera, share: float) -> Camera:
     """The camera at a share of the screw motion from one view to another.
 
-    Focal lengths and near plane change by equal factors, the principal point by equal steps. Views half
-    a turn apart have two ways of equal length: one is taken, always the same.
+    Focal lengths and near plane change by equal factors, the principal point by equal steps. Between views
+    half a turn apart there are two such motions of equal length; always the same one is taken.
 
     Args:
         first: the view at share 0.
         second: the view at share 1, of the same size.
-        share: 0 to 1. At the ends the camera given there comes back itself.
+        share: 0 to 1; at 0 and 1 the given camera itself is returned.
 
     Raises:
         ValueError: if the sizes differ or `share` lies outside 0 to 1.
@@ -40,13 +43,13 @@ def between(first: Camera, second: Camera, share: float) -> Camera:
 
 
 def view_change(first: Camera, second: Camera, distance: float) -> float:
-    """How far apart two views are, radians: the larger of the camera's turn and of the shift seen.
+    """How far apart two views are, radians: the larger of the turn and of the apparent shift.
 
     Args:
         first: a view.
         second: another.
-        distance: from the cameras to what they look at, world units, > 0. The shift is the way between
-            the camera centres over this distance, so that the parts of a straight way add up.
+        distance: from the cameras to the subject, world units, > 0. The apparent shift is the distance of the
+            camera centres over this distance, so that the parts of a straight path add up.
 
     Returns:
         0 where only lenses differ; may exceed pi.
@@ -59,14 +62,34 @@ def view_change(first: Camera, second: Camera, distance: float) -> float:
     return float(view_changes(first.viewmat[None], second.viewmat[None], distance)[0])
 
 
+def is_same_view(first: Camera, second: Camera, distance: float) -> bool:
+    """Whether two cameras show the same picture: their `view_change` is below `SAME_VIEW`, and so is their
+    relative difference of focal lengths and principal points.
+
+    A path is closed where this holds for its ends.
+
+    Args:
+        first: a camera.
+        second: another; pictures of other sizes are never the same.
+        distance: see `view_change`.
+
+    Raises:
+        ValueError: if `distance` is not positive.
+    """
+    if (first.width, first.height) != (second.width, second.height):
+        return False
+    is_same_lens = np.allclose(first.K, second.K, rtol=SAME_VIEW, atol=SAME_VIEW)
+    return is_same_lens and view_change(first, second, distance) < SAME_VIEW
+
+
 def screw_motion(first: F64, second: F64, shares: ArrayLike) -> F64:
-    """Views [n, 4, 4] at `shares` (one, or [n]) of the ways from `first` to `second`, [n, 4, 4] each.
+    """Views [n, 4, 4] at `shares` (one, or [n]) of the motions from `first` to `second`, [n, 4, 4] each.
 
-    A share below 0 or above 1 goes on with the same motion.
+    A share below 0 or above 1 extrapolates the same motion.
 
-    With the turn theta about unit axis a, the part of the translation along a grows with the share s.
-    The part across it is turned by (s - 1) theta / 2 and scaled by sin(s theta / 2) / sin(theta / 2):
-    the chord of an arc. That holds for every theta up to pi, without a series for the small ones.
+    With the turn theta about unit axis a, the translation along a grows with the share s. The translation
+    across it is turned by (s - 1) theta / 2 and scaled by sin(s theta / 2) / sin(theta / 2), the chord of an
+    arc. That holds for every theta up to pi and needs no series for small ones.
     """
     shares = np.asarray(shares, dtype=np.float64)
     step = _step(first, second)
@@ -93,7 +116,7 @@ def view_changes(first: F64, second: F64, distances: ArrayLike) -> F64:
 
 
 def lenses(cameras: list[Camera]) -> F64:
-    """[n, 5] log fx, log fy, cx, cy, log near: what of a camera is mixed along a way, even in zoom."""
+    """[n, 5] log fx, log fy, cx, cy, log near: interpolated linearly, they zoom at an even rate."""
     rows = [(c.K[0, 0], c.K[1, 1], c.K[0, 2], c.K[1, 2], c.near) for c in cameras]
     values = np.array(rows, dtype=np.float64).reshape(-1, 5)
     values[:, [0, 1, 4]] = np.log(values[:, [0, 1, 4]])
@@ -101,14 +124,14 @@ def lenses(cameras: list[Camera]) -> F64:
 
 
 def camera_with(viewmat: F64, lens: F64, width: int, height: int) -> Camera:
-    """The camera of a view and of one row of `lenses`."""
+    """The camera with a view and one row of `lenses`."""
     fx, fy, near = np.exp(lens[[0, 1, 4]])
     K = np.array([[fx, 0.0, lens[2]], [0.0, fy, lens[3]], [0.0, 0.0, 1.0]])
     return Camera(viewmat, K, width, height, float(near))
 
 
 def _step(first: F64, second: F64) -> F64:
-    """[n, 4, 4] second camera from first."""
+    """[n, 4, 4] transforms from the first camera to the second."""
     step = np.zeros_like(first)
     step[:, :3, :3] = second[:, :3, :3] @ first[:, :3, :3].transpose(0, 2, 1)
     step[:, :3, 3] = second[:, :3, 3] - (step[:, :3, :3] @ first[:, :3, 3, None])[..., 0]
@@ -117,7 +140,7 @@ def _step(first: F64, second: F64) -> F64:
 
 
 def _axis_angle(rotations: F64) -> tuple[F64, F64]:
-    """[n, 3] unit axes and [n] angles, 0 to pi. By way of quaternions, which lose nothing near 0 or pi."""
+    """[n, 3] unit axes and [n] angles, 0 to pi, by quaternions, which are exact near 0 and pi."""
     quats = quats_of(rotations)
     quats = np.where(quats[:, :1] < 0, -quats, quats)
     sine = np.linalg.norm(quats[:, 1:], axis=1)

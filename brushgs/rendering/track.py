@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from brushgs import _core
 from brushgs.arrays import F64
-from brushgs.cameras.motion import lenses, screw_motion, view_changes
+from brushgs.cameras.motion import is_same_view, lenses, screw_motion, view_changes
 from brushgs.options.choices import Order
 from brushgs.rendering.project import Directions, project
 from brushgs.scene import Boxes, Camera, Gaussians
@@ -24,7 +24,7 @@ from brushgs.threads import num_threads_or_default
 KNOT_SPACING = radians(1.5)
 # A path that changes the view by more than this from frame to frame (cuts, mostly) is looked at less often.
 MOST_KNOTS_A_FRAME = 16
-SAME_VIEW = 1e-9  # relative: cameras that differ by less are one
+ROUNDING = 1e-9  # of a knot: a path that is longer by less needs no further knot
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,8 +182,8 @@ def _knots_of(cameras: list[Camera], middle: F64, reach: float) -> _Knots:
     distances = np.maximum(np.linalg.norm(eyes - middle, axis=1), reach)
     changes = view_changes(viewmats[:-1], viewmats[1:], np.minimum(distances[:-1], distances[1:]))
     ways = np.concatenate([[0.0], np.cumsum(changes)])
-    is_closed = len(cameras) > 2 and ways[-1] > 0 and _is_same_view(cameras[0], cameras[-1], reach)
-    num_steps = min(ceil(ways[-1] / KNOT_SPACING - SAME_VIEW), MOST_KNOTS_A_FRAME * len(cameras))
+    is_closed = len(cameras) > 2 and ways[-1] > 0 and is_same_view(cameras[0], cameras[-1], reach)
+    num_steps = min(ceil(ways[-1] / KNOT_SPACING - ROUNDING), MOST_KNOTS_A_FRAME * len(cameras))
     num_steps = max(num_steps, 2 if is_closed else int(ways[-1] > 0))
     at = np.linspace(0, ways[-1], num_steps + 1)
 
@@ -203,15 +203,6 @@ def _knots_of(cameras: list[Camera], middle: F64, reach: float) -> _Knots:
         spacing=ways[-1] / num_steps if num_steps else KNOT_SPACING,
         is_closed=bool(is_closed),
         positions=positions,
-    )
-
-
-def _is_same_view(first: Camera, second: Camera, reach: float) -> bool:
-    shift = np.linalg.norm(first.position - second.position)
-    return bool(
-        np.allclose(first.viewmat[:3, :3], second.viewmat[:3, :3], rtol=0, atol=SAME_VIEW)
-        and shift <= SAME_VIEW * (reach + np.linalg.norm(first.position))
-        and np.allclose(first.K, second.K, rtol=SAME_VIEW)
     )
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from brushgs.cameras.motion import between, screw_motion, view_change
+from brushgs.cameras.motion import SAME_VIEW, between, is_same_view, screw_motion, view_change
 from brushgs.quats import rotation_matrices
 from brushgs.scene import Camera
 
@@ -135,6 +135,22 @@ def test_view_change_is_the_larger_of_turn_and_shift():
 
 def test_view_change_along_an_orbit_is_the_angle():
     assert view_change(orbit_view(0.2), orbit_view(0.25), 3.0) == pytest.approx(0.05, rel=1e-12)
+
+
+def test_views_are_the_same_up_to_the_digits_of_a_file():
+    first = camera()
+    assert is_same_view(first, first, 1.0)
+    for size, is_same in ((0.5 * SAME_VIEW, True), (2 * SAME_VIEW, False)):
+        assert is_same_view(first, camera(turned((1, 2, 3), size)), 1.0) is is_same
+        assert is_same_view(first, camera(position=(3 * size, 0, 0)), 3.0) is is_same
+        assert is_same_view(first, camera(focal=50 * (1 + size)), 1.0) is is_same
+    assert not is_same_view(first, camera(width=65), 1.0)
+
+
+def test_a_path_far_from_the_origin_is_closed_by_its_own_scale():
+    first = camera(position=(1e6, 0, 0))
+    assert not is_same_view(first, camera(position=(1e6 + 1e-4, 0, 0)), 1.0)
+    assert is_same_view(first, camera(position=(1e6 + 1e-4, 0, 0)), 1e3)
 
 
 @pytest.mark.parametrize(
