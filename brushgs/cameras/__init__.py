@@ -1,1 +1,1 @@
-"""Cameras for scenes that come without one: framing, orbits, paths through key views."""
+"""Cameras for scenes that come without one: framing, orbits, and paths through key views."""

@@ -1,8 +1,8 @@
-"""A camera for a scene that comes without one: the subject right side up and large in the picture.
+"""A camera for a scene that comes without one: the subject upright and large in the picture.
 
-A trained scene is a subject in the middle of whatever else the photographs saw: floaters, walls, sky,
-at times 2e7 units away. So the frame is fitted to where the visible mass lies close together, and
-what lies outside is drawn but does not decide.
+A trained scene is a subject in the middle of all else that the photographs showed: floaters, walls, sky, at
+times 2e7 units away. So the frame is fitted to where most of the opacity lies close together; what lies
+outside is painted but does not change the frame.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from brushgs.scene import Camera, Gaussians
 
-# A scene file does not say which way is up. COLMAP's cameras have y down, and trainers keep its axes.
+# Most scene files do not state which way is up. COLMAP's cameras have y down, and trainers keep its axes.
 DEFAULT_UP = "-y"
 AXES = {
     sign + axis: tuple(float(s) for s in np.sign(float(f"{sign}1")) * np.eye(3)["xyz".index(axis)])
@@ -19,22 +19,22 @@ AXES = {
 }
 DEFAULT_AZIMUTH = np.radians(30.0)
 DEFAULT_ELEVATION = np.radians(15.0)
-FLAT_ELEVATION = np.radians(40.0)  # default where the subject is a stretch of ground, seen from the air
-FLAT_HEIGHT = 0.15  # that is: its height over its width
+FLAT_ELEVATION = np.radians(40.0)  # default where the subject is flat ground, seen from above
+FLAT_HEIGHT = 0.15  # of height over width: below, a subject is flat
 DEFAULT_FOV_Y = np.radians(50.0)
-MARGIN = 0.05  # of the picture, left free on each side of the subject
-TAIL = 0.007  # share of the mass beyond each end of an axis that may be floaters
-TIP = 0.15  # of the spread: how far an ear or a chair leg may reach beyond those percentiles
-# A captured object spans 1.4 to 3.1 times the spread of its middle half, an object in its surroundings
-# (a truck on a plaza, fruit before a wall) 3.9 and more: there only the middle is the subject.
+MARGIN = 0.05  # share of the picture that is empty on each side of the subject
+TAIL = 0.007  # share of the opacity beyond each end of an axis that may be floaters
+TIP = 0.15  # interquartile ranges by which an ear or a chair leg may extend beyond those percentiles
+# A captured object spans 1.4 to 3.1 interquartile ranges, an object in surroundings (a truck on a plaza,
+# fruit in front of a wall) 3.9 and more: there only the middle is the subject.
 MAX_OBJECT_SPAN = 3.5
-SUBJECT_REACH = 0.9  # of that spread, to each side of the median
-MAX_POINTS = 20_000  # enough to find bounds; the frame of a larger scene is fitted to every n-th Gaussian
-NEAR_SHARE = 0.01  # near plane over distance to the subject: what hangs before the lens is cut away
+SUBJECT_REACH = 0.9  # interquartile ranges to each side of the median
+MAX_POINTS = 20_000  # enough for bounds: of a larger scene every n-th Gaussian is used
+NEAR_SHARE = 0.01  # near plane over distance to the subject: floaters in front of the lens are clipped
 
 
 def up_vector(text: str) -> NDArray[np.float64]:
-    """The direction named by "+y", "-y", "+z" ... (a sign may lack: "z"), or by three numbers "0,0.1,-1".
+    """The direction named by "+y", "-y", "+z" ... (without a sign, as "z": +), or by numbers as "0,0.1,-1".
 
     Returns:
         [3] unit vector in world axes.
@@ -56,10 +56,10 @@ def up_vector(text: str) -> NDArray[np.float64]:
 
 
 def direction_of(up: str | ArrayLike) -> NDArray[np.float64]:
-    """The direction [3] that is meant by a name, as `up_vector` reads it, or by three numbers of any length.
+    """The direction [3] given by a name, see `up_vector`, or by three numbers, which are not normalised.
 
     Raises:
-        ValueError: if a name means nothing.
+        ValueError: if the name is unknown.
     """
     return up_vector(up) if isinstance(up, str) else np.asarray(up, dtype=np.float64)
 
@@ -75,7 +75,7 @@ def frame_scene(
     elevation: float | None = None,
     zoom: float = 1.0,
 ) -> Camera:
-    """A camera that sees the subject of a scene whole, as large as the picture allows.
+    """A camera that shows the whole subject of a scene, as large as the picture allows.
 
     Args:
         gaussians: N Gaussians, N >= 1.
@@ -83,8 +83,8 @@ def frame_scene(
         height: pixels.
         fov_y: vertical field of view, radians, in (0, pi).
         up: [3] direction that is up in the picture, world axes, any length.
-        azimuth: radians; 0 looks at the front of the scene (from -z where up is -y, from -y where up
-            is +z, from +z where up is +y), growing to the viewer's right.
+        azimuth: radians; 0 is a view of the front (from -z where up is -y, from -y where up is +z, from +z
+            where up is +y), and the camera moves to the viewer's right as it grows.
         elevation: radians above the horizon, -pi/2 to pi/2; None for `default_elevation`.
         zoom: 1 shows the subject whole, 2 shows it twice as large (the camera stays, the field of
             view narrows), > 0.
@@ -93,7 +93,7 @@ def frame_scene(
         ValueError: if there is no Gaussian or a number is out of range.
     """
     if len(gaussians) == 0:
-        raise ValueError("frame_scene: gaussians must have at least one row to be looked at, got none")
+        raise ValueError("frame_scene: gaussians must have at least one row, got none")
     if not zoom > 0 or not np.isfinite(zoom):
         raise ValueError(f"frame_scene: zoom must be > 0, got {zoom}")
     if not 0 < fov_y < np.pi:
@@ -117,14 +117,13 @@ def frame_scene(
 def subject(gaussians: Gaussians) -> tuple[NDArray[np.float64], bool]:
     """Where the subject of a scene is.
 
-    The spread is the greatest interquartile range of the three axes, the weight the opacity. Along
-    each axis those Gaussians count that lie between the percentiles at `TAIL` and 1 - `TAIL`, `TIP`
-    spreads wider; where these are further apart than `MAX_OBJECT_SPAN` spreads, those within
-    `SUBJECT_REACH` spreads of the median.
+    Quantiles are weighted by opacity; the unit is the largest interquartile range of the three axes. Along
+    each axis the subject lies between the quantiles `TAIL` and 1 - `TAIL`, widened by `TIP` units; where they
+    are more than `MAX_OBJECT_SPAN` units apart, within `SUBJECT_REACH` units of the median.
 
     Returns:
-        [n, 3] centres of at most `MAX_POINTS` Gaussians that belong to the subject, and whether it
-        stands in surroundings that were left out.
+        [n, 3] centres of at most `MAX_POINTS` Gaussians of the subject, and whether it has surroundings,
+        which are excluded.
     """
     every = slice(None, None, -(-len(gaussians) // MAX_POINTS))
     means = gaussians.means[every].astype(np.float64)
@@ -133,19 +132,19 @@ def subject(gaussians: Gaussians) -> tuple[NDArray[np.float64], bool]:
         weights = np.ones(len(means))
     at = (TAIL, 0.25, 0.5, 0.75, 1 - TAIL)
     low, q1, median, q3, high = np.transpose([weighted_quantiles(column, weights, at) for column in means.T])
-    spread = (q3 - q1).max()
-    has_surroundings = bool((high - low).max() > MAX_OBJECT_SPAN * spread > 0)
+    unit = (q3 - q1).max()
+    has_surroundings = bool((high - low).max() > MAX_OBJECT_SPAN * unit > 0)
     if has_surroundings:
-        low = np.maximum(low, median - SUBJECT_REACH * spread)
-        high = np.minimum(high, median + SUBJECT_REACH * spread)
+        low = np.maximum(low, median - SUBJECT_REACH * unit)
+        high = np.minimum(high, median + SUBJECT_REACH * unit)
     else:
-        low, high = low - TIP * spread, high + TIP * spread
+        low, high = low - TIP * unit, high + TIP * unit
     inside = ((means >= low) & (means <= high)).all(axis=1) & (weights > 0)
     return means[inside] if inside.any() else means, has_surroundings
 
 
 def default_elevation(points: NDArray[np.float64], up: ArrayLike) -> float:
-    """Radians above the horizon from which `points` [n, 3] show best: higher where they are flat ground."""
+    """Default elevation of a view of `points` [n, 3], radians above the horizon: higher for flat ground."""
     axes = camera_axes(np.asarray(up, dtype=np.float64), 0.0, 0.0)
     width, height, depth = np.ptp(points @ axes.T, axis=0)
     is_flat = height < FLAT_HEIGHT * max(width, depth)
@@ -155,7 +154,7 @@ def default_elevation(points: NDArray[np.float64], up: ArrayLike) -> float:
 def weighted_quantiles(
     values: NDArray[np.float64], weights: NDArray[np.float64], at: tuple[float, ...]
 ) -> list[float]:
-    """Values below which the given shares of the weight lie."""
+    """Weighted quantiles of `values` at the given shares of the weight."""
     order = np.argsort(values, kind="stable")
     total = np.cumsum(weights[order])
     rows = np.searchsorted(total, np.asarray(at) * total[-1])
@@ -170,14 +169,14 @@ def camera_axes(up: NDArray[np.float64], azimuth: float, elevation: float) -> ND
     up = up / length
     front = _front(up)
     right = np.cross(up, front)
-    level = np.cos(azimuth) * front + np.sin(azimuth) * right  # towards the camera, along the ground
+    level = np.cos(azimuth) * front + np.sin(azimuth) * right  # towards the camera, horizontally
     forward = -(np.cos(elevation) * level + np.sin(elevation) * up)
     right = np.cos(azimuth) * right - np.sin(azimuth) * front
     return np.stack([right, np.cross(forward, right), forward])
 
 
 def _front(up: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[3] where the viewer stands at azimuth 0: at -z if y is down, turned along for other axes."""
+    """[3] direction to the viewer at azimuth 0: -z if y is down, and accordingly for other axes."""
     nearest = int(np.argmax(np.abs(up)))
     sign = np.sign(up[nearest])
     front = np.zeros(3)
@@ -187,20 +186,20 @@ def _front(up: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def fit_eye(points: NDArray[np.float64], tangents: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """The nearest eye, in turned axes, from which all points lie inside the frustum with a margin.
+    """The nearest eye, in camera axes, from which all points lie inside the frustum with a margin.
 
-    A point is inside the right plane where x - t z <= eye_x - t eye_z, so only the outermost point per
-    plane counts, and opposite planes together bound eye_z.
+    A point is inside the right plane where x - t z <= eye_x - t eye_z, so only the outermost point per plane
+    counts, and two opposite planes together bound eye_z.
 
     Returns:
-        [3] eye and its distance to the middle of the points.
+        [3] eye and its distance to the median depth of the points.
     """
     tangents = tangents * (1 - 2 * MARGIN)
     xy, z = points[:, :2], points[:, 2:]
     high, low = (xy - tangents * z).max(axis=0), (-xy - tangents * z).max(axis=0)
     middle = np.median(z)
     size = max(float(np.ptp(points, axis=0).max()), 1e-6 * float(np.abs(points).max()), 1e-9)
-    # A very wide lens could fit the points from among them: the eye stays before the nearest, too.
+    # A very wide lens could fit the points from among them: the eye stays in front of the nearest.
     in_front = min(middle - 0.5 * size, float(z.min()) - 0.05 * size)
     eye_z = min(float((-(high + low) / (2 * tangents)).min()), in_front)
     depths = z[:, 0] - eye_z
@@ -208,9 +207,9 @@ def fit_eye(points: NDArray[np.float64], tangents: NDArray[np.float64]) -> tuple
 
 
 def _center(x: NDArray[np.float64], depths: NDArray[np.float64]) -> float:
-    """Place of the eye on an axis from which the outermost points lie equally far from the middle.
+    """Coordinate of the eye from which the outermost points are equally far from the middle of the picture.
 
-    Found by bisection: the sum of the two outermost slopes falls as the eye moves on.
+    By bisection: the sum of the two outermost slopes decreases with the coordinate.
     """
     slopes, per_step = x / depths, 1 / depths
     low, high = float(x.min()), float(x.max())

@@ -18,7 +18,7 @@ import numpy as np
 
 import brushgs as bg
 from brushgs.cameras.framing import up_vector
-from brushgs.cameras.paths import orbit
+from brushgs.cameras.orbit import orbit
 from brushgs.measure.box_events import orientation_events
 from brushgs.rendering.project import project
 from brushgs.rendering.track import track_directions

@@ -299,11 +299,3 @@ def test_without_kornia_only_a_style_image_is_refused(file, tmp_path, monkeypatc
     assert cli.main(["refine", file, *SMALL, "--style", file]) == 2
     assert "pip install kornia" in capsys.readouterr().err
     assert cli.main(["refine", file, *SMALL, "-o", "a.ply"]) == 0
-
-
-def test_without_kornia_only_a_style_image_is_refused(file, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "kornia" else object())
-    assert cli.main(["refine", file, *SMALL, "--style", file]) == 2
-    assert "pip install kornia" in capsys.readouterr().err
-    assert cli.main(["refine", file, *SMALL, "-o", "a.ply"]) == 0

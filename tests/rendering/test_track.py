@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import brushgs as bg
-from brushgs.cameras.paths import orbit
+from brushgs.cameras.orbit import orbit
 from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
 from brushgs.rendering import reference
 from brushgs.rendering.project import Directions, project

@@ -5,7 +5,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cameras.framing import up_vector
-from brushgs.cameras.paths import orbit
+from brushgs.cameras.orbit import orbit
 from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
 from brushgs.rendering.project import project
 from brushgs.rendering.reference import rotation_matrices
