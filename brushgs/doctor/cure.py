@@ -1,4 +1,4 @@
-"""The cured scene: what was read rightly, less the rows and bands that findings say to drop."""
+"""The cured scene: correctly decoded, without the rows and SH bands that findings drop."""
 
 import numpy as np
 
@@ -10,20 +10,20 @@ from brushgs.scene import Gaussians
 def cure(examination: Examination) -> Gaussians:
     """Apply the cures of all findings.
 
-    What no finding names stays as it is, bit for bit, in the order of the file.
+    All other numbers stay bit for bit, in the order of the file.
 
     Args:
         examination: of a file.
 
     Returns:
-        At least one Gaussian: no finding names more than a part of the scene to be dropped.
+        At least one Gaussian: no finding drops all of the scene.
     """
     gaussians, findings = examination.gaussians, {f.name: f for f in examination.findings}
     keeps = np.ones(len(gaussians), bool)
     for finding in findings.values():
         if finding.rows is not None:
             keeps &= ~finding.rows
-    assert keeps.any(), "each finding leaves half of what the former leave"
+    assert keeps.any(), "each finding keeps half of what earlier ones keep"
     if not keeps.all():
         gaussians = gaussians.take(keeps)
     quats, sh = gaussians.quats, gaussians.sh

@@ -1,4 +1,4 @@
-"""What a scene file holds, in a few figures."""
+"""The contents of a scene file in a few figures."""
 
 from pathlib import Path
 from typing import Any

@@ -1,6 +1,6 @@
-"""Which reading of the raw columns makes a scene: logs or plain scales, wxyz or xyzw, coefficients or RGB.
+"""Detect how raw columns are encoded: log or linear scales, wxyz or xyzw, SH coefficients or RGB.
 
-Each judgement needs a clear difference between the readings; else the usual layout is taken. The figures in
+Each decision needs a clear difference between the encodings; otherwise the usual one is taken. The figures in
 the comments are of ten real scenes (examples/measured/doctor.md).
 """
 
@@ -11,72 +11,73 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import Array
-from brushgs.doctor.equal import equal_rows
+from brushgs.doctor.equal_rows import equal_rows
 from brushgs.doctor.findings import Finding
-from brushgs.doctor.space import NUM_NEIGHBOURS, nearest
+from brushgs.doctor.geometry import NUM_NEIGHBOURS, nearest
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.quats import rotation_matrices
 
-_Found = Callable[..., None]  # takes the name of a finding, a sentence, and facts
+_AddFinding = Callable[..., None]  # (name of the finding, sentence, **facts)
 
-FEWEST_ROWS = 10  # below, numbers may be anything
+FEWEST_ROWS = 10  # with fewer nothing can be decided
 ALMOST_ALL = 0.999  # of the rows; the rest may be damaged
-SAMPLE = 20_000  # rows that are looked at closely
+SAMPLE = 20_000  # rows of the costly checks
 # Share of logits within 0 to 1: at most 0.24. Of rows with all three f_dc there: at most 0.19.
-SPREAD_OPACITY, SPREAD_COLOR = 0.02, 0.25  # between percentiles 1 and 99: equal values say nothing
+# Difference between percentiles 1 and 99: equal values decide nothing.
+SPREAD_OPACITY, SPREAD_COLOR = 0.02, 0.25
 BLINDING = 16.0  # largest f_dc of a real scene: 12.6
 # Median log of the longest axis over the distance to the nearest neighbour: -1.3 to 1.6.
 TYPICAL_LOG_SIZE = 0.6
-# Nats a row by which plain scales must be the likelier. Ten real scenes in units of 1e-4 to 3e4: 1.5 and more
-# where they are plain (two made ones: 0.5, 2.8), below -2.2 where they are logarithms.
+# Log-likelihood ratio of linear against log scales, nats a row. Ten real scenes in units of 1e-4 to 3e4: 1.5
+# and more where they are linear (two synthetic ones: 0.5, 2.8), below -2.2 where they are logarithms.
 LEAST_EVIDENCE = 0.25
-TINY = 1e-30  # a plain scale of 0, for its logarithm
+TINY = 1e-30  # in place of a linear scale of 0, which has no logarithm
 FLAT, PLANAR = 2.0, 0.7  # middle over shortest axis; 1 - smallest over middle variance of the neighbours
 FEWEST_FLAT = 100
-# Mean |cosine| of shortest axis and normal, wxyz less xyzw: 0.08 to 0.41 (10 to 40 standard errors), and as
-# much below zero where the order is wrong.
+# Mean |cosine| of shortest axis and surface normal, wxyz minus xyzw: 0.08 to 0.41 (10 to 40 standard errors),
+# and the negative of that where the order is xyzw.
 LEAST_ALIGNMENT, LEAST_ERRORS = 0.03, 6.0
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """How the columns are best read, and the findings that say so."""
+    """The encoding of the columns, and the findings where it is not the usual one."""
 
     encoding: Encoding
     findings: list[Finding]
 
 
-def diagnose(columns: Columns) -> Diagnosis:
-    """Judge raw columns."""
+def detect_encoding(columns: Columns) -> Diagnosis:
+    """Detect the encoding of raw columns."""
     rows = _usable_rows(columns)
     encoding = Encoding()
     findings: list[Finding] = []
     if len(rows) < FEWEST_ROWS:
         return Diagnosis(encoding, findings)
     means = columns.means[rows]
-    points = means[equal_rows(means)[0]]  # many at one place would take a k-d tree the square of their number
+    points = means[equal_rows(means)[0]]  # a k-d tree takes quadratic time for equal points
     picked = np.random.default_rng(0).permutation(len(rows))[:SAMPLE]
     distances, near = nearest(points, means[picked], min(NUM_NEIGHBOURS + 1, len(points)))
 
-    def found(name: str, what: str, **facts: float) -> None:
+    def add_finding(name: str, what: str, **facts: float) -> None:
         rounded = {fact: round(float(value), 4) for fact, value in facts.items()}
         findings.append(Finding(name, "fault", len(rows), len(rows) / len(columns.means), what, rounded))
 
     scales, quats = columns.scales[rows][picked], columns.quats[rows][picked]
-    encoding = _judge_scales(scales, distances, encoding, found)
-    encoding = _judge_opacities(columns.opacities[rows], encoding, found)
-    encoding = _judge_colors(columns.sh[rows, 0], encoding, found)
-    encoding = _judge_order(quats, scales, points[near], encoding, found)
+    encoding = _detect_scales(scales, distances, encoding, add_finding)
+    encoding = _detect_opacities(columns.opacities[rows], encoding, add_finding)
+    encoding = _detect_colors(columns.sh[rows, 0], encoding, add_finding)
+    encoding = _detect_order(quats, scales, points[near], encoding, add_finding)
     return Diagnosis(encoding, findings)
 
 
 def linear_evidence(scales: Array, spacings: Array) -> float:
-    """How much likelier plain scales are than logarithms, nats a row; below zero where they are less so.
+    """Log-likelihood ratio of linear against logarithmic scales, nats a row; negative for logarithms.
 
-    Two marks of a right reading: the longest axis is about as long as the distance to the nearest neighbour,
-    and sizes are spread like a log-normal: a bell curve fits the logs of the raw values better than the
-    values themselves, for the shortest, middle and longest axes.
+    Decoded correctly, the longest axis is about as long as the distance to the nearest neighbour, and sizes
+    have a log-normal distribution: where the raw values are linear, a normal distribution fits their logs
+    better than the values themselves, for the shortest, middle and longest axes.
 
     Args:
         scales: [n, 3] raw values.
@@ -100,9 +101,9 @@ def linear_evidence(scales: Array, spacings: Array) -> float:
 
 
 def order_evidence(quats: Array, log_scales: Array, neighbours: Array) -> tuple[float, float]:
-    """Whether the shortest axes of flat Gaussians stand on the surfaces as wxyz (above zero) or as xyzw.
+    """Whether the shortest axes of flat Gaussians are normal to the surfaces as wxyz (above zero) or as xyzw.
 
-    A surface's normal is the direction in which the neighbours of a point spread least.
+    The normal of a surface is the direction in which the neighbours of a point vary least.
 
     Args:
         quats: [n, 4] as stored, no row zero.
@@ -110,7 +111,7 @@ def order_evidence(quats: Array, log_scales: Array, neighbours: Array) -> tuple[
         neighbours: [n, k, 3] points around each.
 
     Returns:
-        Mean |cosine| of axis and normal as wxyz less that as xyzw, and that over its standard error.
+        Mean |cosine| of axis and normal as wxyz minus that as xyzw, and the same over its standard error.
     """
     points = neighbours.astype(np.float64)
     points -= points.mean(axis=1, keepdims=True)
@@ -132,7 +133,7 @@ def order_evidence(quats: Array, log_scales: Array, neighbours: Array) -> tuple[
 
 
 def _usable_rows(columns: Columns) -> NDArray[np.int64]:
-    """Rows that some reading can draw."""
+    """Rows that can be drawn in some encoding."""
     is_usable = columns.quats.any(axis=1)
     for column in (columns.means, columns.quats, columns.sh[:, 0]):
         is_usable &= np.isfinite(column).all(axis=1)
@@ -140,18 +141,20 @@ def _usable_rows(columns: Columns) -> NDArray[np.int64]:
     return np.flatnonzero(is_usable & ~np.isnan(columns.opacities))
 
 
-def _judge_scales(scales: Array, distances: Array, encoding: Encoding, found: _Found) -> Encoding:
+def _detect_scales(scales: Array, distances: Array, encoding: Encoding, add_finding: _AddFinding) -> Encoding:
     if distances.shape[1] < 2:  # all at one place
         return encoding
     evidence = linear_evidence(scales, distances[:, 1])
     if evidence <= LEAST_EVIDENCE:
         return encoding
-    found("linear-scales", "scales are stored as they are, not as their logarithms", nats_a_row=evidence)
+    add_finding(
+        "linear-scales", "scales are stored as they are, not as their logarithms", nats_a_row=evidence
+    )
     return replace(encoding, scales="linear")
 
 
-def _judge_order(
-    quats: Array, scales: Array, neighbours: Array, encoding: Encoding, found: _Found
+def _detect_order(
+    quats: Array, scales: Array, neighbours: Array, encoding: Encoding, add_finding: _AddFinding
 ) -> Encoding:
     if neighbours.shape[1] < 4:  # a plane needs three
         return encoding
@@ -161,34 +164,38 @@ def _judge_order(
     alignment, errors = order_evidence(quats, logs, neighbours)
     if alignment > -LEAST_ALIGNMENT or errors > -LEAST_ERRORS:
         return encoding
-    what = "rotations are stored as x, y, z, w: read so, flat Gaussians lie on the surfaces"
-    found("xyzw-quaternions", what, alignment=alignment, standard_errors=errors)
+    what = "rotations are stored as x, y, z, w: in this order flat Gaussians lie on the surfaces"
+    add_finding("xyzw-quaternions", what, alignment=alignment, standard_errors=errors)
     return replace(encoding, quats="xyzw")
 
 
-def _judge_opacities(values: Array, encoding: Encoding, found: _Found) -> Encoding:
+def _detect_opacities(values: Array, encoding: Encoding, add_finding: _AddFinding) -> Encoding:
     low, high = np.percentile(values, (1, 99), method="nearest")  # infinite logits are legitimate
     if ((values >= 0) & (values <= 1)).mean() >= ALMOST_ALL:
-        # Equal opacities may be either; with plain scales beside them they are plain, too.
+        # Equal opacities may be either; beside linear scales they are linear, too.
         if high - low > SPREAD_OPACITY or encoding.scales == "linear":
-            found(
+            add_finding(
                 "linear-opacities", "opacities are stored as 0 to 1, not as their logits", low=low, high=high
             )
             return replace(encoding, opacities="linear")
     elif ((values >= 0) & (values <= 255) & (values == np.round(values))).mean() >= ALMOST_ALL:
-        found("byte-opacities", "opacities are stored as 0 to 255, not as their logits", low=low, high=high)
+        add_finding(
+            "byte-opacities", "opacities are stored as 0 to 255, not as their logits", low=low, high=high
+        )
         return replace(encoding, opacities="byte")
     return encoding
 
 
-def _judge_colors(values: Array, encoding: Encoding, found: _Found) -> Encoding:
+def _detect_colors(values: Array, encoding: Encoding, add_finding: _AddFinding) -> Encoding:
     low, high = np.percentile(values, (1, 99))
     facts = {"low": float(low), "high": float(high)}
     if ((values >= 0) & (values <= 1)).all(axis=1).mean() >= ALMOST_ALL:
         if high - low > SPREAD_COLOR:
-            found("linear-colors", "colours are stored as RGB of 0 to 1, not as coefficients", **facts)
+            add_finding(
+                "linear-colors", "colours are stored as RGB of 0 to 1, not as SH coefficients", **facts
+            )
             return replace(encoding, colors="rgb")
     elif high > BLINDING and ((values >= 0) & (values <= 255)).all(axis=1).mean() >= ALMOST_ALL:
-        found("byte-colors", "colours are stored as RGB of 0 to 255, not as coefficients", **facts)
+        add_finding("byte-colors", "colours are stored as RGB of 0 to 255, not as SH coefficients", **facts)
         return replace(encoding, colors="byte")
     return encoding

@@ -1,4 +1,4 @@
-"""A scene file -> what is wrong or odd with it, and the scene as it should be read."""
+"""A scene file -> what is wrong or odd with it, and the scene correctly decoded."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from brushgs.arrays import Mask
-from brushgs.doctor.encodings import diagnose
-from brushgs.doctor.equal import equal_rows
+from brushgs.doctor.encodings import detect_encoding
+from brushgs.doctor.equal_rows import equal_rows
+from brushgs.doctor.estimates import estimate_unit, estimate_up
 from brushgs.doctor.findings import SEVERITIES, Finding
-from brushgs.doctor.floaters import STRONG_GAP, SURE_GAP, VISIBLE, find_apart
-from brushgs.doctor.guesses import guess_unit, guess_up
-from brushgs.doctor.rows import check_bands, check_copies, check_dropped, check_quats
-from brushgs.doctor.shapes import FAINT, check_far, check_filling, check_light, check_needles
+from brushgs.doctor.floaters import STRONG_GAP, SURE_GAP, VISIBLE, measure_detachment
+from brushgs.doctor.row_checks import check_bands, check_copies, check_dropped, check_quats
+from brushgs.doctor.scene_checks import FAINT, check_far, check_filling, check_light, check_needles
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
@@ -24,14 +24,14 @@ from brushgs.scene import Gaussians
 
 @dataclass(frozen=True)
 class Examination:
-    """What a look at a scene file found.
+    """The result of examining a scene file.
 
     Attributes:
         path: the file.
         num_rows: rows of the file.
-        reading: how its numbers are to be read.
-        gaussians: N <= num_rows of them, read so; what cannot be drawn is left out, nothing else.
-        findings: faults first, then what is odd, then notes.
+        encoding: how its numbers are encoded.
+        gaussians: N <= num_rows decoded Gaussians: only rows that cannot be drawn are dropped.
+        findings: faults first, then odd things, then notes.
     """
 
     path: Path
@@ -41,7 +41,7 @@ class Examination:
     findings: list[Finding]
 
     def count(self, severity: str) -> int:
-        """How many findings are so severe."""
+        """How many findings have a severity."""
         return sum(finding.severity == severity for finding in self.findings)
 
 
@@ -57,21 +57,22 @@ def examine(path: str | Path) -> list[Finding]:
     Raises:
         SceneError: if the file cannot be used at all: no scene, damaged, or no row that can be drawn.
     """
-    return look_at(path).findings
+    return examine_file(path).findings
 
 
-def look_at(path: str | Path, floaters: Floaters = "sure") -> Examination:
-    """`examine`, with the scene that was looked at.
+def examine_file(path: str | Path, floaters: Floaters = "sure") -> Examination:
+    """`examine`, with the decoded scene.
 
     Args:
         path: a .ply file with a trained 3D Gaussian scene.
-        floaters: which of them the cure drops: those surely apart, nearer ones too ("strong"), or none.
+        floaters: which ones the cure drops: clearly detached ones ("sure"), nearer ones too ("strong"), or
+            none ("keep").
     """
     columns, file = read_raw(path)
     total = len(columns.means)
     encoding, findings = Encoding(), []
     if not file.has_fixed_encoding:
-        diagnosis = diagnose(columns)
+        diagnosis = detect_encoding(columns)
         encoding, findings = diagnosis.encoding, diagnosis.findings
     gaussians, dropped = _decode(columns, encoding, file.path)
     findings += check_dropped(dropped, total)
@@ -80,7 +81,7 @@ def look_at(path: str | Path, floaters: Floaters = "sure") -> Examination:
     findings += copies + check_bands(gaussians)
     findings += _check_places(gaussians, copies, floaters, total)
     findings += check_light(gaussians, total)
-    findings += [guess_up(gaussians, file.up), guess_unit(gaussians)]
+    findings += [estimate_up(gaussians, file.up), estimate_unit(gaussians)]
     findings.sort(key=lambda finding: SEVERITIES.index(finding.severity))
     return Examination(Path(path), total, encoding, gaussians, findings)
 
@@ -97,7 +98,7 @@ def _decode(columns: Columns, encoding: Encoding, path: Path) -> tuple[Gaussians
 def _check_places(
     gaussians: Gaussians, copies: list[Finding], floaters: Floaters, total: int
 ) -> list[Finding]:
-    """Outliers, screen fillers, needles and floaters, each looked for in what the former leave."""
+    """Outliers, screen fillers, needles and floaters, each searched in what the checks before it keep."""
     findings = []
     rest = np.ones(len(gaussians), bool)
     for finding in copies:
@@ -116,24 +117,24 @@ def _check_places(
 
 
 def _check_floaters(gaussians: Gaussians, rest: Mask, floaters: Floaters, total: int) -> list[Finding]:
-    """What hangs in the air. Gaussians at one place share one verdict."""
+    """Floaters. Gaussians at the same place are judged together."""
     candidates = np.flatnonzero(rest)
     first, groups = equal_rows(gaussians.means[candidates])
-    apart = find_apart(gaussians.take(candidates[first]))
-    if not apart.has_bodies:
-        what = "too few Gaussians touch each other to say what hangs in the air"
+    detached = measure_detachment(gaussians.take(candidates[first]))
+    if not detached.has_bodies:
+        what = "too few Gaussians touch each other to tell floaters from surfaces"
         return [Finding("too-sparse", "note", len(candidates), len(candidates) / total, what)]
-    is_far = apart.beyond(STRONG_GAP if floaters == "strong" else SURE_GAP)
+    is_far = detached.beyond(STRONG_GAP if floaters == "strong" else SURE_GAP)
     rows = np.zeros(len(gaussians), bool)
     rows[candidates] = is_far[groups]
-    count, area = int(rows.sum()), float(apart.areas[is_far].sum())
+    count, area = int(rows.sum()), float(detached.areas[is_far].sum())
     if not count:
         return []
-    is_haze = bool(np.percentile(gaussians.opacities, 99) < FAINT)  # where all is faint, nothing is sure
+    is_haze = bool(np.percentile(gaussians.opacities, 99) < FAINT)
     is_seen = area >= VISIBLE and not is_haze
-    share = area / float(apart.areas.sum())
-    what = f"Gaussians hang in the air apart from everything solid: {share:.2g} of the painted area"
-    facts = {"area_share": share, "nearest": float(apart.gaps[is_far].min())}
+    share = area / float(detached.areas.sum())
+    what = f"Gaussians float in the air, detached from everything solid: {share:.2g} of the painted area"
+    facts = {"area_share": share, "nearest": float(detached.gaps[is_far].min())}
     drops = floaters != "keep" and (is_seen or floaters == "strong") and not is_haze
     return [
         Finding(

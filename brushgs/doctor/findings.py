@@ -1,4 +1,4 @@
-"""What the doctor can find: names that never change their meaning, and what is done about each."""
+"""What the doctor can find: names that never change their meaning, and what brushgs does about each."""
 
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -11,35 +11,39 @@ SEVERITIES: tuple[Severity, ...] = ("fault", "odd", "note")
 
 @dataclass(frozen=True)
 class Kind:
-    """A sort of finding: what brushgs does about it unasked, and what `--fix` does."""
+    """A kind of finding: what brushgs does about it by default, and what `--fix` does."""
 
     by_default: str
     cure: str
 
 
-_OTHER_READING = "nothing: the numbers are taken as they stand, and the picture is wrong"
+_OTHER_ENCODING = "reads the numbers in the usual way, and the picture is wrong"
 
 KINDS = {
-    "non-finite-rows": Kind("leaves the rows out when it loads, and says so", "drops the rows"),
-    "zero-quaternions": Kind("leaves the rows out when it loads, and says so", "drops the rows"),
-    "linear-scales": Kind(_OTHER_READING, "takes the logarithms"),
-    "linear-opacities": Kind(_OTHER_READING, "takes the logits"),
-    "byte-opacities": Kind(_OTHER_READING, "divides by 255 and takes the logits"),
-    "xyzw-quaternions": Kind(_OTHER_READING, "puts w first"),
-    "linear-colors": Kind(_OTHER_READING, "turns RGB into coefficients"),
-    "byte-colors": Kind(_OTHER_READING, "divides by 255 and turns RGB into coefficients"),
-    "duplicate-rows": Kind("paints each copy, so they are more opaque than one", "keeps the first of each"),
-    "far-outliers": Kind("paints them; framing and pruning do not look at them", "drops the rows"),
+    "non-finite-rows": Kind("drops the rows when it loads the file, and warns", "drops the rows"),
+    "zero-quaternions": Kind("drops the rows when it loads the file, and warns", "drops the rows"),
+    "linear-scales": Kind(_OTHER_ENCODING, "takes the logarithms"),
+    "linear-opacities": Kind(_OTHER_ENCODING, "takes the logits"),
+    "byte-opacities": Kind(_OTHER_ENCODING, "divides by 255 and takes the logits"),
+    "xyzw-quaternions": Kind(_OTHER_ENCODING, "puts w first"),
+    "linear-colors": Kind(_OTHER_ENCODING, "converts RGB to SH coefficients"),
+    "byte-colors": Kind(_OTHER_ENCODING, "divides by 255 and converts RGB to SH coefficients"),
+    "duplicate-rows": Kind(
+        "paints every copy: together they are more opaque than one", "keeps the first of each"
+    ),
+    "far-outliers": Kind("paints them; framing and pruning ignore them", "drops the rows"),
     "screen-fillers": Kind("paints them, faded where they would cover the picture", "drops the rows"),
-    "needles": Kind("paints them; merging keeps their covariance", "leaves them: some hair is real"),
-    "floaters": Kind("paints them; pruning drops those that add little", "drops those that are surely apart"),
-    "all-dark": Kind("paints it; pruning by contribution does not look at brightness", "leaves it"),
-    "all-faint": Kind("paints it, and it will be a haze", "leaves it"),
-    "unnormalised-quaternions": Kind("takes their length out where they are used", "writes them at length 1"),
-    "empty-sh-bands": Kind("leaves bands out that are zero in every row", "strips the bands"),
-    "too-sparse": Kind("paints it", "looks for no floaters"),
-    "up-axis": Kind("asks the header, then takes -y; --up says otherwise", "leaves it"),
-    "unit": Kind("nothing depends on the unit", "leaves it"),
+    "needles": Kind("paints them; merging keeps their covariance", "keeps them: some are real, as hair is"),
+    "floaters": Kind(
+        "paints them; pruning drops those that add little", "drops those that are clearly detached"
+    ),
+    "all-dark": Kind("paints it; pruning by contribution ignores brightness", "changes nothing"),
+    "all-faint": Kind("paints it, as a haze", "changes nothing"),
+    "unnormalised-quaternions": Kind("normalises them where it uses them", "writes them at length 1"),
+    "empty-sh-bands": Kind("skips SH bands that are zero in every row", "removes the bands"),
+    "too-sparse": Kind("paints it", "searches for no floaters"),
+    "up-axis": Kind("takes the axis stated in the header, else -y; --up overrides both", "changes nothing"),
+    "unit": Kind("paints it: nothing depends on the unit", "changes nothing"),
 }
 
 
@@ -49,14 +53,14 @@ class Finding:
 
     Attributes:
         name: one of `KINDS`.
-        severity: "fault" (the picture is wrong or rows are lost), "odd" (it can be painted, but look at it),
-            or "note" (no fault at all).
-        count: rows it concerns, as they lie in the file; of "empty-sh-bands" bands.
+        severity: "fault" (the picture is wrong or rows are lost), "odd" (it can be painted, but should be
+            inspected), or "note" (harmless).
+        count: rows of the file that it concerns; SH bands for "empty-sh-bands".
         share: `count` over the rows of the file.
-        what: a sentence.
-        facts: numbers and words behind the sentence, ready for JSON; "confidence" of a guess is "stated",
+        what: the finding in words; the count stands before it.
+        facts: numbers and words behind it, ready for JSON; the "confidence" of an estimate is "stated",
             "likely" or "not sure".
-        rows: [N] those of the Gaussians as read that the cure drops; None where it drops none.
+        rows: [N] mask of the decoded Gaussians that the cure drops; None where it drops none.
     """
 
     name: str
@@ -69,18 +73,18 @@ class Finding:
 
     @property
     def by_default(self) -> str:
-        """What brushgs does about it unasked."""
+        """What brushgs does about it by default."""
         return KINDS[self.name].by_default
 
     @property
     def cure(self) -> str:
         """What `--fix` does about it."""
         if self.rows is None and self.name in _DROPPING:
-            return "leaves them: too few to be seen, asked to be kept, or most of the scene"
+            return "keeps them: invisible, most of the scene, or kept by option"
         return KINDS[self.name].cure
 
     def as_dict(self) -> dict[str, Any]:
-        """All but the rows, ready for JSON."""
+        """All fields but the rows, ready for JSON."""
         return {
             "name": self.name,
             "severity": self.severity,

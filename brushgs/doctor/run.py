@@ -1,4 +1,4 @@
-"""`brushgs doctor`: a scene file becomes findings, and a cured scene file if one is asked for."""
+"""`brushgs doctor`: a scene file -> findings, and optionally a cured scene file."""
 
 import json
 import sys
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from brushgs import __version__
 from brushgs.doctor.cure import cure
-from brushgs.doctor.examination import Examination, look_at
+from brushgs.doctor.examination import Examination, examine_file
 from brushgs.doctor.table import lines, verdict
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import Floaters
@@ -20,10 +20,10 @@ SCHEMA = 1  # of the JSON; grows when a field changes its meaning
 
 @dataclass
 class DoctorReport(Report):
-    """A run, and what it found.
+    """The report of a run.
 
     Attributes:
-        examination: None until the file was looked at.
+        examination: None until the file has been examined.
     """
 
     examination: Examination | None = None
@@ -34,7 +34,7 @@ class DoctorReport(Report):
         return self.examination is not None and self.examination.count("fault") > 0 and self.output is None
 
     def as_json(self) -> str:
-        """The findings and the stages for machines: one JSON object."""
+        """Findings and stages as one JSON object."""
         value = json.loads(super().as_json()) | {"schema": SCHEMA, "brushgs": __version__}
         if self.examination is not None:
             value |= {
@@ -48,7 +48,7 @@ class DoctorReport(Report):
         return json.dumps(value, indent=2)
 
     def print_table(self) -> None:
-        """The findings: on stdout where they are the answer, on stderr beside the path of a cured scene."""
+        """Print the findings: to stdout, or to stderr where stdout gets the path of the cured scene."""
         if self.examination is not None:
             stream = sys.stdout if self.output is None else sys.stderr
             print("\n".join(lines(self.examination)), file=stream)
@@ -61,13 +61,13 @@ def run_doctor(
     floaters: Floaters = "sure",
     report: DoctorReport | None = None,
 ) -> DoctorReport:
-    """Examine a scene file, and write the cured scene.
+    """Examine a scene file, and write the cured scene if there is an output.
 
     Args:
         scene: a .ply file with a trained 3D Gaussian scene.
         output: a .ply file for the cured scene; None for findings only.
-        floaters: which of them the cure drops, see `look_at`.
-        report: where the stages are told; a new one if None.
+        floaters: which floaters the cure drops, see `examine_file`.
+        report: gets the stages and the findings; a new one if None.
 
     Raises:
         SceneError: if a file cannot be read or written.
@@ -77,7 +77,7 @@ def run_doctor(
     if output is not None:
         check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene),))
     with report.stage("examine") as stage:
-        report.examination = examination = look_at(scene, floaters)
+        report.examination = examination = examine_file(scene, floaters)
         stage.did = verdict(examination)
         stage.counts = {
             "rows": examination.num_rows,

@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 import brushgs as bg
 from brushgs.cameras.framing import AXES, frame_scene
-from brushgs.doctor import Examination, look_at, run_doctor
+from brushgs.doctor import Examination, examine_file, run_doctor
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig
 from brushgs.painting.still import paint
 from brushgs.passes.extent import robust_frame
@@ -58,7 +58,7 @@ def print_row(*cells: object) -> None:
 def sound_row(name: str, gaussians: bg.Gaussians, tmp: Path) -> Examination:
     path = plant.write(plant.nothing(plant.columns_of(gaussians, tmp)), tmp / "sound.ply")
     start = time.perf_counter()
-    examination = look_at(path)
+    examination = examine_file(path)
     seconds = time.perf_counter() - start
     found = {s: [f for f in examination.findings if f.severity == s] for s in ("fault", "odd", "note")}
     words = [", ".join(f"{f.name} {f.count}" for f in found[s]) or "-" for s in ("fault", "odd")]
@@ -69,7 +69,7 @@ def sound_row(name: str, gaussians: bg.Gaussians, tmp: Path) -> Examination:
 
 
 def cell(name: str, planted: plant.Planted, before: set[str], tmp: Path) -> str:
-    examination = look_at(plant.write(planted, tmp / "planted.ply"))
+    examination = examine_file(plant.write(planted, tmp / "planted.ply"))
     finding = next((f for f in examination.findings if f.name == name), None)
     others = serious(examination) - before - {name}
     text = "NO" if finding is None else "yes"
@@ -100,7 +100,7 @@ def floater_rows(
     for share in shares:
         planted = plant.floaters(columns, share)
         path = plant.write(planted, tmp / "planted.ply")
-        finding = next((f for f in look_at(path).findings if f.name == "floaters"), None)
+        finding = next((f for f in examine_file(path).findings if f.name == "floaters"), None)
         rows = np.zeros(len(planted.rows), bool) if finding is None or finding.rows is None else finding.rows
         strays = bg.load(path).take(planted.rows)
         distances, near = tree.query(strays.means)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.doctor import cure, look_at, run_doctor
+from brushgs.doctor import cure, examine_file, run_doctor
 from tests.doctor import plant
 from tests.doctor.scenes import ball, fruit
 
@@ -101,7 +101,7 @@ def test_stripped_bands_change_no_picture_by_more_than_half_a_step(tmp_path: Pat
     path = plant.write(plant.faint_bands(plant.columns_of(ball(), tmp_path)), tmp_path / "a.ply")
     camera = bg.Camera.look_at((0, -1, -4), (0, 0, 0), width=64, height=48)
     texture = bg.StrokeTexture.open("gaussian")
-    before, after = (bg.render(g, camera, texture).rgb for g in (bg.load(path), cure(look_at(path))))
+    before, after = (bg.render(g, camera, texture).rgb for g in (bg.load(path), cure(examine_file(path))))
     assert 0 < np.abs(before - after).max() < 0.5 / 255
 
 
@@ -129,7 +129,7 @@ def test_curing_twice_is_curing_once(tmp_path: Path) -> None:
 def test_a_scene_of_nothing_but_outliers_is_not_emptied(tmp_path: Path) -> None:
     for count in (1, 2, 5):
         bg.save(scaled_apart(count), tmp_path / "a.ply")
-        assert len(cure(look_at(tmp_path / "a.ply"))) >= 1
+        assert len(cure(examine_file(tmp_path / "a.ply"))) >= 1
 
 
 def scaled_apart(count: int) -> bg.Gaussians:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.doctor import look_at
+from brushgs.doctor import examine_file
 from tests.doctor import plant
 from tests.doctor.scenes import ball, fruit, scaled
 
@@ -162,7 +162,7 @@ def test_a_scene_at_one_place_is_examined(tmp_path: Path) -> None:
 
 def test_what_the_examination_read_is_the_scene(tmp_path: Path) -> None:
     bg.save(fruit(), tmp_path / "a.ply")
-    examination, loaded = look_at(tmp_path / "a.ply"), bg.load(tmp_path / "a.ply")
+    examination, loaded = examine_file(tmp_path / "a.ply"), bg.load(tmp_path / "a.ply")
     assert examination.encoding.is_standard
     for name in ("means", "quats", "scales", "opacities", "sh"):
         np.testing.assert_array_equal(getattr(examination.gaussians, name), getattr(loaded, name))

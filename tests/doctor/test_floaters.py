@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.doctor import cure, look_at
-from brushgs.doctor.floaters import SURE_GAP, find_apart
+from brushgs.doctor import cure, examine_file
+from brushgs.doctor.floaters import SURE_GAP, measure_detachment
 from tests.doctor import plant
 from tests.doctor.scenes import ball, fruit, scaled
 
@@ -28,7 +28,7 @@ def blobs(places: object, size: object = 0.05, opacity: float = 0.8) -> bg.Gauss
 
 
 def is_apart(scene: bg.Gaussians) -> np.ndarray:
-    return find_apart(scene).beyond(SURE_GAP)
+    return measure_detachment(scene).beyond(SURE_GAP)
 
 
 @pytest.mark.parametrize("share", [0.01, 0.05])
@@ -94,15 +94,15 @@ def test_the_dial_keeps_or_takes_more(tmp_path: Path) -> None:
     """The last one hovers half way between the two distances."""
     scene = joined(ball(), blobs([(0, 2.5, 0), (2.5, 0, 0)], 0.1), blobs((0, 0, 1.1), 0.003))
     bg.save(scene, tmp_path / "a.ply")
-    left = {dial: len(cure(look_at(tmp_path / "a.ply", dial))) for dial in ("keep", "sure", "strong")}
+    left = {dial: len(cure(examine_file(tmp_path / "a.ply", dial))) for dial in ("keep", "sure", "strong")}
     assert left == {"keep": len(scene), "sure": len(scene) - 2, "strong": len(scene) - 3}
 
 
 def test_a_few_specks_too_small_to_see_are_a_note_and_stay(tmp_path: Path) -> None:
     scene = joined(ball(), blobs((0, 2.5, 0), 0.001))
     bg.save(scene, tmp_path / "a.ply")
-    examination = look_at(tmp_path / "a.ply")
+    examination = examine_file(tmp_path / "a.ply")
     found = next(finding for finding in examination.findings if finding.name == "floaters")
     assert (found.severity, found.count) == ("note", 1)
-    assert "leaves them" in found.cure
+    assert "keeps them" in found.cure
     assert len(cure(examination)) == len(scene)

@@ -7,7 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cameras.framing import AXES, frame_scene
-from brushgs.doctor import cure, look_at
+from brushgs.doctor import cure, examine_file
 from tests.doctor import plant
 from tests.scenes import real_scene
 
@@ -64,7 +64,7 @@ def test_dropping_floaters_leaves_the_subject_whole(scene: str, up: str, least: 
     Measured: koala 40.1 (blobs hang before the deck), truck no change at all, chair 49.7; elsewhere, where
     the floaters were, 34.8, 51.9 and 30.1.
     """
-    examination = look_at(real_scene(scene))
+    examination = examine_file(real_scene(scene))
     kept = cure(examination)
     assert len(kept) < len(examination.gaussians)
     texture, errors = bg.StrokeTexture.open("gaussian"), []

@@ -1,19 +1,19 @@
-"""Findings about rows as such: damaged ones, copies, lengths of quaternions, bands that hold nothing."""
+"""Findings about single rows and columns: damaged rows, copies, quaternion lengths, empty SH bands."""
 
 import numpy as np
 
-from brushgs.doctor.equal import equal_rows
+from brushgs.doctor.equal_rows import equal_rows
 from brushgs.doctor.findings import Finding, Severity
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.scene import SH_TERMS, Gaussians
 
-# Files of few distinct numbers (codebooks of 256 scales, colours in 8 bits) hold true copies by chance:
-# 72 of 94,936 rows of skull (0.08 %). Others hold none at all.
+# Quantised files (codebooks of 256 scales, colours in 8 bits) have copies by chance: 72 of 94,936 rows of
+# skull (0.08 %). Others have none at all.
 FEW_VALUES = 0.5  # distinct scales over rows
 CHANCE_COPIES = 0.001
-OFF_UNIT = 0.01  # of the length; trainers that store what they optimise leave 0.5 to 3
+OFF_UNIT = 0.01  # of |length - 1|; trainers that store unnormalised quaternions leave lengths of 0.5 to 3
 FEWEST_OFF = 0.001
-# Half a step of 8 bits: what stays below cannot change a pixel by more than rounding does.
+# Half a step of 8 bits: a smaller difference of colour is less than rounding.
 INVISIBLE = 0.5 / 255
 
 
@@ -36,19 +36,19 @@ def check_dropped(dropped: Dropped, total: int) -> list[Finding]:
 
 
 def check_quats(gaussians: Gaussians, total: int) -> list[Finding]:
-    """Quaternions of a length other than 1: legitimate, most trainers store them so."""
+    """Quaternions of a length other than 1: legitimate, most trainers store them like that."""
     lengths = np.linalg.norm(gaussians.quats.astype(np.float64), axis=1)
     count = int((np.abs(lengths - 1) > OFF_UNIT).sum())
     if count < max(1, FEWEST_OFF * len(gaussians)):
         return []
     low, high = float(lengths.min()), float(lengths.max())
-    what = f"quaternions have lengths of {low:.3g} to {high:.3g}, not 1, which does no harm"
+    what = f"quaternions have lengths of {low:.3g} to {high:.3g}, not 1, which is harmless"
     facts = {"shortest": low, "longest": high}
     return [Finding("unnormalised-quaternions", "note", count, count / total, what, facts)]
 
 
 def check_copies(gaussians: Gaussians, total: int) -> list[Finding]:
-    """Rows that are equal to an earlier one in every column."""
+    """Rows that equal an earlier one in every column."""
     columns = (gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities, gaussians.sh)
     first, _ = equal_rows(*columns)
     count = len(gaussians) - len(first)
@@ -61,7 +61,7 @@ def check_copies(gaussians: Gaussians, total: int) -> list[Finding]:
     rows[first] = False
     what = "rows are copies of earlier ones in every column"
     if severity == "note":
-        what += ", which rounded numbers bring about by chance"
+        what += ", which is chance in a file of rounded numbers"
     return [
         Finding(
             "duplicate-rows", severity, count, count / total, what, rows=None if severity == "note" else rows
@@ -70,9 +70,9 @@ def check_copies(gaussians: Gaussians, total: int) -> list[Finding]:
 
 
 def check_bands(gaussians: Gaussians) -> list[Finding]:
-    """Bands of spherical harmonics, from the highest down, that together cannot change a colour visibly.
+    """SH bands, from the highest degree down, that together cannot change a colour visibly.
 
-    What the bands of degree l add to a colour is at most the length of their coefficients times
+    The band of degree l adds to a colour at most the length of its coefficients times
     sqrt((2 l + 1) / (4 pi)), by the addition theorem.
     """
     reach = np.zeros((len(gaussians), 3))

@@ -1,4 +1,4 @@
-"""The room a scene takes up: a robust middle and radius, and the neighbours of each Gaussian."""
+"""Robust middle and radius of a scene, and nearest neighbours."""
 
 from dataclasses import dataclass
 
@@ -10,27 +10,27 @@ from brushgs.arrays import Array
 from brushgs.passes.extent import robust_frame
 from brushgs.threads import num_threads_or_default
 
-# Between the 10th and 90th percentile: a tenth of the rows may lie anywhere without moving it.
+# A tenth of the rows at each end may lie anywhere without changing the core.
 CORE_PERCENTILES = (10, 90)
 NUM_NEIGHBOURS = 16
 
 
 @dataclass(frozen=True)
 class Core:
-    """Middle [3] and half diagonal of the box that holds the middle 80 % along each axis, world units."""
+    """Middle [3] and half diagonal of the box of the middle 80 % along each axis, world units."""
 
     center: NDArray[np.float64]
     radius: float
 
     @classmethod
     def of(cls, means: Array) -> "Core":
-        """The core of some points; where it has no size, that of `robust_frame`."""
+        """The core of points [N, 3]; where it has no extent, the radius is that of `robust_frame`."""
         low, high = np.percentile(means.astype(np.float64), CORE_PERCENTILES, axis=0)
         radius = 0.5 * float(np.linalg.norm(high - low))
         return cls(0.5 * (low + high), radius if radius > 0 else robust_frame(means)[1])
 
     def distances(self, means: Array) -> NDArray[np.float64]:
-        """[N] from the middle, in radii."""
+        """[N] distances from the middle, in radii."""
         return np.asarray(np.linalg.norm(means - self.center, axis=1) / self.radius)
 
 

@@ -1,11 +1,11 @@
-"""Findings about sizes, places and light: far off, filling the view, needles, too dark to see."""
+"""Findings about places, sizes and light: far outliers, screen fillers, needles, scenes too dark or faint."""
 
 import numpy as np
 
 from brushgs.arrays import Mask
 from brushgs.colors import LUMINANCE
 from brushgs.doctor.findings import Finding
-from brushgs.doctor.space import Core
+from brushgs.doctor.geometry import Core
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.extent import robust_frame
 from brushgs.scene import Gaussians
@@ -13,8 +13,8 @@ from brushgs.sh import base_colors
 
 # Radii of the core (the middle 80 %). The outermost Gaussian of the ten real scenes lies at 6.1.
 FAR = 50.0
-# Three standard deviations over the distance: what looks smaller from the middle of the scene is a dot there,
-# and no sky.
+# Three standard deviations over the distance: what appears smaller from the middle of the scene is a dot, not
+# a part of the sky.
 SKY = 0.05
 # Longest axis over the radius that holds 98 %: at most 0.31 (chair). At 1 a box is wider than the scene.
 FILLING = 1.0
@@ -28,7 +28,7 @@ MOST = 0.5  # share of the rows above which nothing is dropped
 
 
 def check_far(gaussians: Gaussians, total: int) -> list[Finding]:
-    """Gaussians so far out that the scene is a dot beside them."""
+    """Gaussians so far away that from there the scene is a dot."""
     core = Core.of(gaussians.means)
     distances = core.distances(gaussians.means)
     rows = distances > FAR
@@ -37,26 +37,26 @@ def check_far(gaussians: Gaussians, total: int) -> list[Finding]:
     if not count:
         return []
     farthest = float(distances[rows].max())
-    what = f"Gaussians lie {FAR:g} and more radii of the scene away from it, the farthest {farthest:.3g}"
+    what = f"Gaussians lie {FAR:g} or more radii of the scene away from it, the farthest {farthest:.3g}"
     facts = {"farthest": farthest}
     return [Finding("far-outliers", "odd", count, count / total, what, facts, _unless_most(rows))]
 
 
 def check_filling(gaussians: Gaussians, total: int) -> list[Finding]:
-    """Gaussians larger than the scene that lie over it."""
+    """Gaussians larger than the scene that cover it."""
     center, radius = robust_frame(gaussians.means)
     sizes = gaussians.scales.max(axis=1).astype(np.float64) / radius
     rows = (sizes > FILLING) & (np.linalg.norm(gaussians.means - center, axis=1) < 3 * sizes * radius)
     count = int(rows.sum())
     if not count:
         return []
-    what = f"Gaussians are larger than the whole scene and lie over it, the largest {sizes.max():.3g} times"
+    what = f"Gaussians are larger than the whole scene and cover it, the largest {sizes.max():.3g} times"
     facts = {"largest": float(sizes.max())}
     return [Finding("screen-fillers", "odd", count, count / total, what, facts, _unless_most(rows))]
 
 
 def check_needles(gaussians: Gaussians, total: int) -> list[Finding]:
-    """Gaussians that are long beside the scene and a hundred times as long as wide."""
+    """Gaussians that are long relative to the scene and a hundred times as long as wide."""
     _, radius = robust_frame(gaussians.means)
     sizes = np.sort(gaussians.scales.astype(np.float64), axis=1)
     is_long = (sizes[:, 2] > NEEDLE_LENGTH * radius) & (sizes[:, 2] <= FILLING * radius)
@@ -70,7 +70,7 @@ def check_needles(gaussians: Gaussians, total: int) -> list[Finding]:
 
 
 def check_light(gaussians: Gaussians, total: int) -> list[Finding]:
-    """A scene of which next to nothing can be seen."""
+    """A scene that is nearly invisible."""
     findings = []
     count, share = len(gaussians), len(gaussians) / total
     strong = float(np.percentile(gaussians.opacities, 99))
@@ -81,11 +81,11 @@ def check_light(gaussians: Gaussians, total: int) -> list[Finding]:
     luminances = base_colors(gaussians.sh) @ LUMINANCE
     mean = float(np.average(luminances, weights=weights)) if weights.sum() > 0 else float(luminances.mean())
     if mean < DARK:
-        what = f"the mean luminance is {mean:.2g} of 1: on a dark ground nothing will be seen"
+        what = f"the mean luminance is {mean:.2g} of 1: on a dark background nothing will be visible"
         findings.append(Finding("all-dark", "odd", count, share, what, {"luminance": mean}))
     return findings
 
 
 def _unless_most(rows: Mask) -> Mask | None:
-    """The rows to drop; None where they are the scene itself rather than strays in it."""
+    """The rows to drop; None where they are most of the scene."""
     return rows if rows.mean() <= MOST else None
