@@ -1,1 +1,1 @@
-"""Passes turn Gaussians into Gaussians, fewer and larger: the strokes in space."""
+"""Passes: functions from Gaussians to Gaussians, such as pruning, clustering and recolouring."""

@@ -1,7 +1,7 @@
-"""Gaussians -> at most k Gaussians, one per cluster of alike neighbours: the strokes in space.
+"""Gaussians -> at most k Gaussians, one per cluster of similar neighbours: the strokes in space.
 
-Three steps, each of use alone: `features.cluster_features` says what is alike, `group` finds the clusters,
-`merge.merge_clusters` makes one Gaussian of each.
+Three steps, each usable alone: `features.cluster_features` defines similarity, `group` finds the clusters by
+k-means, `merge.merge_clusters` makes one Gaussian of each.
 """
 
 import operator
@@ -26,17 +26,16 @@ MAX_SEED = 2**32 - 1  # of scikit-learn
 
 @dataclass(frozen=True, eq=False)
 class Grouping:
-    """Which Gaussians share a stroke, how that was found, and how well.
+    """Clusters of Gaussians, and how they were found.
 
     Attributes:
         labels: [N] int32, 0 to num_clusters - 1, each in use.
-        num_clusters: at most as many as asked for.
+        num_clusters: at most the target.
         method: "lloyd" or "minibatch"; "none" where there was nothing to group.
         reason: why that method, in words.
         num_steps: Lloyd steps, or passes over the data.
         inertia: sum of weight x squared feature distance to the nearest centre.
-        visible: [N] what `visible_shares` says of the Gaussians where that was asked, for the merge that
-            follows.
+        visible: [N] `visible_shares` of the Gaussians where these were computed, for the merge that follows.
     """
 
     labels: NDArray[np.int32]
@@ -61,13 +60,13 @@ def cluster(
 
     Args:
         gaussians: N Gaussians.
-        num_strokes: k >= 1, at most so many come back.
+        num_strokes: k >= 1, the largest number of strokes.
         features: "balanced" does not depend on the unit of the scene and weighs each Gaussian by the square
             root of its contribution; "paper" is raw and unweighted. See `cluster_features`.
         merge: "cover" or "paper", see `merge_clusters`.
-        method: "minibatch" as published, "lloyd" exact steps, "auto" what `choose_method` says.
-        seed: of all chance, 0 to 2^32 - 1. Equal seeds give equal results, bit for bit, for any number of
-            threads.
+        method: "minibatch" as published, "lloyd" with exact steps, "auto" by `choose_method`.
+        seed: of all random choices, 0 to 2^32 - 1. Equal seeds give equal results, bit for bit, for any
+            number of threads.
 
     Returns:
         At most k Gaussians; the input itself, unmerged, where k >= N.
@@ -76,9 +75,9 @@ def cluster(
         TypeError: if `num_strokes` or `seed` is not an integer.
         ValueError: if an option is out of range or unknown.
 
-    Shuffled rows give the same clusters under other labels as long as no two Gaussians have equal weight
-    and place; sums over a cluster then differ in the last bits only, which can move a Gaussian that
-    lies midway between two clusters.
+    Shuffled rows give the same clusters under other labels as long as no two Gaussians have equal weight and
+    position. Sums over a cluster then differ in the last bits only, which can move a Gaussian that lies
+    midway between two clusters.
     """
     if merge not in ("cover", "paper"):
         raise ValueError(f"cluster: merge must be 'cover' or 'paper', got {merge!r}")
@@ -108,7 +107,7 @@ def group(
     method: Method = "auto",
     seed: int = 0,
 ) -> Grouping:
-    """Find clusters of alike neighbours by k-means. Arguments and errors are those of `cluster`."""
+    """Find clusters of similar neighbours by k-means. Arguments and errors are those of `cluster`."""
     num_strokes = _integer("num_strokes", num_strokes, 1, None)
     seed = _integer("seed", seed, 0, MAX_SEED)
     if features not in ("balanced", "paper"):
@@ -119,14 +118,14 @@ def group(
     if num_strokes >= num:
         labels, reason = (
             np.arange(num, dtype=np.int32),
-            f"{num} Gaussians are not above {num_strokes} strokes",
+            f"{num} Gaussians are not more than {num_strokes} strokes",
         )
         return Grouping(labels, num, "none", reason, 0, 0.0)
     chosen, reason = choose_method(num, num_strokes) if method == "auto" else (method, "asked for")
     points = cluster_features(gaussians, features)
-    # Not taken over from pruning, though it asked too: of the rows kept, other shares are visible. With those
-    # of the whole scene strokes come out up to 0.6 dB worse (biker, 250) or 0.3 dB better (skull, 250), over
-    # six scenes 0.02 dB worse; and the passes one by one would give another painting than the whole command.
+    # Not reused from pruning: without the pruned rows other shares are visible. With the shares of the whole
+    # scene strokes are up to 0.6 dB worse (biker, 250) or 0.3 dB better (skull, 250), over six scenes 0.02 dB
+    # worse; and running the passes one by one would give another painting than the whole command.
     visible = None if features == "paper" else visible_shares(gaussians)
     weights = np.ones(num) if visible is None else cluster_weights(gaussians, visible)
     run = _minibatch if chosen == "minibatch" else lloyd
@@ -137,11 +136,11 @@ def group(
 def choose_method(num_points: int, num_clusters: int) -> tuple[Literal["minibatch", "lloyd"], str]:
     """The method that is faster at equal or lower inertia, and why.
 
-    That is "lloyd" for every size measured (`tests/bench/cluster.py`, two threads): on koala and truck 0.3
-    to 1.2 s against 0.4 to 35 s, at inertia from 0.4 % above to 34 % below; 300,000 points in 7000 clusters
-    take 1.7 s, in 30,000 clusters 2.2 s; a million in 100,000, where mini batches do not end in a quarter of
-    an hour, 22 s. It loses where clusters are tiny (five points each: 5 % above, but in 0.05 s for 4) and on
-    9-D noise, which suits no k-d tree. "minibatch" remains as the published method.
+    That is "lloyd" for every size measured (`tests/bench/cluster.py`, two threads): on koala and truck 0.3 to
+    1.2 s against 0.4 to 35 s, at inertia from 0.4 % above to 34 % below; 300,000 points in 7000 clusters take
+    1.7 s, in 30,000 clusters 2.2 s; a million in 100,000 take 22 s, against more than a quarter of an hour.
+    It is worse where clusters are tiny (five points each: 5 % above, but in 0.05 s instead of 4) and on 9-D
+    noise, which no k-d tree can search fast. "minibatch" remains as the published method.
 
     Args:
         num_points: N.
@@ -151,19 +150,19 @@ def choose_method(num_points: int, num_clusters: int) -> tuple[Literal["minibatc
 
 
 def cluster_weights(gaussians: Gaussians, visible: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
-    """What each Gaussian counts in k-means: the square root of its contribution, relative to the largest.
+    """[N] weights of Gaussians in k-means: the square root of the contribution, relative to the largest.
 
-    Linear weights spend all clusters on the few largest, equal ones on the many hidden.
+    Linear weights would spend all clusters on the few largest Gaussians, equal ones on the many hidden.
 
     Args:
         gaussians: N Gaussians.
-        visible: what `visible_shares` says of them, if it is known already.
+        visible: [N] their `visible_shares`, if known.
     """
     weights = np.sqrt(contributions(gaussians, visible))
     largest = weights.max()
     if not largest > 0:
         return np.ones(len(weights))
-    return np.asarray(np.maximum(weights / largest, 1e-9))  # above zero: each Gaussian belongs somewhere
+    return np.asarray(np.maximum(weights / largest, 1e-9))  # above zero: each Gaussian belongs to a cluster
 
 
 def _minibatch(points: F32, weights: NDArray[np.float64], num_clusters: int, *, seed: int) -> Clusters:
@@ -171,12 +170,12 @@ def _minibatch(points: F32, weights: NDArray[np.float64], num_clusters: int, *, 
     from sklearn.cluster import MiniBatchKMeans
     from sklearn.exceptions import ConvergenceWarning
 
-    # It squares in float32, which ends at coordinates of 1e19: a power of two less changes no bit but that.
+    # It squares in float32, which overflows at coordinates of 1e19: scaling by a power of two is exact.
     _, exponent = np.frexp(np.abs(points).max())
     points = np.ldexp(points, -exponent)
     model = MiniBatchKMeans(num_clusters, batch_size=BATCH, n_init=1, random_state=seed)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ConvergenceWarning)  # fewer different points than clusters is fine
+        warnings.simplefilter("ignore", ConvergenceWarning)  # fewer distinct points than clusters are fine
         model.fit(points, sample_weight=weights)
     used, labels = np.unique(model.labels_, return_inverse=True)
     inertia = float(np.ldexp(model.inertia_, 2 * exponent))

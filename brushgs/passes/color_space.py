@@ -1,8 +1,7 @@
-"""Display-encoded RGB to the space that colours are compared in, back, and the slopes of both ways.
+"""Display-encoded RGB to the space in which colours are matched, back, and the derivatives of both.
 
 "srgb" is the encoded RGB itself, "linear" linear light, "lab" CIELAB (white D65), divided by 100 so that all
-three have numbers of order one. Every space holds colours that no screen shows: encoded values beyond 0 to 1
-go there and come back unharmed.
+three have numbers of order one. Out-of-gamut colours, encoded values beyond 0 to 1, survive the round trip.
 Source: IEC 61966-2-1 (sRGB); ISO/CIE 11664-4 (CIELAB).
 """
 
@@ -17,16 +16,16 @@ from brushgs.options.choices import ColorSpace
 _XYZ_FROM_RGB = np.array(
     [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
 )
-# Rows divided by the white, the sum of each: a grey has three equal numbers.
-_TO_CONES = _XYZ_FROM_RGB / _XYZ_FROM_RGB.sum(axis=1, keepdims=True)
+# XYZ over the white point, which is the sum of each row: a grey has three equal numbers.
+_XYZ_OVER_WHITE = _XYZ_FROM_RGB / _XYZ_FROM_RGB.sum(axis=1, keepdims=True)
 _LAB_FROM_ROOTS = np.array([[0.0, 1.16, 0.0], [5.0, -5.0, 0.0], [0.0, 2.0, -2.0]])
-_BLACK = np.array([-0.16, 0.0, 0.0])  # the lightness of black is 0
-_DARKEST_ROOT = 6 / 29  # below it the cube root is replaced by its tangent
+_BLACK = np.array([-0.16, 0.0, 0.0])  # offset that makes the lightness of black 0
+_DARKEST_ROOT = 6 / 29  # below, the cube root is replaced by its tangent
 
 
 @dataclass(frozen=True)
 class Space:
-    """Where colours are compared: mixed(bend(matrix of linear light)), each step of which may be left out.
+    """A colour space: matrix x nonlinearity(matrix x linear light), where each step may be the identity.
 
     Attributes:
         name: see the module.
@@ -35,30 +34,30 @@ class Space:
     name: ColorSpace
 
     def to(self, rgb: Array) -> F64:
-        """Colours [N, 3] of display-encoded ones."""
+        """Display-encoded colours [N, 3] in this space."""
         if self.name == "srgb":
             return np.asarray(rgb, np.float64)
         linear = linear_from_srgb(np.asarray(rgb, np.float64))
         if self.name == "linear":
             return np.asarray(linear, np.float64)
-        return np.asarray(_root(linear @ _TO_CONES.T) @ _LAB_FROM_ROOTS.T + _BLACK)
+        return np.asarray(_root(linear @ _XYZ_OVER_WHITE.T) @ _LAB_FROM_ROOTS.T + _BLACK)
 
     def back(self, colors: F64) -> F64:
-        """Display-encoded colours [N, 3] of this space's: undoes `to`."""
+        """Colours [N, 3] of this space, display-encoded: the inverse of `to`."""
         if self.name == "srgb":
             return colors
         if self.name == "linear":
             return np.asarray(srgb_from_linear(colors), np.float64)
         roots = (colors - _BLACK) @ np.linalg.inv(_LAB_FROM_ROOTS).T
-        return np.asarray(srgb_from_linear(_cube(roots) @ np.linalg.inv(_TO_CONES).T), np.float64)
+        return np.asarray(srgb_from_linear(_cube(roots) @ np.linalg.inv(_XYZ_OVER_WHITE).T), np.float64)
 
     def slopes(self, before: F64, after: F64, matrix: F64) -> F64:
-        """Derivative of the way there, through a linear map, and back.
+        """Derivative of a linear map in this space by display-encoded colours.
 
         Args:
-            before: [N, 3] display-encoded colours.
-            after: [N, 3] what they become, display-encoded.
-            matrix: [3, 3] the map in this space.
+            before: [N, 3] display-encoded colours before the map.
+            after: [N, 3] the same after the map.
+            matrix: [3, 3] the map, in this space.
 
         Returns:
             [N, 3, 3] d after / d before.
@@ -68,17 +67,17 @@ class Space:
         into, out = srgb_slope(before), 1 / srgb_slope(after)
         if self.name == "lab":
             matrix = np.linalg.inv(_LAB_FROM_ROOTS) @ matrix @ _LAB_FROM_ROOTS
-            bend = _root_slope(linear_from_srgb(before) @ _TO_CONES.T)
-            unbend = 1 / _root_slope(linear_from_srgb(after) @ _TO_CONES.T)
-            middle = unbend[:, :, None] * matrix * bend[:, None, :]
-            inner = np.einsum("ik,nkl->nil", np.linalg.inv(_TO_CONES), middle @ _TO_CONES)
+            into_roots = _root_slope(linear_from_srgb(before) @ _XYZ_OVER_WHITE.T)
+            from_roots = 1 / _root_slope(linear_from_srgb(after) @ _XYZ_OVER_WHITE.T)
+            middle = from_roots[:, :, None] * matrix * into_roots[:, None, :]
+            inner = np.einsum("ik,nkl->nil", np.linalg.inv(_XYZ_OVER_WHITE), middle @ _XYZ_OVER_WHITE)
         else:
             inner = np.broadcast_to(matrix, (len(before), 3, 3))
         return np.asarray(out[:, :, None] * inner * into[:, None, :])
 
 
 def _root(light: F64) -> F64:
-    """Cube root, its tangent below the darkest root."""
+    """Cube root, replaced by its tangent below the darkest root."""
     tangent = light / (3 * _DARKEST_ROOT**2) + 4 / 29
     return np.where(light > _DARKEST_ROOT**3, np.cbrt(light), tangent)
 

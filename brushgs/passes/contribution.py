@@ -1,6 +1,6 @@
-"""How much a Gaussian adds to pictures of a scene, over all views: opacity x projected area x visible share.
+"""How much a Gaussian contributes to pictures of a scene, over all views: opacity x area x visible share.
 
-The unit is that of an area; only ratios are used. Memory stays at a few numbers per Gaussian.
+The unit is an area; only ratios are used. Memory is a few numbers per Gaussian.
 """
 
 from collections.abc import Callable, Iterator
@@ -13,26 +13,26 @@ from brushgs.passes.extent import robust_frame
 from brushgs.scene import Gaussians
 from brushgs.threads import num_threads_or_default
 
-THOMSEN = 1.6075  # exponent of the surface formula, off by 1.1 % at most
-# 7 lines, both ways: the axes and the diagonals of a cube. 13 lines change a picture by under 0.1 dB.
+THOMSEN = 1.6075  # exponent of Thomsen's surface formula: an error of at most 1.1 %
+# 7 lines, in both directions: axes and space diagonals of a cube. 13 lines change a picture by under 0.1 dB.
 LINES = np.array(
     [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)], dtype=np.float64
 )
-CELLS = 64  # light columns across the diameter of the scene; 32 and 128 prune no better
-REACH = 0.25  # scene radii that must be free: what stands inside a closed room is not hidden by its walls
-FARTHEST = 4.0  # scene radii; what lies beyond is looked at from there, so that columns keep their width
-LEAST_VISIBLE = 1e-6  # keeps the weights of what is hidden above zero: a cluster may hold nothing else
-ALMOST_OPAQUE = 0.99  # the rasteriser's own bound on alpha
+CELLS = 64  # columns across the diameter of the scene; 32 and 128 prune no better
+REACH = 0.25  # scene radii in which occluders count: the walls of a room do not hide what stands in it
+FARTHEST = 4.0  # scene radii; positions beyond are clipped, so that columns keep their width
+LEAST_VISIBLE = 1e-6  # weights stay above zero: a cluster may consist of hidden Gaussians
+ALMOST_OPAQUE = 0.99  # the rasteriser's limit on alpha
 ROWS_PER_THREAD = 50_000  # a million: 1.2 s in two threads, 1.6 in one; at 80,000 two save nothing
 MOST_THREADS = 4  # each holds some ten numbers per Gaussian while it works
 
 
 def projected_areas(scales: Array) -> NDArray[np.float64]:
-    """Mean area of an ellipsoid's shadow over all directions, divided by pi, [N] float64.
+    """Mean projected area of ellipsoids over all directions, divided by pi, [N] float64.
 
-    A convex body's mean shadow is a quarter of its surface (Cauchy); the surface of an ellipsoid is
-    4 pi (((ab)^p + (ac)^p + (bc)^p) / 3)^(1/p), p = 1.6075 (Thomsen). A disc of radius 1 gives about 1/2, a
-    ball 1: a sum of products such as ab + ac + bc would give 1 and 3.
+    The mean projected area of a convex body is a quarter of its surface (Cauchy); the surface of an ellipsoid
+    is 4 pi (((ab)^p + (ac)^p + (bc)^p) / 3)^(1/p), p = 1.6075 (Thomsen). A disc of radius 1 gives about 1/2,
+    a ball 1: a sum of products such as ab + ac + bc would give 1 and 3.
 
     Args:
         scales: [N, 3] half axes (standard deviations), any unit.
@@ -50,24 +50,24 @@ def contributions(gaussians: Gaussians, visible: NDArray[np.float64] | None = No
 
     Args:
         gaussians: N Gaussians.
-        visible: what `visible_shares` says of them, if it is known already.
+        visible: [N] their `visible_shares`, if known.
     """
     shares = visible_shares(gaussians) if visible is None else visible
     return np.asarray(gaussians.opacities * projected_areas(gaussians.scales) * shares)
 
 
 def visible_shares(gaussians: Gaussians) -> NDArray[np.float64]:
-    """Share of directions from which a Gaussian is seen and not hidden by others, [N], above 0 to 1.
+    """Share of directions from which a Gaussian is not hidden by others, [N], above 0 to 1.
 
-    The scene is cut into square columns along each of 7 lines. Along a column every Gaussian dims what lies
-    behind it by the share of the column it paints; what reaches a Gaussian from outside through a quarter
-    of the scene's radius, from both ends, averaged over the lines, is its share. It is an estimate: a column
-    is taken to be painted evenly.
+    Along each of 7 lines the scene is divided into square columns. In a column every Gaussian attenuates
+    light by the share of the cross-section it covers; the light that reaches a Gaussian through the nearest
+    quarter of the scene's radius, from both ends, averaged over the lines, is its share. This is an estimate:
+    Gaussians are taken to cover their column evenly.
 
     Args:
         gaussians: N Gaussians.
 
-    Does not depend on the unit or the place of the scene, nor on the order of the rows.
+    Independent of unit and position of the scene, and of the order of the rows.
     """
     center, radius = robust_frame(gaussians.means)
     points = np.clip((gaussians.means - center) / radius, -FARTHEST, FARTHEST)
@@ -86,7 +86,7 @@ def visible_shares(gaussians: Gaussians) -> NDArray[np.float64]:
 def _in_order(
     work: Callable[[NDArray[np.float64]], NDArray[np.float64]], items: NDArray[np.float64], num_threads: int
 ) -> Iterator[NDArray[np.float64]]:
-    """`map`, in threads if there are to be several: NumPy sorts and searches without the GIL."""
+    """`map`, in threads if there are several: NumPy sorts and searches without the GIL."""
     if num_threads < 2:
         yield from map(work, items)
         return
@@ -99,17 +99,15 @@ def _in_order(
 def _light_along(
     line: NDArray[np.float64], points: NDArray[np.float64], depths: NDArray[np.float64], column: float
 ) -> NDArray[np.float64]:
-    """What arrives at each point through the column around it, from one end and from the other, 0 to 2."""
+    """Light that reaches each point along its column, from one end plus from the other, 0 to 2."""
     across = np.cross(line, np.eye(3)[np.argmin(np.abs(line))])
     across /= np.linalg.norm(across)
-    side = 2 * FARTHEST  # no coordinate along any direction is larger, with room to spare
+    side = 2 * FARTHEST  # above any coordinate along any direction
     row = np.floor((points @ across + side) / column)
     rank = np.floor((points @ np.cross(line, across) + side) / column)
-    # One number sorts by column, then by depth; columns lie so far apart that no reach leads to the next.
+    # One number sorts by column, then by depth; columns are further apart than REACH.
     place = (row * np.ceil(2 * side / column) + rank) * (3 * side) + (points @ line + side)
-    order = np.argsort(
-        place
-    )  # no need to be stable, which takes four times longer: equals do not dim each other
+    order = np.argsort(place)  # not stable, which takes four times longer: equals do not hide each other
     place = place[order]
     passed = np.concatenate([[0.0], np.cumsum(depths[order])])
     ahead = np.searchsorted(place, place + REACH, side="right")

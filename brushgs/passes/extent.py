@@ -1,4 +1,4 @@
-"""Where the subject of a scene is, and how large, whatever strays around it."""
+"""Centre and radius of a scene, robust against outliers."""
 
 import numpy as np
 from numpy.typing import NDArray

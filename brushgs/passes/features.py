@@ -1,4 +1,4 @@
-"""Gaussians -> points in nine dimensions: what makes two of them alike enough to share a stroke."""
+"""Gaussians -> points in nine dimensions, whose distance decides which Gaussians share a stroke."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +8,7 @@ from brushgs.passes.extent import robust_frame
 from brushgs.scene import Gaussians
 from brushgs.sh import base_colors
 
-# A full step from black to white counts like a step of 7 % of the scene's radius. Measured at 250, 2000 and
+# The difference from black to white counts like 7 % of the scene's radius. Measured at 250, 2000 and
 # 7000 strokes on five scenes: 0.05 to 0.1 are within 0.1 dB of each other, 0.3 loses 0.5 dB and more.
 COLOR_WEIGHT = 0.07
 
@@ -16,11 +16,11 @@ COLOR_WEIGHT = 0.07
 def cluster_features(gaussians: Gaussians, features: Features = "balanced") -> NDArray[np.float32]:
     """Position, linear scales and base colour of each Gaussian, [N, 9].
 
-    "paper" takes them raw, so the outcome depends on the unit of the scene. "balanced" measures positions
-    and scales in radii of the scene (robust: half the diagonal between the 1st and 99th percentiles) around
-    its centre and weighs colour by `COLOR_WEIGHT`; beyond one radius positions and scales are drawn in
-    toward two radii, as distance shrinks them in any view from within: strays at 1e7 radii cannot claim
-    every cluster. Colour is clamp(0.5 + C0 sh_0, 0, 1).
+    "paper" takes them as they are, so the result depends on the unit of the scene. "balanced" measures
+    positions and scales in radii of the scene from its centre (see `robust_frame`) and weights colour by
+    `COLOR_WEIGHT`; beyond one radius positions and scales are contracted to less than two radii, as
+    perspective does in a view from the middle: outliers at 1e7 radii cannot claim all clusters. Colour is
+    clamp(0.5 + C0 sh_0, 0, 1).
     Source: Xiang et al. 2025, section 3.2 ("paper"); Barron et al. 2022, Mip-NeRF 360, eq. 10 (contraction).
 
     Args:
@@ -39,8 +39,6 @@ def cluster_features(gaussians: Gaussians, features: Features = "balanced") -> N
     distance = np.maximum(np.linalg.norm(places, axis=1, keepdims=True), 1.0)
     contraction = (2 - 1 / distance) / distance
     points[:, :3] = places * contraction
-    points[:, 3:6] = np.minimum(
-        gaussians.scales * (contraction / radius), 2.0
-    )  # a scale of 1e7 is "large", too
+    points[:, 3:6] = np.minimum(gaussians.scales * (contraction / radius), 2.0)
     points[:, 6:] = COLOR_WEIGHT * base_colors(gaussians.sh)
     return points

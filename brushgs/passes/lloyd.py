@@ -1,9 +1,9 @@
-"""k-means by Lloyd's steps: points to the nearest centre by a k-d tree, centres to the mean of their points.
+"""k-means by Lloyd's algorithm: points to the nearest centre by a k-d tree, centres to their mean.
 
-The tree is that of the compiled core. SciPy's finds the same, bit for bit, in about the same time, but its
-import alone takes as long as all steps together on a scene of 50,000 Gaussians.
+The k-d tree is that of the compiled core. SciPy's gives the same, bit for bit, in about the same time, but
+its import alone takes as long as all steps on a scene of 50,000 Gaussians.
 
-Exact at each step, the same bit for bit for any number of threads and from run to run.
+Every step is exact; results are the same, bit for bit, for any number of threads and from run to run.
 """
 
 from typing import Any, NamedTuple
@@ -17,14 +17,14 @@ from brushgs.passes.morton import morton_order
 from brushgs.threads import num_threads_or_default
 
 NUM_STEPS = 20
-GAIN = 1e-3  # a step that lowers the inertia by less than this share is the last
-START_ROUNDS = (0.4, 0.3, 0.3)  # shares of the centres; ten rounds end no lower
-MORE_ROUNDS = 8  # at most, for centres that earlier rounds drew twice: those of repeated points
-ONE_BY_ONE = 32  # so few centres are drawn each in a round of its own: two in one island show
+GAIN = 1e-3  # a step that reduces the inertia by less than this share is the last
+START_ROUNDS = (0.4, 0.3, 0.3)  # shares of the centres; ten rounds give no lower inertia
+MORE_ROUNDS = 8  # at most, to replace centres that earlier rounds drew twice, as happens with equal points
+ONE_BY_ONE = 32  # up to so many centres each get a round: few centres must not share an island of points
 
 
 class Clusters(NamedTuple):
-    """Labels [N] of k-means, in 0 to the number of clusters - 1, and what they cost.
+    """Labels [N] of k-means, 0 to num_clusters - 1, and their inertia.
 
     The inertia is the sum of weight x squared distance to the nearest of the final centres.
     """
@@ -44,23 +44,23 @@ def lloyd(
     num_steps: int = NUM_STEPS,
     gain: float = GAIN,
 ) -> Clusters:
-    """Group points by weighted k-means.
+    """Cluster points by weighted k-means.
 
     Args:
         points: [N, D] float32, D at most 16, the first three columns positions in space.
         weights: [N], > 0.
         num_clusters: k, 1 to N.
-        seed: of the start, where it takes chance.
+        seed: of the random choices of the start.
         num_steps: Lloyd steps at most; fewer where one gains less than `gain`.
-        gain: share of the inertia.
+        gain: share of the inertia by which a step must reduce it.
 
     Returns:
-        At most k clusters, none empty: fewer only where fewer different points are. A centre that lost
-        its points starts anew at the point that is farthest from its own, by weighted square.
+        At most k clusters, none empty: fewer only where there are fewer distinct points. A centre without
+        points restarts at the point with the largest weighted squared distance to its centre.
     """
     order = morton_order(points[:, :3])
-    points, weights = points[order], weights[order]  # neighbours in memory too: the tree stays in cache
-    # The start has assigned the points already, a round of centres at a time: step 0 need not.
+    points, weights = points[order], weights[order]  # neighbours in memory too: cache hits
+    # The start has assigned the points already, so step 0 does not.
     centers, distances, nearest = start(points, weights, num_clusters, seed)
     before = np.inf
     for step in range(num_steps + 1):
@@ -77,13 +77,12 @@ def lloyd(
 def start(
     points: F32, weights: NDArray[np.float64], num_clusters: int, seed: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int32]]:
-    """First centres [k, D], and what `assign` says of them.
+    """First centres [k, D], and the result of `assign` with them.
 
-    Points are drawn in rounds, each spread evenly along the curve the points lie on.
-
-    The first round draws by weight, each later one by what is still badly served: weight x squared distance
-    to the nearest centre so far. Against one round this ends at 1-40 % lower inertia after equal steps.
-    Source: Bahmani et al. 2012, Scalable k-means++ (rounds); the even spread takes the place of its chance.
+    Centres are drawn in rounds, by systematic sampling along the space-filling curve of the points. The first
+    round samples by weight, later ones by weight x squared distance to the nearest centre so far. Compared
+    with one round the inertia after equal steps is 1 to 40 % lower.
+    Source: Bahmani et al. 2012, Scalable k-means++ (rounds; there the samples are random).
     """
     shift = np.random.default_rng(seed)
     centers, distances = points[:0].astype(np.float64), np.full(len(points), np.inf)
@@ -94,7 +93,8 @@ def start(
         if not errors.any() or target == len(centers):
             break
         count = target - len(centers)
-        fresh = _distinct(points[_spread_rows(weights * errors, count, shift.random())]).astype(np.float64)
+        rows = _systematic_sample(weights * errors, count, shift.random())
+        fresh = _distinct(points[rows]).astype(np.float64)
         to_fresh, nearest_fresh = assign(points, fresh)
         is_nearer = to_fresh < distances
         nearest[is_nearer] = nearest_fresh[is_nearer] + len(centers)
@@ -105,20 +105,20 @@ def start(
 
 
 def _distinct(points: F32) -> F32:
-    """The points without repetitions, in order. No tree parts equal centres: each query would visit all."""
+    """Distinct points, in order: a k-d tree cannot separate equal centres, and each query would visit all."""
     return points[np.sort(np.unique(points, axis=0, return_index=True)[1])]
 
 
-def _spread_rows(mass: NDArray[np.float64], count: int, shift: float) -> NDArray[np.intp]:
-    """`count` rows at even steps of the mass passed, the first at `shift` of a step."""
-    passed = np.cumsum(mass)
-    rows = np.searchsorted(passed, (np.arange(count) + shift) * (passed[-1] / count))
+def _systematic_sample(mass: NDArray[np.float64], count: int, shift: float) -> NDArray[np.intp]:
+    """Systematic sample: `count` rows at even steps of cumulative mass, the first at `shift` of a step."""
+    cumulative = np.cumsum(mass)
+    rows = np.searchsorted(cumulative, (np.arange(count) + shift) * (cumulative[-1] / count))
     return np.asarray(np.minimum(rows, len(mass) - 1))
 
 
 def assign(points: F32, centers: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Distance [N] to the nearest centre, and which one it is [N], the first of equally near ones."""
-    assert 1 <= points.shape[1] <= _core.MOST_DIMENSIONS, "the core has room for no more"
+    """Distances [N] to the nearest centre, and its index [N]: the first of equally near ones."""
+    assert 1 <= points.shape[1] <= _core.MOST_DIMENSIONS, "the core supports no more"
     return _core.nearest(points, centers, num_threads_or_default(None))
 
 
@@ -129,7 +129,7 @@ def update(
     errors: NDArray[np.float64],
     centers: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Weighted means of the points by label, [k, D]; centres without points go where the error is largest."""
+    """Weighted means of the points by label, [k, D]; centres without points go to the largest errors."""
     num_clusters = len(centers)
     mass = np.bincount(labels, weights, num_clusters)
     means = np.empty_like(centers)

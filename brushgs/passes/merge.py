@@ -1,16 +1,16 @@
 """Gaussians and a label for each -> one Gaussian per label: the strokes in space.
 
 Two rules. "paper" is the published one: plain means, and a scale that grows with the number of members.
-"cover" asks that the merged Gaussian paint what its members painted, where they painted it:
+With "cover" the merged Gaussian paints what its members painted, where they painted it:
 
-- Members weigh by opacity x mean projected area; the mean is theirs.
-- The covariance follows the law of total variance, within + between. What lies between is raised by
-  the factor `overlap`, so that neighbouring strokes overlap as paint does; a lone member is itself.
-- The opacity is the chance that a ray through the unraised footprint is stopped if each member lies
-  anywhere in it: 1 - product of (1 - opacity_i x min(1, area_i / area)). For one member that is its own
-  opacity, for equal ones that of the stack, for many small ones the law of Beer and Lambert. Strays and
-  needles therefore fade as they spread over what they do not cover.
-- Colours weigh by what is seen of them, too: the dark inside of a fur does not mix with its surface.
+- Members, and so their mean, are weighted by opacity x mean projected area.
+- The covariance follows the law of total variance, within + between. The part between is multiplied by
+  `overlap`, so that neighbouring strokes overlap as paint does; a lone member keeps its covariance.
+- The opacity is the probability that a ray through the footprint (without `overlap`) is stopped if members
+  lie anywhere in it: 1 - product of (1 - opacity_i x min(1, area_i / area)). For one member that is its own
+  opacity, for equal ones that of the stack, for many small ones the Beer-Lambert law. Clusters with outliers
+  or needles therefore fade as they extend over what their members do not cover.
+- Colours are also weighted by visibility: the dark inside of a fur does not mix with its surface.
 
 Sums run in float64, in row order: equal input gives equal output, bit for bit.
 """
@@ -27,12 +27,12 @@ from brushgs.passes.contribution import projected_areas, visible_shares
 from brushgs.quats import normalized, quats_of, rotation_matrices
 from brushgs.scene import Gaussians
 
-# Factor on the variance between members, 1.16 in length. Members spread evenly over a disc have half its
-# radius as deviation, and a Gaussian of that deviation paints half of the disc: 2 would paint as much, but
-# members lie in several layers. Measured on five scenes with the plain kernel: 1.5 is best, 1.2 and 1.7 lose
-# 0.3 and 0.1 dB in the worst case; stroke images, which reach further by `fitted_sigmas`, are best below 1.4.
+# Factor on the variance between members, 1.16 in length. Members distributed evenly over a disc have half its
+# radius as deviation, and a Gaussian of that deviation paints half of the disc: 2 would paint as much as it,
+# but members lie in several layers. Measured on five scenes with the plain kernel: 1.5 is best, 1.2 and 1.7
+# lose 0.3 and 0.1 dB in the worst case; stroke images, which `fitted_sigmas` enlarges, are best below 1.4.
 OVERLAP = 1.35
-BLOCK = 1 << 15  # rows whose covariances are in memory at once
+ROWS_AT_A_TIME = 1 << 15  # of covariances in memory
 
 
 def merge_clusters(
@@ -50,14 +50,14 @@ def merge_clusters(
 
     Args:
         gaussians: N Gaussians.
-        labels: [N] integers; which ones does not matter.
+        labels: [N] any integers.
         merge: the rule.
         overlap: of "cover": factor on the variance between members, > 0; 1 conserves the covariance.
-        visible: of "cover": what `visible_shares` says of the Gaussians, if it is known already.
+        visible: of "cover": [N] `visible_shares` of the Gaussians, if known.
 
     Returns:
-        One Gaussian per label in use, by ascending label, in the dtype of the input. With "cover" a Gaussian
-        alone under its label comes back as it was.
+        One Gaussian per label in use, by ascending label, in the dtype of the input. With "cover" a
+        Gaussian alone under its label is returned as it was.
 
     Raises:
         TypeError: if `labels` are not integers.
@@ -78,7 +78,7 @@ def merge_clusters(
     else:
         merged = _paper(gaussians, compact, len(used))
     dtype = gaussians.means.dtype.type
-    # Both rules enlarge; what was the largest number already stays that.
+    # Both rules enlarge, but the largest number of the dtype stays finite.
     scales = np.minimum(merged.scales, np.finfo(dtype).max)
     return replace(merged, scales=scales).astype(dtype)
 
@@ -120,7 +120,7 @@ def _cover(
 
 
 def _shares(weights: F64, labels: NDArray[np.intp], num: int) -> F64:
-    """Weights divided by their sum over the label; equal ones where that sum is zero."""
+    """Weights over their sum by label; equal weights where that sum is zero."""
     totals = np.bincount(labels, weights, num)
     is_void = (totals == 0)[labels]
     if is_void.any():
@@ -144,26 +144,26 @@ def _sum_sh(sh: Array, shares: F64, labels: NDArray[np.intp], num: int) -> NDArr
 def _covariances(
     gaussians: Gaussians, means: NDArray[np.float64], shares: F64, labels: NDArray[np.intp]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Weighted mean covariance of the members, and that of their places, by label: [num, 3, 3] each."""
+    """Weighted mean covariance of the members, and covariance of their means, by label: [num, 3, 3] each."""
     within, between = np.zeros((2, 9, len(means)))
-    for first in range(0, len(labels), BLOCK):
-        rows = slice(first, first + BLOCK)
-        block_labels, block_shares = labels[rows], shares[rows]
+    for first in range(0, len(labels), ROWS_AT_A_TIME):
+        rows = slice(first, first + ROWS_AT_A_TIME)
+        some_labels, some_shares = labels[rows], shares[rows]
         axes = rotation_matrices(gaussians.quats[rows]) * gaussians.scales[rows, None, :]
-        away = gaussians.means[rows] - means[block_labels]
+        away = gaussians.means[rows] - means[some_labels]
         own = axes @ axes.transpose(0, 2, 1)
-        used, local = np.unique(block_labels, return_inverse=True)  # few labels meet in a block
+        used, local = np.unique(some_labels, return_inverse=True)  # few labels occur in so many rows
         for i, (j, k) in enumerate(np.ndindex(3, 3)):
-            within[i, used] += np.bincount(local, block_shares * own[:, j, k])
-            between[i, used] += np.bincount(local, block_shares * away[:, j] * away[:, k])
+            within[i, used] += np.bincount(local, some_shares * own[:, j, k])
+            between[i, used] += np.bincount(local, some_shares * away[:, j] * away[:, k])
     return within.T.reshape(-1, 3, 3), between.T.reshape(-1, 3, 3)
 
 
 def principal_axes(covars: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Standard deviations [N, 3], ascending, and axes [N, 3, 3] (columns, right-handed) of covariances.
 
-    Each is divided by its trace first, so that 1e-100 and 1e100 are alike; a variance that rounding made
-    negative is zero.
+    Each is divided by its trace first, so that 1e-100 and 1e100 are treated alike; a variance that rounding
+    made negative is zero.
     """
     traces = np.einsum("nii->n", covars)
     unit = np.where(traces > 0, traces, 1.0)
@@ -173,9 +173,9 @@ def principal_axes(covars: NDArray[np.float64]) -> tuple[NDArray[np.float64], ND
 
 
 def _stopped(opacities: Array, areas: F64, footprints: F64, labels: NDArray[np.intp]) -> F64:
-    """Chance that a ray through each footprint is stopped by a member placed in it by chance, [num]."""
+    """Probability that a ray through each footprint is stopped by members at random places in it, [num]."""
     footprints_here = footprints[labels]
     parts = np.divide(areas, footprints_here, out=np.ones_like(areas), where=footprints_here > areas)
-    with np.errstate(divide="ignore"):  # log 0: a member that covers all and is opaque
+    with np.errstate(divide="ignore"):  # log 0: an opaque member that covers all
         passed = np.log1p(-parts * opacities)
     return np.asarray(-np.expm1(np.bincount(labels, passed, len(footprints))))

@@ -1,4 +1,4 @@
-"""Points in space -> their order along a space-filling curve: neighbours on the curve are near in space."""
+"""Points in space -> their order along the Morton curve: neighbours on the curve are near in space."""
 
 from typing import Any
 
@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 BITS = 21  # per axis: three fill 63 bits
-# Multiply-free spreading of 21 bits to every third place. Source: Morton 1966; the masks are public lore.
-_SPREAD = (
+# Shifts and masks that move 21 bits to every third position. Source: Morton 1966; the masks are public lore.
+_INTERLEAVE = (
     (32, 0x1F00000000FFFF),
     (16, 0x1F0000FF0000FF),
     (8, 0x100F00F00F00F00F),
@@ -19,18 +19,18 @@ _SPREAD = (
 def morton_order(points: NDArray[np.floating[Any]]) -> NDArray[np.intp]:
     """Rows of points [N, 3] sorted by Morton code, ties by row.
 
-    All axes are cut to the same 2^21 steps over the largest extent.
+    All axes are quantised to the same 2^21 steps over the largest extent.
     """
     low = points.min(axis=0).astype(np.float64)
     extent = float((points.max(axis=0) - low).max())
     step = (2**BITS - 1) / extent if extent > 0 else 0.0
     code = np.zeros(len(points), dtype=np.uint64)
     for axis in range(3):
-        code |= _spread(((points[:, axis] - low[axis]) * step).astype(np.uint64)) << np.uint64(axis)
+        code |= _interleave(((points[:, axis] - low[axis]) * step).astype(np.uint64)) << np.uint64(axis)
     return np.argsort(code, kind="stable")
 
 
-def _spread(values: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    for shift, mask in _SPREAD:
+def _interleave(values: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    for shift, mask in _INTERLEAVE:
         values = (values | (values << np.uint64(shift))) & np.uint64(mask)
     return values

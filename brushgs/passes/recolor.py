@@ -1,7 +1,7 @@
-"""Gaussians and a painting -> the same Gaussians in the colours of the painting, by a closed form.
+"""Gaussians and a painting -> the same Gaussians in the colours of the painting, in closed form.
 
-The colours of the scene, weighed by the paint that carries them, get the mean and the covariance of the
-painting's pixels. Of all linear maps that do so the one is taken that moves colours least.
+The colours of the scene, weighted by the paint that carries them, get the mean and the covariance of the
+painting's pixels, by the Monge-Kantorovich map: the linear map that does so and moves colours least.
 Source: Pitie and Kokaram 2007, The linear Monge-Kantorovitch linear colour mapping for example-based colour
 transfer, eq. 10.
 """
@@ -21,10 +21,10 @@ from brushgs.scene import Gaussians
 from brushgs.sh import C0
 from brushgs.threads import num_threads_or_default
 
-# A difference of colours is stretched at most so far: more would paint the noise of a grey scene in bright
-# confetti. Trained scenes and paintings are within 0.2 to 4 of each other along every axis.
+# Largest stretch of differences of colours: more would turn the noise of a grey scene into bright confetti.
+# Trained scenes and paintings are within 0.2 to 4 of each other along every axis.
 MAX_STRETCH = 10.0
-BLOCK = 1 << 14  # rows whose slopes are in memory at once
+ROWS_AT_A_TIME = 1 << 14  # of derivatives in memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class Palette:
 
     @classmethod
     def of_colors(cls, rgb: Array, weights: Array | None = None, *, space: ColorSpace = "lab") -> "Palette":
-        """The palette of display-encoded colours [N, 3] with weights [N] >= 0, None for equal ones.
+        """The palette of display-encoded colours [N, 3] with weights [N] >= 0; None for equal weights.
 
         Raises:
             TypeError: if an argument is not an array.
@@ -58,18 +58,18 @@ class Palette:
         total = float(weights.sum(dtype=np.float64))
         if not total > 0:
             raise ValueError("Palette: there must be a colour with a weight above zero, got none")
-        there, shares = Space(space).to(rgb), weights.astype(np.float64) / total
-        mean = shares @ there
-        away = there - mean
+        colors, shares = Space(space).to(rgb), weights.astype(np.float64) / total
+        mean = shares @ colors
+        away = colors - mean
         return cls(mean, away.T @ (away * shares[:, None]), space)
 
     @classmethod
     def of_image(cls, image: Array, *, space: ColorSpace = "lab") -> "Palette":
-        """The palette of a picture [H, W, C] as `read_image` gives it: grey or RGB, weighed by its alpha.
+        """The palette of a picture [H, W, C] as `read_image` returns it: grey or RGB, weighted by its alpha.
 
         Raises:
             TypeError: if `image` is not an array.
-            ValueError: if it is wholly transparent, has no pixels or other channels, or the space is unknown.
+            ValueError: if it is fully transparent, empty, of other channels, or the space is unknown.
         """
         channels = check("Palette", image=(image, "H W C"))["C"]
         if not 1 <= channels <= 4:
@@ -83,16 +83,15 @@ def recolor(
 ) -> Gaussians:
     """Give Gaussians the colours of a painting: their mean and covariance become the palette's.
 
-    Base colours move by the linear map of least motion in the palette's space; the view-dependent terms of
-    each Gaussian by the derivative of that map at its base colour, so that a highlight stays one. Colours
-    that no screen shows come and go as they are: they are cut when a picture is written.
+    Base colours are mapped by the Monge-Kantorovich map in the palette's space; the view-dependent terms of
+    each Gaussian by the derivative of that map at its base colour, so that highlights stay highlights.
+    Out-of-gamut colours are kept: they are clipped only when a picture is written.
 
     Args:
         gaussians: N Gaussians.
         palette: of the painting.
-        strength: share of the way, in [0, 1]. In between, mean and spread are in between.
-        weights: [N] >= 0, what each Gaussian counts; None for its opacity x mean projected area, the paint it
-            carries.
+        strength: 0 changes nothing, 1 matches the palette; mean and map are interpolated in between.
+        weights: [N] >= 0 of the Gaussians; None for opacity x mean projected area, the paint they carry.
 
     Returns:
         The Gaussians with other `sh`, in the same dtype; the input itself at strength 0 or where N = 0.
@@ -101,8 +100,8 @@ def recolor(
         TypeError: if an argument has another type.
         ValueError: if `strength` is out of range or the weights are of another length or sum to zero.
 
-    Covariance is matched unless that takes stretching colours more than `MAX_STRETCH` times along some axis,
-    as in a scene of one colour. Base colours are exact to rounding; terms of higher bands to first order.
+    The covariance is matched unless that needs a stretch of more than `MAX_STRETCH` along some axis, as in a
+    scene of one colour. Base colours are exact to rounding, view-dependent terms to first order.
     """
     if not 0 <= strength <= 1:
         cure = f"; for {strength:g} % write {strength / 100:g}" if 1 < strength <= 100 else ""
@@ -115,38 +114,38 @@ def recolor(
     check("recolor", means=(gaussians.means, "N 3"), weights=(weights, "N"))
     base = 0.5 + C0 * gaussians.sh[:, 0].astype(np.float64)
     own = Palette.of_colors(base, weights, space=palette.space)
-    matrix = (1 - strength) * np.eye(3) + strength * least_motion(own.covariance, palette.covariance)
+    matrix = (1 - strength) * np.eye(3) + strength * monge_kantorovich(own.covariance, palette.covariance)
     mean = (1 - strength) * own.mean + strength * palette.mean
-    sh = _moved(gaussians.sh, Space(palette.space), own.mean, matrix, mean)
+    sh = _mapped(gaussians.sh, Space(palette.space), own.mean, matrix, mean)
     return Gaussians(gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities, sh)
 
 
-def least_motion(source: F64, target: F64) -> F64:
-    """The symmetric map [3, 3] from one covariance to another that moves least, its stretch bounded."""
+def monge_kantorovich(source: F64, target: F64) -> F64:
+    """The Monge-Kantorovich map [3, 3] from one covariance to another, its stretch at most `MAX_STRETCH`."""
     values, axes = np.linalg.eigh(source)
-    # What is flatter than this along an axis has no spread there that any stretch allowed could bring out.
+    # Variances below this are invisible after any stretch allowed.
     floor = max(float(np.trace(target)), float(values[-1]), np.finfo(np.float64).tiny) * 1e-8
     roots = np.sqrt(np.maximum(values, floor))
     root, inverse = (axes * roots) @ axes.T, (axes / roots) @ axes.T
-    inner, turn = np.linalg.eigh(root @ target @ root)
-    middle = (turn * np.sqrt(np.maximum(inner, 0))) @ turn.T
+    inner, axes_inner = np.linalg.eigh(root @ target @ root)
+    middle = (axes_inner * np.sqrt(np.maximum(inner, 0))) @ axes_inner.T
     stretches, own = np.linalg.eigh(inverse @ middle @ inverse)
     return np.asarray((own * np.minimum(stretches, MAX_STRETCH)) @ own.T)
 
 
-def _moved(sh: Array, space: Space, center: F64, matrix: F64, mean: F64) -> Array:
-    """Coefficients [N, k, 3] after colours moved by `matrix` about `center`, to `mean`, in `space`."""
-    moved = np.empty_like(sh)
+def _mapped(sh: Array, space: Space, center: F64, matrix: F64, mean: F64) -> Array:
+    """Coefficients [N, k, 3] after the map of colours c -> matrix (c - center) + mean in `space`."""
+    mapped = np.empty_like(sh)
 
-    def move(first: int) -> None:
-        rows = slice(first, first + BLOCK)
+    def map_rows(first: int) -> None:
+        rows = slice(first, first + ROWS_AT_A_TIME)
         before = 0.5 + C0 * sh[rows, 0].astype(np.float64)
         after = space.back((space.to(before) - center) @ matrix.T + mean)
-        moved[rows, 0] = (after - 0.5) / C0
+        mapped[rows, 0] = (after - 0.5) / C0
         if sh.shape[1] > 1:
             slopes = space.slopes(before, after, matrix).astype(sh.dtype)
-            np.matmul(sh[rows, 1:], slopes.transpose(0, 2, 1), out=moved[rows, 1:])
+            np.matmul(sh[rows, 1:], slopes.transpose(0, 2, 1), out=mapped[rows, 1:])
 
     with ThreadPoolExecutor(num_threads_or_default(None)) as pool:
-        list(pool.map(move, range(0, len(sh), BLOCK)))
-    return moved
+        list(pool.map(map_rows, range(0, len(sh), ROWS_AT_A_TIME)))
+    return mapped

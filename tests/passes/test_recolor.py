@@ -6,7 +6,7 @@ import pytest
 import brushgs as bg
 from brushgs.passes.color_space import Space
 from brushgs.passes.contribution import projected_areas
-from brushgs.passes.recolor import MAX_STRETCH, Palette, least_motion, recolor
+from brushgs.passes.recolor import MAX_STRETCH, Palette, monge_kantorovich, recolor
 from brushgs.sh import C0, sh_basis
 
 SPACES = ("lab", "linear", "srgb")
@@ -83,7 +83,7 @@ def first_order_error(space, size):
     seen_before = colors(before) + np.einsum("k,nkc->nc", basis[1:], before.sh[:, 1:])
     seen_after = colors(after) + np.einsum("k,nkc->nc", basis[1:], after.sh[:, 1:])
     own = Palette.of_colors(colors(before), paint_weights(before), space=space)
-    matrix = least_motion(own.covariance, palette.covariance)
+    matrix = monge_kantorovich(own.covariance, palette.covariance)
     there = Space(space)
     exact = there.back((there.to(seen_before) - own.mean) @ matrix.T + palette.mean)
     return np.median(np.abs(seen_after - exact).max(axis=1))
@@ -127,11 +127,11 @@ def test_lab_is_the_lab_of_others():
     np.testing.assert_allclose(100 * Space("lab").to(rgb), rgb2lab(rgb), atol=0.02)  # of 100; whites differ
 
 
-def test_of_all_maps_the_least_motion_is_taken():
+def test_of_all_maps_the_one_of_least_motion_is_taken():
     # Equal covariances ask for no motion at all; a scaled one for that scaling.
     covariance = Palette.of_image(painting()).covariance
-    np.testing.assert_allclose(least_motion(covariance, covariance), np.eye(3), atol=1e-9)
-    np.testing.assert_allclose(least_motion(covariance, 4 * covariance), 2 * np.eye(3), atol=1e-9)
+    np.testing.assert_allclose(monge_kantorovich(covariance, covariance), np.eye(3), atol=1e-9)
+    np.testing.assert_allclose(monge_kantorovich(covariance, 4 * covariance), 2 * np.eye(3), atol=1e-9)
 
 
 @pytest.mark.parametrize("space", SPACES)
@@ -181,7 +181,7 @@ def test_extreme_scenes_stay_finite():
 def test_the_result_does_not_depend_on_the_block(monkeypatch):
     before, palette = scene(degree=1), Palette.of_image(painting())
     whole = recolor(before, palette).sh
-    monkeypatch.setattr("brushgs.passes.recolor.BLOCK", 333)
+    monkeypatch.setattr("brushgs.passes.recolor.ROWS_AT_A_TIME", 333)
     np.testing.assert_allclose(recolor(before, palette).sh, whole, atol=1e-6)
 
 
