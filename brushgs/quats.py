@@ -1,6 +1,6 @@
 """Quaternions w, x, y, z <-> rotation matrices.
 
-q and -q are the same rotation; any length above zero will do, because lengths are taken out here.
+q and -q are the same rotation; quaternions may have any length above zero and are normalised here.
 """
 
 import numpy as np
@@ -10,14 +10,14 @@ from brushgs.arrays import Array
 
 
 def normalized(quats: Array) -> NDArray[np.float64]:
-    """Quaternions [N, 4] of any length above zero -> the same at length 1, float64."""
+    """Quaternions [N, 4] of any length above zero, scaled to length 1, float64."""
     quats = quats.astype(np.float64)
-    quats /= np.abs(quats).max(axis=1, keepdims=True)  # first, so that no square leaves the range
+    quats /= np.abs(quats).max(axis=1, keepdims=True)  # first, so that no square overflows
     return np.asarray(quats / np.linalg.norm(quats, axis=1, keepdims=True))
 
 
 def rotation_matrices(quats: Array) -> NDArray[np.float64]:
-    """[N, 3, 3] rotations of quaternions [N, 4]: columns are the turned axes."""
+    """[N, 3, 3] rotation matrices of quaternions [N, 4]: columns are the rotated axes."""
     w, x, y, z = normalized(quats).T
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -28,9 +28,9 @@ def rotation_matrices(quats: Array) -> NDArray[np.float64]:
 
 
 def quats_of(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[N, 4] unit quaternions of rotations [N, 3, 3].
+    """[N, 4] unit quaternions of rotation matrices [N, 3, 3].
 
-    Each of the four formulas divides by one component: the largest is taken, so none loses digits.
+    Each of four formulas divides by one component: the one with the largest is used, for precision.
     Source: Shepperd 1978, Quaternion from rotation matrix.
     """
     R = rotations

@@ -1,7 +1,7 @@
 """Real spherical harmonics as 3D Gaussian Splatting orders and signs them.
 
-A colour seen from unit direction d (from the camera to the Gaussian, world frame) is
-max(0, 0.5 + sum over terms of coefficient x basis(d)). Terms stand by degree l, then order m from -l to l.
+A colour seen from unit direction d (from the camera to the Gaussian, world frame) is max(0, 0.5 + sum over
+terms of coefficient x basis(d)). Terms are sorted by degree l, then order m from -l to l.
 Source: Kerbl et al. 2023; Sloan 2008, Stupid Spherical Harmonics Tricks, appendix A2 (with the
 Condon-Shortley sign).
 """
@@ -16,13 +16,13 @@ from brushgs.scene import Gaussians
 
 C0 = 0.28209479177387814  # 1 / (2 sqrt(pi)): the view-independent basis function
 
-_ROWS_AT_A_TIME = 4096  # a band in use shows up in the first rows: the others need not be read
+_ROWS_AT_A_TIME = 4096  # a band in use has non-zero coefficients in the first rows, mostly
 
 _used_degrees: WeakKeyDictionary[Gaussians, int] = WeakKeyDictionary()
 
 
 def sh_basis(directions: Array, degree: int) -> NDArray[np.float64]:
-    """Values of the (degree + 1)^2 basis functions in some directions.
+    """Values of the (degree + 1)^2 basis functions in given directions.
 
     Args:
         directions: [M, 3] unit vectors.
@@ -55,7 +55,7 @@ def sh_basis(directions: Array, degree: int) -> NDArray[np.float64]:
 
 
 def base_colors(sh: Array) -> NDArray[np.float64]:
-    """The colour without its view-dependent part, cut to what a screen shows: clamp(0.5 + C0 sh_0, 0, 1).
+    """The colour without its view-dependent part, clipped to the display range: clamp(0.5 + C0 sh_0, 0, 1).
 
     Args:
         sh: [N, k, 3] coefficients, k >= 1.
@@ -67,10 +67,10 @@ def base_colors(sh: Array) -> NDArray[np.float64]:
 
 
 def used_sh_degree(gaussians: Gaussians) -> int:
-    """The highest degree with a coefficient other than zero, 0 to 3: bands above it cannot change a colour.
+    """The highest SH degree with a non-zero coefficient, 0 to 3: higher degrees cannot change a colour.
 
-    Looked up once per scene and remembered as long as the scene lives: rows are read only until the highest
-    stored band is seen in use, all of them where it is empty.
+    Cached per scene. Rows are read only until one uses the highest stored degree, all of them where none
+    does.
     """
     known = _used_degrees.get(gaussians)
     if known is None:

@@ -96,7 +96,7 @@ def sheet(rng, brush):
 
 
 def grain(rng, shape, weave=0.35):
-    """Canvas: a woven ground with irregular threads, about 0 to 1, high where paint does not reach."""
+    """Canvas: a weave of irregular threads, about 0 to 1, high where paint does not reach."""
     y, x = np.mgrid[: shape[0], : shape[1]] / SUPERSAMPLE
     x = x + 0.8 * noise(rng, shape, 9 * SUPERSAMPLE)
     y = y + 0.8 * noise(rng, shape, 9 * SUPERSAMPLE)

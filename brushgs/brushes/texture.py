@@ -1,8 +1,8 @@
-"""Stroke images -> StrokeTexture: what one stroke covers, and its relief.
+"""Stroke images -> StrokeTexture: the coverage of one stroke, and its relief.
 
 u, the stroke's direction, runs along the columns (left to right), v along the rows (downwards). The
 built-in images live in `strokes/`; two analytic kernels, `gaussian` and `ellipse`, need no image.
-Filtering for small boxes is `levels.py`, drawing is `raster`.
+`levels` filters it for small boxes, `rendering.rasterize` draws with it.
 """
 
 import math
@@ -22,26 +22,26 @@ from brushgs.colors import LUMINANCE, split_alpha
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.files import is_plain
 
-# Half length of a box in standard deviations: the published stroke covers 2, the 3DGS kernel is cut at 3.
+# Half length of a box in standard deviations: the published stroke covers 2, the 3DGS kernel is clipped at 3.
 KERNEL_SIGMAS = {"gaussian": 3.0, "ellipse": 2.0, "image": 2.0}
-# How much longer a stroke is than one that paints as much as its Gaussian: neighbours overlap. On five
-# scenes with `swirl` and `flat` 1.0 to 1.1 is nearest to the plain picture but leaves more of it unpainted.
+# Length of a stroke over that of one which paints as much as its Gaussian: neighbours overlap. On five scenes
+# with `swirl` and `flat` 1.0 to 1.1 is nearest to the plain picture but leaves more of it unpainted.
 FITTED_REACH = 1.2
-LONG_SIDE = 256  # texels of a stroke image that are kept: more is not seen below 4K pictures
-OPAQUE = 254.5 / 255  # an alpha channel nowhere below this says nothing
-CANVAS = 0.5  # height of what is not painted
-_ROWS = 64  # of an image, looked at together
+LONG_SIDE = 256  # texels kept of a stroke image; more are invisible in pictures below 4K
+OPAQUE = 254.5 / 255  # an alpha channel that is nowhere below this is not the coverage
+CANVAS = 0.5  # height where there is no paint
+_ROWS_AT_A_TIME = 64  # of an image
 BLANK = 0.02  # coverage read from luminance below this is paper grain or JPEG noise
 
 
 @dataclass(frozen=True, eq=False)
 class StrokeTexture:
-    """The mark one stroke leaves in its box.
+    """The mark of one stroke in its box.
 
     Attributes:
         kind: "image", or an analytic kernel over the box with s and t in [-1, 1]: "gaussian" is
-            exp(-4.5 (s^2 + t^2)), the 3DGS kernel cut at 3 sigma; "ellipse" is 1 where s^2 + t^2 < 1.
-        name: what it was opened as, for reports.
+            exp(-4.5 (s^2 + t^2)), the 3DGS kernel clipped at 3 sigma; "ellipse" is 1 where s^2 + t^2 < 1.
+        name: for reports.
         coverage: uint8 [h, w] paint mask, 255 = full; u runs along the columns. 1 x 1 for kernels.
         height: float32 [h, w] relief of the paint, 0 to 1, 0.5 the canvas; None where the image has none.
         num_sigmas: half length of a stroke's box in standard deviations, > 0.
@@ -80,16 +80,16 @@ class StrokeTexture:
 
     @property
     def is_directed(self) -> bool:
-        """Whether it has a direction to lock: a stroke image does, the built-in kernels do not."""
+        """Whether it has a direction: a stroke image does, the built-in kernels do not."""
         return self.kind == "image"
 
     @property
     def fitted_sigmas(self) -> float:
-        """Half length of a box at which a stroke paints about as much as the Gaussian it stands for.
+        """Half length of a box, in standard deviations, for about as much paint as the Gaussian has.
 
-        A Gaussian of deviation s paints 2 pi s^2, a stroke (2 n s)^2 x its mean coverage, so it does at
-        n = sqrt(pi / (2 mean)). This is `FITTED_REACH` times that, at most `num_sigmas`: full brushes are
-        drawn smaller than lacy ones. Kernels keep their `num_sigmas`.
+        A Gaussian of deviation s paints an area of 2 pi s^2, a stroke (2 n s)^2 x its mean coverage. These
+        are equal at n = sqrt(pi / (2 mean)); this is `FITTED_REACH` times that, at most `num_sigmas`: full
+        brushes are drawn smaller than lacy ones. Kernels keep their `num_sigmas`.
         """
         mean = float(self.coverage.mean()) / 255
         if self.kind != "image" or mean == 0:
@@ -101,13 +101,12 @@ class StrokeTexture:
         """A built-in stroke by name, or any image file.
 
         A built-in name (`builtin_names()`) may be written with a suffix, capitals, spaces or hyphens
-        ("swirl.png", "Dry Brush"); a file of that very path comes first where a suffix is given.
+        ("swirl.png", "Dry Brush"); with a suffix, a file of that path takes precedence.
 
-        In a file, coverage is the alpha channel. Without one, or where it is opaque all over, coverage is
-        the distance in luminance from the border's median (dark paint on a light ground or the reverse),
-        1 where it is largest. The image is cropped to its paint; a long side above `size` is averaged down
-        to it, the aspect kept. Smaller images stay as they are: the sampler interpolates, and larger
-        texels would only cost memory.
+        In a file, coverage is the alpha channel. Without one, or where it is fully opaque, coverage is the
+        difference in luminance from the median of the border (dark paint on a light background or the
+        reverse), scaled to a maximum of 1. The image is cropped to its paint; a long side above `size` is
+        averaged down to it, the aspect kept. Smaller images are not enlarged: the sampler interpolates.
 
         Args:
             name_or_path: name or path.
@@ -145,7 +144,7 @@ class StrokeTexture:
             coverage: [h, w] paint mask; uint8 with 255 = full, or floats from 0 to 1 (rounded to 8 bits,
                 the depth that the kernel samples).
             height: float32 [h, w] relief of the paint, 0 to 1.
-            name: what reports call it.
+            name: for reports.
 
         Raises:
             TypeError: if `coverage` is neither uint8 nor floating.
@@ -177,20 +176,20 @@ class StrokeTexture:
         rows = np.flatnonzero((coverage >= 0.5 / 255).any(axis=1))
         columns = np.flatnonzero((coverage >= 0.5 / 255).any(axis=0))
         if len(rows) == 0:
-            raise SceneError(path, "the stroke is transparent all over; give an image with paint in it")
+            raise SceneError(path, "the stroke is fully transparent; give an image with paint in it")
         crop = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
         coverage = coverage[crop]
         factor = min(1.0, size / max(coverage.shape))
         shape = [max(1, round(n * factor)) for n in coverage.shape]
         small = _average(coverage, shape)
-        if height is not None:  # paint counts by how much of it there is
+        if height is not None:  # weighted by coverage
             relief = _average(height[crop] * coverage, shape) / np.maximum(small, 1e-6)
             height = np.where(small > 0, np.clip(relief, 0, 1), np.float32(CANVAS))
         return cls("image", name, np.rint(np.clip(small, 0, 1) * 255).astype(np.uint8), height)
 
 
 def builtin_names() -> list[str]:
-    """The names that `StrokeTexture.open` knows without a file."""
+    """The names that `StrokeTexture.open` accepts without a file."""
     return ["gaussian", "ellipse", *sorted(path.stem for path in _strokes_folder().glob("*.png"))]
 
 
@@ -215,27 +214,27 @@ def _coverage_and_height(
     """[H, W, C], 0 to 1 -> coverage [H, W] and, where alpha gives the coverage, the relief [H, W]."""
     num_channels = pixels.shape[2]
     luminance = np.empty(pixels.shape[:2], np.float32)
-    for start in range(0, len(pixels), _ROWS):  # a few at a time: copies of a large image add up
-        part = pixels[start : start + _ROWS]
+    for start in range(0, len(pixels), _ROWS_AT_A_TIME):  # few at a time: copies of a large image take memory
+        part = pixels[start : start + _ROWS_AT_A_TIME]
         color = split_alpha(part)[0].copy()
-        luminance[start : start + _ROWS] = color @ np.array(LUMINANCE, color.dtype)
+        luminance[start : start + _ROWS_AT_A_TIME] = color @ np.array(LUMINANCE, color.dtype)
     if num_channels in (2, 4) and pixels[..., -1].min() < OPAQUE:
         return np.ascontiguousarray(pixels[..., -1]), luminance
     border = np.concatenate([luminance[0], luminance[-1], luminance[:, 0], luminance[:, -1]])
-    ground = np.median(border)
-    distance = ground - luminance if ground > 0.5 else luminance - ground
+    background = np.median(border)
+    distance = background - luminance if background > 0.5 else luminance - background
     if np.ptp(luminance) < BLANK:
         sentence = "the stroke image has one flat tone and no transparency, so it paints a solid rectangle"
         warnings.warn(SceneWarning(f"{path}: {sentence}"), stacklevel=4)
         return np.ones_like(luminance), None
-    if distance.max() < BLANK:  # a mid-grey border: the paint lies on the other side of it
+    if distance.max() < BLANK:  # a mid-grey border: the paint differs in the other direction
         distance = -distance
     coverage = np.clip(distance / distance.max(), 0, 1)
     return np.where(coverage < BLANK, np.float32(0), coverage).astype(np.float32), None
 
 
 def _average(image: NDArray[np.float32], shape: Sequence[int]) -> NDArray[np.float32]:
-    """Area average down to `shape`: keeps the mean and cannot ring."""
+    """Area average down to `shape`: preserves the mean, without ringing."""
     for axis, size in enumerate(shape):
         if size != (length := image.shape[axis]):
             parts = np.linspace(0, length, size + 1)
@@ -245,10 +244,10 @@ def _average(image: NDArray[np.float32], shape: Sequence[int]) -> NDArray[np.flo
 
 
 def _mean_of_part(image: NDArray[np.float32], axis: int, start: float, stop: float) -> NDArray[np.float32]:
-    """The mean along an axis from `start` to `stop`, pixels and parts of pixels.
+    """The mean along an axis from `start` to `stop`, which may split pixels.
 
-    Only pixels that lie there are touched: one matrix of weights for all parts would take more memory than
-    the picture where that is long and thin.
+    Only the pixels in between are read: one matrix of weights for all parts of a long and thin picture would
+    take more memory than the picture.
     """
     first, last = math.floor(start), min(math.ceil(stop), image.shape[axis])
     pixels = np.arange(first, last)

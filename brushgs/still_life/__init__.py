@@ -1,9 +1,9 @@
-"""The example scene: a still life as a trained 3D Gaussian Splatting scene would hold it, built in code.
+"""The example scene: a still life in the form of a trained 3D Gaussian Splatting scene, built in code.
 
-A blue jug, a nearly black bottle, a brass bowl of oranges and grapes, an apple, a pear and a lemon on
-a white cloth, and a knife whose edge is needles a hundred times as long as thick. Flat Gaussians lie
-on the surfaces; lamp, shadow and ambient light are baked into their colours; highlights move with the
-viewer through spherical harmonics of degree 3. Up is -y, lengths are in decimetres.
+A blue jug, a nearly black bottle, a brass bowl of oranges and grapes, an apple, a pear and a lemon on a white
+cloth, and a knife whose edge consists of needles a hundred times as long as thick. Flat Gaussians lie on the
+surfaces; lamp, shadow and ambient light are baked into their colours; highlights move with the viewer by
+spherical harmonics of degree 3. Up is -y, lengths are in decimetres.
 """
 
 import numpy as np
@@ -27,9 +27,9 @@ from brushgs.still_life.light import (
 from brushgs.still_life.surfaces import unit
 
 NUM_GAUSSIANS = 50_000
-COVER = 0.67  # standard deviation over point spacing: neighbours close the surface without blurring it
+COVER = 0.67  # standard deviation over point spacing: the surface is closed, but not blurred
 FLATNESS = 0.12  # thickness over width of a Gaussian
-JITTER = 0.25  # along the surface, over point spacing: an even pattern would show as a weave
+JITTER = 0.25  # along the surface, over point spacing: a regular pattern would be visible
 SIZE_SPREAD = 0.28  # log-normal spread of sizes, as training leaves it
 
 
@@ -37,8 +37,8 @@ def still_life(num_gaussians: int = NUM_GAUSSIANS, seed: int = 0) -> Gaussians:
     """Build the example scene.
 
     Args:
-        num_gaussians: about how many, >= 1000; the count that comes back differs by some percent.
-        seed: of all the chance in it; equal seeds give equal scenes.
+        num_gaussians: approximate count, >= 1000; the result differs by some percent.
+        seed: of all random choices; equal seeds give equal scenes.
 
     Returns:
         Float32 Gaussians with spherical harmonics of degree 3.
@@ -60,7 +60,7 @@ def still_life(num_gaussians: int = NUM_GAUSSIANS, seed: int = 0) -> Gaussians:
 
 
 def still_life_camera(*, width: int = 960, height: int = 720) -> Camera:
-    """The view the scene is composed for: its wall and table fill the picture from edge to edge."""
+    """The view the scene is composed for: wall and table fill the picture."""
     return Camera.look_at(
         (1.2, -3.35, -10.2), (0.12, -1.42, 0.2), width=width, height=height, fov_y=float(np.radians(29.0))
     )
@@ -85,7 +85,7 @@ def _gaussians_of(body: Body, number: int, blockers: Blockers, rng: Generator) -
     facing = patch.normals @ TO_LAMP
     lamp = LAMP * (np.maximum(facing, 0) * lamp_visibility(patch.points, own, blockers))[:, None]
     light = lamp + ambient(patch.points, patch.normals, own, blockers)
-    wobble = np.exp(rng.normal(0, 0.045, (len(patch), 1)))  # no two neighbours train to one colour
+    wobble = np.exp(rng.normal(0, 0.045, (len(patch), 1)))  # trained neighbours differ in colour
     sh = _view_dependent(body, body.albedo * light * wobble, lamp)
     size = COVER * body.size * patch.spacing * np.exp(rng.normal(0, SIZE_SPREAD, len(patch)))
     scales = size[:, None] * np.array([np.sqrt(body.stretch), 1 / np.sqrt(body.stretch), FLATNESS])
@@ -97,7 +97,7 @@ def _gaussians_of(body: Body, number: int, blockers: Blockers, rng: Generator) -
 
 
 def _view_dependent(body: Body, matt: F64, lamp: F64) -> F64:
-    """Spherical harmonics [n, 16, 3] of the colour: matt light and the lamp's mirror image."""
+    """Spherical harmonics [n, 16, 3] of the colour: diffuse light and the highlight of the lamp."""
     sh = np.zeros((len(matt), 16, 3))
     sh[:, 0] = (encode(matt) - 0.5) / C0
     shiny = np.flatnonzero((lamp.max(axis=1) > 1e-3) & (body.gloss > 0))

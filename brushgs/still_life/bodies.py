@@ -1,4 +1,4 @@
-"""The things on the table: where they stand, how they are shaped and what they are painted with.
+"""The objects of the still life: places, shapes, colours and highlights.
 
 Lengths are in decimetres. The table top is y = 0 and y runs down, so a body stands at negative y.
 """
@@ -23,12 +23,12 @@ class Body:
     Attributes:
         patch: its surface.
         albedo: [n, 3] linear RGB.
-        gloss: strength of the highlight, 0 matt to about 1.
+        gloss: strength of the highlight, from 0 (matt) to about 1.
         shininess: exponent of the highlight; higher is smaller.
         size: factor on the size of its Gaussians.
         stretch: how much longer than wide its Gaussians are, >= 1; the tangent is the long axis.
         opacity: [n] or one number.
-        blockers: [K, 6] ellipsoids (centre, radii) that stand for it where light is blocked.
+        blockers: [K, 6] ellipsoids (centre, radii) that approximate it as an occluder of light.
     """
 
     patch: Patch
@@ -42,7 +42,7 @@ class Body:
 
 
 def bodies(num: int, rng: Generator) -> Iterator[Body]:
-    """All bodies, about `num` points in all."""
+    """All bodies, with about `num` points together."""
     share = num / 50_000
     yield _wall(int(3200 * share), rng)
     yield _table(int(11000 * share), rng)
@@ -65,7 +65,7 @@ def bodies(num: int, rng: Generator) -> Iterator[Body]:
 
 
 def ripple(coords: F64, rng: Generator, frequency: float, terms: int = 7) -> F64:
-    """[n] smooth noise of about unit spread over `coords` [n, d]: sines in random directions."""
+    """[n] smooth noise of about unit deviation over `coords` [n, d]: sines in random directions."""
     waves = unit(rng.normal(size=(terms, coords.shape[1]))) * frequency * rng.uniform(0.6, 1.6, (terms, 1))
     phases = rng.uniform(0, 2 * np.pi, terms)
     return np.asarray(np.sin(coords @ waves.T + phases).sum(axis=1) / np.sqrt(terms / 2))
@@ -78,7 +78,7 @@ def mix(a: ArrayLike, b: ArrayLike, t: F64) -> F64:
 
 
 def _wall(num: int, rng: Generator) -> Body:
-    """A plastered wall behind the table: in shade on the left, lit on the right, ragged at its rim."""
+    """A plastered wall behind the table: in shade on the left, lit on the right, with a ragged outline."""
     flat = sheet((-11.0, -8.0), (9.0, 1.2), lambda x, z: np.zeros_like(x), num)
     patch = flat.moved((0, 0, 4.2), turn((1, 0, 0), -np.pi / 2))
     patch = Patch(
@@ -95,7 +95,7 @@ def _wall(num: int, rng: Generator) -> Body:
 
 
 def _table(num: int, rng: Generator) -> Body:
-    """Dark planks, grain along x, a round rim lost in the ground."""
+    """Dark planks, grain along x, fading out at a round outline."""
     patch = sheet((-8.0, -4.6), (7.4, 4.3), lambda x, z: np.zeros_like(x), num)
     x, z = patch.coords.T
     plank = np.floor((z + 10.15) / 1.45)
@@ -166,7 +166,7 @@ def _jug(num: int, rng: Generator) -> Iterator[Body]:
 
 
 def _bottle(num: int) -> Body:
-    """A wine bottle, nearly black: what is dark is not what may go first."""
+    """A wine bottle, nearly black: pruning must not drop it for its darkness."""
     profile = _profile(
         [0.02, 0.5, 0.56, 0.56, 0.56, 0.5, 0.27, 0.2, 0.19, 0.24, 0.24, 0.17],
         [0.0, 0.0, 0.08, 1.2, 2.25, 2.6, 2.95, 3.25, 3.75, 3.8, 3.98, 4.0],
@@ -258,7 +258,7 @@ def _lemon(num: int, rng: Generator) -> Body:
 
 
 def _grapes(num_each: int, rng: Generator) -> Iterator[Body]:
-    """A bunch of black grapes that hangs out of the bowl on to the table."""
+    """A bunch of black grapes that hangs from the bowl onto the table."""
     stem = smooth(
         [
             (1.05, -1.02, 0.25),
@@ -305,7 +305,7 @@ def _knife(num: int, rng: Generator) -> Iterator[Body]:
 
 
 def _profile(radii: list[float], heights: list[float]) -> F64:
-    """A smooth profile [p, 2] (radius, height) to turn about the vertical axis."""
+    """A smooth profile [p, 2] (radius, height) for a surface of revolution."""
     return smooth(np.stack([radii, heights], axis=1))
 
 
@@ -319,7 +319,7 @@ def _ball(center: ArrayLike, radius: float) -> F64:
 
 
 def _take(body: Body, keep: NDArray[np.bool_]) -> Body:
-    """The body without the points outside a mask."""
+    """The points of a body inside a mask."""
     p = body.patch
     patch = Patch(p.points[keep], p.normals[keep], p.tangents[keep], p.spacing[keep], p.coords[keep])
     return Body(patch, body.albedo[keep], body.gloss, body.shininess, body.stretch, body.size, body.opacity)

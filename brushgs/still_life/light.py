@@ -1,8 +1,8 @@
-"""Light for the example scene: one warm lamp, shadow, ambient occlusion, and highlights that move.
+"""Light of the example scene: one warm lamp, shadow, ambient occlusion, and view-dependent highlights.
 
-Everything that does not depend on where one stands is baked into one colour a Gaussian. A highlight
-does depend on it: it is evaluated for a dome of views, as the photographs of a capture would show it,
-and fitted by least squares to spherical harmonics of degree 3, as training would have left it.
+All that does not depend on the viewpoint is baked into one colour a Gaussian. Highlights are evaluated for a
+dome of views, as photographs of a capture would show them, and fitted by least squares to spherical harmonics
+of degree 3, as training would.
 """
 
 from dataclasses import dataclass
@@ -14,25 +14,25 @@ from brushgs.arrays import F64
 from brushgs.sh import sh_basis
 from brushgs.still_life.surfaces import GOLDEN_ANGLE, unit
 
-TO_LAMP = unit((-0.62, -0.68, -0.52))  # from upper left, before the picture plane
+TO_LAMP = unit((-0.62, -0.68, -0.52))  # from the upper left, in front of the picture plane
 LAMP = np.array([1.0, 0.84, 0.60]) * 3.0  # linear RGB
 SKY = np.array([0.105, 0.12, 0.17])  # ambient light from above, cooler than the lamp
-BOUNCE = np.array([0.10, 0.06, 0.032])  # ambient light from below: off the table
+BOUNCE = np.array([0.10, 0.06, 0.032])  # ambient light from below: reflected by the table
 PENUMBRA = 0.16  # half width of the lamp as seen from the table, radians
 MAX_VIEW_ELEVATION = 65.0  # degrees; the dome of views runs from 10 degrees below the horizon to here
 NUM_VIEWS = 56
-RIDGE = 0.02  # keeps the fit tame where the dome has no view
+RIDGE = 0.02  # bounds the fit where the dome has no view
 
 
 @dataclass(frozen=True, eq=False)
 class Blockers:
-    """K ellipsoids that stand for the bodies where light is blocked.
+    """K ellipsoids that approximate the bodies as occluders of light.
 
     Attributes:
         centers: [K, 3] world units.
         radii: [K, 3] along x, y, z, world units.
         bodies: [K] number of the body; a body casts no shadow on itself.
-        albedos: [K, 3] linear RGB of the light it throws back.
+        albedos: [K, 3] linear RGB reflectance.
     """
 
     centers: F64
@@ -42,7 +42,7 @@ class Blockers:
 
 
 def lamp_visibility(points: F64, bodies: NDArray[np.int64], blockers: Blockers) -> F64:
-    """[n] share of the lamp seen from `points` [n, 3] of `bodies` [n], with soft edges, 0 to 1."""
+    """[n] visible share of the lamp from `points` [n, 3] of `bodies` [n], with soft edges, 0 to 1."""
     shadows: dict[int, F64] = {}
     for center, radii, body in zip(blockers.centers, blockers.radii, blockers.bodies, strict=True):
         ray = TO_LAMP / radii  # in the space where the ellipsoid is a unit ball
@@ -60,7 +60,7 @@ def lamp_visibility(points: F64, bodies: NDArray[np.int64], blockers: Blockers) 
 
 
 def ambient(points: F64, normals: F64, bodies: NDArray[np.int64], blockers: Blockers) -> F64:
-    """[n, 3] linear ambient light: sky above, table below, less and tinted near other bodies."""
+    """[n, 3] linear ambient light: sky above, table below, reduced and tinted near other bodies."""
     up = (0.5 - 0.5 * normals[:, 1])[:, None]
     light = SKY * up + BOUNCE * (1 - up)
     for center, radii, body, albedo in zip(
@@ -76,14 +76,14 @@ def ambient(points: F64, normals: F64, bodies: NDArray[np.int64], blockers: Bloc
 
 
 def encode(linear: F64) -> F64:
-    """Linear light to display-encoded colour, 0 to 1, with a soft shoulder."""
+    """Linear light to display-encoded colour, 0 to 1, with soft highlights (Reinhard)."""
     mapped = np.maximum(linear, 0)
-    mapped = mapped * (1 + mapped / 9) / (1 + mapped)  # Reinhard, white at 3
+    mapped = mapped * (1 + mapped / 9) / (1 + mapped)  # white at 3
     return np.asarray(np.clip(mapped * 1.22, 0, 1) ** (1 / 2.2))
 
 
 def view_dome() -> F64:
-    """[V, 3] unit directions from the scene to the cameras of an imagined capture."""
+    """[V, 3] unit directions from the scene to the cameras of a virtual capture."""
     i = np.arange(NUM_VIEWS)
     low, high = np.sin(np.radians([-10.0, MAX_VIEW_ELEVATION]))
     up = low + (high - low) * (i + 0.5) / NUM_VIEWS
@@ -94,8 +94,8 @@ def view_dome() -> F64:
 def fit_views(colors: F64, dome: F64) -> F64:
     """Spherical harmonics [n, 16, 3] of degree 3 of colours [V, n, 3] seen from `dome` [V, 3].
 
-    Ridge least squares over the dome; the constant term is not held back. A Gaussian is looked at
-    along minus the direction to the camera, which is what the basis takes.
+    Ridge regression over the dome, without a penalty on the constant term. The basis takes the direction from
+    the camera, which is minus the direction of the dome.
     """
     basis = sh_basis(-dome, degree=3)
     penalty = RIDGE * len(dome) * np.eye(16) / (4 * np.pi)

@@ -1,8 +1,8 @@
 """Points with normals and tangents on analytic surfaces: the bodies of the example scene.
 
-World axes as trained scenes have them: x right, y down, z away from the viewer, so up is -y. Every
-sampler spreads its points evenly by area with a low-discrepancy sequence, so equal input gives equal
-points and no two points clump.
+World axes are those of most trained scenes: x right, y down, z away from the viewer, so up is -y. Every
+sampler distributes its points evenly by area with a low-discrepancy sequence, so equal input gives equal
+points, and no two points clump.
 """
 
 from collections.abc import Callable
@@ -24,9 +24,9 @@ class Patch:
     Attributes:
         points: [n, 3] world units.
         normals: [n, 3] unit, out of the body.
-        tangents: [n, 3] unit, along the direction in which a Gaussian may be longer.
-        spacing: [n] edge of the square that one point stands for, world units.
-        coords: [n, 2] place on the surface for patterns: (azimuth or x, 0..1 along the profile or z).
+        tangents: [n, 3] unit, the direction of the long axis of a Gaussian.
+        spacing: [n] edge of the square of surface per point, world units.
+        coords: [n, 2] surface coordinates for patterns: (azimuth or x, 0..1 along the profile or z).
     """
 
     points: F64
@@ -50,7 +50,7 @@ class Patch:
 
 
 def unit(vectors: ArrayLike) -> F64:
-    """Vectors of length one along the last axis; a zero vector stays zero."""
+    """Vectors scaled to length 1 along the last axis; a zero vector stays zero."""
     v = np.asarray(vectors, dtype=np.float64)
     return np.asarray(v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12))
 

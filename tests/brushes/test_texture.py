@@ -176,7 +176,7 @@ def test_a_flat_opaque_image_paints_a_rectangle_and_says_so(tmp_path):
 
 def test_an_image_without_paint_is_refused(tmp_path):
     path = write_image(tmp_path / "a.png", rgba(np.zeros((8, 8))))
-    with pytest.raises(SceneError, match=re.escape(f"{path}: the stroke is transparent all over; give")):
+    with pytest.raises(SceneError, match=re.escape(f"{path}: the stroke is fully transparent; give")):
         StrokeTexture.open(path)
 
 

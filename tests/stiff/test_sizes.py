@@ -133,7 +133,7 @@ def test_textures_of_every_kind_paint(tmp_path: Path, kind):
 
 
 def test_a_texture_without_paint_is_refused_by_name_or_paints_nothing(tmp_path: Path):
-    with pytest.raises(SceneError, match="the stroke is transparent all over"):
+    with pytest.raises(SceneError, match="the stroke is fully transparent"):
         StrokeTexture.open(write_image(tmp_path / "a.png", rgba(np.zeros((8, 8)))))
     texture = StrokeTexture.from_coverage(np.zeros((8, 8)))
     assert not rasterize(random_boxes(30, 40, 30), texture, height=30, width=40).alpha.any()
