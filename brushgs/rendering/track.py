@@ -162,6 +162,15 @@ def track_directions(
     return Track(turns, area_scales, knots.positions)
 
 
+def is_closed(gaussians: Gaussians, cameras: Sequence[Camera]) -> bool:
+    """Whether tracking takes a path as closed: it has three views or more, and ends with the first."""
+    return _is_closed(cameras, _middle_and_reach(gaussians)[1])
+
+
+def _is_closed(cameras: Sequence[Camera], reach: float) -> bool:
+    return len(cameras) > 2 and is_same_view(cameras[0], cameras[-1], reach)
+
+
 @dataclass(frozen=True)
 class _Knots:
     """Views at even steps of view change along a path, and where its frames lie among them."""
@@ -182,7 +191,7 @@ def _knots_of(cameras: list[Camera], middle: F64, reach: float) -> _Knots:
     distances = np.maximum(np.linalg.norm(eyes - middle, axis=1), reach)
     changes = view_changes(viewmats[:-1], viewmats[1:], np.minimum(distances[:-1], distances[1:]))
     ways = np.concatenate([[0.0], np.cumsum(changes)])
-    is_closed = len(cameras) > 2 and ways[-1] > 0 and is_same_view(cameras[0], cameras[-1], reach)
+    is_closed = ways[-1] > 0 and _is_closed(cameras, reach)
     num_steps = min(ceil(ways[-1] / KNOT_SPACING - ROUNDING), MOST_KNOTS_A_FRAME * len(cameras))
     num_steps = max(num_steps, 2 if is_closed else int(ways[-1] > 0))
     at = np.linspace(0, ways[-1], num_steps + 1)

@@ -195,9 +195,7 @@ def test_fewer_pairs_are_some_of_all_pairs(comparison, result):
     some = measure_stability(comparison, config, advance=lambda: painted.append(1))
     assert some.stride == 4
     assert some.starts == (0, 4)
-    assert (
-        len(painted) == measure.num_painted_frames(comparison.cameras, config) == 7
-    )  # 0 1 2 4 5 6, and the last
+    assert len(painted) == measure.num_painted_frames(comparison, config) == 7  # 0 1 2 4 5 6, and the last
     for name in NAMES:
         assert some[name].errors == (result[name].errors[0], result[name].errors[4])
 

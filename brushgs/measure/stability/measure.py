@@ -31,6 +31,7 @@ from brushgs.measure.stability.pair_errors import PaintedFrame, PairErrors
 from brushgs.measure.stability.schedule import FrameSchedule
 from brushgs.measure.warp import View
 from brushgs.options.experiments import StabilityConfig
+from brushgs.rendering.track import is_closed
 from brushgs.scene import Boxes, Camera, Frame
 
 NOTHING_COMPARED = (
@@ -59,7 +60,7 @@ def measure_stability(
     """
     config = config or StabilityConfig()
     check_cameras(comparison.cameras)
-    schedule = _schedule(comparison.cameras, config)
+    schedule = _schedule(comparison, config)
     num_threads = comparison.options.num_threads
     painters = all_painters(comparison, num_threads, make_extra_painters)
     errors = PairErrors(list(painters))
@@ -73,17 +74,9 @@ def measure_stability(
     return Stability(schedule.num_frames, schedule.is_closed, schedule.stride, tuple(errors.starts), figures)
 
 
-def num_painted_frames(cameras: Sequence[Camera], config: StabilityConfig) -> int:
-    """How many frames of a path are painted."""
-    return len(_schedule(cameras, config).painted)
-
-
-def is_closed(cameras: Sequence[Camera]) -> bool:
-    """Whether the last view of a path equals the first."""
-    first, last = cameras[0], cameras[-1]
-    return (
-        len(cameras) > 2 and np.array_equal(first.viewmat, last.viewmat) and np.array_equal(first.K, last.K)
-    )
+def num_painted_frames(comparison: Comparison, config: StabilityConfig) -> int:
+    """How many frames of the path are painted."""
+    return len(_schedule(comparison, config).painted)
 
 
 def check_cameras(cameras: Sequence[Camera]) -> None:
@@ -100,8 +93,9 @@ def check_cameras(cameras: Sequence[Camera]) -> None:
         raise ValueError(f"stability: all views must have one size, got {found}; use Camera.resized")
 
 
-def _schedule(cameras: Sequence[Camera], config: StabilityConfig) -> FrameSchedule:
-    return FrameSchedule(len(cameras), is_closed(cameras), config)
+def _schedule(comparison: Comparison, config: StabilityConfig) -> FrameSchedule:
+    closes = is_closed(comparison.strokes, comparison.cameras)
+    return FrameSchedule(len(comparison.cameras), closes, config)
 
 
 def _paint_all(

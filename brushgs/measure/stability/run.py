@@ -101,7 +101,7 @@ def report_stability(
 def _measure(
     comparison: Comparison, config: StabilityConfig, make_extra_painters: MakePainters, report: Report
 ) -> Stability:
-    num_painted = num_painted_frames(comparison.cameras, config)
+    num_painted = num_painted_frames(comparison, config)
     with report.stage("measure", total=num_painted) as stage:
         result = measure_stability(
             comparison, config, make_extra_painters=make_extra_painters, advance=report.advance
