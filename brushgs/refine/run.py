@@ -9,11 +9,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from brushgs.arrays import Array
 from brushgs.cameras.framing import DEFAULT_UP, direction_of, frame_scene
-from brushgs.colors import flatten, split_alpha
 from brushgs.io.pictures.images import read_image
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.measure.report import plain_config, plain_paint
@@ -29,7 +26,6 @@ from brushgs.scene import Camera, Gaussians
 if TYPE_CHECKING:
     from brushgs.refine.distil import TargetView
     from brushgs.refine.fit import Drawing, FitSchedule
-    from brushgs.refine.nnfm import Style
 
 NUM_VALIDATION_VIEWS = 6
 # Training views. A picture of the scene takes milliseconds, and strokes overfit to few views.
@@ -135,10 +131,10 @@ def refine_strokes(
         if config.style is None:
             refined, curve = distil(variables, training_views, validation_views, drawing, schedule, on_step)
         else:
-            from brushgs.refine.style import RATES, stylise
+            from brushgs.refine.style import RATES, style_of, stylise
 
             painting = read_image(config.style)
-            style = _style(painting, config, schedule.seed)
+            style = style_of(painting, config.vgg_weights, schedule.seed)
             refined, curve = stylise(
                 variables,
                 training_views,
@@ -184,11 +180,12 @@ def check_libraries(config: RefineConfig) -> None:
     """Refuse to refine without PyTorch, or toward a style image without kornia, before any work.
 
     Raises:
-        ValueError: if one is not installed.
+        ValueError: if one is not installed; VGG weights take the place of kornia.
     """
     if importlib.util.find_spec("torch") is None:
         raise ValueError("refine needs PyTorch, which is not installed; pip install torch")
-    if config.style is not None and importlib.util.find_spec("kornia") is None:
+    needs_kornia = config.style is not None and config.vgg_weights is None
+    if needs_kornia and importlib.util.find_spec("kornia") is None:
         raise ValueError("refine --style needs kornia, which is not installed; pip install kornia")
 
 
@@ -252,23 +249,3 @@ def _target_views(
             "height": height,
         }
     return training_views, validation_views
-
-
-def _style(painting: Array, config: RefineConfig, seed: int) -> "Style":
-    """The features of a style image: VGG's where there are weights, else those of the filter bank."""
-    import torch
-
-    from brushgs.refine.filter_bank import FilterBank
-    from brushgs.refine.nnfm import Style
-    from brushgs.refine.vgg import Vgg, find_weights
-
-    rgb, alpha = split_alpha(painting)
-    coverage = None
-    if alpha is not None:  # transparent parts have no style: they take the mean colour of the others
-        mean = (rgb * alpha[..., None]).sum(axis=(0, 1)) / max(float(alpha.sum()), 1e-9)
-        rgb = flatten(painting, mean.astype(rgb.dtype))
-        coverage = torch.from_numpy(np.ascontiguousarray(alpha))
-    pixels = torch.from_numpy(np.ascontiguousarray(rgb)).permute(2, 0, 1).contiguous()
-    weights = config.vgg_weights or find_weights()
-    features = FilterBank(pixels) if weights is None else Vgg(weights)
-    return Style(features, pixels, coverage, seed=seed)

@@ -5,6 +5,7 @@ Source: Zhang et al. 2022, ARF (NNFM, content and total variation; colours are t
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -12,12 +13,14 @@ from torch import Tensor
 
 import brushgs.autograd as ba
 from brushgs.arrays import Array
+from brushgs.colors import flatten, split_alpha
 from brushgs.passes.recolor import Palette
 from brushgs.refine.distil import FREE_ASPECT, ROUNDNESS, TargetView
 from brushgs.refine.fit import Drawing, Fit, FitSchedule, LossCurve, no_progress
 from brushgs.refine.losses import color_distance, roundness, total_variation
-from brushgs.refine.nnfm import Style, style_gradient
+from brushgs.refine.nnfm import Features, Style, style_gradient
 from brushgs.refine.variables import Rates, Variables
+from brushgs.refine.vgg import Vgg, find_weights
 from brushgs.scene import Gaussians
 
 # Strokes turn and stretch further here than in a fit to their own scene: marks of a painting run elsewhere.
@@ -40,6 +43,35 @@ class Weights:
     outline: float = 0.5
     variation: float = 0.02
     color: float = 4.0
+
+
+def style_of(painting: Array, vgg_weights: Path | None = None, seed: int = 0) -> Style:
+    """The features of a style image: those of VGG where there are weights, else of the filter bank.
+
+    Args:
+        painting: [H, W, C] the style image as `read_image` returns it; transparent parts have no style.
+        vgg_weights: torchvision's file of VGG-16 or VGG-19; None for one in the cache of torch's hub, if any.
+        seed: see `Style`.
+
+    Raises:
+        SceneError: if the weights cannot be used.
+    """
+    rgb, alpha = split_alpha(painting)
+    coverage = None
+    if alpha is not None:  # transparent parts take the mean colour of the others
+        mean = (rgb * alpha[..., None]).sum(axis=(0, 1)) / max(float(alpha.sum()), 1e-9)
+        rgb = flatten(painting, mean.astype(rgb.dtype))
+        coverage = torch.from_numpy(np.ascontiguousarray(alpha))
+    pixels = torch.from_numpy(np.ascontiguousarray(rgb)).permute(2, 0, 1).contiguous()
+    weights = vgg_weights or find_weights()
+    features: Features
+    if weights is None:
+        from brushgs.refine.filter_bank import FilterBank  # loads kornia, which VGG does not need
+
+        features = FilterBank(pixels)
+    else:
+        features = Vgg(weights)
+    return Style(features, pixels, coverage, seed=seed)
 
 
 def stylise(
