@@ -102,17 +102,17 @@ def time_torch(n: int, camera: Camera, threads: int, repeat: int, clock: Clock) 
     torch.set_num_threads(threads)
     boxes = ba.Boxes.of(bg.project(workloads.strokes(n), camera, lock="anchor"), requires_grad=True)
     columns = {name: getattr(boxes, name) for name in BOX_COLUMNS}
-    wanted = [columns[name] for name in BOX_COLUMNS if name != "depths"]
+    inputs = [columns[name] for name in BOX_COLUMNS if name != "depths"]
     coverage, v_rgb = torch.tensor(TEXTURE.coverage / 255, dtype=torch.float32), weights_of(camera)
     size = {"width": camera.width, "height": camera.height}
 
     def ours() -> tuple[torch.Tensor, ...]:
         frame = ba.rasterize(boxes, TEXTURE, **size, filter="bilinear", depth=False, num_threads=threads)
-        return (frame.rgb.detach(), *torch.autograd.grad(frame.rgb, wanted, v_rgb))
+        return (frame.rgb.detach(), *torch.autograd.grad(frame.rgb, inputs, v_rgb))
 
     def plain() -> tuple[torch.Tensor, ...]:
         rgb, _ = torch_painter.paint(columns, coverage, **size)
-        return (rgb.detach(), *torch.autograd.grad(rgb, wanted, v_rgb))
+        return (rgb.detach(), *torch.autograd.grad(rgb, inputs, v_rgb))
 
     rgb, *gradients = ours()
     other, *others = plain()

@@ -63,7 +63,9 @@ def test_rows_at_fault_are_counted(name: str, share: float, made: str, tmp_path:
 
 @pytest.mark.parametrize("made", MADE)
 @pytest.mark.parametrize("unit", UNITS)
-def test_plain_scales_are_told_from_logarithms_in_any_unit(made: str, unit: float, tmp_path: Path) -> None:
+def test_linear_scales_are_distinguished_from_logarithms_in_any_unit(
+    made: str, unit: float, tmp_path: Path
+) -> None:
     columns = plant.columns_of(scaled(MADE[made](), unit), tmp_path)
     assert set(serious(examine(plant.linear_scales(columns), tmp_path))) == {"linear-scales"}
 
@@ -97,7 +99,7 @@ def test_sky_far_away_is_no_outlier(tmp_path: Path) -> None:
     assert "far-outliers" not in {finding.name for finding in bg.examine(tmp_path / "a.ply")}
 
 
-def test_equal_opacities_are_not_judged(tmp_path: Path) -> None:
+def test_equal_opacities_decide_nothing(tmp_path: Path) -> None:
     columns = plant.columns_of(ball(), tmp_path)
     columns["opacity"][:] = 0.847
     assert serious(examine(plant.nothing(columns), tmp_path)) == {}

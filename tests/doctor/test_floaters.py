@@ -34,7 +34,7 @@ def is_apart(scene: bg.Gaussians) -> np.ndarray:
 @pytest.mark.parametrize("share", [0.01, 0.05])
 @pytest.mark.parametrize("unit", [1e-3, 1e3])
 def test_planted_floaters_are_found_and_nothing_else_is(share: float, unit: float, tmp_path: Path) -> None:
-    """Those that lie inside or close to something cannot be told; measured here: 0.75 and 0.85 of all."""
+    """Those that lie inside or close to something cannot be detected; measured here: 0.75 and 0.85 of all."""
     planted = plant.floaters(plant.columns_of(scaled(fruit(), unit), tmp_path), share)
     found = {f.name: f for f in bg.examine(plant.write(planted, tmp_path / "a.ply"))}["floaters"]
     assert found.severity == "odd"

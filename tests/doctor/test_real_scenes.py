@@ -59,7 +59,7 @@ def test_a_fault_planted_into_a_real_scene_is_found(name: str, scene: str, tmp_p
     [("koala.ply", "-y", 38), ("derived/truck.ply", "-y", 80), ("derived/chair.ply", "+z", 47)],
 )
 def test_dropping_floaters_leaves_the_subject_whole(scene: str, up: str, least: float) -> None:
-    """What is solid (alpha above 0.9) without them stays: PSNR over three views, white ground.
+    """What is solid (alpha above 0.9) without them stays: PSNR over three views, white background.
 
     Measured: koala 40.1 (blobs hang before the deck), truck no change at all, chair 49.7; elsewhere, where
     the floaters were, 34.8, 51.9 and 30.1.

@@ -221,7 +221,7 @@ def test_morton_neighbours_are_near():
     np.testing.assert_array_equal(morton_order(np.ones((5, 3))), np.arange(5))
 
 
-def test_the_method_chosen_and_its_reason_are_told():
+def test_the_method_chosen_and_its_reason_are_reported():
     method, reason = choose_method(300_000, 7000)
     assert method == "lloyd"
     assert "43 points a cluster" in reason

@@ -41,7 +41,7 @@ def test_more_cells_never_fit_worse():
     assert all(finer < coarser for coarser, finer in pairwise(errors))
 
 
-def test_separate_heaps_are_told_apart():
+def test_separate_heaps_are_separated():
     chance = np.random.default_rng(0)
     heap = np.repeat(np.arange(8), 50)
     corners = np.stack([heap >> axis & 1 for axis in range(3)], axis=1)

@@ -225,8 +225,8 @@ def test_the_command_writes_strokes_and_tells_the_gain(file, tmp_path, monkeypat
 
 def test_a_report_has_the_curve_the_settings_and_the_pictures(file, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["refine", file, *SMALL, "--report", "told", "--quiet"]) == 0
-    report = json.loads((tmp_path / "told" / "refine.json").read_text())
+    assert cli.main(["refine", file, *SMALL, "--report", "report", "--quiet"]) == 0
+    report = json.loads((tmp_path / "report" / "refine.json").read_text())
     found = report["refine"]
     assert found["psnr_after"] == pytest.approx(max(found["scores"]))
     assert found["psnr_before"] == pytest.approx(found["scores"][0])
@@ -236,7 +236,7 @@ def test_a_report_has_the_curve_the_settings_and_the_pictures(file, tmp_path, mo
     assert len({len(found[name]) for name in ("steps", "seconds", "losses", "scores")}) == 1
     assert report["settings"]["refine"]["views"] == 4
     assert report["settings"]["draw"]["stroke"] == "flat"
-    picture = read_image(tmp_path / "told" / "refine.png")
+    picture = read_image(tmp_path / "report" / "refine.png")
     assert picture.shape[1] == 1440
     assert len(np.unique(picture.reshape(-1, picture.shape[2]), axis=0)) > 500  # pictures, not lines alone
 
@@ -256,7 +256,7 @@ def test_the_strokes_are_there_though_the_plot_fails(file, tmp_path, monkeypatch
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("brushgs.refine.run.write_plot", full)
-    assert cli.main(["refine", file, *SMALL, "--report", "told"]) == 2
+    assert cli.main(["refine", file, *SMALL, "--report", "report"]) == 2
     assert "No space left" in capsys.readouterr().err
     assert len(bg.load("pears-refined.ply")) <= 100
 
