@@ -112,13 +112,13 @@ class Boxes:
 
     @classmethod
     def of(cls, boxes: scene.Boxes, *, requires_grad: bool = False) -> Self:
-        """Copies of the columns of boxes without bands, in their dtype.
+        """Copies of the columns of boxes without softness, in their dtype.
 
         Raises:
-            ValueError: if the boxes have bands.
+            ValueError: if the boxes have a softness.
         """
-        if boxes.bands is not None:
-            raise ValueError('Boxes: boxes must have no bands here; project with order="depth"')
+        if boxes.softness is not None:
+            raise ValueError('Boxes: boxes must have no softness here; project with order="depth"')
         columns = {n: torch.tensor(getattr(boxes, n)).requires_grad_(requires_grad) for n in BOX_COLUMNS}
         return cls(**columns, ids=torch.tensor(boxes.ids))
 

@@ -208,12 +208,12 @@ class Boxes:
         colors: [M, 3] RGB, >= 0, display-encoded.
         opacities: [M] 0 to 1.
         ids: [M] int32, the Gaussian (row) behind each box.
-        bands: [M] world units, >= 0, or None. Two boxes whose depths differ by less than the root of the
-            sum of their squared bands hide each other in part, see `rasterize`; None is zero for all.
+        softness: [M] world units, >= 0, or None. Two boxes whose depths differ by less than the root of the
+            sum of their squared softness hide each other in part, see `rasterize`; None is zero for all.
 
     Raises:
         TypeError: if a column has another dtype.
-        ValueError: if a shape is wrong, the depths descend or a band is negative.
+        ValueError: if a shape is wrong, the depths descend or a softness is negative.
     """
 
     centers: Array  # [M, 2]
@@ -223,7 +223,7 @@ class Boxes:
     colors: Array  # [M, 3]
     opacities: Array  # [M]
     ids: NDArray[np.int32]  # [M]
-    bands: Array | None = None  # [M]
+    softness: Array | None = None  # [M]
 
     def __post_init__(self) -> None:
         _freeze_floats("Boxes", self, except_for=("ids",))
@@ -238,12 +238,12 @@ class Boxes:
             colors=(self.colors, "M 3"),
             opacities=(self.opacities, "M"),
             ids=(self.ids, "M"),
-            **({} if self.bands is None else {"bands": (self.bands, "M")}),
+            **({} if self.softness is None else {"softness": (self.softness, "M")}),
         )
         _check_finite("Boxes", self)
         _check_rows("Boxes", "depths", "ascend: sort by depth", np.diff(self.depths) < 0)
-        if self.bands is not None and self.bands.min(initial=0) < 0:
-            _check_rows("Boxes", "bands", "be >= 0", self.bands < 0)
+        if self.softness is not None and self.softness.min(initial=0) < 0:
+            _check_rows("Boxes", "softness", "be >= 0", self.softness < 0)
 
     def __len__(self) -> int:
         return len(self.centers)

@@ -37,7 +37,7 @@ NAMES = [
     "mip levels of no stroke's size",
     "filtering along u again",
     "depth",
-    "bands of depth, where the order is hard",
+    "softness, where the order is by depth",
     "the second thread, 64 x 64, 250 strokes",
     "seven of eight threads, the same",
     "floats between picture and bytes",

@@ -189,35 +189,35 @@ def test_take_chooses_rows_of_every_column(rows, make):
         np.testing.assert_array_equal(getattr(taken, f.name), getattr(source, f.name)[rows])
 
 
-def test_boxes_need_no_bands():
-    without = replace(boxes(), bands=None)
-    assert without.bands is None
-    assert without.take(slice(2)).bands is None
-    assert without.astype(np.float64).bands is None
+def test_boxes_need_no_softness():
+    without = replace(boxes(), softness=None)
+    assert without.softness is None
+    assert without.take(slice(2)).softness is None
+    assert without.astype(np.float64).softness is None
     assert len(without.take(slice(2))) == 2
 
 
 @pytest.mark.parametrize(
-    ("bands", "error", "message"),
+    ("softness", "error", "message"),
     [
         (
             np.array([0.1, -0.1, 0, 0, -1, 0], np.float32),
             ValueError,
-            "Boxes: bands must be >= 0, got 2 other rows",
+            "Boxes: softness must be >= 0, got 2 other rows",
         ),
         (
             np.full(6, np.nan, np.float32),
             ValueError,
-            "Boxes: bands must be finite, got 6 other rows, first at 0",
+            "Boxes: softness must be finite, got 6 other rows, first at 0",
         ),
-        (np.zeros(6), TypeError, "Boxes: bands must be float32 like centers, got float64"),
-        (np.zeros(5, np.float32), ValueError, "Boxes: bands must have shape"),
-        ([0.0] * 6, TypeError, "Boxes: bands must be a NumPy array, got list"),
+        (np.zeros(6), TypeError, "Boxes: softness must be float32 like centers, got float64"),
+        (np.zeros(5, np.float32), ValueError, "Boxes: softness must have shape"),
+        ([0.0] * 6, TypeError, "Boxes: softness must be a NumPy array, got list"),
     ],
 )
-def test_bands_are_checked_like_any_column(bands, error, message):
+def test_softness_is_checked_like_any_column(softness, error, message):
     with refused(error, message):
-        replace(boxes(), bands=bands)
+        replace(boxes(), softness=softness)
 
 
 @pytest.mark.parametrize("make", [gaussians, boxes])

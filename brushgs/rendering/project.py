@@ -19,7 +19,7 @@ from brushgs.threads import num_threads_or_default
 
 # Depth over which strokes cross-fade in the soft order, in sizes of a stroke: swaps that show fall to nothing
 # and the picture comes no less close to the plain render (tests/bench/order.py).
-SOFT_BAND = 0.5
+SOFTNESS = 0.5
 
 
 @dataclass(frozen=True)
@@ -118,8 +118,8 @@ def project(
         fade: whether strokes fade that would otherwise appear or vanish between two frames: from eight times
             the distance of the near plane to that plane, from 4 to 100 times the area of the picture, and as
             their length goes under a pixel (by what it is over what `low_pass` makes of it).
-        order: "depth": boxes without bands. "soft": each with a band of `SOFT_BAND` times the geometric mean
-            of the two larger scales of its Gaussian, over which `rasterize` lets boxes fade into each other.
+        order: "depth": boxes without softness. "soft": each with `SOFTNESS` times the geometric mean of the
+            two larger scales of its Gaussian, over which `rasterize` lets boxes fade into each other.
         num_threads: threads to run in, None for one per CPU; the result is the same, bit for bit.
 
     Returns:
@@ -197,6 +197,6 @@ def project_counted(
         directions=None if given is None else given.angles,
         area_scales=None if given is None else given.area_scales,
         fades=bool(fade),
-        band=SOFT_BAND if order == "soft" else 0.0,
+        softness=SOFTNESS if order == "soft" else 0.0,
     )
     return Boxes(*columns), ProjectCounts(*culled)

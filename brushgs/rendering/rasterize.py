@@ -17,7 +17,7 @@ from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.scene import Boxes, Frame
 from brushgs.threads import num_threads_or_default
 
-WHOLE_EXPONENT = 40  # bands of 1e-12 to 1e12 world units are taken as they are
+WHOLE_EXPONENT = 40  # softness of 1e-12 to 1e12 world units is taken as it is
 
 
 def rasterize(
@@ -39,14 +39,14 @@ def rasterize(
     skipped; a pixel is finished before its transmittance falls under `min_transmittance`.
     Source: Xiang et al. 2025, section 3.4; blending: Kerbl et al. 2023. Defined by `rendering/reference.py`.
 
-    Where boxes have bands their order is soft. Box j hides the share S(x) of box i, x = (z_i - z_j) / b with
+    Boxes with softness are drawn in soft order. Box j hides the share S(x) of box i, x = (z_i - z_j) / b with
     b^2 = bands_i^2 + bands_j^2: all of it for x >= 1, nothing for x <= -1, and 1/2 + x (3 - x^2) / 4 between,
     where each hides a part of the other and none jumps while it passes. Box i weighs w_i = alpha_i x product
     over j of (1 - alpha_j S_ij), and weights are scaled to sum to 1 - product of (1 - alpha_i). A box is not
     seen, though it hides, in a pixel where what lies wholly in front (x >= 1) and the box itself would leave
     less than `min_transmittance`; a pixel takes no more boxes once all so far, however near, would leave less
-    than 1e-31. Boxes further apart than their bands give the same bits as boxes without. The built-in kernels
-    ("gaussian", "ellipse") do not look at bands.
+    than 1e-31. Boxes further apart than b give the same bits as boxes without. The built-in kernels
+    ("gaussian", "ellipse") ignore softness.
 
     Args:
         boxes: M strokes, nearest first.
@@ -86,8 +86,8 @@ def rasterize(
     new_plane: Any = _core.new_plane_float32 if is_single else _core.new_plane_float64
     rgb, alpha = new_plane([height, width, 3]), new_plane([height, width])
     z = new_plane([height, width]) if depth else None
-    bands = boxes.bands if texture.kind == "image" else None
-    depths, bands, exponent = _in_range(boxes.depths, bands)
+    softness = boxes.softness if texture.kind == "image" else None
+    depths, softness, exponent = _in_range(boxes.depths, softness)
     _core.rasterize(
         _kernel_of(texture, filter),
         threads,
@@ -98,7 +98,7 @@ def rasterize(
         depths,
         boxes.colors,
         boxes.opacities,
-        bands,
+        softness,
         levels.pairs,
         levels.sizes,
         levels.reaches,
@@ -112,17 +112,17 @@ def rasterize(
     return Frame(rgb, alpha, z)
 
 
-def _in_range(depths: Array, bands: Array | None) -> tuple[Array, Array | None, int]:
-    """Depths and bands in a unit, a power of two, in which their squares fit the type, and its exponent.
+def _in_range(depths: Array, softness: Array | None) -> tuple[Array, Array | None, int]:
+    """Depths and softness in a unit, a power of two, in which their squares fit the type, and its exponent.
 
-    The kernel squares bands. In float32 that ends at 1e19 and begins at 1e-19 world units.
+    The kernel squares softness. In float32 that ends at 1e19 and begins at 1e-19 world units.
     """
-    largest = 0.0 if bands is None else float(bands.max(initial=0))
-    if bands is None or largest == 0 or 2.0**-WHOLE_EXPONENT < largest < 2.0**WHOLE_EXPONENT:
-        return depths, bands, 0
+    largest = 0.0 if softness is None else float(softness.max(initial=0))
+    if softness is None or largest == 0 or 2.0**-WHOLE_EXPONENT < largest < 2.0**WHOLE_EXPONENT:
+        return depths, softness, 0
     largest_exponent = np.finfo(depths.dtype).maxexp - 2
     exponent = int(min(-np.frexp(largest)[1], largest_exponent - np.frexp(depths[-1])[1]))
-    return np.ldexp(depths, exponent), np.ldexp(bands, exponent), exponent
+    return np.ldexp(depths, exponent), np.ldexp(softness, exponent), exponent
 
 
 def _kernel_of(texture: StrokeTexture, filter: Filter) -> _core.Kernel:

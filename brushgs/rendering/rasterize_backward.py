@@ -38,7 +38,7 @@ def rasterize_backward(
     """Gradients by the boxes of what `rasterize` painted.
 
     Args:
-        boxes: M strokes without bands, as they were painted.
+        boxes: M strokes without softness, as they were painted.
         texture: what they were painted with.
         frame: what was painted; with a depth where `v_depth` is given.
         v_rgb: [H, W, 3] in the dtype of the boxes, C-contiguous like the others.
@@ -50,10 +50,10 @@ def rasterize_backward(
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Raises:
-        ValueError: if boxes of a stroke image have bands, or a kernel's coverage is asked for.
+        ValueError: if boxes of a stroke image have softness, or a kernel's coverage is asked for.
     """
-    if boxes.bands is not None and texture.kind == "image":
-        raise ValueError('rasterize_backward: boxes must have no bands; project with order="depth"')
+    if boxes.softness is not None and texture.kind == "image":
+        raise ValueError('rasterize_backward: boxes must have no softness; project with order="depth"')
     if with_coverage and texture.kind != "image":
         raise ValueError(f"rasterize_backward: the built-in kernel {texture.kind!r} has no coverage")
     levels = _levels_for(boxes, texture, filter)

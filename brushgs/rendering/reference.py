@@ -14,7 +14,7 @@ from brushgs.brushes.levels import axis_levels, level_coverage, level_index
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter, Order, ViewLock
 from brushgs.rendering.constants import GAUSSIAN_SIGMAS, LEAST_LIGHT, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
-from brushgs.rendering.project import SOFT_BAND, Directions
+from brushgs.rendering.project import SOFTNESS, Directions
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.sh import sh_basis
 
@@ -85,7 +85,7 @@ def project(
         colors[kept],
         opacities[kept],
         ids[kept],
-        SOFT_BAND * sizes[kept] if order == "soft" else None,
+        SOFTNESS * sizes[kept] if order == "soft" else None,
     )
 
 
@@ -178,9 +178,9 @@ def rasterize(
 
     Source: Xiang et al. 2025, 3.4 (texture mapping); Kerbl et al. 2023 (blending and its thresholds).
     """
-    if boxes.bands is not None and texture.kind == "image":
+    if boxes.softness is not None and texture.kind == "image":
         size = height, width
-        return _rasterize_softly(boxes, boxes.bands, texture, *size, filter, min_transmittance)
+        return _rasterize_softly(boxes, boxes.softness, texture, *size, filter, min_transmittance)
     rgb, depth = np.zeros((height, width, 3)), np.zeros((height, width))
     transmittance, is_open = np.ones((height, width)), np.ones((height, width), dtype=bool)
     for row, window, alpha in _alphas(boxes, texture, height, width, filter):
@@ -197,7 +197,7 @@ def rasterize(
 
 def _rasterize_softly(
     boxes: Boxes,
-    bands: Array,
+    softness: Array,
     texture: StrokeTexture,
     height: int,
     width: int,
@@ -216,7 +216,7 @@ def _rasterize_softly(
     for pixel, own in rows.items():
         z, colors = boxes.depths[own].astype(np.float64), boxes.colors[own].astype(np.float64)
         weights, alpha[pixel] = soft_weights(
-            np.array(alphas[pixel]), z, bands[own].astype(np.float64), min_transmittance
+            np.array(alphas[pixel]), z, softness[own].astype(np.float64), min_transmittance
         )
         if alpha[pixel] > 0:
             rgb[pixel], depth[pixel] = weights @ colors, weights @ z / alpha[pixel]
@@ -224,19 +224,19 @@ def _rasterize_softly(
 
 
 def soft_weights(
-    alphas: F64, z: F64, bands: F64, min_transmittance: float = MIN_TRANSMITTANCE
+    alphas: F64, z: F64, softness: F64, min_transmittance: float = MIN_TRANSMITTANCE
 ) -> tuple[F64, float]:
     """What each fragment of a pixel, nearest first, weighs in its colour, [n], and the alpha of the pixel.
 
-    Fragment j hides the share S_ij of fragment i: all where it lies a band or more in front, nothing where as
-    far behind, and between them a share that is continuous in their depths, S_ij + S_ji = 1.
+    Fragment j hides the share S_ij of fragment i: all where it lies the reach of both or more in front,
+    nothing where as far behind, and between them a share that is continuous in their depths, S_ij + S_ji = 1.
     """
     light = np.cumprod(np.append(1, 1 - alphas[:-1]))
     alphas = np.where(light >= LEAST_LIGHT, alphas, 0)  # behind so much paint, nothing is looked at
-    gap, band = z[:, None] - z, np.hypot(bands[:, None], bands)
-    is_near = np.abs(gap) < band
+    gap, reach = z[:, None] - z, np.hypot(softness[:, None], softness)
+    is_near = np.abs(gap) < reach
     is_hidden = ~is_near & np.tri(len(z), k=-1, dtype=bool)  # [i, j]: j lies wholly in front of i
-    x = np.divide(gap, band, out=np.zeros_like(gap), where=is_near)
+    x = np.divide(gap, reach, out=np.zeros_like(gap), where=is_near)
     share = np.where(is_near, 0.5 + x * (3 - x**2) / 4, is_hidden)
     np.fill_diagonal(share, 0)
     in_front = np.prod(1 - alphas * is_hidden, axis=1)

@@ -9,7 +9,7 @@ import pytest
 torch = pytest.importorskip("torch", reason="brushgs.autograd needs PyTorch: pip install torch")
 
 import brushgs.autograd as ba  # noqa: E402
-from tests.rendering.strokes import bands_of, boxes_of, bristles  # noqa: E402
+from tests.rendering.strokes import boxes_of, bristles, softened  # noqa: E402
 from tests.rendering.test_project_backward import CAMERA, scene_of  # noqa: E402
 
 SIZE = {"width": 20, "height": 20}
@@ -68,8 +68,10 @@ def test_the_soft_order_is_refused_with_the_cure():
             ValueError, match="order must be \"depth\", got 'soft'; the soft order has no gradient"
         ):
             call()
-    with pytest.raises(ValueError, match='Boxes: boxes must have no bands here; project with order="depth"'):
-        ba.Boxes.of(bands_of(BOXES, 0.1))
+    with pytest.raises(
+        ValueError, match='Boxes: boxes must have no softness here; project with order="depth"'
+    ):
+        ba.Boxes.of(softened(BOXES, 0.1))
 
 
 @pytest.mark.parametrize("who", ["project", "rasterize"])

@@ -241,7 +241,7 @@ def of_drawing(p: Painting) -> list[Shortcut]:
     every = list(np.ndindex(*sides))
     bounds = [levels.level_bounds(size) for size in reversed(p.texture.coverage.shape)]
     used = [divmod(int(code), sides[1]) for code in _core.choose_levels(p.boxes.half_extents, *bounds)[0]]
-    unbanded = replace(p.boxes, bands=np.zeros_like(p.boxes.depths))
+    unbanded = replace(p.boxes, softness=np.zeros_like(p.boxes.depths))
     small = replace(p.camera.resized(64, 64))
     few = project(p.strokes, small, p.texture)
     few = few.take(slice(0, 250))
@@ -270,7 +270,7 @@ def of_drawing(p: Painting) -> list[Shortcut]:
             lambda: pixels(draw(p.boxes, p.camera, p.texture, depth=True)),
         ),
         Shortcut(
-            "bands of depth, where the order is hard",
+            "softness, where the order is by depth",
             lambda: pixels(draw(p.boxes, p.camera, p.texture)),
             lambda: pixels(draw(unbanded, p.camera, p.texture)),
         ),
@@ -440,7 +440,7 @@ def lone_tiles(p: Painting) -> tuple[float, float]:
     soft = bg.project(
         p.strokes, p.camera, num_sigmas=p.texture.fitted_sigmas, lock="anchor", fade=True, order="soft"
     )
-    assert soft.bands is not None
+    assert soft.softness is not None
     tile, size = np.array([32, 16]), np.array([p.camera.width, p.camera.height])
     axes = np.abs(np.stack([np.cos(soft.angles), np.sin(soft.angles)], axis=1))
     reach = axes * soft.half_extents[:, :1] + axes[:, ::-1] * soft.half_extents[:, 1:]
@@ -451,8 +451,8 @@ def lone_tiles(p: Painting) -> tuple[float, float]:
     for row, (start, end) in enumerate(zip(low, high, strict=True)):
         here = np.s_[start[0] : end[0] + 1, start[1] : end[1] + 1]
         before = last[here]
-        band = np.hypot(soft.bands[row], soft.bands[before])
-        is_close[here] |= (before >= 0) & (soft.depths[row] - soft.depths[before] < band)
+        reach = np.hypot(soft.softness[row], soft.softness[before])
+        is_close[here] |= (before >= 0) & (soft.depths[row] - soft.depths[before] < reach)
         last[here], count[here] = row, count[here] + 1
     lone = count[~is_close & (count > 0)]
     return len(lone) / max(np.count_nonzero(count), 1), lone.sum() / max(count.sum(), 1)

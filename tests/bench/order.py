@@ -129,7 +129,7 @@ class Faded:
             boxes = in_order_of(like[0], boxes)
         if texture.kind == "image":
             softness = self.softness[boxes.ids].astype(boxes.depths.dtype)
-            return paint(replace(boxes, bands=softness), texture, camera)
+            return paint(replace(boxes, softness=softness), texture, camera)
         return fade(boxes, fragments(boxes, texture, camera), self.softness[boxes.ids], camera)
 
 

@@ -55,9 +55,9 @@ def test_a_fade_over_no_band_is_the_order_by_depth():
 
 def test_fading_fragments_are_what_the_kernel_paints():
     boxes = some_boxes(12, 3)
-    bands = np.full(12, 0.1)
-    picture = fade(boxes, fragments(boxes, TEXTURE, CAMERA), bands, CAMERA)
-    painted = paint(replace(boxes, bands=bands), TEXTURE, CAMERA)
+    softness = np.full(12, 0.1)
+    picture = fade(boxes, fragments(boxes, TEXTURE, CAMERA), softness, CAMERA)
+    painted = paint(replace(boxes, softness=softness), TEXTURE, CAMERA)
     np.testing.assert_allclose(picture, painted, atol=2e-3)
     assert np.abs(painted - paint(boxes, TEXTURE, CAMERA)).max() > 0.01
 
@@ -72,11 +72,11 @@ def test_two_strokes_at_one_depth_show_the_mean_of_both_orders_and_fade_without_
         ids=np.array([0, 1], np.int32),
     )
 
-    def picture(step, band=0.1):
+    def picture(step, softness=0.1):
         order = [0, 1] if step >= 0 else [1, 0]
         boxes = replace(pair, depths=np.ones(2)).take(order)
         boxes = replace(boxes, depths=np.array([1.0, 1.0 + abs(step)]))
-        return fade(boxes, fragments(boxes, TEXTURE, CAMERA), np.full(2, band), CAMERA)
+        return fade(boxes, fragments(boxes, TEXTURE, CAMERA), np.full(2, softness), CAMERA)
 
     one, other = picture(1.0), picture(-1.0)
     assert np.abs(one - other).max() > 0.1

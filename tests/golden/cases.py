@@ -58,9 +58,9 @@ def soft_boxes(num_sigmas: float) -> Boxes:
 
 
 def soft_wheel_boxes(num_sigmas: float) -> Boxes:
-    """The wheel with bands that reach over much of a ring, and one stroke in 25 that reaches over all."""
+    """The wheel with softness that reach over much of a ring, and one stroke in 25 that reaches over all."""
     boxes = wheel_boxes(num_sigmas)
-    return replace(boxes, bands=np.where(np.arange(len(boxes)) % 25 == 0, 10, 0.1))
+    return replace(boxes, softness=np.where(np.arange(len(boxes)) % 25 == 0, 10, 0.1))
 
 
 def fine_boxes(num_sigmas: float) -> Boxes:

@@ -65,10 +65,10 @@ def random_boxes(
     )
 
 
-def bands_of(boxes: Boxes, largest: float, *, seed: int = 0) -> Boxes:
-    """The boxes with bands of 0.2 to 1 times `largest`, world units."""
+def softened(boxes: Boxes, largest: float, *, seed: int = 0) -> Boxes:
+    """The boxes with softness of 0.2 to 1 times `largest`, world units."""
     share = np.random.default_rng([seed, len(boxes)]).uniform(0.2, 1, len(boxes))
-    return replace(boxes, bands=(largest * share).astype(boxes.depths.dtype))
+    return replace(boxes, softness=(largest * share).astype(boxes.depths.dtype))
 
 
 def bristles(height: int = 40, width: int = 96, *, seed: int = 0) -> StrokeTexture:

@@ -11,7 +11,7 @@ from brushgs.rendering import constants
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.render import render
 from brushgs.scene import Boxes, Camera, Gaussians
-from tests.rendering.strokes import bands_of, boxes_of, bristles, random_boxes
+from tests.rendering.strokes import boxes_of, bristles, random_boxes, softened
 
 TEXTURE = StrokeTexture.open("ellipse")
 BOXES = boxes_of([[5, 5], [9, 9]], 3)
@@ -84,7 +84,7 @@ def test_poisoned_gaussians_are_refused_by_column_and_row(name, bad):
 
 def test_arguments_are_not_written_to():
     boxes = random_boxes(50, 20, 20)
-    boxes = bands_of(boxes, 0.5)
+    boxes = softened(boxes, 0.5)
     before = {name: getattr(boxes, name).copy() for name in Boxes.__dataclass_fields__}
     rasterize(boxes, TEXTURE, height=20, width=20)
     rasterize(boxes, bristles(), height=20, width=20)

@@ -15,7 +15,7 @@ from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.rasterize_backward import rasterize_backward
 from brushgs.scene import Boxes, Frame
 from tests.differences import assert_same_gradient, central_differences
-from tests.rendering.strokes import PATHS, bands_of, boxes_of, bristles, random_boxes, texture_of
+from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
 
 SIZE = {"width": 41, "height": 23}  # cut tiles and blocks
 SHAPE = (SIZE["height"], SIZE["width"])
@@ -193,8 +193,8 @@ def test_bands_and_a_kernel_without_an_image_are_refused():
     boxes = random_boxes(5, **SIZE)
     frame = rasterize(boxes, bristles(), **SIZE)
     with pytest.raises(
-        ValueError, match='rasterize_backward: boxes must have no bands; project with order="depth"'
+        ValueError, match='rasterize_backward: boxes must have no softness; project with order="depth"'
     ):
-        rasterize_backward(bands_of(boxes, 0.1), bristles(), frame, *weights())
+        rasterize_backward(softened(boxes, 0.1), bristles(), frame, *weights())
     with pytest.raises(ValueError, match="rasterize_backward: the built-in kernel 'ellipse' has no coverage"):
         rasterize_backward(boxes, texture_of("ellipse"), frame, *weights(), with_coverage=True)

@@ -13,7 +13,7 @@ import pytest
 from brushgs import _core
 from brushgs.rendering.rasterize import rasterize
 from brushgs.scene import Frame
-from tests.rendering.strokes import PATHS, bands_of, random_boxes, texture_of
+from tests.rendering.strokes import PATHS, random_boxes, softened, texture_of
 
 SIZE = {"width": 201, "height": 97}
 ALL_PATHS = [*PATHS, *(f"soft {path}" for path, (kind, _) in PATHS.items() if kind == "image")]
@@ -23,7 +23,7 @@ def frame_of(path: str, dtype, *, n: int = 5000, **options) -> Frame:
     kind, filter = PATHS[path.removeprefix("soft ")]
     boxes = random_boxes(n, **SIZE, seed=6, sizes=(0.3, 15), dtype=dtype)
     if path.startswith("soft "):
-        boxes = bands_of(boxes, 0.2)
+        boxes = softened(boxes, 0.2)
     return rasterize(boxes, texture_of(kind), filter=filter, **SIZE, **options)
 
 

@@ -9,7 +9,7 @@ from brushgs.rendering import reference
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.rasterize import rasterize
 from brushgs.scene import Boxes, Frame
-from tests.rendering.strokes import PATHS, bands_of, boxes_of, random_boxes, texture_of
+from tests.rendering.strokes import PATHS, boxes_of, random_boxes, softened, texture_of
 
 WIDTH, HEIGHT = 70, 40
 SIZE = {"width": WIDTH, "height": HEIGHT}
@@ -47,7 +47,7 @@ def test_kernel_agrees_with_the_definition_wherever_pixels_are_finished(path, st
 @pytest.mark.parametrize("path", IMAGES)
 def test_kernel_agrees_with_the_definition_in_soft_order(path, stop):
     kind, filter = PATHS[path]
-    boxes, how = bands_of(crowd().take(slice(None, None, 2)), 0.5), {"filter": filter, **SIZE}
+    boxes, how = softened(crowd().take(slice(None, None, 2)), 0.5), {"filter": filter, **SIZE}
     expected = reference.rasterize(boxes, texture_of(kind), min_transmittance=stop, **how)
     assert_same(rasterize(boxes, texture_of(kind), min_transmittance=stop, **how), expected)
     assert np.isfinite(expected.depth).all()
@@ -56,7 +56,7 @@ def test_kernel_agrees_with_the_definition_in_soft_order(path, stop):
 @pytest.mark.parametrize("is_soft", [False, True])
 def test_where_no_stroke_leaves_enough_light_nothing_is_painted(is_soft):
     boxes = boxes_of(np.full((3, 2), 8.0), 30, opacities=0.9, depths=[1.0, 1.1, 1.2])
-    boxes = bands_of(boxes, 1.0) if is_soft else boxes
+    boxes = softened(boxes, 1.0) if is_soft else boxes
     solid, how = texture_of("ellipse"), {"width": 16, "height": 16, "min_transmittance": 0.5}
     if is_soft:
         solid = replace(solid, kind="image")

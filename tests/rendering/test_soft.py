@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
-from brushgs.rendering.project import SOFT_BAND, project
+from brushgs.rendering.project import SOFTNESS, project
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.render import render, render_sequence
 from brushgs.rendering.track import track
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
-from tests.rendering.strokes import PATHS, bands_of, boxes_of, bristles, random_boxes, texture_of
+from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
 
 IMAGES = [path for path, (kind, _) in PATHS.items() if kind == "image"]
 KERNELS = [path for path, (kind, _) in PATHS.items() if kind != "image"]
@@ -48,26 +48,26 @@ def assert_identical(actual: Frame, expected: Frame) -> None:
         np.testing.assert_array_equal(getattr(actual, name), getattr(expected, name), err_msg=name)
 
 
-def pile(depths, bands, *, opacities=1.0, colors=None, dtype=np.float64) -> Boxes:
+def pile(depths, softness, *, opacities=1.0, colors=None, dtype=np.float64) -> Boxes:
     """Strokes that cover the same pixels, nearest first."""
     colors = np.random.default_rng(1).uniform(0, 1, (len(depths), 3)) if colors is None else colors
     boxes = boxes_of(
         np.full((len(depths), 2), 4.0), 20, depths=depths, opacities=opacities, colors=colors, dtype=dtype
     )
-    return replace(boxes, bands=np.broadcast_to(np.asarray(bands, dtype), len(depths)).copy())
+    return replace(boxes, softness=np.broadcast_to(np.asarray(softness, dtype), len(depths)).copy())
 
 
 # The definition
 
 
-@pytest.mark.parametrize("band", [0.02, 0.3, 2.0, 100.0])
+@pytest.mark.parametrize("softness", [0.02, 0.3, 2.0, 100.0])
 @pytest.mark.parametrize(("width", "height"), [(1, 1), (33, 17), (75, 50)])
 @pytest.mark.parametrize("path", IMAGES)
-def test_kernel_agrees_with_the_definition_in_float64(path, width, height, band):
-    boxes = bands_of(random_boxes(200, width, height, sizes=(0.3, 60)), band)
+def test_kernel_agrees_with_the_definition_in_float64(path, width, height, softness):
+    boxes = softened(random_boxes(200, width, height, sizes=(0.3, 60)), softness)
     actual, expected = painted(boxes, path, width, height), defined(boxes, path, width, height)
     assert_same(actual, expected)
-    hard = painted(replace(boxes, bands=None), path, width, height)
+    hard = painted(replace(boxes, softness=None), path, width, height)
     assert np.abs(actual.rgb - hard.rgb).max() > 1e-6
 
 
@@ -75,14 +75,14 @@ def test_kernel_agrees_with_the_definition_in_float64(path, width, height, band)
 def test_kernel_agrees_with_the_definition_for_opaque_strokes(path):
     """Pixels are finished all the time: what lies behind them must still hide what shows."""
     boxes = random_boxes(300, 60, 40, seed=3, sizes=(3, 30))
-    boxes = bands_of(replace(boxes, opacities=np.sqrt(boxes.opacities)), 1.5)
+    boxes = softened(replace(boxes, opacities=np.sqrt(boxes.opacities)), 1.5)
     assert_same(painted(boxes, path, 60, 40), defined(boxes, path, 60, 40))
 
 
 @pytest.mark.parametrize("path", IMAGES)
 def test_kernel_agrees_with_the_definition_in_float32(path):
     """Rounding: 4e-5 measured; but where it decides about a texel's or a box's edge, as in the hard order."""
-    boxes = bands_of(random_boxes(600, 100, 60, seed=4, sizes=(0.5, 20), dtype=np.float32), 0.5)
+    boxes = softened(random_boxes(600, 100, 60, seed=4, sizes=(0.5, 20), dtype=np.float32), 0.5)
     actual, expected = painted(boxes, path, 100, 60), defined(boxes, path, 100, 60)
     assert actual.rgb.dtype == np.float32
     off = np.abs(actual.rgb - expected.rgb).max(axis=2)
@@ -106,8 +106,8 @@ def test_two_strokes_of_one_depth_show_the_mean_of_both_orders():
 @pytest.mark.parametrize("path", KERNELS)
 def test_the_built_in_kernels_are_drawn_by_depth(path):
     boxes = random_boxes(100, 40, 30)
-    assert_identical(painted(bands_of(boxes, 2.0), path, 40, 30), painted(boxes, path, 40, 30))
-    assert_identical(defined(bands_of(boxes, 2.0), path, 40, 30), defined(boxes, path, 40, 30))
+    assert_identical(painted(softened(boxes, 2.0), path, 40, 30), painted(boxes, path, 40, 30))
+    assert_identical(defined(softened(boxes, 2.0), path, 40, 30), defined(boxes, path, 40, 30))
 
 
 # Beside the hard order
@@ -115,22 +115,22 @@ def test_the_built_in_kernels_are_drawn_by_depth(path):
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("path", IMAGES)
-def test_without_bands_or_with_bands_that_never_meet_every_bit_is_that_of_sorted_strokes(path, dtype):
+def test_without_softness_or_with_one_that_never_meets_every_bit_is_that_of_sorted_strokes(path, dtype):
     boxes = random_boxes(2000, 130, 75, seed=6, sizes=(0.3, 30), dtype=dtype)
     boxes = replace(boxes, depths=np.linspace(1, 9, 2000).astype(dtype))
     hard = painted(boxes, path, 130, 75)
-    for band in (0.0, 1e-3):  # steps are 4e-3
-        assert_identical(painted(bands_of(boxes, band), path, 130, 75), hard)
+    for softness in (0.0, 1e-3):  # steps are 4e-3
+        assert_identical(painted(softened(boxes, softness), path, 130, 75), hard)
     ties = replace(boxes, depths=np.full(2000, 2, dtype))
-    assert_identical(painted(bands_of(ties, 0.0), path, 130, 75), painted(ties, path, 130, 75))
+    assert_identical(painted(softened(ties, 0.0), path, 130, 75), painted(ties, path, 130, 75))
 
 
 @settings(max_examples=15, deadline=None)
 @given(seed=SEEDS, path=st.sampled_from(IMAGES), dtype=st.sampled_from([np.float32, np.float64]))
-def test_a_solid_stroke_a_band_in_front_hides_all_but_a_hundredth(seed, path, dtype):
-    boxes = bands_of(random_boxes(50, 40, 30, seed=seed, sizes=(3, 30), dtype=dtype), 0.3)
+def test_a_solid_stroke_beyond_the_softness_hides_all_but_a_hundredth(seed, path, dtype):
+    boxes = softened(random_boxes(50, 40, 30, seed=seed, sizes=(3, 30), dtype=dtype), 0.3)
     front = boxes_of([[20, 15]], 300, depths=[0.05], colors=(0.2, 0.4, 0.6), dtype=dtype)
-    front = replace(front, bands=np.zeros(1, dtype))
+    front = replace(front, softness=np.zeros(1, dtype))
     assert boxes.depths[0] > 0.36
     both = Boxes(
         *(np.concatenate([getattr(b, name) for b in (front, boxes)]) for name in Boxes.__dataclass_fields__)
@@ -147,19 +147,19 @@ def test_a_solid_stroke_a_band_in_front_hides_all_but_a_hundredth(seed, path, dt
 def test_the_order_of_rows_of_equal_depth_changes_nothing(seed, path):
     g = np.random.default_rng(seed)
     boxes = random_boxes(80, 50, 30, seed=seed, sizes=(2, 20))
-    boxes = bands_of(replace(boxes, depths=np.sort(g.choice([1.0, 1.1, 3.0], 80))), 0.2)
+    boxes = softened(replace(boxes, depths=np.sort(g.choice([1.0, 1.1, 3.0], 80))), 0.2)
     shuffled = np.lexsort((g.random(80), boxes.depths))
     actual, expected = painted(boxes.take(shuffled), path, 50, 30), painted(boxes, path, 50, 30)
     assert_same(actual, expected, rtol=1e-9, atol=1e-9)
     if not np.array_equal(shuffled, np.arange(80)):
-        hard = [painted(replace(b, bands=None), path, 50, 30) for b in (boxes, boxes.take(shuffled))]
+        hard = [painted(replace(b, softness=None), path, 50, 30) for b in (boxes, boxes.take(shuffled))]
         assert np.abs(hard[0].rgb - hard[1].rgb).max() > 1e-6
 
 
 @settings(max_examples=10, deadline=None)
 @given(seed=SEEDS, path=st.sampled_from(IMAGES))
 def test_a_stroke_that_moves_through_others_changes_the_picture_in_small_steps(seed, path):
-    """A pixel moves by what it would jump, spread over two bands of 0.14 each, in steps of 0.004.
+    """A pixel moves by what it would jump, spread over twice the softness of 0.14, in steps of 0.004.
 
     S changes by 2.1 % a step at most; measured over 150 seeds, with the scaling of weights: 5.4 % of all that
     jumps in a pixel, where the hard order jumps by 41 % and more.
@@ -170,7 +170,7 @@ def test_a_stroke_that_moves_through_others_changes_the_picture_in_small_steps(s
     colors = np.array(still.colors)
     colors[5] = 1.5  # brighter than any other
 
-    def picture(step: float, band: float) -> np.ndarray:
+    def picture(step: float, softness: float) -> np.ndarray:
         depths = np.array(still.depths)
         depths[5] = 2 + step
         order = np.argsort(depths, kind="stable")
@@ -181,12 +181,12 @@ def test_a_stroke_that_moves_through_others_changes_the_picture_in_small_steps(s
             depths=depths[order],
             colors=colors[order],
             opacities=still.opacities[order],
-            bands=np.full(12, band),
+            softness=np.full(12, softness),
         )
         return painted(boxes, path, 30, 20).rgb
 
     steps = np.linspace(-0.2, 0.2, 101)
-    soft, hard = ([picture(step, band) for step in steps] for band in (0.1, 0.0))
+    soft, hard = ([picture(step, softness) for step in steps] for softness in (0.1, 0.0))
     jumps = np.abs(np.diff(hard, axis=0))
     assert np.abs(np.diff(soft, axis=0)).max() < 0.08 * jumps.sum(axis=0).max()
     assert jumps.max() > 0.3 * jumps.sum(axis=0).max()
@@ -215,12 +215,12 @@ def test_the_end_of_a_pixel_jumps_by_no_more_than_a_hundredth():
 
 STACKS = {
     "equal depths": (np.full(1000, 2.0), 0.1),
-    "a thousand in one band": (np.linspace(2, 2.01, 1000), 1.0),
+    "a thousand in one softness": (np.linspace(2, 2.01, 1000), 1.0),
     "one giant over everything": (np.linspace(1, 9, 1000), np.where(np.arange(1000) == 700, 1e6, 1e-3)),
     "a giant in front": (np.linspace(1, 9, 1000), np.where(np.arange(1000) == 0, 1e6, 0.02)),
-    "bands beyond float32's squares": (np.linspace(1, 9, 200), 1e30),
-    "bands below float32's squares": (np.linspace(1, 9, 200), 1e-30),
-    "bands and depths far apart": (np.geomspace(1e-3, 1e6, 300), np.geomspace(1e-6, 1e6, 300)),
+    "softness beyond float32's squares": (np.linspace(1, 9, 200), 1e30),
+    "softness below float32's squares": (np.linspace(1, 9, 200), 1e-30),
+    "softness and depths far apart": (np.geomspace(1e-3, 1e6, 300), np.geomspace(1e-6, 1e6, 300)),
 }
 
 
@@ -228,12 +228,12 @@ STACKS = {
 @pytest.mark.parametrize("stack", STACKS)
 def test_stacks_of_strokes_in_one_band_are_as_defined_and_finite(stack, opacity):
     """Up to a thousand wait in one queue; of full paint a pixel takes sixteen, of faint all."""
-    depths, bands = STACKS[stack]
-    boxes = pile(depths, bands, opacities=opacity)
+    depths, softness = STACKS[stack]
+    boxes = pile(depths, softness, opacities=opacity)
     size = {"width": 2, "height": 1, "filter": "bilinear"}
     actual, expected = rasterize(boxes, SOLID, **size), reference.rasterize(boxes, SOLID, **size)
     assert_same(actual, expected, rtol=1e-9)
-    single = rasterize(pile(depths, bands, opacities=opacity, dtype=np.float32), SOLID, **size)
+    single = rasterize(pile(depths, softness, opacities=opacity, dtype=np.float32), SOLID, **size)
     for frame in (actual, single):
         for plane in (frame.rgb, frame.alpha, frame.depth):
             assert np.isfinite(plane).all()
@@ -249,7 +249,7 @@ def test_a_pixel_takes_no_more_strokes_when_almost_no_light_is_left():
     assert_identical(rasterize(boxes, SOLID, **PIXEL), sixteen)
 
 
-# Where bands come from
+# Where softness come from
 
 
 def scene_of(seed: int, n: int = 60, dtype=np.float64) -> Gaussians:
@@ -264,16 +264,16 @@ def scene_of(seed: int, n: int = 60, dtype=np.float64) -> Gaussians:
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_bands_are_half_the_mean_of_the_two_larger_scales(dtype):
+def test_softness_is_half_the_mean_of_the_two_larger_scales(dtype):
     scene = scene_of(2, dtype=dtype)
     boxes = project(scene, CAMERA, order="soft")
     larger = np.sort(scene.scales[boxes.ids].astype(np.float64), axis=1)[:, 1:]
-    assert boxes.bands.dtype == dtype
-    np.testing.assert_allclose(boxes.bands, SOFT_BAND * np.sqrt(larger.prod(axis=1)), rtol=1e-6)
+    assert boxes.softness.dtype == dtype
+    np.testing.assert_allclose(boxes.softness, SOFTNESS * np.sqrt(larger.prod(axis=1)), rtol=1e-6)
     expected = reference.project(scene, CAMERA, order="soft")
-    np.testing.assert_allclose(boxes.bands, expected.bands, rtol=1e-6)
+    np.testing.assert_allclose(boxes.softness, expected.softness, rtol=1e-6)
     hard = project(scene, CAMERA)
-    assert hard.bands is None
+    assert hard.softness is None
     for name in ("centers", "depths", "colors", "ids"):
         np.testing.assert_array_equal(getattr(boxes, name), getattr(hard, name))
 
@@ -288,7 +288,7 @@ def test_render_takes_the_order_and_a_sequence_takes_it_to_every_frame():
         assert_identical(frame, soft)
     boxes = project(scene, CAMERA, order="soft")
     for tracked in track(scene, path, order="soft"):
-        np.testing.assert_array_equal(tracked.bands, boxes.bands)
+        np.testing.assert_array_equal(tracked.softness, boxes.softness)
     kernel = StrokeTexture.open("gaussian")
     assert_identical(render(scene, CAMERA, kernel, order="soft"), render(scene, CAMERA, kernel))
 

@@ -9,8 +9,8 @@ Bounds, as measured: boxes of float64 scenes 1e-12 up to an aspect ratio of 1e8 
 float32 scenes half a unit in the last place at any aspect ratio, distance or size, as geometry is float64
 inside; pictures of float32 scenes 5e-6 off those of float64 in the mean. Not sound: coordinates beyond
 1e150 in float64, whose squares overflow; in float32 the order of strokes whose depths agree to seven digits.
-Slow: the soft order compares all faint strokes within one band (1000 that fill 400 x 400 pixels at opacity
-0.02 take 5 s of processor time, and four times as many sixteen times as long).
+Slow: the soft order compares all faint strokes within their softness (1000 that fill 400 x 400 pixels at
+opacity 0.02 take 5 s of processor time, and four times as many sixteen times as long).
 """
 
 _TABLE = """

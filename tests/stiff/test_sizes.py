@@ -12,7 +12,7 @@ from brushgs.rendering import reference
 from brushgs.rendering.project import Directions, project
 from brushgs.rendering.rasterize import rasterize
 from tests.brushes.test_texture import PALETTE_PNG, blob, rgba, write_image
-from tests.rendering.strokes import PATHS, bands_of, boxes_of, bristles, random_boxes, texture_of
+from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
 from tests.stiff.scenes import EYE, orbit, random_scene
 from tests.stiff.test_pictures import assert_finite
 
@@ -22,7 +22,7 @@ from tests.stiff.test_pictures import assert_finite
 def test_a_picture_of_one_pixel_is_as_defined(path, dtype):
     kind, filter = PATHS[path]
     boxes = random_boxes(40, 1, 1, sizes=(0.2, 4), dtype=dtype)
-    for some in (boxes, bands_of(boxes, 3.0)):
+    for some in (boxes, softened(boxes, 3.0)):
         actual = rasterize(some, texture_of(kind), height=1, width=1, filter=filter)
         expected = reference.rasterize(some, texture_of(kind), height=1, width=1, filter=filter)
         np.testing.assert_allclose(actual.rgb, expected.rgb, atol=1e-5 if dtype == np.float32 else 1e-9)
@@ -37,7 +37,7 @@ def test_a_picture_of_8192_by_8192_has_its_strokes_where_they_belong(order):
         centers, [(40, 20)] * 5 + [(9000, 1)], angles=[0.3, 0.3, 0.3, 0.3, 0.3, np.pi / 4], dtype=np.float32
     )
     if order == "soft":
-        boxes = replace(boxes, bands=np.full(6, 2, np.float32))
+        boxes = replace(boxes, softness=np.full(6, 2, np.float32))
     frame = rasterize(boxes, bristles(), height=side, width=side, depth=False)
     assert frame.rgb.shape == (side, side, 3)
     for x, y in ((0, 0), (side - 64, 0), (0, side - 64), (side - 64, side - 64), (4064, 4064)):
@@ -57,7 +57,7 @@ def test_strips_of_a_picture_are_the_picture():
     """
     boxes = random_boxes(20_000, 2048, 64, sizes=(4e4, 5e4), dtype=np.float32)
     boxes = replace(boxes, centers=np.clip(boxes.centers, 0, (2048, 64)).astype(np.float32))
-    for some in (boxes, bands_of(boxes, 1e-3)):
+    for some in (boxes, softened(boxes, 1e-3)):
         wide, left = (
             rasterize(some, texture_of("image"), height=64, width=width) for width in (32_767, 2048)
         )
@@ -69,7 +69,7 @@ def test_strips_of_a_picture_are_the_picture():
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("path", PATHS)
 def test_boxes_of_any_finite_numbers_are_painted_finite(path, dtype):
-    """Places, extents, angles, depths, colours and bands from the smallest to the largest float32, at
+    """Places, extents, angles, depths, colours and softness from the smallest to the largest float32, at
     random.
     """
     kind, filter = PATHS[path]
@@ -87,8 +87,10 @@ def test_boxes_of_any_finite_numbers_are_painted_finite(path, dtype):
             opacities=g.choice((0, 1e-45, 1 / 255, 0.5, 0.99, 1), n),
             dtype=dtype,
         )
-        for bands in (None, g.choice((0, 1e-45, 1e-20, 1e-3, 1, 1e3, 1e20, 3e38), n).astype(dtype)):
-            assert_finite(rasterize(replace(boxes, bands=bands), texture, height=50, width=70, filter=filter))
+        for softness in (None, g.choice((0, 1e-45, 1e-20, 1e-3, 1, 1e3, 1e20, 3e38), n).astype(dtype)):
+            assert_finite(
+                rasterize(replace(boxes, softness=softness), texture, height=50, width=70, filter=filter)
+            )
 
 
 @pytest.mark.parametrize("angle", [1e6, -3e9, 1e20, 3e38])
@@ -125,7 +127,7 @@ def test_textures_of_every_kind_paint(tmp_path: Path, kind):
     texture = StrokeTexture.open(path)
     boxes = random_boxes(30, 40, 30, sizes=(0.3, 20))
     for filter in ("mip", "bilinear", "nearest"):
-        for some in (boxes, bands_of(boxes, 3.0)):
+        for some in (boxes, softened(boxes, 3.0)):
             actual = rasterize(some, texture, height=30, width=40, filter=filter)
             expected = reference.rasterize(some, texture, height=30, width=40, filter=filter)
             np.testing.assert_allclose(actual.rgb, expected.rgb, atol=1e-9)

@@ -70,7 +70,7 @@ template <class T>
 nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
                   In<double, 2> viewmat, In<double, 2> K, int width, int height, double near,
                   double num_sigmas, double low_pass, int sh_degree, int num_threads, brushgs::Lock lock,
-                  std::optional<In<float, 1>> directions, std::optional<In<float, 1>> area_scales, bool fades, double band) {
+                  std::optional<In<float, 1>> directions, std::optional<In<float, 1>> area_scales, bool fades, double softness) {
     const brushgs::GaussianColumns<T> gaussians{.means = means.data(),
                                                 .quats = quats.data(),
                                                 .scales = scales.data(),
@@ -87,7 +87,7 @@ nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opac
                                   .directions = directions ? directions->data() : nullptr,
                                   .area_scales = area_scales ? area_scales->data() : nullptr,
                                   .fades = fades,
-                                  .band = band};
+                                  .softness = softness};
     brushgs::BoxColumns<T> boxes;
     {
         const nb::gil_scoped_release without_gil;
@@ -95,13 +95,13 @@ nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opac
     }
     const std::size_t count = boxes.count;
     const nb::capsule owner(boxes.memory.release(), [](void* memory) noexcept { brushgs::Free{}(memory); });
-    const nb::object bands =
-        boxes.bands == nullptr ? nb::object(nb::none()) : column(boxes.bands, count, 0, owner);
+    const nb::object softness =
+        boxes.softness == nullptr ? nb::object(nb::none()) : column(boxes.softness, count, 0, owner);
     return nb::make_tuple(
         nb::make_tuple(column(boxes.centers, count, 2, owner), column(boxes.half_extents, count, 2, owner),
                        column(boxes.angles, count, 0, owner), column(boxes.depths, count, 0, owner),
                        column(boxes.colors, count, 3, owner), column(boxes.opacities, count, 0, owner),
-                       column(boxes.ids, count, 0, owner), bands),
+                       column(boxes.ids, count, 0, owner), softness),
         nb::make_tuple(boxes.culled.behind_near, boxes.culled.not_finite, boxes.culled.faint,
                        boxes.culled.outside));
 }
@@ -113,7 +113,7 @@ void def_project(nb::module_& m) {
           nb::arg("viewmat").noconvert(), nb::arg("K").noconvert(), nb::arg("width"), nb::arg("height"),
           nb::arg("near"), nb::arg("num_sigmas"), nb::arg("low_pass"), nb::arg("sh_degree"), nb::arg("num_threads"),
           nb::arg("lock"), nb::arg("directions").noconvert().none(), nb::arg("area_scales").noconvert().none(),
-          nb::arg("fades"), nb::arg("band"),
+          nb::arg("fades"), nb::arg("softness"),
           "Columns of the boxes, nearest first, and the counts (behind_near, not_finite, faint, outside) of the "
           "Gaussians that have none.");
 }
@@ -151,7 +151,7 @@ void project_backward(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> 
                                         .directions = data_or_null(directions),
                                         .area_scales = data_or_null(area_scales),
                                         .fades = fades,
-                                        .band = 0};
+                                        .softness = 0};
     const brushgs::ProjectedBoxes<T> boxes{.count = ids.shape(0),
                                            .ids = ids.data(),
                                            .colors = colors.data(),
@@ -295,7 +295,7 @@ nb::ndarray<nb::numpy, T> new_plane(const std::vector<std::size_t>& shape) {
 
 template <class T>
 void rasterize(brushgs::Kernel kernel, int num_threads, double min_transmittance, In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles,
-               In<T, 1> depths, In<T, 2> colors, In<T, 1> opacities, std::optional<In<T, 1>> bands,
+               In<T, 1> depths, In<T, 2> colors, In<T, 1> opacities, std::optional<In<T, 1>> softness,
                const std::vector<In<std::uint16_t, 1>>& pairs,
                In<std::int32_t, 2> sizes, In<double, 2> reaches, In<std::uint16_t, 1> level_of_box, Out<T, 3> rgb, Out<T, 2> alpha,
                std::optional<Out<T, 2>> depth) {
@@ -312,7 +312,7 @@ void rasterize(brushgs::Kernel kernel, int num_threads, double min_transmittance
     params.level_of_box = {level_of_box.data(), level_of_box.size()};
     const brushgs::BoxView<T> boxes{centers.shape(0), centers.data(), half_extents.data(), angles.data(),
                                        depths.data(),    colors.data(),       opacities.data(),
-                                    bands ? bands->data() : nullptr};
+                                    softness ? softness->data() : nullptr};
     const brushgs::Picture<T> picture{rgb.data(), alpha.data(), depth ? depth->data() : nullptr};
     nb::gil_scoped_release release;
     brushgs::rasterize(params, boxes, picture);
@@ -386,7 +386,7 @@ template <class T>
 void def_rasterize(nb::module_& m) {
     m.def("rasterize", &rasterize<T>, "kernel"_a, "num_threads"_a, "min_transmittance"_a, "centers"_a.noconvert(),
           "half_extents"_a.noconvert(), "angles"_a.noconvert(), "depths"_a.noconvert(), "colors"_a.noconvert(),
-          "opacities"_a.noconvert(), "bands"_a.noconvert().none(), "pairs"_a.noconvert(), "sizes"_a.noconvert(), "reaches"_a.noconvert(), "level_of_box"_a.noconvert(),
+          "opacities"_a.noconvert(), "softness"_a.noconvert().none(), "pairs"_a.noconvert(), "sizes"_a.noconvert(), "reaches"_a.noconvert(), "level_of_box"_a.noconvert(),
           "rgb"_a.noconvert(), "alpha"_a.noconvert(), "depth"_a.noconvert().none(),
           "Paint boxes into rgb, alpha and (or None) depth; shapes as in brushgs.Boxes and brushgs.Frame, and "
           "trusted: brushgs.rasterize checks them.");

@@ -26,15 +26,15 @@ constexpr double kLargest = sizeof(T) == 4 ? 3.4028234663852886e38 : 1.797693134
 
 // What becomes of a Gaussian; as doubles, so that they are selected in the lanes beside the geometry.
 constexpr double kKept = 0, kBehindNear = 1, kNotFinite = 2, kFaint = 3, kOutside = 4;
-constexpr std::size_t kNumFates = 5;
+constexpr std::size_t kNumReasons = 5;
 
 struct alignas(64) Block {
     BlockLane mean[3], quat[4], scale[3], opacity;                                     // read
     BlockLane direction_asked, area_scale;                                                  // read, for Lock::given
-    BlockLane center[2], half_extents[2], angle, depth, direction[3], visible, fate;  // made
+    BlockLane center[2], half_extents[2], angle, depth, direction[3], visible, cull_reason;  // made
 };
 
-inline std::size_t index(double fate) { return static_cast<std::size_t>(fate); }
+inline std::size_t index(double cull_reason) { return static_cast<std::size_t>(cull_reason); }
 
 // Fills the second half of `block` from the first, for Gaussians whose boxes are stored as T.
 template <class T, Lock lock>
@@ -82,18 +82,18 @@ void place(const ProjectParams& params, Block& block) {
         // Outside: the upright rectangle around the box and the image have no area in common.
         const double reach_x = absolute(u.cosine) * half_u + absolute(u.sine) * half_v;
         const double reach_y = absolute(u.sine) * half_u + absolute(u.cosine) * half_v;
-        double fate = kKept;
-        fate = f.center_x + reach_x > 0 ? fate : kOutside;
-        fate = f.center_y + reach_y > 0 ? fate : kOutside;
-        fate = f.center_x - reach_x < camera.width ? fate : kOutside;
-        fate = f.center_y - reach_y < camera.height ? fate : kOutside;
-        fate = half_u > 0 ? fate : kOutside;
-        fate = half_v > 0 ? fate : kOutside;
-        fate = visible < kMinAlpha ? kFaint : fate;
+        double cull_reason = kKept;
+        cull_reason = f.center_x + reach_x > 0 ? cull_reason : kOutside;
+        cull_reason = f.center_y + reach_y > 0 ? cull_reason : kOutside;
+        cull_reason = f.center_x - reach_x < camera.width ? cull_reason : kOutside;
+        cull_reason = f.center_y - reach_y < camera.height ? cull_reason : kOutside;
+        cull_reason = half_u > 0 ? cull_reason : kOutside;
+        cull_reason = half_v > 0 ? cull_reason : kOutside;
+        cull_reason = visible < kMinAlpha ? kFaint : cull_reason;
         const double largest = absolute(f.center_x) + absolute(f.center_y) + half_u + half_v + f.depth;
-        fate = largest <= kLargest<T> ? fate : kNotFinite;
-        fate = f.spread <= kLargest<double> ? fate : kNotFinite;
-        fate = f.depth <= camera.near ? kBehindNear : fate;
+        cull_reason = largest <= kLargest<T> ? cull_reason : kNotFinite;
+        cull_reason = f.spread <= kLargest<double> ? cull_reason : kNotFinite;
+        cull_reason = f.depth <= camera.near ? kBehindNear : cull_reason;
 
         for (int k = 0; k < 3; ++k) block.direction[k][i] = toward[k];
         block.center[0][i] = f.center_x;
@@ -103,7 +103,7 @@ void place(const ProjectParams& params, Block& block) {
         block.angle[i] = u.angle;
         block.depth[i] = f.depth;
         block.visible[i] = visible;
-        block.fate[i] = fate;
+        block.cull_reason[i] = cull_reason;
     }
 }
 
@@ -123,12 +123,12 @@ void place(const ProjectParams& params, std::size_t first, std::size_t count, Bl
 }
 
 // Lists the lanes under `count` that are kept, counts what becomes of all, and returns how many are kept.
-inline std::size_t choose(const Block& block, std::size_t count, std::size_t* lanes, std::size_t* fates) {
+inline std::size_t choose(const Block& block, std::size_t count, std::size_t* lanes, std::size_t* reasons) {
     std::size_t num_kept = 0;
     for (std::size_t i = 0; i < count; ++i) {
         lanes[num_kept] = i;
-        num_kept += block.fate[i] == kKept;
-        ++fates[index(block.fate[i])];
+        num_kept += block.cull_reason[i] == kKept;
+        ++reasons[index(block.cull_reason[i])];
     }
     return num_kept;
 }
@@ -149,12 +149,12 @@ inline void fill(const Block& block, std::size_t i, std::size_t row, Lock lock, 
 // Writes the boxes of the block that are kept to `boxes`; returns how many.
 template <int degree, class T>
 std::size_t store(const GaussianColumns<T>& gaussians, std::size_t first, std::size_t count, Lock lock,
-                  const Block& block, BoxRecord<T>* boxes, std::size_t* fates) {
+                  const Block& block, BoxRecord<T>* boxes, std::size_t* reasons) {
     constexpr std::size_t row_values = 3 * (degree + 1) * (degree + 1), line = 64 / sizeof(T);
     const T* sh = gaussians.sh + 3 * gaussians.sh_terms * first;
     const std::size_t sh_stride = 3 * gaussians.sh_terms;
     std::size_t lanes[kBlock];
-    const std::size_t num_kept = choose(block, count, lanes, fates);
+    const std::size_t num_kept = choose(block, count, lanes, reasons);
 
     constexpr std::size_t stride = degree == 0 ? 1 : (degree == 1 ? 4 : 16);
     alignas(64) T basis[kBlock * stride];
@@ -172,7 +172,7 @@ std::size_t store(const GaussianColumns<T>& gaussians, std::size_t first, std::s
         add_terms<degree>(sh + sh_stride * i, basis + stride * i, color);
         for (int c = 0; c < 3; ++c) color[c] += T(0.5);
         if (!(absolute(color[0]) + absolute(color[1]) + absolute(color[2]) <= kLargest<T>)) {
-            --fates[index(kKept)], ++fates[index(kNotFinite)];
+            --reasons[index(kKept)], ++reasons[index(kNotFinite)];
             continue;
         }
         BoxRecord<T>& box = boxes[num_boxes++];
@@ -185,18 +185,18 @@ std::size_t store(const GaussianColumns<T>& gaussians, std::size_t first, std::s
 template <int degree, class T>
 std::size_t run(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin,
                 std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
-    std::size_t num_boxes = 0, fates[kNumFates] = {};
+    std::size_t num_boxes = 0, reasons[kNumReasons] = {};
     Block block{};
     for (std::size_t first = begin; first < end; first += kBlock) {
         const std::size_t count = end - first < kBlock ? end - first : kBlock;
         load(gaussians, first, count, block);
         place<T>(params, first, count, block);
-        num_boxes += store<degree>(gaussians, first, count, params.lock, block, boxes + num_boxes, fates);
+        num_boxes += store<degree>(gaussians, first, count, params.lock, block, boxes + num_boxes, reasons);
     }
-    culled.behind_near += fates[index(kBehindNear)];
-    culled.not_finite += fates[index(kNotFinite)];
-    culled.faint += fates[index(kFaint)];
-    culled.outside += fates[index(kOutside)];
+    culled.behind_near += reasons[index(kBehindNear)];
+    culled.not_finite += reasons[index(kNotFinite)];
+    culled.faint += reasons[index(kFaint)];
+    culled.outside += reasons[index(kOutside)];
     return num_boxes;
 }
 

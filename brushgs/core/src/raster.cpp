@@ -69,20 +69,20 @@ void lengthen_queues(Pending<T>& pending) {
     const std::size_t count = Pending<T>::num_queues * after;
     auto entries = std::make_unique_for_overwrite<PendingEntry[]>(count);
     auto depths = std::make_unique<T[]>(count + Pending<T>::room_behind);
-    auto bands = std::make_unique<T[]>(count + Pending<T>::room_behind);
+    auto softness = std::make_unique<T[]>(count + Pending<T>::room_behind);
     for (std::size_t b = 0; b < Pending<T>::num_queues; ++b) {
         const std::size_t from = b * before + pending.heads[b], to = b * after + pending.heads[b];
         const std::size_t length = pending.tails[b] - pending.heads[b];
         std::copy_n(pending.entries + from, length, entries.get() + to);
         std::copy_n(pending.depths + from, length, depths.get() + to);
-        std::copy_n(pending.squared_bands + from, length, bands.get() + to);
+        std::copy_n(pending.squared_softness + from, length, softness.get() + to);
     }
     pending.entry_memory = std::move(entries);
     pending.depth_memory = std::move(depths);
-    pending.band_memory = std::move(bands);
+    pending.softness_memory = std::move(softness);
     pending.entries = pending.entry_memory.get();
     pending.depths = pending.depth_memory.get();
-    pending.squared_bands = pending.band_memory.get();
+    pending.squared_softness = pending.softness_memory.get();
     pending.queue_size = after;
 }
 
@@ -144,12 +144,12 @@ void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Pict
         const int column = static_cast<int>(tile) % tiles.columns, row = static_cast<int>(tile) / tiles.columns;
         const std::uint32_t* ids = tiles.ids.get() + first;
         const std::size_t num_ids = tiles.starts[tile + 1] - first;
-        if (boxes.bands == nullptr) {
+        if (boxes.softness == nullptr) {
             kernels.paint_tile(params, records, ids, num_ids, column, row, picture);
             return;
         }
         thread_local Pending<T> pending;
-        kernels.paint_tile_softly(params, records, boxes.bands, ids, num_ids, column, row, pending, picture);
+        kernels.paint_tile_softly(params, records, boxes.softness, ids, num_ids, column, row, pending, picture);
     });
 }
 

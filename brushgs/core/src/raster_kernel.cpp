@@ -285,7 +285,7 @@ template <class T>
 struct SoftState {
     alignas(64) T light[kNumBlocks][kBlockPixels];    // behind all fragments so far, those not shown included
     alignas(64) T weights[kNumBlocks][kBlockPixels];  // sum of those retired
-    std::uint16_t shared[kNumBlocks];                 // pixels in which two fragments met within their bands
+    std::uint16_t shared[kNumBlocks];                 // pixels in which two fragments met within their softness
 
     void start(Pending<T>& pending) {
         T* all = light[0];
@@ -309,12 +309,12 @@ struct Queues {
     std::uint32_t* free_slots;
     PendingEntry* entries;
     T* depths;
-    T* squared_bands;
+    T* squared_softness;
     std::size_t num_free, queue_size;
 
     [[gnu::always_inline]] inline explicit Queues(const Pending<T>& p)
         : slots(p.slots), free_slots(p.free_slots), entries(p.entries), depths(p.depths),
-          squared_bands(p.squared_bands), num_free(p.num_free), queue_size(p.queue_size) {}
+          squared_softness(p.squared_softness), num_free(p.num_free), queue_size(p.queue_size) {}
 };
 
 // Adds the `count` fragments from place `first` on, of block b, to the sums, and frees their slots.
@@ -371,7 +371,7 @@ template <class T>
     };
     to_start(pending.entries);
     to_start(pending.depths);
-    to_start(pending.squared_bands);
+    to_start(pending.squared_softness);
     pending.heads[queue] = 0;
     pending.tails[queue] = count;
 }
@@ -385,15 +385,15 @@ struct InFront {
 // there on.
 template <class T>
 [[gnu::always_inline]] inline InFront count_in_front(const Queues<T>& queues, std::size_t first, std::size_t last,
-                                                     T depth, T band_squared, T reach) {
+                                                     T depth, T softness_squared, T reach) {
     using L = Lanes<T>;
     constexpr std::size_t W = L::width;
     InFront count{0, 0};
     for (std::size_t k = 0; first + k < last && count.of_this == k; k += W) {
         const auto gap = L::set(depth) - L::load(queues.depths + first + k);
-        const auto band = L::load(queues.squared_bands + first + k), squared = gap * gap;
+        const auto band = L::load(queues.squared_softness + first + k), squared = gap * gap;
         const auto all = L::from_bits(~0u);
-        const unsigned this_bits = L::bits(L::at_least(all, squared, band + L::set(band_squared)));
+        const unsigned this_bits = L::bits(L::at_least(all, squared, band + L::set(softness_squared)));
         const unsigned all_bits = L::bits(L::at_least(all, squared, band + L::set(reach)));
         count.of_this += static_cast<std::size_t>(__builtin_ctz(~this_bits | 1u << W));
         if (count.of_all == k) count.of_all += static_cast<std::size_t>(__builtin_ctz(~all_bits | 1u << W));
@@ -402,7 +402,7 @@ template <class T>
     return {count.of_this < waiting ? count.of_this : waiting, count.of_all < waiting ? count.of_all : waiting};
 }
 
-// The share of what lies behind that a fragment hides which is nearer by x bands, 0 <= x <= 1: from half to all.
+// The share of what lies behind that a fragment hides which is nearer by x softness, 0 <= x <= 1: from half to all.
 template <class T>
 [[gnu::always_inline]] inline T share_hidden(T x) {
     return T(0.5) + x * (3 - x * x) * T(0.25);
@@ -411,7 +411,7 @@ template <class T>
 // Adds the fragments of a record in block b, where their alpha is given, to the queue, and lets them and those that
 // wait hide each other. `reach` is the largest squared band among this record and all behind it.
 template <class T, bool with_depth>
-[[gnu::always_inline]] inline void blend_softly(const Record<T>* records, std::uint32_t id, T band_squared, T reach,
+[[gnu::always_inline]] inline void blend_softly(const Record<T>* records, std::uint32_t id, T softness_squared, T reach,
                                                 const T* alphas, unsigned pixels, int b, Pending<T>& pending,
                                                 Queues<T>& queues, SoftState<T>& soft, TileState<T>& tile) {
     using L = Lanes<T>;
@@ -421,7 +421,7 @@ template <class T, bool with_depth>
     const T depth = records[id].depth;
     std::size_t start = queue * queues.queue_size;
     std::size_t head = start + pending.heads[queue], tail = start + pending.tails[queue];
-    InFront in_front = count_in_front(queues, head, tail, depth, band_squared, reach);
+    InFront in_front = count_in_front(queues, head, tail, depth, softness_squared, reach);
     if (in_front.of_all >= kRetiredAtOnce) {
         retire<T, with_depth>(records, b, head, in_front.of_all, queues, soft, tile);
         head += in_front.of_all;
@@ -465,7 +465,7 @@ template <class T, bool with_depth>
         const unsigned both = queues.entries[k].pixels & pixels;
         if (both == 0) continue;
         PendingSlot<T>& other = queues.slots[queues.entries[k].slot];
-        const T gap = depth - queues.depths[k], band = queues.squared_bands[k] + band_squared;
+        const T gap = depth - queues.depths[k], band = queues.squared_softness[k] + softness_squared;
         if (gap * gap >= band) {
             if (shared == 0) continue;
             for (int part = 0; part < num_parts; ++part) {
@@ -505,7 +505,7 @@ template <class T, bool with_depth>
     }
     queues.entries[tail] = {slot_id, id, static_cast<std::uint16_t>(pixels), static_cast<std::uint16_t>(shown)};
     queues.depths[tail] = depth;
-    queues.squared_bands[tail] = band_squared;
+    queues.squared_softness[tail] = softness_squared;
     pending.tails[queue] = tail + 1 - start;
     if (last != 0) tile.finish(b, last);
 }
@@ -539,14 +539,14 @@ void finish_softly(const Record<T>* records, Pending<T>& pending, SoftState<T>& 
 }
 
 template <class T, Kernel kernel, bool with_depth>
-void blend_all_softly(const RasterParams& params, const Record<T>* records, const T* bands, const std::uint32_t* ids,
+void blend_all_softly(const RasterParams& params, const Record<T>* records, const T* softness, const std::uint32_t* ids,
                       std::size_t num_ids, int x0, int y0, Pending<T>& pending, TileState<T>& tile) {
     constexpr std::size_t ahead = 4;
     make_reaches(pending, num_ids);
     T* const reaches = pending.reaches;
     T largest = 0;
     for (std::size_t i = num_ids; i > 0; --i) {
-        const T squared = bands[ids[i - 1]] * bands[ids[i - 1]];
+        const T squared = softness[ids[i - 1]] * softness[ids[i - 1]];
         reaches[i - 1] = largest = squared > largest ? squared : largest;
     }
     SoftState<T> soft;
@@ -568,10 +568,10 @@ void blend_all_softly(const RasterParams& params, const Record<T>* records, cons
         if (i == 0) continue;
         const std::uint32_t id = ids[i - 1];
         const Samples& own = samples[(i - 1) % 2];
-        const T band_squared = bands[id] * bands[id];
+        const T softness_squared = softness[id] * softness[id];
         for (std::uint32_t blocks = own.blocks; blocks != 0; blocks &= blocks - 1) {
             const int b = __builtin_ctz(blocks);
-            blend_softly<T, with_depth>(records, id, band_squared, reaches[i - 1], own.alphas[b], own.pixels[b], b,
+            blend_softly<T, with_depth>(records, id, softness_squared, reaches[i - 1], own.alphas[b], own.pixels[b], b,
                                         pending, queues, soft, tile);
         }
     }
@@ -580,12 +580,12 @@ void blend_all_softly(const RasterParams& params, const Record<T>* records, cons
 }
 
 template <class T, Kernel kernel>
-void blend_with_softly(const RasterParams& params, const Record<T>* records, const T* bands, const std::uint32_t* ids,
+void blend_with_softly(const RasterParams& params, const Record<T>* records, const T* softness, const std::uint32_t* ids,
                        std::size_t num_ids, int x0, int y0, Pending<T>& pending, TileState<T>& tile, bool with_depth) {
     if (with_depth)
-        blend_all_softly<T, kernel, true>(params, records, bands, ids, num_ids, x0, y0, pending, tile);
+        blend_all_softly<T, kernel, true>(params, records, softness, ids, num_ids, x0, y0, pending, tile);
     else
-        blend_all_softly<T, kernel, false>(params, records, bands, ids, num_ids, x0, y0, pending, tile);
+        blend_all_softly<T, kernel, false>(params, records, softness, ids, num_ids, x0, y0, pending, tile);
 }
 
 }  // namespace
@@ -607,16 +607,16 @@ void paint_tile(const RasterParams& params, const Record<T>* records, const std:
 }
 
 template <class T>
-void paint_tile_softly(const RasterParams& params, const Record<T>* records, const T* bands, const std::uint32_t* ids,
+void paint_tile_softly(const RasterParams& params, const Record<T>* records, const T* softness, const std::uint32_t* ids,
                        std::size_t num_ids, int tile_x, int tile_y, Pending<T>& pending, const Picture<T>& picture) {
     const int x0 = tile_x * kTileWidth, y0 = tile_y * kTileHeight;
     TileState<T> tile;
     const bool with_depth = picture.depth != nullptr;
     tile.start(params, x0, y0, with_depth);
     if (params.kernel == Kernel::bilinear)
-        blend_with_softly<T, Kernel::bilinear>(params, records, bands, ids, num_ids, x0, y0, pending, tile, with_depth);
+        blend_with_softly<T, Kernel::bilinear>(params, records, softness, ids, num_ids, x0, y0, pending, tile, with_depth);
     else
-        blend_with_softly<T, Kernel::nearest>(params, records, bands, ids, num_ids, x0, y0, pending, tile, with_depth);
+        blend_with_softly<T, Kernel::nearest>(params, records, softness, ids, num_ids, x0, y0, pending, tile, with_depth);
     write_tile(params, tile, x0, y0, picture);
 }
 

@@ -39,13 +39,13 @@ struct ProjectParams {
     View view;
     double num_sigmas;  // half extent of a box in standard deviations
     double low_pass;    // added to the projected covariance, pixels squared
-    int sh_degree;      // bands evaluated: 0 to 3, at most those stored
+    int sh_degree;      // terms evaluated: 0 to 3, at most those stored
     int num_threads;
     Lock lock;
     const float* directions;  // [count] radians, for Lock::given
     const float* area_scales;      // [count] least area of boxes in areas of the smallest, for Lock::given; or null
     bool fades;               // whether strokes fade that would otherwise appear or vanish, see fade_of
-    double band;              // depth over which two strokes hide each other in part, in sizes of a stroke; 0: none
+    double softness;              // depth over which two strokes hide each other in part, in sizes of a stroke; 0: none
 };
 
 // Why Gaussians have no box; each is counted once, under the first reason that holds.
@@ -69,7 +69,7 @@ struct BoxColumns {
     std::size_t count = 0;
     T *centers, *half_extents, *angles, *depths, *colors, *opacities;
     std::int32_t* ids;
-    T* bands;  // or null, where the parameter `band` is 0
+    T* softness;  // or null, where the parameter `softness` is 0
     Buffer<std::byte> memory;
     ProjectCounts culled;
 };

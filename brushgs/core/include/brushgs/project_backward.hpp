@@ -31,7 +31,7 @@ struct GaussianGradients {
     T* sh;         // [count, sh_terms, 3]
 };
 
-// `params` as for `project`, but that `sh_degree` should be the one stored: bands that are all zero have a gradient.
+// `params` as for `project`, but that `sh_degree` should be the one stored: terms that are all zero have a gradient.
 template <class T>
 void project_backward(const GaussianColumns<T>& gaussians, const ProjectParams& params,
                       const ProjectedBoxes<T>& boxes, const GaussianGradients<T>& gradients);

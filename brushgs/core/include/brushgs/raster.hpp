@@ -31,7 +31,7 @@ struct BoxView {
     const T* depths;          // [M] world units
     const T* colors;          // [M, 3]
     const T* opacities;       // [M]
-    const T* bands;           // [M] world units; or null: strokes hide each other by their order alone
+    const T* softness;           // [M] world units; or null: strokes hide each other by their order alone
 };
 
 // One pre-filtered version of the stroke image. Entry (row i, column j) of `pairs` packs the 8-bit texels (i, j)
@@ -101,12 +101,12 @@ struct Pending {
     std::unique_ptr<PendingSlot<T>[]> slot_memory;
     std::unique_ptr<std::uint32_t[]> free_memory;
     std::unique_ptr<PendingEntry[]> entry_memory;
-    std::unique_ptr<T[]> depth_memory, band_memory, reach_memory;
+    std::unique_ptr<T[]> depth_memory, softness_memory, reach_memory;
     PendingSlot<T>* slots = nullptr;      // [num_slots]
     std::uint32_t* free_slots = nullptr;  // [num_slots] the first num_free are free, the last of them next
     PendingEntry* entries = nullptr;      // [num_queues, queue_size]
     T* depths = nullptr;                  // [num_queues, queue_size] camera z
-    T* squared_bands = nullptr;           // [num_queues, queue_size]
+    T* squared_softness = nullptr;           // [num_queues, queue_size]
     T* reaches = nullptr;                 // [num_ids of a tile] the largest squared band from there on
     std::size_t num_slots = 0, num_free = 0, queue_size = 0, num_reaches = 0;
     std::size_t heads[num_queues] = {}, tails[num_queues] = {};
@@ -159,7 +159,7 @@ void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Pictur
     void paint_tile(const RasterParams&, const Record<T>* records, const std::uint32_t* ids,            \
                     std::size_t num_ids, int tile_x, int tile_y, const Picture<T>&);                    \
     template <class T>                                                                                  \
-    void paint_tile_softly(const RasterParams&, const Record<T>* records, const T* bands,               \
+    void paint_tile_softly(const RasterParams&, const Record<T>* records, const T* softness,               \
                            const std::uint32_t* ids, std::size_t num_ids, int tile_x, int tile_y,       \
                            Pending<T>& pending, const Picture<T>&);                                     \
     }
