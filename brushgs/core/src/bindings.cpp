@@ -12,12 +12,12 @@
 #include "brushgs/filter.hpp"
 #include "brushgs/finish.hpp"
 #include "brushgs/frame_pool.hpp"
-#include "brushgs/track.hpp"
 #include "brushgs/nearest.hpp"
 #include "brushgs/project.hpp"
 #include "brushgs/project_backward.hpp"
 #include "brushgs/raster.hpp"
 #include "brushgs/raster_backward.hpp"
+#include "brushgs/track.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -35,7 +35,6 @@ template <class T, std::size_t rank>
 using In = nb::ndarray<const T, nb::ndim<rank>, nb::c_contig, nb::device::cpu>;
 template <class T, std::size_t rank>
 using Out = nb::ndarray<T, nb::ndim<rank>, nb::c_contig, nb::device::cpu>;
-
 
 // A column of shape [rows, width], or [rows] where width is 0, in memory that lives as long as `owner`.
 template <class T>
@@ -68,9 +67,10 @@ brushgs::View view_of(In<double, 2> viewmat, In<double, 2> K, int width, int hei
 
 template <class T>
 nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
-                  In<double, 2> viewmat, In<double, 2> K, int width, int height, double near,
-                  double num_sigmas, double low_pass, int sh_degree, int num_threads, brushgs::Lock lock,
-                  std::optional<In<float, 1>> directions, std::optional<In<float, 1>> area_scales, bool fades, double softness) {
+                  In<double, 2> viewmat, In<double, 2> K, int width, int height, double near, double num_sigmas,
+                  double low_pass, int sh_degree, int num_threads, brushgs::Lock lock,
+                  std::optional<In<float, 1>> directions, std::optional<In<float, 1>> area_scales, bool fades,
+                  double softness) {
     const brushgs::GaussianColumns<T> gaussians{.means = means.data(),
                                                 .quats = quats.data(),
                                                 .scales = scales.data(),
@@ -102,8 +102,7 @@ nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opac
                        column(boxes.angles, count, 0, owner), column(boxes.depths, count, 0, owner),
                        column(boxes.colors, count, 3, owner), column(boxes.opacities, count, 0, owner),
                        column(boxes.ids, count, 0, owner), softness),
-        nb::make_tuple(boxes.culled.behind_near, boxes.culled.not_finite, boxes.culled.faint,
-                       boxes.culled.outside));
+        nb::make_tuple(boxes.culled.behind_near, boxes.culled.not_finite, boxes.culled.faint, boxes.culled.outside));
 }
 
 template <class T>
@@ -186,8 +185,8 @@ void def_project_backward(nb::module_& m) {
 
 template <class T>
 nb::tuple track_directions(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<double, 3> viewmats,
-                 In<double, 3> Ks, In<double, 1> nears, int width, int height, bool is_closed, double step,
-                 double low_pass, int num_threads) {
+                           In<double, 3> Ks, In<double, 1> nears, int width, int height, bool is_closed, double step,
+                           double low_pass, int num_threads) {
     const brushgs::GaussianColumns<T> gaussians{.means = means.data(),
                                                 .quats = quats.data(),
                                                 .scales = scales.data(),
@@ -211,11 +210,11 @@ nb::tuple track_directions(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T
     {
         const nb::gil_scoped_release without_gil;
         tracks = brushgs::track_directions(gaussians, {.views = views.data(),
-                                             .num_views = views.size(),
-                                             .is_closed = is_closed,
-                                             .step = step,
-                                             .low_pass = low_pass,
-                                             .num_threads = num_threads});
+                                                       .num_views = views.size(),
+                                                       .is_closed = is_closed,
+                                                       .step = step,
+                                                       .low_pass = low_pass,
+                                                       .num_threads = num_threads});
     }
     nb::object turns = table(tracks.turns, views.size(), gaussians.count);
     if (!tracks.has_area_scales) return nb::make_tuple(turns, nb::none());
@@ -268,9 +267,9 @@ void def_finish(nb::module_& m) {
 
 template <class T>
 void def_track_directions(nb::module_& m) {
-    m.def("track_directions", &track_directions<T>, "means"_a.noconvert(), "quats"_a.noconvert(), "scales"_a.noconvert(),
-          "opacities"_a.noconvert(), "viewmats"_a.noconvert(), "Ks"_a.noconvert(), "nears"_a.noconvert(), "width"_a,
-          "height"_a, "is_closed"_a, "step"_a, "low_pass"_a, "num_threads"_a,
+    m.def("track_directions", &track_directions<T>, "means"_a.noconvert(), "quats"_a.noconvert(),
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "viewmats"_a.noconvert(), "Ks"_a.noconvert(),
+          "nears"_a.noconvert(), "width"_a, "height"_a, "is_closed"_a, "step"_a, "low_pass"_a, "num_threads"_a,
           "Directions [knots, N] in 2^-16 turns; and the least area of each box [knots, N], in areas of the smallest "
           "box around its ellipse, as octaves times AREA_SCALE_STEPS, or None where none is above 1.");
 }
@@ -294,11 +293,11 @@ nb::ndarray<nb::numpy, T> new_plane(const std::vector<std::size_t>& shape) {
 }
 
 template <class T>
-void rasterize(brushgs::Kernel kernel, int num_threads, double min_transmittance, In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles,
-               In<T, 1> depths, In<T, 2> colors, In<T, 1> opacities, std::optional<In<T, 1>> softness,
-               const std::vector<In<std::uint16_t, 1>>& pairs,
-               In<std::int32_t, 2> sizes, In<double, 2> reaches, In<std::uint16_t, 1> level_of_box, Out<T, 3> rgb, Out<T, 2> alpha,
-               std::optional<Out<T, 2>> depth) {
+void rasterize(brushgs::Kernel kernel, int num_threads, double min_transmittance, In<T, 2> centers,
+               In<T, 2> half_extents, In<T, 1> angles, In<T, 1> depths, In<T, 2> colors, In<T, 1> opacities,
+               std::optional<In<T, 1>> softness, const std::vector<In<std::uint16_t, 1>>& pairs,
+               In<std::int32_t, 2> sizes, In<double, 2> reaches, In<std::uint16_t, 1> level_of_box, Out<T, 3> rgb,
+               Out<T, 2> alpha, std::optional<Out<T, 2>> depth) {
     std::vector<brushgs::Level> levels;
     for (std::size_t i = 0; i < pairs.size(); ++i)
         levels.push_back({pairs[i].data(), sizes(i, 0), sizes(i, 1), reaches(i, 0), reaches(i, 1)});
@@ -310,9 +309,9 @@ void rasterize(brushgs::Kernel kernel, int num_threads, double min_transmittance
     params.min_transmittance = min_transmittance;
     params.levels = levels;
     params.level_of_box = {level_of_box.data(), level_of_box.size()};
-    const brushgs::BoxView<T> boxes{centers.shape(0), centers.data(), half_extents.data(), angles.data(),
-                                       depths.data(),    colors.data(),       opacities.data(),
-                                    softness ? softness->data() : nullptr};
+    const brushgs::BoxView<T> boxes{
+        centers.shape(0), centers.data(), half_extents.data(), angles.data(),
+        depths.data(),    colors.data(),  opacities.data(),    softness ? softness->data() : nullptr};
     const brushgs::Picture<T> picture{rgb.data(), alpha.data(), depth ? depth->data() : nullptr};
     nb::gil_scoped_release release;
     brushgs::rasterize(params, boxes, picture);
@@ -376,8 +375,8 @@ auto choose_levels(In<T, 2> half_extents, In<double, 1> bounds_u, In<double, 1> 
     brushgs::LevelChoice choice;
     {
         nb::gil_scoped_release release;
-        choice = brushgs::choose_levels(half_extents.shape(0), half_extents.data(),
-                                        {bounds_u.data(), bounds_u.size()}, {bounds_v.data(), bounds_v.size()});
+        choice = brushgs::choose_levels(half_extents.shape(0), half_extents.data(), {bounds_u.data(), bounds_u.size()},
+                                        {bounds_v.data(), bounds_v.size()});
     }
     return std::pair(to_array(std::move(choice.used)), to_array(std::move(choice.of_box)));
 }
@@ -386,8 +385,9 @@ template <class T>
 void def_rasterize(nb::module_& m) {
     m.def("rasterize", &rasterize<T>, "kernel"_a, "num_threads"_a, "min_transmittance"_a, "centers"_a.noconvert(),
           "half_extents"_a.noconvert(), "angles"_a.noconvert(), "depths"_a.noconvert(), "colors"_a.noconvert(),
-          "opacities"_a.noconvert(), "softness"_a.noconvert().none(), "pairs"_a.noconvert(), "sizes"_a.noconvert(), "reaches"_a.noconvert(), "level_of_box"_a.noconvert(),
-          "rgb"_a.noconvert(), "alpha"_a.noconvert(), "depth"_a.noconvert().none(),
+          "opacities"_a.noconvert(), "softness"_a.noconvert().none(), "pairs"_a.noconvert(), "sizes"_a.noconvert(),
+          "reaches"_a.noconvert(), "level_of_box"_a.noconvert(), "rgb"_a.noconvert(), "alpha"_a.noconvert(),
+          "depth"_a.noconvert().none(),
           "Paint boxes into rgb, alpha and (or None) depth; shapes as in brushgs.Boxes and brushgs.Frame, and "
           "trusted: brushgs.rasterize checks them.");
     m.def("choose_levels", &choose_levels<T>, "half_extents"_a.noconvert(), "bounds_u"_a.noconvert(),
@@ -400,16 +400,20 @@ void def_rasterize(nb::module_& m) {
 
 NB_MODULE(_core, m) {
     m.doc() = "The compiled core of brushgs; use the functions of the package instead.";
-    m.def("isa", [] { return brushgs::isa_name(brushgs::best_isa()); },
-          "Name of the instruction set in use: avx512, avx2 or baseline.");
-    m.def("build", [] {
+    m.def(
+        "isa", [] { return brushgs::isa_name(brushgs::best_isa()); },
+        "Name of the instruction set in use: avx512, avx2 or baseline.");
+    m.def(
+        "build",
+        [] {
 #if defined(NDEBUG) && defined(__OPTIMIZE__)
-        constexpr bool is_optimised = true;
+            constexpr bool is_optimised = true;
 #else
-        constexpr bool is_optimised = false;
+            constexpr bool is_optimised = false;
 #endif
-        return nb::make_tuple(BRUSHGS_COMPILER, is_optimised);
-    }, "Compiler of the core, and whether it optimised; for benchmarks.");
+            return nb::make_tuple(BRUSHGS_COMPILER, is_optimised);
+        },
+        "Compiler of the core, and whether it optimised; for benchmarks.");
     m.attr("MAX_ALPHA") = brushgs::kMaxAlpha;
     m.attr("MIN_ALPHA") = brushgs::kMinAlpha;
     m.attr("MIN_TRANSMITTANCE") = brushgs::kMinTransmittance;

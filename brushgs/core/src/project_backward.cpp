@@ -15,8 +15,8 @@ constexpr std::size_t kRowsPerThread = 1000;  // with fewer, starting a thread c
 }  // namespace
 
 template <class T>
-void project_backward(const GaussianColumns<T>& gaussians, const ProjectParams& params,
-                      const ProjectedBoxes<T>& boxes, const GaussianGradients<T>& gradients) {
+void project_backward(const GaussianColumns<T>& gaussians, const ProjectParams& params, const ProjectedBoxes<T>& boxes,
+                      const GaussianGradients<T>& gradients) {
     auto* rows = &baseline::project_backward_rows<T>;
 #ifdef BRUSHGS_X86
     if (best_isa() == Isa::avx512) rows = &avx512::project_backward_rows<T>;
@@ -31,8 +31,8 @@ void project_backward(const GaussianColumns<T>& gaussians, const ProjectParams& 
     });
 }
 
-template void project_backward<float>(const GaussianColumns<float>&, const ProjectParams&,
-                                      const ProjectedBoxes<float>&, const GaussianGradients<float>&);
+template void project_backward<float>(const GaussianColumns<float>&, const ProjectParams&, const ProjectedBoxes<float>&,
+                                      const GaussianGradients<float>&);
 template void project_backward<double>(const GaussianColumns<double>&, const ProjectParams&,
                                        const ProjectedBoxes<double>&, const GaussianGradients<double>&);
 

@@ -3,10 +3,9 @@
 // A loop over the lanes of a block follows `place` of project_kernel.cpp forth, by the functions that it uses, and
 // back, step by step. `v_name` is the gradient of the loss by `name`. Compiled once per instruction set (see
 // CMakeLists.txt): the loop holds no branch and no library call, so that the compiler turns it into vector code.
-#include "brushgs/project_backward.hpp"
-
 #include "brushgs/footprint.hpp"
 #include "brushgs/placing.hpp"
+#include "brushgs/project_backward.hpp"
 #include "brushgs/sh.hpp"
 #include "brushgs/trig.hpp"
 
@@ -15,7 +14,7 @@ namespace brushgs::BRUSHGS_ISA {
 namespace {
 
 struct alignas(64) Block {
-    BlockLane mean[3], quat[4], scale[3], opacity, direction_asked, area_scale;               // read
+    BlockLane mean[3], quat[4], scale[3], opacity, direction_asked, area_scale;          // read
     BlockLane v_center[2], v_half_extents[2], v_angle, v_depth, v_visible, v_toward[3];  // read
     BlockLane toward[3];                                                                 // made first
     BlockLane v_mean[3], v_quat[4], v_scale[3], v_opacity;                               // made
@@ -97,8 +96,7 @@ struct FactorGradient {
 // The covariance between a direction and the one across it: half of what the variance along it gains by turning.
 [[gnu::always_inline]] inline double covariance(const Footprint& f, double cosine, double sine) {
     double sum = 0;
-    for (int k = 0; k < 3; ++k)
-        sum += (cosine * f.mx[k] + sine * f.my[k]) * (cosine * f.my[k] - sine * f.mx[k]);
+    for (int k = 0; k < 3; ++k) sum += (cosine * f.mx[k] + sine * f.my[k]) * (cosine * f.my[k] - sine * f.mx[k]);
     return sum;
 }
 
@@ -124,12 +122,12 @@ struct FactorGradient {
     w *= inverse, x *= inverse, y *= inverse, z *= inverse;
     const auto v = [&](int row, int column) { return v_axes[column][row]; };
     const double by_w = 2 * (x * (v(2, 1) - v(1, 2)) + y * (v(0, 2) - v(2, 0)) + z * (v(1, 0) - v(0, 1)));
-    const double by_x = 2 * (w * (v(2, 1) - v(1, 2)) + y * (v(0, 1) + v(1, 0)) + z * (v(0, 2) + v(2, 0)) -
-                             2 * x * (v(1, 1) + v(2, 2)));
-    const double by_y = 2 * (w * (v(0, 2) - v(2, 0)) + x * (v(0, 1) + v(1, 0)) + z * (v(1, 2) + v(2, 1)) -
-                             2 * y * (v(0, 0) + v(2, 2)));
-    const double by_z = 2 * (w * (v(1, 0) - v(0, 1)) + x * (v(0, 2) + v(2, 0)) + y * (v(1, 2) + v(2, 1)) -
-                             2 * z * (v(0, 0) + v(1, 1)));
+    const double by_x =
+        2 * (w * (v(2, 1) - v(1, 2)) + y * (v(0, 1) + v(1, 0)) + z * (v(0, 2) + v(2, 0)) - 2 * x * (v(1, 1) + v(2, 2)));
+    const double by_y =
+        2 * (w * (v(0, 2) - v(2, 0)) + x * (v(0, 1) + v(1, 0)) + z * (v(1, 2) + v(2, 1)) - 2 * y * (v(0, 0) + v(2, 2)));
+    const double by_z =
+        2 * (w * (v(1, 0) - v(0, 1)) + x * (v(0, 2) + v(2, 0)) + y * (v(1, 2) + v(2, 1)) - 2 * z * (v(0, 0) + v(1, 1)));
     const double along = w * by_w + x * by_x + y * by_y + z * by_z;  // its length does not turn it
     const double scale = inverse / longest;
     v_quat[0] = (by_w - along * w) * scale;
@@ -187,8 +185,7 @@ void turn_back(const ProjectParams& params, Block& block) {
         block.v_opacity[i] = v_visible * thinness * share;
         const double v_share = fades > 0 ? v_visible * opacity * thinness : 0.0;
         const double near_step = smooth_step(fade.nearness), small_step = smooth_step(fade.smallness);
-        const double v_root =
-            v_share * near_step * smooth_slope(fade.smallness) * fade.length / (kWhole - kVanished);
+        const double v_root = v_share * near_step * smooth_slope(fade.smallness) * fade.length / (kWhole - kVanished);
         double v_depth = block.v_depth[i] + v_share * smooth_slope(fade.nearness) * small_step * fade.length /
                                                 ((kFadedNear - 1) * camera.near);
         const double v_half_u = block.v_half_extents[0][i] - 0.5 * v_root * fade.root / half_u;
@@ -318,10 +315,18 @@ template <class T>
 void shade_back(const GaussianColumns<T>& gaussians, const ProjectParams& params, const ProjectedBoxes<T>& boxes,
                 const GaussianGradients<T>& gradients, std::size_t first, std::size_t count, Block& block) {
     switch (params.sh_degree) {
-        case 0: shade_back<0>(gaussians, boxes, gradients, first, count, block); break;
-        case 1: shade_back<1>(gaussians, boxes, gradients, first, count, block); break;
-        case 2: shade_back<2>(gaussians, boxes, gradients, first, count, block); break;
-        default: shade_back<3>(gaussians, boxes, gradients, first, count, block); break;
+        case 0:
+            shade_back<0>(gaussians, boxes, gradients, first, count, block);
+            break;
+        case 1:
+            shade_back<1>(gaussians, boxes, gradients, first, count, block);
+            break;
+        case 2:
+            shade_back<2>(gaussians, boxes, gradients, first, count, block);
+            break;
+        default:
+            shade_back<3>(gaussians, boxes, gradients, first, count, block);
+            break;
     }
 }
 
@@ -343,9 +348,15 @@ void project_backward_rows(const GaussianColumns<T>& gaussians, const ProjectPar
             shade_back(gaussians, params, boxes, gradients, first, count, block);
         if (!has_shape) continue;
         switch (params.lock) {
-            case Lock::off: turn_back<T, Lock::off>(params, block); break;
-            case Lock::anchor: turn_back<T, Lock::anchor>(params, block); break;
-            case Lock::given: turn_back<T, Lock::given>(params, block); break;
+            case Lock::off:
+                turn_back<T, Lock::off>(params, block);
+                break;
+            case Lock::anchor:
+                turn_back<T, Lock::anchor>(params, block);
+                break;
+            case Lock::given:
+                turn_back<T, Lock::given>(params, block);
+                break;
         }
         const std::int32_t* ids = boxes.ids + first;
         store_rows(block.v_mean, 3, ids, count, gradients.means);

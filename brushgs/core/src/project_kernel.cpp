@@ -29,8 +29,8 @@ constexpr double kKept = 0, kBehindNear = 1, kNotFinite = 2, kFaint = 3, kOutsid
 constexpr std::size_t kNumReasons = 5;
 
 struct alignas(64) Block {
-    BlockLane mean[3], quat[4], scale[3], opacity;                                     // read
-    BlockLane direction_asked, area_scale;                                                  // read, for Lock::given
+    BlockLane mean[3], quat[4], scale[3], opacity;                                           // read
+    BlockLane direction_asked, area_scale;                                                   // read, for Lock::given
     BlockLane center[2], half_extents[2], angle, depth, direction[3], visible, cull_reason;  // made
 };
 
@@ -110,8 +110,12 @@ void place(const ProjectParams& params, Block& block) {
 template <class T>
 void place(const ProjectParams& params, std::size_t first, std::size_t count, Block& block) {
     switch (params.lock) {
-        case Lock::off: place<T, Lock::off>(params, block); break;
-        case Lock::anchor: place<T, Lock::anchor>(params, block); break;
+        case Lock::off:
+            place<T, Lock::off>(params, block);
+            break;
+        case Lock::anchor:
+            place<T, Lock::anchor>(params, block);
+            break;
         case Lock::given:
             for (std::size_t i = 0; i < count; ++i) {
                 block.direction_asked[i] = within_reach(static_cast<double>(params.directions[first + i]));
@@ -183,8 +187,8 @@ std::size_t store(const GaussianColumns<T>& gaussians, std::size_t first, std::s
 }
 
 template <int degree, class T>
-std::size_t run(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin,
-                std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
+std::size_t run(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin, std::size_t end,
+                BoxRecord<T>* boxes, ProjectCounts& culled) {
     std::size_t num_boxes = 0, reasons[kNumReasons] = {};
     Block block{};
     for (std::size_t first = begin; first < end; first += kBlock) {
@@ -201,25 +205,29 @@ std::size_t run(const GaussianColumns<T>& gaussians, const ProjectParams& params
 }
 
 template <class T>
-std::size_t run(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin,
-                std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
+std::size_t run(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin, std::size_t end,
+                BoxRecord<T>* boxes, ProjectCounts& culled) {
     switch (params.sh_degree) {
-        case 0: return run<0>(gaussians, params, begin, end, boxes, culled);
-        case 1: return run<1>(gaussians, params, begin, end, boxes, culled);
-        case 2: return run<2>(gaussians, params, begin, end, boxes, culled);
-        default: return run<3>(gaussians, params, begin, end, boxes, culled);
+        case 0:
+            return run<0>(gaussians, params, begin, end, boxes, culled);
+        case 1:
+            return run<1>(gaussians, params, begin, end, boxes, culled);
+        case 2:
+            return run<2>(gaussians, params, begin, end, boxes, culled);
+        default:
+            return run<3>(gaussians, params, begin, end, boxes, culled);
     }
 }
 
 }  // namespace
 
-std::size_t project_rows(const GaussianColumns<float>& gaussians, const ProjectParams& params,
-                         std::size_t begin, std::size_t end, BoxRecord<float>* boxes, ProjectCounts& culled) {
+std::size_t project_rows(const GaussianColumns<float>& gaussians, const ProjectParams& params, std::size_t begin,
+                         std::size_t end, BoxRecord<float>* boxes, ProjectCounts& culled) {
     return run(gaussians, params, begin, end, boxes, culled);
 }
 
-std::size_t project_rows(const GaussianColumns<double>& gaussians, const ProjectParams& params,
-                         std::size_t begin, std::size_t end, BoxRecord<double>* boxes, ProjectCounts& culled) {
+std::size_t project_rows(const GaussianColumns<double>& gaussians, const ProjectParams& params, std::size_t begin,
+                         std::size_t end, BoxRecord<double>* boxes, ProjectCounts& culled) {
     return run(gaussians, params, begin, end, boxes, culled);
 }
 

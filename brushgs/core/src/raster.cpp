@@ -16,7 +16,7 @@ namespace {
 // Threads that pay for so much work: they are started one after another, 20 us each, so n of them are done after
 // work / n + n x 20 us, which is least at n = root(work / 20 us). On two processors a picture of 64 x 64 pixels
 // and 250 strokes, 50 us of work, takes 10 % less in one thread than in two; eight threads take three times as long.
-constexpr double kThreadCost = 20;                     // us
+constexpr double kThreadCost = 20;                   // us
 constexpr double kTileCost = 0.4, kVisitCost = 0.1;  // us: a tile, and a stroke in it, at least
 
 int useful_threads(double microseconds, int most) {
@@ -108,8 +108,8 @@ LevelChoice choose_levels(std::size_t count, const T* half_extents, std::span<co
     choice.of_box.resize(count);
     std::vector<std::uint16_t> row_of_code((bounds_u.size() + 1) * (bounds_v.size() + 1), 0);
     for (std::size_t i = 0; i < count; ++i) {
-        const std::size_t code = level(bounds_u, half_extents[2 * i]) * (bounds_v.size() + 1) +
-                                 level(bounds_v, half_extents[2 * i + 1]);
+        const std::size_t code =
+            level(bounds_u, half_extents[2 * i]) * (bounds_v.size() + 1) + level(bounds_v, half_extents[2 * i + 1]);
         choice.of_box[i] = static_cast<std::uint16_t>(code);
         row_of_code[code] = 1;
     }

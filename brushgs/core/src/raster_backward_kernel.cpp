@@ -1,7 +1,6 @@
 // The hot loops of the rasteriser's derivative, compiled once per instruction set (see CMakeLists.txt).
-#include "brushgs/raster_backward.hpp"
-
 #include "brushgs/lanes.hpp"
+#include "brushgs/raster_backward.hpp"
 #include "brushgs/sampling.hpp"
 
 namespace brushgs::BRUSHGS_ISA {
@@ -91,8 +90,9 @@ void read_row(Pixels<T> from, int y, int num_columns, GradientTile<T>& tile) {
         for (int i = 0; i < (num_columns - x) * width; ++i) to[i] = values[i];
         return to;
     };
-    const Pixels<T> rest{copy(from.rgb, 3, copies[0]),   copy(from.alpha, 1, copies[1]),   copy(from.depth, 1, copies[2]),
-                         copy(from.v_rgb, 3, copies[3]), copy(from.v_alpha, 1, copies[4]), copy(from.v_depth, 1, copies[5])};
+    const Pixels<T> rest{copy(from.rgb, 3, copies[0]),     copy(from.alpha, 1, copies[1]),
+                         copy(from.depth, 1, copies[2]),   copy(from.v_rgb, 3, copies[3]),
+                         copy(from.v_alpha, 1, copies[4]), copy(from.v_depth, 1, copies[5])};
     read_four(rest, first_block + x / kBlockSize, p, tile);
 }
 
@@ -107,8 +107,8 @@ void start(const RasterParams& params, int x0, int y0, const PictureGradients<T>
     T* all = tile.transmittance[0];
     for (int i = 0; i < kNumBlocks * kBlockPixels; ++i) all[i] = 1;
     for (int y = 0; y < num_rows; ++y) {
-        const std::size_t first = static_cast<std::size_t>(y0 + y) * static_cast<std::size_t>(params.width) +
-                                  static_cast<std::size_t>(x0);
+        const std::size_t first =
+            static_cast<std::size_t>(y0 + y) * static_cast<std::size_t>(params.width) + static_cast<std::size_t>(x0);
         const auto at = [first](const T* values) { return values == nullptr ? nullptr : values + first; };
         read_row<T>({picture.rgb + 3 * first, at(picture.alpha), at(picture.depth), picture.v_rgb + 3 * first,
                      at(picture.v_alpha), at(picture.v_depth)},
@@ -178,8 +178,8 @@ void add_texels(const RasterParams& params, const Record<T>& record, int x0, int
 
 template <class T, Kernel kernel, bool with_depth>
 [[gnu::always_inline]] inline void differentiate_record(const RasterParams& params, T min_transmittance,
-                                                        const Record<T>& record, int x0, int y0,
-                                                        GradientTile<T>& tile, T* sums, double* const* texels) {
+                                                        const Record<T>& record, int x0, int y0, GradientTile<T>& tile,
+                                                        T* sums, double* const* texels) {
     using L = Lanes<T>;
     using Real = typename L::Real;
     constexpr int W = L::width;
@@ -294,16 +294,23 @@ void differentiate_tile(const RasterParams& params, T min_transmittance, const R
                                       y0, tile, sums, texels);
     };
     switch (params.kernel) {
-        case Kernel::bilinear: with.template operator()<Kernel::bilinear>(); break;
-        case Kernel::nearest: with.template operator()<Kernel::nearest>(); break;
-        case Kernel::gaussian: with.template operator()<Kernel::gaussian>(); break;
-        case Kernel::ellipse: with.template operator()<Kernel::ellipse>(); break;
+        case Kernel::bilinear:
+            with.template operator()<Kernel::bilinear>();
+            break;
+        case Kernel::nearest:
+            with.template operator()<Kernel::nearest>();
+            break;
+        case Kernel::gaussian:
+            with.template operator()<Kernel::gaussian>();
+            break;
+        case Kernel::ellipse:
+            with.template operator()<Kernel::ellipse>();
+            break;
     }
 }
 
 template void differentiate_tile<float>(const RasterParams&, float, const Record<float>*, const std::uint32_t*,
-                                        std::size_t, int, int, const PictureGradients<float>&, float*,
-                                        double* const*);
+                                        std::size_t, int, int, const PictureGradients<float>&, float*, double* const*);
 template void differentiate_tile<double>(const RasterParams&, double, const Record<double>*, const std::uint32_t*,
                                          std::size_t, int, int, const PictureGradients<double>&, double*,
                                          double* const*);

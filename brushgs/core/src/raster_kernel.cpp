@@ -1,10 +1,9 @@
 // The hot loops of the rasteriser, compiled once per instruction set (see CMakeLists.txt).
-#include "brushgs/raster.hpp"
-
 #include <cmath>
 #include <limits>
 
 #include "brushgs/lanes.hpp"
+#include "brushgs/raster.hpp"
 #include "brushgs/sampling.hpp"
 #include "brushgs/trig.hpp"
 
@@ -12,7 +11,7 @@ namespace brushgs::BRUSHGS_ISA {
 
 namespace {
 
-constexpr double kMinExtent = 1e-12;     // pixels: anything thinner holds no pixel centre
+constexpr double kMinExtent = 1e-12;  // pixels: anything thinner holds no pixel centre
 
 template <class T>
 T clamped(T x, T low, T high) {
@@ -112,8 +111,7 @@ void make_records(const RasterParams& params, const BoxView<T>& boxes, std::size
     for (std::size_t first = begin; first < end; first += group) {
         const std::size_t count = end - first < group ? end - first : group;
         double sines[group], cosines[group], angles[group] = {};
-        for (std::size_t k = 0; k < count; ++k)
-            angles[k] = within_reach(static_cast<double>(boxes.angles[first + k]));
+        for (std::size_t k = 0; k < count; ++k) angles[k] = within_reach(static_cast<double>(boxes.angles[first + k]));
         for (std::size_t k = 0; k < group; ++k) {
             const SinCos axis = sincos_of(angles[k]);
             sines[k] = axis.sin;
@@ -232,7 +230,8 @@ void write_row(const TileState<T>& tile, int y, int num_columns, T* rgb, T* alph
     const int first_block = y / kBlockSize * kBlockColumns, p = y % kBlockSize * kBlockSize;
     int x = 0;
     for (; x + kBlockSize <= num_columns; x += kBlockSize)
-        write_four(tile, first_block + x / kBlockSize, p, rgb + 3 * x, alpha + x, depth == nullptr ? nullptr : depth + x);
+        write_four(tile, first_block + x / kBlockSize, p, rgb + 3 * x, alpha + x,
+                   depth == nullptr ? nullptr : depth + x);
     if (x == num_columns) return;
     T colors[3 * kBlockSize], alphas[kBlockSize], depths[kBlockSize];  // the picture ends within a block
     write_four(tile, first_block + x / kBlockSize, p, colors, alphas, depths);
@@ -248,8 +247,8 @@ void write_tile(const RasterParams& params, const TileState<T>& tile, int x0, in
     const int num_columns = params.width - x0 < kTileWidth ? params.width - x0 : kTileWidth;
     const int num_rows = params.height - y0 < kTileHeight ? params.height - y0 : kTileHeight;
     for (int y = 0; y < num_rows; ++y) {
-        const std::size_t first = static_cast<std::size_t>(y0 + y) * static_cast<std::size_t>(params.width) +
-                                  static_cast<std::size_t>(x0);
+        const std::size_t first =
+            static_cast<std::size_t>(y0 + y) * static_cast<std::size_t>(params.width) + static_cast<std::size_t>(x0);
         write_row(tile, y, num_columns, picture.rgb + 3 * first, picture.alpha + first,
                   picture.depth == nullptr ? nullptr : picture.depth + first);
     }
@@ -313,8 +312,13 @@ struct Queues {
     std::size_t num_free, queue_size;
 
     [[gnu::always_inline]] inline explicit Queues(const Pending<T>& p)
-        : slots(p.slots), free_slots(p.free_slots), entries(p.entries), depths(p.depths),
-          squared_softness(p.squared_softness), num_free(p.num_free), queue_size(p.queue_size) {}
+        : slots(p.slots),
+          free_slots(p.free_slots),
+          entries(p.entries),
+          depths(p.depths),
+          squared_softness(p.squared_softness),
+          num_free(p.num_free),
+          queue_size(p.queue_size) {}
 };
 
 // Adds the `count` fragments from place `first` on, of block b, to the sums, and frees their slots.
@@ -580,8 +584,9 @@ void blend_all_softly(const RasterParams& params, const Record<T>* records, cons
 }
 
 template <class T, Kernel kernel>
-void blend_with_softly(const RasterParams& params, const Record<T>* records, const T* softness, const std::uint32_t* ids,
-                       std::size_t num_ids, int x0, int y0, Pending<T>& pending, TileState<T>& tile, bool with_depth) {
+void blend_with_softly(const RasterParams& params, const Record<T>* records, const T* softness,
+                       const std::uint32_t* ids, std::size_t num_ids, int x0, int y0, Pending<T>& pending,
+                       TileState<T>& tile, bool with_depth) {
     if (with_depth)
         blend_all_softly<T, kernel, true>(params, records, softness, ids, num_ids, x0, y0, pending, tile);
     else
@@ -598,34 +603,45 @@ void paint_tile(const RasterParams& params, const Record<T>* records, const std:
     const bool with_depth = picture.depth != nullptr;
     tile.start(params, x0, y0, with_depth);
     switch (params.kernel) {
-        case Kernel::bilinear: blend_with<T, Kernel::bilinear>(params, records, ids, num_ids, x0, y0, tile, with_depth); break;
-        case Kernel::nearest: blend_with<T, Kernel::nearest>(params, records, ids, num_ids, x0, y0, tile, with_depth); break;
-        case Kernel::gaussian: blend_with<T, Kernel::gaussian>(params, records, ids, num_ids, x0, y0, tile, with_depth); break;
-        case Kernel::ellipse: blend_with<T, Kernel::ellipse>(params, records, ids, num_ids, x0, y0, tile, with_depth); break;
+        case Kernel::bilinear:
+            blend_with<T, Kernel::bilinear>(params, records, ids, num_ids, x0, y0, tile, with_depth);
+            break;
+        case Kernel::nearest:
+            blend_with<T, Kernel::nearest>(params, records, ids, num_ids, x0, y0, tile, with_depth);
+            break;
+        case Kernel::gaussian:
+            blend_with<T, Kernel::gaussian>(params, records, ids, num_ids, x0, y0, tile, with_depth);
+            break;
+        case Kernel::ellipse:
+            blend_with<T, Kernel::ellipse>(params, records, ids, num_ids, x0, y0, tile, with_depth);
+            break;
     }
     write_tile(params, tile, x0, y0, picture);
 }
 
 template <class T>
-void paint_tile_softly(const RasterParams& params, const Record<T>* records, const T* softness, const std::uint32_t* ids,
-                       std::size_t num_ids, int tile_x, int tile_y, Pending<T>& pending, const Picture<T>& picture) {
+void paint_tile_softly(const RasterParams& params, const Record<T>* records, const T* softness,
+                       const std::uint32_t* ids, std::size_t num_ids, int tile_x, int tile_y, Pending<T>& pending,
+                       const Picture<T>& picture) {
     const int x0 = tile_x * kTileWidth, y0 = tile_y * kTileHeight;
     TileState<T> tile;
     const bool with_depth = picture.depth != nullptr;
     tile.start(params, x0, y0, with_depth);
     if (params.kernel == Kernel::bilinear)
-        blend_with_softly<T, Kernel::bilinear>(params, records, softness, ids, num_ids, x0, y0, pending, tile, with_depth);
+        blend_with_softly<T, Kernel::bilinear>(params, records, softness, ids, num_ids, x0, y0, pending, tile,
+                                               with_depth);
     else
-        blend_with_softly<T, Kernel::nearest>(params, records, softness, ids, num_ids, x0, y0, pending, tile, with_depth);
+        blend_with_softly<T, Kernel::nearest>(params, records, softness, ids, num_ids, x0, y0, pending, tile,
+                                              with_depth);
     write_tile(params, tile, x0, y0, picture);
 }
 
-#define BRUSHGS_INSTANTIATE(T)                                                                                     \
-    template void make_records<T>(const RasterParams&, const BoxView<T>&, std::size_t, std::size_t, Record<T>*, \
+#define BRUSHGS_INSTANTIATE(T)                                                                                      \
+    template void make_records<T>(const RasterParams&, const BoxView<T>&, std::size_t, std::size_t, Record<T>*,     \
                                   Outline*);                                                                        \
     template void paint_tile<T>(const RasterParams&, const Record<T>*, const std::uint32_t*, std::size_t, int, int, \
                                 const Picture<T>&);                                                                 \
-    template void paint_tile_softly<T>(const RasterParams&, const Record<T>*, const T*, const std::uint32_t*,      \
+    template void paint_tile_softly<T>(const RasterParams&, const Record<T>*, const T*, const std::uint32_t*,       \
                                        std::size_t, int, int, Pending<T>&, const Picture<T>&);
 BRUSHGS_INSTANTIATE(float)
 BRUSHGS_INSTANTIATE(double)

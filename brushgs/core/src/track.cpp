@@ -20,8 +20,8 @@ constexpr double kMostCost = 500;   // of one view, so that sums over 24 views f
 constexpr double kMinorAxis = 0.3;
 
 template <class T>
-bool follow_rows(const GaussianColumns<T>& gaussians, const TrackParams& params, std::size_t begin,
-                 std::size_t end, FollowScratch& scratch, const Tracks& tracks) {
+bool follow_rows(const GaussianColumns<T>& gaussians, const TrackParams& params, std::size_t begin, std::size_t end,
+                 FollowScratch& scratch, const Tracks& tracks) {
     const CostTable& table = cost_table();
     Turn* turns = tracks.turns.get();
     std::uint8_t* area_scales = tracks.area_scales.get();
@@ -29,8 +29,10 @@ bool follow_rows(const GaussianColumns<T>& gaussians, const TrackParams& params,
     switch (best_isa()) {
         case Isa::avx512:
             return avx512::follow_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
-        case Isa::avx2: return avx2::follow_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
-        default: break;
+        case Isa::avx2:
+            return avx2::follow_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
+        default:
+            break;
     }
 #endif
     return baseline::follow_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);

@@ -45,16 +45,16 @@ constexpr Cost kForbidden = 8000;
 constexpr float kLimit = static_cast<float>(5.2 * kPi / 180);
 constexpr float kHalfTurnLimit = static_cast<float>(7.2 * kPi / 180);
 
-constexpr float kUnseenShare = 0.01F;   // weight of a knot at which the stroke is well outside the picture:
-constexpr double kReachSigmas = 4;      // farther than any box reaches, so that it turns freely only out of sight
-constexpr float kLeastWeight = 1e-3F;   // of any knot, so that the smoothing has one solution
-constexpr float kMostWeight = 1e4F;     // and this needs no more digits than a float has
-constexpr float kPinned = 1e6F;         // of the ends of a closed path
-constexpr float kSmoothing = 4.0F;      // against the squared turn from knot to knot
+constexpr float kUnseenShare = 0.01F;  // weight of a knot at which the stroke is well outside the picture:
+constexpr double kReachSigmas = 4;     // farther than any box reaches, so that it turns freely only out of sight
+constexpr float kLeastWeight = 1e-3F;  // of any knot, so that the smoothing has one solution
+constexpr float kMostWeight = 1e4F;    // and this needs no more digits than a float has
+constexpr float kPinned = 1e6F;        // of the ends of a closed path
+constexpr float kSmoothing = 4.0F;     // against the squared turn from knot to knot
 // The axis is taken for the goal where the choice lies this close to it, else the choice itself.
 constexpr float kTrust = static_cast<float>(8 * kPi / 180);
 
-constexpr float kGrowth = 1.07F;  // of the area of a box, at most, from knot to knot, for being off its axis
+constexpr float kGrowth = 1.07F;       // of the area of a box, at most, from knot to knot, for being off its axis
 constexpr float kBetweenKnots = 1.5F;  // a stroke near the camera may lie farther off its axis than at either knot
 
 [[gnu::always_inline]] inline float least(float x, float y) { return x < y ? x : y; }
@@ -103,8 +103,7 @@ void look(const TrackParams& params, const Block& block, const Sight& sight) {
             double axes[3][3];
             own_axes<T>(block.quat[0][i], block.quat[1][i], block.quat[2][i], block.quat[3][i], axes);
             const double scales[3] = {block.scale[0][i], block.scale[1][i], block.scale[2][i]};
-            const Footprint f =
-                footprint_of(view, block.mean[0][i], block.mean[1][i], block.mean[2][i], axes, scales);
+            const Footprint f = footprint_of(view, block.mean[0][i], block.mean[1][i], block.mean[2][i], axes, scales);
             const Direction major = major_axis(f.difference, f.twice_b, f.spread, f.sum);
             const Variances variance = variances(f, major.cosine, major.sine, low_pass);
             const LongestAxis longest = longest_axis(f, axes, scales);
@@ -405,8 +404,8 @@ inline std::uint8_t area_scale_of(float squared_area) {
 }
 
 template <class T>
-bool run(const GaussianColumns<T>& gaussians, const TrackParams& params, const CostTable& table,
-         std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns, std::uint8_t* area_scales) {
+bool run(const GaussianColumns<T>& gaussians, const TrackParams& params, const CostTable& table, std::size_t begin,
+         std::size_t end, FollowScratch& scratch, Turn* turns, std::uint8_t* area_scales) {
     const std::size_t num_views = params.num_views, count = end - begin;
     Series series[FollowScratch::kNumSeries];
     for (std::size_t k = 0; k < FollowScratch::kNumSeries; ++k)

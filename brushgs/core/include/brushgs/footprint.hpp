@@ -87,8 +87,7 @@ inline void load(const GaussianColumns<T>& gaussians, std::size_t first, std::si
 template <class T>
 [[gnu::always_inline]] static inline void own_axes(double qw, double qx, double qy, double qz, double axes[3][3]) {
     if constexpr (sizeof(T) == sizeof(double)) {  // squares of float quaternions cannot leave the range
-        const double longest =
-            larger(larger(absolute(qw), absolute(qx)), larger(absolute(qy), absolute(qz)));
+        const double longest = larger(larger(absolute(qw), absolute(qx)), larger(absolute(qy), absolute(qz)));
         qw /= longest, qx /= longest, qy /= longest, qz /= longest;
     }
     const double s = 2 / (qw * qw + qx * qx + qy * qy + qz * qz);
@@ -126,10 +125,10 @@ struct Direction {
 
 // What is the same for all Gaussians of a view.
 struct ViewFrame {
-    double w[12];           // camera from world, the first three rows
-    double fx, fy, cx, cy;  // pixels
+    double w[12];             // camera from world, the first three rows
+    double fx, fy, cx, cy;    // pixels
     double limit_x, limit_y;  // of x / z and y / z, where the Jacobian is taken
-    double eye[3];          // camera centre in the world
+    double eye[3];            // camera centre in the world
 };
 
 [[gnu::always_inline]] static inline ViewFrame view_frame(const View& view) {
@@ -203,10 +202,10 @@ struct Variances {
 
 // The longest own axis as it projects, pixels; equally long ones: the first. Signed, and fixed in the scene.
 struct LongestAxis {
-    double x, y;        // its column of M
-    double length;      // of that column if the axis lay across the view, pixels: rounding in x and y is relative to it
-    double axis[3];     // unit vector in the world
-    double which;       // 0, 1 or 2
+    double x, y;     // its column of M
+    double length;   // of that column if the axis lay across the view, pixels: rounding in x and y is relative to it
+    double axis[3];  // unit vector in the world
+    double which;    // 0, 1 or 2
 };
 
 [[gnu::always_inline]] static inline LongestAxis longest_axis(const Footprint& f, const double axes[3][3],

@@ -13,13 +13,13 @@ constexpr double kAnchorPull = 8;
 
 // An anchored direction and what it comes from. In the frame of the ellipse, p along its major axis and q across.
 struct Anchored {
-    double cosine;        // between the longest axis and the view
-    double side;          // squared sine between them
-    double anisotropy;    // of the variances, 0 to 1
-    double pull;          // of the major axis
-    double p, q;          // projection of the longest axis
-    double along;         // p, stretched
-    double seen;          // 1, or 0 where the projection is too short to give a direction
+    double cosine;      // between the longest axis and the view
+    double side;        // squared sine between them
+    double anisotropy;  // of the variances, 0 to 1
+    double pull;        // of the major axis
+    double p, q;        // projection of the longest axis
+    double along;       // p, stretched
+    double seen;        // 1, or 0 where the projection is too short to give a direction
     Direction direction;
 };
 

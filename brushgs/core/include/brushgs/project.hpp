@@ -42,10 +42,10 @@ struct ProjectParams {
     int sh_degree;      // terms evaluated: 0 to 3, at most those stored
     int num_threads;
     Lock lock;
-    const float* directions;  // [count] radians, for Lock::given
-    const float* area_scales;      // [count] least area of boxes in areas of the smallest, for Lock::given; or null
-    bool fades;               // whether strokes fade that would otherwise appear or vanish, see fade_of
-    double softness;              // depth over which two strokes hide each other in part, in sizes of a stroke; 0: none
+    const float* directions;   // [count] radians, for Lock::given
+    const float* area_scales;  // [count] least area of boxes in areas of the smallest, for Lock::given; or null
+    bool fades;                // whether strokes fade that would otherwise appear or vanish, see fade_of
+    double softness;           // depth over which two strokes hide each other in part, in sizes of a stroke; 0: none
 };
 
 // Why Gaussians have no box; each is counted once, under the first reason that holds.

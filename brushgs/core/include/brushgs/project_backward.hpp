@@ -10,15 +10,15 @@ namespace brushgs {
 // M boxes as `project` made them, and the gradients of the loss by them; layout as in brushgs.Boxes.
 template <class T>
 struct ProjectedBoxes {
-    std::size_t count;         // M
-    const std::int32_t* ids;   // [M]
-    const T* colors;           // [M, 3]: a channel that was cut at 0 passes nothing on
-    const T* v_centers;        // [M, 2]; this and those below: or null for zeros
-    const T* v_half_extents;   // [M, 2]
-    const T* v_angles;         // [M]
-    const T* v_depths;         // [M]
-    const T* v_colors;         // [M, 3]
-    const T* v_opacities;      // [M]
+    std::size_t count;        // M
+    const std::int32_t* ids;  // [M]
+    const T* colors;          // [M, 3]: a channel that was cut at 0 passes nothing on
+    const T* v_centers;       // [M, 2]; this and those below: or null for zeros
+    const T* v_half_extents;  // [M, 2]
+    const T* v_angles;        // [M]
+    const T* v_depths;        // [M]
+    const T* v_colors;        // [M, 3]
+    const T* v_opacities;     // [M]
 };
 
 // Gradients by the Gaussians; rows without a box are left as they are. Null where it is not wanted.
@@ -33,16 +33,16 @@ struct GaussianGradients {
 
 // `params` as for `project`, but that `sh_degree` should be the one stored: terms that are all zero have a gradient.
 template <class T>
-void project_backward(const GaussianColumns<T>& gaussians, const ProjectParams& params,
-                      const ProjectedBoxes<T>& boxes, const GaussianGradients<T>& gradients);
+void project_backward(const GaussianColumns<T>& gaussians, const ProjectParams& params, const ProjectedBoxes<T>& boxes,
+                      const GaussianGradients<T>& gradients);
 
 // Implemented once per instruction set, in project_backward_kernel.cpp: the boxes [begin, end).
-#define BRUSHGS_DECLARE_PROJECT_BACKWARD(isa)                                                                  \
-    namespace isa {                                                                                            \
-    template <class T>                                                                                         \
-    void project_backward_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params,               \
-                               const ProjectedBoxes<T>& boxes, const GaussianGradients<T>& gradients,          \
-                               std::size_t begin, std::size_t end);                                            \
+#define BRUSHGS_DECLARE_PROJECT_BACKWARD(isa)                                                         \
+    namespace isa {                                                                                   \
+    template <class T>                                                                                \
+    void project_backward_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params,      \
+                               const ProjectedBoxes<T>& boxes, const GaussianGradients<T>& gradients, \
+                               std::size_t begin, std::size_t end);                                   \
     }
 BRUSHGS_DECLARE_PROJECT_BACKWARD(baseline)
 BRUSHGS_DECLARE_PROJECT_BACKWARD(avx2)

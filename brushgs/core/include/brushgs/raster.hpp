@@ -24,14 +24,14 @@ enum class Kernel { bilinear, nearest, gaussian, ellipse };
 // M boxes, nearest first; layout as in brushgs.Boxes.
 template <class T>
 struct BoxView {
-    std::size_t count;        // M
-    const T* centers;         // [M, 2] pixels
-    const T* half_extents;    // [M, 2] pixels
-    const T* angles;          // [M] radians
-    const T* depths;          // [M] world units
-    const T* colors;          // [M, 3]
-    const T* opacities;       // [M]
-    const T* softness;           // [M] world units; or null: strokes hide each other by their order alone
+    std::size_t count;      // M
+    const T* centers;       // [M, 2] pixels
+    const T* half_extents;  // [M, 2] pixels
+    const T* angles;        // [M] radians
+    const T* depths;        // [M] world units
+    const T* colors;        // [M, 3]
+    const T* opacities;     // [M]
+    const T* softness;      // [M] world units; or null: strokes hide each other by their order alone
 };
 
 // One pre-filtered version of the stroke image. Entry (row i, column j) of `pairs` packs the 8-bit texels (i, j)
@@ -48,13 +48,13 @@ struct Level {
 
 struct RasterParams {
     Kernel kernel;
-    int width;                           // pixels
-    int height;                          // pixels
-    int num_threads;                     // >= 1, at most; negative: so many, whether they pay or not
-    double min_transmittance;            // 0 to 1: a pixel is finished before it lets less light through
-    int first_row = 0;                   // pixels: where a strip of the picture begins that is painted alone,
-    int end_row = 1 << 15;               // and ends; `rasterize` sets both
-    std::span<const Level> levels;       // images only: at least one
+    int width;                                    // pixels
+    int height;                                   // pixels
+    int num_threads;                              // >= 1, at most; negative: so many, whether they pay or not
+    double min_transmittance;                     // 0 to 1: a pixel is finished before it lets less light through
+    int first_row = 0;                            // pixels: where a strip of the picture begins that is painted alone,
+    int end_row = 1 << 15;                        // and ends; `rasterize` sets both
+    std::span<const Level> levels;                // images only: at least one
     std::span<const std::uint16_t> level_of_box;  // [M] row of `levels`; empty: all use levels[0]
 };
 
@@ -106,7 +106,7 @@ struct Pending {
     std::uint32_t* free_slots = nullptr;  // [num_slots] the first num_free are free, the last of them next
     PendingEntry* entries = nullptr;      // [num_queues, queue_size]
     T* depths = nullptr;                  // [num_queues, queue_size] camera z
-    T* squared_softness = nullptr;           // [num_queues, queue_size]
+    T* squared_softness = nullptr;        // [num_queues, queue_size]
     T* reaches = nullptr;                 // [num_ids of a tile] the largest squared band from there on
     std::size_t num_slots = 0, num_free = 0, queue_size = 0, num_reaches = 0;
     std::size_t heads[num_queues] = {}, tails[num_queues] = {};
@@ -150,18 +150,17 @@ void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Pictur
 
 // Implemented once per instruction set, in raster_kernel.cpp. Boxes begin to end become records[begin...] and
 // outlines[0...].
-#define BRUSHGS_DECLARE_RASTER_KERNELS(isa)                                                             \
-    namespace isa {                                                                                     \
-    template <class T>                                                                                  \
-    void make_records(const RasterParams&, const BoxView<T>&, std::size_t begin, std::size_t end,    \
-                      Record<T>* records, Outline* outlines);                                           \
-    template <class T>                                                                                  \
-    void paint_tile(const RasterParams&, const Record<T>* records, const std::uint32_t* ids,            \
-                    std::size_t num_ids, int tile_x, int tile_y, const Picture<T>&);                    \
-    template <class T>                                                                                  \
-    void paint_tile_softly(const RasterParams&, const Record<T>* records, const T* softness,               \
-                           const std::uint32_t* ids, std::size_t num_ids, int tile_x, int tile_y,       \
-                           Pending<T>& pending, const Picture<T>&);                                     \
+#define BRUSHGS_DECLARE_RASTER_KERNELS(isa)                                                                            \
+    namespace isa {                                                                                                    \
+    template <class T>                                                                                                 \
+    void make_records(const RasterParams&, const BoxView<T>&, std::size_t begin, std::size_t end, Record<T>* records,  \
+                      Outline* outlines);                                                                              \
+    template <class T>                                                                                                 \
+    void paint_tile(const RasterParams&, const Record<T>* records, const std::uint32_t* ids, std::size_t num_ids,      \
+                    int tile_x, int tile_y, const Picture<T>&);                                                        \
+    template <class T>                                                                                                 \
+    void paint_tile_softly(const RasterParams&, const Record<T>* records, const T* softness, const std::uint32_t* ids, \
+                           std::size_t num_ids, int tile_x, int tile_y, Pending<T>& pending, const Picture<T>&);       \
     }
 BRUSHGS_DECLARE_RASTER_KERNELS(baseline)
 BRUSHGS_DECLARE_RASTER_KERNELS(avx2)

@@ -49,12 +49,12 @@ void rasterize_backward(const RasterParams& params, double min_transmittance, co
 
 // Implemented once per instruction set, in raster_backward_kernel.cpp. Writes sums[num_ids, kNumSums]; `texels` may
 // be null.
-#define BRUSHGS_DECLARE_RASTER_BACKWARD(isa)                                                                   \
-    namespace isa {                                                                                            \
-    template <class T>                                                                                         \
-    void differentiate_tile(const RasterParams&, T min_transmittance, const Record<T>* records,                \
-                            const std::uint32_t* ids, std::size_t num_ids, int tile_x, int tile_y,             \
-                            const PictureGradients<T>&, T* sums, double* const* texels);                       \
+#define BRUSHGS_DECLARE_RASTER_BACKWARD(isa)                                                       \
+    namespace isa {                                                                                \
+    template <class T>                                                                             \
+    void differentiate_tile(const RasterParams&, T min_transmittance, const Record<T>* records,    \
+                            const std::uint32_t* ids, std::size_t num_ids, int tile_x, int tile_y, \
+                            const PictureGradients<T>&, T* sums, double* const* texels);           \
     }
 BRUSHGS_DECLARE_RASTER_BACKWARD(baseline)
 BRUSHGS_DECLARE_RASTER_BACKWARD(avx2)

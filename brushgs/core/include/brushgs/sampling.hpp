@@ -11,11 +11,11 @@
 
 namespace brushgs::BRUSHGS_ISA {
 
-constexpr int kBlockSize = 4;                                    // pixels; a block has 4 x 4 of them
+constexpr int kBlockSize = 4;  // pixels; a block has 4 x 4 of them
 constexpr int kBlockPixels = kBlockSize * kBlockSize;
-constexpr int kBlockColumns = kTileWidth / kBlockSize;           // 8
-constexpr int kBlockRows = kTileHeight / kBlockSize;             // 4
-constexpr int kNumBlocks = kBlockColumns * kBlockRows;           // 32: a tile's blocks fit a 32-bit mask
+constexpr int kBlockColumns = kTileWidth / kBlockSize;  // 8
+constexpr int kBlockRows = kTileHeight / kBlockSize;    // 4
+constexpr int kNumBlocks = kBlockColumns * kBlockRows;  // 32: a tile's blocks fit a 32-bit mask
 static_assert(kNumBlocks == 32);
 
 // The pixels of a tile that lie in the picture, a bit each of the blocks of `alive`; returns the blocks with any.

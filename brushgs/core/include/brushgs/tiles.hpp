@@ -34,9 +34,15 @@ inline double slack_of(const Outline& o) {
 class RowSpans {
 public:
     explicit RowSpans(const Outline& o)
-        : cos_(o.cos), sin_(o.sin), center_x_(o.center_x), center_y_(o.center_y), reach_u_(o.reach_u + slack_of(o)),
-          reach_v_(o.reach_v + slack_of(o)), slope_sign_(o.sin * o.cos < 0 ? -1.0 : 1.0),
-          per_cos_(1 / std::fabs(cos_)), per_sin_(1 / std::fabs(sin_)),
+        : cos_(o.cos),
+          sin_(o.sin),
+          center_x_(o.center_x),
+          center_y_(o.center_y),
+          reach_u_(o.reach_u + slack_of(o)),
+          reach_v_(o.reach_v + slack_of(o)),
+          slope_sign_(o.sin * o.cos < 0 ? -1.0 : 1.0),
+          per_cos_(1 / std::fabs(cos_)),
+          per_sin_(1 / std::fabs(sin_)),
           reach_y_(std::fabs(sin_) * reach_u_ + std::fabs(cos_) * reach_v_),
           corner_y_((cos_ < 0 ? -sin_ : sin_) * reach_u_ - (sin_ < 0 ? -cos_ : cos_) * reach_v_) {}
 

@@ -24,8 +24,8 @@ using Turn = std::int16_t;
 constexpr int kAreaScaleSteps = 32;
 
 struct Tracks {
-    Buffer<Turn> turns;            // [num_views, count]
-    Buffer<std::uint8_t> area_scales;   // [num_views, count]
+    Buffer<Turn> turns;                // [num_views, count]
+    Buffer<std::uint8_t> area_scales;  // [num_views, count]
     bool has_area_scales = false;      // whether any area_scale is not 0
 };
 

@@ -9,8 +9,8 @@ constexpr std::size_t kFollowRows = 64;  // Gaussians followed at a time
 
 // Costs of directions, whole numbers: the sum over a path stays in 16 bits, see track_kernel.cpp.
 using Cost = std::int16_t;
-constexpr std::size_t kLineStates = 64;    // directions of a line that are told apart: 2.8 degrees
-constexpr std::size_t kCircleStates = 128;  // and of an arrow
+constexpr std::size_t kLineStates = 64;                  // directions of a line that are told apart: 2.8 degrees
+constexpr std::size_t kCircleStates = 128;               // and of an arrow
 constexpr std::size_t kCostRow = kCircleStates + 2 * 8;  // the states of one view, repeated a little at both ends
 constexpr std::size_t kNumShapes = 32, kNumPhases = 2;
 
@@ -37,14 +37,14 @@ struct FollowScratch {
 
 // Follows the Gaussians [begin, end), at most kFollowRows, and writes their columns of `tracks`, which has
 // `gaussians.count` of them; returns whether any of them area_scales.
-#define BRUSHGS_DECLARE_FOLLOW(isa)                                                                            \
-    namespace isa {                                                                                            \
-    bool follow_rows(const GaussianColumns<float>& gaussians, const TrackParams& params,                      \
-                     const CostTable& table, std::size_t begin, std::size_t end, FollowScratch& scratch,       \
-                     Turn* turns, std::uint8_t* area_scales);                                                       \
-    bool follow_rows(const GaussianColumns<double>& gaussians, const TrackParams& params,                     \
-                     const CostTable& table, std::size_t begin, std::size_t end, FollowScratch& scratch,       \
-                     Turn* turns, std::uint8_t* area_scales);                                                       \
+#define BRUSHGS_DECLARE_FOLLOW(isa)                                                                               \
+    namespace isa {                                                                                               \
+    bool follow_rows(const GaussianColumns<float>& gaussians, const TrackParams& params, const CostTable& table,  \
+                     std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns,                     \
+                     std::uint8_t* area_scales);                                                                  \
+    bool follow_rows(const GaussianColumns<double>& gaussians, const TrackParams& params, const CostTable& table, \
+                     std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns,                     \
+                     std::uint8_t* area_scales);                                                                  \
     }
 
 BRUSHGS_DECLARE_FOLLOW(baseline)

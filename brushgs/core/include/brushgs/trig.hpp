@@ -29,11 +29,17 @@ constexpr double kLargestAngle = 1e5;  // radians: what `sincos_of` takes
     const double xx = x * x;
     // Taylor series on |x| <= pi/4: the first term left out is below 2e-17.
     const double s =
-        x + x * xx * (-1.0 / 6 + xx * (1.0 / 120 + xx * (-1.0 / 5040 + xx * (1.0 / 362880 +
-            xx * (-1.0 / 39916800 + xx * (1.0 / 6227020800.0 - xx / 1307674368000.0))))));
+        x + x * xx *
+                (-1.0 / 6 +
+                 xx * (1.0 / 120 + xx * (-1.0 / 5040 +
+                                         xx * (1.0 / 362880 + xx * (-1.0 / 39916800 + xx * (1.0 / 6227020800.0 -
+                                                                                            xx / 1307674368000.0))))));
     const double c =
-        1 + xx * (-0.5 + xx * (1.0 / 24 + xx * (-1.0 / 720 + xx * (1.0 / 40320 + xx * (-1.0 / 3628800 +
-            xx * (1.0 / 479001600 + xx * (-1.0 / 87178291200.0 + xx / 20922789888000.0)))))));
+        1 + xx * (-0.5 + xx * (1.0 / 24 +
+                               xx * (-1.0 / 720 + xx * (1.0 / 40320 +
+                                                        xx * (-1.0 / 3628800 + xx * (1.0 / 479001600 +
+                                                                                     xx * (-1.0 / 87178291200.0 +
+                                                                                           xx / 20922789888000.0)))))));
     // Which quarter of the circle, as 0, 1, 2, 3, without integers (they would not vectorise everywhere).
     const double turns = quarters * 0.25;
     const double whole = (turns - 0.375 + rounder) - rounder;
