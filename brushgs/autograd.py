@@ -26,7 +26,7 @@ Needs PyTorch: `pip install torch`.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import wraps
 from typing import Any, Self
 
@@ -36,14 +36,18 @@ from brushgs import scene
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter, Order, ViewLock
+from brushgs.rendering.backward import (
+    BOX_COLUMNS,
+    GAUSSIAN_COLUMNS,
+    BoxGradients,
+    project_backward,
+    rasterize_backward,
+)
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
-from brushgs.rendering.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS, BoxGradients
-from brushgs.rendering.project import Directions
-from brushgs.rendering.project import project as project_arrays
-from brushgs.rendering.project_backward import project_backward
+from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.project import LOW_PASS, Directions, ProjectOptions, project_by
 from brushgs.rendering.rasterize import rasterize as rasterize_arrays
-from brushgs.rendering.rasterize_backward import rasterize_backward
-from brushgs.scene import Camera
+from brushgs.scene import LAYERS, Camera
 
 try:
     import torch
@@ -143,12 +147,12 @@ class Frame:
         Raises:
             ValueError: if it has another shape.
         """
-        ground = torch.as_tensor(background, dtype=self.rgb.dtype)
-        if tuple(ground.shape) not in ((3,), tuple(self.rgb.shape)):
+        behind = torch.as_tensor(background, dtype=self.rgb.dtype)
+        if tuple(behind.shape) not in ((3,), tuple(self.rgb.shape)):
             raise ValueError(
-                f"over: background must have shape [3] or {list(self.rgb.shape)}, got {list(ground.shape)}"
+                f"over: background must have shape [3] or {list(self.rgb.shape)}, got {list(behind.shape)}"
             )
-        return self.rgb + (1 - self.alpha[..., None]) * ground
+        return self.rgb + (1 - self.alpha[..., None]) * behind
 
 
 def project(
@@ -156,7 +160,7 @@ def project(
     camera: Camera,
     *,
     num_sigmas: float = 2.0,
-    low_pass: float = 0.3,
+    low_pass: float = LOW_PASS,
     lock: ViewLock | Directions = "off",
     fade: bool = False,
     order: Order = "depth",
@@ -180,15 +184,22 @@ def project(
         TypeError: if an argument has another type.
         ValueError: if a value is out of range or `order` is "soft".
     """
+    options = ProjectOptions(num_sigmas, low_pass, lock, fade, order, num_threads)
+    return _projected("project", gaussians, camera, options)
+
+
+def _projected(where: str, gaussians: Gaussians, camera: Camera, options: ProjectOptions) -> Boxes:
     if not isinstance(gaussians, Gaussians):
         raise TypeError(
-            f"project: gaussians must be brushgs.autograd.Gaussians, got {type(gaussians).__name__}; "
+            f"{where}: gaussians must be brushgs.autograd.Gaussians, got {type(gaussians).__name__}; "
             "use Gaussians.of"
         )
-    _check_order("project", order)
-    options = {"num_sigmas": num_sigmas, "low_pass": low_pass, "lock": lock, "fade": fade}
-    columns = (getattr(gaussians, name) for name in GAUSSIAN_COLUMNS)
-    return Boxes(*_Project.apply(camera, {**options, "num_threads": num_threads}, *columns))
+    if options.order != "depth":
+        raise ValueError(
+            f'{where}: order must be "depth", got {options.order!r}; the soft order has no gradient, '
+            'refine with "depth" and paint with "soft"'
+        )
+    return Boxes(*_Project.apply(camera, options, *(getattr(gaussians, name) for name in GAUSSIAN_COLUMNS)))
 
 
 def rasterize(
@@ -228,7 +239,8 @@ def rasterize(
     options: dict[str, Any] = {"height": height, "width": width, "filter": filter, "depth": depth}
     options |= {"min_transmittance": min_transmittance, "num_threads": num_threads}
     columns = (getattr(boxes, name) for name in BOX_COLUMNS)
-    return Frame(*_Rasterize.apply(stroke, options, boxes.ids, coverage, *columns))
+    rgb, alpha, *layers = _Rasterize.apply(stroke, options, boxes.ids, coverage, *columns)
+    return Frame(rgb, alpha, **dict(zip(LAYERS, layers, strict=True)))
 
 
 def render(
@@ -240,7 +252,7 @@ def render(
     order: Order = "depth",
     filter: Filter = "mip",
     num_sigmas: float | None = None,
-    low_pass: float = 0.3,
+    low_pass: float = LOW_PASS,
     depth: bool = True,
     num_threads: int | None = None,
 ) -> Frame:
@@ -262,17 +274,17 @@ def render(
         TypeError: if an argument has another type.
         ValueError: if a value is out of range or `order` is "soft".
     """
-    _check_order("render", order)
     stroke, _ = _stroke_of("render", texture)
-    boxes = project(
-        gaussians,
-        camera,
-        num_sigmas=stroke.fitted_sigmas if num_sigmas is None else num_sigmas,
+    options = RenderOptions.of(
+        stroke,
+        lock=lock,
+        filter=filter,
+        num_sigmas=num_sigmas,
         low_pass=low_pass,
-        lock=lock if stroke.is_directed else "off",
-        fade=stroke.is_directed,
+        depth=depth,
         num_threads=num_threads,
     )
+    boxes = _projected("render", gaussians, camera, replace(options.projection, order=order))
     return rasterize(
         boxes,
         texture,
@@ -320,9 +332,9 @@ def _once(where: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
 
 class _Project(torch.autograd.Function):  # type: ignore[misc]
     @staticmethod
-    def forward(ctx: Any, camera: Camera, options: dict[str, Any], *columns: Tensor) -> tuple[Tensor, ...]:
+    def forward(ctx: Any, camera: Camera, options: ProjectOptions, *columns: Tensor) -> tuple[Tensor, ...]:
         gaussians = scene.Gaussians(*map(_array, columns))
-        boxes = project_arrays(gaussians, camera, **options)
+        boxes, _ = project_by(gaussians, camera, options)
         outputs = {name: _tensor(getattr(boxes, name)) for name in (*BOX_COLUMNS, "ids")}
         ctx.gaussians, ctx.boxes, ctx.camera, ctx.options = gaussians, boxes, camera, options
         ctx.set_materialize_grads(False)
@@ -338,11 +350,10 @@ class _Project(torch.autograd.Function):  # type: ignore[misc]
         found = project_backward(
             ctx.gaussians,
             ctx.camera,
-            ctx.boxes.ids,
-            ctx.boxes.colors,
+            ctx.boxes,
             BoxGradients(*(None if g is None else _array(g) for g in gradients[:-1])),
+            ctx.options,
             wanted=[name for name, is_needed in needs if is_needed],
-            **ctx.options,
         )
         by_column = (getattr(found, name) for name in GAUSSIAN_COLUMNS)
         return None, None, *(None if g is None else torch.from_numpy(g) for g in by_column)
@@ -361,7 +372,8 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
         arrays: list[Any] = [_array(column) for column in (*columns, ids)]
         boxes = scene.Boxes(*arrays)
         frame = rasterize_arrays(boxes, texture, **options)
-        picture = [None if p is None else torch.from_numpy(p) for p in (frame.rgb, frame.alpha, frame.depth)]
+        planes = (frame.rgb, frame.alpha, *(getattr(frame, name) for name in LAYERS))
+        picture = [None if plane is None else torch.from_numpy(plane) for plane in planes]
         ctx.boxes, ctx.frame, ctx.texture, ctx.options = boxes, frame, texture, options
         ctx.coverage_dtype = None if coverage is None else coverage.dtype
         ctx.set_materialize_grads(False)
@@ -372,7 +384,7 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
     @_once("rasterize")
     def backward(ctx: Any, *gradients: Tensor | None) -> tuple[Tensor | None, ...]:
         _ = ctx.saved_tensors  # raises where one was changed in place
-        v_rgb, v_alpha, v_depth = (None if g is None else _array(g) for g in gradients)
+        v_rgb, v_alpha, *v_layers = (None if g is None else _array(g) for g in gradients)
         needs_coverage, *needs = ctx.needs_input_grad[3:]
         found = rasterize_backward(
             ctx.boxes,
@@ -380,7 +392,7 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
             ctx.frame,
             np.zeros_like(ctx.frame.rgb) if v_rgb is None else v_rgb,
             v_alpha,
-            v_depth,
+            dict(zip(LAYERS, v_layers, strict=True)),
             filter=ctx.options["filter"],
             min_transmittance=ctx.options["min_transmittance"],
             with_coverage=needs_coverage,
@@ -430,14 +442,6 @@ def _check_tensors(where: str, columns: dict[str, Any]) -> None:
 
 def _name(tensor: Tensor) -> str:
     return str(tensor.dtype).removeprefix("torch.")
-
-
-def _check_order(where: str, order: Order) -> None:
-    if order != "depth":
-        raise ValueError(
-            f'{where}: order must be "depth", got {order!r}; the soft order has no gradient, '
-            'refine with "depth" and paint with "soft"'
-        )
 
 
 def _stroke_of(where: str, texture: StrokeTexture | Tensor) -> tuple[StrokeTexture, Tensor | None]:

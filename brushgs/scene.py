@@ -1,7 +1,7 @@
 """The values that travel through brushgs: Gaussians, Camera, Boxes and Frame.
 
 Each is a frozen set of NumPy columns, checked once where it is made, so that no later step needs to
-doubt it. Conventions (used everywhere): quaternions are w, x, y, z; camera axes x right, y down,
+check it again. Conventions (used everywhere): quaternions are w, x, y, z; camera axes x right, y down,
 z forward; `viewmat` takes world to camera on column vectors; the centre of the pixel in row i and
 column j lies at (j + 0.5, i + 0.5); colours are display-encoded, as the scene was trained; angles in
 radians from +x towards +y.
@@ -18,6 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 from brushgs.arrays import Array, check
 
 SH_TERMS = {1: 0, 4: 1, 9: 2, 16: 3}  # number of spherical-harmonic terms -> degree
+# The layers of a frame beside its colour: field of `Frame` -> column of `Boxes`, [M] or [M, channels], whose
+# alpha-weighted mean it is. Boxes without the column give frames without the layer. How many channels the
+# core has room for is said in core/include/brushgs/layers.hpp.
+LAYERS = {"depth": "depths"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +63,7 @@ class Gaussians:
         if sizes["k"] not in SH_TERMS:
             raise ValueError(f"Gaussians: sh must have 1, 4, 9 or 16 terms, got {sizes['k']}")
         _check_finite("Gaussians", self)
-        # The masks of rows are made only where a cheap look at all values at once finds a fault.
+        # The masks of rows are made only where a cheap test of all values at once finds a fault.
         if self.scales.min(initial=0) < 0:
             _check_rows("Gaussians", "scales", "be >= 0", np.any(self.scales < 0, axis=1))
         outside = (self.opacities < 0) | (self.opacities > 1)
@@ -95,7 +99,7 @@ class Camera:
         K: [3, 3] pinhole intrinsics in pixels, without skew, float64.
         width: image width in pixels, >= 1.
         height: image height in pixels, >= 1.
-        near: camera z in world units at or below which Gaussians are left out, > 0.
+        near: camera z in world units at or below which Gaussians are culled, > 0.
 
     Raises:
         ValueError: if a shape or value breaks the rules above.
@@ -187,7 +191,7 @@ class Camera:
         return np.asarray(-self.viewmat[:3, :3].T @ self.viewmat[:3, 3])
 
     def resized(self, width: int, height: int) -> "Camera":
-        """The same view in another size: the vertical field of view stays, the sides are cut or grow."""
+        """The same view in another size: the vertical field of view stays, the sides are cropped or grow."""
         factor = height / self.height
         K = self.K.copy()
         K[:2, :2] *= factor
@@ -248,6 +252,11 @@ class Boxes:
     def __len__(self) -> int:
         return len(self.centers)
 
+    def attributes(self) -> dict[str, Array]:
+        """The columns that become layers of a frame, by the name of the layer; see `LAYERS`."""
+        columns = {name: getattr(self, column) for name, column in LAYERS.items()}
+        return {name: column for name, column in columns.items() if column is not None}
+
     def take(self, rows: NDArray[np.integer[Any]] | NDArray[np.bool_] | slice) -> "Boxes":
         """The rows chosen by an index array, a mask or a slice, in that order, which must be one by depth."""
         columns = {f.name: getattr(self, f.name) for f in fields(self)}
@@ -267,8 +276,8 @@ class Frame:
 
     Attributes:
         rgb: [H, W, 3] colour premultiplied by alpha, display-encoded, float32 or float64.
-        alpha: [H, W] 1 - what still shines through, 0 to 1.
-        depth: [H, W] alpha-weighted mean camera z, 0 where nothing is painted; None if not asked for.
+        alpha: [H, W] 1 - transmittance, 0 to 1.
+        depth: [H, W] alpha-weighted mean camera z, 0 where nothing is painted; None if the frame has none.
     """
 
     rgb: Array  # [H, W, 3]
@@ -281,30 +290,31 @@ class Frame:
         Args:
             background: one RGB colour or an [H, W, 3] array, display-encoded, 0 to 1.
         """
-        return np.asarray(self.rgb + (1 - self.alpha[..., None]) * self._ground(background))
+        return np.asarray(self.rgb + (1 - self.alpha[..., None]) * self._behind(background))
 
     def bytes_over(self, background: Sequence[float] | Array) -> NDArray[np.uint8]:
         """The picture on a background as a screen shows it, uint8 [H, W, 3]: `over`, clipped and rounded.
 
-        In one pass over memory, which is a sixth of the time of rounding what `over` gives, bit for bit.
+        One pass over memory: a sixth of the time of rounding the result of `over`, and the same bits.
 
         Args:
             background: see `over`.
         """
         from brushgs import _core
 
-        rgb, alpha, ground = map(np.ascontiguousarray, (self.rgb, self.alpha, self._ground(background)))
+        rgb, alpha, behind = map(np.ascontiguousarray, (self.rgb, self.alpha, self._behind(background)))
         pixels = np.empty(rgb.shape, np.uint8)
-        _core.finish(rgb, alpha, ground, pixels)
+        _core.finish(rgb=rgb, alpha=alpha, background=behind, bytes=pixels)
         return pixels
 
-    def _ground(self, background: Sequence[float] | Array) -> Array:
-        ground = np.asarray(background, dtype=self.rgb.dtype)
-        if ground.shape not in ((3,), self.rgb.shape):
+    def _behind(self, background: Sequence[float] | Array) -> Array:
+        """The background in the dtype of the frame, [3] or [H, W, 3]."""
+        behind = np.asarray(background, dtype=self.rgb.dtype)
+        if behind.shape not in ((3,), self.rgb.shape):
             raise ValueError(
-                f"over: background must have shape [3] or {list(self.rgb.shape)}, got {list(ground.shape)}"
+                f"over: background must have shape [3] or {list(self.rgb.shape)}, got {list(behind.shape)}"
             )
-        return ground
+        return behind
 
 
 def _freeze_floats(where: str, value: Any, except_for: tuple[str, ...] = ()) -> None:

@@ -21,7 +21,7 @@ from brushgs.passes import contribution, lloyd
 from brushgs.passes.cluster import group
 from brushgs.passes.features import cluster_features
 from brushgs.passes.merge import merge_clusters
-from brushgs.rendering import rasterize as ops
+from brushgs.rendering import texture_levels
 from brushgs.scene import Frame, Gaussians
 from brushgs.still_life import still_life
 from tests.bench.leave_out import Painting, difference, shortcuts
@@ -159,16 +159,16 @@ def test_filters_are_those_of_scipy():
     expected = solveh_banded(gram, moments, lower=True)
     np.testing.assert_allclose(levels._without_overlap(moments), expected, rtol=0, atol=1e-14)
     result = np.empty((40, 40))
-    _core.filter_rows(moments, np.ascontiguousarray(moments.T), result)
+    _core.filter_rows(weights=moments, texels=np.ascontiguousarray(moments.T), result=result)
     np.testing.assert_allclose(result, moments @ moments.T, rtol=0, atol=1e-13)
 
 
 def test_a_level_made_later_is_the_one_made_with_others():
     texture = bg.StrokeTexture.open("flat")
-    together = ops._packed_levels(texture, [(2, 5), (0, 0), (2, 1)])
+    together = texture_levels._packed_levels(texture, [(2, 5), (0, 0), (2, 1)])
     for code, (pairs, _) in zip([(2, 5), (0, 0), (2, 1)], together, strict=True):
-        ops._cache.pop(texture, None)
-        np.testing.assert_array_equal(ops._packed_levels(texture, [code])[0][0], pairs)
+        texture_levels._cache.pop(texture, None)
+        np.testing.assert_array_equal(texture_levels._packed_levels(texture, [code])[0][0], pairs)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])

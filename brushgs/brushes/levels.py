@@ -164,7 +164,7 @@ def _filtered(texels: NDArray[np.float64], level: int) -> NDArray[np.float64]:
     """Columns of texels filtered for a level."""
     weights = _level_matrix(len(texels), level)
     result = np.empty((len(weights), texels.shape[1]))
-    _core.filter_rows(weights, texels, result)
+    _core.filter_rows(weights=weights, texels=texels, result=result)
     return result
 
 

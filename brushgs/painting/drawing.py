@@ -130,7 +130,7 @@ def _describe_levels(boxes: Boxes, texture: "StrokeTexture", filter: str, stage:
         return
     if filter != "mip" or len(boxes) == 0:
         return
-    from brushgs.rendering.rasterize import count_levels
+    from brushgs.rendering.texture_levels import count_levels
 
     used, total = count_levels(boxes, texture)
     stage.counts |= {"mip_levels": total, "mip_levels_used": used}

@@ -8,11 +8,9 @@ from dataclasses import dataclass, replace
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter, Lock, Order, ViewLock
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
-from brushgs.rendering.project import Directions, ProjectCounts, project_counted
+from brushgs.rendering.project import LOW_PASS, Directions, ProjectCounts, ProjectOptions, project_by
 from brushgs.rendering.rasterize import rasterize
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
-
-LOW_PASS = 0.3  # px^2: what scenes are trained with
 
 
 @dataclass(frozen=True)
@@ -27,7 +25,7 @@ class RenderOptions:
         num_sigmas: half extent of a box in standard deviations, > 0.
         low_pass: variance added to every projected Gaussian, px^2, >= 0.
         fade: whether strokes fade where they would otherwise appear or vanish, see `project`.
-        depth: whether frames carry a depth.
+        depth: whether frames have a depth.
         min_transmittance: see `rasterize`.
         num_threads: None takes the processors available to this process. The picture does not depend on it.
     """
@@ -55,17 +53,17 @@ class RenderOptions:
         depth: bool = True,
         num_threads: int | None = None,
     ) -> "RenderOptions":
-        """The options that suit a texture: a kernel has no direction to lock, and never fades.
+        """The options for a texture. A built-in kernel is drawn with lock "off", by depth, and never fades.
 
         Args:
             texture: what strokes are painted with.
-            lock: as asked for; "off" for a kernel.
-            order: as asked for; "depth" for a kernel.
-            filter: as asked for.
+            lock: for a stroke image, like the next.
+            order: see `RenderOptions`, like the others.
+            filter: how a stroke image is sampled.
             num_sigmas: None takes `texture.fitted_sigmas`.
-            low_pass: as asked for.
-            depth: as asked for.
-            num_threads: as asked for.
+            low_pass: px^2.
+            depth: whether frames have a depth.
+            num_threads: None takes the processors available to this process.
         """
         has_direction = texture.is_directed
         return cls(
@@ -83,19 +81,26 @@ class RenderOptions:
         """The same for one view of a path, whose strokes point in these directions."""
         return replace(self, lock=lock)
 
+    @property
+    def projection(self) -> ProjectOptions:
+        """Those that `project` takes.
+
+        Raises:
+            ValueError: if a value is out of range, or `lock` is "track": a frame needs its directions.
+        """
+        return ProjectOptions(
+            num_sigmas=self.num_sigmas,
+            low_pass=self.low_pass,
+            lock=self.lock,
+            fade=self.fade,
+            order=self.order,
+            num_threads=self.num_threads,
+        )
+
 
 def project_with(gaussians: Gaussians, camera: Camera, options: RenderOptions) -> tuple[Boxes, ProjectCounts]:
     """`project` by these options, and what was culled. Raises the same."""
-    return project_counted(
-        gaussians,
-        camera,
-        num_sigmas=options.num_sigmas,
-        low_pass=options.low_pass,
-        lock=options.lock,  # type: ignore[arg-type]  # "track" is refused: a frame needs its directions
-        fade=options.fade,
-        order=options.order,
-        num_threads=options.num_threads,
-    )
+    return project_by(gaussians, camera, options.projection)
 
 
 def rasterize_with(boxes: Boxes, camera: Camera, texture: StrokeTexture, options: RenderOptions) -> Frame:

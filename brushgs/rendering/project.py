@@ -3,20 +3,21 @@
 The arithmetic is in the compiled core; its plain definition is `brushgs.rendering.reference.project`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from math import inf
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs import _core
 from brushgs.arrays import check
-from brushgs.options.choices import Order, ViewLock
+from brushgs.options.choices import Lock, Order, ViewLock
 from brushgs.scene import Boxes, Camera, Gaussians
 from brushgs.sh import used_sh_degree
 from brushgs.threads import num_threads_or_default
 
+LOW_PASS = 0.3  # px^2: what scenes are trained with
 # Depth over which strokes cross-fade in the soft order, in sizes of a stroke: swaps that show fall to nothing
 # and the picture comes no less close to the plain render (tests/bench/order.py).
 SOFTNESS = 0.5
@@ -40,7 +41,7 @@ class ProjectCounts:
 
     @property
     def total(self) -> int:
-        """All that were left out."""
+        """All that were culled."""
         return self.behind_near + self.not_finite + self.faint + self.outside
 
 
@@ -85,12 +86,79 @@ class Directions:
         return len(self.angles)
 
 
+@dataclass(frozen=True)
+class ProjectOptions:
+    """How Gaussians become boxes: the options of `project`, which documents them, with their defaults.
+
+    Raises:
+        ValueError: if a value is out of range.
+    """
+
+    num_sigmas: float = 2.0
+    low_pass: float = LOW_PASS
+    lock: Lock | Directions = "off"  # "track" is refused: one view alone has no path
+    fade: bool = False
+    order: Order = "depth"
+    num_threads: int | None = None
+
+    def __post_init__(self) -> None:
+        if not 0 < self.num_sigmas < inf:
+            raise ValueError(f"project: num_sigmas must be positive and finite, got {self.num_sigmas}")
+        if not 0 <= self.low_pass < inf:
+            raise ValueError(f"project: low_pass must be >= 0 and finite, got {self.low_pass}")
+        if self.order not in get_args(Order):
+            raise ValueError(
+                f"project: order must be one of {', '.join(get_args(Order))}, got {self.order!r}"
+            )
+        if self.directions is None and self.lock not in get_args(ViewLock):
+            raise ValueError(
+                f"project: lock must be {', '.join(get_args(ViewLock))} or Directions, got {self.lock!r}"
+            )
+
+    @property
+    def directions(self) -> Directions | None:
+        """Those of `lock`, if any."""
+        return self.lock if isinstance(self.lock, Directions) else None
+
+    def core_arguments(self, gaussians: Gaussians, camera: Camera) -> dict[str, Any]:
+        """What projecting and its derivative pass to the core alike.
+
+        Raises:
+            TypeError: if an argument has another type.
+            ValueError: if there are too many Gaussians, or not one direction for each.
+        """
+        if not isinstance(gaussians, Gaussians):
+            raise TypeError(f"project: gaussians must be Gaussians, got {type(gaussians).__name__}")
+        if not isinstance(camera, Camera):
+            raise TypeError(f"project: camera must be a Camera, got {type(camera).__name__}")
+        if len(gaussians) >= 2**31:
+            raise ValueError(
+                f"project: gaussians must be fewer than 2^31, got {len(gaussians)}; prune them first"
+            )
+        given = self.directions
+        if given is not None and len(given) != len(gaussians):
+            raise ValueError(
+                f"project: lock must hold {len(gaussians)} directions, one per Gaussian, got {len(given)}"
+            )
+        return {
+            **{field.name: getattr(gaussians, field.name) for field in fields(gaussians)},
+            "view": view_of(camera),
+            "num_sigmas": float(self.num_sigmas),
+            "low_pass": float(self.low_pass),
+            "lock": _core.Lock.given if given is not None else getattr(_core.Lock, str(self.lock)),
+            "directions": None if given is None else given.angles,
+            "area_scales": None if given is None else given.area_scales,
+            "fades": bool(self.fade),
+            "num_threads": num_threads_or_default(self.num_threads),
+        }
+
+
 def project(
     gaussians: Gaussians,
     camera: Camera,
     *,
     num_sigmas: float = 2.0,
-    low_pass: float = 0.3,
+    low_pass: float = LOW_PASS,
     lock: ViewLock | Directions = "off",
     fade: bool = False,
     order: Order = "depth",
@@ -99,8 +167,8 @@ def project(
     """Project Gaussians to oriented boxes on the image plane.
 
     The ellipse of a Gaussian is that of the projected covariance M M^T + low_pass I with M = J W R S. Its
-    box is the smallest one in the direction that `lock` chooses, cut at `num_sigmas` standard deviations:
-    whatever the direction, the box just covers the ellipse. Gaussians that cannot paint are left out: see
+    box is the smallest one in the direction that `lock` chooses, clipped at `num_sigmas` standard deviations:
+    whatever the direction, the box just covers the ellipse. Gaussians that cannot paint are culled, see
     `ProjectCounts`.
     Source: Zwicker et al. 2002, EWA Splatting (local affine projection); Kerbl et al. 2023 (the clamp of
     the Jacobian to 1.3 times the field of view, the low-pass, the spherical harmonics).
@@ -113,14 +181,14 @@ def project(
         lock: which way the u axis of a box points. "off": along the major axis of the ellipse, angle in
             (-pi/2, pi/2], as published: it jumps by half a turn where that axis is vertical. "anchor": the
             branch of the major axis nearer to the projection of the Gaussian's own longest axis, bent toward
-            that projection as the ellipse gets round: continuous but where one looks along the longest
-            axis; angle in (-pi, pi]. `Directions`: as `track_directions` chose them.
+            that projection as the ellipse gets round: continuous except for views along the longest axis;
+            angle in (-pi, pi]. `Directions`: as `track_directions` chose them.
         fade: whether strokes fade that would otherwise appear or vanish between two frames: from eight times
             the distance of the near plane to that plane, from 4 to 100 times the area of the picture, and as
             their length goes under a pixel (by what it is over what `low_pass` makes of it).
         order: "depth": boxes without softness. "soft": each with `SOFTNESS` times the geometric mean of the
             two larger scales of its Gaussian, over which `rasterize` lets boxes fade into each other.
-        num_threads: threads to run in, None for one per CPU; the result is the same, bit for bit.
+        num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Returns:
         At most N boxes in the dtype of the scene, nearest first, ties by row: equal input gives equal
@@ -133,70 +201,32 @@ def project(
 
     Where both axes are equally long the angle of "off" is undefined: 0 is returned there.
     """
-    return project_counted(
-        gaussians,
-        camera,
-        num_sigmas=num_sigmas,
-        low_pass=low_pass,
-        lock=lock,
-        fade=fade,
-        order=order,
-        num_threads=num_threads,
-    )[0]
+    options = ProjectOptions(num_sigmas, low_pass, lock, fade, order, num_threads)
+    return project_by(gaussians, camera, options)[0]
 
 
-def project_counted(
-    gaussians: Gaussians,
-    camera: Camera,
-    *,
-    num_sigmas: float = 2.0,
-    low_pass: float = 0.3,
-    lock: ViewLock | Directions = "off",
-    fade: bool = False,
-    order: Order = "depth",
-    num_threads: int | None = None,
-) -> tuple[Boxes, ProjectCounts]:
-    """`project`, and what was left out by it and why: `len(boxes) + counts.total == len(gaussians)`."""
-    if not isinstance(gaussians, Gaussians):
-        raise TypeError(f"project: gaussians must be Gaussians, got {type(gaussians).__name__}")
-    if not isinstance(camera, Camera):
-        raise TypeError(f"project: camera must be a Camera, got {type(camera).__name__}")
-    if not 0 < num_sigmas < inf:
-        raise ValueError(f"project: num_sigmas must be positive and finite, got {num_sigmas}")
-    if not 0 <= low_pass < inf:
-        raise ValueError(f"project: low_pass must be >= 0 and finite, got {low_pass}")
-    if len(gaussians) >= 2**31:
-        raise ValueError(
-            f"project: gaussians must be fewer than 2^31, got {len(gaussians)}; prune them first"
-        )
-    if order not in get_args(Order):
-        raise ValueError(f"project: order must be one of {', '.join(get_args(Order))}, got {order!r}")
-    given = lock if isinstance(lock, Directions) else None
-    if given is None and lock not in get_args(ViewLock):
-        raise ValueError(f"project: lock must be {', '.join(get_args(ViewLock))} or Directions, got {lock!r}")
-    if given is not None and len(given) != len(gaussians):
-        raise ValueError(
-            f"project: lock must hold {len(gaussians)} directions, one per Gaussian, got {len(given)}"
-        )
+def project_by(gaussians: Gaussians, camera: Camera, options: ProjectOptions) -> tuple[Boxes, ProjectCounts]:
+    """`project` by these options, and what was culled: `len(boxes) + counts.total == len(gaussians)`."""
+    arguments = options.core_arguments(gaussians, camera)
     columns, culled = _core.project(
-        gaussians.means,
-        gaussians.quats,
-        gaussians.scales,
-        gaussians.opacities,
-        gaussians.sh,
-        camera.viewmat,
-        camera.K,
+        **arguments,
+        sh_degree=used_sh_degree(gaussians),
+        softness=SOFTNESS if options.order == "soft" else 0.0,
+    )
+    return Boxes(**columns), ProjectCounts(**culled)
+
+
+def project_counted(gaussians: Gaussians, camera: Camera, **options: Any) -> tuple[Boxes, ProjectCounts]:
+    """`project_by`, its options by name."""
+    return project_by(gaussians, camera, ProjectOptions(**options))
+
+
+def view_of(camera: Camera) -> _core.View:
+    """A camera as the core takes it."""
+    return _core.View(
+        viewmat=camera.viewmat,
+        K=camera.K,
         width=int(camera.width),
         height=int(camera.height),
         near=float(camera.near),
-        num_sigmas=float(num_sigmas),
-        low_pass=float(low_pass),
-        sh_degree=used_sh_degree(gaussians),
-        num_threads=num_threads_or_default(num_threads),
-        lock=_core.Lock.given if given is not None else getattr(_core.Lock, str(lock)),
-        directions=None if given is None else given.angles,
-        area_scales=None if given is None else given.area_scales,
-        fades=bool(fade),
-        softness=SOFTNESS if order == "soft" else 0.0,
     )
-    return Boxes(*columns), ProjectCounts(*culled)

@@ -1,23 +1,19 @@
-"""Boxes become frames: the public functions over the compiled rasteriser."""
+"""Boxes become frames: the public function over the compiled rasteriser."""
 
-from itertools import groupby
-from operator import itemgetter
-from typing import Any, NamedTuple, get_args
-from weakref import WeakKeyDictionary
+from dataclasses import replace
+from typing import Any, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgs import _core
-from brushgs.arrays import Array
-from brushgs.brushes.levels import axis_levels, filtered_along_u, filtered_along_v, level_bounds
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import MAX_PIXELS, MAX_SIDE, Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
+from brushgs.rendering.texture_levels import kernel_of, levels_for
 from brushgs.scene import Boxes, Frame
 from brushgs.threads import num_threads_or_default
 
-WHOLE_EXPONENT = 40  # softness of 1e-12 to 1e12 world units is taken as it is
+PLAIN_EXPONENT = 40  # softness of 1e-12 to 1e12 world units needs no other unit
 
 
 def rasterize(
@@ -34,33 +30,34 @@ def rasterize(
     """Paint boxes front to back with a stroke texture.
 
     At the centre p of a pixel a box with axes u, v and half extents h has x' = u . (p - center) and
-    y' = v . (p - center). Inside (|x'| < h_u, |y'| < h_v) the coverage is read at ((1 + x'/h_u)/2,
+    y' = v . (p - center). Inside (|x'| < h_u, |y'| < h_v) the coverage is sampled at ((1 + x'/h_u)/2,
     (1 + y'/h_v)/2) of the stroke image, and alpha = min(0.99, opacity x coverage). Alphas under 1/255 are
-    skipped; a pixel is finished before its transmittance falls under `min_transmittance`.
+    skipped; a pixel is finished before its transmittance falls under `min_transmittance`. A layer of the
+    frame, like its depth, is the mean of an attribute of the boxes, weighted as their colours are.
     Source: Xiang et al. 2025, section 3.4; blending: Kerbl et al. 2023. Defined by `rendering/reference.py`.
 
     Boxes with softness are drawn in soft order. Box j hides the share S(x) of box i, x = (z_i - z_j) / b with
-    b^2 = bands_i^2 + bands_j^2: all of it for x >= 1, nothing for x <= -1, and 1/2 + x (3 - x^2) / 4 between,
-    where each hides a part of the other and none jumps while it passes. Box i weighs w_i = alpha_i x product
-    over j of (1 - alpha_j S_ij), and weights are scaled to sum to 1 - product of (1 - alpha_i). A box is not
-    seen, though it hides, in a pixel where what lies wholly in front (x >= 1) and the box itself would leave
-    less than `min_transmittance`; a pixel takes no more boxes once all so far, however near, would leave less
-    than 1e-31. Boxes further apart than b give the same bits as boxes without. The built-in kernels
-    ("gaussian", "ellipse") ignore softness.
+    b^2 = softness_i^2 + softness_j^2: all of it for x >= 1, nothing for x <= -1, and 1/2 + x (3 - x^2) / 4
+    between, where each hides a part of the other and none jumps while it passes. Box i has the weight w_i =
+    alpha_i x product over j of (1 - alpha_j S_ij), and weights are scaled to sum to 1 - product of
+    (1 - alpha_i). A box is not seen, though it hides others, in a pixel where what lies wholly in front
+    (x >= 1) and the box itself would leave less than `min_transmittance`; a pixel takes no more boxes once
+    all so far, however near, would leave less than 1e-31. Boxes further apart than b give the same bits as
+    boxes without softness. The built-in kernels ("gaussian", "ellipse") ignore softness.
 
     Args:
         boxes: M strokes, nearest first.
         texture: what fills a box.
         height: pixels, 1 to 32767.
         width: pixels, 1 to 32767; height x width at most 2^28.
-        filter: how a stroke image is read. "bilinear": between the four nearest texels, as published.
+        filter: how a stroke image is sampled. "bilinear": between the four nearest texels, as published.
             "mip": bilinear from a copy of the image filtered for the stroke's size, so that small strokes do
             not shimmer. "nearest": the nearest texel. The built-in kernels need no filter.
-        depth: whether the frame carries a depth.
-        min_transmittance: a pixel is finished before it would let less light through, in [0, 1); what lies
-            behind is not looked at, and can change the picture by about as much. The default is a hair under
-            1e-4, so that both of two strokes of full paint are seen, which leave just that. 0: all strokes
-            count (in soft order up to the 1e-31 above).
+        depth: whether the frame has a depth.
+        min_transmittance: a pixel is finished before it would let less light through, in [0, 1); strokes
+            behind are skipped, and could change the picture by about as much. The default is just below 1e-4,
+            so that two strokes of full paint, which leave exactly that, are both seen. 0: all strokes count
+            (in soft order up to the 1e-31 above).
         num_threads: None takes the processors available to this process. The picture does not depend on it.
 
     Returns:
@@ -81,113 +78,45 @@ def rasterize(
     if not 0 <= min_transmittance < 1:
         raise ValueError(f"rasterize: min_transmittance must be in [0, 1), got {min_transmittance}")
     threads = num_threads_or_default(num_threads)
-    levels = _levels_for(boxes, texture, filter)
+    is_soft = boxes.softness is not None and texture.kind == "image"
+    boxes, exponent = _in_plain_range(boxes) if is_soft else (boxes, 0)
+    attributes = {name: a for name, a in boxes.attributes().items() if depth or name != "depth"}
     is_single = boxes.centers.dtype == np.float32
     new_plane: Any = _core.new_plane_float32 if is_single else _core.new_plane_float64
     rgb, alpha = new_plane([height, width, 3]), new_plane([height, width])
-    z = new_plane([height, width]) if depth else None
-    softness = boxes.softness if texture.kind == "image" else None
-    depths, softness, exponent = _in_range(boxes.depths, softness)
+    layers = {name: new_plane([height, width, *a.shape[1:]]) for name, a in attributes.items()}
     _core.rasterize(
-        _kernel_of(texture, filter),
-        threads,
-        float(min_transmittance),
-        boxes.centers,
-        boxes.half_extents,
-        boxes.angles,
-        depths,
-        boxes.colors,
-        boxes.opacities,
-        softness,
-        levels.pairs,
-        levels.sizes,
-        levels.reaches,
-        levels.of_box,
-        rgb,
-        alpha,
-        z,
+        kernel=kernel_of(texture, filter),
+        levels=levels_for(boxes, texture, filter).packed,
+        min_transmittance=float(min_transmittance),
+        num_threads=threads,
+        centers=boxes.centers,
+        half_extents=boxes.half_extents,
+        angles=boxes.angles,
+        colors=boxes.colors,
+        opacities=boxes.opacities,
+        attributes=list(attributes.values()),
+        depths=boxes.depths if is_soft else None,
+        softness=boxes.softness if is_soft else None,
+        rgb=rgb,
+        alpha=alpha,
+        layers=list(layers.values()),
     )
-    if exponent and z is not None:
-        np.ldexp(z, -exponent, out=z)
-    return Frame(rgb, alpha, z)
+    if exponent and "depth" in layers:
+        np.ldexp(layers["depth"], -exponent, out=layers["depth"])
+    return Frame(rgb, alpha, **layers)
 
 
-def _in_range(depths: Array, softness: Array | None) -> tuple[Array, Array | None, int]:
-    """Depths and softness in a unit, a power of two, in which their squares fit the type, and its exponent.
+def _in_plain_range(boxes: Boxes) -> tuple[Boxes, int]:
+    """Boxes with depths and softness in units of 2^-exponent, in which squared softness fits the dtype.
 
-    The kernel squares softness. In float32 that ends at 1e19 and begins at 1e-19 world units.
+    The kernel squares softness: in float32 that overflows from 1e19 world units on and vanishes below 1e-19.
     """
-    largest = 0.0 if softness is None else float(softness.max(initial=0))
-    if softness is None or largest == 0 or 2.0**-WHOLE_EXPONENT < largest < 2.0**WHOLE_EXPONENT:
-        return depths, softness, 0
-    largest_exponent = np.finfo(depths.dtype).maxexp - 2
-    exponent = int(min(-np.frexp(largest)[1], largest_exponent - np.frexp(depths[-1])[1]))
-    return np.ldexp(depths, exponent), np.ldexp(softness, exponent), exponent
-
-
-def _kernel_of(texture: StrokeTexture, filter: Filter) -> _core.Kernel:
-    if texture.kind == "gaussian":
-        return _core.Kernel.gaussian
-    if texture.kind == "ellipse":
-        return _core.Kernel.ellipse
-    return _core.Kernel.nearest if filter == "nearest" else _core.Kernel.bilinear
-
-
-def count_levels(boxes: Boxes, texture: StrokeTexture) -> tuple[int, int]:
-    """How many copies of a stroke image these boxes need with `filter="mip"`, and how many there could be."""
-    bounds = [level_bounds(size) for size in reversed(texture.coverage.shape)]
-    used, _ = _core.choose_levels(boxes.half_extents, *bounds)
-    return len(used), (len(bounds[0]) + 1) * (len(bounds[1]) + 1)
-
-
-class _Levels(NamedTuple):
-    """The L versions of the stroke image that a set of boxes needs, as the core reads them."""
-
-    pairs: list[NDArray[np.uint16]]  # L times [rows * columns + 1]
-    sizes: NDArray[np.int32]  # [L, 2] columns, rows
-    reaches: NDArray[np.float64]  # [L, 2] along u, v: half extents of the box that the texels span
-    of_box: NDArray[np.uint16]  # [M] row of the above; [0]: all boxes use the first
-    codes: list[tuple[int, int]]  # L times the level along u and along v, see `level_coverage`
-
-
-def _levels_for(boxes: Boxes, texture: StrokeTexture, filter: Filter) -> _Levels:
-    all_first = np.empty(0, np.uint16)
-    if texture.kind != "image":
-        return _Levels([], np.empty((0, 2), np.int32), np.empty((0, 2)), all_first, [])
-    rows, columns = texture.coverage.shape
-    u, v = axis_levels(columns), axis_levels(rows)
-    if filter == "mip":
-        used, of_box = _core.choose_levels(boxes.half_extents, level_bounds(columns), level_bounds(rows))
-        codes = [divmod(int(code), len(v)) for code in used]
-    else:
-        codes, of_box = [(0, 0)], all_first
-    levels = _packed_levels(texture, codes)
-    sizes = np.array([size for _, size in levels], np.int32).reshape(-1, 2)
-    reaches = np.array([(u[i].scale, v[j].scale) for i, j in codes]).reshape(-1, 2)
-    return _Levels([pairs for pairs, _ in levels], sizes, reaches, of_box, codes)
-
-
-_Packed = tuple[NDArray[np.uint16], tuple[int, int]]
-_cache: WeakKeyDictionary[StrokeTexture, dict[tuple[int, int], _Packed]] = WeakKeyDictionary()
-
-
-def _packed_levels(texture: StrokeTexture, codes: list[tuple[int, int]]) -> list[_Packed]:
-    """Levels (u, v) as the core reads them; those not asked for before are made, those of one u together."""
-    of_texture = _cache.setdefault(texture, {})
-    missing = sorted(code for code in codes if code not in of_texture)
-    for level_u, group in groupby(missing, key=itemgetter(0)):
-        along_u = filtered_along_u(texture.coverage, level_u)
-        for _, level_v in group:
-            of_texture[level_u, level_v] = _packed(filtered_along_v(along_u, level_v))
-    return [of_texture[code] for code in codes]
-
-
-def _packed(coverage: NDArray[np.uint8]) -> _Packed:
-    """One level as the core reads it, each texel paired with the one below, and its (columns, rows)."""
-    texels = coverage.astype(np.uint16)
-    for axis in (0, 1):  # bilinear sampling stands between two texels
-        if texels.shape[axis] == 1:
-            texels = np.repeat(texels, 2, axis)
-    below = np.concatenate([texels[1:], texels[-1:]])
-    pairs = np.append((texels | below << 8).ravel(), np.uint16(0))
-    return pairs, (texels.shape[1], texels.shape[0])
+    assert boxes.softness is not None, "only the soft order needs this"
+    largest = float(boxes.softness.max(initial=0))
+    if largest == 0 or 2.0**-PLAIN_EXPONENT < largest < 2.0**PLAIN_EXPONENT:
+        return boxes, 0
+    largest_exponent = np.finfo(boxes.depths.dtype).maxexp - 2
+    exponent = int(min(-np.frexp(largest)[1], largest_exponent - np.frexp(boxes.depths[-1])[1]))
+    depths, softness = np.ldexp(boxes.depths, exponent), np.ldexp(boxes.softness, exponent)
+    return replace(boxes, depths=depths, softness=softness), exponent

@@ -5,6 +5,7 @@ them to that. Nothing else calls these functions.
 """
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,9 @@ from numpy.typing import NDArray
 from brushgs.arrays import F64, Array
 from brushgs.brushes.levels import axis_levels, level_coverage, level_index
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.options.choices import Filter, Order, ViewLock
+from brushgs.options.choices import Filter
 from brushgs.rendering.constants import GAUSSIAN_SIGMAS, LEAST_LIGHT, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
-from brushgs.rendering.project import SOFTNESS, Directions
+from brushgs.rendering.project import SOFTNESS, Directions, ProjectOptions
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.sh import sh_basis
 
@@ -24,17 +25,10 @@ ANCHOR_PULL = 8.0  # of the major axis on an anchored direction
 DIRECTION_NOISE = 1e-14  # directions are known to this; below, an ellipse is round and an angle is vertical
 
 
-def project(
-    gaussians: Gaussians,
-    camera: Camera,
-    *,
-    num_sigmas: float = 2.0,
-    low_pass: float = 0.3,
-    lock: ViewLock | Directions = "off",
-    fade: bool = False,
-    order: Order = "depth",
-) -> Boxes:
-    """`brushgs.project`, in float64 whatever the dtype of the scene."""
+def project(gaussians: Gaussians, camera: Camera, **options: Any) -> Boxes:
+    """`brushgs.project` with the same options, in float64 whatever the dtype of the scene."""
+    given = ProjectOptions(**options)
+    num_sigmas, low_pass, lock = given.num_sigmas, given.low_pass, given.lock
     scene = gaussians.astype(np.float64)
     means, scales, opacities, sh = (
         np.asarray(column, np.float64) for column in (scene.means, scene.scales, scene.opacities, scene.sh)
@@ -66,7 +60,7 @@ def project(
 
     shades = np.einsum("nk,nkc->nc", sh_basis(directions, scene.sh_degree), sh[ids])
     colors = np.maximum(0, 0.5 + shades)
-    if fade:
+    if given.fade:
         longest = _variances(M, major, low_pass)[0]
         opacities = opacities * _fade(t[:, 2], half_extents, camera) * np.sqrt(1 - low_pass / longest)
 
@@ -85,7 +79,7 @@ def project(
         colors[kept],
         opacities[kept],
         ids[kept],
-        SOFTNESS * sizes[kept] if order == "soft" else None,
+        SOFTNESS * sizes[kept] if given.order == "soft" else None,
     )
 
 

@@ -5,8 +5,8 @@ from typing import get_args
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter, Lock, Order, ViewLock
-from brushgs.rendering.options import LOW_PASS, RenderOptions, render_with
-from brushgs.rendering.project import Directions
+from brushgs.rendering.options import RenderOptions, render_with
+from brushgs.rendering.project import LOW_PASS, Directions
 from brushgs.rendering.track import track_directions
 from brushgs.scene import Camera, Frame, Gaussians
 

@@ -16,7 +16,7 @@ from brushgs import _core
 from brushgs.arrays import F64
 from brushgs.cameras.motion import is_same_view, lenses, screw_motion, view_changes
 from brushgs.options.choices import Order
-from brushgs.rendering.project import Directions, project
+from brushgs.rendering.project import LOW_PASS, Directions, project
 from brushgs.scene import Boxes, Camera, Gaussians
 from brushgs.threads import num_threads_or_default
 
@@ -74,7 +74,7 @@ def track(
     cameras: Sequence[Camera],
     *,
     num_sigmas: float = 2.0,
-    low_pass: float = 0.3,
+    low_pass: float = LOW_PASS,
     fade: bool = False,
     order: Order = "soft",
     num_threads: int | None = None,
@@ -112,7 +112,7 @@ def track_directions(
     gaussians: Gaussians,
     cameras: Sequence[Camera],
     *,
-    low_pass: float = 0.3,
+    low_pass: float = LOW_PASS,
     num_threads: int | None = None,
 ) -> Track:
     """Choose which way every stroke points, over a whole camera path.
@@ -145,15 +145,11 @@ def track_directions(
         )
     knots = _knots_of(cameras, *_middle_and_reach(gaussians))
     turns, area_scales = _core.track_directions(
-        gaussians.means,
-        gaussians.quats,
-        gaussians.scales,
-        gaussians.opacities,
-        knots.viewmats,
-        knots.Ks,
-        knots.nears,
-        width=int(cameras[0].width),
-        height=int(cameras[0].height),
+        means=gaussians.means,
+        quats=gaussians.quats,
+        scales=gaussians.scales,
+        opacities=gaussians.opacities,
+        views=knots.views(cameras[0].width, cameras[0].height),
         is_closed=knots.is_closed,
         step=knots.spacing / KNOT_SPACING,
         low_pass=float(low_pass),
@@ -181,6 +177,12 @@ class _Knots:
     spacing: float  # radians of view change
     is_closed: bool
     positions: F64  # [F]
+
+    def views(self, width: int, height: int) -> list[_core.View]:
+        """As the core takes them; the size of the picture in pixels."""
+        size = {"width": int(width), "height": int(height)}
+        views = zip(self.viewmats, self.Ks, self.nears, strict=True)
+        return [_core.View(viewmat=viewmat, K=K, near=float(near), **size) for viewmat, K, near in views]
 
 
 def _knots_of(cameras: list[Camera], middle: F64, reach: float) -> _Knots:

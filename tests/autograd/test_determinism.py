@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from brushgs import _core
-from brushgs.rendering.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS
+from brushgs.rendering.backward import BOX_COLUMNS, GAUSSIAN_COLUMNS, rasterize_backward
 from brushgs.rendering.rasterize import rasterize
-from brushgs.rendering.rasterize_backward import rasterize_backward
 from tests.rendering.strokes import PATHS, random_boxes, texture_of
 from tests.rendering.test_project_backward import backward, directions, scene_of
 
@@ -23,7 +22,10 @@ def all_gradients() -> dict[str, np.ndarray]:
     found = {}
     g = np.random.default_rng(1)
     for dtype in (np.float32, np.float64):
-        v = [g.normal(size=shape).astype(dtype) for shape in ((97, 201, 3), (97, 201), (97, 201))]
+        v_rgb, v_alpha, v_depth = (
+            g.normal(size=shape).astype(dtype) for shape in ((97, 201, 3), (97, 201), (97, 201))
+        )
+        v = v_rgb, v_alpha, {"depth": v_depth}
         for path, (kind, filter) in PATHS.items():
             boxes, texture = random_boxes(1000, **SIZE, seed=6, dtype=dtype), texture_of(kind)
             frame = rasterize(boxes, texture, filter=filter, **SIZE)

@@ -6,7 +6,7 @@ import pytest
 torch = pytest.importorskip("torch", reason="brushgs.autograd needs PyTorch: pip install torch")
 
 import brushgs.autograd as ba  # noqa: E402
-from brushgs.rendering.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS  # noqa: E402
+from brushgs.rendering.backward import BOX_COLUMNS, GAUSSIAN_COLUMNS  # noqa: E402
 from brushgs.scene import Camera  # noqa: E402
 from tests.rendering.strokes import PATHS, boxes_of, bristles, texture_of  # noqa: E402
 from tests.rendering.test_project_backward import directions, scene_of  # noqa: E402

@@ -29,7 +29,7 @@ import torch
 
 import brushgs as bg
 import brushgs.autograd as ba
-from brushgs.rendering.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS
+from brushgs.rendering.backward import BOX_COLUMNS, GAUSSIAN_COLUMNS
 from brushgs.scene import Camera, Gaussians
 from tests.bench import numpy_painter, torch_painter, workloads
 from tests.bench.machine import describe

@@ -25,7 +25,6 @@ from unittest.mock import patch
 import numpy as np
 
 import brushgs as bg
-from brushgs import _core
 from brushgs.brushes import levels
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.io.pictures.oiio import quantise
@@ -40,6 +39,7 @@ from brushgs.passes.merge import merge_clusters
 from brushgs.passes.morton import morton_order
 from brushgs.passes.prune import highest
 from brushgs.rendering import rasterize as ops
+from brushgs.rendering import texture_levels
 from brushgs.rendering.constants import MAX_ALPHA, MIN_TRANSMITTANCE
 from brushgs.rendering.track import track_directions
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
@@ -239,18 +239,17 @@ def of_drawing(p: Painting) -> list[Shortcut]:
     """What drawing a picture leaves out."""
     sides = [len(levels.axis_levels(size)) for size in reversed(p.texture.coverage.shape)]
     every = list(np.ndindex(*sides))
-    bounds = [levels.level_bounds(size) for size in reversed(p.texture.coverage.shape)]
-    used = [divmod(int(code), sides[1]) for code in _core.choose_levels(p.boxes.half_extents, *bounds)[0]]
-    unbanded = replace(p.boxes, softness=np.zeros_like(p.boxes.depths))
+    used = texture_levels.levels_for(p.boxes, p.texture, "mip").codes
+    sorted_again = replace(p.boxes, softness=np.zeros_like(p.boxes.depths))
     small = replace(p.camera.resized(64, 64))
     few = project(p.strokes, small, p.texture)
     few = few.take(slice(0, 250))
 
     def made(codes: list[tuple[int, int]], together: bool) -> list[Array]:
-        ops._cache.pop(p.texture, None)
+        texture_levels._cache.pop(p.texture, None)
         if together:
-            return [ops._packed_levels(p.texture, codes)[codes.index(code)][0] for code in used]
-        return [ops._packed(levels.level_coverage(p.texture.coverage, *code))[0] for code in used]
+            return [texture_levels._packed_levels(p.texture, codes)[codes.index(code)][0] for code in used]
+        return [texture_levels._packed(levels.level_coverage(p.texture.coverage, *code))[0] for code in used]
 
     def threads(asked: int) -> list[Array]:
         with patch.object(ops, "num_threads_or_default", lambda _: asked):
@@ -272,7 +271,7 @@ def of_drawing(p: Painting) -> list[Shortcut]:
         Shortcut(
             "softness, where the order is by depth",
             lambda: pixels(draw(p.boxes, p.camera, p.texture)),
-            lambda: pixels(draw(unbanded, p.camera, p.texture)),
+            lambda: pixels(draw(sorted_again, p.camera, p.texture)),
         ),
         Shortcut("the second thread, 64 x 64, 250 strokes", lambda: threads(2), lambda: threads(-2)),
         Shortcut("seven of eight threads, the same", lambda: threads(8), lambda: threads(-8)),

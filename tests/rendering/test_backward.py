@@ -9,10 +9,9 @@ import pytest
 from brushgs.brushes.levels import level_coverage, level_gradient, unrounded_coverage
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
+from brushgs.rendering.backward import BOX_COLUMNS, rasterize_backward
 from brushgs.rendering.constants import MAX_ALPHA, MIN_TRANSMITTANCE
-from brushgs.rendering.gradients import BOX_COLUMNS
 from brushgs.rendering.rasterize import rasterize
-from brushgs.rendering.rasterize_backward import rasterize_backward
 from brushgs.scene import Boxes, Frame
 from tests.differences import assert_same_gradient, central_differences
 from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
@@ -24,11 +23,12 @@ FLAT = StrokeTexture.from_coverage(np.full((2, 2), 255, np.uint8))
 
 def weights(dtype=np.float64, shape=SHAPE):
     g = np.random.default_rng(9)
-    return tuple(g.normal(size=s).astype(dtype) for s in ((*shape, 3), shape, shape))
+    v_rgb, v_alpha, v_depth = (g.normal(size=s).astype(dtype) for s in ((*shape, 3), shape, shape))
+    return v_rgb, v_alpha, {"depth": v_depth}
 
 
 def loss_of(frame: Frame, v) -> float:
-    return float((frame.rgb * v[0]).sum() + (frame.alpha * v[1]).sum() + (frame.depth * v[2]).sum())
+    return float((frame.rgb * v[0]).sum() + (frame.alpha * v[1]).sum() + (frame.depth * v[2]["depth"]).sum())
 
 
 def backward(boxes: Boxes, texture, filter="bilinear", v=None, **options):
@@ -60,11 +60,12 @@ def test_gradients_are_differences_of_the_definition(path):
 @pytest.mark.parametrize("missing", ["alpha", "depth", "alpha and depth"])
 def test_a_missing_gradient_is_one_of_zeros(missing):
     boxes, texture = random_boxes(30, **SIZE, seed=2, sizes=(1, 15)), bristles()
-    v_rgb, v_alpha, v_depth = weights()
-    given = (None if "alpha" in missing else v_alpha), (None if "depth" in missing else v_depth)
-    actual = backward(boxes, texture, v=(v_rgb, *given))
-    zeros = [np.zeros(SHAPE) if v is None else v for v in given]
-    expected = backward(boxes, texture, v=(v_rgb, *zeros))
+    v_rgb, v_alpha, v_layers = weights()
+    v_alpha = None if "alpha" in missing else v_alpha
+    v_depth = None if "depth" in missing else v_layers["depth"]
+    actual = backward(boxes, texture, v=(v_rgb, v_alpha, {"depth": v_depth}))
+    zero_alpha, zero_depth = (np.zeros(SHAPE) if v is None else v for v in (v_alpha, v_depth))
+    expected = backward(boxes, texture, v=(v_rgb, zero_alpha, {"depth": zero_depth}))
     for name in BOX_COLUMNS:
         np.testing.assert_allclose(getattr(actual, name), getattr(expected, name), rtol=1e-9, atol=1e-12)
 
@@ -189,7 +190,7 @@ def test_any_number_of_threads_gives_the_same_bits(path, dtype):
             np.testing.assert_array_equal(getattr(result, name), getattr(results[0], name), err_msg=name)
 
 
-def test_bands_and_a_kernel_without_an_image_are_refused():
+def test_softness_and_a_kernel_without_an_image_are_refused():
     boxes = random_boxes(5, **SIZE)
     frame = rasterize(boxes, bristles(), **SIZE)
     with pytest.raises(

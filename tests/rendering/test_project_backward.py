@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from brushgs.rendering import reference
-from brushgs.rendering.gradients import BOX_COLUMNS, GAUSSIAN_COLUMNS, BoxGradients
-from brushgs.rendering.project import Directions, project
-from brushgs.rendering.project_backward import project_backward
+from brushgs.rendering.backward import BOX_COLUMNS, GAUSSIAN_COLUMNS, BoxGradients, project_backward
+from brushgs.rendering.project import Directions, ProjectOptions, project
 from brushgs.scene import SH_TERMS, Camera, Gaussians
 from tests.differences import assert_same_gradient, central_differences
 
@@ -49,9 +48,8 @@ def weights(boxes) -> BoxGradients:
 def backward(scene, v=None, camera=CAMERA, wanted=GAUSSIAN_COLUMNS, num_threads=None, **options):
     boxes = project(scene, camera, **options)
     v = weights(boxes) if v is None else v
-    return project_backward(
-        scene, camera, boxes.ids, boxes.colors, v, wanted=wanted, num_threads=num_threads, **options
-    )
+    how = ProjectOptions(num_threads=num_threads, **options)
+    return project_backward(scene, camera, boxes, v, how, wanted=wanted)
 
 
 CASES = {
@@ -143,7 +141,7 @@ def test_scenes_without_a_box_get_zeros():
             assert not getattr(actual, name).any()
 
 
-def test_bands_of_zeros_have_a_gradient():
+def test_terms_that_are_zero_have_a_gradient():
     """Projecting skips them; were their gradient skipped as well they could never become something else."""
     scene = scene_of(degree=3)
     sh = scene.sh.copy()

@@ -3,9 +3,10 @@
 // A loop over the lanes of a block follows `place` of project_kernel.cpp forth, by the functions that it uses, and
 // back, step by step. `v_name` is the gradient of the loss by `name`. Compiled once per instruction set (see
 // CMakeLists.txt): the loop holds no branch and no library call, so that the compiler turns it into vector code.
+#include "brushgs/project_backward.hpp"
+
 #include "brushgs/footprint.hpp"
 #include "brushgs/placing.hpp"
-#include "brushgs/project_backward.hpp"
 #include "brushgs/sh.hpp"
 #include "brushgs/trig.hpp"
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "brushgs/cpu.hpp"
+#include "brushgs/soft_queues.hpp"
 #include "brushgs/tiles.hpp"
 
 namespace brushgs {
@@ -46,53 +47,6 @@ struct Kernels {
 };
 
 }  // namespace
-
-template <class T>
-void add_slots(Pending<T>& pending) {
-    const std::size_t before = pending.num_slots, after = before == 0 ? 256 : 2 * before;
-    auto slots = std::make_unique_for_overwrite<PendingSlot<T>[]>(after);
-    auto free_slots = std::make_unique_for_overwrite<std::uint32_t[]>(after);
-    std::copy_n(pending.slots, before, slots.get());
-    std::copy_n(pending.free_slots, pending.num_free, free_slots.get());
-    for (std::size_t slot = after; slot > before; --slot)
-        free_slots[pending.num_free++] = static_cast<std::uint32_t>(slot - 1);
-    pending.slot_memory = std::move(slots);
-    pending.free_memory = std::move(free_slots);
-    pending.slots = pending.slot_memory.get();
-    pending.free_slots = pending.free_memory.get();
-    pending.num_slots = after;
-}
-
-template <class T>
-void lengthen_queues(Pending<T>& pending) {
-    const std::size_t before = pending.queue_size, after = before == 0 ? 16 : 2 * before;
-    const std::size_t count = Pending<T>::num_queues * after;
-    auto entries = std::make_unique_for_overwrite<PendingEntry[]>(count);
-    auto depths = std::make_unique<T[]>(count + Pending<T>::room_behind);
-    auto softness = std::make_unique<T[]>(count + Pending<T>::room_behind);
-    for (std::size_t b = 0; b < Pending<T>::num_queues; ++b) {
-        const std::size_t from = b * before + pending.heads[b], to = b * after + pending.heads[b];
-        const std::size_t length = pending.tails[b] - pending.heads[b];
-        std::copy_n(pending.entries + from, length, entries.get() + to);
-        std::copy_n(pending.depths + from, length, depths.get() + to);
-        std::copy_n(pending.squared_softness + from, length, softness.get() + to);
-    }
-    pending.entry_memory = std::move(entries);
-    pending.depth_memory = std::move(depths);
-    pending.softness_memory = std::move(softness);
-    pending.entries = pending.entry_memory.get();
-    pending.depths = pending.depth_memory.get();
-    pending.squared_softness = pending.softness_memory.get();
-    pending.queue_size = after;
-}
-
-template <class T>
-void make_reaches(Pending<T>& pending, std::size_t count) {
-    if (count <= pending.num_reaches) return;
-    pending.reach_memory = std::make_unique_for_overwrite<T[]>(2 * count);
-    pending.reaches = pending.reach_memory.get();
-    pending.num_reaches = 2 * count;
-}
 
 template <class T>
 LevelChoice choose_levels(std::size_t count, const T* half_extents, std::span<const double> bounds_u,
@@ -139,17 +93,13 @@ void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Pict
     const double visits = tiles.starts[end_tile] - tiles.starts[first_tile];
     const double work = kTileCost * static_cast<double>(num_tiles) + kVisitCost * visits;
     parallel_for(num_tiles, useful_threads(work, params.num_threads), [&](std::size_t item) {
-        const std::size_t tile = first_tile + item;
-        const std::uint32_t first = tiles.starts[tile];
-        const int column = static_cast<int>(tile) % tiles.columns, row = static_cast<int>(tile) / tiles.columns;
-        const std::uint32_t* ids = tiles.ids.get() + first;
-        const std::size_t num_ids = tiles.starts[tile + 1] - first;
+        const TileTask<T> task = task_of(params, boxes, records, tiles, first_tile + item);
         if (boxes.softness == nullptr) {
-            kernels.paint_tile(params, records, ids, num_ids, column, row, picture);
+            kernels.paint_tile(task, picture);
             return;
         }
-        thread_local Pending<T> pending;
-        kernels.paint_tile_softly(params, records, boxes.softness, ids, num_ids, column, row, pending, picture);
+        thread_local SoftQueues<T> queues;
+        kernels.paint_tile_softly(task, queues, picture);
     });
 }
 
@@ -201,12 +151,6 @@ void rasterize(const RasterParams& whole, const BoxView<T>& boxes, const Picture
     }
 }
 
-template void add_slots(Pending<float>&);
-template void add_slots(Pending<double>&);
-template void lengthen_queues(Pending<float>&);
-template void lengthen_queues(Pending<double>&);
-template void make_reaches(Pending<float>&, std::size_t);
-template void make_reaches(Pending<double>&, std::size_t);
 template LevelChoice choose_levels<float>(std::size_t, const float*, std::span<const double>, std::span<const double>);
 template LevelChoice choose_levels<double>(std::size_t, const double*, std::span<const double>,
                                            std::span<const double>);

@@ -36,7 +36,7 @@ struct BackwardKernels {
 // The gradients by box i from what its tiles summed.
 template <class T>
 void write_gradients(const RasterParams& params, const BoxView<T>& boxes, const Record<T>& record, std::size_t i,
-                     const double (&sums)[kNumSums], const BoxGradients<T>& gradients) {
+                     const double* sums, const BoxGradients<T>& gradients) {
     const bool is_image = params.kernel == Kernel::bilinear || params.kernel == Kernel::nearest;
     double middle_u = 0, middle_v = 0;
     if (is_image) {
@@ -64,11 +64,27 @@ void write_gradients(const RasterParams& params, const BoxView<T>& boxes, const 
     gradients.half_extents[2 * i] = static_cast<T>(-u_by_u / value(boxes.half_extents[2 * i]));
     gradients.half_extents[2 * i + 1] = static_cast<T>(-v_by_v / value(boxes.half_extents[2 * i + 1]));
     gradients.angles[i] = static_cast<T>(along * v_by_u - across * u_by_v);
-    gradients.depths[i] = static_cast<T>(sums[kDepth]);
     gradients.colors[3 * i] = static_cast<T>(sums[kRed]);
     gradients.colors[3 * i + 1] = static_cast<T>(sums[kGreen]);
     gradients.colors[3 * i + 2] = static_cast<T>(sums[kBlue]);
     gradients.opacities[i] = static_cast<T>(sums[kAlpha] / value(boxes.opacities[i]));
+    for (int c = 0; c < gradients.layers.count; ++c) {
+        const Channel<T> layer = gradients.layers.channels[c];
+        layer.values[i * layer.stride] = static_cast<T>(sums[kLayers + c]);
+    }
+}
+
+// Adds up what the tiles summed for box i, [num_sums(channels)], and turns it into gradients.
+template <int channels, class T>
+void gather_gradients(const RasterParams& params, const BoxView<T>& boxes, const Record<T>& record,
+                      const BoxVisits& visits, std::size_t i, const T* sums, const BoxGradients<T>& gradients) {
+    constexpr std::size_t width = num_sums(channels);
+    double of_box[width] = {};
+    for (std::uint32_t k = visits.starts[i]; k < visits.starts[i + 1]; ++k) {
+        const T* of_tile = sums + width * visits.entries[k];
+        for (std::size_t s = 0; s < width; ++s) of_box[s] += static_cast<double>(of_tile[s]);
+    }
+    write_gradients(params, boxes, record, i, of_box, gradients);
 }
 
 template <class T>
@@ -76,7 +92,9 @@ void write_zeros(std::size_t i, const BoxGradients<T>& gradients) {
     std::fill_n(&gradients.centers[2 * i], 2, T(0));
     std::fill_n(&gradients.half_extents[2 * i], 2, T(0));
     std::fill_n(&gradients.colors[3 * i], 3, T(0));
-    gradients.angles[i] = gradients.depths[i] = gradients.opacities[i] = 0;
+    gradients.angles[i] = gradients.opacities[i] = 0;
+    for (int c = 0; c < gradients.layers.count; ++c)
+        gradients.layers.channels[c].values[i * gradients.layers.channels[c].stride] = 0;
 }
 
 // Memory of the texel groups: for each group, the texels of all levels.
@@ -113,9 +131,8 @@ private:
 }  // namespace
 
 template <class T>
-void rasterize_backward(const RasterParams& params, double min_transmittance, const BoxView<T>& boxes,
-                        const PictureGradients<T>& picture, const BoxGradients<T>& gradients,
-                        std::span<double* const> texels) {
+void rasterize_backward(const RasterParams& params, const BoxView<T>& boxes, const PictureGradients<T>& picture,
+                        const BoxGradients<T>& gradients, std::span<double* const> texels) {
     const BackwardKernels<T> kernels;
     thread_local Scratch<Record<T>> record_memory;
     Record<T>* const records = record_memory.take(boxes.count).data();
@@ -123,13 +140,11 @@ void rasterize_backward(const RasterParams& params, double min_transmittance, co
     const TileLists tiles = make_tiles(params, kernels.make_records, boxes, records, &visits);
     const auto num_tiles = static_cast<std::size_t>(tiles.columns) * static_cast<std::size_t>(tiles.rows);
     thread_local Scratch<T> sum_memory;
-    T* const sums = sum_memory.take(kNumSums * static_cast<std::size_t>(tiles.starts.back())).data();
+    const auto width = static_cast<std::size_t>(num_sums(picture.v_layers.count));
+    T* const sums = sum_memory.take(width * tiles.starts.back()).data();
     const auto differentiate = [&](std::size_t tile, double* const* into) {
-        const std::uint32_t first = tiles.starts[tile];
-        const int column = static_cast<int>(tile) % tiles.columns, row = static_cast<int>(tile) / tiles.columns;
-        kernels.differentiate_tile(params, static_cast<T>(min_transmittance), records, tiles.ids.get() + first,
-                                   tiles.starts[tile + 1] - first, column, row, picture,
-                                   sums + kNumSums * static_cast<std::size_t>(first), into);
+        const TileTask<T> task = task_of(params, boxes, records, tiles, tile);
+        kernels.differentiate_tile(task, picture, sums + width * tiles.starts[tile], into);
     };
     if (texels.empty()) {
         parallel_for(num_tiles, params.num_threads, [&](std::size_t tile) { differentiate(tile, nullptr); });
@@ -143,27 +158,21 @@ void rasterize_backward(const RasterParams& params, double min_transmittance, co
     }
     const int num_threads = boxes.count < kParallelFrom ? 1 : params.num_threads;
     const std::size_t num_parts = num_threads > 1 ? static_cast<std::size_t>(4 * num_threads) : 1;
-    parallel_for(num_parts, num_threads, [&](std::size_t part) {
-        for (std::size_t i = boxes.count * part / num_parts; i < boxes.count * (part + 1) / num_parts; ++i) {
-            if (visits.starts[i] == visits.starts[i + 1]) {
-                write_zeros(i, gradients);
-                continue;
+    with_channels(picture.v_layers.count, [&]<int channels>() {
+        parallel_for(num_parts, num_threads, [&](std::size_t part) {
+            for (std::size_t i = boxes.count * part / num_parts; i < boxes.count * (part + 1) / num_parts; ++i) {
+                if (visits.starts[i] == visits.starts[i + 1])
+                    write_zeros(i, gradients);
+                else
+                    gather_gradients<channels>(params, boxes, records[i], visits, i, sums, gradients);
             }
-            double of_box[kNumSums] = {};
-            for (std::uint32_t k = visits.starts[i]; k < visits.starts[i + 1]; ++k) {
-                const T* of_tile = sums + kNumSums * static_cast<std::size_t>(visits.entries[k]);
-                for (int s = 0; s < kNumSums; ++s) of_box[s] += static_cast<double>(of_tile[s]);
-            }
-            write_gradients(params, boxes, records[i], i, of_box, gradients);
-        }
+        });
     });
 }
 
-template void rasterize_backward<float>(const RasterParams&, double, const BoxView<float>&,
-                                        const PictureGradients<float>&, const BoxGradients<float>&,
-                                        std::span<double* const>);
-template void rasterize_backward<double>(const RasterParams&, double, const BoxView<double>&,
-                                         const PictureGradients<double>&, const BoxGradients<double>&,
-                                         std::span<double* const>);
+template void rasterize_backward<float>(const RasterParams&, const BoxView<float>&, const PictureGradients<float>&,
+                                        const BoxGradients<float>&, std::span<double* const>);
+template void rasterize_backward<double>(const RasterParams&, const BoxView<double>&, const PictureGradients<double>&,
+                                         const BoxGradients<double>&, std::span<double* const>);
 
 }  // namespace brushgs

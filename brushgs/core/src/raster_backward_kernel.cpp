@@ -1,7 +1,8 @@
 // The hot loops of the rasteriser's derivative, compiled once per instruction set (see CMakeLists.txt).
-#include "brushgs/lanes.hpp"
 #include "brushgs/raster_backward.hpp"
+
 #include "brushgs/sampling.hpp"
+#include "brushgs/tile_state.hpp"
 
 namespace brushgs::BRUSHGS_ISA {
 
@@ -9,17 +10,15 @@ namespace {
 
 // The pixels of one tile: planes of 4 x 4 blocks. The picture is sum of w_i c_i with w_i = T_i a_i, and the loss
 // changes like sum of w_i s_i, where s_i, the shade, is what the gradients at a pixel make of a record: v_rgb . c_i +
-// v_alpha + v_depth (z_i - depth) / alpha.
-template <class T>
+// v_alpha + sum of v_layer (attribute_i - layer) / alpha.
+template <class T, int channels>
 struct GradientTile {
     alignas(64) T transmittance[kNumBlocks][kBlockPixels];
     alignas(64) T behind[kNumBlocks][kBlockPixels];  // sum of w_i s_i of what is still to come
-    alignas(64) T v_red[kNumBlocks][kBlockPixels];
-    alignas(64) T v_green[kNumBlocks][kBlockPixels];
-    alignas(64) T v_blue[kNumBlocks][kBlockPixels];
-    alignas(64) T v_any[kNumBlocks][kBlockPixels];    // by the weight of a record, whatever its colour
-    alignas(64) T v_depth[kNumBlocks][kBlockPixels];  // by the sum of weight x depth
-    std::uint16_t alive[kNumBlocks];                  // pixels that still let light through
+    alignas(64) T v_color[3][kNumBlocks][kBlockPixels];
+    alignas(64) T v_weight[kNumBlocks][kBlockPixels];  // by the weight of a record, whatever its colour and attributes
+    alignas(64) T v_sum[channels > 0 ? channels : 1][kNumBlocks][kBlockPixels];  // by the sums of weight x attribute
+    std::uint16_t alive[kNumBlocks];                                             // pixels that still let light through
     std::uint32_t alive_blocks;
 };
 
@@ -42,63 +41,73 @@ template <class T>
             __builtin_shufflevector(__builtin_shufflevector(a, b, 2, 5, 5, 5), c, 0, 1, 4, 7)};
 }
 
-// The rows of a picture's columns from one pixel on; null where the picture has none.
-template <class T>
-struct Pixels {
-    const T *rgb, *alpha, *depth, *v_rgb, *v_alpha, *v_depth;
-};
-
-// Four pixels of a row of a block.
-template <class T>
-[[gnu::always_inline]] inline void read_four(const Pixels<T>& from, int b, int p, GradientTile<T>& tile) {
-    using Four = typename Colors<T>::Four;
-    const auto read = [](const T* values, Four& four) {
-        if (values != nullptr) __builtin_memcpy(&four, values, sizeof four);
-    };
-    const Colors<T> color = deinterleave(from.rgb), v = deinterleave(from.v_rgb);
-    Four alpha{}, depth{}, v_alpha{}, v_depth{};
-    read(from.alpha, alpha), read(from.v_alpha, v_alpha);
-    if (from.v_depth != nullptr) read(from.depth, depth), read(from.v_depth, v_depth);
-    // By the sum of weight x depth: the depth of the picture is that sum over alpha.
-    const Four v_sum = alpha > 0 ? v_depth / alpha : Four{};
-    const Four v_any = v_alpha - v_sum * depth;
-    const Four whole = (v.red * color.red + v.green * color.green) + (v.blue * color.blue + v_alpha * alpha);
-    __builtin_memcpy(tile.behind[b] + p, &whole, sizeof whole);
-    __builtin_memcpy(tile.v_red[b] + p, &v.red, sizeof v.red);
-    __builtin_memcpy(tile.v_green[b] + p, &v.green, sizeof v.green);
-    __builtin_memcpy(tile.v_blue[b] + p, &v.blue, sizeof v.blue);
-    __builtin_memcpy(tile.v_any[b] + p, &v_any, sizeof v_any);
-    __builtin_memcpy(tile.v_depth[b] + p, &v_sum, sizeof v_sum);
-}
-
-// `num_columns` pixels of row y of the tile.
-template <class T>
-void read_row(Pixels<T> from, int y, int num_columns, GradientTile<T>& tile) {
-    const int first_block = y / kBlockSize * kBlockColumns, p = y % kBlockSize * kBlockSize;
-    const auto advance = [](const T*& values, int step) { values = values == nullptr ? nullptr : values + step; };
-    int x = 0;
-    for (; x + kBlockSize <= num_columns; x += kBlockSize) {
-        read_four(from, first_block + x / kBlockSize, p, tile);
-        advance(from.rgb, 3 * kBlockSize), advance(from.v_rgb, 3 * kBlockSize);
-        advance(from.alpha, kBlockSize), advance(from.v_alpha, kBlockSize);
-        advance(from.depth, kBlockSize), advance(from.v_depth, kBlockSize);
+// Four values, one every `stride`. By reference: by value, vectors of 32 bytes go another way on each instruction set.
+template <class T, class Four>
+[[gnu::always_inline]] inline void load_four(const T* values, std::size_t stride, Four& four) {
+    if (stride == 1) {
+        __builtin_memcpy(&four, values, sizeof four);
+        return;
     }
-    if (x == num_columns) return;
-    T copies[6][3 * kBlockSize] = {};  // the picture ends within a block
-    const auto copy = [&](const T* values, int width, T* to) -> const T* {
-        if (values == nullptr) return nullptr;
-        for (int i = 0; i < (num_columns - x) * width; ++i) to[i] = values[i];
-        return to;
-    };
-    const Pixels<T> rest{copy(from.rgb, 3, copies[0]),     copy(from.alpha, 1, copies[1]),
-                         copy(from.depth, 1, copies[2]),   copy(from.v_rgb, 3, copies[3]),
-                         copy(from.v_alpha, 1, copies[4]), copy(from.v_depth, 1, copies[5])};
-    read_four(rest, first_block + x / kBlockSize, p, tile);
+    const T copy[4] = {values[0], values[stride], values[2 * stride], values[3 * stride]};
+    __builtin_memcpy(&four, copy, sizeof four);
 }
 
-template <class T>
-void start(const RasterParams& params, int x0, int y0, const PictureGradients<T>& picture, GradientTile<T>& tile) {
-    const int columns_left = params.width - x0, rows_left = params.height - y0;
+// Fills four pixels of block b, from p on, with four of the picture.
+template <class T, int channels>
+[[gnu::always_inline]] inline void read_four(const PictureGradients<T>& picture, std::size_t pixel, int b, int p,
+                                             GradientTile<T, channels>& tile) {
+    using Four = typename Colors<T>::Four;
+    const auto store = [](T* plane, const Four& four) { __builtin_memcpy(plane, &four, sizeof four); };
+    const Colors<T> color = deinterleave(picture.rgb + 3 * pixel), v = deinterleave(picture.v_rgb + 3 * pixel);
+    Four alpha, v_alpha{};
+    load_four(picture.alpha + pixel, 1, alpha);
+    if (picture.v_alpha != nullptr) load_four(picture.v_alpha + pixel, 1, v_alpha);
+    Four v_weight = v_alpha;
+    for (int c = 0; c < channels; ++c) {
+        const Channel<const T> layer = picture.layers.channels[c], v_layer = picture.v_layers.channels[c];
+        Four mean, v_mean;
+        load_four(layer.values + pixel * layer.stride, layer.stride, mean);
+        load_four(v_layer.values + pixel * v_layer.stride, v_layer.stride, v_mean);
+        const Four v_sum = alpha > 0 ? v_mean / alpha : Four{};  // the layer is that sum over alpha
+        v_weight = v_weight - v_sum * mean;
+        store(tile.v_sum[c][b] + p, v_sum);
+    }
+    const Four whole = (v.red * color.red + v.green * color.green) + (v.blue * color.blue + v_alpha * alpha);
+    store(tile.behind[b] + p, whole);
+    store(tile.v_color[0][b] + p, v.red);
+    store(tile.v_color[1][b] + p, v.green);
+    store(tile.v_color[2][b] + p, v.blue);
+    store(tile.v_weight[b] + p, v_weight);
+}
+
+// The same where the picture ends within the block: of the four pixels the first `count`, then zeros.
+template <class T, int channels>
+void read_some(const PictureGradients<T>& picture, std::size_t pixel, std::size_t count, int b, int p,
+               GradientTile<T, channels>& tile) {
+    T rgb[12] = {}, v_rgb[12] = {}, alpha[4] = {}, v_alpha[4] = {};
+    T layers[channels > 0 ? channels : 1][4] = {}, v_layers[channels > 0 ? channels : 1][4] = {};
+    const auto copy = [count](const T* from, std::size_t stride, T* to) {
+        for (std::size_t i = 0; i < count; ++i) to[i] = from[i * stride];
+    };
+    for (std::size_t i = 0; i < 3 * count; ++i) rgb[i] = picture.rgb[3 * pixel + i];
+    for (std::size_t i = 0; i < 3 * count; ++i) v_rgb[i] = picture.v_rgb[3 * pixel + i];
+    copy(picture.alpha + pixel, 1, alpha);
+    if (picture.v_alpha != nullptr) copy(picture.v_alpha + pixel, 1, v_alpha);
+    PictureGradients<T> four{rgb, alpha, {}, v_rgb, v_alpha, {}};
+    for (int c = 0; c < channels; ++c) {
+        const Channel<const T> layer = picture.layers.channels[c], v_layer = picture.v_layers.channels[c];
+        copy(layer.values + pixel * layer.stride, layer.stride, layers[c]);
+        copy(v_layer.values + pixel * v_layer.stride, v_layer.stride, v_layers[c]);
+        four.layers.channels[c] = {layers[c], 1};
+        four.v_layers.channels[c] = {v_layers[c], 1};
+    }
+    read_four(four, 0, b, p, tile);
+}
+
+// The picture by value: what lies behind a reference would be read anew after every store to the tile.
+template <class T, int channels>
+void start(const TileTask<T>& task, const PictureGradients<T> picture, GradientTile<T, channels>& tile) {
+    const int columns_left = task.params.width - task.x0, rows_left = task.params.height - task.y0;
     const int num_columns = columns_left < kTileWidth ? columns_left : kTileWidth;
     const int num_rows = rows_left < kTileHeight ? rows_left : kTileHeight;
     // Beyond the picture nothing is read: zeros, which add nothing.
@@ -107,20 +116,23 @@ void start(const RasterParams& params, int x0, int y0, const PictureGradients<T>
     T* all = tile.transmittance[0];
     for (int i = 0; i < kNumBlocks * kBlockPixels; ++i) all[i] = 1;
     for (int y = 0; y < num_rows; ++y) {
-        const std::size_t first =
-            static_cast<std::size_t>(y0 + y) * static_cast<std::size_t>(params.width) + static_cast<std::size_t>(x0);
-        const auto at = [first](const T* values) { return values == nullptr ? nullptr : values + first; };
-        read_row<T>({picture.rgb + 3 * first, at(picture.alpha), at(picture.depth), picture.v_rgb + 3 * first,
-                     at(picture.v_alpha), at(picture.v_depth)},
-                    y, num_columns, tile);
+        const std::size_t first = static_cast<std::size_t>(task.y0 + y) * static_cast<std::size_t>(task.params.width) +
+                                  static_cast<std::size_t>(task.x0);
+        const int first_block = y / kBlockSize * kBlockColumns, p = y % kBlockSize * kBlockSize;
+        int x = 0;
+        for (; x + kBlockSize <= num_columns; x += kBlockSize)
+            read_four(picture, first + static_cast<std::size_t>(x), first_block + x / kBlockSize, p, tile);
+        if (x < num_columns)
+            read_some(PictureGradients<T>(picture), first + static_cast<std::size_t>(x),
+                      static_cast<std::size_t>(num_columns - x), first_block + x / kBlockSize, p, tile);
     }
 }
 
 // Adds up the sixteen lanes of each sum, in one order on every instruction set.
-template <class T>
-[[gnu::always_inline]] inline void add_lanes(const T (&lanes)[kNumSums][kBlockPixels], T* sums) {
+template <class T, int count>
+[[gnu::always_inline]] inline void add_lanes(const T (&lanes)[count][kBlockPixels], T* sums) {
     using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
-    for (int k = 0; k < kNumSums; k += 4) {
+    for (int k = 0; k < count; k += 4) {
         Four part[4];
         for (int i = 0; i < 4; ++i) {
             Four quarter[4];
@@ -143,18 +155,18 @@ template <class T>
 // Adds to the gradient by the texels of the record's level what the pixels of some blocks give, whose gradients by
 // alpha are `v_alphas`.
 template <class T, Kernel kernel>
-void add_texels(const RasterParams& params, const Record<T>& record, int x0, int y0, std::uint32_t blocks,
+void add_texels(const TileTask<T>& task, const Record<T>& record, std::uint32_t blocks,
                 const T (&v_alphas)[kNumBlocks][kBlockPixels], double* const* texels) {
     const auto index = static_cast<std::size_t>(record.level);
-    const int columns = params.levels[index].columns, rows = params.levels[index].rows;
+    const int columns = task.params.levels[index].columns, rows = task.params.levels[index].rows;
     const double opacity = 255.0 * static_cast<double>(record.opacity);
     for (; blocks != 0; blocks &= blocks - 1) {
         const int b = __builtin_ctz(blocks);
         for (int p = 0; p < kBlockPixels; ++p) {
             const double v = opacity * static_cast<double>(v_alphas[b][p]);
             if (v == 0) continue;
-            const double dx = x0 + b % kBlockColumns * kBlockSize + p % kBlockSize - record.anchor_x;
-            const double dy = y0 + b / kBlockColumns * kBlockSize + p / kBlockSize - record.anchor_y;
+            const double dx = task.x0 + b % kBlockColumns * kBlockSize + p % kBlockSize - record.anchor_x;
+            const double dy = task.y0 + b / kBlockColumns * kBlockSize + p / kBlockSize - record.anchor_y;
             const double at_u = static_cast<double>(record.offset_u) + static_cast<double>(record.du_dx) * dx +
                                 static_cast<double>(record.du_dy) * dy;
             const double at_v = static_cast<double>(record.offset_v) + static_cast<double>(record.dv_dx) * dx +
@@ -176,31 +188,38 @@ void add_texels(const RasterParams& params, const Record<T>& record, int x0, int
     }
 }
 
-template <class T, Kernel kernel, bool with_depth>
-[[gnu::always_inline]] inline void differentiate_record(const RasterParams& params, T min_transmittance,
-                                                        const Record<T>& record, int x0, int y0, GradientTile<T>& tile,
-                                                        T* sums, double* const* texels) {
+template <class T, Kernel kernel, int channels>
+[[gnu::always_inline]] inline void differentiate_record(const TileTask<T>& task,
+                                                        const Attributes<T, channels>& attributes, std::uint32_t id,
+                                                        GradientTile<T, channels>& tile, T* sums,
+                                                        double* const* texels) {
     using L = Lanes<T>;
     using Real = typename L::Real;
-    constexpr int W = L::width;
+    constexpr int W = L::width, num_planes = 3 + channels;
     constexpr bool has_slopes = kernel == Kernel::bilinear || kernel == Kernel::gaussian;
+    const Record<T>& record = task.records[id];
+    const int x0 = task.x0, y0 = task.y0;
     alignas(64) T alphas[kNumBlocks][kBlockPixels];
     std::uint16_t pixels[kNumBlocks];
     Slopes<T> slopes;
     const std::uint32_t blocks =
-        sample_record<T, kernel, true, has_slopes>(params, record, x0, y0, tile, alphas, pixels, &slopes);
+        sample_record<T, kernel, true, has_slopes>(task.params, record, x0, y0, tile, alphas, pixels, &slopes);
     if (blocks == 0) {
-        __builtin_memset(sums, 0, kNumSums * sizeof *sums);
+        __builtin_memset(sums, 0, num_sums(channels) * sizeof *sums);
         return;
     }
     const auto all = L::from_bits(~0u);
-    const Real red = L::set(record.red), green = L::set(record.green), blue = L::set(record.blue);
-    const Real depth = L::set(record.depth), one = L::set(1), zero = L::set(0);
-    alignas(64) T lanes[kNumSums][kBlockPixels];
+    const Real darkest = L::set(static_cast<T>(task.params.min_transmittance));
+    const Real one = L::set(1), zero = L::set(0);
+    Real values[num_planes];
+    for (int c = 0; c < 3; ++c) values[c] = L::set(record.color[c]);
+    for (int c = 0; c < channels; ++c) values[3 + c] = L::set(attributes.of(id, c));
+    alignas(64) T lanes[num_sums(channels)][kBlockPixels];
     for (int lane = 0; lane < kBlockPixels; lane += W) {
         const Real pixel_x = L::load(offsets<T>.pixel_x + lane), pixel_y = L::load(offsets<T>.pixel_y + lane);
         Real u = zero, ux = zero, uy = zero, v = zero, vx = zero, vy = zero, a = zero;
-        Real r = zero, g = zero, b_ = zero, z = zero;
+        Real v_values[num_planes];
+        for (int k = 0; k < num_planes; ++k) v_values[k] = zero;
         for (std::uint32_t rest = blocks; rest != 0; rest &= rest - 1) {
             const int b = __builtin_ctz(rest);
             const Real alpha = L::load(alphas[b] + lane);
@@ -208,21 +227,20 @@ template <class T, Kernel kernel, bool with_depth>
             const Real before = L::load(tile.transmittance[b] + lane);
             const Real full = before * alpha;
             const Real after = before - full;
-            const auto kept = L::at_least(painted, after, L::set(min_transmittance));
+            const auto kept = L::at_least(painted, after, darkest);
             const Real weight = L::where(kept, full);
             L::store(tile.transmittance[b] + lane, L::select(kept, after, before));
             finish_pixels(tile, b, (L::bits(painted) & ~L::bits(kept)) << lane);
 
-            const Real v_red = L::load(tile.v_red[b] + lane), v_green = L::load(tile.v_green[b] + lane);
-            const Real v_blue = L::load(tile.v_blue[b] + lane);
-            Real shade = (v_red * red + v_green * green) + (v_blue * blue + L::load(tile.v_any[b] + lane));
-            r = r + weight * v_red;
-            g = g + weight * v_green;
-            b_ = b_ + weight * v_blue;
-            if constexpr (with_depth) {
-                const Real v_depth = L::load(tile.v_depth[b] + lane);
-                shade = shade + v_depth * depth;
-                z = z + weight * v_depth;
+            Real v_color[3];
+            for (int c = 0; c < 3; ++c) v_color[c] = L::load(tile.v_color[c][b] + lane);
+            Real shade = (v_color[0] * values[0] + v_color[1] * values[1]) +
+                         (v_color[2] * values[2] + L::load(tile.v_weight[b] + lane));
+            for (int c = 0; c < 3; ++c) v_values[c] = v_values[c] + weight * v_color[c];
+            for (int c = 0; c < channels; ++c) {
+                const Real v_sum = L::load(tile.v_sum[c][b] + lane);
+                shade = shade + v_sum * values[3 + c];
+                v_values[3 + c] = v_values[3 + c] + weight * v_sum;
             }
             const Real behind = L::load(tile.behind[b] + lane) - weight * shade;
             L::store(tile.behind[b] + lane, behind);
@@ -246,73 +264,56 @@ template <class T, Kernel kernel, bool with_depth>
             }
             if (texels != nullptr) L::store(alphas[b] + lane, v_alpha);
         }
-        const auto put = [&](Sum sum, Real value) { L::store(lanes[sum] + lane, value); };
+        const auto put = [&](int sum, Real value) { L::store(lanes[sum] + lane, value); };
         put(kU, u), put(kUx, ux), put(kUy, uy), put(kV, v), put(kVx, vx), put(kVy, vy), put(kAlpha, a);
-        put(kRed, r), put(kGreen, g), put(kBlue, b_), put(kDepth, z);
-        L::store(lanes[kNumUsedSums] + lane, zero);
+        for (int k = 0; k < num_planes; ++k) put(kRed + k, v_values[k]);
+        for (int k = kRed + num_planes; k < num_sums(channels); ++k) put(k, zero);
     }
-    static_assert(kNumUsedSums + 1 == kNumSums);
     add_lanes(lanes, sums);
     if constexpr (kernel == Kernel::bilinear || kernel == Kernel::nearest)
-        if (texels != nullptr) add_texels<T, kernel>(params, record, x0, y0, blocks, alphas, texels);
+        if (texels != nullptr) add_texels<T, kernel>(task, record, blocks, alphas, texels);
 }
 
-template <class T, Kernel kernel, bool with_depth>
-void differentiate_all(const RasterParams& params, T min_transmittance, const Record<T>* records,
-                       const std::uint32_t* ids, std::size_t num_ids, int x0, int y0, GradientTile<T>& tile, T* sums,
-                       double* const* texels) {
-    constexpr std::size_t ahead = 4;  // records lie in depth order: those of a tile are far apart in memory
+// By value: what lies behind a reference would be read anew after every store to the tile.
+template <class T, Kernel kernel, int channels>
+void differentiate_all(const TileTask<T> task, GradientTile<T, channels>& tile, T* sums, double* const* texels) {
+    constexpr std::size_t width = num_sums(channels);
+    const Attributes<T, channels> attributes(task.boxes.layers);
     std::size_t i = 0;
-    for (; i < num_ids && tile.alive_blocks != 0; ++i) {
-        __builtin_prefetch(&records[ids[i + ahead < num_ids ? i + ahead : i]]);
-        differentiate_record<T, kernel, with_depth>(params, min_transmittance, records[ids[i]], x0, y0, tile,
-                                                    sums + kNumSums * i, texels);
+    for (; i < task.num_ids && tile.alive_blocks != 0; ++i) {
+        prefetch(task, attributes, i);
+        differentiate_record<T, kernel>(task, attributes, task.ids[i], tile, sums + width * i, texels);
     }
-    __builtin_memset(sums + kNumSums * i, 0, (num_ids - i) * kNumSums * sizeof *sums);
-}
-
-template <class T, Kernel kernel, class... Arguments>
-void differentiate_with(bool with_depth, Arguments&&... arguments) {
-    if (with_depth)
-        differentiate_all<T, kernel, true>(arguments...);
-    else
-        differentiate_all<T, kernel, false>(arguments...);
+    __builtin_memset(sums + width * i, 0, (task.num_ids - i) * width * sizeof *sums);
 }
 
 }  // namespace
 
 template <class T>
-void differentiate_tile(const RasterParams& params, T min_transmittance, const Record<T>* records,
-                        const std::uint32_t* ids, std::size_t num_ids, int tile_x, int tile_y,
-                        const PictureGradients<T>& picture, T* sums, double* const* texels) {
-    if (num_ids == 0) return;
-    const int x0 = tile_x * kTileWidth, y0 = tile_y * kTileHeight;
-    GradientTile<T> tile;
-    start(params, x0, y0, picture, tile);
-    const auto with = [&]<Kernel kernel>() {
-        differentiate_with<T, kernel>(picture.v_depth != nullptr, params, min_transmittance, records, ids, num_ids, x0,
-                                      y0, tile, sums, texels);
-    };
-    switch (params.kernel) {
-        case Kernel::bilinear:
-            with.template operator()<Kernel::bilinear>();
-            break;
-        case Kernel::nearest:
-            with.template operator()<Kernel::nearest>();
-            break;
-        case Kernel::gaussian:
-            with.template operator()<Kernel::gaussian>();
-            break;
-        case Kernel::ellipse:
-            with.template operator()<Kernel::ellipse>();
-            break;
-    }
+void differentiate_tile(const TileTask<T>& task, const PictureGradients<T>& picture, T* sums, double* const* texels) {
+    if (task.num_ids == 0) return;
+    with_channels(picture.v_layers.count, [&]<int channels>() {
+        GradientTile<T, channels> tile;
+        start(task, picture, tile);
+        switch (task.params.kernel) {
+            case Kernel::bilinear:
+                differentiate_all<T, Kernel::bilinear>(task, tile, sums, texels);
+                break;
+            case Kernel::nearest:
+                differentiate_all<T, Kernel::nearest>(task, tile, sums, texels);
+                break;
+            case Kernel::gaussian:
+                differentiate_all<T, Kernel::gaussian>(task, tile, sums, texels);
+                break;
+            case Kernel::ellipse:
+                differentiate_all<T, Kernel::ellipse>(task, tile, sums, texels);
+                break;
+        }
+    });
 }
 
-template void differentiate_tile<float>(const RasterParams&, float, const Record<float>*, const std::uint32_t*,
-                                        std::size_t, int, int, const PictureGradients<float>&, float*, double* const*);
-template void differentiate_tile<double>(const RasterParams&, double, const Record<double>*, const std::uint32_t*,
-                                         std::size_t, int, int, const PictureGradients<double>&, double*,
+template void differentiate_tile<float>(const TileTask<float>&, const PictureGradients<float>&, float*, double* const*);
+template void differentiate_tile<double>(const TileTask<double>&, const PictureGradients<double>&, double*,
                                          double* const*);
 
 }  // namespace brushgs::BRUSHGS_ISA

@@ -1,4 +1,4 @@
-// A picture on its ground, as bytes.
+// A picture on its background, as bytes.
 #pragma once
 
 #include <cstddef>
@@ -6,14 +6,14 @@
 
 namespace brushgs {
 
-// bytes = whole part of 255 x clamp(rgb + (1 - alpha) x ground, 0, 1) + 1/2. The ground is one colour, or a picture
-// of as many pixels. The same bits as a NumPy expression, which needs five passes over memory in place of one.
+// bytes = whole part of 255 x clamp(rgb + (1 - alpha) x background, 0, 1) + 1/2. The background is one colour, or a
+// picture of as many pixels. The same bits as a NumPy expression, which needs five passes over memory in place of one.
 template <class T>
-void finish(const T* rgb, const T* alpha, const T* ground, bool is_picture, std::size_t num_pixels,
+void finish(const T* rgb, const T* alpha, const T* background, bool is_picture, std::size_t num_pixels,
             std::uint8_t* bytes) {
     for (std::size_t i = 0; i < num_pixels; ++i) {
         const T light = 1 - alpha[i];
-        const T* behind = is_picture ? ground + 3 * i : ground;
+        const T* behind = is_picture ? background + 3 * i : background;
         for (std::size_t c = 0; c < 3; ++c) {
             T value = rgb[3 * i + c] + light * behind[c];
             value = value > 0 ? value : 0;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "brushgs/blending.hpp"
+#include "brushgs/layers.hpp"
 
 namespace brushgs {
 
@@ -24,14 +25,15 @@ enum class Kernel { bilinear, nearest, gaussian, ellipse };
 // M boxes, nearest first; layout as in brushgs.Boxes.
 template <class T>
 struct BoxView {
-    std::size_t count;      // M
-    const T* centers;       // [M, 2] pixels
-    const T* half_extents;  // [M, 2] pixels
-    const T* angles;        // [M] radians
-    const T* depths;        // [M] world units
-    const T* colors;        // [M, 3]
-    const T* opacities;     // [M]
-    const T* softness;      // [M] world units; or null: strokes hide each other by their order alone
+    std::size_t count;            // M
+    const T* centers;             // [M, 2] pixels
+    const T* half_extents;        // [M, 2] pixels
+    const T* angles;              // [M] radians
+    const T* colors;              // [M, 3]
+    const T* opacities;           // [M]
+    Channels<const T> layers;     // [M] each: what the layers of the picture are means of
+    const T* depths = nullptr;    // [M] world units, for the soft order
+    const T* softness = nullptr;  // [M] world units; null: each box hides all that lies behind it
 };
 
 // One pre-filtered version of the stroke image. Entry (row i, column j) of `pairs` packs the 8-bit texels (i, j)
@@ -50,19 +52,19 @@ struct RasterParams {
     Kernel kernel;
     int width;                                    // pixels
     int height;                                   // pixels
-    int num_threads;                              // >= 1, at most; negative: so many, whether they pay or not
+    int num_threads;                              // >= 1, at most; negative: exactly so many, whether they pay or not
     double min_transmittance;                     // 0 to 1: a pixel is finished before it lets less light through
-    int first_row = 0;                            // pixels: where a strip of the picture begins that is painted alone,
-    int end_row = 1 << 15;                        // and ends; `rasterize` sets both
+    int first_row = 0;                            // pixels: the rows first_row to end_row are painted alone, as a
+    int end_row = 1 << 15;                        // strip of the picture; `rasterize` sets both
     std::span<const Level> levels;                // images only: at least one
     std::span<const std::uint16_t> level_of_box;  // [M] row of `levels`; empty: all use levels[0]
 };
 
 template <class T>
 struct Picture {
-    T* rgb;    // [H, W, 3] premultiplied
-    T* alpha;  // [H, W]
-    T* depth;  // [H, W] or null
+    T* rgb;              // [H, W, 3] premultiplied
+    T* alpha;            // [H, W]
+    Channels<T> layers;  // [H, W] each
 };
 
 // What one stroke needs at every pixel: texel = offset + gradient . (pixel - anchor). The anchor is a whole pixel
@@ -71,53 +73,14 @@ template <class T>
 struct alignas(64) Record {
     T offset_u, offset_v;  // texels (Gaussian: standard deviations; ellipse: half axes) at the anchor's centre
     T du_dx, du_dy, dv_dx, dv_dy;
-    T red, green, blue;
-    T opacity;  // images: per texel unit, that is / 255
-    T depth;
+    T color[3];
+    T opacity;                              // images: per texel unit, that is / 255
     T limit;                                // analytic kernels: |u| and |v| of anything visible stay below this
     std::int32_t level;                     // images: row of `levels`
     std::int16_t anchor_x, anchor_y;        // pixels
     std::int16_t left, top, right, bottom;  // pixels of the picture that the box may cover; empty: right < left
 };
 static_assert(sizeof(Record<float>) == 64);
-
-// Soft order: fragments of a block of pixels that later ones may still change. Each has a slot, and each block a
-// queue for its own, in stroke order: places b * queue_size + heads[b] to b * queue_size + tails[b] of the columns.
-template <class T>
-struct alignas(64) PendingSlot {
-    T alpha[16];   // 0 in pixels without the fragment
-    T weight[16];  // alpha times the light that reaches it, as far as known; 0 in pixels that are finished before
-    T before[16];  // the light that passes all fragments in front of it in stroke order
-};
-struct PendingEntry {
-    std::uint32_t slot, record;
-    std::uint16_t pixels;  // bit p: whether pixel p of the block has the fragment
-    std::uint16_t shown;   // those in which it is seen: not behind what leaves no light
-};
-template <class T>
-struct Pending {
-    static constexpr std::size_t num_queues = kTileWidth * kTileHeight / 16;
-    static constexpr std::size_t room_behind = 16;  // of the columns that are read by vectors
-    std::unique_ptr<PendingSlot<T>[]> slot_memory;
-    std::unique_ptr<std::uint32_t[]> free_memory;
-    std::unique_ptr<PendingEntry[]> entry_memory;
-    std::unique_ptr<T[]> depth_memory, softness_memory, reach_memory;
-    PendingSlot<T>* slots = nullptr;      // [num_slots]
-    std::uint32_t* free_slots = nullptr;  // [num_slots] the first num_free are free, the last of them next
-    PendingEntry* entries = nullptr;      // [num_queues, queue_size]
-    T* depths = nullptr;                  // [num_queues, queue_size] camera z
-    T* squared_softness = nullptr;        // [num_queues, queue_size]
-    T* reaches = nullptr;                 // [num_ids of a tile] the largest squared band from there on
-    std::size_t num_slots = 0, num_free = 0, queue_size = 0, num_reaches = 0;
-    std::size_t heads[num_queues] = {}, tails[num_queues] = {};
-};
-// Defined in raster.cpp: here, each instruction set would compile its own.
-template <class T>
-void add_slots(Pending<T>& pending);
-template <class T>
-void lengthen_queues(Pending<T>& pending);
-template <class T>
-void make_reaches(Pending<T>& pending, std::size_t count);
 
 // The outline of a painted box, for the question which tiles it reaches.
 struct Outline {
@@ -133,6 +96,17 @@ struct TileLists {
     std::unique_ptr<std::uint32_t[]> ids;
 };
 
+// One tile, to be painted or differentiated.
+template <class T>
+struct TileTask {
+    const RasterParams& params;
+    const BoxView<T>& boxes;
+    const Record<T>* records;  // [M]
+    const std::uint32_t* ids;  // [num_ids] the records that reach the tile, in stroke order
+    std::size_t num_ids;
+    int x0, y0;  // pixels: the first of the tile
+};
+
 // The pre-filtered level that each box needs: along each axis the number of `bounds` (half extents in pixels,
 // descending) that the box does not exceed; both in one code, level_u * (size of bounds_v + 1) + level_v.
 struct LevelChoice {
@@ -144,23 +118,24 @@ template <class T>
 LevelChoice choose_levels(std::size_t count, const T* half_extents, std::span<const double> bounds_u,
                           std::span<const double> bounds_v);
 
-// Paint. The picture does not depend on `num_threads`, bit for bit.
+// Paint. The picture does not depend on `num_threads`, bit for bit. Needs as many layers of boxes as of the picture.
 template <class T>
 void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture);
 
+template <class T>
+struct SoftQueues;
+
 // Implemented once per instruction set, in raster_kernel.cpp. Boxes begin to end become records[begin...] and
 // outlines[0...].
-#define BRUSHGS_DECLARE_RASTER_KERNELS(isa)                                                                            \
-    namespace isa {                                                                                                    \
-    template <class T>                                                                                                 \
-    void make_records(const RasterParams&, const BoxView<T>&, std::size_t begin, std::size_t end, Record<T>* records,  \
-                      Outline* outlines);                                                                              \
-    template <class T>                                                                                                 \
-    void paint_tile(const RasterParams&, const Record<T>* records, const std::uint32_t* ids, std::size_t num_ids,      \
-                    int tile_x, int tile_y, const Picture<T>&);                                                        \
-    template <class T>                                                                                                 \
-    void paint_tile_softly(const RasterParams&, const Record<T>* records, const T* softness, const std::uint32_t* ids, \
-                           std::size_t num_ids, int tile_x, int tile_y, Pending<T>& pending, const Picture<T>&);       \
+#define BRUSHGS_DECLARE_RASTER_KERNELS(isa)                                                                           \
+    namespace isa {                                                                                                   \
+    template <class T>                                                                                                \
+    void make_records(const RasterParams&, const BoxView<T>&, std::size_t begin, std::size_t end, Record<T>* records, \
+                      Outline* outlines);                                                                             \
+    template <class T>                                                                                                \
+    void paint_tile(const TileTask<T>&, const Picture<T>&);                                                           \
+    template <class T>                                                                                                \
+    void paint_tile_softly(const TileTask<T>&, SoftQueues<T>&, const Picture<T>&);                                    \
     }
 BRUSHGS_DECLARE_RASTER_KERNELS(baseline)
 BRUSHGS_DECLARE_RASTER_KERNELS(avx2)

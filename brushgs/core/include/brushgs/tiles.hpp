@@ -225,4 +225,19 @@ TileLists make_tiles(const RasterParams& params, MakeRecords<T> make_records, co
     return tiles;
 }
 
+// What there is to do for one tile.
+template <class T>
+TileTask<T> task_of(const RasterParams& params, const BoxView<T>& boxes, const Record<T>* records,
+                    const TileLists& tiles, std::size_t tile) {
+    const std::uint32_t first = tiles.starts[tile];
+    const int column = static_cast<int>(tile) % tiles.columns, row = static_cast<int>(tile) / tiles.columns;
+    return {.params = params,
+            .boxes = boxes,
+            .records = records,
+            .ids = tiles.ids.get() + first,
+            .num_ids = tiles.starts[tile + 1] - first,
+            .x0 = column * kTileWidth,
+            .y0 = row * kTileHeight};
+}
+
 }  // namespace brushgs

@@ -1,0 +1,164 @@
+"""The derivatives of `project` and `rasterize` on NumPy arrays: gradients by the result in, by the input out.
+
+`brushgs.autograd` puts them behind torch tensors; they need no torch themselves. `v_name` is the gradient of
+the loss by `name` and has its shape and dtype. The arithmetic is in the compiled core, which projects and
+blends once more: nothing is kept from the forward pass but its arguments and results.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from brushgs import _core
+from brushgs.arrays import F64, Array
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.options.choices import Filter
+from brushgs.rendering.constants import MIN_TRANSMITTANCE
+from brushgs.rendering.project import ProjectOptions
+from brushgs.rendering.texture_levels import coverage_gradient, kernel_of, levels_for
+from brushgs.scene import LAYERS, Boxes, Camera, Frame, Gaussians
+from brushgs.threads import num_threads_or_default
+
+GAUSSIAN_COLUMNS = ("means", "quats", "scales", "opacities", "sh")
+BOX_COLUMNS = ("centers", "half_extents", "angles", "depths", "colors", "opacities")
+
+
+@dataclass(frozen=True, eq=False)
+class BoxGradients:
+    """By the columns of boxes, in their dtype, None for zeros; and by the coverage of the texture, 0 to 1."""
+
+    centers: Array | None = None  # [M, 2]
+    half_extents: Array | None = None  # [M, 2]
+    angles: Array | None = None  # [M]
+    depths: Array | None = None  # [M]
+    colors: Array | None = None  # [M, 3]
+    opacities: Array | None = None  # [M]
+    coverage: F64 | None = None  # [h, w]; None if not computed
+
+
+@dataclass(frozen=True, eq=False)
+class GaussianGradients:
+    """By the columns of Gaussians, in their dtype; None if not computed."""
+
+    means: Array | None = None  # [N, 3]
+    quats: Array | None = None  # [N, 4]
+    scales: Array | None = None  # [N, 3]
+    opacities: Array | None = None  # [N]
+    sh: Array | None = None  # [N, k, 3]
+
+
+def project_backward(
+    gaussians: Gaussians,
+    camera: Camera,
+    boxes: Boxes,
+    v_boxes: BoxGradients,
+    options: ProjectOptions,
+    *,
+    wanted: Collection[str] = GAUSSIAN_COLUMNS,
+) -> GaussianGradients:
+    """Gradients by the Gaussians of what `project` made of them.
+
+    The derivative is that of the value computed, where it has one. Elsewhere:
+
+    - Which Gaussians have a box, and the order of boxes, have no derivative: rows without a box get zeros.
+    - A channel of a colour that was clamped to 0 has no gradient.
+    - Outside 1.3 times the field of view, where the Jacobian is clamped, its gradient by the position is 0.
+    - The angle of a round ellipse (its direction below rounding, 1e-14) has no gradient. Just above, its
+      gradient grows like one over the anisotropy: that is its derivative.
+    - `Directions` are constants: the angle has no gradient.
+    - Which of the own axes is longest (`lock="anchor"`) is a constant.
+
+    Args:
+        gaussians: as projected.
+        camera: as projected.
+        boxes: the result.
+        v_boxes: the gradient by the boxes.
+        options: as projected.
+        wanted: the columns whose gradients are computed.
+
+    Returns:
+        The columns wanted, those of SH degrees included that are zero throughout and skipped by `project`.
+    """
+    gradients: dict[str, Any] = {
+        name: np.zeros_like(getattr(gaussians, name)) if name in wanted else None for name in GAUSSIAN_COLUMNS
+    }
+    _core.project_backward(
+        **options.core_arguments(gaussians, camera),
+        ids=boxes.ids,
+        colors=boxes.colors,
+        **{f"v_box_{name}": getattr(v_boxes, name) for name in BOX_COLUMNS},
+        **{f"v_{name}": gradient for name, gradient in gradients.items()},
+    )
+    return GaussianGradients(**gradients)
+
+
+def rasterize_backward(
+    boxes: Boxes,
+    texture: StrokeTexture,
+    frame: Frame,
+    v_rgb: Array,
+    v_alpha: Array | None = None,
+    v_layers: Mapping[str, Array | None] | None = None,
+    *,
+    filter: Filter = "mip",
+    min_transmittance: float = MIN_TRANSMITTANCE,
+    with_coverage: bool = False,
+    num_threads: int | None = None,
+) -> BoxGradients:
+    """Gradients by the boxes of what `rasterize` painted.
+
+    Args:
+        boxes: M strokes without softness, as painted.
+        texture: as painted with.
+        frame: the result.
+        v_rgb: [H, W, 3] in the dtype of the boxes, C-contiguous like the others.
+        v_alpha: [H, W] or None for zeros.
+        v_layers: by the layers of the frame, by their names; None or missing for zeros.
+        filter: as painted with.
+        min_transmittance: as painted with.
+        with_coverage: whether to compute the gradient by the texture's coverage.
+        num_threads: None takes the processors available to this process. The result does not depend on it.
+
+    Raises:
+        ValueError: if boxes of a stroke image have a softness, or a built-in kernel's coverage is asked for.
+    """
+    if boxes.softness is not None and texture.kind == "image":
+        raise ValueError('rasterize_backward: boxes must have no softness; project with order="depth"')
+    if with_coverage and texture.kind != "image":
+        raise ValueError(f"rasterize_backward: the built-in kernel {texture.kind!r} has no coverage")
+    levels = levels_for(boxes, texture, filter)
+    given = {name: v for name, v in (v_layers or {}).items() if v is not None}
+    gradients: dict[str, Any] = {
+        name: np.empty_like(getattr(boxes, name)) for name in BOX_COLUMNS if name not in LAYERS.values()
+    }
+    v_attributes: dict[str, Any] = {
+        name: np.empty_like(attribute) if name in given else np.zeros_like(attribute)
+        for name, attribute in boxes.attributes().items()
+    }
+    v_texels = [np.zeros(shape) for shape in levels.shapes] if with_coverage else []
+    _core.rasterize_backward(
+        kernel=kernel_of(texture, filter),
+        levels=levels.packed,
+        min_transmittance=float(min_transmittance),
+        num_threads=num_threads_or_default(num_threads),
+        centers=boxes.centers,
+        half_extents=boxes.half_extents,
+        angles=boxes.angles,
+        colors=boxes.colors,
+        opacities=boxes.opacities,
+        attributes=[getattr(boxes, LAYERS[name]) for name in given],
+        rgb=frame.rgb,
+        alpha=frame.alpha,
+        layers=[getattr(frame, name) for name in given],
+        v_rgb=v_rgb,
+        v_alpha=v_alpha,
+        v_layers=list(given.values()),
+        **{f"v_{name}": gradient for name, gradient in gradients.items()},
+        v_attributes=[v_attributes[name] for name in given],
+        v_texels=v_texels,
+    )
+    gradients |= {LAYERS[name]: v for name, v in v_attributes.items()}
+    coverage = coverage_gradient(texture, levels, v_texels) if with_coverage else None
+    return BoxGradients(**gradients, coverage=coverage)
