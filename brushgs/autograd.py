@@ -25,9 +25,8 @@ Where the derivative does not exist, this comes back:
 Needs PyTorch: `pip install torch`.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import wraps
 from typing import Any, Self
 
 import numpy as np
@@ -52,6 +51,7 @@ from brushgs.scene import LAYERS, Camera
 try:
     import torch
     from torch import Tensor
+    from torch.autograd.function import once_differentiable
 except ModuleNotFoundError as error:
     raise ModuleNotFoundError(
         "brushgs.autograd: needs PyTorch, which is not installed; pip install torch", name="torch"
@@ -296,40 +296,6 @@ def render(
     )
 
 
-class _Refuse(torch.autograd.Function):  # type: ignore[misc]
-    """Passes gradients on as they are, and does not let anyone differentiate them."""
-
-    @staticmethod
-    def forward(ctx: Any, where: str, *gradients: Tensor) -> tuple[Tensor, ...]:
-        ctx.where = where
-        return tuple(gradient.view_as(gradient) for gradient in gradients)
-
-    @staticmethod
-    def backward(ctx: Any, *_: Tensor) -> None:
-        raise RuntimeError(
-            f"{ctx.where}: has no second derivatives; detach its gradients before using them in a loss"
-        )
-
-
-def _once(where: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """For a `backward` that cannot be differentiated: who tries is told by name."""
-
-    def decorate(backward: Callable[..., Any]) -> Callable[..., Any]:
-        @wraps(backward)
-        def guarded(ctx: Any, *gradients: Tensor | None) -> tuple[Tensor | None, ...]:
-            with torch.no_grad():
-                outputs = tuple(backward(ctx, *gradients))
-            if not torch.is_grad_enabled():  # it is where the graph of the gradient is asked for
-                return outputs
-            tensors = [output.requires_grad_() for output in outputs if output is not None]
-            guards = iter(_Refuse.apply(where, *tensors))
-            return tuple(None if output is None else next(guards) for output in outputs)
-
-        return guarded
-
-    return decorate
-
-
 class _Project(torch.autograd.Function):  # type: ignore[misc]
     @staticmethod
     def forward(ctx: Any, camera: Camera, options: ProjectOptions, *columns: Tensor) -> tuple[Tensor, ...]:
@@ -343,7 +309,7 @@ class _Project(torch.autograd.Function):  # type: ignore[misc]
         return tuple(outputs.values())
 
     @staticmethod
-    @_once("project")
+    @once_differentiable  # type: ignore[untyped-decorator]
     def backward(ctx: Any, *gradients: Tensor | None) -> tuple[Tensor | None, ...]:
         _ = ctx.saved_tensors  # raises where one was changed in place
         needs = zip(GAUSSIAN_COLUMNS, ctx.needs_input_grad[2:], strict=True)
@@ -381,7 +347,7 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
         return tuple(picture)
 
     @staticmethod
-    @_once("rasterize")
+    @once_differentiable  # type: ignore[untyped-decorator]
     def backward(ctx: Any, *gradients: Tensor | None) -> tuple[Tensor | None, ...]:
         _ = ctx.saved_tensors  # raises where one was changed in place
         v_rgb, v_alpha, *v_layers = (None if g is None else _array(g) for g in gradients)
