@@ -175,18 +175,20 @@ def rasterize(
     if boxes.softness is not None and texture.kind == "image":
         size = height, width
         return _rasterize_softly(boxes, boxes.softness, texture, *size, filter, min_transmittance)
-    rgb, depth = np.zeros((height, width, 3)), np.zeros((height, width))
+    rgb, sums = np.zeros((height, width, 3)), _no_layers(boxes, height, width)
     transmittance, is_open = np.ones((height, width)), np.ones((height, width), dtype=bool)
     for row, window, alpha in _alphas(boxes, texture, height, width, filter):
         is_painted = is_open[window] & (alpha >= MIN_ALPHA)
         is_last = is_painted & (transmittance[window] * (1 - alpha) < min_transmittance)
         weight = np.where(is_painted & ~is_last, alpha * transmittance[window], 0)
         rgb[window] += weight[..., None] * boxes.colors[row].astype(np.float64)
-        depth[window] += weight * float(boxes.depths[row])
+        for name, attribute in boxes.attributes().items():
+            sums[name][window] += np.multiply.outer(weight, attribute[row].astype(np.float64))
         transmittance[window] -= weight
         is_open[window] &= ~is_last
     alpha = 1 - transmittance
-    return Frame(rgb, alpha, np.divide(depth, alpha, out=np.zeros_like(depth), where=alpha > 0))
+    layers = {name: _over_alpha(total, alpha) for name, total in sums.items()}
+    return Frame(rgb, alpha, **layers)
 
 
 def _rasterize_softly(
@@ -199,7 +201,8 @@ def _rasterize_softly(
     min_transmittance: float,
 ) -> Frame:
     """Boxes that fade into each other where their depths are close, pixel by pixel."""
-    rgb, alpha, depth = np.zeros((height, width, 3)), np.zeros((height, width)), np.zeros((height, width))
+    rgb, alpha = np.zeros((height, width, 3)), np.zeros((height, width))
+    layers = _no_layers(boxes, height, width)
     rows: dict[tuple[int, int], list[int]] = {}
     alphas: dict[tuple[int, int], list[float]] = {}
     for row, window, values in _alphas(boxes, texture, height, width, filter):
@@ -213,8 +216,21 @@ def _rasterize_softly(
             np.array(alphas[pixel]), z, softness[own].astype(np.float64), min_transmittance
         )
         if alpha[pixel] > 0:
-            rgb[pixel], depth[pixel] = weights @ colors, weights @ z / alpha[pixel]
-    return Frame(rgb, alpha, depth)
+            rgb[pixel] = weights @ colors
+            for name, attribute in boxes.attributes().items():
+                layers[name][pixel] = weights @ attribute[own].astype(np.float64) / alpha[pixel]
+    return Frame(rgb, alpha, **layers)
+
+
+def _no_layers(boxes: Boxes, height: int, width: int) -> dict[str, F64]:
+    """Zeros for each layer of a frame of these boxes."""
+    return {name: np.zeros((height, width, *a.shape[1:])) for name, a in boxes.attributes().items()}
+
+
+def _over_alpha(total: F64, alpha: F64) -> F64:
+    """A sum of weight x attribute, [H, W] or [H, W, channels], over the sum of weights; 0 where that is 0."""
+    alpha = alpha.reshape(*alpha.shape, *[1] * (total.ndim - 2))
+    return np.divide(total, alpha, out=np.zeros_like(total), where=alpha > 0)
 
 
 def soft_weights(
