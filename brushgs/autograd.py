@@ -7,20 +7,21 @@
 
 Pictures are those of the functions of the same names in `brushgs`, bit for bit. Gradients are the derivative
 of what was computed, in float32 or float64, on the CPU; arguments are not copied. They do not depend on the
-number of threads, nor the memory they take on the number of fragments: strokes are blended once more, nothing
-is kept of one fragment. Only what requires a gradient gets one.
+number of threads, nor the memory they take on the number of fragments: strokes are blended once more,
+not kept fragment by fragment. Only what requires a gradient gets one.
 
-Where the derivative does not exist, this comes back:
+Where the derivative does not exist, the gradient is:
 
 - Zero from what decides by a threshold: whether a pixel centre lies in a box (its edge), alphas under 1/255,
-  what lies behind a finished pixel, alphas held at 0.99, colours held at 0, the level of the image that
+  what lies behind a finished pixel, alphas clamped to 0.99, colours clamped to 0, the level of the image that
   serves a box, which Gaussians have boxes and in what order. So the kernel "ellipse" and `filter="nearest"`
   give gradients to colours, opacities and depths, and none to the shape of a box.
 - Zero by the angle of a round ellipse (its direction below rounding, 1e-14). Just above, that gradient is as
   large as one over the anisotropy.
-- Nothing through `Directions`, nor through the size that `num_sigmas=None` takes from the texture.
-- A texture given as a tensor is rounded to 8 bits, and its gradient passes that as if it were not.
-- Second derivatives and the soft order are refused.
+- None through `Directions`, nor through the size that `num_sigmas=None` takes from the texture.
+- Through the rounding of a texture tensor to 8 bits, as if there were none.
+
+Second derivatives (after a loss that is not linear in the picture) and the soft order are refused.
 
 Needs PyTorch: `pip install torch`.
 """
@@ -168,7 +169,7 @@ def project(
 ) -> Boxes:
     """Project Gaussians to boxes: `brushgs.project` with gradients by all columns of the Gaussians.
 
-    Culled Gaussians get zeros. Bands of spherical harmonics that are all zero have their gradient too.
+    Culled Gaussians get zeros. SH degrees that are zero throughout have their gradient too.
 
     Args:
         gaussians: N Gaussians in world space.
@@ -223,7 +224,7 @@ def rasterize(
         height: pixels, see `brushgs.rasterize`, like the others.
         width: pixels.
         filter: how a stroke image is read.
-        depth: whether the frame carries a depth, which has a gradient too.
+        depth: whether the frame has a depth, which has a gradient too.
         min_transmittance: what lies behind a pixel that lets less light through has no gradient.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 

@@ -11,7 +11,7 @@ _most: ContextVar[int | None] = ContextVar("_most", default=None)
 
 @contextmanager
 def at_most(num_threads: int) -> Iterator[None]:
-    """Within it "as many as there are CPUs" means this many: for one of several that share the machine."""
+    """Within this context `num_threads=None` means so many: for processes that share a machine."""
     token = _most.set(num_threads)
     try:
         yield
@@ -20,7 +20,7 @@ def at_most(num_threads: int) -> Iterator[None]:
 
 
 def num_threads_or_default(num_threads: int | None) -> int:
-    """The number of threads asked for; without one, as many as there are CPUs this process may use.
+    """The number of threads to run in; for None, as many as there are CPUs this process may use.
 
     Results never depend on it.
 
@@ -41,7 +41,7 @@ def num_threads_or_default(num_threads: int | None) -> int:
         num_threads = operator.index(num_threads)
     except TypeError:
         kind = type(num_threads).__name__
-        raise TypeError(f"num_threads must be an integer, got {kind}; leave it out for every CPU") from None
+        raise TypeError(f"num_threads must be an integer, got {kind}; omit it for every CPU") from None
     if num_threads < 1:
-        raise ValueError(f"num_threads must be at least 1, got {num_threads}; leave it out for every CPU")
+        raise ValueError(f"num_threads must be at least 1, got {num_threads}; omit it for every CPU")
     return num_threads

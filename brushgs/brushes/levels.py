@@ -3,7 +3,7 @@
 A stroke image of 256 texels on a box 20 pixels long, sampled once a pixel, meets every twelfth texel and
 shimmers. The footprint of a pixel is the same all over a stroke, so each axis of the image is filtered on
 its own (a ripmap) and the sampler stays what it is: bilinear, one lookup. This file knows which level
-serves which size and what its texels are; which strokes use it is the rasteriser's business.
+serves which size and what its texels are; the rasteriser chooses the level of each stroke.
 
 How to draw a box of half extents (h_u, h_v) pixels with the mip filter:
 
@@ -114,7 +114,7 @@ def level_gradient(
 ) -> NDArray[np.float64]:
     """The derivative of `level_coverage`: the gradient of a loss by the source from that by a level's texels.
 
-    Rounding to 8 bits counts as none. A texel that was cut to the range of 8 bits passes nothing on.
+    Rounding to 8 bits counts as the identity. A texel that was clipped to 0 to 255 has no gradient.
 
     Args:
         coverage: uint8 [h, w] source.
@@ -138,7 +138,7 @@ def level_gradient(
 
 
 def unrounded_coverage(coverage: NDArray[np.uint8], level_u: int, level_v: int) -> NDArray[np.float64]:
-    """`level_coverage` before it is rounded and cut to 8 bits."""
+    """`level_coverage` before it is rounded and clipped to 8 bits."""
     return _along_v(filtered_along_u(coverage, level_u), level_v)
 
 
@@ -151,12 +151,12 @@ def filtered_along_u(coverage: NDArray[np.uint8], level_u: int) -> NDArray[np.fl
 
 
 def filtered_along_v(texels: NDArray[np.float64], level_v: int) -> NDArray[np.uint8]:
-    """The second half of `level_coverage`, of what `filtered_along_u` gave."""
+    """The second half of `level_coverage`, from the result of `filtered_along_u`."""
     return np.asarray(np.clip(np.rint(_along_v(texels, level_v)), 0, 255).astype(np.uint8))
 
 
 def _along_v(texels: NDArray[np.float64], level_v: int) -> NDArray[np.float64]:
-    """The same before it is rounded and cut to 8 bits."""
+    """`filtered_along_v` before it is rounded and clipped to 8 bits."""
     return _filtered(texels, level_v) if level_v else texels
 
 
@@ -175,7 +175,7 @@ def _level_matrix(num_source: int, level: int) -> NDArray[np.float64]:
     The target is the source's linear interpolant, 0 outside, averaged over a pixel. The level's texels are
     those whose own linear interpolant comes closest to it in the least-squares sense: interpolation blurs,
     and the projection undoes as much of that as it can (a sampled box filter leaves a third more error).
-    Weights fall by a factor of 3.7 from one texel to the next, so most are left out as too small to show.
+    Weights fall by a factor of 3.7 from one texel to the next, so most are too small to show and become 0.
     Source: Unser, Sampling - 50 Years After Shannon, 2000 (least-squares spline approximation).
     """
     axis = axis_levels(num_source)[level]
@@ -187,17 +187,17 @@ def _level_matrix(num_source: int, level: int) -> NDArray[np.float64]:
         mean = _pixel_mean(num_source, centers + offset * spacing, axis.footprint)
         mean[0 if offset < 0 else -1] = 0
         moments += (1 - abs(offset)) / _QUADRATURE * mean
-    matrix = _without_overlap(moments)
+    matrix = _solve_gram(moments)
     return np.where(np.abs(matrix) < _TOO_SMALL, 0.0, matrix)
 
 
-def _without_overlap(moments: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The solution of G x = moments; G holds the overlaps of neighbouring hats, 1/6 beside a diagonal of 2/3.
+def _solve_gram(moments: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The solution of G x = moments, G the Gram matrix of hat functions: 2/3, and 1/6 between neighbours.
 
-    By elimination down and up, a row at a time. SciPy has it too; its import takes longer than all levels.
+    By the Thomas algorithm. SciPy's solver gives the same, but importing SciPy takes longer than all levels.
     """
     diagonal, beside, x = np.full(len(moments), 2 / 3), 1 / 6, moments.copy()
-    diagonal[[0, -1]] = 1 / 3  # the outermost hats are cut: nothing is drawn beyond them
+    diagonal[[0, -1]] = 1 / 3  # the outermost hats are halves: nothing is drawn beyond them
     for row in range(1, len(x)):
         factor = beside / diagonal[row - 1]
         diagonal[row] -= factor * beside
@@ -213,7 +213,7 @@ def _pixel_mean(num_source: int, centers: NDArray[Any], footprint: float) -> NDA
     columns = np.arange(num_source)
 
     def integral(x: NDArray[Any]) -> NDArray[np.float64]:
-        """Each texel's hat function, cut at the ends of the box, integrated from the left up to x."""
+        """Each texel's hat function, clipped at the ends of the box, integrated from the left up to x."""
         inside = np.clip(x, 0, num_source - 1)[:, None] - columns
         inside = np.clip(inside, -1, 1)
         return np.asarray(0.5 + inside - 0.5 * inside * np.abs(inside))

@@ -1,4 +1,4 @@
-"""How much of a picture a box covers: what a stroke weighs in figures and in the choice of their number."""
+"""How much of a picture each box covers: the weight of a stroke in measurements and in the stroke count."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,9 @@ TINY = np.finfo(np.float64).tiny  # in place of a length of zero
 
 
 def seen_areas(boxes: Boxes, width: int, height: int) -> NDArray[np.float64]:
-    """What of each box lies in the picture, pixels: area x share of its upright bounding rectangle, [M].
+    """[M] area of each box within the picture, pixels: its area x the share of its bounding rectangle inside.
 
-    At most the picture.
+    At most the area of the picture.
     """
     extents = np.maximum(boxes.half_extents.astype(np.float64), TINY)
     low, high = upright_rectangles(boxes.centers.astype(np.float64), extents, boxes.angles.astype(np.float64))
@@ -27,7 +27,7 @@ def upright_rectangles(centers: F64, extents: F64, angles: F64) -> tuple[F64, F6
 
 
 def areas_inside(extents: F64, low: F64, high: F64, width: int, height: int) -> F64:
-    """The same of boxes whose half extents [M, 2] and upright rectangles, `low` to `high`, are known, [M]."""
+    """`seen_areas` of half extents [M, 2] and upright rectangles from `low` to `high`, [M, 2] each."""
     size = np.array([width, height], np.float64)
     seen = np.clip(np.minimum(high, size) - np.maximum(low, 0), 0, None)
     areas = 4 * extents.prod(axis=1) * (seen / (high - low)).prod(axis=1)

@@ -4,8 +4,6 @@ from brushgs import _core
 
 MAX_ALPHA: float = _core.MAX_ALPHA  # 0.99: no stroke is quite opaque
 MIN_ALPHA: float = _core.MIN_ALPHA  # 1/255: fainter fragments are skipped
-MIN_TRANSMITTANCE: float = (
-    _core.MIN_TRANSMITTANCE
-)  # a hair under 1e-4: a pixel is finished before it falls lower
+MIN_TRANSMITTANCE: float = _core.MIN_TRANSMITTANCE  # just below 1e-4: a pixel is finished before less light
 LEAST_LIGHT: float = _core.LEAST_LIGHT  # 1e-31: in soft order, behind all fragments of a pixel
 GAUSSIAN_SIGMAS: float = _core.GAUSSIAN_SIGMAS  # 3: the built-in Gaussian fills its box at so many deviations

@@ -242,7 +242,7 @@ def soft_weights(
     nothing where as far behind, and between them a share that is continuous in their depths, S_ij + S_ji = 1.
     """
     light = np.cumprod(np.append(1, 1 - alphas[:-1]))
-    alphas = np.where(light >= LEAST_LIGHT, alphas, 0)  # behind so much paint, nothing is looked at
+    alphas = np.where(light >= LEAST_LIGHT, alphas, 0)  # fragments behind so much paint are skipped
     gap, reach = z[:, None] - z, np.hypot(softness[:, None], softness)
     is_near = np.abs(gap) < reach
     is_hidden = ~is_near & np.tri(len(z), k=-1, dtype=bool)  # [i, j]: j lies wholly in front of i
@@ -285,7 +285,7 @@ def _coverage_of_box(
 ) -> tuple[NDArray[np.uint8], F64]:
     """The texels that serve a box of these half extents, and how much larger than it they reach, [2].
 
-    `copies` of the stroke image are kept: to filter one takes longer than to paint with it.
+    `copies` caches the levels: to filter one takes longer than to paint with it.
     """
     if texture.kind != "image" or filter != "mip":
         return texture.coverage, np.ones(2)

@@ -42,7 +42,7 @@ def render(
         num_sigmas: half length of a box in standard deviations, > 0; None takes `texture.fitted_sigmas`,
             at which a stroke paints about as much as its Gaussian. The published method takes 2.
         low_pass: variance in px^2 added to every projected Gaussian, >= 0.
-        depth: whether the frame carries a depth.
+        depth: whether the frame has a depth.
         num_threads: None takes the processors available to this process. The picture does not depend on it.
 
     Returns:
@@ -89,7 +89,7 @@ def render_sequence(
         filter: see `rasterize`.
         num_sigmas: see `render`.
         low_pass: see `render`.
-        depth: whether frames carry a depth.
+        depth: whether frames have a depth.
         num_threads: see `render`.
 
     Raises:

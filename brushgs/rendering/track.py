@@ -1,8 +1,8 @@
 """A whole camera path -> which way each stroke points in each view: no flips, no spins, no pops.
 
-One view alone settles directions by `project(lock="anchor")`; that is steady but where one looks along a
-stroke's longest axis. Where the path is known before the first frame is drawn, directions are chosen over
-all of it at once: see `track_directions`. Given the `Track`, every frame stands alone.
+One view alone chooses directions by `project(lock="anchor")`, which is steady except for views along a
+stroke's longest axis. Where the path is known before the first frame is drawn, directions are chosen over all
+of it at once: see `track_directions`. Given the `Track`, every frame can be drawn alone.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,9 +20,9 @@ from brushgs.rendering.project import LOW_PASS, Directions, project
 from brushgs.scene import Boxes, Camera, Gaussians
 from brushgs.threads import num_threads_or_default
 
-# The path is looked at as often as the view has changed by this much, whatever the frame rate.
+# The path is sampled each time the view has changed by this much, whatever the frame rate.
 KNOT_SPACING = radians(1.5)
-# A path that changes the view by more than this from frame to frame (cuts, mostly) is looked at less often.
+# A path with more knots per frame (cuts, mostly) is sampled less often.
 MOST_KNOTS_A_FRAME = 16
 ROUNDING = 1e-9  # of a knot: a path that is longer by less needs no further knot
 
@@ -121,7 +121,7 @@ def track_directions(
     distance of the scene), between frames along screw motions, so the outcome hardly depends on the frame
     rate. Per stroke, dynamic programming finds the cheapest sequence of directions: one off the axes of the
     ellipse costs what the box must grow to cover it, the minor axis costs a little, a turn of more than 5.2
-    degrees a knot is not allowed. Weighted least squares then takes the directions to the exact axes, the
+    degrees a knot is not allowed. Weighted least squares then pulls the directions toward the exact axes, the
     closer the more slender the ellipse. A closed path comes back to the direction it started with: where the
     axis winds an odd number of half turns, the half turn is spent where it costs least, at up to 7.2 degrees
     a knot. Where the box of a slender stroke has to grow while it turns, it grows by at most 7 % a knot.
@@ -169,7 +169,7 @@ def _is_closed(cameras: Sequence[Camera], reach: float) -> bool:
 
 @dataclass(frozen=True)
 class _Knots:
-    """Views at even steps of view change along a path, and where its frames lie among them."""
+    """Views at even steps of view change along a path, and the positions of its frames among them."""
 
     viewmats: F64  # [K, 4, 4]
     Ks: F64  # [K, 3, 3]

@@ -500,7 +500,7 @@ def test_arguments_of_another_type_are_refused_by_name():
         project({}, FRONT)
     with pytest.raises(TypeError, match=r"project: camera must be a Camera, got tuple"):
         project(single(), (1, 2))
-    with pytest.raises(TypeError, match=r"num_threads must be an integer, got float; leave it out"):
+    with pytest.raises(TypeError, match=r"num_threads must be an integer, got float; omit it"):
         project(single(), FRONT, num_threads=2.0)
 
 
@@ -518,7 +518,7 @@ def test_low_pass_out_of_range_is_refused(value):
 
 @pytest.mark.parametrize("value", [0, -3])
 def test_fewer_than_one_thread_is_refused(value):
-    with pytest.raises(ValueError, match=rf"num_threads must be at least 1, got {value}; leave it out"):
+    with pytest.raises(ValueError, match=rf"num_threads must be at least 1, got {value}; omit it"):
         project(single(), FRONT, num_threads=value)
 
 

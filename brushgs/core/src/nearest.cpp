@@ -1,4 +1,4 @@
-// A k-d tree whose nodes know the box around their centres: what lies farther than the best so far is left out.
+// A k-d tree whose nodes know the box around their centres: what lies farther than the best so far is skipped.
 #include "brushgs/nearest.hpp"
 
 #include <algorithm>
@@ -65,7 +65,7 @@ public:
             if (next.squared > best.squared) continue;  // where equal, there may be an earlier row
             const Node& node = nodes_[next.node];
             if (node.second == 0) {
-                look(point, node, best);
+                test_leaf(point, node, best);
                 continue;
             }
             Waiting near{squared_to_box(point, next.node + 1), next.node + 1};
@@ -124,7 +124,7 @@ private:
         });
     }
 
-    void look(const double* point, const Node& node, Best& best) const {
+    void test_leaf(const double* point, const Node& node, Best& best) const {
         for (std::size_t i = node.begin; i < node.end; ++i) {
             const double* place = &places_[i * dimensions_];
             const double squared = sum_of_squares(dimensions_, [=](std::size_t k) { return point[k] - place[k]; });

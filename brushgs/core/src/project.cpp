@@ -1,4 +1,4 @@
-// The frame of `project`: picks the kernel, spreads rows over threads, sorts by depth, writes the columns.
+// `project` around its kernel: picks the kernel, spreads rows over threads, sorts by depth, writes the columns.
 #include "brushgs/project.hpp"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kRowsPerItem = 4096;     // work handed to a thread at a time, some 100 us
 constexpr std::size_t kRowsPerThread = 10000;  // with fewer, starting a thread costs more than it saves
-constexpr std::size_t kRowsAhead = 16;         // records asked for early: they lie anywhere in memory
+constexpr std::size_t kRowsAhead = 16;         // records prefetched: they lie anywhere in memory
 constexpr int kMaxDigitBits = 12;              // of the radix sort: 4096 buckets stay in the cache
 
 // A box in the sort: positive floating-point numbers are ordered like their bits.

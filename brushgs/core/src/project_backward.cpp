@@ -1,4 +1,4 @@
-// The frame of `project_backward`: picks the kernel and spreads boxes over threads.
+// `project_backward` around its kernel: picks the kernel and spreads boxes over threads.
 #include "brushgs/project_backward.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // The arithmetic of `project_backward`: geometry in double for either scalar, colour in the scalar of the arrays.
 //
-// A loop over the lanes of a block follows `place` of project_kernel.cpp forth, by the functions that it uses, and
-// back, step by step. `v_name` is the gradient of the loss by `name`. Compiled once per instruction set (see
-// CMakeLists.txt): the loop holds no branch and no library call, so that the compiler turns it into vector code.
+// A loop over the lanes of a block repeats `place` of project_kernel.cpp forward, by the functions that it uses, and
+// goes back through it step by step. `v_name` is the gradient of the loss by `name`. Compiled once per instruction set
+// (see CMakeLists.txt): the loop holds no branch and no library call, so that the compiler turns it into vector code.
 #include "brushgs/project_backward.hpp"
 
 #include "brushgs/footprint.hpp"
@@ -15,7 +15,7 @@ namespace brushgs::BRUSHGS_ISA {
 namespace {
 
 struct alignas(64) Block {
-    BlockLane mean[3], quat[4], scale[3], opacity, direction_asked, area_scale;          // read
+    BlockLane mean[3], quat[4], scale[3], opacity, given_direction, area_scale;          // read
     BlockLane v_center[2], v_half_extents[2], v_angle, v_depth, v_visible, v_toward[3];  // read
     BlockLane toward[3];                                                                 // made first
     BlockLane v_mean[3], v_quat[4], v_scale[3], v_opacity;                               // made
@@ -57,7 +57,7 @@ inline void load(const GaussianColumns<T>& gaussians, const ProjectParams& param
     if (params.lock == Lock::given) {
         for (std::size_t i = 0; i < count; ++i) {
             const auto row = static_cast<std::size_t>(ids[i]);
-            block.direction_asked[i] = within_reach(static_cast<double>(params.directions[row]));
+            block.given_direction[i] = within_reach(static_cast<double>(params.directions[row]));
             block.area_scale[i] = params.area_scales == nullptr ? 1.0 : static_cast<double>(params.area_scales[row]);
         }
     }
@@ -69,7 +69,7 @@ inline void load(const GaussianColumns<T>& gaussians, const ProjectParams& param
 }
 
 // Unit vectors from the camera to the Gaussians.
-inline void look(const ViewFrame& view, Block& block) {
+inline void find_directions(const ViewFrame& view, Block& block) {
     for (std::size_t i = 0; i < kBlock; ++i) {
         const double dx = block.mean[0][i] - view.eye[0], dy = block.mean[1][i] - view.eye[1],
                      dz = block.mean[2][i] - view.eye[2];
@@ -101,7 +101,7 @@ struct FactorGradient {
     return sum;
 }
 
-// Back through the angle of `major_axis`; a round ellipse passes nothing on.
+// Back through the angle of `major_axis`; a round ellipse has no gradient.
 [[gnu::always_inline]] inline void add_major_axis(const Footprint& f, double v_angle, FactorGradient& v) {
     const double weight = f.spread > kDirectionNoise * f.sum ? 0.5 * v_angle : 0.0;
     const double unit_difference = f.difference / f.spread, unit_twice_b = f.twice_b / f.spread;
@@ -145,7 +145,7 @@ void turn_back(const ProjectParams& params, Block& block) {
     const double* w = view.w;
     const double fades = p.fades ? 1 : 0;  // as a double it is compared in the lanes
     for (std::size_t i = 0; i < kBlock; ++i) {
-        // Forth, as `place` does.
+        // Forward, as `place` does.
         const double x = block.mean[0][i], y = block.mean[1][i], z = block.mean[2][i];
         const double quat[4] = {block.quat[0][i], block.quat[1][i], block.quat[2][i], block.quat[3][i]};
         double axes[3][3];
@@ -167,8 +167,8 @@ void turn_back(const ProjectParams& params, Block& block) {
             bare = variances(f, u.cosine, u.sine, p.low_pass);
         }
         if constexpr (lock == Lock::given) {
-            const SinCos asked = sincos_of(block.direction_asked[i]);
-            u = {asked.cos, asked.sin, block.direction_asked[i]};
+            const SinCos given = sincos_of(block.given_direction[i]);
+            u = {given.cos, given.sin, block.given_direction[i]};
             bare = variances(f, u.cosine, u.sine, p.low_pass);
             ratio = __builtin_sqrt(smallest.along * smallest.across / (bare.along * bare.across));
             const double growth = block.area_scale[i] * ratio;
@@ -344,7 +344,7 @@ void project_backward_rows(const GaussianColumns<T>& gaussians, const ProjectPar
     for (std::size_t first = begin; first < end; first += kBlock) {
         const std::size_t count = end - first < kBlock ? end - first : kBlock;
         load(gaussians, params, boxes, first, count, block);
-        look(view, block);
+        find_directions(view, block);
         if (boxes.v_colors != nullptr && (gradients.sh != nullptr || gradients.means != nullptr))
             shade_back(gaussians, params, boxes, gradients, first, count, block);
         if (!has_shape) continue;

@@ -18,19 +18,19 @@ namespace brushgs::BRUSHGS_ISA {
 
 namespace {
 
-constexpr std::size_t kRowsAhead = 32;  // of coefficients, asked for early: they are most of what is read
+constexpr std::size_t kRowsAhead = 32;  // of coefficients, prefetched: they are most of what is read
 
 // Largest value that a column of the boxes can hold.
 template <class T>
 constexpr double kLargest = sizeof(T) == 4 ? 3.4028234663852886e38 : 1.7976931348623157e308;
 
-// What becomes of a Gaussian; as doubles, so that they are selected in the lanes beside the geometry.
+// Why a Gaussian is culled, or not; as doubles, so that they are selected in the lanes beside the geometry.
 constexpr double kKept = 0, kBehindNear = 1, kNotFinite = 2, kFaint = 3, kOutside = 4;
 constexpr std::size_t kNumReasons = 5;
 
 struct alignas(64) Block {
     BlockLane mean[3], quat[4], scale[3], opacity;                                           // read
-    BlockLane direction_asked, area_scale;                                                   // read, for Lock::given
+    BlockLane given_direction, area_scale;                                                   // read, for Lock::given
     BlockLane center[2], half_extents[2], angle, depth, direction[3], visible, cull_reason;  // made
 };
 
@@ -63,8 +63,8 @@ void place(const ProjectParams& params, Block& block) {
             variance = variances(f, u.cosine, u.sine, p.low_pass);
         }
         if constexpr (lock == Lock::given) {
-            const SinCos asked = sincos_of(block.direction_asked[i]);
-            u = {asked.cos, asked.sin, block.direction_asked[i]};
+            const SinCos given = sincos_of(block.given_direction[i]);
+            u = {given.cos, given.sin, block.given_direction[i]};
             const double smallest = variance.along * variance.across;
             variance = variances(f, u.cosine, u.sine, p.low_pass);
             const double growth = block.area_scale[i] * __builtin_sqrt(smallest / (variance.along * variance.across));
@@ -118,7 +118,7 @@ void place(const ProjectParams& params, std::size_t first, std::size_t count, Bl
             break;
         case Lock::given:
             for (std::size_t i = 0; i < count; ++i) {
-                block.direction_asked[i] = within_reach(static_cast<double>(params.directions[first + i]));
+                block.given_direction[i] = within_reach(static_cast<double>(params.directions[first + i]));
                 block.area_scale[i] = params.area_scales == nullptr ? 1 : params.area_scales[first + i];
             }
             place<T, Lock::given>(params, block);
@@ -126,7 +126,7 @@ void place(const ProjectParams& params, std::size_t first, std::size_t count, Bl
     }
 }
 
-// Lists the lanes under `count` that are kept, counts what becomes of all, and returns how many are kept.
+// Lists the lanes under `count` that are kept, counts the reasons of all, and returns how many are kept.
 inline std::size_t choose(const Block& block, std::size_t count, std::size_t* lanes, std::size_t* reasons) {
     std::size_t num_kept = 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -169,7 +169,7 @@ std::size_t store(const GaussianColumns<T>& gaussians, std::size_t first, std::s
     std::size_t num_boxes = 0;
     for (std::size_t j = 0; j < num_kept; ++j) {
         const std::size_t i = lanes[j];
-        // A guess: where this row is kept, those a little further mostly are.
+        // An estimate: where this row is kept, those a little further mostly are.
         const T* ahead = sh + sh_stride * (i + kRowsAhead);
         for (std::size_t k = 0; k < row_values; k += line) __builtin_prefetch(ahead + k);
         T color[3];

@@ -1,4 +1,4 @@
-// The frame of `track_directions`: picks the kernel, spreads rows over threads, makes the table of costs.
+// `track_directions` around its kernel: picks the kernel, spreads rows over threads, makes the table of costs.
 #include "brushgs/track.hpp"
 
 #include <algorithm>
@@ -20,22 +20,22 @@ constexpr double kMostCost = 500;   // of one view, so that sums over 24 views f
 constexpr double kMinorAxis = 0.3;
 
 template <class T>
-bool follow_rows(const GaussianColumns<T>& gaussians, const TrackParams& params, std::size_t begin, std::size_t end,
-                 FollowScratch& scratch, const Tracks& tracks) {
+bool track_rows(const GaussianColumns<T>& gaussians, const TrackParams& params, std::size_t begin, std::size_t end,
+                TrackScratch& scratch, const Tracks& tracks) {
     const CostTable& table = cost_table();
     Turn* turns = tracks.turns.get();
     std::uint8_t* area_scales = tracks.area_scales.get();
 #ifdef BRUSHGS_X86
     switch (best_isa()) {
         case Isa::avx512:
-            return avx512::follow_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
+            return avx512::track_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
         case Isa::avx2:
-            return avx2::follow_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
+            return avx2::track_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
         default:
             break;
     }
 #endif
-    return baseline::follow_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
+    return baseline::track_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
 }
 
 CostTable make_cost_table() {
@@ -70,16 +70,16 @@ Tracks track_directions(const GaussianColumns<T>& gaussians, const TrackParams& 
     Tracks tracks;
     tracks.turns = make_buffer<Turn>(params.num_views * gaussians.count);
     tracks.area_scales = make_buffer<std::uint8_t>(params.num_views * gaussians.count);
-    const std::size_t num_blocks = (gaussians.count + kFollowRows - 1) / kFollowRows;
+    const std::size_t num_blocks = (gaussians.count + kTrackRows - 1) / kTrackRows;
     const auto num_parts = std::min(num_blocks, static_cast<std::size_t>(std::max(params.num_threads, 1)));
     std::atomic<std::size_t> next{0};
     std::atomic<bool> has_area_scales{false};
     parallel_for(num_parts, params.num_threads, [&](std::size_t) {
-        FollowScratch scratch(params.num_views);
+        TrackScratch scratch(params.num_views);
         for (std::size_t block = next++; block < num_blocks; block = next++) {
-            const std::size_t begin = block * kFollowRows;
-            const std::size_t end = std::min(begin + kFollowRows, gaussians.count);
-            if (follow_rows(gaussians, params, begin, end, scratch, tracks)) has_area_scales = true;
+            const std::size_t begin = block * kTrackRows;
+            const std::size_t end = std::min(begin + kTrackRows, gaussians.count);
+            if (track_rows(gaussians, params, begin, end, scratch, tracks)) has_area_scales = true;
         }
     });
     tracks.has_area_scales = has_area_scales;

@@ -1,22 +1,24 @@
 // Which way strokes point along a camera path, chosen over the whole path at once.
 //
 // Along the path a Gaussian leaves an ellipse in every view (a knot). Its major axis is a line: known up to half
-// a turn, spinning where the ellipse is nearly round. Per Gaussian, in this order:
-//   look     the axis, and how slender the ellipse is, at every knot
-//   choose   the cheapest sequence of directions by dynamic programming: a direction costs what it makes the
-//            box larger than its ellipse needs, and a turn of at most 2 states from knot to knot costs a little
-//   settle   those directions smoothed toward the exact axes, the more slender the closer, by weighted least
-//            squares; then no step above the limit, by the mean of the upper and the lower Lipschitz envelope
-//   area_scale    a box across a slender ellipse is large: it grows and shrinks over several knots, not at once
-//   name     of the two arrows of the line, the one that agrees with the anchored direction over the path
+// a turn, and it spins where the ellipse is nearly round. Per Gaussian, in this order:
+//   measure         the axis, and how slender the ellipse is, at every knot
+//   choose          the cheapest sequence of directions by dynamic programming (Viterbi): a direction costs what it
+//                   makes the box larger than its ellipse needs, and a turn of at most 2 states from knot to knot
+//                   costs a little
+//   smooth          those directions toward the exact axes, the more slender the closer: weighted least squares, a
+//                   tridiagonal system solved by the Thomas algorithm
+//   limit_steps     no step above the limit: the mean of the upper and the lower Lipschitz envelope
+//   set_area_scales a box across a slender ellipse is large: it grows and shrinks over several knots, not at once
+//   choose_arrows   of the two arrows of the line, the one that agrees with the anchored direction over the path
 //
 // A closed path starts at the knot where the ellipse is most slender, and must come back to the direction it
 // started with. For 15 to 30 % of the strokes of trained scenes the line comes back turned by an odd
 // number of half turns; for those the choice is repeated among the 128 directions of an arrow, with steps of up
 // to 3 states, so that the half turn is spent where it costs least.
 //
-// Compiled once per instruction set (see CMakeLists.txt): nothing here may have external linkage but the
-// functions at the end. Costs are whole numbers and sums have one order, so that all give the same.
+// Compiled once per instruction set (see CMakeLists.txt): only the functions at the end may have external linkage.
+// Costs are whole numbers and sums have one order, so that all instruction sets give the same.
 #include "brushgs/track_kernel.hpp"
 
 #include "brushgs/footprint.hpp"
@@ -25,7 +27,7 @@ namespace brushgs::BRUSHGS_ISA {
 
 namespace {
 
-constexpr std::size_t kRows = kFollowRows;
+constexpr std::size_t kRows = kTrackRows;
 static_assert(kRows == kBlock);
 
 constexpr float kState = static_cast<float>(kPi / kLineStates);  // radians
@@ -45,13 +47,13 @@ constexpr Cost kForbidden = 8000;
 constexpr float kLimit = static_cast<float>(5.2 * kPi / 180);
 constexpr float kHalfTurnLimit = static_cast<float>(7.2 * kPi / 180);
 
-constexpr float kUnseenShare = 0.01F;  // weight of a knot at which the stroke is well outside the picture:
-constexpr double kReachSigmas = 4;     // farther than any box reaches, so that it turns freely only out of sight
-constexpr float kLeastWeight = 1e-3F;  // of any knot, so that the smoothing has one solution
-constexpr float kMostWeight = 1e4F;    // and this needs no more digits than a float has
-constexpr float kPinned = 1e6F;        // of the ends of a closed path
-constexpr float kSmoothing = 4.0F;     // against the squared turn from knot to knot
-// The axis is taken for the goal where the choice lies this close to it, else the choice itself.
+constexpr float kUnseenWeight = 0.01F;  // weight of a knot at which the stroke is well outside the picture:
+constexpr double kReachSigmas = 4;      // farther than any box reaches, so that it turns freely only out of sight
+constexpr float kLeastWeight = 1e-3F;   // of any knot, so that the smoothing has one solution
+constexpr float kMostWeight = 1e4F;     // and this needs no more digits than a float has
+constexpr float kPinned = 1e6F;         // of the ends of a closed path
+constexpr float kSmoothing = 4.0F;      // against the squared turn from knot to knot
+// The target of the smoothing is the axis where the choice lies this close to it, else the choice itself.
 constexpr float kTrust = static_cast<float>(8 * kPi / 180);
 
 constexpr float kGrowth = 1.07F;       // of the area of a box, at most, from knot to knot, for being off its axis
@@ -66,10 +68,10 @@ constexpr float kBetweenKnots = 1.5F;  // a stroke near the camera may lie farth
     return (x + rounder) - rounder;
 }
 
-// The direction modulo half a turn that is nearest to `goal`.
-[[gnu::always_inline]] inline float nearest_line(float direction, float goal) {
+// The direction modulo half a turn that is nearest to `target`.
+[[gnu::always_inline]] inline float nearest_line(float direction, float target) {
     constexpr float half_turn = static_cast<float>(kPi);
-    return direction + half_turn * rounded((goal - direction) * (1 / half_turn));
+    return direction + half_turn * rounded((target - direction) * (1 / half_turn));
 }
 
 // One value per knot and row: [num_views][kRows].
@@ -78,11 +80,11 @@ struct Series {
     float* at(std::size_t knot) const { return values + knot * kRows; }
 };
 
-// What is known of a block of Gaussians along the path.
-struct Sight {
+// The ellipses of a block of Gaussians along the path.
+struct Ellipses {
     Series direction;    // of the major axis, in (-pi, pi]: the arrow nearer to the projected longest axis
     Series slenderness;  // (r - 1/r)^2, r the ratio of the axes; 0 at or behind the near plane
-    Series weight;       // 1 in the picture, else kUnseenShare
+    Series weight;       // 1 in the picture, else kUnseenWeight
 };
 
 struct alignas(64) Block {
@@ -90,14 +92,14 @@ struct alignas(64) Block {
 };
 
 template <class T>
-void look(const TrackParams& params, const Block& block, const Sight& sight) {
+void measure(const TrackParams& params, const Block& block, const Ellipses& ellipses) {
     const double low_pass = params.low_pass;
     for (std::size_t knot = 0; knot < params.num_views; ++knot) {
         const View camera = params.views[knot];
         const ViewFrame view = view_frame(camera);
-        float* direction = sight.direction.at(knot);
-        float* slenderness = sight.slenderness.at(knot);
-        float* weight = sight.weight.at(knot);
+        float* direction = ellipses.direction.at(knot);
+        float* slenderness = ellipses.slenderness.at(knot);
+        float* weight = ellipses.weight.at(knot);
         BlockLane found[3];
         for (std::size_t i = 0; i < kRows; ++i) {
             double axes[3][3];
@@ -114,17 +116,17 @@ void look(const TrackParams& params, const Block& block, const Sight& sight) {
             const double slender = gap * gap / (variance.along * variance.across);
             const double reach = kReachSigmas * __builtin_sqrt(variance.along);
             double seen = 1;
-            seen = f.center_x + reach > 0 ? seen : static_cast<double>(kUnseenShare);
-            seen = f.center_y + reach > 0 ? seen : static_cast<double>(kUnseenShare);
-            seen = f.center_x - reach < camera.width ? seen : static_cast<double>(kUnseenShare);
-            seen = f.center_y - reach < camera.height ? seen : static_cast<double>(kUnseenShare);
+            seen = f.center_x + reach > 0 ? seen : static_cast<double>(kUnseenWeight);
+            seen = f.center_y + reach > 0 ? seen : static_cast<double>(kUnseenWeight);
+            seen = f.center_x - reach < camera.width ? seen : static_cast<double>(kUnseenWeight);
+            seen = f.center_y - reach < camera.height ? seen : static_cast<double>(kUnseenWeight);
             // Only what can be compared counts as before the camera and finite.
             double shown = slender <= 1e30 ? slender : (slender > 1e30 ? 1e30 : 0.0);
             shown = f.depth > camera.near ? shown : 0.0;
             const double angle = is_other ? turned : major.angle;
             found[0][i] = absolute(angle) <= 4 ? angle : 0.0;
             found[1][i] = shown;
-            found[2][i] = f.depth > camera.near ? seen : static_cast<double>(kUnseenShare);
+            found[2][i] = f.depth > camera.near ? seen : static_cast<double>(kUnseenWeight);
         }
         for (std::size_t i = 0; i < kRows; ++i) direction[i] = static_cast<float>(found[0][i]);
         for (std::size_t i = 0; i < kRows; ++i) slenderness[i] = static_cast<float>(found[1][i]);
@@ -144,14 +146,14 @@ void rotate(const Series& series, std::size_t row, std::size_t start, std::size_
 }
 
 // The knot at which the ellipse of a row is most slender, while it is in the picture.
-std::size_t surest_knot(const Sight& sight, std::size_t row, std::size_t period) {
-    std::size_t surest = 0;
+std::size_t most_slender_knot(const Ellipses& ellipses, std::size_t row, std::size_t period) {
+    std::size_t most_slender = 0;
     float best = -1;
     for (std::size_t knot = 0; knot < period; ++knot) {
-        const float sureness = sight.slenderness.at(knot)[row] * sight.weight.at(knot)[row];
-        if (sureness > best) best = sureness, surest = knot;
+        const float weighted = ellipses.slenderness.at(knot)[row] * ellipses.weight.at(knot)[row];
+        if (weighted > best) best = weighted, most_slender = knot;
     }
-    return surest;
+    return most_slender;
 }
 
 // Row of the table for a slenderness: half octaves of it, from the bits of the float.
@@ -166,14 +168,14 @@ inline std::size_t shape_of(float slenderness) {
 }
 
 // The costs of the states 0, 1, ... at one knot.
-inline const Cost* costs_at(const CostTable& table, const Sight& sight, std::size_t knot, std::size_t row) {
+inline const Cost* costs_at(const CostTable& table, const Ellipses& ellipses, std::size_t knot, std::size_t row) {
     constexpr float unseen_slenderness = 0.0625F;
-    const float slenderness = sight.slenderness.at(knot)[row];
-    const bool is_seen = sight.weight.at(knot)[row] == 1;
+    const float slenderness = ellipses.slenderness.at(knot)[row];
+    const bool is_seen = ellipses.weight.at(knot)[row] == 1;
     const std::size_t shape = shape_of(is_seen ? slenderness : least(slenderness, unseen_slenderness));
     // State j lies j - x states off the axis. With x = whole - phase / kNumPhases that is j - whole + phase / ...;
     // the table holds off = i - phase / kNumPhases, so phases count down.
-    const float x = sight.direction.at(knot)[row] * (1 / kState) * kNumPhases;
+    const float x = ellipses.direction.at(knot)[row] * (1 / kState) * kNumPhases;
     const int steps = static_cast<int>(rounded(x)) + static_cast<int>(kCircleStates * kNumPhases);
     const std::size_t phase = static_cast<std::size_t>(steps) % kNumPhases;
     const std::size_t whole = (static_cast<std::size_t>(steps) / kNumPhases) % kLineStates;
@@ -182,10 +184,10 @@ inline const Cost* costs_at(const CostTable& table, const Sight& sight, std::siz
 
 // Sums the cheapest way to every state of every knot. `start` is the only state allowed at the first knot, or -1.
 template <std::size_t states, int reach>
-void sum_costs(const CostTable& table, const Sight& sight, std::size_t row, std::size_t num_views, int start,
+void sum_costs(const CostTable& table, const Ellipses& ellipses, std::size_t row, std::size_t num_views, int start,
                Cost* sums) {
     for (std::size_t knot = 0; knot < num_views; ++knot) {
-        const Cost* cost = costs_at(table, sight, knot, row);
+        const Cost* cost = costs_at(table, ellipses, knot, row);
         Cost* sum = sums + knot * kCostRow + reach;
         const auto cost_of = [cost](std::size_t j) { return cost[j % kLineStates]; };
         if (knot == 0) {
@@ -217,10 +219,10 @@ void sum_costs(const CostTable& table, const Sight& sight, std::size_t row, std:
     }
 }
 
-// Walks the cheapest way back from state `last`, or from the cheapest one if that is -1. Positions are
+// Traces the cheapest way back from state `last`, or from the cheapest one if that is -1. Positions are
 // states that do not wrap.
 template <std::size_t states, int reach>
-void walk_back(std::size_t num_views, int last, const Cost* sums, std::int32_t* positions) {
+void trace_back(std::size_t num_views, int last, const Cost* sums, std::int32_t* positions) {
     const Cost* sum = sums + (num_views - 1) * kCostRow + reach;
     int state = last;
     if (last < 0) {
@@ -256,34 +258,35 @@ inline int state_of(float direction) {
 }
 
 // Directions of one row, one by one as `positions` says; returns the most that a step may turn.
-float choose(const TrackParams& params, const CostTable& table, const Sight& sight, std::size_t row,
-             FollowScratch& scratch) {
+float choose(const TrackParams& params, const CostTable& table, const Ellipses& ellipses, std::size_t row,
+             TrackScratch& scratch) {
     Cost* sums = scratch.costs.get();
     std::int32_t* positions = scratch.positions.get();
     const std::size_t num_views = params.num_views;
-    const int start = params.is_closed ? state_of(sight.direction.at(0)[row]) : -1;
-    sum_costs<kLineStates, kReach>(table, sight, row, num_views, start, sums);
-    walk_back<kLineStates, kReach>(num_views, start, sums, positions);
+    const int start = params.is_closed ? state_of(ellipses.direction.at(0)[row]) : -1;
+    sum_costs<kLineStates, kReach>(table, ellipses, row, num_views, start, sums);
+    trace_back<kLineStates, kReach>(num_views, start, sums, positions);
     if (!params.is_closed || has_closed(positions, num_views)) return kLimit;
-    sum_costs<kCircleStates, kHalfTurnReach>(table, sight, row, num_views, start, sums);
-    walk_back<kCircleStates, kHalfTurnReach>(num_views, start, sums, positions);
-    if (!has_closed(positions, num_views))  // a loop of too few knots for a half turn: stand still
+    sum_costs<kCircleStates, kHalfTurnReach>(table, ellipses, row, num_views, start, sums);
+    trace_back<kCircleStates, kHalfTurnReach>(num_views, start, sums, positions);
+    if (!has_closed(positions, num_views))  // a loop of too few knots for a half turn: do not turn
         for (std::size_t knot = 0; knot < num_views; ++knot) positions[knot] = start;
     return kHalfTurnLimit;
 }
 
-// Weighted least squares between the goals and the turn from knot to knot, in place: for each row the solution of
-// a tridiagonal system. `upper` is scratch.
-void smooth(std::size_t num_views, bool is_closed, const Sight& sight, const Series& goal, const Series& upper) {
+// Weighted least squares between the targets and the turn from knot to knot, in place: for each row a tridiagonal
+// system, solved by the Thomas algorithm. `upper` holds its upper diagonal.
+void smooth(std::size_t num_views, bool is_closed, const Ellipses& ellipses, const Series& target,
+            const Series& upper) {
     const std::size_t last = num_views - 1;
     for (std::size_t knot = 0; knot < num_views; ++knot) {
         const bool is_pinned = is_closed && (knot == 0 || knot == last);
         const float neighbours = (knot > 0 ? kSmoothing : 0.0F) + (knot < last ? kSmoothing : 0.0F);
-        const float* slenderness = sight.slenderness.at(knot);
-        const float* seen = sight.weight.at(knot);
-        float* x = goal.at(knot);
+        const float* slenderness = ellipses.slenderness.at(knot);
+        const float* seen = ellipses.weight.at(knot);
+        float* x = target.at(knot);
         float* c = upper.at(knot);
-        const float* x_before = goal.at(knot > 0 ? knot - 1 : 0);
+        const float* x_before = target.at(knot > 0 ? knot - 1 : 0);
         const float* c_before = upper.at(knot > 0 ? knot - 1 : 0);
         const float coupling = knot > 0 ? kSmoothing : 0.0F;
         const float pinned = is_pinned ? kPinned : 0.0F;
@@ -296,21 +299,22 @@ void smooth(std::size_t num_views, bool is_closed, const Sight& sight, const Ser
         }
     }
     for (std::size_t knot = last; knot > 0; --knot) {
-        const float* after = goal.at(knot);
+        const float* after = target.at(knot);
         const float* c = upper.at(knot - 1);
-        float* x = goal.at(knot - 1);
+        float* x = target.at(knot - 1);
         for (std::size_t i = 0; i < kRows; ++i) x[i] -= c[i] * after[i];
     }
 }
 
-// Where `bound` binds each row, [kRows]: the most a step may turn, and the whole turns of a closed path.
+// The limits of each row, [kRows]: the most a step may turn, and the whole turns of a closed path.
 struct Limits {
     alignas(64) float step[kRows], turn[kRows];
 };
 
-// Lowers `x` until no step rises or falls by more than the limit; `sign` -1 raises it instead.
+// The lower Lipschitz envelope of `x`: lowers it until no step rises or falls by more than the limit. `sign` -1: the
+// upper one.
 template <int sign>
-void bound(const TrackParams& params, const Limits& limits, const Series& x) {
+void make_envelope(const TrackParams& params, const Limits& limits, const Series& x) {
     constexpr float s = sign;
     const std::size_t last = params.num_views - 1;
     const int num_rounds = params.is_closed ? 2 : 1;
@@ -331,12 +335,12 @@ void bound(const TrackParams& params, const Limits& limits, const Series& x) {
     }
 }
 
-// The mean of the envelopes keeps to the limit, is `x` where `x` does, and is centred on what it cuts.
-void keep_to_limit(const TrackParams& params, const Limits& limits, const Series& x, const Series& upper) {
+// The mean of the two envelopes keeps to the limit, equals `x` where `x` does, and is centred on what it clips.
+void limit_steps(const TrackParams& params, const Limits& limits, const Series& x, const Series& upper) {
     const std::size_t num_views = params.num_views;
     for (std::size_t k = 0; k < num_views * kRows; ++k) upper.values[k] = x.values[k];
-    bound<1>(params, limits, upper);
-    bound<-1>(params, limits, x);
+    make_envelope<1>(params, limits, upper);
+    make_envelope<-1>(params, limits, x);
     for (std::size_t k = 0; k < num_views * kRows; ++k) x.values[k] = 0.5F * (x.values[k] + upper.values[k]);
 }
 
@@ -351,13 +355,13 @@ void keep_to_limit(const TrackParams& params, const Limits& limits, const Series
 
 // The squared area of the box of each row, in areas of the smallest box around its ellipse: as its direction makes
 // it, raised to what grows and shrinks by no more than kGrowth squared from knot to knot.
-void area_scale(const TrackParams& params, const Sight& sight, const Series& x, const Series& area) {
+void set_area_scales(const TrackParams& params, const Ellipses& ellipses, const Series& x, const Series& area) {
     const std::size_t last = params.num_views - 1;
     for (std::size_t knot = 0; knot <= last; ++knot)
         for (std::size_t i = 0; i < kRows; ++i) {
-            const float off = (x.at(knot)[i] - sight.direction.at(knot)[i]) * (4 / kTwoPi);
-            const float slenderness = least(sight.slenderness.at(knot)[i], 1e6F);
-            const float seen = sight.weight.at(knot)[i] == 1 ? 1.0F : 0.0F;
+            const float off = (x.at(knot)[i] - ellipses.direction.at(knot)[i]) * (4 / kTwoPi);
+            const float slenderness = least(ellipses.slenderness.at(knot)[i], 1e6F);
+            const float seen = ellipses.weight.at(knot)[i] == 1 ? 1.0F : 0.0F;
             area.at(knot)[i] = 1 + kBetweenKnots * 0.25F * slenderness * squared_sine(off) * seen;
         }
     const double exponent = params.step < 1 ? params.step : 1.0;
@@ -377,14 +381,14 @@ void area_scale(const TrackParams& params, const Sight& sight, const Series& x, 
 }
 
 // Half a turn for the rows that would disagree with the anchored direction over the path, else 0.
-void name_arrows(std::size_t num_views, const Sight& sight, const Series& x, float* half_turns) {
+void choose_arrows(std::size_t num_views, const Ellipses& ellipses, const Series& x, float* half_turns) {
     alignas(64) float agreement[kRows] = {};
     for (std::size_t knot = 0; knot < num_views; ++knot)
         for (std::size_t i = 0; i < kRows; ++i) {
-            const float off = (x.at(knot)[i] - sight.direction.at(knot)[i]) * (1 / kTwoPi);
+            const float off = (x.at(knot)[i] - ellipses.direction.at(knot)[i]) * (1 / kTwoPi);
             const float turn = off - rounded(off);
-            const float slenderness = sight.slenderness.at(knot)[i];
-            const float weight = sight.weight.at(knot)[i] * slenderness / (slenderness + 4);
+            const float slenderness = ellipses.slenderness.at(knot)[i];
+            const float weight = ellipses.weight.at(knot)[i] * slenderness / (slenderness + 4);
             agreement[i] += weight * (1 - 4 * (turn < 0 ? -turn : turn));
         }
     for (std::size_t i = 0; i < kRows; ++i) half_turns[i] = agreement[i] < 0 ? static_cast<float>(kPi) : 0.0F;
@@ -397,43 +401,43 @@ inline Turn turn_of(float direction) {
 }
 
 inline std::uint8_t area_scale_of(float squared_area) {
-    constexpr float unswollen = 1.01F;  // as good as 1: most boxes, and they are many
-    if (squared_area < unswollen) return 0;
+    constexpr float unscaled = 1.01F;  // as good as 1: most boxes, and they are many
+    if (squared_area < unscaled) return 0;
     const float octaves = 0.5F * __builtin_log2f(squared_area);
     return static_cast<std::uint8_t>(least(rounded(octaves * kAreaScaleSteps), 255.0F));
 }
 
 template <class T>
 bool run(const GaussianColumns<T>& gaussians, const TrackParams& params, const CostTable& table, std::size_t begin,
-         std::size_t end, FollowScratch& scratch, Turn* turns, std::uint8_t* area_scales) {
+         std::size_t end, TrackScratch& scratch, Turn* turns, std::uint8_t* area_scales) {
     const std::size_t num_views = params.num_views, count = end - begin;
-    Series series[FollowScratch::kNumSeries];
-    for (std::size_t k = 0; k < FollowScratch::kNumSeries; ++k)
+    Series series[TrackScratch::kNumSeries];
+    for (std::size_t k = 0; k < TrackScratch::kNumSeries; ++k)
         series[k].values = scratch.lanes.get() + k * num_views * kRows;
-    const Sight sight{series[0], series[1], series[2]};
+    const Ellipses ellipses{series[0], series[1], series[2]};
     const Series x = series[3], upper = series[4];
 
     Block block{};
     for (std::size_t i = 0; i < kBlock; ++i) block.quat[0][i] = 1;  // rows beyond the last
     load(gaussians, begin, count, block);
-    look<T>(params, block, sight);
+    measure<T>(params, block, ellipses);
 
     Limits limits{};
     std::size_t starts[kRows] = {};
     for (std::size_t i = 0; i < kRows; ++i) {
         if (i < count && params.is_closed) {
-            starts[i] = surest_knot(sight, i, num_views - 1);
-            for (const Series& column : {sight.direction, sight.slenderness, sight.weight})
+            starts[i] = most_slender_knot(ellipses, i, num_views - 1);
+            for (const Series& column : {ellipses.direction, ellipses.slenderness, ellipses.weight})
                 rotate(column, i, starts[i], num_views, scratch.column.get());
         }
         if (i < count) {
-            limits.step[i] = choose(params, table, sight, i, scratch) * static_cast<float>(params.step);
+            limits.step[i] = choose(params, table, ellipses, i, scratch) * static_cast<float>(params.step);
         } else {
             for (std::size_t knot = 0; knot < num_views; ++knot) scratch.positions[knot] = 0;
         }
         for (std::size_t knot = 0; knot < num_views; ++knot) {
             const float chosen = static_cast<float>(scratch.positions[knot]) * kState;
-            const float axis = nearest_line(sight.direction.at(knot)[i], chosen);
+            const float axis = nearest_line(ellipses.direction.at(knot)[i], chosen);
             const float off = axis - chosen;
             x.at(knot)[i] = (off < 0 ? -off : off) < kTrust ? axis : chosen;
         }
@@ -443,11 +447,11 @@ bool run(const GaussianColumns<T>& gaussians, const TrackParams& params, const C
             x.at(num_views - 1)[i] = x.at(0)[i] + limits.turn[i];
         }
     }
-    smooth(num_views, params.is_closed, sight, x, upper);
-    keep_to_limit(params, limits, x, upper);
-    area_scale(params, sight, x, upper);
+    smooth(num_views, params.is_closed, ellipses, x, upper);
+    limit_steps(params, limits, x, upper);
+    set_area_scales(params, ellipses, x, upper);
     alignas(64) float half_turns[kRows];
-    name_arrows(num_views, sight, x, half_turns);
+    choose_arrows(num_views, ellipses, x, half_turns);
 
     bool has_area_scales = false;
     const std::size_t period = num_views - 1;
@@ -469,13 +473,13 @@ bool run(const GaussianColumns<T>& gaussians, const TrackParams& params, const C
 
 }  // namespace
 
-bool follow_rows(const GaussianColumns<float>& gaussians, const TrackParams& params, const CostTable& table,
-                 std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns, std::uint8_t* area_scales) {
+bool track_rows(const GaussianColumns<float>& gaussians, const TrackParams& params, const CostTable& table,
+                std::size_t begin, std::size_t end, TrackScratch& scratch, Turn* turns, std::uint8_t* area_scales) {
     return run(gaussians, params, table, begin, end, scratch, turns, area_scales);
 }
 
-bool follow_rows(const GaussianColumns<double>& gaussians, const TrackParams& params, const CostTable& table,
-                 std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns, std::uint8_t* area_scales) {
+bool track_rows(const GaussianColumns<double>& gaussians, const TrackParams& params, const CostTable& table,
+                std::size_t begin, std::size_t end, TrackScratch& scratch, Turn* turns, std::uint8_t* area_scales) {
     return run(gaussians, params, table, begin, end, scratch, turns, area_scales);
 }
 

@@ -1,5 +1,5 @@
 // The ellipse that a Gaussian leaves on the image plane, in double for either scalar: the arithmetic that
-// projecting and following a camera path have in common.
+// projecting and tracking have in common.
 //
 // Source: Zwicker et al. 2002, EWA Splatting, for the local affine projection; Kerbl et al. 2023 for the
 // low-pass and the clamp of the Jacobian.

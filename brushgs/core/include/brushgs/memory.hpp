@@ -21,15 +21,15 @@ struct Free {
 template <class T>
 using Buffer = std::unique_ptr<T[], Free>;
 
-// `count` values of undefined content. From 4 MiB on, pages of 2 MiB are asked for: the system hands them
+// `count` values of undefined content. From 4 MiB on, pages of 2 MiB are requested: the system hands them
 // out in a few steps instead of one for every 4 KiB, which otherwise costs more time than filling them.
 template <class T>
 Buffer<T> make_buffer(std::size_t count) {
     static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
     constexpr std::size_t huge_page = std::size_t{1} << 21, cache_line = 64;
-    const std::size_t wanted = count * sizeof(T);
-    const std::size_t alignment = wanted >= 2 * huge_page ? huge_page : cache_line;
-    const std::size_t size = (wanted / alignment + 1) * alignment;
+    const std::size_t bytes = count * sizeof(T);
+    const std::size_t alignment = bytes >= 2 * huge_page ? huge_page : cache_line;
+    const std::size_t size = (bytes / alignment + 1) * alignment;
     void* memory = std::aligned_alloc(alignment, size);
     if (memory == nullptr) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE

@@ -1,5 +1,5 @@
 // How the footprint of a Gaussian becomes a stroke: the anchored direction, and the fade. With all that their
-// derivatives need; who does not ask for it does not pay.
+// derivatives need; what a caller does not use is not computed.
 #pragma once
 
 #include "brushgs/footprint.hpp"

@@ -25,7 +25,7 @@ struct View {
     double fx, fy;         // focal lengths, pixels
     double cx, cy;         // principal point, pixels
     double width, height;  // pixels
-    double near;           // world units: camera z at or below it is left out
+    double near;           // world units: camera z at or below it is culled
 };
 
 // Which way the u axis of a box points.

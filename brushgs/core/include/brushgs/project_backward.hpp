@@ -1,6 +1,6 @@
 // The derivative of `project`: from the gradient of a loss by the boxes to that by the Gaussians.
 //
-// Every box is computed once more from its Gaussian; boxes without a gradient by some column leave it out.
+// Every box is computed once more from its Gaussian; a column without a gradient counts as zeros.
 #pragma once
 
 #include "brushgs/project.hpp"
@@ -12,7 +12,7 @@ template <class T>
 struct ProjectedBoxes {
     std::size_t count;        // M
     const std::int32_t* ids;  // [M]
-    const T* colors;          // [M, 3]: a channel that was cut at 0 passes nothing on
+    const T* colors;          // [M, 3]: a channel that was clamped to 0 has no gradient
     const T* v_centers;       // [M, 2]; this and those below: or null for zeros
     const T* v_half_extents;  // [M, 2]
     const T* v_angles;        // [M]
@@ -21,7 +21,7 @@ struct ProjectedBoxes {
     const T* v_opacities;     // [M]
 };
 
-// Gradients by the Gaussians; rows without a box are left as they are. Null where it is not wanted.
+// Gradients by the Gaussians; rows without a box are left as they are. Null: not computed.
 template <class T>
 struct GaussianGradients {
     T* means;      // [count, 3]

@@ -188,7 +188,7 @@ struct BlockCoordinates {
         constexpr T to_middle = (kBlockSize - 1) / T(2);
         const Real middle_u = L::set(to_middle * (record.du_dx + record.du_dy));
         const Real middle_v = L::set(to_middle * (record.dv_dx + record.dv_dy));
-        // Rounding must not leave out a block with a pixel that is inside by its own coordinates.
+        // Rounding must not miss a block with a pixel that is inside by its own coordinates.
         constexpr T rounding = (sizeof(T) == 4 ? T(0x1p-23) : T(0x1p-52)) * 8;
         constexpr T reach = to_middle + rounding * kTileWidth;
         Sampler widened = sampler;
@@ -220,7 +220,7 @@ struct Slopes {
 };
 
 // The alpha of a record at the pixels of a tile that still let light through, 0 outside its box; returns the blocks
-// of 4 x 4 pixels that it may touch, of which alone `alphas`, and `slopes` where asked for, are written. Sifted:
+// of 4 x 4 pixels that it may touch, of which alone `alphas`, and `slopes` unless null, are written. Sifted:
 // alphas too faint to count are 0, only blocks with others are returned, and `pixels` says which pixels of a block
 // these are.
 template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = false, class Tile>

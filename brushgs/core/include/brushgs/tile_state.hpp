@@ -96,17 +96,14 @@ template <class T, int channels>
 // The first `count` of four pixels, where the picture ends within a block.
 template <class T, int channels>
 void write_some(const TileState<T, channels>& tile, int b, int p, const Picture<T>& picture, std::size_t pixel,
-                std::size_t count) {
-    T rgb[12], alpha[4], layers[channels > 0 ? channels : 1][4];
-    Picture<T> four{rgb, alpha, {}};
-    for (int c = 0; c < channels; ++c) four.layers.channels[c] = {layers[c], 1};
-    write_four(tile, b, p, four, 0);
-    for (std::size_t i = 0; i < count; ++i) {
-        for (std::size_t k = 0; k < 3; ++k) picture.rgb[3 * (pixel + i) + k] = rgb[3 * i + k];
-        picture.alpha[pixel + i] = alpha[i];
+                int count) {
+    for (int i = p; i < p + count; ++i, ++pixel) {
+        for (std::size_t k = 0; k < 3; ++k) picture.rgb[3 * pixel + k] = tile.planes[k][b][i];
+        const T opaque = 1 - tile.transmittance[b][i];
+        picture.alpha[pixel] = opaque;
         for (int c = 0; c < channels; ++c) {
             const Channel<T> layer = picture.layers.channels[c];
-            layer.values[(pixel + i) * layer.stride] = layers[c][i];
+            layer.values[pixel * layer.stride] = opaque > 0 ? tile.planes[3 + c][b][i] / opaque : 0;
         }
     }
 }
@@ -126,7 +123,7 @@ void write_tile(const TileTask<T>& task, const TileState<T, channels>& tile, con
             write_four(tile, first_block + x / kBlockSize, p, picture, first + static_cast<std::size_t>(x));
         if (x < num_columns)
             write_some(tile, first_block + x / kBlockSize, p, Picture<T>(picture), first + static_cast<std::size_t>(x),
-                       static_cast<std::size_t>(num_columns - x));
+                       num_columns - x);
     }
 }
 

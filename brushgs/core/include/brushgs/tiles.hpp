@@ -22,7 +22,7 @@ namespace brushgs {
 constexpr std::size_t kParallelFrom = 4000;
 
 // What the sides of a box are moved outwards before the question which tiles it reaches, in pixels: painting
-// decides, this must only never leave out a tile. The outline is as exact as a float.
+// decides, this must only never miss a tile. The outline is as exact as a float.
 inline double slack_of(const Outline& o) {
     // In double: of boxes as large as a float can say, the sum would be infinite.
     const double size = std::fabs(static_cast<double>(o.center_x)) + std::fabs(static_cast<double>(o.center_y)) +
@@ -106,7 +106,7 @@ inline std::pair<int, int> reached_columns(const RowSpans& spans, int row, const
 }
 
 // Two by two tiles. The box meets all four, or one of its sides passes between it and the point where they meet;
-// then it leaves out the tile that this side faces. Which that is, no branch could predict.
+// then it misses the tile that this side faces. Which that is, no branch could predict.
 inline void visit_four(const TileRange& range, const Outline& o, int columns, Chunk& chunk) {
     const float dx = static_cast<float>(range.last_column * kTileWidth) - o.center_x;
     const float dy = static_cast<float>(range.last_row * kTileHeight) - o.center_y;
@@ -116,13 +116,13 @@ inline void visit_four(const TileRange& range, const Outline& o, int columns, Ch
     const bool beyond_u = std::fabs(u) + to_center > o.reach_u, beyond_v = std::fabs(v) + to_center > o.reach_v;
     const int facing_u = ((u < 0) != (o.cos < 0) ? 0 : 1) + ((u < 0) != (o.sin < 0) ? 0 : 2);
     const int facing_v = ((v < 0) != (-o.sin < 0) ? 0 : 1) + ((v < 0) != (o.cos < 0) ? 0 : 2);
-    const int left_out = (beyond_u ? 1 << facing_u : 0) | (beyond_v ? 1 << facing_v : 0);
+    const int skipped = (beyond_u ? 1 << facing_u : 0) | (beyond_v ? 1 << facing_v : 0);
     const int first = range.first_row * columns + range.first_column;
     chunk.make_room(4);
-    chunk.visit(first, (left_out & 1) == 0);
-    chunk.visit(first + 1, (left_out & 2) == 0);
-    chunk.visit(first + columns, (left_out & 4) == 0);
-    chunk.visit(first + columns + 1, (left_out & 8) == 0);
+    chunk.visit(first, (skipped & 1) == 0);
+    chunk.visit(first + 1, (skipped & 2) == 0);
+    chunk.visit(first + columns, (skipped & 4) == 0);
+    chunk.visit(first + columns + 1, (skipped & 8) == 0);
 }
 
 // Visits the tiles whose pixel centres may lie inside the record's box, row by row.
@@ -166,7 +166,7 @@ struct BoxVisits {
 
 // Records for all boxes, and for every tile the records that reach it. Chunks of boxes are counted apart and
 // laid end to end within each tile, so a list is in stroke order however many threads there are.
-// Where asked for, `visits` becomes the same the other way round.
+// `visits`, unless null, becomes the same the other way round.
 template <class T>
 TileLists make_tiles(const RasterParams& params, MakeRecords<T> make_records, const BoxView<T>& boxes,
                      Record<T>* records, BoxVisits* visits = nullptr) {

@@ -5,11 +5,11 @@
 
 namespace brushgs {
 
-constexpr std::size_t kFollowRows = 64;  // Gaussians followed at a time
+constexpr std::size_t kTrackRows = 64;  // Gaussians tracked at a time
 
 // Costs of directions, whole numbers: the sum over a path stays in 16 bits, see track_kernel.cpp.
 using Cost = std::int16_t;
-constexpr std::size_t kLineStates = 64;                  // directions of a line that are told apart: 2.8 degrees
+constexpr std::size_t kLineStates = 64;                  // directions of a line that are distinguished: 2.8 degrees
 constexpr std::size_t kCircleStates = 128;               // and of an arrow
 constexpr std::size_t kCostRow = kCircleStates + 2 * 8;  // the states of one view, repeated a little at both ends
 constexpr std::size_t kNumShapes = 32, kNumPhases = 2;
@@ -22,35 +22,35 @@ struct CostTable {
 const CostTable& cost_table();
 
 // Memory of one thread, for paths of `num_views`.
-struct FollowScratch {
-    explicit FollowScratch(std::size_t num_views)
-        : lanes(make_buffer<float>(kNumSeries * num_views * kFollowRows)),
+struct TrackScratch {
+    explicit TrackScratch(std::size_t num_views)
+        : lanes(make_buffer<float>(kNumSeries * num_views * kTrackRows)),
           column(make_buffer<float>(num_views)),
           positions(make_buffer<std::int32_t>(num_views)),
           costs(make_buffer<Cost>(num_views * kCostRow)) {}
     static constexpr std::size_t kNumSeries = 5;
-    Buffer<float> lanes;             // [kNumSeries, num_views, kFollowRows]
+    Buffer<float> lanes;             // [kNumSeries, num_views, kTrackRows]
     Buffer<float> column;            // [num_views]
     Buffer<std::int32_t> positions;  // [num_views]
     Buffer<Cost> costs;              // [num_views, kCostRow]
 };
 
-// Follows the Gaussians [begin, end), at most kFollowRows, and writes their columns of `tracks`, which has
-// `gaussians.count` of them; returns whether any of them area_scales.
-#define BRUSHGS_DECLARE_FOLLOW(isa)                                                                               \
-    namespace isa {                                                                                               \
-    bool follow_rows(const GaussianColumns<float>& gaussians, const TrackParams& params, const CostTable& table,  \
-                     std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns,                     \
-                     std::uint8_t* area_scales);                                                                  \
-    bool follow_rows(const GaussianColumns<double>& gaussians, const TrackParams& params, const CostTable& table, \
-                     std::size_t begin, std::size_t end, FollowScratch& scratch, Turn* turns,                     \
-                     std::uint8_t* area_scales);                                                                  \
+// Tracks the Gaussians [begin, end), at most kTrackRows, and writes their columns of the outputs, which have
+// `gaussians.count` of them; returns whether any area scale is above 1.
+#define BRUSHGS_DECLARE_TRACK(isa)                                                                               \
+    namespace isa {                                                                                              \
+    bool track_rows(const GaussianColumns<float>& gaussians, const TrackParams& params, const CostTable& table,  \
+                    std::size_t begin, std::size_t end, TrackScratch& scratch, Turn* turns,                      \
+                    std::uint8_t* area_scales);                                                                  \
+    bool track_rows(const GaussianColumns<double>& gaussians, const TrackParams& params, const CostTable& table, \
+                    std::size_t begin, std::size_t end, TrackScratch& scratch, Turn* turns,                      \
+                    std::uint8_t* area_scales);                                                                  \
     }
 
-BRUSHGS_DECLARE_FOLLOW(baseline)
-BRUSHGS_DECLARE_FOLLOW(avx2)
-BRUSHGS_DECLARE_FOLLOW(avx512)
+BRUSHGS_DECLARE_TRACK(baseline)
+BRUSHGS_DECLARE_TRACK(avx2)
+BRUSHGS_DECLARE_TRACK(avx512)
 
-#undef BRUSHGS_DECLARE_FOLLOW
+#undef BRUSHGS_DECLARE_TRACK
 
 }  // namespace brushgs

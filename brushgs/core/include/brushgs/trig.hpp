@@ -27,7 +27,7 @@ constexpr double kLargestAngle = 1e5;  // radians: what `sincos_of` takes
     const double quarters = (angle * two_over_pi + rounder) - rounder;
     const double x = (angle - quarters * half_pi_high) - quarters * half_pi_low;
     const double xx = x * x;
-    // Taylor series on |x| <= pi/4: the first term left out is below 2e-17.
+    // Taylor series on |x| <= pi/4: the first term omitted is below 2e-17.
     const double s =
         x + x * xx *
                 (-1.0 / 6 +
