@@ -118,16 +118,7 @@ def check_square(
 
 def expected_boxes(gaussians: Gaussians, camera: Camera, options: RenderOptions) -> Boxes:
     """The float64 boxes that `render_with` should paint by these options."""
-    assert options.lock != "track", "one view has no path to track"
-    return reference.project(
-        gaussians,
-        camera,
-        num_sigmas=options.num_sigmas,
-        low_pass=options.low_pass,
-        lock=options.lock,
-        fade=options.fade,
-        order=options.order,
-    )
+    return reference.project(gaussians, camera, **vars(options.projection))
 
 
 def busiest_square(boxes: Boxes, camera: Camera, side: int) -> tuple[int, int]:
