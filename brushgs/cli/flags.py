@@ -17,13 +17,13 @@ from brushgs.io.formats import in_words
 from brushgs.io.pictures.formats import PICTURES_READ
 from brushgs.io.scenes.formats import SCENE_SUFFIXES, SCENES_READ
 from brushgs.options.choices import (
+    METHODS,
     REPORT_SUFFIXES,
     ColorSpace,
     Extent,
     Features,
     Filter,
     Merge,
-    Method,
     Order,
     Weight,
 )
@@ -212,8 +212,8 @@ def add_merging(container: Container) -> None:
     )
     flags.add(
         "--method",
-        choices=get_args(Method),
-        help="k-means: 'auto' by size (default), 'lloyd' in exact steps, 'minibatch' as published",
+        choices=list(METHODS),
+        help="k-means: " + ", ".join(f"'{name}' {words}" for name, words in METHODS.items()),
     )
     add_seed(container)
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 Weight = Literal["contribution", "paper"]
 Features = Literal["balanced", "paper"]
 Merge = Literal["cover", "paper"]
-Method = Literal["auto", "minibatch", "lloyd"]
+Method = Literal["auto", "lloyd", "minibatch"]
 Filter = Literal["mip", "bilinear", "nearest"]
 Extent = Literal["fitted", "paper"]
 ViewLock = Literal["anchor", "off"]  # of a single view
@@ -21,6 +21,13 @@ Floaters = Literal["sure", "strong", "keep"]  # which ones a fixed scene loses
 Params = Literal["colour", "free", "all"]  # of strokes, fitted by refinement
 
 StepValues = Mapping[str, Mapping[str, Any]]  # step of a painting -> field of its config -> value
+
+# Clustering methods -> what the help says of them; `brushgs.passes.cluster.METHODS` has the functions.
+METHODS: Mapping[Method, str] = {
+    "auto": "by size (default)",
+    "lloyd": "Lloyd's algorithm in exact steps",
+    "minibatch": "MiniBatchKMeans, as published",
+}
 
 # "paper" is the published method (Xiang et al. 2025) without its defects.
 PRESETS: Mapping[str, StepValues] = {

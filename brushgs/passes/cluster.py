@@ -5,23 +5,25 @@ k-means, `merge.merge_clusters` makes one Gaussian of each.
 """
 
 import operator
-import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32
 from brushgs.options.choices import Features, Merge, Method
 from brushgs.passes.contribution import contributions, visible_shares
 from brushgs.passes.features import cluster_features
 from brushgs.passes.lloyd import Clusters, lloyd
 from brushgs.passes.merge import merge_clusters
+from brushgs.passes.minibatch import minibatch
 from brushgs.scene import Gaussians
 
-BATCH = 8192  # rows, as published
 MAX_SEED = 2**32 - 1  # of scikit-learn
+# Clustering methods: points [N, D], weights [N], the number of clusters and a seed in, `Clusters` out. "auto"
+# picks one, see `choose_method`. To add one, name it here and in `brushgs.options.choices`, which help reads.
+METHODS: dict[str, Callable[..., Clusters]] = {"lloyd": lloyd, "minibatch": minibatch}
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +33,7 @@ class Grouping:
     Attributes:
         labels: [N] int32, 0 to num_clusters - 1, each in use.
         num_clusters: at most the target.
-        method: "lloyd" or "minibatch"; "none" where there was nothing to group.
+        method: one of `METHODS`; "none" where there was nothing to group.
         reason: why that method, in words.
         num_steps: Lloyd steps, or passes over the data.
         inertia: sum of weight x squared feature distance to the nearest centre.
@@ -79,8 +81,7 @@ def cluster(
     position. Sums over a cluster then differ in the last bits only, which can move a Gaussian that lies
     midway between two clusters.
     """
-    if merge not in ("cover", "paper"):
-        raise ValueError(f"cluster: merge must be 'cover' or 'paper', got {merge!r}")
+    _check_choice("merge", merge, get_args(Merge))
     grouping = group(gaussians, num_strokes, features=features, method=method, seed=seed)
     if grouping.method == "none":
         return gaussians
@@ -110,10 +111,8 @@ def group(
     """Find clusters of similar neighbours by k-means. Arguments and errors are those of `cluster`."""
     num_strokes = _integer("num_strokes", num_strokes, 1, None)
     seed = _integer("seed", seed, 0, MAX_SEED)
-    if features not in ("balanced", "paper"):
-        raise ValueError(f"cluster: features must be 'balanced' or 'paper', got {features!r}")
-    if method not in ("auto", "minibatch", "lloyd"):
-        raise ValueError(f"cluster: method must be 'auto', 'minibatch' or 'lloyd', got {method!r}")
+    _check_choice("features", features, get_args(Features))
+    _check_choice("method", method, ("auto", *METHODS))
     num = len(gaussians)
     if num_strokes >= num:
         labels, reason = (
@@ -128,8 +127,7 @@ def group(
     # worse; and running the passes one by one would give another painting than the whole command.
     visible = None if features == "paper" else visible_shares(gaussians)
     weights = np.ones(num) if visible is None else cluster_weights(gaussians, visible)
-    run = _minibatch if chosen == "minibatch" else lloyd
-    found = run(points, weights, num_strokes, seed=seed)
+    found = METHODS[chosen](points, weights, num_strokes, seed=seed)
     return Grouping(found.labels, found.num_clusters, chosen, reason, found.num_steps, found.inertia, visible)
 
 
@@ -165,21 +163,9 @@ def cluster_weights(gaussians: Gaussians, visible: NDArray[np.float64] | None = 
     return np.asarray(np.maximum(weights / largest, 1e-9))  # above zero: each Gaussian belongs to a cluster
 
 
-def _minibatch(points: F32, weights: NDArray[np.float64], num_clusters: int, *, seed: int) -> Clusters:
-    """MiniBatchKMeans as published. Its import takes a second, so it happens here."""
-    from sklearn.cluster import MiniBatchKMeans
-    from sklearn.exceptions import ConvergenceWarning
-
-    # It squares in float32, which overflows at coordinates of 1e19: scaling by a power of two is exact.
-    _, exponent = np.frexp(np.abs(points).max())
-    points = np.ldexp(points, -exponent)
-    model = MiniBatchKMeans(num_clusters, batch_size=BATCH, n_init=1, random_state=seed)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ConvergenceWarning)  # fewer distinct points than clusters are fine
-        model.fit(points, sample_weight=weights)
-    used, labels = np.unique(model.labels_, return_inverse=True)
-    inertia = float(np.ldexp(model.inertia_, 2 * exponent))
-    return Clusters(labels.astype(np.int32), len(used), int(model.n_iter_), inertia)
+def _check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise ValueError(f"cluster: {name} must be one of {', '.join(choices)}, got {value!r}")
 
 
 def _integer(name: str, value: int, low: int, high: int | None) -> int:

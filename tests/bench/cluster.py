@@ -19,9 +19,10 @@ from pathlib import Path
 import numpy as np
 
 import brushgs as bg
-from brushgs.passes.cluster import _minibatch, choose_method
+from brushgs.passes.cluster import choose_method
 from brushgs.passes.features import cluster_features
 from brushgs.passes.lloyd import Clusters, Points, assign, lloyd
+from brushgs.passes.minibatch import minibatch
 from tests.bench import workloads
 from tests.bench.machine import describe
 
@@ -81,7 +82,7 @@ def compare(name: str, points: Points, k: int, without: list[str], repeat: int) 
     if "minibatch" not in without and len(points) * k <= TOO_LONG:
         import sklearn.cluster  # noqa: F401  (its import is not timed)
 
-        calls["minibatch"] = 1, lambda: _minibatch(points, weights, k, seed=0)
+        calls["minibatch"] = 1, lambda: minibatch(points, weights, k, seed=0)
     if "best" not in without:
         calls["best"] = 1, lambda: lloyd(points, weights, k, num_steps=BEST_STEPS, gain=0.0)
     rows = []

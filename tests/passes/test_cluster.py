@@ -1,12 +1,15 @@
 import subprocess
 import sys
+from typing import get_args
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from brushgs.options import choices
 from brushgs.passes import lloyd as lloyd_module
+from brushgs.passes.cluster import METHODS as METHODS_RUN
 from brushgs.passes.cluster import choose_method, cluster, cluster_labels, group
 from brushgs.passes.features import COLOR_WEIGHT, cluster_features
 from brushgs.passes.lloyd import assign, lloyd
@@ -247,15 +250,19 @@ def test_scikit_learn_is_imported_for_minibatch_only():
         ({"seed": -1}, ValueError, "cluster: seed must be in 0 to 4294967295, got -1"),
         ({"seed": 2**32}, ValueError, "cluster: seed must be in 0 to 4294967295, got 4294967296"),
         ({"seed": "a"}, TypeError, "cluster: seed must be an integer, got str"),
-        ({"features": "raw"}, ValueError, "cluster: features must be 'balanced' or 'paper', got 'raw'"),
-        ({"merge": "mean"}, ValueError, "cluster: merge must be 'cover' or 'paper', got 'mean'"),
+        ({"features": "raw"}, ValueError, "cluster: features must be one of balanced, paper, got 'raw'"),
+        ({"merge": "mean"}, ValueError, "cluster: merge must be one of cover, paper, got 'mean'"),
         (
             {"method": "kd"},
             ValueError,
-            "cluster: method must be 'auto', 'minibatch' or 'lloyd', got 'kd'",
+            "cluster: method must be one of auto, lloyd, minibatch, got 'kd'",
         ),
     ],
 )
 def test_bad_arguments_are_refused_by_name(options, error, message):
     with pytest.raises(error, match=message):
         cluster(random_gaussians(9), **({"num_strokes": 3} | options))
+
+
+def test_every_method_that_help_names_is_there():
+    assert set(choices.METHODS) == set(get_args(choices.Method)) == {"auto", *METHODS_RUN}
