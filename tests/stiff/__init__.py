@@ -82,7 +82,7 @@ ascii, big-endian and truncated PLY, header counts of 1e18, plain point clouds a
     drawn    test_files.py::test_every_encoding_and_degree_is_painted_alike
     refused  ../io/test_bad_files.py::test_a_binary_file_cut_off_says_how_many_rows_and_bytes
     refused  ../io/test_bad_files.py::test_an_ascii_file_cut_off_says_after_which_row
-    refused  ../io/test_bad_files.py::test_an_absurd_count_is_refused_before_memory_is_asked_for
+    refused  ../io/test_bad_files.py::test_an_absurd_count_is_refused_before_memory_is_allocated
     refused  ../io/test_bad_files.py::test_a_plain_point_cloud
     refused  ../io/test_bad_files.py::test_a_mesh
 1 x 1 and 8192 x 8192 images
