@@ -1,7 +1,7 @@
 """The stages that turn strokes into a picture: stroke image, background, project, rasterise and write."""
 
 import warnings
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -51,15 +51,14 @@ def render_options(draw: DrawConfig, texture: "StrokeTexture", *, along_path: bo
     """
     from brushgs.rendering.options import RenderOptions
 
-    options = RenderOptions.of(
-        texture,
-        lock=draw.lock_of(along_path=along_path),
-        order=draw.order_of(along_path=along_path),
-        num_sigmas=texture.fitted_sigmas if draw.extent == "fitted" else texture.num_sigmas,
-        num_threads=draw.threads,
-    )
-    shared = {field.name for field in fields(options)} & {field.name for field in fields(draw)}
-    return replace(options, **{name: getattr(draw, name) for name in shared - {"lock", "order"}})
+    shared = {field.name for field in fields(RenderOptions)} & {field.name for field in fields(draw)}
+    resolved = {
+        "lock": draw.lock_of(along_path=along_path),
+        "order": draw.order_of(along_path=along_path),
+        "num_sigmas": texture.fitted_sigmas if draw.extent == "fitted" else texture.num_sigmas,
+        "num_threads": draw.threads,
+    }
+    return RenderOptions.of(texture, **{name: getattr(draw, name) for name in shared} | resolved)
 
 
 def open_picture_background(config: DrawConfig, camera: Camera, report: Report) -> Background:

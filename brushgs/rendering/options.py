@@ -4,6 +4,7 @@ It is resolved once, for a still or for a whole path, and handed on whole.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter, Lock, Order, ViewLock
@@ -13,16 +14,16 @@ from brushgs.rendering.rasterize import rasterize
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RenderOptions:
     """How strokes become a frame; `RenderOptions.of` resolves it for a texture.
 
     Attributes:
+        num_sigmas: half extent of a box in standard deviations, > 0.
         lock: which way strokes point: "anchor" or "off", or the `Directions` of one view; "track" where
             every frame of a path still has to take its own, see `in_direction`.
         order: "depth" or "soft", see `project`.
         filter: see `rasterize`.
-        num_sigmas: half extent of a box in standard deviations, > 0.
         low_pass: variance added to every projected Gaussian, px^2, >= 0.
         fade: whether strokes fade where they would otherwise appear or vanish, see `project`.
         depth: whether frames have a depth.
@@ -30,52 +31,30 @@ class RenderOptions:
         num_threads: None takes the processors available to this process. The picture does not depend on it.
     """
 
-    lock: Lock | Directions
-    order: Order
-    filter: Filter
     num_sigmas: float
+    lock: Lock | Directions = "anchor"
+    order: Order = "depth"
+    filter: Filter = "mip"
     low_pass: float = LOW_PASS
-    fade: bool = False
+    fade: bool = True
     depth: bool = True
     min_transmittance: float = MIN_TRANSMITTANCE
     num_threads: int | None = None
 
     @classmethod
     def of(
-        cls,
-        texture: StrokeTexture,
-        *,
-        lock: Lock | Directions = "anchor",
-        order: Order = "depth",
-        filter: Filter = "mip",
-        num_sigmas: float | None = None,
-        low_pass: float = LOW_PASS,
-        depth: bool = True,
-        num_threads: int | None = None,
+        cls, texture: StrokeTexture, *, num_sigmas: float | None = None, **options: Any
     ) -> "RenderOptions":
         """The options for a texture. A built-in kernel is drawn with lock "off", by depth, and never fades.
 
         Args:
             texture: what strokes are painted with.
-            lock: for a stroke image, like the next.
-            order: see `RenderOptions`, like the others.
-            filter: how a stroke image is sampled.
             num_sigmas: None takes `texture.fitted_sigmas`.
-            low_pass: px^2.
-            depth: whether frames have a depth.
-            num_threads: None takes the processors available to this process.
+            **options: other fields; what is not given keeps its default.
         """
-        has_direction = texture.is_directed
-        return cls(
-            lock=lock if has_direction else "off",
-            order=order if has_direction else "depth",
-            filter=filter,
-            num_sigmas=texture.fitted_sigmas if num_sigmas is None else num_sigmas,
-            low_pass=low_pass,
-            fade=has_direction,
-            depth=depth,
-            num_threads=num_threads,
-        )
+        sigmas = texture.fitted_sigmas if num_sigmas is None else num_sigmas
+        resolved = cls(num_sigmas=sigmas, **options)
+        return resolved if texture.is_directed else replace(resolved, lock="off", order="depth", fade=False)
 
     def in_direction(self, lock: ViewLock | Directions) -> "RenderOptions":
         """The same for one view of a path, whose strokes point in these directions."""
