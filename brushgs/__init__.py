@@ -7,6 +7,8 @@ The table names their modules; the imports tell type checkers the same, and a te
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from brushgs.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from brushgs.brushes.texture import StrokeTexture as StrokeTexture
     from brushgs.doctor import Finding as Finding
@@ -33,8 +35,6 @@ if TYPE_CHECKING:
     from brushgs.scene import Frame as Frame
     from brushgs.scene import Gaussians as Gaussians
     from brushgs.stroke_count.choose import choose_strokes as choose_strokes
-
-__version__ = "0.1.0"
 
 _MODULES = {
     "brushes.texture": "StrokeTexture",

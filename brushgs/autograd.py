@@ -32,7 +32,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from brushgs import scene
+import brushgs.scene as scene
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter, Order, ViewLock

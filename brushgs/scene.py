@@ -300,7 +300,7 @@ class Frame:
         Args:
             background: see `over`.
         """
-        from brushgs import _core
+        import brushgs._core as _core
 
         rgb, alpha, behind = map(np.ascontiguousarray, (self.rgb, self.alpha, self._behind(background)))
         pixels = np.empty(rgb.shape, np.uint8)

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs import _core
+import brushgs._core as _core
 
 # Below 0.85 texels a pixel (a magnified stroke) bilinear interpolation itself is as smooth as the filter.
 FIRST_FOOTPRINT = 0.85

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import NoReturn
 
-from brushgs import __version__
+from brushgs.version import __version__
 
 COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
     "render": "paint a scene as a picture, or along a camera path as numbered frames or a video",

@@ -5,7 +5,6 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from brushgs import __version__
 from brushgs.doctor.cure import cure
 from brushgs.doctor.examination import Examination, examine_file
 from brushgs.doctor.table import lines, verdict
@@ -14,6 +13,7 @@ from brushgs.options.choices import Floaters
 from brushgs.painting.outputs import check_output
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import write_scene
+from brushgs.version import __version__
 
 SCHEMA = 1  # of the JSON; grows when a field changes its meaning
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from brushgs import __version__
 from brushgs.errors import SceneError
 from brushgs.io.files import replacing
 from brushgs.measure.plotting import check_plot
@@ -18,6 +17,7 @@ from brushgs.painting.background import check_background
 from brushgs.painting.outputs import check_folder, check_output
 from brushgs.painting.report import Report
 from brushgs.scene import Camera
+from brushgs.version import __version__
 
 if TYPE_CHECKING:
     from rich.console import Console

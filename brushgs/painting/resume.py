@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs import __version__
 from brushgs.errors import SceneError
 from brushgs.io.json_file import shown
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.prepare import Prepared
 from brushgs.scene import Camera
+from brushgs.version import __version__
 
 _DIGEST = "digest "
 

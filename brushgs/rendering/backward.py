@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgs import _core
+import brushgs._core as _core
 from brushgs.arrays import F64, Array
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter

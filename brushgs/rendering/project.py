@@ -10,7 +10,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs import _core
+import brushgs._core as _core
 from brushgs.arrays import check
 from brushgs.options.choices import Lock, Order, ViewLock
 from brushgs.scene import Boxes, Camera, Gaussians

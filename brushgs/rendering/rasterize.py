@@ -5,7 +5,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from brushgs import _core
+import brushgs._core as _core
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import MAX_PIXELS, MAX_SIDE, Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE

@@ -12,7 +12,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs import _core
+import brushgs._core as _core
 from brushgs.arrays import F64
 from brushgs.brushes.levels import (
     axis_levels,

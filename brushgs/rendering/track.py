@@ -12,7 +12,7 @@ from math import ceil, pi, radians
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs import _core
+import brushgs._core as _core
 from brushgs.arrays import F64
 from brushgs.cameras.motion import is_same_view, lenses, screw_motion, view_changes
 from brushgs.options.choices import Order

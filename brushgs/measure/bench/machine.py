@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from brushgs import _core
+import brushgs._core as _core
 from brushgs.threads import num_threads_or_default
 
 
