@@ -20,6 +20,7 @@ struct GradientTile {
     alignas(64) T v_sum[channels > 0 ? channels : 1][kNumBlocks][kBlockPixels];  // by the sums of weight x attribute
     std::uint16_t alive[kNumBlocks];                                             // pixels that still let light through
     std::uint32_t alive_blocks;
+    T min_transmittance;  // as painted
 };
 
 template <class T>
@@ -113,6 +114,7 @@ void start(const TileTask<T>& task, const PictureGradients<T> picture, GradientT
     // Beyond the picture nothing is read: zeros, which add nothing.
     if (num_columns < kTileWidth || num_rows < kTileHeight) __builtin_memset(&tile, 0, sizeof tile);
     tile.alive_blocks = open_pixels(columns_left, rows_left, tile.alive);
+    tile.min_transmittance = static_cast<T>(task.params.min_transmittance);
     T* all = tile.transmittance[0];
     for (int i = 0; i < kNumBlocks * kBlockPixels; ++i) all[i] = 1;
     for (int y = 0; y < num_rows; ++y) {
@@ -209,7 +211,7 @@ template <class T, Kernel kernel, int channels>
         return;
     }
     const auto all = L::from_bits(~0u);
-    const Real darkest = L::set(static_cast<T>(task.params.min_transmittance));
+    const Real darkest = L::set(tile.min_transmittance);
     const Real one = L::set(1), zero = L::set(0);
     Real values[num_planes];
     for (int c = 0; c < 3; ++c) values[c] = L::set(record.color[c]);
