@@ -93,7 +93,7 @@ def style_gradient(
         content: [3, H, W] picture whose features should stay in their places; None for no content loss.
         content_weight: of the mean cosine distance to these.
         counts: [H, W] weight of each position, 0 to 1, somewhere above 0; None for equal weights. An empty
-            background has no marks of a brush and comes near to no style.
+            background has no marks of a brush and resembles no style.
 
     Returns:
         The two losses, and the gradient [3, H, W]: zeros where torch's gradients are off.

@@ -76,7 +76,7 @@ def test_a_stroke_in_two_pictures_has_its_place_by_its_id(plain):
 @pytest.mark.parametrize("degrees", [0, 30, 90, 135])
 def test_strokes_run_across_the_gradient(degrees):
     boxes = image_boxes(ramp(angle=np.radians(degrees)), BRUSH, num_strokes=200)
-    x, y = boxes.centers.T  # at the border the picture goes on in its last pixel, which bends the gradient
+    x, y = boxes.centers.T  # the border repeats the last pixel, which bends the gradient
     is_inside = (x > 12) & (x < 80 - 12) & (y > 12) & (y < 60 - 12)
     off = np.abs(np.remainder(boxes.angles - np.radians(degrees), np.pi) - np.pi / 2)
     assert np.count_nonzero(is_inside) > 30

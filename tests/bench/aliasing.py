@@ -47,7 +47,7 @@ def main() -> None:
     width, height = (int(side) for side in arguments.size.lower().split("x"))
     for name in arguments.scenes:
         if name != STILL_LIFE and not (SCENES_FOLDER / name).exists():
-            print(f"{name}: not here, left out")
+            print(f"{name}: not found, skipped")
             continue
         gaussians, camera = view_of(name, width, height)
         boxes = project(cluster(prune(gaussians), arguments.strokes), camera)

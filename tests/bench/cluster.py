@@ -6,7 +6,7 @@
 Synthetic points are the lumpy sphere of the benchmarks, real ones the scenes named. All methods get the same
 points ("balanced" features, equal weights), so that inertia compares; "best" is Lloyd until nothing gains.
 Seconds are medians; that of minibatch, which takes minutes, is of one run, and holds no import. A method is
-left out by --without, or where N x k is above 4e9: mini batches then take a quarter of an hour.
+skipped by --without, or where N x k is above 4e9: mini batches then take a quarter of an hour.
 """
 
 import argparse

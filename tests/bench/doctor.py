@@ -3,7 +3,7 @@
 Tables in Markdown. Sound: what is found in each scene as it is. Planted: each fault, planted into each scene;
 a cell is "yes" where the finding of that name is there, and names whatever else of severity fault or odd
 came up that the sound scene does not have. Floaters: recall and precision. Pictures: what dropping the own
-floaters of a scene does to them. Scenes that are not there are left out; the still life always is there.
+floaters of a scene does to them. Missing scenes are skipped; the still life is always there.
 """
 
 import argparse

@@ -1,7 +1,7 @@
 """The second yardstick of the raster benchmark: strokes in NumPy, one at a time on its bounding box, float32.
 
 As fast as plain NumPy seems to get without compiling: windows only, no copies of the picture, and strokes
-on finished ground are left out early.
+on finished ground are skipped early.
 """
 
 import numpy as np

@@ -24,7 +24,7 @@ from tests.bench import workloads
 from tests.bench.machine import describe
 
 SIZE = 800  # pixels, both sides
-REFERENCE_SIZE = 150_000  # above it, the NumPy definition is left out: it takes seconds
+REFERENCE_SIZE = 150_000  # above it, the NumPy definition is skipped: it takes seconds
 MEAN_HALF_EXTENTS = {  # 800x800, rounded up to whole pixels: the check that the workload is the same
     250: (63.15, 24.66),
     7000: (20.49, 8.35),

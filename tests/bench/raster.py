@@ -168,7 +168,7 @@ def measure(calls: dict[str, Callable[[], object]], repeat: int) -> dict[str, li
 def report(
     title: str, threads: int, times: dict[str, list[float]], fragments: int | None, arguments: Any
 ) -> dict[str, Any]:
-    """One row as data, printed as text unless JSON is wanted."""
+    """One row as data, printed as text unless --json is given."""
     median = {name: float(np.median(values)) for name, values in times.items()}
     row: dict[str, Any] = {
         "workload": title,

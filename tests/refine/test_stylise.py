@@ -1,4 +1,4 @@
-"""Strokes toward a style image: the loss falls, colours and directions come near, only what may moves."""
+"""Strokes toward a style image: the loss falls, colours and directions follow, and nothing else moves."""
 
 import json
 

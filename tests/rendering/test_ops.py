@@ -236,7 +236,7 @@ def opacities_at_the_stop(noise: np.ndarray) -> np.ndarray:
     [(100, opacities_at_the_skip, 1 / 255), (255, opacities_at_the_stop, 0.005)],
 )
 def test_float32_takes_either_side_of_a_threshold_only_where_one_is_met(coverage, opacities, largest):
-    """Each pixel has strokes of its own, laid on the skip or the stop to 3e-7, then a hair beside it."""
+    """Each pixel has strokes of its own, laid on the skip or the stop to 3e-7, then just beside it."""
     y, x = (axis.ravel() + 0.5 for axis in np.mgrid[:20, :40])
     noise = 3e-7 * np.random.default_rng(8).normal(size=len(x))
     texture = StrokeTexture.from_coverage(np.full((2, 2), coverage, np.uint8))

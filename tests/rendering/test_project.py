@@ -443,7 +443,7 @@ def test_empty_bands_are_not_evaluated_and_change_nothing(used):
     assert_identical(project(padded, FRONT), project(short, FRONT))
 
 
-# What is left out
+# What is culled
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])

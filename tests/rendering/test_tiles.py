@@ -1,4 +1,4 @@
-"""Which tiles a box reaches: a tile left out shows as a hole of up to 32 x 16 pixels."""
+"""Which tiles a box reaches: a missing tile shows as a hole of up to 32 x 16 pixels."""
 
 import numpy as np
 import pytest

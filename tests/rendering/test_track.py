@@ -224,7 +224,7 @@ def test_a_stroke_that_comes_near_fades_and_does_not_vanish_at_once(scale, neare
     assert opacities[0] == 0
     assert opacities.max() > 0.7  # the smallest is hardly longer than a pixel, and shrinks
     assert (np.diff(opacities) >= -1e-3).all()
-    assert np.diff(opacities).max() < 0.01  # 1/255, where what is fainter is left out, and the step
+    assert np.diff(opacities).max() < 0.01  # 1/255, below which strokes are culled, and the step
 
 
 def test_a_stroke_that_goes_far_away_fades_in_proportion_to_its_length():

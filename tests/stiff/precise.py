@@ -24,7 +24,7 @@ needs_digits = pytest.mark.skipif(not HAS_DIGITS, reason="longdouble is no longe
 
 @dataclass(frozen=True)
 class Exact:
-    """Boxes of all N Gaussians, by row, those left out by `project` included; all but `colors` longdouble."""
+    """Boxes of all N Gaussians, by row, those culled by `project` included; all but `colors` longdouble."""
 
     centers: np.ndarray  # [N, 2]
     half_extents: np.ndarray  # [N, 2]

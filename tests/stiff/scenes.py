@@ -47,7 +47,7 @@ def scene(**columns) -> Gaussians:
     for name, value in columns.items():
         old = getattr(BASE, name)
         new = value(old) if callable(value) else value
-        # Single values lie a hair under the largest float32: they must survive the way to float32 and back.
+        # Single values lie just below the largest float32: they must survive the way to float32 and back.
         new = np.clip(np.broadcast_to(np.asarray(new, np.float64), old.shape), -LARGEST, LARGEST)
         changed[name] = new.astype(np.float32).astype(np.float64)
     return replace(BASE, **changed)

@@ -153,7 +153,7 @@ def test_boxes_of_every_stiff_scene_keep_the_promise(name, dtype):
 
 
 def test_the_yardstick_sees_an_error():
-    """A box that is off by a thousandth in one extent, and one that is turned by as much, are told."""
+    """A box that is off by a thousandth in one extent, and one that is turned by as much, are detected."""
     scene = shapes(10, "needle", 1, 0.3, np.float64)
     wanted, boxes = exact(scene, VIEW), project(scene, VIEW)
     assert wanted.half_extents.dtype == X

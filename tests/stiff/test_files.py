@@ -99,7 +99,7 @@ def test_columns_in_another_encoding_are_loaded_and_painted_finite(tmp_path: Pat
         for i in range(3):
             columns[f"f_dc_{i}"] = 127 + 30 * columns[f"f_dc_{i}"]
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)  # whether it is told is the doctor's business
+        warnings.simplefilter("ignore", SceneWarning)  # whether it is reported is up to the doctor
         gaussians = load(write_scene(tmp_path / "a.ply", columns))
     assert len(gaussians) == 60
     paint(gaussians)

@@ -1,7 +1,7 @@
 """Pictures are read and written through OpenImageIO, in the formats of the table in `formats.py`.
 
 Inside brushgs pictures are display-encoded float32 in 0 to 1. Files that hold linear light (EXR) are
-converted here. By default OpenImageIO multiplies colour by alpha on reading, in 8 bits; here it is told not
+converted here. By default OpenImageIO multiplies colour by alpha on reading, in 8 bits; here it is set not
 to, so that straight colours are read bit for bit.
 """
 

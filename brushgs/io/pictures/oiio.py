@@ -1,6 +1,6 @@
 """What the picture writers share: pixels go to a file as they are, through OpenImageIO.
 
-By default OpenImageIO divides colour by alpha on writing; here it is told not to, so that straight colours
+By default OpenImageIO divides colour by alpha on writing; here it is set not to, so that straight colours
 are written bit for bit.
 """
 

@@ -1,15 +1,15 @@
-"""What leaving things out saves, and the largest difference it makes: each shortcut forced off beside it.
+"""What each shortcut saves, and the largest difference that it makes, measured with the shortcut on and off.
 
-    python -m tests.bench.leave_out [SCENE.ply ...] [--strokes 7000] [--size 1280x720] [--repeat 7]
-                                    [--imports]
+    python -m tests.bench.skipped_work [SCENE.ply ...] [--strokes 7000] [--size 1280x720] [--repeat 7]
+                                       [--imports]
 
-Without a scene: a million random Gaussians. Every shortcut runs with what it leaves out and without, one
-after the other in turn. Milliseconds are medians; "saved" is the median of the differences, of the wall clock
-and of the processors, which other work on the machine disturbs less; "share" is that of the processor time
-of a whole painting (imports and files apart), or of a frame of a video where the shortcut only serves those.
-The difference is the largest of any value, of 1; where it is above the bound the run ends with an error.
---imports times the import of modules that painting does without, in fresh processes. At the end of a table
-stands what could be left out, and is not, because too little would be saved.
+Without a scene: a million random Gaussians. Every shortcut runs on and off in turn. Milliseconds are medians;
+"saved" is the median of the differences, of wall-clock and of processor time, which other work on the machine
+disturbs less; "share" is that of the processor time of a whole painting (without imports and files), or of a
+frame of a video where the shortcut serves only those. The difference is the largest of any value, of 1; if it
+is above the bound the run ends with an error. --imports times the import of modules that painting does
+without, in fresh processes. A table ends with work that could be skipped and is not, because that would
+save too little.
 """
 
 import argparse
@@ -64,15 +64,15 @@ Array = np.ndarray[Any, Any]
 
 @dataclass(frozen=True)
 class Shortcut:
-    """Something that is left out.
+    """Work that is skipped.
 
     Attributes:
         name: what.
-        on: the work without it: what it comes to, as arrays to compare.
-        off: the work with it.
+        on: the shortened work: its results, as arrays to compare.
+        off: the whole work.
         bound: how much the outcomes may differ, of 1.
         of: "painting" or "frame": of what the seconds are a share.
-        count: how many there are of what is left out, and of how many; (0, 0) where it is not counted.
+        count: how many items are skipped, of how many; (0, 0) where they are not counted.
     """
 
     name: str
@@ -138,7 +138,7 @@ def shortcuts(p: Painting) -> list[Shortcut]:
 
 
 def of_passes(p: Painting) -> list[Shortcut]:
-    """What pruning, clustering and merging leave out."""
+    """What pruning, clustering and merging skip."""
     num = len(p.strokes)
     order = morton_order(p.pruned.means)
     points = cluster_features(p.pruned)[order]
@@ -174,7 +174,7 @@ def of_passes(p: Painting) -> list[Shortcut]:
 
 
 def of_projection(p: Painting) -> list[Shortcut]:
-    """What projecting the whole scene leaves out, with the plain kernel: that is where it weighs most."""
+    """What projecting the whole scene with the plain kernel skips, where it matters most."""
     kernel = StrokeTexture.open("gaussian")
     filled = np.zeros((len(p.scene), 16, 3), p.scene.sh.dtype)
     filled[:, 0] = p.scene.sh[:, 0]
@@ -236,7 +236,7 @@ def merged(parts: list[Boxes]) -> Boxes:
 
 
 def of_drawing(p: Painting) -> list[Shortcut]:
-    """What drawing a picture leaves out."""
+    """What drawing a picture skips."""
     sides = [len(levels.axis_levels(size)) for size in reversed(p.texture.coverage.shape)]
     every = list(np.ndindex(*sides))
     used = texture_levels.levels_for(p.boxes, p.texture, "mip").codes
@@ -296,7 +296,7 @@ def of_drawing(p: Painting) -> list[Shortcut]:
 
 
 def of_sequences(p: Painting) -> list[Shortcut]:
-    """What a sequence leaves out."""
+    """What a sequence skips."""
     kernel = StrokeTexture.open("gaussian")
     rest = [p.camera] * 24
 
@@ -384,7 +384,7 @@ def report(name: str, p: Painting, repeat: int) -> None:
         f"; processors: a painting {wholes['painting']:.0f} ms, a frame of a video {wholes['frame']:.1f} ms"
     )
     names = ("with, ms", "without", "saved", "cpu saved", "share", "differs", "bound")
-    print(f"{'left out':48}" + "".join(f"{name:>11}" for name in names))
+    print(f"{'skipped':48}" + "".join(f"{name:>11}" for name in names))
     for shortcut in shortcuts(p):
         cost = measure(shortcut, repeat)
         share = cost.saved_cpu / wholes[shortcut.of]
@@ -392,13 +392,13 @@ def report(name: str, p: Painting, repeat: int) -> None:
         print(f"{shortcut.words:48}{row}{share:11.1%}{cost.worst:11.2g}{shortcut.bound:11.2g}", flush=True)
         if cost.worst > shortcut.bound:
             sentence = f"{shortcut.name} changes a value by {cost.worst:g}, more than {shortcut.bound:g}"
-            raise SystemExit(f"leave_out: {sentence}")
+            raise SystemExit(f"skipped_work: {sentence}")
     for line in not_built(p, repeat, wholes):
-        print(f"not left out: {line}")
+        print(f"not skipped: {line}")
 
 
 def not_built(p: Painting, repeat: int, wholes: dict[str, float]) -> list[str]:
-    """What could be left out, and what it would save."""
+    """What could be skipped, and what that would save."""
     lines = []
     for degree in range(p.scene.sh_degree, 0, -1):
         seen = band_reach(p.scene, degree)

@@ -1,4 +1,4 @@
-"""What a scene does not need is left out, and no picture shows it: each shortcut forced off beside it."""
+"""Work that a scene does not need is skipped, and no picture shows it: each shortcut is tested on and off."""
 
 import json
 
@@ -24,7 +24,7 @@ from brushgs.passes.merge import merge_clusters
 from brushgs.rendering import texture_levels
 from brushgs.scene import Frame, Gaussians
 from brushgs.still_life import still_life
-from tests.bench.leave_out import Painting, difference, shortcuts
+from tests.bench.skipped_work import Painting, difference, shortcuts
 
 NAMES = [
     "choosing, where all are kept",
@@ -78,7 +78,7 @@ def test_leaving_it_out_changes_nothing(found, name):
     assert any(array.any() for array in outcome)
     assert difference(outcome, shortcut.off()) == 0
     if shortcut.count[1]:
-        assert 0 < shortcut.count[0] < shortcut.count[1], "nothing was left out, so nothing was shown"
+        assert 0 < shortcut.count[0] < shortcut.count[1], "nothing was skipped, so the test shows nothing"
 
 
 def test_strokes_behind_a_finished_pixel_add_less_than_is_stated(found):
