@@ -153,19 +153,24 @@ class Report:
         console = Console(stderr=True, highlight=False)
         if not console.is_terminal:
             console.width = 120
-        columns = ["stage", "what it did", "seconds", "skipped"]
-        if self.verbose:
-            columns.append("details")
+        columns = {
+            "stage": [stage.name for stage in self.stages],
+            "what it did": [stage.did for stage in self.stages],
+            "seconds": [f"{stage.seconds:.3f}" for stage in self.stages],
+            "skipped": ["\n".join(stage.skipped) for stage in self.stages],
+            "details": ["\n".join(stage.details) for stage in self.stages if self.verbose],
+        }
+        shown = {name: cells for name, cells in columns.items() if any(cells) or name == "seconds"}
         table = Table(box=SIMPLE_HEAD, pad_edge=False)
-        for name in columns:
+        for name in shown:
             table.add_column(name, justify="right" if name == "seconds" else "left")
-        for stage in self.stages:
-            cells = [stage.name, stage.did, f"{stage.seconds:.3f}", "\n".join(stage.skipped)]
-            table.add_row(*cells, *(["\n".join(stage.details)] if self.verbose else []))
+        for cells in zip(*shown.values(), strict=True):
+            table.add_row(*cells)
         memory = peak_memory()
         peak = f"peak memory {memory / 1e6:,.0f} MB" if memory else ""
         table.add_section()
-        table.add_row("total", peak, f"{self.seconds:.3f}")
+        total = {"stage": "total", "what it did": peak, "seconds": f"{self.seconds:.3f}"}
+        table.add_row(*(total.get(name, "") for name in shown))
         console.print(table, markup=False)
 
     def _start_bar(self, name: str, total: int | None) -> None:
