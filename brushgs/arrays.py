@@ -36,8 +36,8 @@ def check(where: str, **arrays: tuple[NDArray[Any], str]) -> dict[str, int]:
         letters = specification.split()
         is_match = array.ndim == len(letters)
         for letter, size in zip(letters, array.shape, strict=False):
-            wanted = int(letter) if letter.isdigit() else sizes.setdefault(letter, size)
-            is_match = is_match and wanted == size
+            expected = int(letter) if letter.isdigit() else sizes.setdefault(letter, size)
+            is_match = is_match and expected == size
         if not is_match:
             wanted_shape = ", ".join(
                 f"{d}={sizes[d]}" if d in sizes and not d.isdigit() else d for d in letters

@@ -320,7 +320,7 @@ class _Project(torch.autograd.Function):  # type: ignore[misc]
             ctx.boxes,
             BoxGradients(*(None if g is None else _array(g) for g in gradients[:-1])),
             ctx.options,
-            wanted=[name for name, is_needed in needs if is_needed],
+            columns=[name for name, is_needed in needs if is_needed],
         )
         by_column = (getattr(found, name) for name in GAUSSIAN_COLUMNS)
         return None, None, *(None if g is None else torch.from_numpy(g) for g in by_column)

@@ -56,7 +56,7 @@ def project_backward(
     v_boxes: BoxGradients,
     options: ProjectOptions,
     *,
-    wanted: Collection[str] = GAUSSIAN_COLUMNS,
+    columns: Collection[str] = GAUSSIAN_COLUMNS,
 ) -> GaussianGradients:
     """Gradients by the Gaussians of what `project` made of them.
 
@@ -76,13 +76,14 @@ def project_backward(
         boxes: the result.
         v_boxes: the gradient by the boxes.
         options: as projected.
-        wanted: the columns whose gradients are computed.
+        columns: those whose gradients are computed.
 
     Returns:
-        The columns wanted, those of SH degrees included that are zero throughout and skipped by `project`.
+        These columns, with those SH degrees that are zero throughout and that `project` skips.
     """
     gradients: dict[str, Any] = {
-        name: np.zeros_like(getattr(gaussians, name)) if name in wanted else None for name in GAUSSIAN_COLUMNS
+        name: np.zeros_like(getattr(gaussians, name)) if name in columns else None
+        for name in GAUSSIAN_COLUMNS
     }
     _core.project_backward(
         **options.core_arguments(gaussians, camera),

@@ -45,11 +45,11 @@ def weights(boxes) -> BoxGradients:
     return BoxGradients(**{name: g.normal(size=c.shape).astype(c.dtype) for name, c in columns.items()})
 
 
-def backward(scene, v=None, camera=CAMERA, wanted=GAUSSIAN_COLUMNS, num_threads=None, **options):
+def backward(scene, v=None, camera=CAMERA, columns=GAUSSIAN_COLUMNS, num_threads=None, **options):
     boxes = project(scene, camera, **options)
     v = weights(boxes) if v is None else v
     how = ProjectOptions(num_threads=num_threads, **options)
-    return project_backward(scene, camera, boxes, v, how, wanted=wanted)
+    return project_backward(scene, camera, boxes, v, how, columns=columns)
 
 
 CASES = {
@@ -117,7 +117,7 @@ def test_only_what_is_wanted_is_computed_and_the_rest_does_not_change():
     scene = scene_of(degree=2)
     everything = backward(scene, fade=True)
     for name in GAUSSIAN_COLUMNS:
-        alone = backward(scene, fade=True, wanted=(name,))
+        alone = backward(scene, fade=True, columns=(name,))
         np.testing.assert_array_equal(getattr(alone, name), getattr(everything, name), err_msg=name)
         assert all(getattr(alone, other) is None for other in GAUSSIAN_COLUMNS if other != name)
 
@@ -146,7 +146,7 @@ def test_terms_that_are_zero_have_a_gradient():
     scene = scene_of(degree=3)
     sh = scene.sh.copy()
     sh[:, 1:] = 0
-    actual = backward(replace(scene, sh=sh), wanted=("sh",))
+    actual = backward(replace(scene, sh=sh), columns=("sh",))
     assert np.abs(actual.sh[:, 9:]).max() > 0.1
 
 
