@@ -19,9 +19,10 @@ from pathlib import Path
 import numpy as np
 
 import brushgs as bg
+from brushgs.arrays import F32
 from brushgs.passes.cluster import choose_method
 from brushgs.passes.features import cluster_features
-from brushgs.passes.lloyd import Clusters, Points, assign, lloyd
+from brushgs.passes.lloyd import Clusters, assign, lloyd
 from brushgs.passes.minibatch import minibatch
 from tests.bench import workloads
 from tests.bench.machine import describe
@@ -74,7 +75,7 @@ def main() -> None:
         arguments.json.write_text(json.dumps([asdict(run) for run in runs], indent=1) + "\n")
 
 
-def compare(name: str, points: Points, k: int, without: list[str], repeat: int) -> list[Run]:
+def compare(name: str, points: F32, k: int, without: list[str], repeat: int) -> list[Run]:
     weights = np.ones(len(points))
     calls: dict[str, tuple[int, Callable[[], Clusters]]] = {
         "lloyd": (repeat, lambda: lloyd(points, weights, k)),
@@ -120,7 +121,7 @@ def compare(name: str, points: Points, k: int, without: list[str], repeat: int) 
     return runs
 
 
-def exact_inertia(points: Points, found: Clusters) -> float:
+def exact_inertia(points: F32, found: Clusters) -> float:
     """Of all points to the nearest mean of a cluster found, computed apart from what the method says."""
     counts = np.bincount(found.labels, minlength=found.num_clusters)
     assert counts.min() > 0, "an empty cluster"
