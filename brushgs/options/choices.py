@@ -25,8 +25,8 @@ StepValues = Mapping[str, Mapping[str, Any]]  # step of a painting -> field of i
 # Clustering methods -> what the help says of them; `brushgs.passes.cluster.METHODS` has the functions.
 METHODS: Mapping[Method, str] = {
     "auto": "by size (default)",
-    "lloyd": "Lloyd's algorithm in exact steps",
-    "minibatch": "MiniBatchKMeans, as published",
+    "lloyd": "with exact steps",
+    "minibatch": "with random batches, as published",
 }
 
 # "paper" is the published method (Xiang et al. 2025) without its defects.
