@@ -185,7 +185,9 @@ def project(
         TypeError: if an argument has another type.
         ValueError: if a value is out of range or `order` is "soft".
     """
-    options = ProjectOptions(num_sigmas, low_pass, lock, fade, order, num_threads)
+    options = ProjectOptions(
+        num_sigmas=num_sigmas, low_pass=low_pass, lock=lock, fade=fade, order=order, num_threads=num_threads
+    )
     return _projected("project", gaussians, camera, options)
 
 

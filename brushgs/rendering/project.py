@@ -86,7 +86,7 @@ class Directions:
         return len(self.angles)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ProjectOptions:
     """How Gaussians become boxes: the options of `project`, which documents them, with their defaults.
 
@@ -201,7 +201,9 @@ def project(
 
     Where both axes are equally long the angle of "off" is undefined: 0 is returned there.
     """
-    options = ProjectOptions(num_sigmas, low_pass, lock, fade, order, num_threads)
+    options = ProjectOptions(
+        num_sigmas=num_sigmas, low_pass=low_pass, lock=lock, fade=fade, order=order, num_threads=num_threads
+    )
     return project_by(gaussians, camera, options)[0]
 
 
