@@ -15,21 +15,25 @@ if TYPE_CHECKING:
 __all__ = ["load", "load_cameras", "read_scene", "save"]
 
 
-def load(path: str | Path, encoding: "Encoding | None" = None) -> "Gaussians":
+def load(path: str | Path, encoding: "Encoding | None" = None, *, lod: int | None = None) -> "Gaussians":
     """Read a trained 3D Gaussian scene; `read_scene` also returns what it found in the file.
 
     Args:
         path: a scene file, such as .ply; its content decides the format, not its suffix.
         encoding: what its numbers mean; None for the standard layout. For files of other exporters
             `brushgs.examine` and `brushgs doctor` detect it.
+        lod: level of detail of a scene that has several, from 0, the finest; None for the default of its
+            format.
 
     Raises:
         SceneError: if the file cannot be used; says why and what to do.
     """
-    return read_scene(path, encoding)[0]
+    return read_scene(path, encoding, lod)[0]
 
 
-def read_scene(path: str | Path, encoding: "Encoding | None" = None) -> "tuple[Gaussians, LoadNotes]":
+def read_scene(
+    path: str | Path, encoding: "Encoding | None" = None, lod: int | None = None
+) -> "tuple[Gaussians, LoadNotes]":
     """Read a scene file as `load` does. Takes and raises the same.
 
     Returns:
@@ -37,7 +41,7 @@ def read_scene(path: str | Path, encoding: "Encoding | None" = None) -> "tuple[G
     """
     from brushgs.io.scenes import read
 
-    return read.read_scene(path, encoding)
+    return read.read_scene(path, encoding, lod)
 
 
 def load_cameras(path: str | Path) -> "list[Camera]":

@@ -20,6 +20,8 @@ class SceneFormat(NamedTuple):
         writer: module of this package with `write_scene(gaussians, path, *, is_strokes)`; None if it is not
             written.
         note: which files of this format are read, for help texts.
+        has_levels: whether it may hold a scene in several levels of detail: its reader has
+            `open_scene(path, lod)`, the level or None for its default.
     """
 
     name: str
@@ -28,6 +30,7 @@ class SceneFormat(NamedTuple):
     reader: str | None = None
     writer: str | None = None
     note: str = ""
+    has_levels: bool = False
 
 
 KNOWN_SCENES = (

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from brushgs.io.scenes.scene_file import Training
+
 
 @dataclass(frozen=True)
 class LoadNotes:
@@ -15,6 +17,8 @@ class LoadNotes:
         sh_degree_used: degree that was loaded; lower than stored where the bands above are all zero.
         up: axis that the file names as up, "+x" to "-z"; None if it names none.
         is_strokes: whether the file states that its Gaussians are strokes that brushgs made.
+        training: how the scene was trained, as far as the file states it.
+        unknown: columns or extensions of the file that were not read, by name.
     """
 
     format: str
@@ -24,3 +28,5 @@ class LoadNotes:
     sh_degree_used: int
     up: str | None
     is_strokes: bool = False
+    training: Training = "default"
+    unknown: tuple[str, ...] = ()

@@ -20,7 +20,9 @@ _BLINDING = 16.0  # a coefficient of 16 is five times as bright as white; traine
 _NUM_COLORS = 4096  # colours that are inspected
 
 
-def read_scene(path: str | Path, encoding: Encoding | None = None) -> tuple[Gaussians, LoadNotes]:
+def read_scene(
+    path: str | Path, encoding: Encoding | None = None, lod: int | None = None
+) -> tuple[Gaussians, LoadNotes]:
     """Read a trained 3D Gaussian scene.
 
     Rows with NaN, with infinity where it has no meaning, or with an all-zero rotation are dropped with a
@@ -30,16 +32,18 @@ def read_scene(path: str | Path, encoding: Encoding | None = None) -> tuple[Gaus
     Args:
         path: a scene file; its content decides the format, not its suffix.
         encoding: what its numbers mean; None for the standard layout.
+        lod: level of detail of a scene that has several, from 0, the finest; None for the default of its
+            format.
 
     Returns:
         The Gaussians as float32 in the order of the file, and notes on what the file held.
 
     Raises:
-        SceneError: if the file is of no known format, is damaged, or no row of it can be drawn; or if an
-            encoding is given for a format that has a fixed one.
+        SceneError: if the file is of no known format, is damaged, or no row of it can be drawn; if an
+            encoding is given for a format that has a fixed one, or a level for a scene without levels.
     """
     encoding = encoding or STANDARD
-    file = _open(Path(path))
+    file = _open(Path(path), lod)
     if file.has_fixed_encoding and not encoding.is_standard:
         raise SceneError(path, f"is a {file.format}, whose encoding is fixed; omit the encoding")
     columns, dropped = file.read_columns(encoding=encoding, is_raw=False)
@@ -55,12 +59,18 @@ def read_scene(path: str | Path, encoding: Encoding | None = None) -> tuple[Gaus
         sh_degree_used=gaussians.sh_degree,
         up=file.up,
         is_strokes=file.is_strokes,
+        training=file.training,
+        unknown=file.unknown,
     )
     return gaussians, notes
 
 
-def read_raw(path: str | Path) -> tuple[Columns, SceneFile]:
+def read_raw(path: str | Path, lod: int | None = None) -> tuple[Columns, SceneFile]:
     """Read all rows of a scene file as stored, neither checked nor decoded.
+
+    Args:
+        path: a scene file.
+        lod: see `read_scene`.
 
     Returns:
         Log-scales, logits and all bands of spherical harmonics, if the file follows the standard layout;
@@ -69,15 +79,18 @@ def read_raw(path: str | Path) -> tuple[Columns, SceneFile]:
     Raises:
         SceneError: if the file is of no known format or is damaged.
     """
-    file = _open(Path(path))
+    file = _open(Path(path), lod)
     columns, _ = file.read_columns(encoding=STANDARD, is_raw=True)
     return columns, file
 
 
-def _open(path: Path) -> SceneFile:
+def _open(path: Path, lod: int | None) -> SceneFile:
     """Read the header with the module of the format."""
-    reader = import_module(f"brushgs.io.scenes.{find_format(path).reader}")
-    file: SceneFile = reader.open_scene(path)
+    scene_format = find_format(path)
+    reader = import_module(f"brushgs.io.scenes.{scene_format.reader}")
+    if lod is not None and not scene_format.has_levels:
+        raise SceneError(path, f"is a {scene_format.name}, which has no levels of detail; omit the level")
+    file: SceneFile = reader.open_scene(path, lod) if scene_format.has_levels else reader.open_scene(path)
     return file
 
 

@@ -2,11 +2,15 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Literal, Protocol
 
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
+
+# How the Gaussians of a scene were trained, where that changes how they are drawn: "antialiased" are those of
+# Mip-Splatting and of trainers with the same opacity compensation, "2dgs" flat discs.
+Training = Literal["default", "antialiased", "2dgs"]
 
 
 class ColumnReader(Protocol):
@@ -42,6 +46,8 @@ class SceneFile:
         has_fixed_encoding: whether the format leaves no doubt what its numbers mean.
         up: axis that the file names as up, "+x" to "-z"; None if it names none.
         is_strokes: whether the file states that its Gaussians are strokes that brushgs made.
+        training: how they were trained, as far as the file states it.
+        unknown: columns or extensions of the file that are not read, by name.
     """
 
     path: Path
@@ -52,3 +58,5 @@ class SceneFile:
     has_fixed_encoding: bool = True
     up: str | None = None
     is_strokes: bool = False
+    training: Training = "default"
+    unknown: tuple[str, ...] = ()
