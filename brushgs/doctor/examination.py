@@ -7,18 +7,17 @@ import numpy as np
 
 from brushgs.arrays import Mask
 from brushgs.doctor.encodings import detect_encoding
-from brushgs.doctor.equal_rows import equal_rows
 from brushgs.doctor.estimates import estimate_unit, estimate_up
 from brushgs.doctor.findings import SEVERITIES, Finding
-from brushgs.doctor.floaters import STRONG_GAP, SURE_GAP, VISIBLE, measure_detachment
 from brushgs.doctor.row_checks import check_bands, check_copies, check_dropped, check_quats
-from brushgs.doctor.scene_checks import FAINT, check_far, check_filling, check_light, check_needles
+from brushgs.doctor.scene_checks import check_far, check_filling, check_light, check_needles
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.fill import activate_rows
 from brushgs.io.scenes.read import read_raw
-from brushgs.options.choices import Floaters
+from brushgs.options.choices import Clean
+from brushgs.passes.clean import find_floaters
 from brushgs.scene import Gaussians
 
 
@@ -60,13 +59,13 @@ def examine(path: str | Path) -> list[Finding]:
     return examine_file(path).findings
 
 
-def examine_file(path: str | Path, floaters: Floaters = "sure") -> Examination:
+def examine_file(path: str | Path, clean: Clean = "sure") -> Examination:
     """`examine`, with the decoded scene.
 
     Args:
         path: a .ply file with a trained 3D Gaussian scene.
-        floaters: which ones the cure drops: clearly detached ones ("sure"), nearer ones too ("strong"), or
-            none ("keep").
+        clean: which floaters the cure drops: clearly detached ones ("sure"), nearer ones too ("strong"), or
+            none ("off").
     """
     columns, file = read_raw(path)
     total = len(columns.means)
@@ -79,7 +78,7 @@ def examine_file(path: str | Path, floaters: Floaters = "sure") -> Examination:
     findings += check_quats(gaussians, total)
     copies = check_copies(gaussians, total)
     findings += copies + check_bands(gaussians)
-    findings += _check_places(gaussians, copies, floaters, total)
+    findings += _check_places(gaussians, copies, clean, total)
     findings += check_light(gaussians, total)
     findings += [estimate_up(gaussians, file.up), estimate_unit(gaussians)]
     findings.sort(key=lambda finding: SEVERITIES.index(finding.severity))
@@ -95,9 +94,7 @@ def _decode(columns: Columns, encoding: Encoding, path: Path) -> tuple[Gaussians
     return columns.gaussians(), dropped
 
 
-def _check_places(
-    gaussians: Gaussians, copies: list[Finding], floaters: Floaters, total: int
-) -> list[Finding]:
+def _check_places(gaussians: Gaussians, copies: list[Finding], clean: Clean, total: int) -> list[Finding]:
     """Outliers, screen fillers, needles and floaters, each searched in what the checks before it keep."""
     findings = []
     rest = np.ones(len(gaussians), bool)
@@ -113,37 +110,34 @@ def _check_places(
                 finding = replace(finding, rows=rows)
             findings.append(finding)
     findings += check_needles(gaussians.take(rest), total)
-    return findings + _check_floaters(gaussians, rest, floaters, total)
+    return findings + _check_floaters(gaussians, rest, clean, total)
 
 
-def _check_floaters(gaussians: Gaussians, rest: Mask, floaters: Floaters, total: int) -> list[Finding]:
-    """Floaters. Gaussians at the same place are judged together."""
+def _check_floaters(gaussians: Gaussians, rest: Mask, clean: Clean, total: int) -> list[Finding]:
+    """Floaters."""
     candidates = np.flatnonzero(rest)
-    first, groups = equal_rows(gaussians.means[candidates])
-    detached = measure_detachment(gaussians.take(candidates[first]))
-    if not detached.has_bodies:
+    found = find_floaters(gaussians.take(candidates))
+    if not found.has_bodies:
         what = "too few Gaussians touch each other to tell floaters from surfaces"
         return [Finding("too-sparse", "note", len(candidates), len(candidates) / total, what)]
-    is_far = detached.beyond(STRONG_GAP if floaters == "strong" else SURE_GAP)
-    rows = np.zeros(len(gaussians), bool)
-    rows[candidates] = is_far[groups]
-    count, area = int(rows.sum()), float(detached.areas[is_far].sum())
-    if not count:
+    level = found.strong if clean == "strong" else found.sure
+    if not level.rows.any():
         return []
-    is_haze = bool(np.percentile(gaussians.opacities, 99) < FAINT)
-    is_seen = area >= VISIBLE and not is_haze
-    share = area / float(detached.areas.sum())
-    what = f"Gaussians float in the air, detached from everything solid: {share:.2g} of the painted area"
-    facts = {"area_share": share, "nearest": float(detached.gaps[is_far].min())}
-    drops = floaters != "keep" and (is_seen or floaters == "strong") and not is_haze
+    rows = np.zeros(len(gaussians), bool)
+    rows[candidates] = level.rows
+    count = int(rows.sum())
+    what = (
+        f"Gaussians float in the air, detached from everything solid: {level.share:.2g} of the painted area"
+    )
+    facts = {"area_share": level.share, "nearest": level.nearest}
     return [
         Finding(
             "floaters",
-            "odd" if is_seen else "note",
+            "odd" if level.is_seen else "note",
             count,
             count / total,
             what,
             facts,
-            rows if drops else None,
+            rows if found.dropped(clean).any() else None,
         )
     ]

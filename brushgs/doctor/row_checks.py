@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from brushgs.doctor.equal_rows import equal_rows
 from brushgs.doctor.findings import Finding, Severity
 from brushgs.io.scenes.dropped import Dropped
+from brushgs.passes.equal_rows import equal_rows
 from brushgs.scene import SH_TERMS, Gaussians
 
 # Quantised files (codebooks of 256 scales, colours in 8 bits) have copies by chance: 72 of 94,936 rows of

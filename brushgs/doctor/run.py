@@ -9,7 +9,7 @@ from brushgs.doctor.cure import cure
 from brushgs.doctor.examination import Examination, examine_file
 from brushgs.doctor.table import lines, verdict
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
-from brushgs.options.choices import Floaters
+from brushgs.options.choices import Clean
 from brushgs.painting.outputs import check_output
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import write_scene
@@ -58,7 +58,7 @@ def run_doctor(
     scene: str | Path,
     output: str | Path | None = None,
     *,
-    floaters: Floaters = "sure",
+    clean: Clean = "sure",
     report: DoctorReport | None = None,
 ) -> DoctorReport:
     """Examine a scene file, and write the cured scene if there is an output.
@@ -66,7 +66,7 @@ def run_doctor(
     Args:
         scene: a .ply file with a trained 3D Gaussian scene.
         output: a .ply file for the cured scene; None for findings only.
-        floaters: which floaters the cure drops, see `examine_file`.
+        clean: which floaters the cure drops, see `examine_file`.
         report: gets the stages and the findings; a new one if None.
 
     Raises:
@@ -77,7 +77,7 @@ def run_doctor(
     if output is not None:
         check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene),))
     with report.stage("examine") as stage:
-        report.examination = examination = examine_file(scene, floaters)
+        report.examination = examination = examine_file(scene, clean)
         stage.did = verdict(examination)
         stage.counts = {
             "rows": examination.num_rows,

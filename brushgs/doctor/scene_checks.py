@@ -6,6 +6,7 @@ from brushgs.arrays import Mask
 from brushgs.colors import LUMINANCE
 from brushgs.doctor.findings import Finding
 from brushgs.doctor.geometry import Core
+from brushgs.passes.clean import FAINT
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.extent import robust_frame
 from brushgs.scene import Gaussians
@@ -23,7 +24,7 @@ FILLING = 1.0
 NEEDLE_ASPECT, NEEDLE_LENGTH = 100.0, 0.1
 # Means weighted by painted area. Real scenes: luminance 0.19 (biker) and more; 99th percentile of the
 # opacities 0.83 and more, but for a firework made by a script, 0.22.
-DARK, FAINT = 0.03, 0.1
+DARK = 0.03
 MOST = 0.5  # share of the rows above which nothing is dropped
 
 

@@ -17,7 +17,7 @@ Lock = Literal["track", "anchor", "off"]  # of a single view or a path
 Order = Literal["depth", "soft"]
 ColorSpace = Literal["lab", "linear", "srgb"]  # in which a palette is matched
 BenchFamily = Literal["strokes", "merge", "filter", "precision", "sh", "size"]
-Floaters = Literal["sure", "strong", "keep"]  # which ones a fixed scene loses
+Clean = Literal["off", "sure", "strong"]  # which floaters are dropped: none, detached ones, nearer ones too
 Params = Literal["colour", "free", "all"]  # of strokes, fitted by refinement
 
 StepValues = Mapping[str, Mapping[str, Any]]  # step of a painting -> field of its config -> value

@@ -7,7 +7,7 @@ from typing import get_args
 from brushgs.cli import flags
 from brushgs.cli.console import EXIT_FAULTY_SCENE, reported
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
-from brushgs.options.choices import Floaters
+from brushgs.options.choices import Clean
 
 
 def add_flags(parser: ArgumentParser) -> None:
@@ -24,11 +24,11 @@ def add_flags(parser: ArgumentParser) -> None:
         help=f"write the fixed scene to this file ({', '.join(SCENE_SUFFIXES)}); default none",
     )
     parser.add_argument(
-        "--floaters",
-        choices=get_args(Floaters),
+        "--clean",
+        choices=get_args(Clean),
         default="sure",
         help="floaters that --fix drops: 'sure': clearly detached (default), 'strong': closer ones too, "
-        "which loses some thin leaves; 'keep': none",
+        "which loses some thin leaves; 'off': none",
     )
     flags.add_report(parser)
 
@@ -39,5 +39,5 @@ def run(args: Namespace) -> int:
 
     report = DoctorReport()
     with reported(args, report):
-        run_doctor(args.scene, args.fix, floaters=args.floaters, report=report)
+        run_doctor(args.scene, args.fix, clean=args.clean, report=report)
     return EXIT_FAULTY_SCENE if report.has_faults else 0

@@ -5,6 +5,9 @@ the same distance a speck of dust. So two Gaussians touch where their visible ex
 between them, out to where the opacity has faded. Gaussians with many touching neighbours form groups
 (DBSCAN); groups that are large or solid are bodies, and so is what is attached to them by a short chain
 (grass, wires, whiskers). All else is detached, and clearly so where the nearest body is far for the scene.
+
+Where Gaussians lie dense they are taken for a body without a search, so that only the others cost time: on
+1.5 million Gaussians of a campsite 1.5 s in place of 14 s.
 """
 
 from dataclasses import dataclass
@@ -12,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array, Mask
-from brushgs.doctor.geometry import NUM_NEIGHBOURS, nearest
+from brushgs.arrays import Array, Mask, Rows
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.extent import robust_frame
+from brushgs.passes.neighbours import NUM_NEIGHBOURS, nearest
 from brushgs.quats import rotation_matrices
 from brushgs.scene import Gaussians
 
@@ -40,6 +43,11 @@ VISIBLE = 1e-4
 # scattered points 0.7 float; in the chair with its haze 0.04.
 MOST_ROWS = 0.3
 FEWEST_ROWS = 200
+# Edge of a cell in radii, and the sum of opacities in a cell and its 26 neighbours from which on all in it is
+# part of a body: more than any floater has. Against a full search on eight scenes, 9 of the chair's 4161 sure
+# floaters are missed, and no other.
+CELL, DENSE = 0.02, 8.0
+_MAX_CELLS = 1 << 20  # to each side of the middle; farther Gaussians share a cell
 LARGEST = 1e6  # scale, in radii: squares of larger ones might leave the range of float32
 _ROWS_AT_A_TIME = 1 << 16  # their neighbours take some 100 MB
 
@@ -77,8 +85,9 @@ def measure_detachment(gaussians: Gaussians) -> Detachment:
         return unknown
     strong = float(np.percentile(gaussians.opacities, 99))
     opacities = gaussians.opacities / max(min(strong / STRONG, 1.0), 1e-6)
-    a, b = _touching_pairs(gaussians, opacities, radius)
-    is_detached, groups = _outside_bodies(opacities, a, b)
+    is_dense = _in_dense_cells(gaussians.means, opacities, radius)
+    a, b = _touching_pairs(gaussians, opacities, radius, np.flatnonzero(~is_dense))
+    is_detached, groups = _outside_bodies(opacities, a, b, is_dense)
     if is_detached.all():
         return unknown
     gaps = np.zeros(num_rows)
@@ -90,25 +99,50 @@ def measure_detachment(gaussians: Gaussians) -> Detachment:
     return Detachment(gaps, areas, bool((gaps > SURE_GAP).mean() <= MOST_ROWS))
 
 
+def _in_dense_cells(means: Array, opacities: Array, radius: float) -> Mask:
+    """Mask of the rows in cells that are surely part of a body."""
+    center, _ = robust_frame(means)
+    places = np.clip(np.floor((means - center) / (CELL * radius)), -_MAX_CELLS + 2, _MAX_CELLS - 2)
+    x, y, z = (places.astype(np.int64) + _MAX_CELLS).T
+    cells, cell_of = np.unique((x << 42) + (y << 21) + z, return_inverse=True)
+    cell_of = cell_of.reshape(-1)
+    own_opacity, own_count = np.bincount(cell_of, opacities), np.bincount(cell_of)
+    opacity, count = np.zeros(len(cells)), np.zeros(len(cells))
+    steps = np.array([-1, 0, 1])
+    for offset in np.add.outer(np.add.outer(steps << 42, steps << 21), steps).ravel():
+        found = np.minimum(np.searchsorted(cells, cells + offset), len(cells) - 1)
+        is_there = cells[found] == cells + offset
+        opacity += np.where(is_there, own_opacity[found], 0)
+        count += np.where(is_there, own_count[found], 0)
+    return np.asarray(((opacity >= DENSE) & (opacity >= HAZE * count))[cell_of])
+
+
 def _touching_pairs(
-    gaussians: Gaussians, opacities: Array, radius: float
+    gaussians: Gaussians, opacities: Array, radius: float, rows: Rows
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """All pairs of neighbours that touch, each pair once."""
+    """All pairs of the given rows and their neighbours that touch, each pair once."""
     count = min(NUM_NEIGHBOURS + 1, len(gaussians))
-    distances, near = nearest(gaussians.means, gaussians.means, count)
-    covars = _covars(gaussians.quats, gaussians.scales.astype(np.float64) / radius)
-    sigmas = np.sqrt(2 * np.log(np.maximum(opacities / FAINTEST, 1)))  # visible extent, in deviations
+    distances, near = nearest(gaussians.means, gaussians.means[rows], count)
+    involved, place = np.unique(np.concatenate([rows, near.ravel()]), return_inverse=True)
+    place = place.reshape(-1)
+    own, place_of = place[: len(rows)], place[len(rows) :].reshape(near.shape)
+    means = gaussians.means[involved]
+    covars = _covars(gaussians.quats[involved], gaussians.scales[involved].astype(np.float64) / radius)
+    # Visible extent, in deviations.
+    sigmas = np.sqrt(2 * np.log(np.maximum(opacities[involved] / FAINTEST, 1)))
     pairs = []
-    for start in range(0, len(gaussians), _ROWS_AT_A_TIME):
-        rows = slice(start, min(start + _ROWS_AT_A_TIME, len(gaussians)))
-        others = near[rows, 1:]
-        lines = gaussians.means[others] - gaussians.means[rows, None]
-        lengths = np.maximum(distances[rows, 1:], 1e-30)
+    for start in range(0, len(rows), _ROWS_AT_A_TIME):
+        part = slice(start, min(start + _ROWS_AT_A_TIME, len(rows)))
+        first, others = own[part], place_of[part, 1:]
+        lines = means[others] - means[first, None]
+        lengths = np.maximum(distances[part, 1:], 1e-30)
         lines = lines / lengths[..., None].astype(lines.dtype)
-        reach = _widths(covars[rows, None], lines) * sigmas[rows, None]
+        reach = _widths(covars[first, None], lines) * sigmas[first, None]
         reach += _widths(covars[others], lines) * sigmas[others]
-        i, k = np.nonzero(distances[rows, 1:] < radius * reach)
-        pairs.append((i + start) * len(gaussians) + others[i, k])
+        i, k = np.nonzero(distances[part, 1:] < radius * reach)
+        pairs.append(involved[first[i]] * len(gaussians) + involved[others[i, k]])
+    if not pairs:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
     first, second = np.divmod(np.concatenate(pairs), len(gaussians))
     keys = np.minimum(first, second) * len(gaussians) + np.maximum(first, second)
     keys.sort()
@@ -133,14 +167,17 @@ def _widths(covars: Array, lines: Array) -> Array:
 
 
 def _outside_bodies(
-    opacities: Array, a: NDArray[np.int64], b: NDArray[np.int64]
+    opacities: Array, a: NDArray[np.int64], b: NDArray[np.int64], is_dense: Mask
 ) -> tuple[Mask, NDArray[np.int32]]:
     """Mask of the rows that belong to no body, and the group of each row, given the pairs that touch.
+
+    Rows that are dense belong to a body.
 
     Source: Ester et al. 1996, A density-based algorithm (DBSCAN: core and border points).
     """
     num_rows = len(opacities)
     is_core = np.bincount(a, minlength=num_rows) + np.bincount(b, minlength=num_rows) >= MANY
+    is_core |= is_dense
     both = is_core[a] & is_core[b]
     groups = _components(num_rows, a[both], b[both])
     for here, there in ((a, b), (b, a)):  # border points join the group of a core point
@@ -150,6 +187,7 @@ def _outside_bodies(
     sums = np.bincount(groups, opacities, minlength=num_rows)
     is_haze = sums < HAZE * counts
     is_body = (counts >= max(FEW_ROWS, FEW_SHARE * num_rows)) | (sums >= np.where(is_haze, SOLID_HAZE, SOLID))
+    is_body[groups[is_dense]] = True
     is_detached = ~is_body[groups]
     for _ in range(CHAIN):
         attached_a, attached_b = is_detached[a] & ~is_detached[b], is_detached[b] & ~is_detached[a]

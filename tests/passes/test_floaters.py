@@ -7,7 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.doctor import cure, examine_file
-from brushgs.doctor.floaters import SURE_GAP, measure_detachment
+from brushgs.passes.floaters import SURE_GAP, measure_detachment
 from tests.doctor import plant
 from tests.doctor.scenes import ball, fruit, scaled
 
@@ -94,8 +94,8 @@ def test_the_dial_keeps_or_takes_more(tmp_path: Path) -> None:
     """The last one hovers half way between the two distances."""
     scene = joined(ball(), blobs([(0, 2.5, 0), (2.5, 0, 0)], 0.1), blobs((0, 0, 1.1), 0.003))
     bg.save(scene, tmp_path / "a.ply")
-    left = {dial: len(cure(examine_file(tmp_path / "a.ply", dial))) for dial in ("keep", "sure", "strong")}
-    assert left == {"keep": len(scene), "sure": len(scene) - 2, "strong": len(scene) - 3}
+    left = {dial: len(cure(examine_file(tmp_path / "a.ply", dial))) for dial in ("off", "sure", "strong")}
+    assert left == {"off": len(scene), "sure": len(scene) - 2, "strong": len(scene) - 3}
 
 
 def test_a_few_specks_too_small_to_see_are_a_note_and_stay(tmp_path: Path) -> None:

@@ -1,0 +1,95 @@
+"""A scene without its floaters."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import Mask
+from brushgs.options.choices import Clean
+from brushgs.passes.equal_rows import equal_rows
+from brushgs.passes.floaters import STRONG_GAP, SURE_GAP, VISIBLE, measure_detachment
+from brushgs.scene import Gaussians
+
+FAINT = 0.1  # 99th percentile of the opacities below which a scene is haze throughout
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """The floaters that are at least so far from everything solid.
+
+    Attributes:
+        rows: [N] mask.
+        share: their part of the painted area of the scene, 0 to 1.
+        nearest: smallest distance to a body, in radii of the scene; infinite where there are none.
+        is_seen: whether they cover enough to be noticed.
+    """
+
+    rows: Mask
+    share: float
+    nearest: float
+    is_seen: bool
+
+
+@dataclass(frozen=True, eq=False)
+class FoundFloaters:
+    """Floaters of a scene.
+
+    Attributes:
+        sure: clearly detached from everything solid.
+        strong: these and nearer ones, some thin leaves among them.
+        has_bodies: whether enough of the scene is solid to tell floaters from it; if not, there are none.
+        is_haze: whether the scene is faint as a whole; then nothing is dropped.
+    """
+
+    sure: Level
+    strong: Level
+    has_bodies: bool
+    is_haze: bool
+
+    def dropped(self, clean: Clean) -> Mask:
+        """[N] mask of the rows that cleaning drops: sure floaters only where they are seen."""
+        match clean:
+            case "sure" if self.sure.is_seen:
+                return self.sure.rows
+            case "strong" if not self.is_haze:
+                return self.strong.rows
+        return np.zeros(len(self.sure.rows), bool)
+
+
+def find_floaters(gaussians: Gaussians) -> FoundFloaters:
+    """Find Gaussians that float in the air; those at the same place are judged together.
+
+    Args:
+        gaussians: N Gaussians; far outliers do no harm.
+    """
+    first, groups = equal_rows(gaussians.means)
+    detached = measure_detachment(gaussians.take(first))
+    is_haze = bool(len(gaussians) > 0 and np.percentile(gaussians.opacities, 99) < FAINT)
+    has_bodies = detached.has_bodies
+
+    def level(gap: float) -> Level:
+        is_far = detached.beyond(gap) & has_bodies
+        area, total = float(detached.areas[is_far].sum()), float(detached.areas.sum())
+        nearest = float(detached.gaps[is_far].min(initial=np.inf))
+        rows: NDArray[np.bool_] = is_far[groups]
+        return Level(rows, area / max(total, 1e-300), nearest, area >= VISIBLE and not is_haze)
+
+    return FoundFloaters(level(SURE_GAP), level(STRONG_GAP), has_bodies, is_haze)
+
+
+def clean(gaussians: Gaussians, floaters: Clean = "sure") -> Gaussians:
+    """The scene without its floaters, in the same order.
+
+    Args:
+        gaussians: N Gaussians.
+        floaters: "sure" drops those that are clearly detached from everything solid, if together they can be
+            seen; "strong" nearer ones too, which costs some thin leaves; "off" none.
+
+    Returns:
+        The same object where nothing is dropped.
+    """
+    if floaters == "off":
+        return gaussians
+    rows = find_floaters(gaussians).dropped(floaters)
+    return gaussians.take(~rows) if rows.any() else gaussians
