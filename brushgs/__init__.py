@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from brushgs.io.pictures.video import save_video as save_video
     from brushgs.io.scenes.encoding import Encoding as Encoding
     from brushgs.io.scenes.encoding import Reading as Reading
+    from brushgs.passes.clean import clean as clean
     from brushgs.passes.cluster import cluster as cluster
     from brushgs.passes.prune import prune as prune
     from brushgs.passes.recolor import Palette as Palette
@@ -43,6 +44,7 @@ _MODULES = {
     "io": "load load_cameras save",
     "io.pictures.video": "save_video",
     "io.scenes.encoding": "Encoding Reading",
+    "passes.clean": "clean",
     "passes.cluster": "cluster",
     "passes.prune": "prune",
     "passes.recolor": "Palette recolor",

@@ -119,4 +119,4 @@ def test_painting_loads_no_torch_and_no_table_library_when_quiet(tmp_path):
     loaded = loaded_by(code)
     assert "numpy" in loaded
     assert not loaded & {"torch", "kornia", "open3d", "trimesh", "dask", "rich", "av", "skimage"}
-    assert not loaded & {"scipy", "sklearn"}  # each import takes longer than the work it would do here
+    assert not loaded & {"sklearn"}  # its import takes longer than the work it would do here

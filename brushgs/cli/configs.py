@@ -31,6 +31,7 @@ def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig
         ValueError: if a value is out of range, or flags exclude each other.
     """
     from brushgs.options.painting import (
+        CleanConfig,
         ClusterConfig,
         DrawConfig,
         PaintConfig,
@@ -60,6 +61,7 @@ def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig
         palette=PaletteConfig(**fields("palette")) if palette else None,
         view=ViewConfig(**fields("view")),
         draw=DrawConfig(**fields("draw")),
+        clean=CleanConfig(**fields("clean")),
     )
 
 

@@ -19,12 +19,14 @@ from brushgs.io.scenes.formats import SCENE_SUFFIXES, SCENES_READ
 from brushgs.options.choices import (
     METHODS,
     REPORT_SUFFIXES,
+    Clean,
     ColorSpace,
     Extent,
     Features,
     Filter,
     Merge,
     Order,
+    StrokesFor,
     Weight,
 )
 
@@ -116,7 +118,7 @@ def add_draw(parser: ArgumentParser) -> None:
         "--stroke",
         metavar="NAME|FILE",
         help="built-in stroke (`brushgs strokes` lists them), an image file, or 'gaussian' for the plain "
-        f"3DGS picture; image files: {PICTURES_READ}; default swirl",
+        f"3DGS picture; image files: {PICTURES_READ}; default impasto",
     )
     flags.add(
         "--filter",
@@ -150,6 +152,17 @@ def add_draw(parser: ArgumentParser) -> None:
     )
 
 
+def add_clean(container: Container) -> None:
+    """`CleanConfig`."""
+    ConfigFlags(container, "clean").add(
+        "--clean",
+        field="floaters",
+        choices=get_args(Clean),
+        help="floaters that are dropped: 'sure': clearly detached (default), 'strong': closer ones too, "
+        "which loses some thin leaves; 'off': none",
+    )
+
+
 def add_prune(parser: ArgumentParser) -> None:
     """`PruneConfig`."""
     flags = ConfigFlags(parser.add_argument_group("pruning"), "prune")
@@ -168,11 +181,13 @@ def add_prune(parser: ArgumentParser) -> None:
     )
 
 
-def add_cluster(parser: ArgumentParser) -> None:
-    """`ClusterConfig`."""
+def add_cluster(parser: ArgumentParser) -> Container:
+    """`CleanConfig` and `ClusterConfig`, without what strokes are made for; returns their group."""
     group = parser.add_argument_group("clustering")
+    add_clean(group)
     add_stroke_count(group)
     add_merging(group)
+    return group
 
 
 def add_stroke_count(container: Container) -> None:
@@ -184,7 +199,7 @@ def add_stroke_count(container: Container) -> None:
         metavar="COUNT|PERCENT|all|auto|DB",
         help="number of strokes, 1 or more; a share of the scene as loaded such as 10%%; all; auto: the knee "
         "of error against time in this picture; 24dB: the fewest that reach this PSNR to the plain picture, "
-        "above 0 and at most 100; default 7000 (all with --stroke gaussian)",
+        "above 0 and at most 100; default auto (all with --stroke gaussian)",
     )
     flags.add(
         "--stroke-size",
@@ -193,6 +208,16 @@ def add_stroke_count(container: Container) -> None:
         metavar="PX",
         help="in place of --strokes, the typical length of strokes in the picture such as 24px, above 0; "
         "default none",
+    )
+
+
+def add_strokes_for(container: Container) -> None:
+    """`ClusterConfig.strokes_for`."""
+    ConfigFlags(container, "cluster").add(
+        "--strokes-for",
+        choices=get_args(StrokesFor),
+        help="'scene': strokes are made of all of it, so that any view of them fits (default); 'view': only "
+        "of what this picture or path sees, so that all are spent there",
     )
 
 

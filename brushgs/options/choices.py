@@ -10,6 +10,7 @@ Weight = Literal["contribution", "paper"]
 Features = Literal["balanced", "paper"]
 Merge = Literal["cover", "paper"]
 Method = Literal["auto", "lloyd", "minibatch"]
+StrokesFor = Literal["scene", "view"]  # what strokes are made of: all of a scene, or what is seen of it
 Filter = Literal["mip", "bilinear", "nearest"]
 Extent = Literal["fitted", "paper"]
 ViewLock = Literal["anchor", "off"]  # of a single view
@@ -33,9 +34,10 @@ METHODS: Mapping[Method, str] = {
 PRESETS: Mapping[str, StepValues] = {
     "default": {},
     "paper": {
+        "clean": {"floaters": "off"},
         "prune": {"weight": "paper"},
-        "cluster": {"features": "paper", "merge": "paper", "method": "minibatch"},
-        "draw": {"filter": "bilinear", "extent": "paper", "lock": "off", "order": "depth"},
+        "cluster": {"strokes": 7000, "features": "paper", "merge": "paper", "method": "minibatch"},
+        "draw": {"stroke": "swirl", "filter": "bilinear", "extent": "paper", "lock": "off", "order": "depth"},
     },
 }
 PLAIN_SCENE: StepValues = {"prune": {"keep": 1.0}, "cluster": {"strokes": None}}  # every Gaussian, unmerged

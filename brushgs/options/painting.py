@@ -10,6 +10,7 @@ from typing import Literal
 
 from brushgs.options.choices import (
     MAX_SIDE,
+    Clean,
     ColorSpace,
     Extent,
     Features,
@@ -18,16 +19,28 @@ from brushgs.options.choices import (
     Merge,
     Method,
     Order,
+    StrokesFor,
     Weight,
     size_rule,
 )
 
 DEFAULT_KEEP = 0.7  # of the Gaussians, as published
-DEFAULT_STROKES = 7000  # the count the method was published with
+DEFAULT_STROKE = "impasto"  # swirls that are smaller than theirs should be look like bubbles
 DEFAULT_SIZE = (1280, 720)
 MAX_PSNR = 100.0  # dB; pictures of 16 bits agree no better
 
 Up = str | tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class CleanConfig:
+    """Which floaters are dropped before anything else; none of a file of strokes.
+
+    Attributes:
+        floaters: "sure", "strong" or "off", see `brushgs.clean`.
+    """
+
+    floaters: Clean = "sure"
 
 
 @dataclass(frozen=True)
@@ -101,17 +114,21 @@ class ClusterConfig:
     Attributes:
         strokes: maximum number: a count >= 1, a share of the scene as loaded in (0, 1) given as a float, or
             None for one stroke per Gaussian. Or a target that the count is chosen for: "auto" for the knee of
-            error over cost (`choose_strokes`), an `ErrorBudget` or a `StrokeSize`.
+            error over cost (`choose_strokes`), or all of a file of strokes; an `ErrorBudget` or a
+            `StrokeSize`.
         features: "balanced" or "paper", see `cluster`.
         merge: "cover" or "paper", see `cluster`.
         method: "auto", "minibatch" or "lloyd", see `cluster`.
+        strokes_for: what strokes are made of: "scene", all of it, so that any other view of them fits, or
+            "view", only what the picture sees, or the views of a path.
         seed: of the random numbers, 0 to 2^32 - 1.
     """
 
-    strokes: int | float | StrokeTarget | None = DEFAULT_STROKES
+    strokes: int | float | StrokeTarget | None = "auto"
     features: Features = "balanced"
     merge: Merge = "cover"
     method: Method = "auto"
+    strokes_for: StrokesFor = "scene"
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -203,7 +220,7 @@ class DrawConfig:
         threads: None takes every processor available; the picture does not depend on it.
     """
 
-    stroke: str = "swirl"
+    stroke: str = DEFAULT_STROKE
     filter: Filter = "mip"
     extent: Extent = "fitted"
     background: str = "white"
@@ -263,3 +280,4 @@ class PaintConfig:
     palette: PaletteConfig | None = None
     view: ViewConfig = field(default_factory=ViewConfig)
     draw: DrawConfig = field(default_factory=DrawConfig)
+    clean: CleanConfig = field(default_factory=CleanConfig)

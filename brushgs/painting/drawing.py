@@ -73,9 +73,24 @@ def open_picture_background(config: DrawConfig, camera: Camera, report: Report) 
 
 
 def project_scene(
-    strokes: Gaussians, camera: Camera, texture: "StrokeTexture", options: "RenderOptions", report: Report
+    strokes: Gaussians,
+    camera: Camera,
+    texture: "StrokeTexture",
+    options: "RenderOptions",
+    report: Report,
+    *,
+    advice: str = "",
 ) -> Boxes:
-    """Project the strokes to boxes on the picture, nearest first."""
+    """Project the strokes to boxes on the picture, nearest first.
+
+    Args:
+        strokes: strokes in space.
+        camera: the view.
+        texture: the stroke.
+        options: how strokes become a frame.
+        report: gets the stage.
+        advice: what the report adds where most strokes lie outside the picture.
+    """
     with report.stage("project") as stage:
         from brushgs.rendering.options import project_with
         from brushgs.sh import used_sh_degree
@@ -94,6 +109,8 @@ def project_scene(
             stage.counts[reason] = count
             if count:
                 stage.skipped.append(f"{count:,} strokes {words}")
+        if advice and culled.outside > 0.5 * len(strokes):
+            stage.did += f"; {advice}"
         if not texture.is_directed:
             stage.details.append("no lock, fading or soft order: a kernel fills the ellipse itself")
         if len(boxes) == 0:

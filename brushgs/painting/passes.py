@@ -1,9 +1,10 @@
 """Single passes as commands: prune, cluster or recolor, from scene file to scene file."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PaletteConfig, PruneConfig
+from brushgs.options.painting import PaintConfig, PaletteConfig, PruneConfig
 from brushgs.painting.outputs import check_output
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
@@ -18,15 +19,15 @@ def prune_file(scene: str | Path, output: str | Path, config: PruneConfig, repor
     return write_scene(gaussians, output, report, is_strokes=notes.is_strokes)
 
 
-def cluster_file(scene: str | Path, output: str | Path, config: ClusterConfig, report: Report) -> Report:
+def cluster_file(scene: str | Path, output: str | Path, config: PaintConfig, report: Report) -> Report:
     """Cluster a scene file, without pruning it.
 
     Where the number of strokes is chosen for a view, that is the default view of `paint_file`, painted with
-    the plain kernel.
+    its default stroke.
     """
     check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene),))
-    paint = PaintConfig(PruneConfig(keep=1.0), config, draw=DrawConfig(stroke="gaussian"))
-    prepared = prepare(scene, paint, report, needs_view=False, needs_background=False)
+    unpruned = replace(config, prune=PruneConfig(keep=1.0))
+    prepared = prepare(scene, unpruned, report, needs_view=False, needs_background=False)
     return write_scene(prepared.strokes, output, report, is_strokes=True)
 
 

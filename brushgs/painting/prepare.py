@@ -1,9 +1,9 @@
 """The one preparation of every command: from a scene and options to the strokes, the views and how to draw.
 
-    stroke (-> palette) -> load -> camera or path (-> background, plain) -> prune (-> count) -> cluster
-        (-> recolor)
+    stroke (-> palette) -> load -> clean -> camera or path (-> background, plain, seen) -> prune (-> count)
+        -> cluster (-> recolor)
 
-Cameras are framed on the scene as loaded, so that paintings of one scene with different counts line up.
+Cameras are framed on the cleaned scene, so that paintings of one scene with different counts line up.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.background import Background, check_background
+from brushgs.painting.clean import clean_scene, select_seen
 from brushgs.painting.count import open_view_model
 from brushgs.painting.drawing import open_picture_background, open_stroke, render_options
 from brushgs.painting.report import Report
@@ -42,7 +43,7 @@ class Prepared:
         background: what lies behind the strokes; None for transparent, and if none is needed.
         palette: the colours that the strokes took; None if they kept their own.
         notes: what the scene file holds beside its Gaussians; None for Gaussians in memory.
-        scene: the Gaussians as loaded; None unless they are kept.
+        scene: the Gaussians as loaded, without floaters; None unless they are kept.
     """
 
     strokes: Gaussians
@@ -67,7 +68,7 @@ class Prepared:
 
     @property
     def whole_scene(self) -> Gaussians:
-        """The Gaussians as loaded, which `prepare` keeps with `keeps_scene`."""
+        """The Gaussians as loaded, without floaters, which `prepare` keeps with `keeps_scene`."""
         assert self.scene is not None, "prepare with keeps_scene=True"
         return self.scene
 
@@ -103,15 +104,20 @@ def prepare(
         ValueError: if an option does not suit the scene, before any long work where that can be known.
     """
     along_path = not (views is None or isinstance(views, Camera))
-    is_counted = config.cluster.target is not None
-    needs_view, needs_background = needs_view or is_counted, needs_background or is_counted
-    if needs_background:
+    if needs_background or config.cluster.target is not None:
         check_background(config.draw.background)
     texture = open_stroke(config.draw, report)
     options = render_options(config.draw, texture, along_path=along_path)
     palette = open_palette(config.palette, report)
     gaussians, notes = (source, None) if isinstance(source, Gaussians) else load_scene(source, report)
     file_up, is_strokes = (None, False) if notes is None else (notes.up, notes.is_strokes)
+    gaussians = clean_scene(gaussians, config.clean, report, is_strokes=is_strokes)
+    cluster = config.cluster
+    if is_strokes and cluster.strokes == "auto":
+        cluster = replace(cluster, strokes=None)
+    is_counted, is_for_view = cluster.target is not None, cluster.strokes_for == "view" and not is_strokes
+    needs_view = needs_view or is_counted or is_for_view
+    needs_background = needs_background or is_counted
 
     path, cameras, background, view_model = None, [], None, None
     if views is not None and not isinstance(views, Camera):
@@ -129,7 +135,11 @@ def prepare(
         view_model = open_view_model(gaussians, cameras[0], texture, still, background, report)
 
     num_loaded, scene = len(gaussians), gaussians if keeps_scene else None
-    gaussians = prune_scene(gaussians, config.prune, report, is_strokes=is_strokes)
-    gaussians = cluster_scene(gaussians, config.cluster, report, num_loaded=num_loaded, view_model=view_model)
+    if is_for_view:
+        gaussians = select_seen(gaussians, cameras, report)
+    # What is seen is all needed: hidden and faint Gaussians are gone already.
+    keeps_all = is_strokes or is_for_view
+    gaussians = prune_scene(gaussians, config.prune, report, is_strokes=keeps_all)
+    gaussians = cluster_scene(gaussians, cluster, report, num_loaded=num_loaded, view_model=view_model)
     gaussians = recolor_scene(gaussians, palette, config.palette, report)
     return Prepared(gaussians, texture, options, cameras, path, background, palette, notes, scene)

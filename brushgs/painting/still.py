@@ -14,6 +14,8 @@ from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.scene import Camera, Frame, Gaussians
 
+SPENT_OUTSIDE = "most lie outside: --strokes-for view spends all in this view"
+
 
 def paint_file(
     scene: str | Path,
@@ -65,5 +67,6 @@ def paint_view(prepared: Prepared, report: Report, *, depth: bool = True) -> Fra
     """Paint the strokes as the first camera sees them."""
     camera, texture = prepared.camera, prepared.texture
     options = replace(prepared.options, depth=depth)
-    boxes = project_scene(prepared.strokes, camera, texture, options, report)
+    advice = "" if prepared.notes is not None and prepared.notes.is_strokes else SPENT_OUTSIDE
+    boxes = project_scene(prepared.strokes, camera, texture, options, report, advice=advice)
     return rasterize_boxes(boxes, camera, texture, options, report)

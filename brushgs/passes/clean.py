@@ -1,6 +1,7 @@
 """A scene without its floaters."""
 
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,7 +89,12 @@ def clean(gaussians: Gaussians, floaters: Clean = "sure") -> Gaussians:
 
     Returns:
         The same object where nothing is dropped.
+
+    Raises:
+        ValueError: if `floaters` is none of these.
     """
+    if floaters not in get_args(Clean):
+        raise ValueError(f"clean: floaters must be {', '.join(get_args(Clean))}, got {floaters!r}")
     if floaters == "off":
         return gaussians
     rows = find_floaters(gaussians).dropped(floaters)

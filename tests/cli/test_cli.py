@@ -428,7 +428,7 @@ def test_strokes_from_a_file_are_all_painted_unless_a_share_is_asked_for(scene, 
     assert counts["load"]["is_strokes"]
     assert counts["prune"]["after"] == counts["load"]["gaussians"]
     _, out, _ = run(capsys, "render", *words, "--keep", "0.5", "--json")
-    assert json.loads(out)["stages"][3]["counts"]["after"] == round(0.5 * counts["load"]["gaussians"])
+    assert json.loads(out)["stages"][4]["counts"]["after"] == round(0.5 * counts["load"]["gaussians"])
     assert run(capsys, "prune", "few.ply", "--keep", "0.9", "-o", "fewer.ply")[0] == 0
     _, out, _ = run(capsys, "render", "fewer.ply", "--json")
     assert json.loads(out)["stages"][1]["counts"]["is_strokes"], "a pass over strokes leaves strokes"

@@ -9,7 +9,14 @@ from brushgs.cli.commands import bench, refine, render
 from brushgs.cli.configs import paint_config, path_config
 from brushgs.cli.parser import COMMANDS, build_parser, parse
 from brushgs.options.experiments import BenchConfig, RefineConfig, StabilityConfig
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaletteConfig, PruneConfig, ViewConfig
+from brushgs.options.painting import (
+    CleanConfig,
+    ClusterConfig,
+    DrawConfig,
+    PaletteConfig,
+    PruneConfig,
+    ViewConfig,
+)
 from brushgs.options.region import Region
 from brushgs.options.sequence import PathConfig, SequenceConfig
 
@@ -33,14 +40,14 @@ from brushgs.options.sequence import PathConfig, SequenceConfig
         (
             ["--preset", "paper"],
             PruneConfig(weight="paper"),
-            ClusterConfig(features="paper", merge="paper", method="minibatch"),
-            DrawConfig(filter="bilinear", extent="paper", lock="off", order="depth"),
+            ClusterConfig(strokes=7000, features="paper", merge="paper", method="minibatch"),
+            DrawConfig("swirl", filter="bilinear", extent="paper", lock="off", order="depth"),
         ),
         (
             ["--preset", "paper", "--merge", "cover", "--filter", "mip", "--lock", "anchor"],
             PruneConfig(weight="paper"),
-            ClusterConfig(features="paper", merge="cover", method="minibatch"),
-            DrawConfig(filter="mip", extent="paper", lock="anchor", order="depth"),
+            ClusterConfig(strokes=7000, features="paper", merge="cover", method="minibatch"),
+            DrawConfig("swirl", filter="mip", extent="paper", lock="anchor", order="depth"),
         ),
         (
             ["--strokes", "10%", "--seed", "4", "--threads", "2", "--background", "black"],
@@ -127,6 +134,7 @@ def actions(command):
 
 
 STEPS = {
+    "clean": CleanConfig,
     "prune": PruneConfig,
     "cluster": ClusterConfig,
     "palette": PaletteConfig,

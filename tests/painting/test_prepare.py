@@ -157,7 +157,7 @@ def test_only_what_is_needed_is_opened(folder, tmp_path):
     report = Report()
     prepared = prepare(folder / "scene.ply", PAINT, report, needs_view=False)
     assert (prepared.cameras, prepared.background) == ([], None)
-    assert [stage.name for stage in report.stages] == ["stroke", "load", "prune", "cluster"]
+    assert [stage.name for stage in report.stages] == ["stroke", "load", "clean", "prune", "cluster"]
     counted = replace(PAINT, cluster=ClusterConfig("auto"))
     prepared = prepare(folder / "scene.ply", counted, Report(), needs_view=False)
     assert prepared.camera.width == 48
@@ -171,7 +171,7 @@ def test_a_path_is_checked_before_the_long_work(folder):
     report = Report()
     with pytest.raises(ValueError, match="not this path"):
         prepare(folder / "scene.ply", PAINT, report, views=PathConfig(orbit=5), check_path=refuse)
-    assert [stage.name for stage in report.stages] == ["stroke", "load", "path"]
+    assert [stage.name for stage in report.stages] == ["stroke", "load", "clean", "path"]
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def psnr(actual, expected):
 
 def test_the_stages_run_in_order_and_the_frames_are_counted(scene, folder):
     report = paint(scene)
-    order = ["stroke", "load", "path", "prune", "cluster", "track", "paint", "write"]
+    order = ["stroke", "load", "clean", "path", "prune", "cluster", "track", "paint", "write"]
     assert [stage.name for stage in report.stages] == order
     assert names("f") == [MANIFEST, *FILES]
     counts = {stage.name: stage.counts for stage in report.stages}

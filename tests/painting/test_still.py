@@ -51,7 +51,7 @@ def stage(report, name):
 
 def test_the_stages_run_in_order_and_their_counts_fit_together(scene, tmp_path):
     report = paint_file(scene, tmp_path / "a.png", config())
-    names = ["stroke", "load", "camera", "prune", "cluster", "project", "rasterise", "write"]
+    names = ["stroke", "load", "clean", "camera", "prune", "cluster", "project", "rasterise", "write"]
     assert [stage.name for stage in report.stages] == names
     counts = {stage.name: stage.counts for stage in report.stages}
     assert counts["prune"]["before"] == counts["load"]["gaussians"]
@@ -292,7 +292,7 @@ def test_passes_stand_alone(scene, tmp_path):
     report = prune_file(scene, tmp_path / "p.ply", PruneConfig(keep=0.25), Report())
     pruned = bg.load(tmp_path / "p.ply")
     assert len(pruned) == stage(report, "write").counts["gaussians"]
-    report = cluster_file(tmp_path / "p.ply", tmp_path / "c.ply", ClusterConfig(strokes=50), Report())
+    report = cluster_file(tmp_path / "p.ply", tmp_path / "c.ply", PaintConfig(cluster=ClusterConfig(strokes=50)), Report())
     assert 0 < len(bg.load(tmp_path / "c.ply")) <= 50
     assert report.output == str(tmp_path / "c.ply")
 

@@ -225,7 +225,7 @@ def test_a_count_given_takes_no_look(pears):
 
 def test_the_cluster_pass_frames_the_scene_and_says_so(pears, tmp_path):
     bg.save(pears, tmp_path / "a.ply")
-    report = cluster_file(tmp_path / "a.ply", tmp_path / "b.ply", ClusterConfig("auto"), Report())
+    report = cluster_file(tmp_path / "a.ply", tmp_path / "b.ply", PaintConfig(cluster=ClusterConfig("auto")), Report())
     stages = {stage.name: stage for stage in report.stages}
     assert "framed from azimuth" in stages["camera"].did
     assert stages["stroke"].counts["name"] == "gaussian"

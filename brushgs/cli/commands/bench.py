@@ -46,7 +46,9 @@ def add_flags(parser: ArgumentParser) -> None:
     )
     flags.add_draw(parser)
     flags.add_prune(parser)
-    flags.add_merging(parser.add_argument_group("clustering"))
+    group = parser.add_argument_group("clustering")
+    flags.add_clean(group)
+    flags.add_merging(group)
     flags.add_view(parser)
     flags.add_report(parser)
 

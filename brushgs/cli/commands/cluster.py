@@ -18,7 +18,7 @@ def add_flags(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Write the strokes."""
-    config = paint_config(args).cluster
+    config = paint_config(args)
     with reported(args) as report:
         from brushgs.painting.passes import cluster_file
 

@@ -35,7 +35,7 @@ def add_flags(parser: ArgumentParser) -> None:
     )
     flags.add_draw(parser)
     flags.add_prune(parser)
-    flags.add_cluster(parser)
+    flags.add_strokes_for(flags.add_cluster(parser))
     flags.add_palette(parser)
     flags.add_view(parser)
     _add_path(parser)

@@ -1,0 +1,66 @@
+"""The stages before clustering that drop what a painting does not need: floaters, and what no view sees."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.options.painting import CleanConfig
+from brushgs.painting.report import Report
+from brushgs.scene import Camera, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.arrays import F64
+
+MIN_SEEN = 0.2  # pixels; the plain picture without Gaussians that make up less is within 55 dB on five views
+STRONG_HELPS = 3e-4  # share of the painted area; where only "strong" drops so much more, the report says so
+MAX_VIEWS = 24  # of a path, evenly spread: what is seen between them is seen from one of them
+
+
+def clean_scene(
+    gaussians: Gaussians, config: CleanConfig, report: Report, *, is_strokes: bool = False
+) -> Gaussians:
+    """Drop floaters; none of a file of strokes."""
+    with report.stage("clean") as stage:
+        num_before = len(gaussians)
+        stage.counts = {"before": num_before, "after": num_before, "floaters": config.floaters}
+        if is_strokes or config.floaters == "off":
+            stage.did = "kept all"
+            reason = "they are strokes already" if is_strokes else "--clean off"
+            stage.skipped.append(f"search for floaters: {reason}")
+            return gaussians
+        from brushgs.passes.clean import find_floaters
+
+        found = find_floaters(gaussians)
+        rows = found.dropped(config.floaters)
+        num_dropped = int(np.count_nonzero(rows))
+        share = (found.strong if config.floaters == "strong" else found.sure).share
+        stage.did = f"{num_dropped:,} floaters dropped, {share:.2g} of the painted area"
+        if not num_dropped:
+            stage.did = "no floaters that could be seen"
+        stage.counts |= {"after": num_before - num_dropped}
+        more = int(np.count_nonzero(found.strong.rows & ~rows))
+        if config.floaters == "sure" and found.strong.share > share + STRONG_HELPS and not found.is_haze:
+            stage.did += f"; {more:,} more may be floaters: --clean strong drops them too"
+    return gaussians.take(~rows) if num_dropped else gaussians
+
+
+def select_seen(gaussians: Gaussians, cameras: Sequence[Camera], report: Report) -> Gaussians:
+    """Keep the Gaussians that at least one view shows."""
+    with report.stage("seen") as stage:
+        from brushgs.rendering.visibility import visible_areas
+
+        step = -(-len(cameras) // MAX_VIEWS)
+        views = cameras[::step]
+        most: F64 = np.zeros(len(gaussians))
+        for camera in views:
+            np.maximum(most, visible_areas(gaussians, camera), out=most)
+        is_seen = most >= MIN_SEEN
+        num_seen = int(np.count_nonzero(is_seen))
+        if num_seen:  # else the picture is blank anyway, and a later stage says why
+            where = "this view" if len(views) == 1 else f"{len(views)} views of the path"
+            stage.did = f"{num_seen:,} of {len(gaussians):,} Gaussians are seen in {where}"
+        else:
+            stage.did = "no Gaussian is seen: all are kept"
+        stage.counts = {"before": len(gaussians), "after": num_seen or len(gaussians), "views": len(views)}
+    return gaussians.take(is_seen) if num_seen else gaussians

@@ -1,0 +1,61 @@
+"""Cleaning drops what floats in the air, and nothing else."""
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.passes.clean import find_floaters
+from tests.doctor.scenes import ball
+from tests.passes.test_floaters import blobs, joined
+
+SPECKS = blobs([(0, 2.5, 0), (2.5, 0, 0)], 0.1)  # far from the ball
+FUZZ = blobs((0, 0, 1.1), 0.003)  # hovers close above it
+
+
+def test_sure_floaters_go_and_the_others_keep_their_order():
+    scene = joined(ball(), SPECKS, FUZZ)
+    order = np.random.default_rng(1).permutation(len(scene))
+    cleaned = bg.clean(scene.take(order))
+    kept = order[~np.isin(order, [len(ball()), len(ball()) + 1])]
+    np.testing.assert_array_equal(cleaned.means, scene.means[kept])
+    np.testing.assert_array_equal(cleaned.sh, scene.sh[kept])
+
+
+@pytest.mark.parametrize(("floaters", "dropped"), [("off", 0), ("sure", 2), ("strong", 3)])
+def test_each_level_drops_more(floaters, dropped):
+    scene = joined(ball(), SPECKS, FUZZ)
+    assert len(scene) - len(bg.clean(scene, floaters)) == dropped
+
+
+def test_a_clean_scene_comes_back_itself():
+    assert bg.clean(ball()) is ball()
+
+
+def test_specks_too_small_to_be_seen_stay_unless_all_are_to_go():
+    scene = joined(ball(), blobs((0, 2.5, 0), 0.001))
+    assert bg.clean(scene) is scene
+    assert len(bg.clean(scene, "strong")) == len(ball())
+
+
+def test_a_scene_of_haze_is_not_cleaned():
+    scene = joined(ball(), SPECKS)
+    faint = bg.Gaussians(scene.means, scene.quats, scene.scales, scene.opacities * np.float32(0.05), scene.sh)
+    assert len(bg.clean(faint, "strong")) == len(faint)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 50])
+def test_too_few_to_tell_are_kept(count):
+    scene = joined(ball(), SPECKS)
+    few = scene.take(slice(len(scene) - count, len(scene)))
+    assert bg.clean(few, "strong") is few
+
+
+def test_copies_at_one_place_are_judged_together():
+    found = find_floaters(joined(ball(), *[blobs((0, 2.5, 0), 0.1)] * 40))
+    assert found.sure.rows[len(ball()) :].all()
+    assert not found.sure.rows[: len(ball())].any()
+
+
+def test_an_unknown_level_is_refused():
+    with pytest.raises(ValueError, match="clean: floaters must be off, sure, strong, got 'all'"):
+        bg.clean(ball(), "all")

@@ -1,0 +1,65 @@
+"""What each Gaussian makes up of a picture is measured exactly."""
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.rendering.visibility import visible_areas
+from tests.doctor.scenes import ball
+
+CAMERA = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=96, height=72)
+KERNEL = bg.StrokeTexture.open("gaussian")
+
+
+def wall(z, opacity=1.0):
+    """A square of 8 x 8 units that faces the camera."""
+    x, y = np.meshgrid(np.linspace(-4, 4, 41), np.linspace(-4, 4, 41))
+    count = x.size
+    return bg.Gaussians(
+        np.stack([x.ravel(), y.ravel(), np.full(count, z)], 1).astype(np.float32),
+        np.tile(np.float32([1, 0, 0, 0]), (count, 1)),
+        np.tile(np.float32([0.2, 0.2, 0.001]), (count, 1)),
+        np.full(count, opacity, np.float32),
+        np.zeros((count, 1, 3), np.float32),
+    )
+
+
+def joined(*scenes):
+    names = ("means", "quats", "scales", "opacities", "sh")
+    return bg.Gaussians(*(np.concatenate([getattr(scene, name) for scene in scenes]) for name in names))
+
+
+def test_together_they_are_the_alpha_of_the_picture():
+    frame = bg.render(ball(), CAMERA, KERNEL)
+    assert visible_areas(ball(), CAMERA).sum() == pytest.approx(frame.alpha.sum(dtype=np.float64), rel=1e-5)
+
+
+def test_one_more_unit_of_colour_brightens_the_picture_by_that_area():
+    scene, areas = ball(), visible_areas(ball(), CAMERA)
+    for row in np.argsort(areas)[[-1, -50, -400]]:
+        sh = scene.sh.copy()
+        sh[:, :, :] = np.maximum(sh, -1.5)  # no channel is clamped at 0
+        plain = bg.Gaussians(scene.means, scene.quats, scene.scales, scene.opacities, sh)
+        before = bg.render(plain, CAMERA, KERNEL).rgb.sum(axis=(0, 1), dtype=np.float64)
+        sh = sh.copy()
+        sh[row, 0] += 1
+        brighter = bg.Gaussians(scene.means, scene.quats, scene.scales, scene.opacities, sh)
+        after = bg.render(brighter, CAMERA, KERNEL).rgb.sum(axis=(0, 1), dtype=np.float64)
+        np.testing.assert_allclose((after - before) / 0.28209479, areas[row], rtol=2e-3)
+
+
+def test_what_is_hidden_or_outside_or_behind_the_camera_has_none():
+    scene = joined(wall(0.0), wall(1.0), wall(-9.0))
+    areas = visible_areas(scene, CAMERA)
+    assert areas[:1681].sum() > 0.9 * 96 * 72
+    assert areas[1681 : 2 * 1681].max() < 0.2
+    assert (areas[2 * 1681 :] == 0).all()
+    away = bg.Camera.look_at((0, 0, -4), (0, 0, -9), width=96, height=72)
+    assert (visible_areas(ball(), away) == 0).all()
+
+
+def test_threads_and_the_order_of_rows_change_nothing():
+    areas = visible_areas(ball(), CAMERA, num_threads=1)
+    np.testing.assert_array_equal(areas, visible_areas(ball(), CAMERA, num_threads=2))
+    order = np.random.default_rng(0).permutation(len(ball()))
+    np.testing.assert_allclose(visible_areas(ball().take(order), CAMERA), areas[order], rtol=1e-4, atol=1e-4)
