@@ -292,7 +292,9 @@ def test_passes_stand_alone(scene, tmp_path):
     report = prune_file(scene, tmp_path / "p.ply", PruneConfig(keep=0.25), Report())
     pruned = bg.load(tmp_path / "p.ply")
     assert len(pruned) == stage(report, "write").counts["gaussians"]
-    report = cluster_file(tmp_path / "p.ply", tmp_path / "c.ply", PaintConfig(cluster=ClusterConfig(strokes=50)), Report())
+    report = cluster_file(
+        tmp_path / "p.ply", tmp_path / "c.ply", PaintConfig(cluster=ClusterConfig(strokes=50)), Report()
+    )
     assert 0 < len(bg.load(tmp_path / "c.ply")) <= 50
     assert report.output == str(tmp_path / "c.ply")
 

@@ -178,7 +178,9 @@ def test_errors_are_those_of_the_pictures_on_their_ground(pears, camera):
 
 def painted(pears, strokes, **draw):
     report = Report()
-    config = PaintConfig(cluster=ClusterConfig(strokes), view=SMALL, draw=DrawConfig(**draw))
+    config = PaintConfig(
+        cluster=ClusterConfig(strokes), view=SMALL, draw=DrawConfig(**{"stroke": "swirl"} | draw)
+    )
     frame = paint(pears, config, report=report)
     return frame, {stage.name: stage for stage in report.stages}
 
@@ -225,10 +227,12 @@ def test_a_count_given_takes_no_look(pears):
 
 def test_the_cluster_pass_frames_the_scene_and_says_so(pears, tmp_path):
     bg.save(pears, tmp_path / "a.ply")
-    report = cluster_file(tmp_path / "a.ply", tmp_path / "b.ply", PaintConfig(cluster=ClusterConfig("auto")), Report())
+    report = cluster_file(
+        tmp_path / "a.ply", tmp_path / "b.ply", PaintConfig(cluster=ClusterConfig("auto")), Report()
+    )
     stages = {stage.name: stage for stage in report.stages}
     assert "framed from azimuth" in stages["camera"].did
-    assert stages["stroke"].counts["name"] == "gaussian"
+    assert stages["stroke"].counts["name"] == "impasto"
     assert len(bg.load(tmp_path / "b.ply")) == stages["cluster"].counts["after"] < len(pears)
 
 
