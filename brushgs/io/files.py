@@ -84,6 +84,21 @@ def read_whole(path: Path, most: int, what: str = "file") -> bytes:
     return content
 
 
+def read_exactly(path: Path, file: BinaryIO, start: int, target: memoryview) -> None:
+    """Fill a buffer of bytes from byte `start` of an open file, which was known to be long enough.
+
+    Raises:
+        SceneError: if it became shorter in the meantime.
+    """
+    file.seek(start)
+    done = 0
+    while done < len(target):
+        count = file.readinto(target[done:])  # type: ignore[attr-defined]
+        if not count:
+            raise SceneError(path, "became shorter while it was read; load it when it is complete")
+        done += count
+
+
 def _scene_error(path: Path, what: str, error: OSError) -> SceneError:
     """An error of the file system in a sentence."""
     match error:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.files import open_plain
+from brushgs.io.files import open_plain, read_exactly
 from brushgs.io.scenes.ply_header import Element, Header
 
 _LONGEST_LINE = 1 << 16  # bytes; a row of as many properties as a header may name has half of that
@@ -114,15 +114,9 @@ class _BinaryRows:
 
     def read(self, start: int, stop: int) -> NDArray[np.void]:
         row_size = self._element.dtype.itemsize
-        self._file.seek(self._start + start * row_size)
         block = self._buffer[: stop - start]
         target = memoryview(block.view(np.uint8).data)
-        done = 0
-        while done < len(target):
-            count = self._file.readinto(target[done:])  # type: ignore[attr-defined]
-            if not count:
-                raise SceneError(self._path, "became shorter while it was read; load it when it is complete")
-            done += count
+        read_exactly(self._path, self._file, self._start + start * row_size, target)
         return block
 
 
