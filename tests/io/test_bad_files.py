@@ -76,8 +76,6 @@ def test_errors_of_the_system_are_reported_in_a_sentence(
             b"PK\x03\x04abc",
             r"is a \.sog scene or another zip archive, which is not read; convert it to \.ply first",
         ),
-        ("a.spz", b"\x1f\x8b\x08", r"is a \.spz scene or other gzip data, which is not read; convert it"),
-        ("a.spz", b"NGSP\x04", r"is a \.spz scene or other .*, which is not read; convert it"),
         ("a.glb", b"glTF\x02", r"is a glTF model.*; export the splats as \.ply"),
         ("a.splat", b"\0" * 64, r"is a \.splat scene, which is not read; convert it"),
         ("a.KSPLAT", b"\0" * 64, r"is a \.ksplat scene, which is not read; convert it"),

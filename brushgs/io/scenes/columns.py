@@ -84,7 +84,15 @@ class Columns:
         return Gaussians(self.means, self.quats, self.scales, self.opacities, self.sh)
 
 
-def check_decoded_size(path: Path, num_rows: int, num_terms: int, size: int) -> None:
+def check_decoded_size(
+    path: Path,
+    num_rows: int,
+    num_terms: int,
+    size: int,
+    *,
+    row_size: int = 0,
+    max_growth: int = _MAX_GROWTH,
+) -> None:
     """Compare the memory that a scene will take with the size of its file, before it is allocated.
 
     Args:
@@ -92,12 +100,14 @@ def check_decoded_size(path: Path, num_rows: int, num_terms: int, size: int) -> 
         num_rows: Gaussians that it states.
         num_terms: spherical-harmonic terms of each.
         size: bytes of the whole file.
+        row_size: bytes of a Gaussian that are in memory beside it, of formats that are decompressed first.
+        max_growth: how many times the file the scene may take beyond 64 MiB: 16 bytes of the compressed PLY
+            layout become 56, but a file of single bytes in place of floats would fill the memory.
 
     Raises:
-        SceneError: if it is more than 4 times the file and 64 MiB: 16 bytes of the compressed PLY layout
-            become 56, but a file of single bytes in place of floats would fill the memory.
+        SceneError: if it takes more.
     """
-    decoded = num_rows * 4 * (11 + 3 * num_terms)
-    if decoded > _MAX_GROWTH * size + _SMALL_SCENE:
+    decoded = num_rows * (4 * (11 + 3 * num_terms) + row_size)
+    if decoded > max_growth * size + _SMALL_SCENE:
         fact = f"{num_rows} Gaussians take {decoded >> 20} MiB in memory and {size >> 20} MiB in the file"
         raise SceneError(path, f"{fact}, too little for numbers of a scene; export it with floats")

@@ -42,9 +42,11 @@ KNOWN_SCENES = (
         writer="ply_write",
         note="as 3DGS trainers write it, or compressed by PlayCanvas or SuperSplat",
     ),
+    SceneFormat(
+        "SPZ scene", (".spz",), begins_with(b"\x1f\x8b", b"NGSP"), reader="spz", note="versions 1 to 4"
+    ),
     # Not read: what is known of them helps to say what a file is.
     SceneFormat(".sog scene or another zip archive", (".sog",), begins_with(b"PK\x03\x04")),
-    SceneFormat(".spz scene or other gzip data", (".spz",), begins_with(b"\x1f\x8b", b"NGSP")),
     SceneFormat(".splat scene", (".splat",), has_suffix(".splat")),
     SceneFormat(".ksplat scene", (".ksplat",), has_suffix(".ksplat")),
     SceneFormat(".lcc scene", (".lcc",), has_suffix(".lcc")),
