@@ -76,9 +76,10 @@ def test_errors_of_the_system_are_reported_in_a_sentence(
             b"PK\x03\x04abc",
             r"is a \.sog scene or another zip archive, which is not read; convert it to \.ply first",
         ),
+        ("a.splat", b"<!DOCTYPE html><html>", "is a web page or XML, not a scene"),
+        ("a.ksplat", b"version https://git-lfs.github.com/spec/v1\n", "LFS pointer"),
         ("a.glb", b"glTF\x02", r"is a glTF model.*; export the splats as \.ply"),
-        ("a.splat", b"\0" * 64, r"is a \.splat scene, which is not read; convert it"),
-        ("a.KSPLAT", b"\0" * 64, r"is a \.ksplat scene, which is not read; convert it"),
+        ("a.lcc", b"\0" * 64, r"is a \.lcc scene, which is not read; convert it"),
         (
             "a.ply",
             b"\0" * 64,

@@ -2,6 +2,10 @@
 
 from collections.abc import Callable
 
+import numpy as np
+
+from brushgs.io.scenes.columns import Columns
+
 _BLOCK_ROWS = 1 << 14
 
 
@@ -22,3 +26,13 @@ def find_used_terms(num_terms: int, num_rows: int, is_used: Callable[[int, int, 
         ):
             return stop
     return 1
+
+
+def drop_zero_bands(columns: Columns) -> None:
+    """Drop the highest bands that are zero in every row, for formats where only decoding shows it."""
+    used = find_used_terms(
+        columns.sh.shape[1],
+        len(columns.sh),
+        lambda start, stop, rows: bool(columns.sh[rows, start:stop].any()),
+    )
+    columns.sh = np.ascontiguousarray(columns.sh[:, :used])
