@@ -3,6 +3,7 @@
 Each format of the tables has an entry in `SCENES`, `CAMERAS` or `PICTURES` at the end of this file.
 """
 
+import gzip
 import json
 import struct
 from collections.abc import Callable
@@ -14,6 +15,7 @@ import numpy as np
 from tests.fuzz.reader import SEPARATOR
 from tests.io import test_cameras, test_colmap, test_compressed_ply
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
+from tests.io.scenes import ksplat_format, splat_format, spz_format
 from tests.io.test_images import palette_chunk, png
 
 ENCODINGS = ("binary_little_endian", "binary_big_endian")
@@ -92,6 +94,46 @@ def header_traps() -> list[bytes]:
         start + b"".join(b"element e%d 0\n" % i for i in range(3000)) + b"end_header\n",
         start + b"element vertex 1\n" + b"x" * 60_000,
     ]
+
+
+def spz_scenes(folder: Path) -> list[bytes]:
+    """All versions, degrees and extensions; with and without gzip, where damage reaches deeper; and bombs."""
+    records = spz_format.record(spz_format.COORDINATE_SYSTEM, b"\7\0\0\0") + spz_format.record(5, b"abc")
+    found = []
+    for version in (1, 2, 3, 4):
+        for degree in (0, 1, 4):
+            scene = spz_format.make(9, degree)
+            found.append(spz_format.encode(scene, version, extensions=records * (degree == 1)))
+            if version < 4:
+                found.append(
+                    spz_format.encode(scene, version, packed=False, extensions=records * (degree == 1))
+                )
+    plain = spz_format.encode(spz_format.make(9), 3, packed=False)
+    found.append(gzip.compress(plain + b"\0" * (20 << 20)))
+    # As many zeros as the file may just hold, and more.
+    for count in (600_000, 2_000_000):
+        found.append(
+            gzip.compress(plain[:8] + struct.pack("<I", count) + plain[12:16] + b"\0" * (20 * count))
+        )
+        zeros = [b"\0" * width * count for width in (9, 1, 3, 3, 4)]
+        found.append(spz_format.encode_4(count, 0, zeros))
+    return found
+
+
+def splat_scenes(folder: Path) -> list[bytes]:
+    """Few rows and many."""
+    return [splat_format.encode(splat_format.make(count)) for count in (1, 9, 64, 400)]
+
+
+def ksplat_scenes(folder: Path) -> list[bytes]:
+    """All levels and degrees, with several sections."""
+    found = []
+    for level in (0, 1, 2):
+        for degree in (0, 1, 3):
+            found.append(ksplat_format.encode([ksplat_format.make(37, degree)], level))
+        scenes = [ksplat_format.make(count, degree) for count, degree in ((20, 0), (5, 2), (1, 1))]
+        found.append(ksplat_format.encode(scenes, level, room=2, num_sections=4))
+    return found
 
 
 def inria_cameras(folder: Path) -> list[bytes]:
@@ -293,6 +335,9 @@ SCENES = {
         Seeds("scene-text", text_scenes, PLY),
         Seeds("scene-compressed", compressed_scenes, PLY),
     ),
+    "spz": (Seeds("spz", spz_scenes, (b"\x1f\x8b\x08", b"NGSP", b"(\xb5/\xfd", b"\x03\0\xbe\xad")),),
+    "splat": (Seeds("splat", splat_scenes),),
+    "ksplat": (Seeds("ksplat", ksplat_scenes, (b"\0\1\0\0",)),),
 }
 CAMERAS = {
     "inria": (Seeds("cameras", inria_cameras, JSON),),

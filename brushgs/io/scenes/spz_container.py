@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.io.scenes.spz_extensions import NO_EXTENSIONS, Extensions, parse_extensions
+from brushgs.threads import num_threads_or_default
 
 _GZIP, _MAGIC = b"\x1f\x8b", b"NGSP"
 _HEADER = struct.Struct("<4sIIBBBB")  # magic, version, rows, degree, fractional bits, flags, streams
@@ -27,7 +28,8 @@ _ANTIALIASED, _HAS_EXTENSIONS, _IS_TREE = 0x1, 0x2, 0x80  # flags
 _MAX_DEGREE, _MAX_USED_DEGREE = 4, 3
 _MAX_FRACTIONAL_BITS = 24
 _MAX_TRAILER = 1 << 16  # bytes of extensions that are read after the blocks of versions 1 to 3
-_NUM_THREADS = 4  # streams that are decompressed at a time
+_MAX_THREADS = 4  # streams that are decompressed at a time
+_BYTES_PER_THREAD = 1 << 20  # below this, a thread costs more than it saves
 
 
 @dataclass(frozen=True)
@@ -238,8 +240,12 @@ def _read_streams(path: Path, data: bytes, header: Header) -> tuple[list[bytes],
             raise _cut_off(path, f"{packed - (len(data) - start)} bytes before the end of stream {number}")
         streams.append((memoryview(data)[start : start + packed], size))
         start += packed
-    with ThreadPoolExecutor(_NUM_THREADS) as pool:  # zstd runs without the lock of the interpreter
-        contents = list(pool.map(lambda stream: _decompress(path, *stream), streams))
+    most = min(num_threads_or_default(None), _MAX_THREADS, sum(sizes) // _BYTES_PER_THREAD)
+    if most < 2:
+        contents = [_decompress(path, *stream) for stream in streams]
+    else:
+        with ThreadPoolExecutor(most) as pool:  # zstd runs without the lock of the interpreter
+            contents = list(pool.map(lambda stream: _decompress(path, *stream), streams))
     contents[0] += b"\0"
     return contents if header.widths[-1] else [*contents, b""], len(data) - start
 
