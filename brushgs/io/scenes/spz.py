@@ -18,12 +18,17 @@ from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import STANDARD, Encoding
 from brushgs.io.scenes.fill import fill
 from brushgs.io.scenes.scene_file import SceneFile
-from brushgs.io.scenes.spz_container import Header, read_blocks, read_extensions, read_header
+from brushgs.io.scenes.spz_container import (
+    NUM_HEADER_BYTES,
+    Header,
+    read_blocks,
+    read_extensions,
+    read_header,
+)
 from brushgs.io.scenes.spz_decode import count_used_terms, decode
 from brushgs.io.scenes.spz_extensions import Extensions
 
 _BLOCK_ROWS = 4096
-_BEGIN = 1 << 12  # bytes that hold the header, compressed or not
 # Trained scenes take 4 to 20 times their bytes in memory; a scene of equal Gaussians compresses better.
 _MAX_GROWTH = 100
 
@@ -35,8 +40,7 @@ def open_scene(path: Path) -> SceneFile:
         SceneError: if it is damaged, of an unknown version, or other data compressed with gzip.
     """
     with open_plain(path, "scene file", buffering=0) as file:
-        begin = file.read(_BEGIN)
-        read_header(path, begin)  # before a large file of another kind is read
+        read_header(path, file.read(NUM_HEADER_BYTES))  # before a large file of another kind is read
         file.seek(0)
         return open_data(path, file.read())
 

@@ -108,8 +108,19 @@ def encode_4(
     return b"".join([header, extensions, table, *streams])
 
 
-def decode(data: bytes) -> Scene:
-    """Values of a file, as lists of one entry a Gaussian."""
+def streams(data: bytes) -> list[bytes]:
+    """The compressed streams of a file of version 4."""
+    table = struct.unpack_from("<I", data, 16)[0]
+    start, found = table + 16 * data[15], []
+    for stream in range(data[15]):
+        size = struct.unpack_from("<Q", data, table + 16 * stream)[0]
+        found.append(data[start : start + size])
+        start += size
+    return found
+
+
+def decode(data: bytes, most: int | None = None) -> Scene:
+    """Values of a file, or of its first Gaussians, as lists of one entry each."""
     content = gzip.decompress(data) if data[:2] == b"\x1f\x8b" else data
     _, version, count, degree, bits = struct.unpack_from("<4sIIBB", content)
     per_row = [6 if version == 1 else 9, 1, 3, 3, 3 if version < 3 else 4, 3 * NUM_REST[degree]]
@@ -120,16 +131,11 @@ def decode(data: bytes) -> Scene:
             parts.append(content[start : start + size * count])
             start += size * count
     else:
-        table = struct.unpack_from("<I", content, 16)[0]
-        start = table + 16 * content[15]
-        for stream in range(content[15]):
-            size = struct.unpack_from("<Q", content, table + 16 * stream)[0]
-            parts.append(zstandard.ZstdDecompressor().decompress(content[start : start + size]))
-            start += size
+        parts = [zstandard.ZstdDecompressor().decompress(stream) for stream in streams(content)]
         parts += [b""] * (6 - len(parts))
     rows = [
         [part[size * row : size * (row + 1)] for part, size in zip(parts, per_row, strict=True)]
-        for row in range(count)
+        for row in range(min(count, most or count))
     ]
     scene: Scene = {name: [] for name in ("means", "opacities", "sh0", "log_scales", "quats", "rest")}
     for position, alpha, color, scale, rotation, rest in rows:

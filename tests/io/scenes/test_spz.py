@@ -338,6 +338,7 @@ def test_a_stream_that_is_no_zstd_or_states_another_size_is_refused(tmp_path: Pa
 
 def test_gzip_data_of_another_kind_is_named(tmp_path: Path) -> None:
     refuse(tmp_path, gzip.compress(b"ply\nformat"), "is gzip data that holds a PLY file; unpack it first")
+    refuse(tmp_path, gzip.compress(spz.encode(spz.make(9), 4)), "of version 4 within gzip data; unpack it")
     refuse(tmp_path, gzip.compress(b"some text of no format"), "is gzip data that holds no SPZ scene: it beg")
 
 
