@@ -112,7 +112,8 @@ def read_header(path: Path, begin: bytes) -> Header:
         begin = _peek(path, begin)
     if not _MAGIC.startswith(begin[: len(_MAGIC)]):
         what = "a PLY file" if begin.startswith(b"ply") else f"no SPZ scene: it begins with {begin[:8]!r}"
-        raise SceneError(path, f"is gzip data that holds {what}; unpack it first, for example with gunzip")
+        cure = "unpack it first, for example with gunzip" if is_packed else "export it again"
+        raise SceneError(path, f"{'is gzip data that ' * is_packed}holds {what}; {cure}")
     if len(begin) < _HEADER.size:
         raise _cut_off(path, "within its header")
     _, version, num_rows, degree, bits, flags, num_streams = _HEADER.unpack_from(begin)

@@ -11,7 +11,9 @@ import zstandard
 import brushgs.io.scenes.fill
 from brushgs import Gaussians, SceneError, SceneWarning
 from brushgs.io import load, read_scene
+from brushgs.io.scenes.encoding import STANDARD
 from brushgs.io.scenes.read import read_raw
+from brushgs.io.scenes.spz import open_data
 from brushgs.sh import sh_basis
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.io.scenes import spz_format as spz
@@ -164,6 +166,17 @@ def test_rows_read_raw_are_logits_and_log_scales(tmp_path: Path) -> None:
     with np.errstate(divide="ignore"):
         np.testing.assert_allclose(columns.opacities, np.log(opacities / (1 - opacities)), atol=2e-6)
     assert file.num_terms == 4
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_scene_within_another_file_is_read_from_its_bytes(tmp_path: Path, version: int) -> None:
+    data = spz.encode(spz.make(40, 1), version)
+    columns, _ = open_data(Path("a.glb"), data).read_columns(encoding=STANDARD, is_raw=False)
+    assert_equal(columns.gaussians(), load(write(tmp_path / "a.spz", data)))
+    with pytest.raises(
+        SceneError, match=r"a\.glb: holds no SPZ scene: it begins with b'other'; export it again"
+    ):
+        open_data(Path("a.glb"), b"other")
 
 
 def test_threads_do_not_change_what_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
