@@ -10,11 +10,19 @@ from brushgs.options.choices import PLAIN_SCENE, PRESETS
 
 if TYPE_CHECKING:
     from brushgs.options.painting import PaintConfig
+    from brushgs.options.scene_source import SceneSource
     from brushgs.options.sequence import PathConfig
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 NOT_FRAMING = {"size", "camera_file", "view"}  # fields of a view that do not place the camera
 RENAMED = {"fov_y": "fov-deg", "is_resumed": "resume"}  # field -> flag, where messages name it
+
+
+def scene_source(args: Namespace) -> "SceneSource":
+    """The scene that a command reads."""
+    from brushgs.options.scene_source import SceneSource
+
+    return SceneSource(tuple(args.scene), args.lod)
 
 
 def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig":

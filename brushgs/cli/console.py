@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 from brushgs.errors import SceneWarning
 
 if TYPE_CHECKING:
+    from brushgs.options.scene_source import SceneSource
     from brushgs.painting.report import Report
 
 EXIT_INTERNAL_ERROR, EXIT_BAD_INPUT, EXIT_FAULTY_SCENE, EXIT_INTERRUPTED = 1, 2, 3, 130
 
 
-def output_beside(scene: Path, ending: str, suffix: str) -> Path:
+def output_beside(scene: "SceneSource", ending: str, suffix: str) -> Path:
     """The default name of an output, in the current folder: koala.ply, "dry brush" -> koala-dry_brush.png."""
-    stem = scene.stem.removesuffix(".compressed")
-    return Path(f"{stem}-{'_'.join(ending.split())}{suffix}")
+    return Path(f"{scene.name}-{'_'.join(ending.split())}{suffix}")
 
 
 @contextmanager

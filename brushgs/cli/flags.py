@@ -59,8 +59,19 @@ def given(args: Namespace, step: str) -> dict[str, Any]:
 
 
 def add_scene(parser: ArgumentParser) -> None:
-    """The scene that a command reads: `args.scene`."""
-    parser.add_argument("scene", type=Path, help=f"trained 3D Gaussian scene: {SCENES_READ}")
+    """The scene that a command reads: `args.scene`, a list of paths, and `args.lod`."""
+    parser.add_argument(
+        "scene",
+        type=Path,
+        nargs="+",
+        help=f"trained 3D Gaussian scene: {SCENES_READ}; several files, or a folder of them, are one scene",
+    )
+    parser.add_argument(
+        "--lod",
+        type=values.count_from(0),
+        metavar="N",
+        help="level of detail of a scene that has several, from 0, the finest; default chosen by its size",
+    )
 
 
 def add_scene_output(parser: ArgumentParser, ending: str) -> None:

@@ -1,18 +1,18 @@
-"""The contents of a scene file in a few figures."""
+"""The contents of a scene in a few figures."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from brushgs.cameras.framing import DEFAULT_UP, subject
 from brushgs.io import read_scene
+from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.sh import C0
 
 DARK = 0.1  # display-encoded; below it a Gaussian is nearly black
 
 
-def describe(path: str | Path) -> dict[str, Any]:
+def describe(path: SceneFiles) -> dict[str, Any]:
     """Figures of a scene: what `brushgs info` prints.
 
     Returns:
@@ -22,14 +22,15 @@ def describe(path: str | Path) -> dict[str, Any]:
     Raises:
         SceneError: if the file cannot be used.
     """
-    gaussians, notes = read_scene(path)
+    source = SceneSource.of(path)
+    gaussians, notes = read_scene(source)
     points, has_surroundings = subject(gaussians)
     longest, middle = np.sort(gaussians.scales, axis=1)[:, :0:-1].T
     aspects = longest / np.maximum(middle, np.finfo(longest.dtype).tiny)
     base = 0.5 + C0 * gaussians.sh[:, 0]
     return {
-        "file": str(path),
-        "bytes": Path(path).stat().st_size,
+        "file": str(source),
+        "bytes": _size_of(source),
         "format": notes.format,
         "gaussians": len(gaussians),
         "rows_dropped": notes.rows_dropped,
@@ -46,6 +47,11 @@ def describe(path: str | Path) -> dict[str, Any]:
         "opacity": _floats(np.percentile(gaussians.opacities, (1, 50, 99))),
         "dark_share": float((base.max(axis=1) < DARK).mean()),
     }
+
+
+def _size_of(source: SceneSource) -> int:
+    """Bytes of its files; of a folder those directly in it."""
+    return sum(file.stat().st_size for file in source.files() if file.is_file())
 
 
 def _floats(values: Any) -> list[float]:

@@ -1,22 +1,27 @@
 """A scene file -> what is wrong or odd with it, and the scene correctly decoded."""
 
+from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from brushgs.arrays import Mask
-from brushgs.doctor.encodings import detect_encoding
+from brushgs.doctor.encodings import Diagnosis, detect_encoding
 from brushgs.doctor.estimates import estimate_unit, estimate_up
 from brushgs.doctor.findings import SEVERITIES, Finding
 from brushgs.doctor.row_checks import check_bands, check_copies, check_dropped, check_quats
 from brushgs.doctor.scene_checks import check_far, check_filling, check_light, check_needles
+from brushgs.errors import SceneError
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.fill import activate_rows
-from brushgs.io.scenes.read import read_raw
+from brushgs.io.scenes.notes import join_notes
+from brushgs.io.scenes.read import read_raw_parts
+from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.options.choices import Clean
+from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.passes.clean import find_floaters
 from brushgs.scene import Gaussians
 
@@ -26,14 +31,14 @@ class Examination:
     """The result of examining a scene file.
 
     Attributes:
-        path: the file.
-        num_rows: rows of the file.
+        source: the files.
+        num_rows: rows of them.
         encoding: how its numbers are encoded.
         gaussians: N <= num_rows decoded Gaussians: only rows that cannot be drawn are dropped.
         findings: faults first, then odd things, then notes.
     """
 
-    path: Path
+    source: SceneSource
     num_rows: int
     encoding: Encoding
     gaussians: Gaussians
@@ -44,11 +49,11 @@ class Examination:
         return sum(finding.severity == severity for finding in self.findings)
 
 
-def examine(path: str | Path) -> list[Finding]:
+def examine(path: SceneFiles) -> list[Finding]:
     """Find what is wrong or odd with a scene file.
 
     Args:
-        path: a .ply file with a trained 3D Gaussian scene.
+        path: the file or files of a trained 3D Gaussian scene, see `brushgs.load`.
 
     Returns:
         Findings, faults first; none with "fault" among them if the file can be painted as it is.
@@ -59,30 +64,55 @@ def examine(path: str | Path) -> list[Finding]:
     return examine_file(path).findings
 
 
-def examine_file(path: str | Path, clean: Clean = "sure") -> Examination:
+def examine_file(path: SceneFiles, clean: Clean = "sure") -> Examination:
     """`examine`, with the decoded scene.
 
     Args:
-        path: a .ply file with a trained 3D Gaussian scene.
+        path: the file or files of a trained 3D Gaussian scene, see `brushgs.load`.
         clean: which floaters the cure drops: clearly detached ones ("sure"), nearer ones too ("strong"), or
             none ("off").
     """
-    columns, file = read_raw(path)
+    source = SceneSource.of(path)
+    parts = read_raw_parts(source)
+    files = [file for _, file in parts]
+    encoding, findings = _detect_encoding(parts)
+    columns = Columns.joined([columns for columns, _ in parts])
     total = len(columns.means)
-    encoding, findings = Encoding(), []
-    if not file.has_fixed_encoding:
-        diagnosis = detect_encoding(columns)
-        encoding, findings = diagnosis.encoding, diagnosis.findings
-    gaussians, dropped = _decode(columns, encoding, file.path)
+    gaussians, dropped = _decode(columns, encoding, files[0].path)
+    notes = join_notes(files, rows_dropped=dropped.num_rows, sh_degree_used=gaussians.sh_degree)
     findings += check_dropped(dropped, total)
     findings += check_quats(gaussians, total)
     copies = check_copies(gaussians, total)
     findings += copies + check_bands(gaussians)
     findings += _check_places(gaussians, copies, clean, total)
     findings += check_light(gaussians, total)
-    findings += [estimate_up(gaussians, file.up), estimate_unit(gaussians)]
+    findings += [estimate_up(gaussians, notes.up), estimate_unit(gaussians)]
     findings.sort(key=lambda finding: SEVERITIES.index(finding.severity))
-    return Examination(Path(path), total, encoding, gaussians, findings)
+    return Examination(source, total, encoding, gaussians, findings)
+
+
+def _detect_encoding(parts: list[tuple[Columns, SceneFile]]) -> tuple[Encoding, list[Finding]]:
+    """The encoding of all files, and what was found where it is not the standard one.
+
+    Raises:
+        SceneError: if one file is encoded in another way than the first.
+    """
+    diagnoses = [
+        Diagnosis(Encoding(), []) if file.has_fixed_encoding else detect_encoding(columns)
+        for columns, file in parts
+    ]
+    for (_, file), diagnosis in zip(parts, diagnoses, strict=True):
+        if diagnosis.encoding != diagnoses[0].encoding:
+            what = f"seems to be encoded in another way than {parts[0][1].path}"
+            raise SceneError(file.path, f"{what}; examine and fix each file by itself first")
+    findings = diagnoses[0].findings
+    if len(parts) > 1:  # the evidence is that of the first file, the rows are those of all
+        total = sum(len(columns.means) for columns, _ in parts)
+        counts = Counter[str]()
+        for diagnosis in diagnoses:
+            counts.update({finding.name: finding.count for finding in diagnosis.findings})
+        findings = [replace(f, count=counts[f.name], share=counts[f.name] / total) for f in findings]
+    return diagnoses[0].encoding, findings
 
 
 def _decode(columns: Columns, encoding: Encoding, path: Path) -> tuple[Gaussians, Dropped]:

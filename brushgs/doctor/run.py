@@ -10,7 +10,8 @@ from brushgs.doctor.examination import Examination, examine_file
 from brushgs.doctor.table import lines, verdict
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import Clean
-from brushgs.painting.outputs import check_output
+from brushgs.options.scene_source import SceneFiles
+from brushgs.painting.outputs import check_output, scene_inputs
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import write_scene
 from brushgs.version import __version__
@@ -38,7 +39,7 @@ class DoctorReport(Report):
         value = json.loads(super().as_json()) | {"schema": SCHEMA, "brushgs": __version__}
         if self.examination is not None:
             value |= {
-                "file": str(self.examination.path),
+                "file": str(self.examination.source),
                 "rows": self.examination.num_rows,
                 "verdict": verdict(self.examination),
                 "faults": self.examination.count("fault"),
@@ -55,7 +56,7 @@ class DoctorReport(Report):
 
 
 def run_doctor(
-    scene: str | Path,
+    scene: SceneFiles,
     output: str | Path | None = None,
     *,
     clean: Clean = "sure",
@@ -64,7 +65,7 @@ def run_doctor(
     """Examine a scene file, and write the cured scene if there is an output.
 
     Args:
-        scene: a .ply file with a trained 3D Gaussian scene.
+        scene: the files of a trained 3D Gaussian scene, of any format that is read.
         output: a .ply file for the cured scene; None for findings only.
         clean: which floaters the cure drops, see `examine_file`.
         report: gets the stages and the findings; a new one if None.
@@ -75,7 +76,7 @@ def run_doctor(
     """
     report = report or DoctorReport()
     if output is not None:
-        check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene),))
+        check_output(Path(output), SCENE_SUFFIXES, inputs=scene_inputs(scene))
     with report.stage("examine") as stage:
         report.examination = examination = examine_file(scene, clean)
         stage.did = verdict(examination)

@@ -10,7 +10,7 @@ ESTIMATES = ("up-axis", "unit")  # findings about the whole scene, without a cur
 
 def lines(examination: Examination) -> Iterator[str]:
     """A verdict, then each finding with its treatment."""
-    yield f"{examination.path}: {examination.num_rows:,} Gaussians; {verdict(examination)}"
+    yield f"{examination.source}: {examination.num_rows:,} Gaussians; {verdict(examination)}"
     for finding in examination.findings:
         yield f"{finding.severity:5}  {finding.name}{_rows(finding)}: {finding.what}"
         if finding.name not in ESTIMATES:

@@ -10,16 +10,18 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from brushgs.io.scenes.encoding import Encoding
     from brushgs.io.scenes.notes import LoadNotes
+    from brushgs.options.scene_source import SceneFiles
     from brushgs.scene import Camera, Frame, Gaussians
 
 __all__ = ["load", "load_cameras", "read_scene", "save"]
 
 
-def load(path: str | Path, encoding: "Encoding | None" = None, *, lod: int | None = None) -> "Gaussians":
-    """Read a trained 3D Gaussian scene; `read_scene` also returns what it found in the file.
+def load(path: "SceneFiles", encoding: "Encoding | None" = None, *, lod: int | None = None) -> "Gaussians":
+    """Read a trained 3D Gaussian scene; `read_scene` also returns what it found in its files.
 
     Args:
-        path: a scene file, such as .ply; its content decides the format, not its suffix.
+        path: a scene file, such as .ply, whose content decides the format, not its suffix; a folder that is a
+            scene or holds scene files; or several of these, which are joined in order.
         encoding: what its numbers mean; None for the standard layout. For files of other exporters
             `brushgs.examine` and `brushgs doctor` detect it.
         lod: level of detail of a scene that has several, from 0, the finest; None for the default of its
@@ -32,12 +34,12 @@ def load(path: str | Path, encoding: "Encoding | None" = None, *, lod: int | Non
 
 
 def read_scene(
-    path: str | Path, encoding: "Encoding | None" = None, lod: int | None = None
+    path: "SceneFiles", encoding: "Encoding | None" = None, lod: int | None = None
 ) -> "tuple[Gaussians, LoadNotes]":
-    """Read a scene file as `load` does. Takes and raises the same.
+    """Read a scene as `load` does. Takes and raises the same.
 
     Returns:
-        The Gaussians as float32 in the order of the file, and notes on what the file held.
+        The Gaussians as float32 in the order of the files, and notes on what these held.
     """
     from brushgs.io.scenes import read
 

@@ -13,6 +13,7 @@ from brushgs.io.files import replacing
 from brushgs.measure.plotting import check_plot
 from brushgs.options.choices import REPORT_SUFFIXES
 from brushgs.options.painting import PaintConfig
+from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.painting.background import check_background
 from brushgs.painting.outputs import check_folder, check_output
 from brushgs.painting.report import Report
@@ -194,10 +195,10 @@ def check_opaque_background(background: str) -> None:
         raise ValueError("background must be a colour or an image to compare pictures on, got transparent")
 
 
-def plain_paint(scene: str | Path, paint: PaintConfig) -> dict[str, Any]:
-    """The scene file and how it is painted, ready for JSON."""
+def plain_paint(scene: SceneFiles, paint: PaintConfig) -> dict[str, Any]:
+    """The scene files and how it is painted, ready for JSON."""
     parts = {name: getattr(paint, name) for name in ("prune", "cluster", "draw", "view")}
-    return {"scene": str(scene)} | {name: plain_config(part) for name, part in parts.items()}
+    return {"scene": str(SceneSource.of(scene))} | {name: plain_config(part) for name, part in parts.items()}
 
 
 def plain_config(config: Any) -> dict[str, Any]:

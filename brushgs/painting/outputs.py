@@ -6,12 +6,18 @@ from pathlib import Path
 
 from brushgs.errors import SceneError
 from brushgs.options.painting import PaintConfig
+from brushgs.options.scene_source import SceneFiles, SceneSource
 
 
-def input_files(scene: str | Path, config: PaintConfig) -> tuple[Path, ...]:
+def scene_inputs(scene: SceneFiles) -> tuple[Path, ...]:
+    """The files and folders of a scene, and the files in these folders."""
+    return SceneSource.of(scene).files()
+
+
+def input_files(scene: SceneFiles, config: PaintConfig) -> tuple[Path, ...]:
     """The files that a painting is made of; names of built-in strokes and colours among them are no files."""
     palette = () if config.palette is None else (config.palette.file,)
-    return Path(scene), Path(config.draw.stroke), Path(config.draw.background), *palette
+    return *scene_inputs(scene), Path(config.draw.stroke), Path(config.draw.background), *palette
 
 
 def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...] = ()) -> None:

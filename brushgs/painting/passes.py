@@ -5,35 +5,36 @@ from pathlib import Path
 
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.painting import PaintConfig, PaletteConfig, PruneConfig
-from brushgs.painting.outputs import check_output
+from brushgs.options.scene_source import SceneFiles
+from brushgs.painting.outputs import check_output, scene_inputs
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import load_scene, open_palette, prune_scene, recolor_scene, write_scene
 
 
-def prune_file(scene: str | Path, output: str | Path, config: PruneConfig, report: Report) -> Report:
+def prune_file(scene: SceneFiles, output: str | Path, config: PruneConfig, report: Report) -> Report:
     """Prune a scene file, also one of strokes."""
-    check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene),))
+    check_output(Path(output), SCENE_SUFFIXES, inputs=scene_inputs(scene))
     gaussians, notes = load_scene(scene, report)
     gaussians = prune_scene(gaussians, config, report)
     return write_scene(gaussians, output, report, is_strokes=notes.is_strokes)
 
 
-def cluster_file(scene: str | Path, output: str | Path, config: PaintConfig, report: Report) -> Report:
+def cluster_file(scene: SceneFiles, output: str | Path, config: PaintConfig, report: Report) -> Report:
     """Cluster a scene file, without pruning it.
 
     Where the number of strokes is chosen for a view, that is the default view of `paint_file`, painted with
     its default stroke.
     """
-    check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene),))
+    check_output(Path(output), SCENE_SUFFIXES, inputs=scene_inputs(scene))
     unpruned = replace(config, prune=PruneConfig(keep=1.0))
     prepared = prepare(scene, unpruned, report, needs_view=False, needs_background=False)
     return write_scene(prepared.strokes, output, report, is_strokes=True)
 
 
-def recolor_file(scene: str | Path, output: str | Path, config: PaletteConfig, report: Report) -> Report:
+def recolor_file(scene: SceneFiles, output: str | Path, config: PaletteConfig, report: Report) -> Report:
     """Give a scene file the colours of a palette."""
-    check_output(Path(output), SCENE_SUFFIXES, inputs=(Path(scene), config.file))
+    check_output(Path(output), SCENE_SUFFIXES, inputs=(*scene_inputs(scene), config.file))
     palette = open_palette(config, report)
     gaussians, notes = load_scene(scene, report)
     gaussians = recolor_scene(gaussians, palette, config, report)

@@ -8,10 +8,10 @@ Cameras are framed on the cleaned scene, so that paintings of one scene with dif
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from brushgs.options.painting import PaintConfig
+from brushgs.options.scene_source import SceneFiles
 from brushgs.painting.background import Background, check_background
 from brushgs.painting.clean import clean_scene, select_seen
 from brushgs.painting.count import open_view_model
@@ -74,7 +74,7 @@ class Prepared:
 
 
 def prepare(
-    source: str | Path | Gaussians,
+    source: SceneFiles | Gaussians,
     config: PaintConfig,
     report: Report,
     *,
@@ -89,7 +89,7 @@ def prepare(
     Peak memory: a scene is freed as soon as the next one is made of it, unless the caller holds it.
 
     Args:
-        source: a scene file, or Gaussians in memory, which count as a scene and not as strokes.
+        source: the files of a scene, or Gaussians in memory, which count as a scene and not as strokes.
         config: see `PaintConfig`.
         report: gets one stage per step.
         views: one camera, or a path; None for the one camera that `config.view` describes.

@@ -18,6 +18,7 @@ from brushgs.errors import SceneWarning
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 from brushgs.io.pictures.video import check_rate, check_size, open_video, padded_size
 from brushgs.options.painting import DrawConfig, PaintConfig
+from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.drawing import NOTHING_SEEN
 from brushgs.painting.frame_painter import FramePainter, FrameView
@@ -37,7 +38,7 @@ NUM_SAMPLED_VIEWS = 8  # of a path, to see whether any stroke is visible: thousa
 
 
 def paint_sequence(
-    scene: str | Path,
+    scene: SceneFiles,
     output: str | Path,
     path_config: PathConfig,
     config: PaintConfig | None = None,
@@ -48,7 +49,7 @@ def paint_sequence(
     """Paint a scene file along a camera path.
 
     Args:
-        scene: a trained 3D Gaussian scene.
+        scene: the files of a trained 3D Gaussian scene.
         output: a video (.mp4, .webm, .gif), a pattern of numbered pictures such as frames/%05d.png (.png,
             .tif, .exr; the last folder is made), or a folder, which means %05d.png in it.
         path_config: where the camera goes.

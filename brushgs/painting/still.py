@@ -8,6 +8,7 @@ from pathlib import Path
 
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, holds_depth
 from brushgs.options.painting import PaintConfig
+from brushgs.options.scene_source import SceneFiles
 from brushgs.painting.drawing import project_scene, rasterize_boxes, write_picture
 from brushgs.painting.outputs import check_output, input_files
 from brushgs.painting.prepare import Prepared, prepare
@@ -18,7 +19,7 @@ SPENT_OUTSIDE = "most lie outside: --strokes-for view spends all in this view"
 
 
 def paint_file(
-    scene: str | Path,
+    scene: SceneFiles,
     output: str | Path,
     config: PaintConfig | None = None,
     *,
@@ -28,7 +29,7 @@ def paint_file(
     """Paint a scene file to a picture file.
 
     Args:
-        scene: a trained 3D Gaussian scene.
+        scene: the files of a trained 3D Gaussian scene.
         output: picture to write; the suffix decides the format, see `brushgs.io.pictures.formats`.
         config: see `PaintConfig`.
         camera: the view, in place of the one that `config.view` describes.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from brushgs.errors import SceneError
 from brushgs.options.painting import ClusterConfig, ErrorBudget, PaletteConfig, PruneConfig, StrokeSize
+from brushgs.options.scene_source import SceneFiles
 from brushgs.painting.count import choose_count, cluster_to_target, describe_search
 from brushgs.painting.report import Report, Stage
 from brushgs.scene import Gaussians
@@ -20,12 +21,12 @@ if TYPE_CHECKING:
     from brushgs.stroke_count.view_model import ViewModel
 
 
-def load_scene(path: str | Path, report: Report) -> "tuple[Gaussians, LoadNotes]":
-    """Read the Gaussians of a file, and notes on what else it holds."""
+def load_scene(scene: SceneFiles, report: Report) -> "tuple[Gaussians, LoadNotes]":
+    """Read the Gaussians of a scene, and notes on what else its files hold."""
     with report.stage("load") as stage:
         from brushgs.io import read_scene
 
-        gaussians, notes = read_scene(path)
+        gaussians, notes = read_scene(scene)
         dropped = f", {notes.rows_dropped:,} rows dropped" if notes.rows_dropped else ""
         degree = f"SH degree {notes.sh_degree_used}"
         what = "strokes" if notes.is_strokes else "Gaussians"
@@ -38,7 +39,9 @@ def load_scene(path: str | Path, report: Report) -> "tuple[Gaussians, LoadNotes]
             "sh_degree_used": notes.sh_degree_used,
             "format": notes.format,
             "is_strokes": notes.is_strokes,
+            "files": len(notes.files) or 1,
         }
+        stage.details += notes.files
         if notes.sh_degree_used < notes.sh_degree_stored:
             stage.details.append(zero_degrees(notes.sh_degree_used, notes.sh_degree_stored))
     return gaussians, notes

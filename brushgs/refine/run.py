@@ -16,6 +16,7 @@ from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.measure.report import plain_config, plain_paint
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, PaletteConfig, Up, ViewConfig
+from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.painting.outputs import check_output, input_files
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
@@ -34,7 +35,7 @@ MOST_BYTES = 6e8  # of their target pictures: fewer views where these are larger
 
 
 def refine_file(
-    scene: str | Path,
+    scene: SceneFiles,
     output: str | Path,
     paint: PaintConfig | None = None,
     config: RefineConfig | None = None,
@@ -46,7 +47,7 @@ def refine_file(
     """Refine the strokes of a scene file; write them as a scene file.
 
     Args:
-        scene: a trained 3D Gaussian scene.
+        scene: the files of a trained 3D Gaussian scene.
         output: scene file (.ply) to write.
         paint: how strokes are made and will be drawn; of its view only `up` is used.
         config: see `RefineConfig`.
@@ -92,7 +93,8 @@ def refine_file(
     report.settings = _settings(scene, paint, config, up)
     write_scene(refined, output, report, is_strokes=True)  # first: a plot that fails must not lose it
     if outputs is not None:
-        title = f"{Path(scene).stem}, {len(strokes):,} strokes of {prepared.texture.name}, {config.params}"
+        name = SceneSource.of(scene).name
+        title = f"{name}, {len(strokes):,} strokes of {prepared.texture.name}, {config.params}"
         camera = frame_scene(gaussians, width=config.size[0], height=config.size[1], up=direction_of(up))
         shown, result = _Shown(gaussians, strokes, refined, camera), report.result
         report.write(
@@ -215,7 +217,7 @@ def _pictures(shown: _Shown, drawing: "Drawing") -> dict[str, Array]:
     } | {"plain": plain.numpy()}
 
 
-def _settings(scene: str | Path, paint: PaintConfig, config: RefineConfig, up: Up) -> dict[str, Any]:
+def _settings(scene: SceneFiles, paint: PaintConfig, config: RefineConfig, up: Up) -> dict[str, Any]:
     """All that a reader needs to repeat the figures."""
     return plain_paint(scene, replace(paint, view=ViewConfig(up=up))) | {
         "refine": plain_config(config),

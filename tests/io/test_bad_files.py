@@ -27,7 +27,7 @@ def test_a_missing_file(tmp_path: Path) -> None:
 
 
 def test_a_folder(tmp_path: Path) -> None:
-    refuse(tmp_path, r"is a folder; name the scene file inside it")
+    refuse(tmp_path, r"is an empty folder: it should hold \.ply.*; name the scene file")
 
 
 def test_a_pipe(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ from brushgs.options.painting import (
     PruneConfig,
     ViewConfig,
 )
+from brushgs.options.scene_source import SceneSource
 from brushgs.options.sequence import PathConfig
 from brushgs.painting import prepare as preparation
 from brushgs.painting.prepare import prepare
@@ -70,7 +71,7 @@ def stability(path, paint, out, caught):
 def bench(path, paint, out, caught):
     config = BenchConfig(("size",), strokes=(STROKES,), count=STROKES, repeats=1)
     report_bench(path, out / "bench.json", paint, config)
-    subject = Subject(path, caught.pop(), paint, config)
+    subject = Subject(SceneSource.of(path), caught.pop(), paint, config)
     whole = subject.painting(STROKES)  # what the bench times, from the file on
     np.testing.assert_array_equal(whole.rgb, subject.draw(subject.strokes).rgb)
     return subject.strokes

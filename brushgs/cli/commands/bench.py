@@ -4,7 +4,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, get_args
 
 from brushgs.cli import flags, values
-from brushgs.cli.configs import paint_config
+from brushgs.cli.configs import paint_config, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.options.choices import BenchFamily
 
@@ -55,13 +55,13 @@ def add_flags(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Measure, and write the report."""
-    paint, config = configs(args)
+    (paint, config), scene = configs(args), scene_source(args)
     from brushgs.measure.bench import BenchReport, report_bench
 
     report = BenchReport()
-    output = args.report or output_beside(args.scene, "bench", "")
+    output = args.report or output_beside(scene, "bench", "")
     with reported(args, report):
-        report_bench(args.scene, output, paint, config, report=report, wants_plot=not args.no_plot)
+        report_bench(scene, output, paint, config, report=report, wants_plot=not args.no_plot)
 
 
 def configs(args: Namespace) -> "tuple[PaintConfig, BenchConfig]":

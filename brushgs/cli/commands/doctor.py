@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import get_args
 
 from brushgs.cli import flags
+from brushgs.cli.configs import scene_source
 from brushgs.cli.console import EXIT_FAULTY_SCENE, reported
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import Clean
@@ -37,7 +38,7 @@ def run(args: Namespace) -> int:
     """Report the findings, and write the fixed scene."""
     from brushgs.doctor.run import DoctorReport, run_doctor
 
-    report = DoctorReport()
+    scene, report = scene_source(args), DoctorReport()
     with reported(args, report):
-        run_doctor(args.scene, args.fix, clean=args.clean, report=report)
+        run_doctor(scene, args.fix, clean=args.clean, report=report)
     return EXIT_FAULTY_SCENE if report.has_faults else 0

@@ -4,6 +4,7 @@ import warnings
 from argparse import ArgumentParser, Namespace
 
 from brushgs.cli import flags
+from brushgs.cli.configs import scene_source
 from brushgs.errors import SceneWarning
 
 
@@ -19,9 +20,10 @@ def run(args: Namespace) -> None:
 
     from brushgs.doctor.describe import describe
 
+    scene = scene_source(args)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SceneWarning)
-        facts = describe(args.scene)
+        facts = describe(scene)
     notes = [str(warning.message) for warning in caught]
     if args.json:
         print(json.dumps(facts | {"notes": notes}, indent=2))

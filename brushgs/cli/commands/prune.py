@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 
 from brushgs.cli import flags
-from brushgs.cli.configs import paint_config
+from brushgs.cli.configs import paint_config, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 
@@ -18,10 +18,8 @@ def add_flags(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Write the pruned scene."""
-    config = paint_config(args).prune
+    config, scene = paint_config(args).prune, scene_source(args)
     with reported(args) as report:
         from brushgs.painting.passes import prune_file
 
-        prune_file(
-            args.scene, args.output or output_beside(args.scene, "pruned", SCENE_SUFFIXES[0]), config, report
-        )
+        prune_file(scene, args.output or output_beside(scene, "pruned", SCENE_SUFFIXES[0]), config, report)

@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 
 from brushgs.cli import flags
-from brushgs.cli.configs import paint_config
+from brushgs.cli.configs import paint_config, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 
@@ -18,14 +18,10 @@ def add_flags(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Write the recolored scene."""
-    config = paint_config(args).palette
+    config, scene = paint_config(args).palette, scene_source(args)
     assert config is not None, "the parser requires --palette"
     with reported(args) as report:
         from brushgs.painting.passes import recolor_file
 
-        recolor_file(
-            args.scene,
-            args.output or output_beside(args.scene, "recolored", SCENE_SUFFIXES[0]),
-            config,
-            report,
-        )
+        output = args.output or output_beside(scene, "recolored", SCENE_SUFFIXES[0])
+        recolor_file(scene, output, config, report)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from brushgs.cli import flags, values
-from brushgs.cli.configs import paint_config
+from brushgs.cli.configs import paint_config, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import Params
@@ -89,17 +89,15 @@ def _add_refinement(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Write the refined strokes."""
     config = refine_config(args)
-    paint = paint_config(args)
+    paint, scene = paint_config(args), scene_source(args)
     from brushgs.refine.report import RefineReport
     from brushgs.refine.run import refine_file
 
     report = RefineReport()
-    output = args.output or output_beside(args.scene, "refined", SCENE_SUFFIXES[0])
+    output = args.output or output_beside(scene, "refined", SCENE_SUFFIXES[0])
     wants_plot = not args.no_plot
     with reported(args, report):
-        refine_file(
-            args.scene, output, paint, config, report=report, folder=args.report, wants_plot=wants_plot
-        )
+        refine_file(scene, output, paint, config, report=report, folder=args.report, wants_plot=wants_plot)
 
 
 def refine_config(args: Namespace) -> "RefineConfig":

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from brushgs.cli import flags, values
-from brushgs.cli.configs import paint_config, path_config
+from brushgs.cli.configs import paint_config, path_config, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, PICTURES_WRITTEN, VIDEO_SUFFIXES, VIDEOS_WRITTEN
 from brushgs.options.choices import PRESETS, Lock
@@ -78,18 +78,18 @@ def run(args: Namespace) -> None:
     path, sequence = path_config(args), sequence_config(args)
     if path is None and args.output:
         _refuse_many(args.output)
-    config = paint_config(args)
+    config, scene = paint_config(args), scene_source(args)
     suffix = (PICTURE_SUFFIXES if path is None else VIDEO_SUFFIXES)[0]
-    output = args.output or output_beside(args.scene, Path(config.draw.stroke).stem, suffix)
+    output = args.output or output_beside(scene, Path(config.draw.stroke).stem, suffix)
     with reported(args) as report:
         if path is None:
             from brushgs.painting.still import paint_file
 
-            paint_file(args.scene, output, config, report=report)
+            paint_file(scene, output, config, report=report)
         else:
             from brushgs.painting.sequence import paint_sequence
 
-            paint_sequence(args.scene, output, path, config, sequence, report=report)
+            paint_sequence(scene, output, path, config, sequence, report=report)
 
 
 def sequence_config(args: Namespace) -> "SequenceConfig":

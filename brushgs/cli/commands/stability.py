@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 
 from brushgs.cli import flags, values
-from brushgs.cli.configs import paint_config, path_config
+from brushgs.cli.configs import paint_config, path_config, scene_source
 from brushgs.cli.console import output_beside, reported
 
 SIZE = (640, 360)  # pixels: a quarter of those of a picture
@@ -34,13 +34,13 @@ def run(args: Namespace) -> None:
     """Measure, and write the report."""
     path = path_config(args, default_orbit=ORBIT)
     assert path is not None, "it has a default"
-    paint = paint_config(args, view={"size": SIZE})
+    paint, scene = paint_config(args, view={"size": SIZE}), scene_source(args)
     from brushgs.measure.stability import StabilityReport, report_stability
     from brushgs.options.experiments import StabilityConfig
 
     config = StabilityConfig(**flags.given(args, "stability"))
     report = StabilityReport()
-    output = args.report or output_beside(args.scene, "stability", "")
+    output = args.report or output_beside(scene, "stability", "")
     wants_plot = not args.no_plot
     with reported(args, report):
-        report_stability(args.scene, output, paint, path, config, report=report, wants_plot=wants_plot)
+        report_stability(scene, output, paint, path, config, report=report, wants_plot=wants_plot)

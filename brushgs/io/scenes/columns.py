@@ -34,6 +34,29 @@ class Columns:
         shapes = (3,), (4,), (3,), (), (num_terms, 3)
         return cls(*(np.empty((num_rows, *shape), np.float32) for shape in shapes))
 
+    @classmethod
+    def joined(cls, parts: "list[Columns]") -> "Columns":
+        """The rows of all parts in order, with as many spherical-harmonic terms as the most of them have.
+
+        The parts are emptied column by column, so that little more than the scene is in memory at once.
+        """
+        if len(parts) == 1:
+            return parts[0]
+        num_rows, num_terms = sum(len(p.means) for p in parts), max(p.sh.shape[1] for p in parts)
+        whole = cls.empty(num_rows, num_terms)
+        for field in fields(cls):
+            start, column = 0, getattr(whole, field.name)
+            for part in parts:
+                values = getattr(part, field.name)
+                rows = column[start : start + len(values)]
+                if values.ndim == 3:  # a scene of a lower degree has zeros above it
+                    rows[:, values.shape[1] :] = 0
+                    rows = rows[:, : values.shape[1]]
+                rows[:] = values
+                start += len(values)
+                setattr(part, field.name, values[:0])
+        return whole
+
     def part(self, start: int, stop: int) -> "Columns":
         """Rows `start` to `stop` as views."""
         return Columns(*(getattr(self, field.name)[start:stop] for field in fields(self)))

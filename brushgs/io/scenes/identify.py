@@ -23,17 +23,34 @@ def find_format(path: Path) -> SceneFormat:
         SceneError: if there is no such file, it may not be read, or it is of no format that is read; says
             what it is and the cure.
     """
-    begin = b""
-    is_folder = is_dir(path)
-    if not is_folder:
-        with open_plain(path, "scene file", buffering=0) as file:
-            begin = file.read(NUM_FIRST_BYTES)
-    if begin or is_folder:
-        for scene_format in SCENE_FORMATS:
-            if scene_format.matches(path, begin):
-                return scene_format
-    check_plain(path, "scene file")  # refuses folders
-    raise SceneError(path, _what_it_is(path, begin))
+    begin = _first_bytes(path)
+    scene_format = _match(path, begin)
+    if scene_format is None:
+        check_plain(path, "scene file")  # refuses folders
+        raise SceneError(path, _what_it_is(path, begin))
+    return scene_format
+
+
+def match_format(path: Path) -> SceneFormat | None:
+    """`find_format`, but None for what is of no format that is read, such as a folder of scene files.
+
+    Raises:
+        SceneError: if there is no such file or it may not be read.
+    """
+    return _match(path, _first_bytes(path))
+
+
+def _first_bytes(path: Path) -> bytes:
+    if is_dir(path):
+        return b""
+    with open_plain(path, "scene file", buffering=0) as file:
+        return file.read(NUM_FIRST_BYTES)
+
+
+def _match(path: Path, begin: bytes) -> SceneFormat | None:
+    if not begin and not is_dir(path):
+        return None
+    return next((row for row in SCENE_FORMATS if row.matches(path, begin)), None)
 
 
 def _what_it_is(path: Path, begin: bytes) -> str:

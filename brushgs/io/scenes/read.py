@@ -1,4 +1,4 @@
-"""A scene file of any format becomes Gaussians."""
+"""Scene files of any format become Gaussians."""
 
 import warnings
 from importlib import import_module
@@ -7,10 +7,12 @@ from pathlib import Path
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.encoding import STANDARD, Encoding
+from brushgs.io.scenes.folders import find_parts
 from brushgs.io.scenes.identify import find_format
-from brushgs.io.scenes.notes import LoadNotes
+from brushgs.io.scenes.notes import LoadNotes, join_notes
 from brushgs.io.scenes.scene_file import SceneFile
-from brushgs.scene import SH_TERMS, Gaussians
+from brushgs.options.scene_source import SceneFiles, SceneSource
+from brushgs.scene import Gaussians
 
 # Limits for `_warn_of_other_encoding`.
 _MIN_ROWS = 10
@@ -21,80 +23,87 @@ _NUM_COLORS = 4096  # colours that are inspected
 
 
 def read_scene(
-    path: str | Path, encoding: Encoding | None = None, lod: int | None = None
+    scene: SceneFiles, encoding: Encoding | None = None, lod: int | None = None
 ) -> tuple[Gaussians, LoadNotes]:
     """Read a trained 3D Gaussian scene.
 
     Rows with NaN, with infinity where it has no meaning, or with an all-zero rotation are dropped with a
     SceneWarning. Bands of spherical harmonics that are zero in every row are dropped, which changes no
-    picture.
+    picture. Several files are joined in order, to the highest degree in use.
 
     Args:
-        path: a scene file; its content decides the format, not its suffix.
-        encoding: what its numbers mean; None for the standard layout.
-        lod: level of detail of a scene that has several, from 0, the finest; None for the default of its
-            format.
+        scene: a scene file, whose content decides the format, not its suffix; a folder that is a scene or
+            holds scenes, see `find_parts`; or several of these, of any formats.
+        encoding: what the numbers mean; None for the standard layout.
+        lod: level of detail of a scene that has several, from 0, the finest; None for that of the source, or
+            the default of its format.
 
     Returns:
-        The Gaussians as float32 in the order of the file, and notes on what the file held.
+        The Gaussians as float32 in the order of the files, and notes on what these held.
 
     Raises:
-        SceneError: if the file is of no known format, is damaged, or no row of it can be drawn; if an
+        SceneError: if a file is of no known format, is damaged, or no row of it can be drawn; if an
             encoding is given for a format that has a fixed one, or a level for a scene without levels.
     """
     encoding = encoding or STANDARD
-    file = _open(Path(path), lod)
-    if file.has_fixed_encoding and not encoding.is_standard:
-        raise SceneError(path, f"is a {file.format}, whose encoding is fixed; omit the encoding")
-    columns, dropped = file.read_columns(encoding=encoding, is_raw=False)
-    dropped.report(file.path, file.num_rows)
-    gaussians = columns.gaussians()
-    if encoding.is_standard and not file.has_fixed_encoding:
-        _warn_of_other_encoding(file.path, gaussians)
-    notes = LoadNotes(
-        format=file.format,
-        rows_read=file.num_rows,
-        rows_dropped=dropped.num_rows,
-        sh_degree_stored=SH_TERMS[file.num_terms],
-        sh_degree_used=gaussians.sh_degree,
-        up=file.up,
-        is_strokes=file.is_strokes,
-        training=file.training,
-        unknown=file.unknown,
-    )
-    return gaussians, notes
+    files = _open(scene, lod)
+    for file in files:
+        if file.has_fixed_encoding and not encoding.is_standard:
+            raise SceneError(file.path, f"is a {file.format}, whose encoding is fixed; omit the encoding")
+    parts, rows_dropped = [], 0
+    for file in files:
+        columns, dropped = file.read_columns(encoding=encoding, is_raw=False)
+        dropped.report(file.path, file.num_rows)
+        rows_dropped += dropped.num_rows
+        if encoding.is_standard and not file.has_fixed_encoding:
+            _warn_of_other_encoding(file.path, columns)
+        parts.append(columns)
+    gaussians = Columns.joined(parts).gaussians()
+    return gaussians, join_notes(files, rows_dropped=rows_dropped, sh_degree_used=gaussians.sh_degree)
 
 
 def read_raw(path: str | Path, lod: int | None = None) -> tuple[Columns, SceneFile]:
-    """Read all rows of a scene file as stored, neither checked nor decoded.
-
-    Args:
-        path: a scene file.
-        lod: see `read_scene`.
-
-    Returns:
-        Log-scales, logits and all bands of spherical harmonics, if the file follows the standard layout;
-        and what its header states.
-
-    Raises:
-        SceneError: if the file is of no known format or is damaged.
-    """
-    file = _open(Path(path), lod)
-    columns, _ = file.read_columns(encoding=STANDARD, is_raw=True)
+    """`read_raw_parts` of a scene in one file."""
+    ((columns, file),) = read_raw_parts(path, lod)
     return columns, file
 
 
-def _open(path: Path, lod: int | None) -> SceneFile:
+def read_raw_parts(scene: SceneFiles, lod: int | None = None) -> list[tuple[Columns, SceneFile]]:
+    """Read all rows of a scene as stored, neither checked nor decoded.
+
+    Args:
+        scene: see `read_scene`.
+        lod: see `read_scene`.
+
+    Returns:
+        Of each file log-scales, logits and all bands of spherical harmonics, if it follows the standard
+        layout; and what its header states.
+
+    Raises:
+        SceneError: if a file is of no known format or is damaged.
+    """
+    return [(file.read_columns(encoding=STANDARD, is_raw=True)[0], file) for file in _open(scene, lod)]
+
+
+def _open(scene: SceneFiles, lod: int | None) -> list[SceneFile]:
+    """Read the headers of all files: what is wrong with one is said before the first is read."""
+    source = SceneSource.of(scene, lod=lod)
+    return [_open_file(path, source.lod) for path in find_parts(source.paths)]
+
+
+def _open_file(path: Path, lod: int | None) -> SceneFile:
     """Read the header with the module of the format."""
     scene_format = find_format(path)
     reader = import_module(f"brushgs.io.scenes.{scene_format.reader}")
     if lod is not None and not scene_format.has_levels:
-        raise SceneError(path, f"is a {scene_format.name}, which has no levels of detail; omit the level")
+        raise SceneError(
+            path, f"is a {scene_format.name}, which has no levels of detail; omit the level (lod)"
+        )
     file: SceneFile = reader.open_scene(path, lod) if scene_format.has_levels else reader.open_scene(path)
     return file
 
 
-def _warn_of_other_encoding(path: Path, gaussians: Gaussians) -> None:
+def _warn_of_other_encoding(path: Path, columns: Columns) -> None:
     """Warn of a file whose numbers cannot be in the standard layout; only where that is certain.
 
     Decoded as a log, a scale of 0 and more is at least 1; decoded as a logit, an opacity of 0 to 1 is 0.5 to
@@ -102,15 +111,15 @@ def _warn_of_other_encoding(path: Path, gaussians: Gaussians) -> None:
     decoded as coefficients are blinding. This inspects the smallest and largest opacity and scale, and some
     colours, which takes 1 % of the loading time.
     """
-    if len(gaussians) < _MIN_ROWS:
+    if len(columns.means) < _MIN_ROWS:
         return
     suspects = []
-    low, high = gaussians.opacities.min(), gaussians.opacities.max()
+    low, high = columns.opacities.min(), columns.opacities.max()
     if low >= 0.5 and high <= _SIGMOID_OF_1:
-        are_scales_linear = gaussians.scales.min() >= 1
+        are_scales_linear = columns.scales.min() >= 1
         if are_scales_linear or high - low > _MIN_SPREAD:
             suspects.append("scales and opacities" if are_scales_linear else "opacities")
-    colors = gaussians.sh[:_NUM_COLORS, 0]
+    colors = columns.sh[:_NUM_COLORS, 0]
     if colors.min() >= 0 and colors.max() > _BLINDING:
         suspects.append("colours")
     if suspects:

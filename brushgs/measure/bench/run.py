@@ -18,6 +18,7 @@ from brushgs.measure.report import (
 )
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import PaintConfig
+from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.painting.outputs import input_files
 from brushgs.painting.prepare import prepare
 
@@ -40,7 +41,7 @@ class BenchReport(ExperimentReport):
 
 
 def report_bench(
-    scene: str | Path,
+    scene: SceneFiles,
     output: str | Path,
     paint: PaintConfig,
     config: BenchConfig | None = None,
@@ -51,7 +52,7 @@ def report_bench(
     """Measure error against run time of a scene, and write the figures.
 
     Args:
-        scene: a trained 3D Gaussian scene.
+        scene: the files of a trained 3D Gaussian scene.
         output: a folder, which gets `bench.json`, `bench.csv` and `bench.png` and is created if missing; or
             one file that ends in .json, .csv or .png.
         paint: pruning, clustering, view and stroke; its number of strokes is ignored.
@@ -70,7 +71,7 @@ def report_bench(
     machine = describe_machine(paint.draw.threads)
     unmerged = replace(paint, cluster=replace(paint.cluster, strokes=None))  # each family clusters by itself
     prepared = prepare(scene, unmerged, report, keeps_scene=True)
-    subject = Subject(Path(scene), prepared, paint, config)
+    subject = Subject(SceneSource.of(scene), prepared, paint, config)
     report.settings = plain_paint(scene, paint) | {
         "measure": plain_config(config),
         "camera": plain_camera(subject.camera),
@@ -86,7 +87,7 @@ def report_bench(
 
 
 def _title(subject: Subject, machine: dict[str, Any]) -> str:
-    name = subject.path.stem.removesuffix(".compressed")
+    name = subject.source.name
     size = f"{subject.camera.width}x{subject.camera.height}"
     what = f"{name}, {len(subject.gaussians):,} Gaussians, {subject.texture.name}, {size}"
     return f"{what}, {machine['threads']} threads; filled: on the Pareto front"

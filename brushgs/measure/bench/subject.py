@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from brushgs.measure.bench.verify import check_square
 from brushgs.options.choices import Features, Method
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import PaintConfig
+from brushgs.options.scene_source import SceneSource
 from brushgs.painting.background import Background, open_background
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
@@ -28,13 +28,13 @@ class Subject:
     """A scene, a view and a stroke.
 
     Attributes:
-        path: the scene file, from which whole paintings start.
+        source: the scene files, from which whole paintings start.
         prepared: the scene, its view, and one stroke per Gaussian that pruning keeps.
         paint: pruning, clustering and drawing.
         config: what is measured.
     """
 
-    path: Path
+    source: SceneSource
     prepared: Prepared
     paint: PaintConfig
     config: BenchConfig
@@ -124,7 +124,7 @@ class Subject:
     def painting(self, count: int) -> Frame:
         """A whole painting of `count` strokes, from the scene file to the frame."""
         paint = replace(self.paint, cluster=replace(self.paint.cluster, strokes=count))
-        prepared = prepare(self.path, paint, Report(), views=self.camera, needs_background=False)
+        prepared = prepare(self.source, paint, Report(), views=self.camera, needs_background=False)
         return self.draw(prepared.strokes)
 
     def picture(self, frame: Frame) -> Array:

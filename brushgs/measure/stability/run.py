@@ -17,6 +17,7 @@ from brushgs.measure.stability.painters import Comparison, MakePainters, no_pain
 from brushgs.measure.stability.plot import write_plot
 from brushgs.options.experiments import StabilityConfig
 from brushgs.options.painting import PaintConfig
+from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.sequence import PathConfig
 from brushgs.painting.outputs import input_files
 from brushgs.painting.prepare import prepare
@@ -41,7 +42,7 @@ class StabilityReport(ExperimentReport):
 
 
 def report_stability(
-    scene: str | Path,
+    scene: SceneFiles,
     output: str | Path,
     paint: PaintConfig,
     path: PathConfig,
@@ -54,7 +55,7 @@ def report_stability(
     """Measure how stable the strokes of a scene are along a path, and write the figures.
 
     Args:
-        scene: a trained 3D Gaussian scene.
+        scene: the files of a trained 3D Gaussian scene.
         output: a folder, which gets `stability.json` and `stability.png` and is created if missing; or one
             file that ends in .json or .png.
         paint: pruning, strokes, view and stroke; its lock is ignored, every lock is painted.
@@ -93,7 +94,7 @@ def report_stability(
     }
     report.result = result = _measure(comparison, config, make_extra_painters, report)
     report.output = str(output)
-    title = f"{Path(scene).stem}, {len(strokes):,} strokes of {texture.name}, {planned.source}"
+    title = f"{SceneSource.of(scene).name}, {len(strokes):,} strokes of {texture.name}, {planned.source}"
     report.write(outputs, lambda file: write_plot(result, file, title))
     return report
 

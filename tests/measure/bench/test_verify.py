@@ -19,6 +19,7 @@ from brushgs.measure.bench.verify import (
 )
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig
+from brushgs.options.scene_source import SceneSource
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.rendering.options import RenderOptions, render_with
@@ -110,7 +111,7 @@ def subject_of(tmp_path, names):
     config = BenchConfig(families=names, strokes=(50, 200), count=50, repeats=1)
     kept = replace(paint, cluster=ClusterConfig(strokes=None))
     prepared = prepare(path, kept, Report(), views=CAMERA, keeps_scene=True)
-    return subject.Subject(path, prepared, paint, config)
+    return subject.Subject(SceneSource.of(path), prepared, paint, config)
 
 
 @pytest.mark.parametrize("name", ["strokes", "merge", "filter", "size", "sh"])

@@ -1,0 +1,78 @@
+"""Where a scene comes from: one value that all commands, and all functions that read a scene, hand on."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+_INDEXES = (
+    "meta.json",
+    "lod-meta.json",
+)  # files that list those of a scene: it bears the name of their folder
+
+
+@dataclass(frozen=True)
+class SceneSource:
+    """One scene, in one file, a folder or several of them.
+
+    Attributes:
+        paths: files and folders, whose Gaussians are joined in this order.
+        lod: level of detail of a scene that has several, from 0, the finest; None for the default of its
+            format.
+
+    Raises:
+        ValueError: if there is no path, or the level is below 0.
+    """
+
+    paths: tuple[Path, ...]
+    lod: int | None = None
+
+    def __post_init__(self) -> None:
+        if not self.paths:
+            raise ValueError("scene must name at least one file, got none")
+        if self.lod is not None and self.lod < 0:
+            raise ValueError(f"lod must be 0 or more, got {self.lod}")
+
+    @classmethod
+    def of(cls, scene: "SceneFiles", *, lod: int | None = None) -> "SceneSource":
+        """The source that one path, several or a source stand for; a `lod` of None keeps that of a source."""
+        if isinstance(scene, SceneSource):
+            return scene if lod is None else cls(scene.paths, lod)
+        paths = (scene,) if isinstance(scene, (str, Path)) else scene
+        return cls(tuple(map(Path, paths)), lod)
+
+    @property
+    def name(self) -> str:
+        """What outputs are called after: "koala" for koala.compressed.ply, "tiles" for tiles/meta.json.
+
+        Several are called after the first: "koala+2" with two more.
+        """
+        first, more = self.paths[0], len(self.paths) - 1
+        return _name_of(first) + (f"+{more}" if more else "")
+
+    def files(self) -> tuple[Path, ...]:
+        """The paths, and what lies in those that are folders: all that an output must not replace."""
+        return (*self.paths, *(file for path in self.paths for file in _files_in(path)))
+
+    def __str__(self) -> str:
+        return " ".join(map(str, self.paths))
+
+
+# What functions take for a scene: a file or folder, several of them, or a source.
+SceneFiles = SceneSource | str | Path | Sequence[str | Path]
+
+
+def _files_in(folder: Path) -> list[Path]:
+    """What lies in a folder; nothing if it is none, or may not be read, which reading the scene will say."""
+    try:
+        return sorted(folder.iterdir())
+    except (OSError, ValueError):
+        return []
+
+
+def _name_of(path: Path) -> str:
+    if path.name.lower() in _INDEXES:
+        path = path.absolute().parent
+    elif not path.is_dir():
+        stem = path.stem
+        return stem[: -len(".compressed")] if stem.lower().endswith(".compressed") else stem
+    return path.name if path.name not in ("", "..") else path.resolve().name
