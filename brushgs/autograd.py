@@ -27,7 +27,7 @@ Needs PyTorch: `pip install torch`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -38,7 +38,6 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter, Order, ViewLock
 from brushgs.rendering.backward import (
     BOX_COLUMNS,
-    GAUSSIAN_COLUMNS,
     BoxGradients,
     project_backward,
     rasterize_backward,
@@ -47,7 +46,7 @@ from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.project import LOW_PASS, Directions, ProjectOptions, project_by
 from brushgs.rendering.rasterize import rasterize as rasterize_arrays
-from brushgs.scene import LAYERS, Camera
+from brushgs.scene import GAUSSIAN_COLUMNS, LAYERS, Camera
 
 try:
     import torch
@@ -74,6 +73,7 @@ class Gaussians:
     scales: Tensor  # [N, 3]
     opacities: Tensor  # [N]
     sh: Tensor  # [N, k, 3]
+    antialiased: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         _check_tensors("Gaussians", {name: getattr(self, name) for name in GAUSSIAN_COLUMNS})
@@ -82,7 +82,8 @@ class Gaussians:
     def of(cls, gaussians: scene.Gaussians, *, requires_grad: bool = False) -> Self:
         """Copies of the columns of a scene, in its dtype."""
         columns = (torch.tensor(getattr(gaussians, name)) for name in GAUSSIAN_COLUMNS)
-        return cls(*(column.requires_grad_(requires_grad) for column in columns))
+        tensors = (column.requires_grad_(requires_grad) for column in columns)
+        return cls(*tensors, antialiased=gaussians.antialiased)
 
     def numpy(self) -> scene.Gaussians:
         """The scene without gradients; it shares the memory of contiguous tensors.
@@ -90,7 +91,8 @@ class Gaussians:
         Raises:
             ValueError: if a shape or value breaks the rules of `brushgs.Gaussians`.
         """
-        return scene.Gaussians(*(_array(getattr(self, name)) for name in GAUSSIAN_COLUMNS))
+        columns = (_array(getattr(self, name)) for name in GAUSSIAN_COLUMNS)
+        return scene.Gaussians(*columns, antialiased=self.antialiased)
 
     def __len__(self) -> int:
         return len(self.means)
@@ -202,7 +204,8 @@ def _projected(where: str, gaussians: Gaussians, camera: Camera, options: Projec
             f'{where}: order must be "depth", got {options.order!r}; the soft order has no gradient, '
             'refine with "depth" and paint with "soft"'
         )
-    return Boxes(*_Project.apply(camera, options, *(getattr(gaussians, name) for name in GAUSSIAN_COLUMNS)))
+    columns = (getattr(gaussians, name) for name in GAUSSIAN_COLUMNS)
+    return Boxes(*_Project.apply(camera, options, gaussians.antialiased, *columns))
 
 
 def rasterize(
@@ -301,8 +304,10 @@ def render(
 
 class _Project(torch.autograd.Function):  # type: ignore[misc]
     @staticmethod
-    def forward(ctx: Any, camera: Camera, options: ProjectOptions, *columns: Tensor) -> tuple[Tensor, ...]:
-        gaussians = scene.Gaussians(*map(_array, columns))
+    def forward(
+        ctx: Any, camera: Camera, options: ProjectOptions, antialiased: bool, *columns: Tensor
+    ) -> tuple[Tensor, ...]:
+        gaussians = scene.Gaussians(*map(_array, columns), antialiased=antialiased)
         boxes, _ = project_by(gaussians, camera, options)
         outputs = {name: _tensor(getattr(boxes, name)) for name in (*BOX_COLUMNS, "ids")}
         ctx.gaussians, ctx.boxes, ctx.camera, ctx.options = gaussians, boxes, camera, options
@@ -315,7 +320,7 @@ class _Project(torch.autograd.Function):  # type: ignore[misc]
     @once_differentiable  # type: ignore[untyped-decorator]
     def backward(ctx: Any, *gradients: Tensor | None) -> tuple[Tensor | None, ...]:
         _ = ctx.saved_tensors  # raises where one was changed in place
-        needs = zip(GAUSSIAN_COLUMNS, ctx.needs_input_grad[2:], strict=True)
+        needs = zip(GAUSSIAN_COLUMNS, ctx.needs_input_grad[3:], strict=True)
         found = project_backward(
             ctx.gaussians,
             ctx.camera,
@@ -325,7 +330,7 @@ class _Project(torch.autograd.Function):  # type: ignore[misc]
             columns=[name for name, is_needed in needs if is_needed],
         )
         by_column = (getattr(found, name) for name in GAUSSIAN_COLUMNS)
-        return None, None, *(None if g is None else torch.from_numpy(g) for g in by_column)
+        return None, None, None, *(None if g is None else torch.from_numpy(g) for g in by_column)
 
 
 class _Rasterize(torch.autograd.Function):  # type: ignore[misc]

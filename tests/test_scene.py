@@ -1,7 +1,7 @@
 """The containers: what they refuse and in which words, what they share, and the geometry of a camera."""
 
 import re
-from dataclasses import FrozenInstanceError, fields, replace
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
@@ -51,11 +51,15 @@ def refused(error: type[Exception], message: str):
 # Gaussians and Boxes
 
 
+def columns_of(value):
+    return {name: column for name, column in vars(value).items() if isinstance(column, np.ndarray)}
+
+
 @pytest.mark.parametrize("make", [gaussians, boxes])
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_columns_are_read_only_views_without_a_copy(make, dtype):
     source = make(dtype)
-    columns = {f.name: getattr(source, f.name).copy() for f in fields(source)}
+    columns = {name: column.copy() for name, column in columns_of(source).items()}
     value = type(source)(**columns)
     for name, column in columns.items():
         assert np.shares_memory(getattr(value, name), column)
@@ -185,8 +189,15 @@ def test_take_chooses_rows_of_every_column(rows, make):
     source = make()
     rows = np.sort(rows) if make is boxes and not isinstance(rows, slice) and rows.dtype != bool else rows
     taken = source.take(rows)
-    for f in fields(source):
-        np.testing.assert_array_equal(getattr(taken, f.name), getattr(source, f.name)[rows])
+    for name, column in columns_of(source).items():
+        np.testing.assert_array_equal(getattr(taken, name), column[rows])
+
+
+def test_whether_a_scene_is_antialiased_stays_with_it():
+    scene = replace(gaussians(), antialiased=True)
+    assert scene.take(slice(0, 1)).antialiased
+    assert scene.astype(np.float64).antialiased
+    assert not gaussians().take(slice(0, 1)).antialiased
 
 
 def test_boxes_need_no_softness():
@@ -224,12 +235,12 @@ def test_softness_is_checked_like_any_column(softness, error, message):
 def test_astype_changes_every_column_and_copies_none_in_vain(make):
     source = make(np.float32)
     double = source.astype(np.float64)
-    for f in fields(source):
-        if f.name == "ids":
+    for name, column in columns_of(source).items():
+        if name == "ids":
             continue
-        assert getattr(double, f.name).dtype == np.float64
-        assert np.shares_memory(getattr(source.astype(np.float32), f.name), getattr(source, f.name))
-        np.testing.assert_array_equal(getattr(double.astype(np.float32), f.name), getattr(source, f.name))
+        assert getattr(double, name).dtype == np.float64
+        assert np.shares_memory(getattr(source.astype(np.float32), name), column)
+        np.testing.assert_array_equal(getattr(double.astype(np.float32), name), column)
 
 
 # Camera

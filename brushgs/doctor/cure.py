@@ -1,5 +1,7 @@
 """The cured scene: correctly decoded, without the rows and SH bands that findings drop."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from brushgs.doctor.examination import Examination
@@ -31,4 +33,4 @@ def cure(examination: Examination) -> Gaussians:
         quats = normalized(quats).astype(quats.dtype)
     if "empty-sh-bands" in findings:
         sh = sh[:, : findings["empty-sh-bands"].facts["terms"]]
-    return Gaussians(gaussians.means, quats, gaussians.scales, gaussians.opacities, sh)
+    return replace(gaussians, quats=quats, sh=sh)

@@ -44,7 +44,8 @@ def describe_painting(config: PaintConfig, prepared: Prepared) -> dict[str, Any]
     strokes, path, background = prepared.strokes, prepared.path, prepared.background
     assert path is not None
     return describe_options(config) | {
-        "scene": _digest(*vars(strokes).values()),
+        # Those of a usual scene are digested as they were before there were antialiased ones.
+        "scene": _digest(*strokes.columns().values(), *[np.ones(1)] * strokes.antialiased),
         "stroke image": _digest(prepared.texture.coverage),
         "background image": None if background is None else _digest(np.asarray(background)),
         "frames": len(path.cameras),

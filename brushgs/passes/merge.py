@@ -80,7 +80,7 @@ def merge_clusters(
     dtype = gaussians.means.dtype.type
     # Both rules enlarge, but the largest number of the dtype stays finite.
     scales = np.minimum(merged.scales, np.finfo(dtype).max)
-    return replace(merged, scales=scales).astype(dtype)
+    return replace(merged, scales=scales, antialiased=gaussians.antialiased).astype(dtype)
 
 
 def _paper(gaussians: Gaussians, labels: NDArray[np.intp], num: int) -> Gaussians:

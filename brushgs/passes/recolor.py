@@ -7,7 +7,7 @@ transfer, eq. 10.
 """
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import get_args
 
 import numpy as np
@@ -117,7 +117,7 @@ def recolor(
     matrix = (1 - strength) * np.eye(3) + strength * monge_kantorovich(own.covariance, palette.covariance)
     mean = (1 - strength) * own.mean + strength * palette.mean
     sh = _mapped(gaussians.sh, Space(palette.space), own.mean, matrix, mean)
-    return Gaussians(gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities, sh)
+    return replace(gaussians, sh=sh)
 
 
 def monge_kantorovich(source: F64, target: F64) -> F64:

@@ -5,7 +5,7 @@ and columns outside the chosen set come back bit for bit.
 Source: Kerbl et al. 2023, section 5 (parameters and their learning rates).
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -82,7 +82,7 @@ class Variables:
         self.moving = {
             name: torch.tensor(start[name]).requires_grad_() for name in MOVING[params] if start[name].size
         }
-        self._fixed = {f.name: torch.tensor(getattr(strokes, f.name)) for f in fields(strokes)}
+        self._fixed = {name: torch.tensor(column) for name, column in strokes.columns().items()}
         self._rows = torch.from_numpy(np.flatnonzero(self.moves))
         sizes = np.maximum(np.sort(rows.scales, axis=1)[:, 1:2], LEAST_SCALE * radius)
         self._homes, self._sizes = torch.tensor(rows.means), torch.tensor(sizes)
@@ -101,14 +101,14 @@ class Variables:
         for name, column in self._columns().items():
             is_whole = self.moves.all()
             tensors[name] = column if is_whole else tensors[name].index_put((self._rows,), column)
-        return ba.Gaussians(**tensors)
+        return ba.Gaussians(**tensors, antialiased=self.strokes.antialiased)
 
     def result(self) -> Gaussians:
         """The current strokes as arrays; what may not change is bit for bit what came in."""
-        arrays = {f.name: getattr(self.strokes, f.name).copy() for f in fields(self.strokes)}
+        arrays = {name: column.copy() for name, column in self.strokes.columns().items()}
         for name, column in self._columns().items():
             arrays[name][self.moves] = column.detach().numpy()
-        return Gaussians(**arrays)
+        return replace(self.strokes, **arrays)
 
     def _columns(self) -> dict[str, Tensor]:
         """The columns that may change, of the rows that may change, decoded."""

@@ -18,10 +18,9 @@ from brushgs.options.choices import Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.project import ProjectOptions
 from brushgs.rendering.texture_levels import coverage_gradient, kernel_of, levels_for
-from brushgs.scene import LAYERS, Boxes, Camera, Frame, Gaussians
+from brushgs.scene import GAUSSIAN_COLUMNS, LAYERS, Boxes, Camera, Frame, Gaussians
 from brushgs.threads import num_threads_or_default
 
-GAUSSIAN_COLUMNS = ("means", "quats", "scales", "opacities", "sh")
 BOX_COLUMNS = ("centers", "half_extents", "angles", "depths", "colors", "opacities")
 
 

@@ -3,7 +3,7 @@
 The arithmetic is in the compiled core; its plain definition is `brushgs.rendering.reference.project`.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from math import inf
 from typing import Any, get_args
 
@@ -141,7 +141,8 @@ class ProjectOptions:
                 f"project: lock must hold {len(gaussians)} directions, one per Gaussian, got {len(given)}"
             )
         return {
-            **{field.name: getattr(gaussians, field.name) for field in fields(gaussians)},
+            **gaussians.columns(),
+            "antialiased": bool(gaussians.antialiased),
             "view": view_of(camera),
             "num_sigmas": float(self.num_sigmas),
             "low_pass": float(self.low_pass),
@@ -168,7 +169,8 @@ def project(
 
     The ellipse of a Gaussian is that of the projected covariance M M^T + low_pass I with M = J W R S. Its
     box is the smallest one in the direction that `lock` chooses, clipped at `num_sigmas` standard deviations:
-    whatever the direction, the box just covers the ellipse. Gaussians that cannot paint are culled, see
+    whatever the direction, the box just covers the ellipse. Antialiased Gaussians have their opacity multiplied
+    by the root of det(M M^T) / det(M M^T + low_pass I). Those that cannot paint are culled, see
     `ProjectCounts`.
     Source: Zwicker et al. 2002, EWA Splatting (local affine projection); Kerbl et al. 2023 (the clamp of
     the Jacobian to 1.3 times the field of view, the low-pass, the spherical harmonics).
@@ -185,7 +187,8 @@ def project(
             angle in (-pi, pi]. `Directions`: as `track_directions` chose them.
         fade: whether strokes fade that would otherwise appear or vanish between two frames: from eight times
             the distance of the near plane to that plane, from 4 to 100 times the area of the picture, and as
-            their length goes under a pixel (by what it is over what `low_pass` makes of it).
+            their length goes under a pixel (by what it is over what `low_pass` makes of it; antialiased ones
+            do that in any case).
         order: "depth": boxes without softness. "soft": each with `SOFTNESS` times the geometric mean of the
             two larger scales of its Gaussian, over which `rasterize` lets boxes fade into each other.
         num_threads: None takes the processors available to this process. The result does not depend on it.

@@ -51,6 +51,9 @@ def project(gaussians: Gaussians, camera: Camera, **options: Any) -> Boxes:
         angles = _anchored(angles, M, R[rows, :, longest], M[rows, :, longest], lengths, directions, low_pass)
     half_extents = num_sigmas * np.sqrt(np.stack(_variances(M, angles, low_pass), axis=1))
     opacities = opacities[ids]
+    if gaussians.antialiased and low_pass > 0:
+        bare, grown = (np.prod(_variances(M, major, variance), axis=0) for variance in (0, low_pass))
+        opacities = opacities * np.sqrt(bare / grown)  # ratio of determinants
     if isinstance(lock, Directions):
         smallest = num_sigmas**2 * np.sqrt(np.prod(_variances(M, major, low_pass), axis=0))
         area_scales = 1 if lock.area_scales is None else lock.area_scales[ids]
@@ -62,7 +65,9 @@ def project(gaussians: Gaussians, camera: Camera, **options: Any) -> Boxes:
     colors = np.maximum(0, 0.5 + shades)
     if given.fade:
         longest = _variances(M, major, low_pass)[0]
-        opacities = opacities * _fade(t[:, 2], half_extents, camera) * np.sqrt(1 - low_pass / longest)
+        opacities = opacities * _fade(t[:, 2], half_extents, camera)
+        if not gaussians.antialiased:
+            opacities = opacities * np.sqrt(1 - low_pass / longest)
 
     u = np.abs(np.stack([np.cos(angles), np.sin(angles)], axis=1))
     reach = u * half_extents[:, :1] + u[:, ::-1] * half_extents[:, 1:]

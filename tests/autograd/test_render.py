@@ -1,5 +1,6 @@
 """brushgs.autograd as a whole: the same pictures, float32 beside float64, who gets a gradient and who not."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -96,6 +97,16 @@ def test_arguments_and_results_are_not_copied():
         assert np.shares_memory(getattr(strokes.numpy(), name), getattr(strokes, name).numpy())
     boxes = ba.project(strokes, CAMERA)
     boxes.colors.mul_(2)  # their own memory, free to be changed
+
+
+def test_an_antialiased_scene_stays_one():
+    arrays = replace(scene_of(9, degree=1), antialiased=True)
+    tensors = ba.Gaussians.of(arrays, requires_grad=True)
+    assert tensors.numpy().antialiased
+    boxes = ba.project(tensors, CAMERA)
+    np.testing.assert_array_equal(boxes.opacities.detach().numpy(), bg.project(arrays, CAMERA).opacities)
+    boxes.opacities.sum().backward()
+    assert tensors.scales.grad.any()  # only the compensation joins the two
 
 
 def test_tensors_that_are_not_contiguous_give_the_same():

@@ -124,7 +124,7 @@ def draw(boxes: Boxes, camera: Camera, texture: StrokeTexture, **options: Any) -
 
 def columns(gaussians: Gaussians) -> list[Array]:
     """The outcome of a pass."""
-    return list(vars(gaussians).values())
+    return list(gaussians.columns().values())
 
 
 def pixels(frame: Frame) -> list[Array]:

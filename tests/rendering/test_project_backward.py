@@ -62,6 +62,16 @@ CASES = {
         near_scene(), {"fade": True, "lock": "anchor", "num_sigmas": 1.5},
     ),
     "no low-pass": (scene_of(), {"low_pass": 0.0}),
+    **{
+        f"antialiased, {name}": (replace(scene_of(sizes=sizes), antialiased=True), options)
+        for name, sizes, options in (
+            ("off", (0.01, 0.1), {}),
+            ("anchor", (0.01, 0.1), {"lock": "anchor"}),
+            ("directions", (0.01, 0.1), {"lock": directions(area_scales=True), "fade": True}),
+            ("fade", (0.005, 0.03), {"fade": True}),
+            ("no low-pass", (0.02, 0.4), {"low_pass": 0.0}),
+        )
+    },
 }  # fmt: skip
 
 
@@ -182,12 +192,13 @@ def test_the_angle_of_a_nearly_round_ellipse_turns_as_fast_as_it_does(lock):
     assert_same_gradient("angles", actual, central_differences(loss, scene.scales, step=1e-11), rtol=1e-3)
 
 
+@pytest.mark.parametrize("antialiased", [False, True])
 @pytest.mark.parametrize("shape", ["flat", "needle", "point", "far quats"])
-def test_extreme_gaussians_have_finite_gradients(shape):
+def test_extreme_gaussians_have_finite_gradients(shape, antialiased):
     scene = scene_of(9, degree=3)
     scales = {"flat": (1, 1, 0), "needle": (1, 1e-7, 1e-7), "point": (0, 0, 0), "far quats": (1, 1, 1)}[shape]
     quats = scene.quats * (1e-200 if shape == "far quats" else 1)
-    scene = replace(scene, scales=scene.scales * scales, quats=quats)
+    scene = replace(scene, scales=scene.scales * scales, quats=quats, antialiased=antialiased)
     for options in ({}, {"lock": "anchor"}, {"lock": directions()}, {"fade": True}):
         if shape == "point" and "fade" in options:
             assert len(project(scene, CAMERA, **options)) == 0

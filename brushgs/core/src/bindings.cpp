@@ -135,8 +135,8 @@ brushgs::GaussianColumns<T> columns_of(const In<T, 2>& means, const In<T, 2>& qu
 template <class T>
 nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
                   const brushgs::View& view, double num_sigmas, double low_pass, brushgs::Lock lock,
-                  std::optional<In<float, 1>> directions, std::optional<In<float, 1>> area_scales, bool fades,
-                  int sh_degree, double softness, int num_threads) {
+                  std::optional<In<float, 1>> directions, std::optional<In<float, 1>> area_scales, bool antialiased,
+                  bool fades, int sh_degree, double softness, int num_threads) {
     const auto gaussians = columns_of<T>(means, quats, scales, opacities, sh);
     const brushgs::ProjectParams params{.view = view,
                                         .num_sigmas = num_sigmas,
@@ -146,6 +146,7 @@ nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opac
                                         .lock = lock,
                                         .directions = data_or_null(directions),
                                         .area_scales = data_or_null(area_scales),
+                                        .antialiased = antialiased,
                                         .fades = fades,
                                         .softness = softness};
     brushgs::BoxColumns<T> boxes;
@@ -175,21 +176,22 @@ template <class T>
 void def_project(nb::module_& m) {
     m.def("project", &project<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(), "scales"_a.noconvert(),
           "opacities"_a.noconvert(), "sh"_a.noconvert(), "view"_a, "num_sigmas"_a, "low_pass"_a, "lock"_a,
-          "directions"_a.noconvert().none(), "area_scales"_a.noconvert().none(), "fades"_a, "sh_degree"_a, "softness"_a,
-          "num_threads"_a,
+          "directions"_a.noconvert().none(), "area_scales"_a.noconvert().none(), "antialiased"_a, "fades"_a,
+          "sh_degree"_a, "softness"_a, "num_threads"_a,
           "The columns of the boxes, nearest first, and how many Gaussians have none for each reason, both by name.");
 }
 
 template <class T>
 void project_backward(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
                       const brushgs::View& view, double num_sigmas, double low_pass, brushgs::Lock lock,
-                      std::optional<In<float, 1>> directions, std::optional<In<float, 1>> area_scales, bool fades,
-                      int num_threads, In<std::int32_t, 1> ids, In<T, 2> colors, std::optional<In<T, 2>> v_box_centers,
-                      std::optional<In<T, 2>> v_box_half_extents, std::optional<In<T, 1>> v_box_angles,
-                      std::optional<In<T, 1>> v_box_depths, std::optional<In<T, 2>> v_box_colors,
-                      std::optional<In<T, 1>> v_box_opacities, std::optional<Out<T, 2>> v_means,
-                      std::optional<Out<T, 2>> v_quats, std::optional<Out<T, 2>> v_scales,
-                      std::optional<Out<T, 1>> v_opacities, std::optional<Out<T, 3>> v_sh) {
+                      std::optional<In<float, 1>> directions, std::optional<In<float, 1>> area_scales, bool antialiased,
+                      bool fades, int num_threads, In<std::int32_t, 1> ids, In<T, 2> colors,
+                      std::optional<In<T, 2>> v_box_centers, std::optional<In<T, 2>> v_box_half_extents,
+                      std::optional<In<T, 1>> v_box_angles, std::optional<In<T, 1>> v_box_depths,
+                      std::optional<In<T, 2>> v_box_colors, std::optional<In<T, 1>> v_box_opacities,
+                      std::optional<Out<T, 2>> v_means, std::optional<Out<T, 2>> v_quats,
+                      std::optional<Out<T, 2>> v_scales, std::optional<Out<T, 1>> v_opacities,
+                      std::optional<Out<T, 3>> v_sh) {
     const auto gaussians = columns_of<T>(means, quats, scales, opacities, sh);
     const std::size_t terms = gaussians.sh_terms;
     const brushgs::ProjectParams params{.view = view,
@@ -200,6 +202,7 @@ void project_backward(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> 
                                         .lock = lock,
                                         .directions = data_or_null(directions),
                                         .area_scales = data_or_null(area_scales),
+                                        .antialiased = antialiased,
                                         .fades = fades,
                                         .softness = 0};
     const brushgs::ProjectedBoxes<T> boxes{.count = ids.shape(0),
@@ -224,8 +227,8 @@ template <class T>
 void def_project_backward(nb::module_& m) {
     m.def("project_backward", &project_backward<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
           "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(), "view"_a, "num_sigmas"_a, "low_pass"_a,
-          "lock"_a, "directions"_a.noconvert().none(), "area_scales"_a.noconvert().none(), "fades"_a, "num_threads"_a,
-          "ids"_a.noconvert(), "colors"_a.noconvert(), "v_box_centers"_a.noconvert().none(),
+          "lock"_a, "directions"_a.noconvert().none(), "area_scales"_a.noconvert().none(), "antialiased"_a, "fades"_a,
+          "num_threads"_a, "ids"_a.noconvert(), "colors"_a.noconvert(), "v_box_centers"_a.noconvert().none(),
           "v_box_half_extents"_a.noconvert().none(), "v_box_angles"_a.noconvert().none(),
           "v_box_depths"_a.noconvert().none(), "v_box_colors"_a.noconvert().none(),
           "v_box_opacities"_a.noconvert().none(), "v_means"_a.noconvert().none(), "v_quats"_a.noconvert().none(),

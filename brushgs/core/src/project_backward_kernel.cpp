@@ -137,7 +137,19 @@ struct FactorGradient {
     v_quat[3] = (by_z - along * z) * scale;
 }
 
-template <class T, Lock lock>
+// Back through the share that the low-pass leaves of the opacity.
+[[gnu::always_inline]] inline void add_compensation(const Footprint& f, const Compensation& c, double low_pass,
+                                                    double v_share, FactorGradient& v) {
+    const double slope = low_pass > 0 ? v_share * low_pass / (c.grown * __builtin_sqrt(c.grown)) : 0.0;
+    const double v_area = slope * (f.sum + low_pass), v_sum = -0.5 * slope * c.area;
+    for (int k = 0; k < 3; ++k) {
+        const int next = (k + 1) % 3, last = (k + 2) % 3;
+        v.mx[k] += 2 * v_sum * f.mx[k] + v_area * (f.my[next] * c.normal[last] - f.my[last] * c.normal[next]);
+        v.my[k] += 2 * v_sum * f.my[k] + v_area * (c.normal[next] * f.mx[last] - c.normal[last] * f.mx[next]);
+    }
+}
+
+template <class T, Lock lock, bool antialiased>
 void turn_back(const ProjectParams& params, Block& block) {
     const ProjectParams p = params;  // local copies cannot overlap the lanes: that frees the vectoriser
     const View camera = params.view;
@@ -177,13 +189,17 @@ void turn_back(const ProjectParams& params, Block& block) {
         const double thinness = ratio / area_factor;
         const double half_u = p.num_sigmas * __builtin_sqrt(bare.along * area_factor);
         const double half_v = p.num_sigmas * __builtin_sqrt(bare.across * area_factor);
-        const Fade fade = fade_of(camera, f.depth, 4 * half_u * half_v, smallest.along, p.low_pass);
+        const double fade_low_pass = antialiased ? 0 : p.low_pass;
+        const Fade fade = fade_of(camera, f.depth, 4 * half_u * half_v, smallest.along, fade_low_pass);
+        Compensation compensation{};
+        compensation.share = 1;
+        if constexpr (antialiased) compensation = compensation_of(f, p.low_pass);
 
         // Back through the opacity and the fade.
-        const double v_visible = block.v_visible[i], opacity = block.opacity[i];
+        const double v_visible = block.v_visible[i], opacity = block.opacity[i] * compensation.share;
         const double share = fades > 0 ? fade.share() : 1.0;
         const double v_thinness = v_visible * opacity * share;
-        block.v_opacity[i] = v_visible * thinness * share;
+        block.v_opacity[i] = v_visible * thinness * share * compensation.share;
         const double v_share = fades > 0 ? v_visible * opacity * thinness : 0.0;
         const double near_step = smooth_step(fade.nearness), small_step = smooth_step(fade.smallness);
         const double v_root = v_share * near_step * smooth_slope(fade.smallness) * fade.length / (kWhole - kVanished);
@@ -191,7 +207,7 @@ void turn_back(const ProjectParams& params, Block& block) {
                                                 ((kFadedNear - 1) * camera.near);
         const double v_half_u = block.v_half_extents[0][i] - 0.5 * v_root * fade.root / half_u;
         const double v_half_v = block.v_half_extents[1][i] - 0.5 * v_root * fade.root / half_v;
-        const double length_slope = 0.5 * p.low_pass / (smallest.along * smallest.along * fade.length);
+        const double length_slope = 0.5 * fade_low_pass / (smallest.along * smallest.along * fade.length);
         Variances v_smallest{v_share > 0 || v_share < 0 ? v_share * near_step * small_step * length_slope : 0.0, 0.0};
 
         // Back through the half extents.
@@ -240,6 +256,8 @@ void turn_back(const ProjectParams& params, Block& block) {
             }
         }
         add_variances(f, major.cosine, major.sine, v_smallest.along, v_smallest.across, v);
+        if constexpr (antialiased)
+            add_compensation(f, compensation, p.low_pass, v_visible * block.opacity[i] * thinness * share, v);
 
         // Back through M: mx = fx scale / depth x (jx . axis), jx = w0 - clamped(ratio) w2.
         const double inverse_depth = 1 / f.depth;
@@ -329,6 +347,11 @@ void shade_back(const GaussianColumns<T>& gaussians, const ProjectParams& params
             shade_back<3>(gaussians, boxes, gradients, first, count, block);
             break;
     }
+}
+
+template <class T, Lock lock>
+void turn_back(const ProjectParams& params, Block& block) {
+    params.antialiased ? turn_back<T, lock, true>(params, block) : turn_back<T, lock, false>(params, block);
 }
 
 }  // namespace

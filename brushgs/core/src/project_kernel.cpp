@@ -37,7 +37,7 @@ struct alignas(64) Block {
 inline std::size_t index(double cull_reason) { return static_cast<std::size_t>(cull_reason); }
 
 // Fills the second half of `block` from the first, for Gaussians whose boxes are stored as T.
-template <class T, Lock lock>
+template <class T, Lock lock, bool antialiased>
 void place(const ProjectParams& params, Block& block) {
     const ProjectParams p = params;  // local copies cannot overlap the lanes: that frees the vectoriser
     const View camera = params.view;
@@ -75,8 +75,10 @@ void place(const ProjectParams& params, Block& block) {
         const double half_u = p.num_sigmas * __builtin_sqrt(variance.along);
         const double half_v = p.num_sigmas * __builtin_sqrt(variance.across);
 
-        const Fade fade = fade_of(camera, f.depth, 4 * half_u * half_v, major, p.low_pass);
-        const double paint = block.opacity[i] * thinness;
+        // An antialiased stroke that is shorter than a pixel is made fainter by its compensation already.
+        const Fade fade = fade_of(camera, f.depth, 4 * half_u * half_v, major, antialiased ? 0 : p.low_pass);
+        double paint = block.opacity[i] * thinness;
+        if constexpr (antialiased) paint *= compensation_of(f, p.low_pass).share;
         const double visible = fades > 0 ? paint * fade.share() : paint;
 
         // Outside: the upright rectangle around the box and the image have no area in common.
@@ -105,6 +107,11 @@ void place(const ProjectParams& params, Block& block) {
         block.visible[i] = visible;
         block.cull_reason[i] = cull_reason;
     }
+}
+
+template <class T, Lock lock>
+void place(const ProjectParams& params, Block& block) {
+    params.antialiased ? place<T, lock, true>(params, block) : place<T, lock, false>(params, block);
 }
 
 template <class T>

@@ -102,9 +102,10 @@ class Columns:
             self.opacities += 1
             np.reciprocal(self.opacities, out=self.opacities)
 
-    def gaussians(self) -> Gaussians:
+    def gaussians(self, *, antialiased: bool = False) -> Gaussians:
         """The finished scene, without a copy."""
-        return Gaussians(self.means, self.quats, self.scales, self.opacities, self.sh)
+        columns = (self.means, self.quats, self.scales, self.opacities, self.sh)
+        return Gaussians(*columns, antialiased=antialiased)
 
 
 def check_decoded_size(

@@ -44,6 +44,7 @@ struct ProjectParams {
     Lock lock;
     const float* directions;   // [count] radians, for Lock::given
     const float* area_scales;  // [count] least area of boxes in areas of the smallest, for Lock::given; or null
+    bool antialiased;          // whether opacities fall by what the low-pass adds to the area, see compensation_of
     bool fades;                // whether strokes fade that would otherwise appear or vanish, see fade_of
     double softness;           // depth over which two strokes hide each other in part, in sizes of a stroke; 0: none
 };
