@@ -80,6 +80,7 @@ def examine_file(path: SceneFiles, clean: Clean = "sure") -> Examination:
     total = len(columns.means)
     gaussians, dropped = _decode(columns, encoding, files[0].path)
     notes = join_notes(files, rows_dropped=dropped.num_rows, sh_degree_used=gaussians.sh_degree)
+    gaussians = replace(gaussians, antialiased=notes.training == "antialiased")
     findings += check_dropped(dropped, total)
     findings += check_quats(gaussians, total)
     copies = check_copies(gaussians, total)

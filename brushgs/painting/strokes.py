@@ -3,6 +3,7 @@
 Each adds a `Stage` to the report, and imports heavy packages only when it runs.
 """
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
     from brushgs.stroke_count.view_model import ViewModel
 
 
+TRAINED = {"antialiased": "antialiased", "2dgs": "2DGS, flat discs"}  # in words
+MOST_NAMES = 6  # of columns that are not read
+
+
 def load_scene(scene: SceneFiles, report: Report) -> "tuple[Gaussians, LoadNotes]":
     """Read the Gaussians of a scene, and notes on what else its files hold."""
     with report.stage("load") as stage:
@@ -30,7 +35,10 @@ def load_scene(scene: SceneFiles, report: Report) -> "tuple[Gaussians, LoadNotes
         dropped = f", {notes.rows_dropped:,} rows dropped" if notes.rows_dropped else ""
         degree = f"SH degree {notes.sh_degree_used}"
         what = "strokes" if notes.is_strokes else "Gaussians"
-        stage.did = f"{len(gaussians):,} {what}, {degree}, {notes.format}{dropped}"
+        training = "" if notes.training == "default" else f", {TRAINED[notes.training]}"
+        stage.did = f"{len(gaussians):,} {what}, {degree}, {notes.format}{training}{dropped}"
+        if notes.unknown:
+            stage.did += f"; {not_read(notes.unknown)}"
         stage.counts = {
             "gaussians": len(gaussians),
             "rows_read": notes.rows_read,
@@ -39,12 +47,21 @@ def load_scene(scene: SceneFiles, report: Report) -> "tuple[Gaussians, LoadNotes
             "sh_degree_used": notes.sh_degree_used,
             "format": notes.format,
             "is_strokes": notes.is_strokes,
+            "training": notes.training,
+            "columns_not_read": list(notes.unknown),
             "files": len(notes.files) or 1,
         }
         stage.details += notes.files
         if notes.sh_degree_used < notes.sh_degree_stored:
             stage.details.append(zero_degrees(notes.sh_degree_used, notes.sh_degree_stored))
     return gaussians, notes
+
+
+def not_read(columns: Sequence[str]) -> str:
+    """Columns of a file that are not read, in words; names of files are not trusted to be text."""
+    names = ["".join(c if c.isprintable() else "?" for c in name[:30]) for name in columns[:MOST_NAMES]]
+    more = ", ..." if len(columns) > MOST_NAMES else ""
+    return f"{len(columns)} column{'s' * (len(columns) != 1)} not read: {', '.join(names)}{more}"
 
 
 def zero_degrees(used: int, stored: int) -> str:

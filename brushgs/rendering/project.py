@@ -169,8 +169,8 @@ def project(
 
     The ellipse of a Gaussian is that of the projected covariance M M^T + low_pass I with M = J W R S. Its
     box is the smallest one in the direction that `lock` chooses, clipped at `num_sigmas` standard deviations:
-    whatever the direction, the box just covers the ellipse. Antialiased Gaussians have their opacity multiplied
-    by the root of det(M M^T) / det(M M^T + low_pass I). Those that cannot paint are culled, see
+    whatever the direction, the box just covers the ellipse. Opacities of antialiased Gaussians are multiplied
+    by the root of det(M M^T) / det(M M^T + low_pass I). Gaussians that cannot paint are culled, see
     `ProjectCounts`.
     Source: Zwicker et al. 2002, EWA Splatting (local affine projection); Kerbl et al. 2023 (the clamp of
     the Jacobian to 1.3 times the field of view, the low-pass, the spherical harmonics).

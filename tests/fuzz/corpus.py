@@ -49,6 +49,12 @@ def scenes(folder: Path) -> list[bytes]:
     found.append(
         write_scene(path, scene_columns(9), comments=["comment up axis: y"], newline="\r\n").read_bytes()
     )
+    widths = {"filter_3D": np.full(9, 0.1, np.float32), "label": np.arange(9, dtype=np.float32)}
+    found.append(
+        write_scene(path, scene_columns(9, 1) | widths, comments=["comment antialiased 1"]).read_bytes()
+    )
+    discs = {name: values for name, values in scene_columns(9).items() if name != "scale_2"}
+    found.append(write_scene(path, discs, comments=["comment SplatRenderMode: 2dgs"]).read_bytes())
     camera = element_bytes("camera", {"a": np.arange(3.0)})
     found.append(write_ply_file(path, [camera, element_bytes("vertex", scene_columns(9))]).read_bytes())
     return [*found, *header_traps()]
@@ -309,6 +315,7 @@ PLY = (
         b"property double opacity\n",
         b"\r",
     ),
+    *(b"property float filter_3D\n", b"comment SplatRenderMode: 2dgs\n", b"comment antialiased 1\n"),
     *(b"property float rot_0\n", b"property float f_rest_0\n", b"comment up axis: -y\n", b"obj_info ", b"\0"),
 )
 JSON = (

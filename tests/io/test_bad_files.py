@@ -225,7 +225,7 @@ def test_a_plain_point_cloud(tmp_path: Path) -> None:
     refuse(path, "is a plain point cloud without scales and rotations; train it as a 3DGS scene first")
 
 
-@pytest.mark.parametrize("name", ["x", "f_dc_1", "opacity", "scale_2", "rot_3"])
+@pytest.mark.parametrize("name", ["x", "f_dc_1", "opacity", "scale_1", "rot_3"])
 def test_a_missing_property_is_named(tmp_path: Path, name: str) -> None:
     columns = scene_columns(3)
     del columns[name]

@@ -5,6 +5,7 @@ Two layouts are read: Inria's (properties in any order and of any scalar type, s
 and SuperSplat.
 """
 
+from collections.abc import Collection
 from pathlib import Path
 
 from brushgs.errors import SceneError
@@ -12,12 +13,13 @@ from brushgs.io.files import open_plain
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
-from brushgs.io.scenes.ply_compressed import check_compressed, is_compressed, read_compressed
-from brushgs.io.scenes.ply_header import parse_header
-from brushgs.io.scenes.ply_inria import check_inria, read_inria
+from brushgs.io.scenes.ply_compressed import PACKED, check_compressed, is_compressed, read_compressed
+from brushgs.io.scenes.ply_header import Element, Header, parse_header
+from brushgs.io.scenes.ply_inria import FILTER_3D, check_inria, is_flat, read_columns_of, read_inria
 from brushgs.io.scenes.ply_rows import warn_of_surplus
-from brushgs.io.scenes.scene_file import SceneFile
+from brushgs.io.scenes.scene_file import SceneFile, Training
 
+_MEANINGLESS = ("nx", "ny", "nz")  # Gaussians have no normals: trainers write zeros for viewers of points
 _ENCODINGS = {
     "ascii": "ASCII",
     "binary_little_endian": "binary little-endian",
@@ -65,4 +67,19 @@ def open_scene(path: Path) -> SceneFile:
         has_fixed_encoding=has_chunks,
         up=header.up,
         is_strokes=header.is_strokes,
+        training=_training(header, vertex),
+        unknown=_unknown(vertex, PACKED if has_chunks else read_columns_of(num_terms)),
     )
+
+
+def _training(header: Header, vertex: Element) -> Training:
+    """How the scene was trained: what the comments state, else what the columns show."""
+    if is_flat(header, vertex):
+        return "2dgs"
+    return header.training or ("antialiased" if FILTER_3D in vertex.names else "default")
+
+
+def _unknown(vertex: Element, known: Collection[str]) -> tuple[str, ...]:
+    """The columns that are not read, but for those that mean nothing in a scene."""
+    names = (*vertex.names, *vertex.lists)
+    return tuple(name for name in names if name not in known and name not in _MEANINGLESS)

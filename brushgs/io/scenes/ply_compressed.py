@@ -26,7 +26,7 @@ from brushgs.io.scenes.ply_inria import count_terms
 from brushgs.io.scenes.ply_rows import check_size, open_rows
 from brushgs.sh import C0
 
-_PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
+PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
 # What a chunk has the smallest and largest value of, by axis.
 _AXES = {"position": ("x", "y", "z"), "scale": ("scale_x", "scale_y", "scale_z"), "color": ("r", "g", "b")}
 _CHUNK_ROWS = 256
@@ -37,7 +37,7 @@ _SH_RANGE = 8.0  # f_rest is stored in -4 to 4
 def is_compressed(header: Header) -> bool:
     """Whether a header describes this layout."""
     vertex = header.find("vertex")
-    return header.find("chunk") is not None and vertex is not None and _PACKED[0] in vertex.names
+    return header.find("chunk") is not None and vertex is not None and PACKED[0] in vertex.names
 
 
 def check_compressed(path: Path, header: Header, vertex: Element) -> int:
@@ -49,7 +49,7 @@ def check_compressed(path: Path, header: Header, vertex: Element) -> int:
     Raises:
         SceneError: names the property that is missing.
     """
-    for name in _PACKED:
+    for name in PACKED:
         if name not in vertex.names:
             raise SceneError(path, f"no property {name!r} among {len(vertex.names)} read; export it again")
     rest = header.find("sh")
@@ -95,6 +95,8 @@ def read_compressed(
 
             def decode(start: int, stop: int, out: Columns) -> None:
                 _decode(packed.read(start, stop), ranges, start, out)
+                if header.training == "2dgs":
+                    out.scales[:, 2] = -np.inf  # flat discs
                 if rest is not None:
                     _decode_rest(rest_rows.read(start, stop), out.sh)
 
@@ -150,7 +152,7 @@ def _column(rows: NDArray[np.void], names: tuple[str, ...]) -> F32:
 
 def _decode(rows: NDArray[np.void], ranges: dict[str, tuple[F32, F32]], start: int, out: Columns) -> None:
     """Unpack some rows; the first is row `start` of the file."""
-    position, rotation, scale, color = (rows[name].astype(np.uint32) for name in _PACKED)
+    position, rotation, scale, color = (rows[name].astype(np.uint32) for name in PACKED)
     chunks = np.arange(start, start + len(rows)) // _CHUNK_ROWS
     out.means[:] = _between(ranges["position"], chunks, _unpack(position, (11, 10, 11)))
     out.scales[:] = _between(ranges["scale"], chunks, _unpack(scale, (11, 10, 11)))

@@ -8,6 +8,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from brushgs.errors import SceneError
+from brushgs.io.scenes.scene_file import Training
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1",
@@ -20,6 +21,15 @@ _MAX_HEADER = 1 << 20  # bytes; real headers have 2 KiB, so a megabyte without i
 STROKES = "strokes of brushgs"  # the comment on Gaussians that are strokes: painting keeps all of them
 # Blanks are bounded: two unbounded runs of them in a row would take quadratic time.
 _UP = re.compile(r"\b(?:vertical|up)[ _-]?axis\s{0,9}[:=]?\s{0,9}([+-]?)([xyz])\b", re.IGNORECASE)
+# How a scene was trained, in the words of Brush, and in those of Postshot, where 1 is "mip".
+_TRAINED = re.compile(
+    r"SplatRenderMode\s{0,9}:\s{0,9}(default|mip|2dgs)|antialiased\s{0,9}([01])", re.IGNORECASE
+)
+_TRAINING: dict[str, Training] = {
+    **{"default": "default", "0": "default"},
+    **{"mip": "antialiased", "1": "antialiased", "2dgs": "2dgs"},
+}
+MIP = "SplatRenderMode: mip"  # the comment on antialiased Gaussians
 # Scenes have at most 62 properties and a handful of elements; the time for either is quadratic.
 _MAX_PROPERTIES, _MAX_ELEMENTS = 1000, 100
 
@@ -56,6 +66,7 @@ class Header:
         data_offset: byte at which the first row begins.
         up: axis that a comment names as up, "+x" to "-z", or None.
         is_strokes: whether a comment states that the rows are strokes, see `STROKES`.
+        training: how the scene was trained, by the last comment that states it; None if none does.
     """
 
     encoding: str
@@ -63,6 +74,7 @@ class Header:
     data_offset: int
     up: str | None
     is_strokes: bool = False
+    training: Training | None = None
 
     @property
     def is_ascii(self) -> bool:
@@ -85,6 +97,7 @@ class _Draft:
     lists: list[str] = field(default_factory=list)
     up: str | None = None
     is_strokes: bool = False
+    training: Training | None = None
 
     def close_element(self) -> None:
         """Give the last element its properties."""
@@ -117,7 +130,7 @@ def parse_header(file: BinaryIO, path: Path) -> Header:
     if not draft.encoding:
         raise SceneError(path, "the header has no 'format' line; the file is damaged: get it again")
     offset = end + 2 * len(newline) + len(b"end_header")
-    return Header(draft.encoding, tuple(draft.elements), offset, draft.up, draft.is_strokes)
+    return Header(draft.encoding, tuple(draft.elements), offset, draft.up, draft.is_strokes, draft.training)
 
 
 def _read_line(draft: _Draft, line: str) -> None:
@@ -125,8 +138,10 @@ def _read_line(draft: _Draft, line: str) -> None:
     match line.split():
         case []:
             pass
-        case ["comment" | "obj_info", *_]:
+        case ["comment" | "obj_info", *words]:
             draft.is_strokes |= line == f"comment {STROKES}"
+            if trained := _TRAINED.fullmatch(" ".join(words)):
+                draft.training = _TRAINING[(trained[1] or trained[2]).lower()]
             if axis := _UP.search(line):
                 draft.up = (axis[1] or "+") + axis[2].lower()
         case ["format", encoding, _] if encoding in _BYTE_ORDERS and not draft.elements:

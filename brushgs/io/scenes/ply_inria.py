@@ -1,8 +1,9 @@
 """The standard layout of a 3D Gaussian scene in a PLY file: one property per number.
 
 Scales are stored as logs, opacities as logits, and the spherical harmonics above degree 0 (f_rest)
-channel by channel. Properties are found by name, never by place.
-Source: Kerbl et al. 2023, layout of the reference implementation.
+channel by channel. Properties are found by name, never by place. Scenes of 2D Gaussians have two scales, or a
+third without a meaning: they are flat discs. Those of Mip-Splatting have the width of a 3D smoothing filter.
+Source: Kerbl et al. 2023, Yu et al. 2024, Huang et al. 2024, layouts of the reference implementations.
 """
 
 from collections.abc import Iterator
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from brushgs.errors import SceneError
 from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
-from brushgs.io.scenes.encoding import Encoding
+from brushgs.io.scenes.encoding import STANDARD, Encoding
 from brushgs.io.scenes.fill import Decoder, fill
 from brushgs.io.scenes.ply_header import Element, Header
 from brushgs.io.scenes.ply_rows import check_size, open_rows
@@ -25,6 +26,7 @@ from brushgs.io.scenes.ply_rows import check_size, open_rows
 _MEANS = ("x", "y", "z")
 _COLORS = ("f_dc_0", "f_dc_1", "f_dc_2")
 _SCALES = ("scale_0", "scale_1", "scale_2")
+FILTER_3D = "filter_3D"  # standard deviation of Mip-Splatting's smoothing filter, world units, no logarithm
 _QUATS = ("rot_0", "rot_1", "rot_2", "rot_3")
 _NUM_REST = {0: 1, 9: 4, 24: 9, 45: 16}  # f_rest properties -> spherical-harmonic terms
 # Small enough that a block is still in the cache when it is decoded and checked, large enough that the cost
@@ -56,12 +58,23 @@ def _check_is_scene(path: Path, header: Header, vertex: Element) -> None:
         if names >= set(_MEANS):
             what = "is a plain point cloud without scales and rotations"
             raise SceneError(path, f"{what}; train it as a 3DGS scene first")
-    for name in (*_MEANS, *_COLORS, "opacity", *_SCALES, *_QUATS):
+    for name in (*_MEANS, *_COLORS, "opacity", *_SCALES[:2], *_QUATS):
         if name not in names:
             if name in vertex.lists:
                 raise SceneError(path, f"property {name!r} is a list; export it as a 3D Gaussian scene")
             rule = f"no property {name!r} among {len(names)} read"
             raise SceneError(path, f"{rule}; export it as a 3D Gaussian scene")
+
+
+def is_flat(header: Header, vertex: Element) -> bool:
+    """Whether the Gaussians are flat discs: by a comment, or because they have two scales."""
+    return header.training == "2dgs" or _SCALES[2] not in vertex.names
+
+
+def read_columns_of(num_terms: int) -> set[str]:
+    """Names of the columns that are read of a scene with so many spherical-harmonic terms."""
+    rest = (name for channel in range(3) for name in _names_of_rest(channel, num_terms, 1, num_terms))
+    return {*_MEANS, *_COLORS, *rest, "opacity", *_SCALES, *_QUATS, FILTER_3D}
 
 
 def count_terms(path: Path, element: Element) -> int:
@@ -113,12 +126,19 @@ def read_inria(
     check_decoded_size(path, vertex.count, num_terms, size)
     block_rows = max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
     num_used = num_terms if is_raw else _count_used_terms(path, header, vertex, num_terms, block_rows)
-    layout = _RowLayout(vertex.dtype, num_terms, num_used)
+    layout = _RowLayout(vertex.dtype, num_terms, num_used, is_flat=is_flat(header, vertex))
+    has_filter = FILTER_3D in vertex.names
+
+    def decode(rows: NDArray[np.void], out: Columns) -> None:
+        layout.decode(rows, out, flat=0 if encoding.scales == "linear" else -np.inf)
+        if has_filter:  # its formula is one of standard values
+            out.standardize(encoding)
+            _smooth(out, rows[FILTER_3D])
 
     @contextmanager
     def open_decoder() -> Iterator[Decoder]:
         with open_rows(path, header, vertex, block_rows) as rows:
-            yield lambda start, stop, out: layout.decode(rows.read(start, stop), out)
+            yield lambda start, stop, out: decode(rows.read(start, stop), out)
 
     columns, dropped = fill(
         Columns.empty(vertex.count, num_used),
@@ -127,10 +147,26 @@ def read_inria(
         num_rest=num_terms - 1,
         is_sequential=header.is_ascii,
         is_logit=True,
-        encoding=encoding,
+        encoding=STANDARD if has_filter else encoding,
         is_raw=is_raw,
     )
     return columns, dropped
+
+
+def _smooth(out: Columns, widths: NDArray[Any]) -> None:
+    """Convolve Gaussians, as log-scales and logits, with the 3D filter they were trained with, in place.
+
+    Scales s become sqrt(s^2 + f^2); opacities are multiplied by the root of the ratio of determinants, the
+    product of the scales before over that of those after. A width that is no number spoils its row.
+    Source: Yu et al. 2024, Mip-Splatting, section 5.1.
+    """
+    logs, widths = out.scales.astype(np.float64), np.abs(widths.astype(np.float64))
+    smoothed = 0.5 * np.logaddexp(2 * logs, 2 * np.log(widths)[:, None])
+    ratios = np.where(smoothed == -np.inf, 0, logs - smoothed).sum(axis=1)  # a point that stays one keeps all
+    # log opacity of a logit is -log(1 + exp(-logit)).
+    log_opacities = ratios - np.logaddexp(0, -out.opacities.astype(np.float64))
+    out.scales[:] = smoothed
+    out.opacities[:] = log_opacities - np.log(-np.expm1(log_opacities))
 
 
 @dataclass(frozen=True)
@@ -146,19 +182,23 @@ class _Run:
 class _RowLayout:
     """Where the properties of a row lie and which column each goes to, worked out once per file."""
 
-    def __init__(self, dtype: np.dtype[Any], num_terms: int, num_used: int) -> None:
+    def __init__(self, dtype: np.dtype[Any], num_terms: int, num_used: int, *, is_flat: bool) -> None:
+        scales = _SCALES[:2] if is_flat else _SCALES
         self.means, self.quats, self.scales, self.opacities, self.colors = (
-            _find_runs(dtype, names) for names in (_MEANS, _QUATS, _SCALES, ("opacity",), _COLORS)
+            _find_runs(dtype, names) for names in (_MEANS, _QUATS, scales, ("opacity",), _COLORS)
         )
+        self.is_flat = is_flat
         self.rest = [
             _find_runs(dtype, _names_of_rest(channel, num_terms, 1, num_used)) for channel in range(3)
         ]
 
-    def decode(self, rows: NDArray[np.void], out: Columns) -> None:
-        """Copy the properties of some rows to their columns, as float32."""
+    def decode(self, rows: NDArray[np.void], out: Columns, *, flat: float) -> None:
+        """Copy the properties of some rows to their columns; `flat` is the scale of discs across them."""
         _copy(rows, self.means, out.means)
         _copy(rows, self.quats, out.quats)
         _copy(rows, self.scales, out.scales)
+        if self.is_flat:
+            out.scales[:, 2] = flat
         _copy(rows, self.opacities, out.opacities[:, None])
         _copy(rows, self.colors, out.sh[:, 0])
         for channel, runs in enumerate(self.rest):

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import Array
 from brushgs.io.files import replacing
-from brushgs.io.scenes.ply_header import STROKES
+from brushgs.io.scenes.ply_header import MIP, STROKES
 from brushgs.scene import Gaussians
 
 # exp(-104) is 0 in float32 and 1 / (1 + exp(-+104)) is 1 or 0: finite values in place of infinite logs.
@@ -20,7 +20,8 @@ def write_scene(gaussians: Gaussians, path: str | Path, *, is_strokes: bool = Fa
     """Write Gaussians as binary little-endian float32, log-scales and opacity logits.
 
     The values read back within float32 rounding of the logs. No infinity is written: a scale of 0 and
-    opacities of 0 and 1 become finite logs that read back as exactly 0 and 1.
+    opacities of 0 and 1 become finite logs that read back as exactly 0 and 1. That Gaussians are antialiased
+    is a comment, in the words of Brush.
 
     Args:
         gaussians: N >= 1 Gaussians.
@@ -40,7 +41,8 @@ def write_scene(gaussians: Gaussians, path: str | Path, *, is_strokes: bool = Fa
             raise ValueError(f"save: {name} must fit float32, got larger values; shrink the scene first")
     names = _names(gaussians.sh.shape[1])
     lines = "".join(f"property float {name}\n" for name in names)
-    comment = f"comment {STROKES}\n" if is_strokes else ""
+    comments = [STROKES] * is_strokes + [MIP] * gaussians.antialiased
+    comment = "".join(f"comment {text}\n" for text in comments)
     begin = f"ply\nformat binary_little_endian 1.0\n{comment}element vertex {len(gaussians)}\n"
     header = f"{begin}{lines}end_header\n"
     with replacing(path) as temporary, temporary.open("wb") as file:

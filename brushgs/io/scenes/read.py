@@ -12,7 +12,7 @@ from brushgs.io.scenes.identify import find_format
 from brushgs.io.scenes.notes import LoadNotes, join_notes
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.options.scene_source import SceneFiles, SceneSource
-from brushgs.scene import Gaussians
+from brushgs.scene import SH_TERMS, Gaussians
 
 # Limits for `_warn_of_other_encoding`.
 _MIN_ROWS = 10
@@ -58,8 +58,9 @@ def read_scene(
         if encoding.is_standard and not file.has_fixed_encoding:
             _warn_of_other_encoding(file.path, columns)
         parts.append(columns)
-    gaussians = Columns.joined(parts).gaussians()
-    return gaussians, join_notes(files, rows_dropped=rows_dropped, sh_degree_used=gaussians.sh_degree)
+    columns = Columns.joined(parts)
+    notes = join_notes(files, rows_dropped=rows_dropped, sh_degree_used=SH_TERMS[columns.sh.shape[1]])
+    return columns.gaussians(antialiased=notes.training == "antialiased"), notes
 
 
 def read_raw(path: str | Path, lod: int | None = None) -> tuple[Columns, SceneFile]:

@@ -1,0 +1,212 @@
+"""How a scene was trained: what PLY files say of it, and what it does to the Gaussians."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.doctor import cure, examine_file, run_doctor
+from brushgs.io import read_scene
+from brushgs.io.scenes.encoding import Encoding
+from brushgs.io.scenes.read import read_raw
+from brushgs.still_life import still_life
+from tests.io import test_compressed_ply
+from tests.io.ply_maker import decoded, scene_columns, write_scene
+
+SIZE = {"width": 64, "height": 48}
+FRONT = bg.Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)
+
+
+@pytest.mark.parametrize(
+    ("comments", "training"),
+    [
+        ([], "default"),
+        (["comment SplatRenderMode: default"], "default"),
+        (["comment SplatRenderMode: mip"], "antialiased"),
+        (["comment Exported from Brush", "comment splatrendermode:mip"], "antialiased"),
+        (["comment SplatRenderMode: 2dgs"], "2dgs"),
+        (["comment antialiased 0"], "default"),
+        (["comment antialiased 1"], "antialiased"),
+        (["obj_info antialiased 1"], "antialiased"),
+        (["comment antialiased 1", "comment SplatRenderMode: default"], "default"),  # the last one counts
+        (["comment not antialiased 1", "comment antialiased 10", "comment SplatRenderMode: new"], "default"),
+    ],
+)
+def test_comments_state_the_training(tmp_path: Path, comments: list[str], training: str) -> None:
+    path = write_scene(tmp_path / "a.ply", scene_columns(20), comments=comments)
+    gaussians, notes = read_scene(path)
+    assert notes.training == training
+    assert gaussians.antialiased == (training == "antialiased")
+
+
+@pytest.mark.parametrize("is_strokes", [False, True])
+@pytest.mark.parametrize("antialiased", [False, True])
+def test_what_is_written_states_it_too(tmp_path: Path, antialiased: bool, is_strokes: bool) -> None:
+    from brushgs.io.scenes.write import write_scene as save
+
+    save(replace(still_life(1000), antialiased=antialiased), tmp_path / "a.ply", is_strokes=is_strokes)
+    gaussians, notes = read_scene(tmp_path / "a.ply")
+    assert (gaussians.antialiased, notes.is_strokes) == (antialiased, is_strokes)
+    assert (b"comment SplatRenderMode: mip\n" in (tmp_path / "a.ply").read_bytes()) == antialiased
+
+
+def test_the_doctor_keeps_it(tmp_path: Path) -> None:
+    bg.save(replace(still_life(2000), antialiased=True), tmp_path / "a.ply")
+    run_doctor(tmp_path / "a.ply", tmp_path / "b.ply")
+    assert bg.load(tmp_path / "b.ply").antialiased
+
+
+# The 3D filter of Mip-Splatting
+
+
+def filtered(columns: dict[str, np.ndarray], widths: np.ndarray) -> dict[str, np.ndarray]:
+    """What Mip-Splatting's `get_scaling_with_3D_filter` and `get_opacity_with_3D_filter` return, in float64."""
+    plain = decoded(columns)
+    squares = plain["scales"] ** 2
+    grown = squares + widths.astype(np.float64)[:, None] ** 2
+    share = np.sqrt(squares.prod(axis=1) / grown.prod(axis=1))
+    return plain | {"scales": np.sqrt(grown), "opacities": plain["opacities"] * share}
+
+
+@pytest.mark.parametrize("encoding", ["binary_little_endian", "ascii"])
+def test_the_3d_filter_is_applied(tmp_path: Path, encoding: str) -> None:
+    columns = scene_columns(200, degree=1)
+    widths = np.exp(np.random.default_rng(3).normal(-4, 2, 200)).astype(np.float32)
+    path = write_scene(tmp_path / "a.ply", columns | {"filter_3D": widths}, encoding)
+    gaussians, notes = read_scene(path)
+    for name, expected in filtered(columns, widths).items():
+        # Logs of up to 10 and logits of up to 15 in float32 are known to some 1e-6.
+        np.testing.assert_allclose(getattr(gaussians, name), expected, rtol=4e-6, err_msg=name)
+    assert (notes.training, notes.unknown) == ("antialiased", ())
+
+
+def test_a_filter_of_no_width_changes_nothing_and_its_ends_are_exact(tmp_path: Path) -> None:
+    columns = scene_columns(4)
+    columns["scale_0"][0] = columns["scale_1"][0] = columns["scale_2"][0] = -np.inf  # a point
+    columns["opacity"][1], columns["opacity"][2] = np.inf, -np.inf
+    path = write_scene(tmp_path / "a.ply", columns | {"filter_3D": np.zeros(4, np.float32)})
+    gaussians, expected = bg.load(path), decoded(columns)
+    np.testing.assert_allclose(gaussians.scales, expected["scales"], rtol=1e-6)
+    np.testing.assert_allclose(gaussians.opacities, expected["opacities"], rtol=2e-6)
+    assert gaussians.opacities[1:3].tolist() == [1, 0]
+    path = write_scene(tmp_path / "b.ply", columns | {"filter_3D": np.full(4, 0.1, np.float32)})
+    gaussians = bg.load(path)
+    assert gaussians.opacities[0] == 0  # spread over a volume, a point has no density left
+    np.testing.assert_allclose(gaussians.scales[0], 0.1, rtol=1e-6)
+
+
+def test_a_broken_filter_drops_its_row(tmp_path: Path) -> None:
+    widths = np.full(5, 0.1, np.float32)
+    widths[[1, 3]] = np.nan, np.inf
+    path = write_scene(tmp_path / "a.ply", scene_columns(5) | {"filter_3D": widths})
+    with pytest.warns(bg.SceneWarning, match="2 of 5 rows were dropped"):
+        assert len(bg.load(path)) == 3
+
+
+def test_the_filter_is_one_of_standard_values_in_any_encoding(tmp_path: Path) -> None:
+    columns, widths = scene_columns(50), np.full(50, 0.02, np.float32)
+    usual = bg.load(write_scene(tmp_path / "a.ply", columns | {"filter_3D": widths}))
+    linear = columns | {f"scale_{i}": np.exp(columns[f"scale_{i}"]) for i in range(3)}
+    linear["opacity"] = 1 / (1 + np.exp(-columns["opacity"]))
+    path = write_scene(tmp_path / "b.ply", linear | {"filter_3D": widths})
+    other = bg.load(path, Encoding(scales="linear", opacities="linear"))
+    np.testing.assert_allclose(other.scales, usual.scales, rtol=2e-6)
+    np.testing.assert_allclose(other.opacities, usual.opacities, rtol=2e-5)
+
+
+def test_the_doctor_sees_the_filtered_scene(tmp_path: Path) -> None:
+    scene = still_life(3000)
+    bg.save(scene, tmp_path / "plain.ply")
+    header, data = (tmp_path / "plain.ply").read_bytes().split(b"end_header\n")
+    rows = np.frombuffer(data, "<f4").reshape(len(scene), -1)
+    rows = np.concatenate([rows, np.full((len(rows), 1), 0.01, "<f4")], axis=1)
+    header += b"property float filter_3D\nend_header\n"
+    (tmp_path / "a.ply").write_bytes(header + rows.tobytes())
+    examined = examine_file(tmp_path / "a.ply")
+    for name, column in bg.load(tmp_path / "a.ply").columns().items():
+        np.testing.assert_array_equal(examined.gaussians.columns()[name], column)
+    assert cure(examined).antialiased
+
+
+# Scenes of 2D Gaussians
+
+
+def two_scales(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {name: values for name, values in columns.items() if name != "scale_2"}
+
+
+@pytest.mark.parametrize("encoding", ["binary_little_endian", "binary_big_endian", "ascii"])
+def test_two_scales_make_flat_discs(tmp_path: Path, encoding: str) -> None:
+    columns = scene_columns(50, degree=2)
+    gaussians, notes = read_scene(write_scene(tmp_path / "a.ply", two_scales(columns), encoding))
+    expected = decoded(columns)
+    np.testing.assert_allclose(gaussians.scales[:, :2], expected["scales"][:, :2], rtol=1e-6)
+    assert not gaussians.scales[:, 2].any()
+    np.testing.assert_array_equal(gaussians.sh, expected["sh"].astype(np.float32))
+    assert (notes.training, notes.rows_dropped, gaussians.antialiased) == ("2dgs", 0, False)
+
+
+def test_a_third_scale_of_discs_means_nothing(tmp_path: Path) -> None:
+    path = write_scene(tmp_path / "a.ply", scene_columns(20), comments=["comment SplatRenderMode: 2dgs"])
+    assert not bg.load(path).scales[:, 2].any()
+
+
+def test_compressed_discs_are_flat(tmp_path: Path) -> None:
+    path = test_compressed_ply.encode(tmp_path / "a.ply", test_compressed_ply.make(300))
+    assert bg.load(path).scales[:, 2].all()
+    path.write_bytes(path.read_bytes().replace(b"ply\n", b"ply\ncomment SplatRenderMode: 2dgs\n", 1))
+    gaussians, notes = read_scene(path)
+    assert notes.training == "2dgs"
+    assert not gaussians.scales[:, 2].any()
+
+
+def test_discs_in_linear_scales_stay_discs(tmp_path: Path) -> None:
+    columns = scene_columns(20)
+    columns = two_scales(columns | {f"scale_{i}": np.exp(columns[f"scale_{i}"]) for i in range(3)})
+    gaussians = bg.load(write_scene(tmp_path / "a.ply", columns), Encoding(scales="linear"))
+    assert len(gaussians) == 20
+    assert not gaussians.scales[:, 2].any()
+
+
+def test_discs_are_painted_clustered_examined_and_written(tmp_path: Path) -> None:
+    """A disc seen from the front is round, from the side as thin as the low-pass."""
+    columns = {name: np.zeros(1, np.float32) for name in two_scales(scene_columns(1))}
+    columns |= {"scale_0": np.log([0.5]), "scale_1": np.log([0.5]), "rot_0": np.ones(1)}
+    disc = bg.load(write_scene(tmp_path / "a.ply", columns))
+    pixels = FRONT.K[0, 0] / 4 * 0.5
+    np.testing.assert_allclose(bg.project(disc, FRONT).half_extents[0], 2 * np.hypot(pixels, 0.3**0.5), 1e-5)
+    side = bg.Camera.look_at((-4, 0, 0), (0, 0, 0), **SIZE)
+    assert bg.project(disc, side).half_extents[0, 1] == pytest.approx(2 * 0.3**0.5, rel=1e-5)
+
+    path = write_scene(tmp_path / "b.ply", two_scales(scene_columns(2000)))
+    discs = bg.load(path)
+    strokes = bg.cluster(bg.prune(discs, keep=0.7), 100)
+    frame = bg.render(strokes, FRONT, bg.StrokeTexture.open("flat"))
+    assert np.isfinite(frame.rgb).all()
+    assert frame.alpha.any()
+    assert not [f for f in bg.examine(path) if f.severity == "fault"]
+    bg.save(discs, tmp_path / "c.ply")
+    assert not bg.load(tmp_path / "c.ply").scales[:, 2].any()
+
+
+# Columns that are not read
+
+
+def test_columns_that_are_not_read_are_named(tmp_path: Path) -> None:
+    extra = {name: np.zeros(9, np.float32) for name in ("segment", "label")}
+    path = write_scene(tmp_path / "a.ply", scene_columns(9, degree=3) | extra)
+    assert read_scene(path)[1].unknown == ("segment", "label")
+    assert read_scene(write_scene(tmp_path / "b.ply", scene_columns(9, degree=3)))[1].unknown == ()
+    compressed = test_compressed_ply.encode(tmp_path / "c.ply", test_compressed_ply.make(9, 3))
+    assert read_scene(compressed)[1].unknown == ()
+
+
+def test_reading_raw_gives_the_standard_values_of_a_filter(tmp_path: Path) -> None:
+    columns, widths = scene_columns(30), np.full(30, 0.05, np.float32)
+    path = write_scene(tmp_path / "a.ply", columns | {"filter_3D": widths})
+    ((raw, file),) = read_raw(path)
+    expected = filtered(columns, widths)
+    np.testing.assert_allclose(raw.scales, np.log(expected["scales"]), rtol=1e-6, atol=1e-6)
+    assert file.training == "antialiased"
