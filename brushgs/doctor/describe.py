@@ -37,7 +37,7 @@ def describe(path: SceneFiles) -> dict[str, Any]:
         "sh_degree": notes.sh_degree_stored,
         "sh_degree_used": notes.sh_degree_used,
         "training": notes.training,
-        "not_read": " ".join(notes.unknown) or "nothing",
+        "not_read": ", ".join(notes.unknown) or "nothing",
         "up": notes.up or f"not stated ({DEFAULT_UP} is assumed)",
         "low": _floats(gaussians.means.min(axis=0)),
         "high": _floats(gaussians.means.max(axis=0)),

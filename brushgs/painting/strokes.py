@@ -58,10 +58,10 @@ def load_scene(scene: SceneFiles, report: Report) -> "tuple[Gaussians, LoadNotes
 
 
 def not_read(columns: Sequence[str]) -> str:
-    """Columns of a file that are not read, in words; names of files are not trusted to be text."""
-    names = ["".join(c if c.isprintable() else "?" for c in name[:30]) for name in columns[:MOST_NAMES]]
+    """Columns of a file that are not read, in words."""
     more = ", ..." if len(columns) > MOST_NAMES else ""
-    return f"{len(columns)} column{'s' * (len(columns) != 1)} not read: {', '.join(names)}{more}"
+    names = ", ".join(columns[:MOST_NAMES])
+    return f"{len(columns)} column{'s' * (len(columns) != 1)} not read: {names}{more}"
 
 
 def zero_degrees(used: int, stored: int) -> str:

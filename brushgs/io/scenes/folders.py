@@ -12,6 +12,9 @@ from brushgs.io.scenes.formats import SCENE_FORMATS
 from brushgs.io.scenes.identify import match_format
 
 _DEEP, _FAR = 3, 1000  # folders and entries in which a scene is searched, for the cure in a message
+_OWN_SUFFIXES = {
+    suffix for suffix in suffixes_of(SCENE_FORMATS) if suffix != ".json"
+}  # of nothing but scenes
 _FEWEST_FRAMES = 3
 # Last words before the number, in names of files that hold the moments of a moving scene.
 _WORDS_OF_FRAMES = {"", "f", "frame", "t", "time", "timestep"}
@@ -22,7 +25,7 @@ def find_parts(paths: Iterable[Path]) -> list[Path]:
 
     A folder that is a scene of itself, as those of .sog are, stands for itself. Any other stands for the
     scenes directly in it, by name: numbers by value, so that tile_10 follows tile_9. Hidden files and
-    those of no scene format are passed over.
+    those that neither are scenes nor called so are passed over.
 
     Raises:
         SceneError: if a folder holds no scene; says what was looked for. Files are not checked here.
@@ -52,10 +55,17 @@ def _parts_of(path: Path) -> list[Path]:
     if not is_dir(path) or match_format(path) is not None:
         return [path]
     entries = _entries(path)
-    parts = [entry for entry in entries if (is_plain(entry) or is_dir(entry)) and match_format(entry)]
+    parts = [entry for entry in entries if _is_part(entry)]
     if not parts:
         raise SceneError(path, _nothing_found(path, entries))
     return parts
+
+
+def _is_part(entry: Path) -> bool:
+    """Whether an entry of a folder is a scene, or called one: an empty tile is refused, not passed over."""
+    if is_dir(entry):
+        return match_format(entry) is not None
+    return is_plain(entry) and (entry.suffix.lower() in _OWN_SUFFIXES or match_format(entry) is not None)
 
 
 def _entries(folder: Path) -> list[Path]:

@@ -11,6 +11,8 @@ from brushgs.io.scenes.folders import are_frames
 from brushgs.io.scenes.scene_file import SceneFile, Training
 from brushgs.scene import SH_TERMS
 
+_LONGEST_NAME = 40  # of a column, characters
+
 
 @dataclass(frozen=True)
 class LoadNotes:
@@ -26,7 +28,7 @@ class LoadNotes:
         up: axis that the files name as up, "+x" to "-z"; None if they name none, or different ones.
         is_strokes: whether every file states that its Gaussians are strokes that brushgs made.
         training: how the scene was trained, as far as the files state it.
-        unknown: columns or extensions of the files that were not read, by name.
+        unknown: columns or extensions of the files that were not read, by name, safe to print.
         files: each of several files in words; empty for one.
     """
 
@@ -62,7 +64,7 @@ def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used:
         up=_common_up(files),
         is_strokes=_are_strokes(files),
         training=_common_training(files),
-        unknown=tuple(dict.fromkeys(name for file in files for name in file.unknown)),
+        unknown=tuple(dict.fromkeys(_printable(name) for file in files for name in file.unknown)),
         files=() if is_one else tuple(f"{f.path.name}: {f.num_rows:,} rows, {f.format}" for f in files),
     )
 
@@ -96,6 +98,11 @@ def _common_training(files: Sequence[SceneFile]) -> Training:
         words = in_words([f"{training} ({count:,} Gaussians)" for training, count in rows.items()], "and")
         _warn(files, f"the files were trained differently, {words}; all are drawn as {most}")
     return most
+
+
+def _printable(name: str) -> str:
+    """A name from a file, which is not trusted to be text nor to be short."""
+    return "".join(c if c.isprintable() else "?" for c in name[:_LONGEST_NAME])
 
 
 def _warn(files: Sequence[SceneFile], message: str) -> None:

@@ -62,7 +62,7 @@ def test_the_doctor_keeps_it(tmp_path: Path) -> None:
 
 
 def filtered(columns: dict[str, np.ndarray], widths: np.ndarray) -> dict[str, np.ndarray]:
-    """What Mip-Splatting's `get_scaling_with_3D_filter` and `get_opacity_with_3D_filter` return, in float64."""
+    """What the `get_..._with_3D_filter` of Mip-Splatting return, in float64."""
     plain = decoded(columns)
     squares = plain["scales"] ** 2
     grown = squares + widths.astype(np.float64)[:, None] ** 2
@@ -206,7 +206,7 @@ def test_columns_that_are_not_read_are_named(tmp_path: Path) -> None:
 def test_reading_raw_gives_the_standard_values_of_a_filter(tmp_path: Path) -> None:
     columns, widths = scene_columns(30), np.full(30, 0.05, np.float32)
     path = write_scene(tmp_path / "a.ply", columns | {"filter_3D": widths})
-    ((raw, file),) = read_raw(path)
+    raw, file = read_raw(path)
     expected = filtered(columns, widths)
     np.testing.assert_allclose(raw.scales, np.log(expected["scales"]), rtol=1e-6, atol=1e-6)
     assert file.training == "antialiased"

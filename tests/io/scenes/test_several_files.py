@@ -1,0 +1,357 @@
+"""A scene in several files, of one format or several, named one by one or by their folder."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.doctor import run_doctor
+from brushgs.doctor.describe import describe
+from brushgs.io import read_scene
+from brushgs.io.scenes.columns import Columns
+from brushgs.io.scenes.folders import are_frames, find_parts, natural_key
+from brushgs.options.scene_source import SceneSource
+from brushgs.still_life import still_life
+from tests.io import test_compressed_ply
+from tests.io.ply_maker import scene_columns, write_scene
+from tests.scenes import real_scene
+
+
+def make(path: Path, num_rows: int = 10, degree: int = 0, *comments: str, seed: int = 0, **changes) -> Path:
+    """A scene file; `changes` replace columns."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return write_scene(path, scene_columns(num_rows, degree, seed) | changes, comments=comments)
+
+
+def assert_joined(whole: bg.Gaussians, *parts: bg.Gaussians) -> None:
+    """The rows of the parts in order, with zeros in degrees that a part has not."""
+    num_terms = max(part.sh.shape[1] for part in parts)
+    for name in ("means", "quats", "scales", "opacities"):
+        np.testing.assert_array_equal(getattr(whole, name), np.concatenate([getattr(p, name) for p in parts]))
+    padded = [np.pad(part.sh, ((0, 0), (0, num_terms - part.sh.shape[1]), (0, 0))) for part in parts]
+    np.testing.assert_array_equal(whole.sh, np.concatenate(padded))
+
+
+# Joining
+
+
+def test_files_are_joined_in_the_order_given(tmp_path: Path) -> None:
+    a, b, c = (make(tmp_path / f"{n}.ply", 5 + n, degree, seed=n) for n, degree in enumerate((1, 0, 3)))
+    parts = [bg.load(path) for path in (b, c, a)]
+    whole, notes = read_scene([b, str(c), a])
+    assert_joined(whole, *parts)
+    assert (notes.rows_read, notes.rows_dropped, len(whole)) == (18, 0, 18)
+    assert (notes.sh_degree_stored, notes.sh_degree_used) == (3, 3)
+    assert notes.format == "3 files: PLY, binary little-endian"
+    assert notes.files[0] == "1.ply: 6 rows, PLY, binary little-endian"
+
+
+def test_one_file_in_a_list_is_that_file(tmp_path: Path) -> None:
+    path = make(tmp_path / "a.ply", degree=2)
+    (alone, notes), (listed, listed_notes) = read_scene(path), read_scene([path])
+    assert notes == listed_notes
+    assert_joined(listed, alone)
+
+
+def test_formats_mix(tmp_path: Path) -> None:
+    plain = make(tmp_path / "a.ply", 20, 2)
+    compressed = test_compressed_ply.encode(tmp_path / "b.ply", test_compressed_ply.make(300, 1))
+    whole, notes = read_scene([plain, compressed])
+    assert_joined(whole, bg.load(plain), bg.load(compressed))
+    assert notes.format == "2 files: PLY, binary little-endian; compressed PLY, binary little-endian"
+
+
+def test_the_parts_are_emptied_while_they_are_joined() -> None:
+    """A scene of several large files is in memory little more than once."""
+    parts = [Columns(*(np.ones_like(c) for c in vars(Columns.empty(4, 1)).values())) for _ in range(3)]
+    whole = Columns.joined(parts)
+    assert len(whole.sh) == 12
+    assert not any(column.size for part in parts for column in vars(part).values())
+
+
+def test_dropped_rows_are_told_of_each_file(tmp_path: Path) -> None:
+    a, b = (make(tmp_path / name, 3, x=np.array([0, np.nan, 2])) for name in ("a.ply", "b.ply"))
+    with pytest.warns(bg.SceneWarning) as caught:
+        _, notes = read_scene([a, b])
+    assert notes.rows_dropped == 2
+    texts = [str(warning.message) for warning in caught]
+    assert [text.split(":")[0] for text in texts] == [str(a), str(b)]
+    assert all("1 of 3 rows were dropped" in text for text in texts)
+
+
+def test_what_is_wrong_with_a_file_names_it(tmp_path: Path) -> None:
+    good, bad = make(tmp_path / "a.ply"), tmp_path / "b.ply"
+    bad.write_bytes(good.read_bytes()[:-50])
+    with pytest.raises(bg.SceneError, match=r"b\.ply: is cut off") as caught:
+        bg.load([good, bad])
+    assert caught.value.path == bad
+
+
+def test_nothing_is_no_scene() -> None:
+    with pytest.raises(ValueError, match="scene must name at least one file, got none"):
+        bg.load([])
+
+
+# Where files disagree
+
+
+UP = "comment up axis: "
+
+
+@pytest.mark.parametrize(
+    ("axes", "up"), [(["+z", "+z"], "+z"), (["+z", None], "+z"), ([None, "-y"], "-y"), ([None, None], None)]
+)
+def test_the_up_axis_is_that_of_the_files_which_name_one(tmp_path: Path, axes: list, up: str | None) -> None:
+    paths = [
+        make(tmp_path / f"{n}.ply", 3, 0, *([] if axis is None else [UP + axis]))
+        for n, axis in enumerate(axes)
+    ]
+    assert read_scene(paths)[1].up == up
+
+
+def test_different_up_axes_are_told_and_none_is_taken(tmp_path: Path) -> None:
+    paths = [make(tmp_path / f"{axis}.ply", 3, 0, UP + axis) for axis in ("+z", "-y")]
+    with pytest.warns(bg.SceneWarning, match=r"different axes as up, \+z \(\+z\.ply\) and -y \(-y\.ply\)"):
+        assert read_scene(paths)[1].up is None
+
+
+MIP = "comment SplatRenderMode: mip"
+
+
+@pytest.mark.parametrize(("rows", "antialiased"), [((20, 10), True), ((10, 20), False)])
+def test_different_training_is_told_and_that_of_most_gaussians_taken(
+    tmp_path: Path, rows: tuple[int, int], antialiased: bool
+) -> None:
+    paths = make(tmp_path / "a.ply", rows[0], 0, MIP), make(tmp_path / "b.ply", rows[1])
+    with pytest.warns(
+        bg.SceneWarning, match="trained differently, antialiased .* and default .*; all are drawn as"
+    ):
+        assert bg.load(paths).antialiased is antialiased
+
+
+def test_equal_training_stays(tmp_path: Path) -> None:
+    paths = [make(tmp_path / f"{n}.ply", 5, 0, MIP) for n in range(2)]
+    assert bg.load(paths).antialiased
+
+
+def test_strokes_beside_a_scene_are_a_scene(tmp_path: Path) -> None:
+    from brushgs.io.scenes.write import write_scene as save
+
+    for name, is_strokes in (("a", True), ("b", True), ("c", False)):
+        save(still_life(1000), tmp_path / f"{name}.ply", is_strokes=is_strokes)
+    assert read_scene([tmp_path / "a.ply", tmp_path / "b.ply"])[1].is_strokes
+    with pytest.warns(bg.SceneWarning, match=r"a\.ply holds strokes of brushgs and other files do not"):
+        assert not read_scene([tmp_path / "a.ply", tmp_path / "c.ply"])[1].is_strokes
+
+
+def test_columns_that_are_not_read_are_those_of_any_file(tmp_path: Path) -> None:
+    a = make(tmp_path / "a.ply", label=np.zeros(10), segment=np.zeros(10))
+    b = make(tmp_path / "b.ply", label=np.zeros(10))
+    assert read_scene([a, b])[1].unknown == ("label", "segment")
+
+
+# Folders
+
+
+def test_a_folder_is_its_scenes_by_name_and_number(tmp_path: Path) -> None:
+    folder = tmp_path / "tiles"
+    paths = [make(folder / f"tile_{n}.ply", 3 + n, seed=n) for n in (1, 2, 9, 10)]
+    make(folder / ".hidden.ply")
+    (folder / "cameras.json").write_text("{}")
+    make(folder / "deeper" / "another.ply")
+    assert find_parts([folder]) == paths
+    assert_joined(bg.load(folder), *map(bg.load, paths))
+
+
+def test_what_is_called_a_scene_in_a_folder_must_be_one(tmp_path: Path) -> None:
+    make(tmp_path / "tile_0.ply")
+    (tmp_path / "tile_1.ply").write_bytes(b"")
+    with pytest.raises(bg.SceneError, match=r"tile_1\.ply: is empty; copy or download it again"):
+        bg.load(tmp_path)
+
+
+def test_files_and_folders_mix(tmp_path: Path) -> None:
+    alone, inside = make(tmp_path / "a.ply", 4), make(tmp_path / "tiles" / "b.ply", 6)
+    assert find_parts([tmp_path / "tiles", alone]) == [inside, alone]
+    assert len(bg.load([tmp_path / "tiles", alone])) == 10
+
+
+def test_names_sort_with_their_numbers_by_value() -> None:
+    names = ["b2", "B10", "a", "b1_10", "b1_9", "2", "10", "b02"]
+    assert sorted(names, key=natural_key) == ["2", "10", "a", "b1_9", "b1_10", "b02", "b2", "B10"]
+
+
+def test_a_folder_without_a_scene_says_what_was_looked_for(tmp_path: Path) -> None:
+    with pytest.raises(
+        bg.SceneError, match=r"is an empty folder: it should hold \.ply.*; name the scene file$"
+    ):
+        bg.load(tmp_path)
+    (tmp_path / "notes.txt").write_text("hello")
+    with pytest.raises(
+        bg.SceneError, match=r"none of the 1 entries of the folder is \.ply.*; name the scene"
+    ):
+        bg.load(tmp_path)
+
+
+def test_the_scene_that_a_trainer_nested_is_named(tmp_path: Path) -> None:
+    (tmp_path / "cfg_args").write_text("")
+    for steps in (7000, 30000):
+        make(tmp_path / "point_cloud" / f"iteration_{steps}" / "point_cloud.ply")
+    with pytest.raises(bg.SceneError, match=r"did you mean .*/iteration_30000/point_cloud\.ply\?"):
+        bg.load(tmp_path)
+
+
+# Frames of a moving scene
+
+
+@pytest.mark.parametrize(
+    ("names", "are"),
+    [
+        (["frame_000.ply", "frame_001.ply", "frame_002.ply"], True),
+        (["dance_frame7.compressed.ply", "dance_frame8.compressed.ply", "dance_frame9.compressed.ply"], True),
+        (["00010.ply", "00011.ply", "00012.ply"], True),
+        (["time_1.spz", "time_2.spz", "time_3.spz"], True),
+        (["frame_0.ply", "frame_1.ply"], False),
+        (["frame_0.ply", "frame_1.ply", "frame_5.ply"], False),
+        (["tile_0.ply", "tile_1.ply", "tile_2.ply"], False),
+        (["frame_0.ply", "frame_1.ply", "ground.ply"], False),
+        (["a_frame_0.ply", "b_frame_1.ply", "a_frame_2.ply"], False),
+    ],
+)
+def test_frames_are_known_by_their_names(names: list[str], are: bool) -> None:
+    assert are_frames([Path(name) for name in names]) is are
+
+
+def test_frames_in_a_folder_are_told(tmp_path: Path) -> None:
+    for n in range(3):
+        make(tmp_path / f"frame_{n:03}.ply", 4)
+    with pytest.warns(
+        bg.SceneWarning, match=r"frame_000\.ply to frame_002\.ply are numbered like the moments"
+    ):
+        assert len(bg.load(tmp_path)) == 12
+
+
+def test_the_firework_is_one_scene_of_six_frames() -> None:
+    with pytest.warns(bg.SceneWarning, match=r"frame_000\.ply to frame_005\.ply .* moving scene"):
+        whole = bg.load(real_scene("hanabi_frames"))
+    assert_joined(whole, *(bg.load(real_scene(f"hanabi_frames/frame_{n:03}.ply")) for n in range(6)))
+
+
+def test_real_scenes_of_two_formats_mix() -> None:
+    paths = [real_scene("biker.spz"), real_scene("biker.compressed.ply"), real_scene("derived/skull_sh3.ply")]
+    whole, notes = read_scene(paths)
+    assert_joined(whole, *map(bg.load, paths))
+    assert notes.format.startswith("3 files: SPZ")
+
+
+# Content decides
+
+
+@pytest.mark.parametrize(
+    "name", ["a.compressed.ply", "a.PLY", "a", "a.splat", "a.spz", "a.txt", "a.Compressed.Ply"]
+)
+def test_the_content_decides_the_format_whatever_a_file_is_called(tmp_path: Path, name: str) -> None:
+    make(tmp_path / "plain.ply", 7, 1).rename(tmp_path / name)
+    gaussians, notes = read_scene(tmp_path / name)
+    assert (len(gaussians), notes.format) == (7, "PLY, binary little-endian")
+
+
+# Other readers of scenes
+
+
+def test_info_describes_all_files(tmp_path: Path) -> None:
+    a, b = make(tmp_path / "t" / "a.ply", 4), make(tmp_path / "t" / "b.ply", 5, label=np.zeros(5))
+    facts = describe([a, b])
+    assert (facts["gaussians"], facts["not_read"]) == (9, "label")
+    assert facts["bytes"] == describe(tmp_path / "t")["bytes"] == a.stat().st_size + b.stat().st_size
+
+
+def test_the_doctor_cures_all_files_into_one(tmp_path: Path) -> None:
+    scene = still_life(3000)
+    for name, rows in (("a", slice(0, 1500)), ("b", slice(1500, None))):
+        bg.save(scene.take(rows), tmp_path / f"{name}.ply")
+    bg.save(scene, tmp_path / "whole.ply")
+    parts = [tmp_path / "a.ply", tmp_path / "b.ply"]
+    assert [f.as_dict() for f in bg.examine(parts)] == [
+        f.as_dict() for f in bg.examine(tmp_path / "whole.ply")
+    ]
+    run_doctor(parts, tmp_path / "cured.ply")
+    run_doctor(tmp_path / "whole.ply", tmp_path / "cured_whole.ply")
+    assert (tmp_path / "cured.ply").read_bytes() == (tmp_path / "cured_whole.ply").read_bytes()
+
+
+def linear(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {f"scale_{i}": np.exp(columns[f"scale_{i}"]) for i in range(3)} | {
+        "opacity": 1 / (1 + np.exp(-columns["opacity"]))
+    }
+
+
+def test_the_doctor_refuses_files_in_different_encodings(tmp_path: Path) -> None:
+    columns = scene_columns(500)
+    a = make(tmp_path / "a.ply", 500)
+    b = make(tmp_path / "b.ply", 500, **linear(columns))
+    with pytest.raises(bg.SceneError, match=r"b\.ply: seems to be encoded in another way than .*a\.ply"):
+        bg.examine([a, b])
+    (finding, *_) = [f for f in bg.examine([b, b]) if f.severity == "fault"]
+    assert (finding.count, finding.share) == (1000, 1)
+
+
+# The value that stands for a scene
+
+
+@pytest.mark.parametrize(
+    ("paths", "name"),
+    [
+        (["koala.ply"], "koala"),
+        (["x/koala.compressed.ply"], "koala"),
+        (["koala.Compressed.PLY"], "koala"),
+        (["koala"], "koala"),
+        (["a.b.spz"], "a.b"),
+        (["tiles/meta.json"], "tiles"),
+        (["tiles/lod-meta.json"], "tiles"),
+        (["koala.ply", "b.ply"], "koala+1"),
+        (["koala.ply", "b.ply", "c.ply"], "koala+2"),
+    ],
+)
+def test_outputs_are_called_after_the_scene(paths: list[str], name: str) -> None:
+    assert SceneSource.of(paths).name == name
+
+
+def test_a_folder_gives_its_whole_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "scan.v2" / "inner").mkdir(parents=True)
+    assert SceneSource.of(f"{tmp_path}/scan.v2/").name == "scan.v2"
+    monkeypatch.chdir(tmp_path / "scan.v2")
+    assert SceneSource.of(".").name == "scan.v2"
+    assert SceneSource.of("meta.json").name == "scan.v2"
+    assert SceneSource.of("inner/..").name == "scan.v2"
+
+
+def test_a_source_keeps_its_level_and_takes_another(tmp_path: Path) -> None:
+    source = SceneSource.of("a.ply", lod=2)
+    assert SceneSource.of(source) == source
+    assert SceneSource.of(source, lod=1).lod == 1
+    with pytest.raises(ValueError, match="lod must be 0 or more, got -1"):
+        SceneSource.of("a.ply", lod=-1)
+
+
+def test_a_level_of_a_scene_without_levels_is_refused(tmp_path: Path) -> None:
+    path = make(tmp_path / "a.ply")
+    for call in (lambda: bg.load(path, lod=0), lambda: bg.load(SceneSource.of(path, lod=0))):
+        with pytest.raises(
+            bg.SceneError, match=r"is a PLY file, which has no levels of detail; omit the level"
+        ):
+            call()
+
+
+def test_what_must_not_be_replaced_lies_in_folders_too(tmp_path: Path) -> None:
+    inside = make(tmp_path / "t" / "a.ply")
+    assert inside in SceneSource.of(tmp_path / "t").files()
+    assert SceneSource.of("no/such.ply").files() == (Path("no/such.ply"),)
+
+
+def test_a_copied_folder_is_the_same_scene(tmp_path: Path) -> None:
+    make(tmp_path / "t" / "a.ply"), make(tmp_path / "t" / "b.ply", seed=1)
+    shutil.copytree(tmp_path / "t", tmp_path / "u")
+    assert_joined(bg.load(tmp_path / "t"), bg.load(tmp_path / "u"))
