@@ -128,9 +128,15 @@ def test_one_value_in_the_last_row_keeps_its_band(tmp_path: Path, monkeypatch: p
 
 @pytest.mark.parametrize(
     ("comment", "up"),
-    [("comment Vertical Axis: z", "+z"), ("comment up axis = -Y", "-y"), ("obj_info up_axis x", "+x")],
+    [
+        ("comment Vertical Axis: z", "+z"),
+        ("comment up axis = -Y", "-y"),
+        ("obj_info up_axis x", "+x"),
+        ("comment Vertical axis: y", None),
+        ("comment Vertical axis: +y", "+y"),
+    ],
 )
-def test_a_comment_may_state_the_axis_that_points_up(tmp_path: Path, comment: str, up: str) -> None:
+def test_a_comment_may_state_the_axis_that_points_up(tmp_path: Path, comment: str, up: str | None) -> None:
     assert read_scene(write_scene(tmp_path / "a.ply", scene_columns(3), comments=[comment]))[1].up == up
 
 

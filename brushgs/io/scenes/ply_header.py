@@ -142,7 +142,8 @@ def _read_line(draft: _Draft, line: str) -> None:
             draft.is_strokes |= line == f"comment {STROKES}"
             if trained := _TRAINED.fullmatch(" ".join(words)):
                 draft.training = _TRAINING[(trained[1] or trained[2]).lower()]
-            if axis := _UP.search(line):
+            # Brush writes "Vertical axis: y" into scenes whose up is -y: without a sign, y is no direction.
+            if (axis := _UP.search(line)) and (axis[1] or axis[2].lower() != "y"):
                 draft.up = (axis[1] or "+") + axis[2].lower()
         case ["format", encoding, _] if encoding in _BYTE_ORDERS and not draft.elements:
             draft.encoding = encoding
