@@ -316,7 +316,7 @@ class Frame:
         Args:
             background: see `over`.
         """
-        import brushgs._core as _core
+        from brushgs.native import core as _core
 
         rgb, alpha, behind = map(np.ascontiguousarray, (self.rgb, self.alpha, self._behind(background)))
         pixels = np.empty(rgb.shape, np.uint8)

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import brushgs._core as _core
+from brushgs.native import core as _core
 
 # Below 0.85 texels a pixel (a magnified stroke) bilinear interpolation itself is as smooth as the filter.
 FIRST_FOOTPRINT = 0.85

@@ -6,9 +6,7 @@ target, and is renamed when complete.
 """
 
 import os
-import signal
 import stat
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -149,22 +147,3 @@ def replacing(path: str | Path) -> Iterator[Path]:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
-
-
-@contextmanager
-def defer_interrupt() -> Iterator[None]:
-    """Defer Ctrl-C until the block is done: for short work that must not stop midway.
-
-    Python handles signals in its main thread only; in other threads there is nothing to defer.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    received: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: received.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
-        if received:
-            signal.raise_signal(signal.SIGINT)

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-import brushgs._core as _core
 from brushgs.arrays import F32
+from brushgs.native import core as _core
 from brushgs.passes.morton import morton_order
 from brushgs.threads import num_threads_or_default
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-import brushgs._core as _core
 from brushgs.arrays import F64, Array
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.native import core as _core
 from brushgs.options.choices import Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.project import ProjectOptions

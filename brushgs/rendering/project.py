@@ -10,8 +10,8 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-import brushgs._core as _core
 from brushgs.arrays import check
+from brushgs.native import core as _core
 from brushgs.options.choices import Lock, Order, ViewLock
 from brushgs.scene import Boxes, Camera, Gaussians
 from brushgs.sh import used_sh_degree

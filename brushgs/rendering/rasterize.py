@@ -5,8 +5,8 @@ from typing import Any, get_args
 
 import numpy as np
 
-import brushgs._core as _core
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.native import core as _core
 from brushgs.options.choices import MAX_PIXELS, MAX_SIDE, Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.texture_levels import kernel_of, levels_for

@@ -12,7 +12,6 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-import brushgs._core as _core
 from brushgs.arrays import F64
 from brushgs.brushes.levels import (
     axis_levels,
@@ -22,6 +21,7 @@ from brushgs.brushes.levels import (
     level_gradient,
 )
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.native import core as _core
 from brushgs.options.choices import Filter
 from brushgs.scene import Boxes
 

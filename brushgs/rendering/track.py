@@ -12,9 +12,9 @@ from math import ceil, pi, radians
 import numpy as np
 from numpy.typing import NDArray
 
-import brushgs._core as _core
 from brushgs.arrays import F64
 from brushgs.cameras.motion import is_same_view, lenses, screw_motion, view_changes
+from brushgs.native import core as _core
 from brushgs.options.choices import Order
 from brushgs.rendering.project import LOW_PASS, Directions, project
 from brushgs.scene import Boxes, Camera, Gaussians

@@ -1,13 +1,11 @@
 import os
-import signal
 import stat
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from brushgs import SceneError
-from brushgs.io.files import defer_interrupt, replacing
+from brushgs.io.files import replacing
 
 
 def test_the_file_appears_whole_and_nothing_else_is_left(tmp_path: Path) -> None:
@@ -70,29 +68,6 @@ def test_a_folder_that_cannot_be_written_to_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(SceneError, match=r"cannot be written \(Not a directory\); choose another folder"):
         replacing(tmp_path / "file" / "a.png").__enter__()
-
-
-def test_ctrl_c_waits_for_the_end_of_the_block_and_is_heard_then() -> None:
-    steps = []
-
-    def work() -> None:
-        with defer_interrupt():
-            signal.raise_signal(signal.SIGINT)
-            steps.append("went on")
-        steps.append("not reached")
-
-    with pytest.raises(KeyboardInterrupt):
-        work()
-    assert steps == ["went on"]
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-
-
-def test_ctrl_c_is_heard_as_before_where_none_came_and_in_other_threads() -> None:
-    with defer_interrupt():
-        pass
-    with ThreadPoolExecutor(1) as pool:
-        assert pool.submit(lambda: defer_interrupt().__enter__() is None).result()
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_ctrl_c_while_the_file_is_made_leaves_nothing(tmp_path, monkeypatch):

@@ -446,6 +446,11 @@ void filter_rows(In<double, 2> weights, In<double, 2> texels, Out<double, 2> res
 
 NB_MODULE(_core, m) {
     m.doc() = "The compiled core of brushgs; use the functions of the package instead.";
+#if defined(NDEBUG)
+    // A program that ends early, by Ctrl-C, may leave objects behind. Users cannot do anything about the report of
+    // them; debug builds still print it.
+    nb::set_leak_warnings(false);
+#endif
     m.def(
         "isa", [] { return brushgs::isa_name(brushgs::best_isa()); },
         "Name of the instruction set in use: avx512, avx2 or baseline.");

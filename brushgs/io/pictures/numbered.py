@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from brushgs.errors import SceneError
-from brushgs.io.files import defer_interrupt, read_whole, replacing
+from brushgs.io.files import read_whole, replacing
+from brushgs.signals import defer_stop
 
 _NUMBER = re.compile(r"%(?:0[1-9][0-9]?)?d")  # %d or %05d
 _MAX_BYTES, _MAX_LINES = 8 << 20, 200_000  # of a manifest; a path has at most 99,999 frames
@@ -145,7 +146,7 @@ class Manifest:
         Raises:
             SceneError: if either cannot be written.
         """
-        with defer_interrupt():
+        with defer_stop():
             with replacing(self.files.path(index)) as temporary:
                 temporary.write_bytes(content)
             self.sizes[index] = len(content)

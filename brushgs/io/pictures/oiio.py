@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import Array
 from brushgs.errors import SceneError
-from brushgs.io.files import defer_interrupt, replacing
+from brushgs.io.files import replacing
+from brushgs.signals import defer_stop
 from brushgs.scene import Frame
 
 Background = Sequence[float] | Array | None  # one RGB colour or [H, W, 3], display-encoded; None for none
@@ -68,7 +69,7 @@ def write_pixels(
     out = OpenImageIO.ImageOutput.create(format_name)
     assert out is not None, "the formats of the table are part of every build of OpenImageIO"
     # An encoder that is interrupted midway complains to the terminal.
-    with defer_interrupt(), replacing(path) as temporary:
+    with defer_stop(), replacing(path) as temporary:
         is_written = out.open(str(temporary), spec) and out.write_image(np.ascontiguousarray(pixels))
         if not (out.close() and is_written):
             raise SceneError(path, f"cannot be written ({first_line(out.geterror())}); check the disk")

@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-import brushgs._core as _core
+from brushgs.native import core as _core
 from brushgs.threads import num_threads_or_default
 
 
