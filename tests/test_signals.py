@@ -14,16 +14,16 @@ from brushgs.signals import STOP_SIGNALS, defer_stop
 ROOT = Path(__file__).resolve().parent.parent
 
 
-class Heard(Exception):
+class HeardError(Exception):
     """What the handler of a test raises."""
 
 
 @pytest.fixture(params=STOP_SIGNALS, ids=lambda number: number.name)
 def number(request):
-    """A signal that raises `Heard`."""
+    """A signal that raises `HeardError`."""
 
     def hear(number, frame):
-        raise Heard
+        raise HeardError
 
     before = signal.signal(request.param, hear)
     yield request.param
@@ -39,7 +39,7 @@ def test_a_signal_waits_for_the_end_of_the_block_and_is_heard_then(number):
             steps.append("went on")
         steps.append("not reached")
 
-    with pytest.raises(Heard):
+    with pytest.raises(HeardError):
         work()
     assert steps == ["went on"]
     assert signal.getsignal(number) is handler

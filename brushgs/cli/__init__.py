@@ -2,15 +2,16 @@
 
 Data goes to stdout (the path of the output, JSON, what `strokes` and `info` list), everything else to
 stderr. Exit codes: 0 success, 1 internal error, 2 unusable input (one sentence on stderr), 3 fault that
-`brushgs doctor` found in a scene, 130 interrupted with Ctrl-C.
+`brushgs doctor` found in a scene; 130, 143 and 129: stopped with Ctrl-C, SIGTERM and SIGHUP, and cleaned up.
 """
 
 import os
 import sys
 from collections.abc import Sequence
 
-from brushgs.cli.console import EXIT_BAD_INPUT, EXIT_INTERNAL_ERROR, EXIT_INTERRUPTED
-from brushgs.cli.parser import parse
+from brushgs.cli.console import EXIT_BAD_INPUT, EXIT_INTERNAL_ERROR
+from brushgs.cli.stopping import Stop, hearing_stops
+from brushgs.cli.streams import forgiving_streams
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -26,17 +27,25 @@ def main(argv: Sequence[str] | None = None) -> int:
         # The matrices here are small: BLAS threads mostly wait for each other. Without them a painting of
         # 250 strokes takes 0.86 of the time (two cores, busy elsewhere). The core has its own threads.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    with forgiving_streams() as stdout, hearing_stops() as stop:
+        exit_code = _run(sys.argv[1:] if argv is None else argv, stop)
+        stdout.flush()
+        if stdout.error is None or isinstance(stdout.error, BrokenPipeError):  # `head` has read enough
+            return exit_code
+        return _failed(f"standard output: {_sentence(stdout.error)}; write it elsewhere", EXIT_BAD_INPUT)
+
+
+def _run(words: Sequence[str], stop: Stop) -> int:
+    """Run one command; errors become a sentence and an exit code."""
     is_debug = False
     try:
-        args = parse(sys.argv[1:] if argv is None else argv)
+        from brushgs.cli.parser import parse  # here, so that an early Ctrl-C is heard
+
+        args = parse(words)
         is_debug = args.debug
         exit_code: int | None = args.run(args)
-        sys.stdout.flush()
-    except KeyboardInterrupt as stop:
-        return _failed(f"stopped: {stop}" if str(stop) else "stopped", EXIT_INTERRUPTED)
-    except BrokenPipeError:  # the reader of stdout has closed it, as `head` does
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+    except KeyboardInterrupt as interrupt:
+        return _failed(f"stopped: {interrupt}" if str(interrupt) else "stopped", stop.exit_code)
     except (ValueError, OSError, MemoryError) as error:
         if is_debug:
             raise

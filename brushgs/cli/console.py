@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from brushgs.options.scene_source import SceneSource
     from brushgs.painting.report import Report
 
-EXIT_INTERNAL_ERROR, EXIT_BAD_INPUT, EXIT_FAULTY_SCENE, EXIT_INTERRUPTED = 1, 2, 3, 130
+EXIT_INTERNAL_ERROR, EXIT_BAD_INPUT, EXIT_FAULTY_SCENE = 1, 2, 3
 
 
 def output_beside(scene: "SceneSource", ending: str, suffix: str) -> Path:

@@ -37,7 +37,7 @@ examples:
 
 `brushgs COMMAND --help` lists the flags of a command. A command prints the path of its output on stdout and
 a table of its stages on stderr. Exit codes: 0 success, 1 internal error, 2 unusable input (one sentence on
-stderr), 3 fault found by doctor, 130 interrupted."""
+stderr), 3 fault found by doctor, 130 stopped with Ctrl-C, 143 with SIGTERM."""
 
 
 class UsageError(ValueError):

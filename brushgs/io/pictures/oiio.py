@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from brushgs.arrays import Array
 from brushgs.errors import SceneError
 from brushgs.io.files import replacing
-from brushgs.signals import defer_stop
 from brushgs.scene import Frame
+from brushgs.signals import defer_stop
 
 Background = Sequence[float] | Array | None  # one RGB colour or [H, W, 3], display-encoded; None for none
 

@@ -16,6 +16,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 from collections.abc import Callable
 from concurrent.futures import CancelledError, ThreadPoolExecutor
@@ -26,6 +27,7 @@ from typing import Any
 from brushgs.painting.parallel import wire
 from brushgs.painting.parallel.messages import MAX_ATTEMPTS, Done, Failed, pickled, result_of
 from brushgs.painting.parallel.worker import BOOT
+from brushgs.signals import STOP_SIGNALS
 from brushgs.threads import num_threads_or_default
 
 
@@ -40,11 +42,14 @@ class ProcessPool:
         self._all: set[_Process] = set()
         self._idle: list[_Process] = []
         self._is_closed = False
-        # A terminal sends Ctrl-C to all its processes. Threads that block it start processes that block it,
-        # from their first instruction on: only the main thread of this process receives it.
+        # A terminal sends Ctrl-C, and `timeout` SIGTERM, to all processes of a group. Threads that block them
+        # start processes that block them, from their first instruction on: only the main thread of this
+        # process receives them.
         self._threads = ThreadPoolExecutor(
-            jobs, "brushgs-parallel", signal.pthread_sigmask, (signal.SIG_BLOCK, {signal.SIGINT})
+            jobs, "brushgs-parallel", signal.pthread_sigmask, (signal.SIG_BLOCK, STOP_SIGNALS)
         )
+        # Killed processes cannot remove what they were writing: it lies where this one removes it.
+        self._folder = tempfile.TemporaryDirectory(prefix="brushgs-")
 
     def __enter__(self) -> "ProcessPool":
         return self
@@ -60,6 +65,7 @@ class ProcessPool:
         self._threads.shutdown(wait=True, cancel_futures=True)
         for process in processes:
             process.stop()
+        self._folder.cleanup()
 
     def submit(self, index: int, item: object) -> Callable[[], Any]:
         """Start an item as it is now: the caller may change it afterwards."""
@@ -88,7 +94,7 @@ class ProcessPool:
                 raise CancelledError
             if self._idle:
                 return self._idle.pop()
-            process = _Process(self._num_threads)
+            process = _Process(self._num_threads, self._folder.name)
             self._all.add(process)
         process.send_work(self._work)
         return process
@@ -102,10 +108,10 @@ class ProcessPool:
 class _Process:
     """One process, and this end of the socket to it."""
 
-    def __init__(self, num_threads: int) -> None:
+    def __init__(self, num_threads: int, folder: str) -> None:
         ours, theirs = socket.socketpair()
         with theirs:
-            words = [str(theirs.fileno()), str(num_threads), *sys.path]
+            words = [str(theirs.fileno()), str(num_threads), folder, *sys.path]
             try:
                 self._process = subprocess.Popen(
                     [sys.executable, "-c", BOOT, *words], stdin=subprocess.DEVNULL, pass_fds=[theirs.fileno()]

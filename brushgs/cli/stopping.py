@@ -1,0 +1,54 @@
+"""SIGTERM and SIGHUP stop a command as Ctrl-C does: by KeyboardInterrupt, so that all is cleaned up."""
+
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+from brushgs.signals import STOP_SIGNALS
+
+# `timeout` sends its signal twice, to the process and to its group, and a terminal that is closed may add
+# another: the second must not interrupt the cleaning up.
+SECONDS_OF_ONE_STOP = 1.0
+
+
+class Stop:
+    """The signal that stopped the command; Ctrl-C if no other did."""
+
+    def __init__(self) -> None:
+        self._number: int = signal.SIGINT
+        self._time = float("-inf")
+
+    @property
+    def exit_code(self) -> int:
+        """As a shell reports it: 130 for Ctrl-C, 143 for SIGTERM, 129 for SIGHUP."""
+        return 128 + self._number
+
+    def hear(self, number: int, _: FrameType | None) -> None:
+        """Handle a signal."""
+        now = time.monotonic()
+        if now - self._time < SECONDS_OF_ONE_STOP:
+            return
+        self._number, self._time = number, now
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def hearing_stops() -> Iterator[Stop]:
+    """Within the block these signals raise KeyboardInterrupt, unless they were handled or ignored before.
+
+    `nohup` has SIGHUP ignored, and a program that calls `main` may have handlers of its own.
+    """
+    stop = Stop()
+    ours = []
+    if threading.current_thread() is threading.main_thread():  # others can set no handler
+        ours = [number for number in STOP_SIGNALS if signal.getsignal(number) == signal.SIG_DFL]
+    for number in ours:
+        signal.signal(number, stop.hear)
+    try:
+        yield stop
+    finally:
+        for number in ours:
+            signal.signal(number, signal.SIG_DFL)

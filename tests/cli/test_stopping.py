@@ -1,0 +1,124 @@
+"""SIGTERM and SIGHUP clean up as Ctrl-C does, and their exit codes are those that a shell gives them."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import brushgs as bg
+from brushgs.cli.stopping import Stop, hearing_stops
+from brushgs.still_life import still_life
+
+ROOT = Path(__file__).resolve().parents[2]
+CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
+if hasattr(signal, "SIGHUP"):
+    CODES[signal.SIGHUP] = 129
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to send")
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "a.ply"
+    bg.save(still_life(2000), path)
+    return path
+
+
+@pytest.fixture
+def start(scene, tmp_path):
+    """Starts an endless painting; folders for its output and for its temporary files."""
+    out, temporary = tmp_path / "out", tmp_path / "temporary"
+    out.mkdir()
+    temporary.mkdir()
+
+    def start(*words, **options):
+        command = [sys.executable, "-m", "brushgs", "render", scene, "--strokes", "100", "--orbit", "90000"]
+        return subprocess.Popen(
+            [*map(str, command), "--stroke", "ellipse", "--size", "160x120", *words],
+            cwd=out,
+            env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+            **options,
+        )
+
+    return start
+
+
+def wait_until(condition, process):
+    until = time.monotonic() + 60
+    while not condition():
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < until
+        time.sleep(0.005)
+
+
+@pytest.mark.parametrize("number", CODES)
+def test_a_signal_leaves_no_temporary_file(start, tmp_path, number):
+    with start("-o", "a.mp4") as process:
+        wait_until(lambda: list((tmp_path / "out").iterdir()), process)
+        process.send_signal(number)
+        out, err = process.communicate()
+    assert (process.returncode, out) == (CODES[number], "")
+    assert err == "brushgs: stopped: no video was written; numbered frames, -o a/, can be resumed\n"
+    assert list((tmp_path / "out").iterdir()) == list((tmp_path / "temporary").iterdir()) == []
+
+
+@pytest.mark.parametrize("number", CODES)
+def test_a_signal_to_all_processes_leaves_none_of_their_files(start, tmp_path, number):
+    """As a terminal and `timeout` send it: to the whole group, and `timeout` twice to the first process."""
+    with start("-o", "f/%05d.exr", "--jobs", "3") as process:
+        wait_until((tmp_path / "out" / "f" / "00005.exr").exists, process)
+        if number == signal.SIGTERM:
+            process.send_signal(number)
+        os.killpg(process.pid, number)
+        out, err = process.communicate()  # ends when no process holds the pipe any more
+    assert (process.returncode, out) == (CODES[number], "")
+    assert "of 90000 frames are done; add --resume to paint the rest\n" in err
+    assert err.count("\n") == 1
+    files = sorted(path.name for path in (tmp_path / "out" / "f").iterdir())
+    assert files == [".%05d.exr.json", *(f"{index:05}.exr" for index in range(len(files) - 1))]
+    assert list((tmp_path / "temporary").iterdir()) == []
+
+
+def test_a_killed_command_leaves_no_process_and_these_no_files(start, tmp_path):
+    with start("-o", "f/%05d.exr", "--jobs", "2") as process:
+        wait_until((tmp_path / "out" / "f" / "00005.exr").exists, process)
+        process.kill()
+        process.communicate()
+    until = time.monotonic() + 60
+    while list((tmp_path / "temporary").iterdir()):
+        assert time.monotonic() < until
+        time.sleep(0.01)
+
+
+def test_the_second_of_two_signals_does_not_interrupt_the_cleaning_up(monkeypatch):
+    monkeypatch.setattr("brushgs.cli.stopping.SECONDS_OF_ONE_STOP", 1e9)
+    stop = Stop()
+    with pytest.raises(KeyboardInterrupt):
+        stop.hear(signal.SIGTERM, None)
+    stop.hear(signal.SIGTERM, None)
+    assert stop.exit_code == 143
+    monkeypatch.setattr("brushgs.cli.stopping.SECONDS_OF_ONE_STOP", 0.0)
+    with pytest.raises(KeyboardInterrupt):
+        stop.hear(signal.SIGTERM, None)
+
+
+def test_handlers_of_others_stay():
+    """`nohup` ignores SIGHUP; a program that calls `main` may handle SIGTERM."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN), signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
+        with hearing_stops():
+            assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+            assert signal.getsignal(signal.SIGTERM) != signal.SIG_DFL
+            assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    finally:
+        signal.signal(signal.SIGHUP, before[0])
+        signal.signal(signal.SIGTERM, before[1])

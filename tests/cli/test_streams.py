@@ -1,0 +1,87 @@
+"""Closed and broken streams: a command ends quietly, or does its work without them."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import brushgs as bg
+from brushgs.still_life import still_life
+
+ROOT = Path(__file__).resolve().parents[2]
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no shell for this")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "a.ply"
+    bg.save(still_life(2000), path)
+    return path
+
+
+@pytest.fixture
+def run(made, tmp_path):
+    """Exit code, stdout and stderr of `brushgs WORDS REDIRECTION`, in a folder with nothing but the scene."""
+    (tmp_path / "a.ply").symlink_to(made)
+
+    def run(words, redirection):
+        found = subprocess.run(
+            ["sh", "-c", f"{{ '{sys.executable}' -m brushgs {words}; echo $? > code; }} {redirection}"],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        return int((tmp_path / "code").read_text()), found.stdout, found.stderr
+
+    return run
+
+
+RENDER = "render a.ply --stroke ellipse --strokes 50 --size 32x24 -o a.png"
+GONE = "| { true; }"
+
+
+@pytest.mark.parametrize(
+    ("redirection", "out"),
+    [
+        (">&-", ""),
+        ("2>&-", "a.png\n"),
+        (">&- 2>&-", ""),
+        ("<&- >&- 2>&-", ""),
+        (GONE, ""),
+        (f"2>&1 {GONE}", ""),
+        (f"2>&1 >path {GONE}", ""),
+        ("2>/dev/full", "a.png\n"),
+    ],
+)
+def test_a_picture_is_painted_whatever_becomes_of_the_words_about_it(run, tmp_path, redirection, out):
+    code, found, err = run(RENDER, redirection)
+    assert (code, found) == (0, out)
+    assert "fault" not in err
+    assert "error" not in err
+    assert "Traceback" not in err
+    assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize("words", ["--help", "render --help", "--version", "strokes", "info a.ply"])
+@pytest.mark.parametrize("redirection", [">&-", GONE, f"2>&1 {GONE}", ">&- 2>&-"])
+def test_what_nobody_reads_ends_quietly(run, words, redirection):
+    assert run(words, redirection) == (0, "", "")
+
+
+@pytest.mark.parametrize("redirection", ["2>&-", f"2>&1 {GONE}", "2>/dev/full"])
+def test_an_error_that_cannot_be_told_has_its_exit_code(run, redirection):
+    assert run("render none.ply", redirection) == (2, "", "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+@pytest.mark.parametrize("words", ["strokes", "info a.ply", RENDER])
+def test_a_full_disc_behind_stdout_gets_a_sentence(run, words):
+    code, _, err = run(words, "> /dev/full")
+    assert code == 2
+    assert err.endswith("brushgs: standard output: No space left on device; write it elsewhere\n")
+    assert "Exception ignored" not in err
