@@ -36,6 +36,7 @@ def reported(args: Namespace, report: "Report | None" = None) -> Iterator["Repor
         report = Report()
     is_for_people = not args.quiet and not args.json
     report.verbose = args.verbose
+    report.tells = is_for_people
     report.shows_progress = is_for_people and sys.stderr.isatty()
     try:
         with warnings.catch_warnings(record=True) as caught:
@@ -44,9 +45,10 @@ def reported(args: Namespace, report: "Report | None" = None) -> Iterator["Repor
             yield report
     finally:
         report.close()
-        report.notes = [str(warning.message) for warning in caught]
+        notes = [str(warning.message) for warning in caught]
+        report.notes += notes
         if is_for_people:
-            for note in report.notes:
+            for note in notes:
                 print(f"brushgs: note: {note}", file=sys.stderr)
     if args.json:
         print(report.as_json())

@@ -64,9 +64,10 @@ class Report:
 
     Attributes:
         stages: see `Stage`.
-        notes: warnings about files that could be used only in part.
+        notes: warnings about files that could be used only in part, and what was told while the run went on.
         output: the file that was written, if one was.
         shows_progress: whether bars are drawn on stderr while stages run.
+        tells: whether notes that cannot wait for the end are printed on stderr.
         verbose: whether the table shows the details of stages.
     """
 
@@ -74,6 +75,7 @@ class Report:
     notes: list[str] = field(default_factory=list)
     output: str | None = None
     shows_progress: bool = False
+    tells: bool = False
     verbose: bool = False
     _started: float = field(default_factory=time.perf_counter)
     _progress: "Progress | None" = None
@@ -120,6 +122,12 @@ class Report:
         done, total = round(task.completed) + 1, round(task.total or 0)
         words = ", ".join(filter(None, [pace(done, total, task.elapsed or 0.0, self._unit), note]))
         self._progress.update(self._bar, completed=done, words=words)
+
+    def tell(self, note: str) -> None:
+        """Print a note that a user should read now, not at the end: what is waited for, what is resumed."""
+        self.notes.append(note)
+        if self.tells:
+            print(f"brushgs: note: {note}", file=sys.stderr, flush=True)  # rich prints it above its bars
 
     @property
     def seconds(self) -> float:

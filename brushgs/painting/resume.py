@@ -1,4 +1,4 @@
-"""What makes frames parts of one painting, in the form that a manifest holds: `--resume` compares it.
+"""What a run depends on, in the form that a manifest or a checkpoint holds: `--resume` compares it.
 
 Arrays are recorded as digests. The digest of the strokes covers the scene and everything that was done to it:
 where clustering rounds differently on another machine, the strokes differ, and the comparison shows it.
@@ -20,7 +20,7 @@ from brushgs.painting.prepare import Prepared
 from brushgs.scene import Camera
 from brushgs.version import __version__
 
-_DIGEST = "digest "
+_DIGEST = "digest"
 
 
 def describe_options(config: PaintConfig) -> dict[str, Any]:
@@ -45,12 +45,12 @@ def describe_painting(config: PaintConfig, prepared: Prepared) -> dict[str, Any]
     assert path is not None
     return describe_options(config) | {
         # Those of a usual scene are digested as they were before there were antialiased ones.
-        "scene": _digest(*strokes.columns().values(), *[np.ones(1)] * strokes.antialiased),
-        "stroke image": _digest(prepared.texture.coverage),
-        "background image": None if background is None else _digest(np.asarray(background)),
+        "scene": digest(*strokes.columns().values(), *[np.ones(1)] * strokes.antialiased),
+        "stroke image": digest(prepared.texture.coverage),
+        "background image": None if background is None else digest(np.asarray(background)),
         "frames": len(path.cameras),
         "loop": path.is_loop,
-        "path": _digest(*map(_numbers, path.cameras)),
+        "path": digest(*map(_numbers, path.cameras)),
     }
 
 
@@ -78,19 +78,46 @@ def check_same_painting(manifest: Manifest, expected: Mapping[str, Any]) -> None
     Raises:
         SceneError: if anything expected differs in the manifest; names everything that differs.
     """
-    differing = []
-    for name, value in expected.items():
-        found = manifest.painting.get(name)
-        if found != value:
-            is_digest = isinstance(value, str) and value.startswith(_DIGEST)
-            text = shown(found) if isinstance(found, list | dict) else str(found)[:80]
-            differing.append(f"another {name}" if is_digest else f"{name} {text}, now {value}")
-    if differing:
+    if differing := differences(manifest.painting, expected):
         raise SceneError(
             manifest.files.pattern,
-            f"the frames there are of another painting ({'; '.join(differing)}); give the options they were "
+            f"the frames there are of another painting ({differing}); give the options they were "
             "painted with, or omit --resume to paint them all again",
         )
+
+
+def differences(found: Mapping[str, Any], expected: Mapping[str, Any]) -> str:
+    """Everything expected that differs in what was found, in words such as "seed 0, now 5"; "" if nothing.
+
+    A value is a number, text, a digest, or what `named_digest` gives.
+    """
+    differing = []
+    for name, value in expected.items():
+        there = found.get(name)
+        before, now = _label(there), _label(value)
+        if _content(there) == _content(value):
+            continue
+        if isinstance(value, str) and value.startswith(_DIGEST):
+            differing.append(f"another {name}")
+        else:
+            differing.append(f"another {name} {now}" if before == now else f"{name} {before}, now {now}")
+    return "; ".join(differing)
+
+
+def _content(value: Any) -> Any:
+    """What is compared: a file may have been renamed."""
+    return value.get(_DIGEST) if isinstance(value, dict) else value
+
+
+def _label(value: Any) -> str:
+    """A value in words; it may come from any file."""
+    value = value.get("name", value) if isinstance(value, dict) else value
+    return shown(value) if isinstance(value, list | dict) else str(value)[:80]
+
+
+def nameddigest(name: str, *arrays: NDArray[Any]) -> dict[str, str]:
+    """A file by its content; the name is for messages."""
+    return {"name": name, _DIGEST: digest(*arrays)}
 
 
 def _numbers(camera: Camera) -> NDArray[np.float64]:
@@ -98,9 +125,10 @@ def _numbers(camera: Camera) -> NDArray[np.float64]:
     return np.concatenate([camera.viewmat.ravel(), camera.K.ravel(), size])
 
 
-def _digest(*arrays: NDArray[Any]) -> str:
-    digest = hashlib.blake2b(digest_size=16)
+def digest(*arrays: NDArray[Any]) -> str:
+    """Text that stands for arrays: their shapes, types and bytes."""
+    hashed = hashlib.blake2b(digest_size=16)
     for array in arrays:
-        digest.update(f"{array.shape} {array.dtype.str}".encode())
-        digest.update(np.ascontiguousarray(array).tobytes())
-    return _DIGEST + digest.hexdigest()
+        hashed.update(f"{array.shape} {array.dtype.str}".encode())
+        hashed.update(np.ascontiguousarray(array).tobytes())
+    return f"{_DIGEST} {hashed.hexdigest()}"

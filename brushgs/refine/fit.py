@@ -8,26 +8,23 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from math import cos, pi
-from pathlib import Path
 
 import numpy as np
-import torch
 from torch import Tensor
 
 import brushgs.autograd as ba
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.errors import SceneError
-from brushgs.io.files import replacing
+from brushgs.refine.checkpoint import SECONDS_BETWEEN_CHECKPOINTS, Checkpoint
 from brushgs.refine.variables import Rates, Variables
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.scene import Camera, Frame, Gaussians
+from brushgs.signals import defer_stop
 
 LAST_RATE = 0.05  # learning rate of the last step over that of the first; half a cosine in between
 NUM_EVALUATIONS = 20  # over all steps, beside the one before the first step
 # The fit ends early when so many evaluations in a row gain less than so many dB together: the eye cannot see
 # 0.1 dB. Not in its first half: high rates scatter what lower ones settle later.
 PATIENCE, LEAST_GAIN = 5, 0.05
-SECONDS_BETWEEN_CHECKPOINTS = 20.0
 
 Objective = Callable[
     [ba.Frame, int, ba.Gaussians], Tensor
@@ -104,16 +101,14 @@ class FitSchedule:
         steps: at most, >= 1.
         rates: learning rates of the first step.
         seed: of the order of the views.
-        checkpoint: file that is written every `SECONDS_BETWEEN_CHECKPOINTS` and removed at the end; None for
-            none.
-        is_resumed: whether to resume from the checkpoint, if it exists.
+        checkpoint: written every `SECONDS_BETWEEN_CHECKPOINTS`, at the end and where the fit is stopped; its
+            state, if it has one, is where the fit starts. None for none.
     """
 
     steps: int
     rates: Rates = field(default_factory=Rates)
     seed: int = 0
-    checkpoint: Path | None = None
-    is_resumed: bool = False
+    checkpoint: Checkpoint | None = None
 
 
 class Fit:
@@ -156,31 +151,39 @@ class Fit:
             The strokes with the highest score: never worse by it than those that came in.
 
         Raises:
-            SceneError: if a checkpoint cannot be read, or belongs to another fit.
+            SceneError: if a checkpoint cannot be written, or does not fit these variables.
+            KeyboardInterrupt: if it is stopped, after its checkpoint is written.
         """
-        if self.schedule.is_resumed:
-            self._load()
-        saved = time.perf_counter()
-        every = max(1, self.schedule.steps // NUM_EVALUATIONS)
-        while not self.curve.stopped:
-            if self.step % every == 0 or self.step == self.schedule.steps:
-                self._evaluate()
-            if self.curve.stopped:
-                break
-            start = time.perf_counter()
-            self._step()
-            self._seconds += time.perf_counter() - start
-            on_step(self.curve.scores[-1])
-            if time.perf_counter() - saved > SECONDS_BETWEEN_CHECKPOINTS:
-                self._save()
-                saved = time.perf_counter()
-        if self.schedule.checkpoint is not None:
-            self.schedule.checkpoint.unlink(missing_ok=True)
+        self._load()
+        try:
+            self._run_steps(on_step)
+        except KeyboardInterrupt:  # between two steps
+            self._save()
+            raise
+        self._save()
         if self._best is None or self._best[0] < self.curve.scores[0]:
             return self.variables.strokes
         for value, best in zip(self.variables.moving.values(), self._best[1], strict=True):
             value.data.copy_(best)
         return self.variables.result()
+
+    def _run_steps(self, on_step: Callable[[float], None]) -> None:
+        saved = time.perf_counter()
+        every = max(1, self.schedule.steps // NUM_EVALUATIONS)
+        while not self.curve.stopped:
+            is_due = self.step % every == 0 or self.step == self.schedule.steps
+            if is_due and self.step not in self.curve.steps[-1:]:  # not again where one was stopped after it
+                self._evaluate()
+            if self.curve.stopped:
+                break
+            with defer_stop():  # half a step could not be resumed
+                start = time.perf_counter()
+                self._step()
+                self._seconds += time.perf_counter() - start
+            on_step(self.curve.scores[-1])
+            if time.perf_counter() - saved > SECONDS_BETWEEN_CHECKPOINTS:
+                self._save()
+                saved = time.perf_counter()
 
     def _step(self) -> None:
         share = self.step / self.schedule.steps
@@ -203,8 +206,13 @@ class Fit:
         return int(np.random.default_rng((self.schedule.seed, round_)).permutation(len(self.cameras))[place])
 
     def _evaluate(self) -> None:
-        curve, is_first = self.curve, not self.curve.scores
+        is_first = not self.curve.scores
         score = self.score(self.variables.strokes if is_first else self.variables.result())
+        with defer_stop():
+            self._record(score)
+
+    def _record(self, score: float) -> None:
+        curve, is_first = self.curve, not self.curve.scores
         curve.steps.append(self.step)
         curve.seconds.append(round(self._seconds, 3))
         curve.losses.append(float(np.mean(self._recent_losses)) if self._recent_losses else float("nan"))
@@ -222,7 +230,7 @@ class Fit:
             curve.stopped = f"the last {PATIENCE} evaluations gained less than {LEAST_GAIN} dB together"
 
     def _save(self) -> None:
-        if self.schedule.checkpoint is None:
+        if self.schedule.checkpoint is None or not self.step:
             return
         state = {
             "step": self.step,
@@ -232,29 +240,21 @@ class Fit:
             "best": self._best,
             "moving": {name: value.detach() for name, value in self.variables.moving.items()},
             "optimizer": self.optimizer.state_dict(),
-            "steps": self.schedule.steps,
-            "seed": self.schedule.seed,
         }
-        with replacing(self.schedule.checkpoint) as path:
-            torch.save(state, path)
+        self.schedule.checkpoint.save(state)
 
     def _load(self) -> None:
-        path = self.schedule.checkpoint
-        if path is None or not path.exists():
+        checkpoint = self.schedule.checkpoint
+        if checkpoint is None or checkpoint.state is None:
             return
+        state = checkpoint.state
         try:
-            state = torch.load(path, weights_only=True)
-            same = state["steps"] == self.schedule.steps and state["seed"] == self.schedule.seed
-            same = same and all(state["moving"][n].shape == v.shape for n, v in self.variables.moving.items())
-        except Exception as error:
-            raise SceneError(path, f"is no checkpoint ({error}); delete it, or omit --resume") from None
-        if not same:
-            raise SceneError(
-                path,
-                "is the checkpoint of another fit; give the options it was started with, or omit --resume",
-            )
-        for name, value in self.variables.moving.items():
-            value.data.copy_(state["moving"][name])
-        self.optimizer.load_state_dict(state["optimizer"])
-        self.step, self._seconds, self._recent_losses = state["step"], state["seconds"], state["since"]
-        self.curve, self._best = LossCurve(**state["curve"]), state["best"]
+            for name, value in self.variables.moving.items():
+                if state["moving"][name].shape != value.shape:
+                    raise ValueError(f"{name} has another shape")
+                value.data.copy_(state["moving"][name])
+            self.optimizer.load_state_dict(state["optimizer"])
+            self.step, self._seconds, self._recent_losses = state["step"], state["seconds"], state["since"]
+            self.curve, self._best = LossCurve(**state["curve"]), state["best"]
+        except (ValueError, KeyError, TypeError, AttributeError, RuntimeError) as error:
+            raise checkpoint.unreadable(error) from None

@@ -4,7 +4,8 @@ stroke (-> palette) -> load -> prune -> cluster (-> recolor) -> views -> refine 
 """
 
 import importlib.util
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ from brushgs.painting.outputs import check_output, input_files
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import write_scene
+from brushgs.refine.checkpoint import Checkpoint, describe_fit
 from brushgs.refine.report import Refinement, RefineReport, write_plot
 from brushgs.scene import Camera, Gaussians
 
@@ -50,7 +52,8 @@ def refine_file(
         scene: the files of a trained 3D Gaussian scene.
         output: scene file (.ply) to write.
         paint: how strokes are made and will be drawn; of its view only `up` is used.
-        config: see `RefineConfig`.
+        config: see `RefineConfig`. What is resumed is the checkpoint beside the output, see `checkpoint_of`;
+            where there is none the fit starts anew, and a note says so.
         report: gets the stages and the figures; a new one if None.
         folder: gets `refine.json` and `refine.png`, the curve and the pictures before and after, and is made
             if missing; or one file that ends in .json or .png; None for neither.
@@ -62,6 +65,7 @@ def refine_file(
     Raises:
         SceneError: if a file cannot be read or written.
         ValueError: if an option does not suit the scene, or PyTorch or kornia is missing.
+        KeyboardInterrupt: if the run is stopped; says how to resume it.
     """
     paint, config, report = paint or PaintConfig(), config or RefineConfig(), report or RefineReport()
     output, outputs = Path(output), None
@@ -85,13 +89,14 @@ def refine_file(
 
         gaussians = recolor(gaussians, prepared.palette, paint.palette.strength)
     up = paint.view.up or prepared.file_up or DEFAULT_UP
-    training_views, validation_views = _target_views(gaussians, up, config, report)
-    schedule = FitSchedule(
-        config.most_steps, seed=config.seed, checkpoint=checkpoint_of(output), is_resumed=config.is_resumed
-    )
-    refined = refine_strokes(strokes, training_views, validation_views, drawing, schedule, config, report)
-    report.settings = _settings(scene, paint, config, up)
-    write_scene(refined, output, report, is_strokes=True)  # first: a plot that fails must not lose it
+    fit = describe_fit(scene, paint, config, prepared, gaussians, up)
+    with _resumable(Checkpoint(checkpoint_of(output), fit), config, report) as checkpoint:
+        training_views, validation_views = _target_views(gaussians, up, config, report)
+        schedule = FitSchedule(config.most_steps, seed=config.seed, checkpoint=checkpoint)
+        refined = refine_strokes(strokes, training_views, validation_views, drawing, schedule, config, report)
+        report.settings = _settings(scene, paint, config, up)
+        write_scene(refined, output, report, is_strokes=True)  # first: a plot that fails must not lose it
+        checkpoint.remove()
     if outputs is not None:
         name = SceneSource.of(scene).name
         title = f"{name}, {len(strokes):,} strokes of {prepared.texture.name}, {config.params}"
@@ -126,6 +131,7 @@ def refine_strokes(
         moves = select_strokes(config.where, strokes)
         variables = Variables(strokes, config.params, moves)
         before = mean_psnr(strokes, validation_views, drawing)
+        resumed_from = None if schedule.checkpoint is None else schedule.checkpoint.step
 
         def on_step(score: float) -> None:
             report.advance(f"{score:.2f} dB")
@@ -152,6 +158,8 @@ def refine_strokes(
             f"{int(moves.sum()):,} strokes, {config.params}: {before:.2f} to {after:.2f} dB to the plain "
             f"picture in {len(validation_views)} other views; {curve.stopped}"
         )
+        if resumed_from is not None:
+            stage.did += f"; resumed from step {resumed_from:,}"
         if config.style is not None:
             decrease = 1 - 10 ** (-(max(curve.scores) - curve.scores[0]) / 10)
             stage.did += f"; the loss to {config.style.name} fell by {decrease:.0%}"
@@ -194,6 +202,34 @@ def check_libraries(config: RefineConfig) -> None:
 def checkpoint_of(output: Path) -> Path:
     """The file from which a stopped run that writes `output` resumes."""
     return output.with_name(f"{output.stem}.checkpoint")
+
+
+@contextmanager
+def _resumable(checkpoint: Checkpoint, config: RefineConfig, report: RefineReport) -> Iterator[Checkpoint]:
+    """The checkpoint of a run, read if it is resumed; a run that ends early says how to resume it.
+
+    Raises:
+        SceneError: if it cannot be read, or is that of another fit.
+        KeyboardInterrupt: if the run is stopped.
+    """
+    path = checkpoint.path
+    if config.is_resumed and path.exists():
+        checkpoint.read()
+    elif config.is_resumed:
+        report.tell(f"--resume found no checkpoint {path}; the fit starts at its first step")
+    elif path.exists():
+        report.tell(
+            f"{path} is left of a run that was stopped; this run starts anew and replaces it "
+            "(--resume would continue from it)"
+        )
+    try:
+        yield checkpoint
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(checkpoint.advice) from None
+    except Exception:  # a full disk: what was fitted is not lost
+        if checkpoint.step is not None:
+            report.tell(checkpoint.advice)
+        raise
 
 
 @dataclass(frozen=True)

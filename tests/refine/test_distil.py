@@ -13,6 +13,7 @@ from brushgs import cli  # noqa: E402
 from brushgs.io.pictures.images import read_image  # noqa: E402
 from brushgs.options.region import Region  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
+from brushgs.refine.checkpoint import Checkpoint  # noqa: E402
 from brushgs.refine.distil import TargetView, distil, mean_psnr  # noqa: E402
 from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.select import select_strokes  # noqa: E402
@@ -128,12 +129,13 @@ def test_strokes_and_losses_do_not_depend_on_the_number_of_threads(scene, stroke
         assert found[0][1].losses[1:] == curve.losses[1:]
 
 
+@pytest.mark.parametrize("seconds", [0.0, 1e9])  # between checkpoints: one is written where a run is stopped
 def test_a_run_that_was_stopped_goes_on_as_if_it_had_not_been(
-    strokes, training_views, validation_views, drawing, tmp_path, monkeypatch
+    strokes, training_views, validation_views, drawing, tmp_path, monkeypatch, seconds
 ):
     whole, whole_curve = refined(strokes, training_views, validation_views, drawing, steps=30)
-    monkeypatch.setattr(fit_module, "SECONDS_BETWEEN_CHECKPOINTS", 0.0)
-    checkpoint = tmp_path / "a.checkpoint"
+    monkeypatch.setattr(fit_module, "SECONDS_BETWEEN_CHECKPOINTS", seconds)
+    checkpoint = Checkpoint(tmp_path / "a.checkpoint")
     schedule = FitSchedule(steps=30, checkpoint=checkpoint)
     taken = 0
 
@@ -145,25 +147,41 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not_been(
 
     with pytest.raises(KeyboardInterrupt):
         distil(Variables(strokes, "all"), training_views, validation_views, drawing, schedule, stop)
-    assert checkpoint.exists()
-    resumed = replace(schedule, is_resumed=True)
-    after, curve = distil(Variables(strokes, "all"), training_views, validation_views, drawing, resumed)
+    assert checkpoint.step == 14
+    resumed = Checkpoint(checkpoint.path)
+    resumed.read()
+    after, curve = distil(
+        Variables(strokes, "all"),
+        training_views,
+        validation_views,
+        drawing,
+        replace(schedule, checkpoint=resumed),
+    )
     assert same(after, whole)
     assert curve.scores == whole_curve.scores
-    assert not checkpoint.exists()
+    assert curve.steps == whole_curve.steps
+    assert resumed.step == curve.steps[-1]  # it stays, whole, until the strokes are written
 
 
-def test_the_checkpoint_of_another_fit_is_refused(
-    strokes, training_views, validation_views, drawing, tmp_path
+def test_a_run_that_was_stopped_between_evaluation_and_step_is_not_evaluated_twice(
+    strokes, training_views, validation_views, drawing, tmp_path, monkeypatch
 ):
-    checkpoint = tmp_path / "a.checkpoint"
-    torch.save({"steps": 7, "seed": 0, "moving": {}}, checkpoint)
-    schedule = FitSchedule(steps=30, checkpoint=checkpoint, is_resumed=True)
-    with pytest.raises(bg.SceneError, match="is the checkpoint of another fit"):
-        distil(Variables(strokes, "all"), training_views, validation_views, drawing, schedule)
-    checkpoint.write_bytes(b"nothing of the kind")
-    with pytest.raises(bg.SceneError, match="is no checkpoint"):
-        distil(Variables(strokes, "all"), training_views, validation_views, drawing, schedule)
+    whole, whole_curve = refined(strokes, training_views, validation_views, drawing, steps=8)
+    record, checkpoint = fit_module.Fit._record, Checkpoint(tmp_path / "a.checkpoint")
+
+    def stop(fit, score):
+        record(fit, score)
+        if fit.step == 4:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(fit_module.Fit, "_record", stop)
+    with pytest.raises(KeyboardInterrupt):
+        refined(strokes, training_views, validation_views, drawing, steps=8, checkpoint=checkpoint)
+    monkeypatch.undo()
+    checkpoint.read()
+    after, curve = refined(strokes, training_views, validation_views, drawing, steps=8, checkpoint=checkpoint)
+    assert same(after, whole)
+    assert (curve.steps, curve.scores) == (whole_curve.steps, whole_curve.scores)
 
 
 def test_a_fit_that_no_longer_gains_ends(strokes, training_views, validation_views, drawing, monkeypatch):

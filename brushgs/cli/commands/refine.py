@@ -82,7 +82,11 @@ def _add_refinement(parser: ArgumentParser) -> None:
         "features that need none",
     )
     refine.add(
-        "--resume", field="is_resumed", action="store_true", help="resume a refinement that was stopped"
+        "--resume",
+        field="is_resumed",
+        action="store_true",
+        help="resume a refinement that was stopped, from its .checkpoint beside the output; where there is "
+        "none it starts anew",
     )
 
 

@@ -1,0 +1,139 @@
+"""The checkpoint of a refinement: a file with the state of its fit, and with what the fit depends on.
+
+It is there from the first `SECONDS_BETWEEN_CHECKPOINTS`, or from where a run is stopped, until its strokes
+are written: a run that is killed loses at most these seconds.
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from brushgs.errors import SceneError
+from brushgs.io.files import replacing
+from brushgs.options.experiments import RefineConfig
+from brushgs.options.painting import PaintConfig, Up
+from brushgs.painting.prepare import Prepared
+from brushgs.painting.resume import describe_options, differences, digest, named_digest
+from brushgs.scene import Gaussians
+
+SECONDS_BETWEEN_CHECKPOINTS = 20.0
+# Options that a fit does not depend on: it draws in order of depth, on white; and files, which go by their
+# content.
+_NOT_OF_A_FIT = "background", "order", "stroke", "palette file"
+_STROKES = "result of clustering"  # compared last: it follows from all others
+
+
+class Checkpoint:
+    """The checkpoint of one fit.
+
+    Attributes:
+        path: the file.
+        state: of the fit that is resumed; None for one that starts anew.
+        step: of the state in the file; None while the file holds none of this fit.
+    """
+
+    def __init__(self, path: Path, fit: Mapping[str, Any] | None = None) -> None:
+        """Name a checkpoint; nothing is read or written yet.
+
+        Args:
+            path: the file.
+            fit: what the fit depends on, see `describe_fit`.
+        """
+        self.path, self._fit = path, dict(fit or {})
+        self.state: dict[str, Any] | None = None
+        self.step: int | None = None
+
+    def read(self) -> None:
+        """Take the state from the file.
+
+        Raises:
+            SceneError: if it cannot be read, is no checkpoint, or that of another fit.
+        """
+        import torch
+
+        try:
+            content = torch.load(self.path, weights_only=True)
+            found, state = content["fit"], content["state"]
+            given = {name: value for name, value in self._fit.items() if name != _STROKES}
+            differing = differences(found, given) or differences(found, self._fit)
+            step = int(state["step"])
+        except Exception as error:  # whatever torch makes of any file
+            raise self.unreadable(error) from None
+        if differing:
+            raise SceneError(
+                self.path,
+                f"is the checkpoint of another fit ({differing}); give the scene and the options it was "
+                "started with, or omit --resume to start anew",
+            )
+        self.state, self.step = state, step
+
+    def save(self, state: dict[str, Any]) -> None:
+        """Write a state, which has a "step".
+
+        Raises:
+            SceneError: if the file cannot be written.
+        """
+        import torch
+
+        with replacing(self.path) as temporary:
+            torch.save({"fit": self._fit, "state": state}, temporary)
+        self.step = state["step"]
+
+    def remove(self) -> None:
+        """Remove the file: what the fit gave is safe."""
+        self.path.unlink(missing_ok=True)
+        self.step = None
+
+    def unreadable(self, error: Exception) -> SceneError:
+        """The error of a file that is no checkpoint."""
+        return SceneError(self.path, f"is no checkpoint ({error}); delete it, or omit --resume")
+
+    @property
+    def advice(self) -> str:
+        """How to resume; "" while there is nothing to resume."""
+        return "" if self.step is None else f"--resume continues from step {self.step:,}: {self.path}"
+
+
+def describe_fit(
+    scene: str | Path,
+    paint: PaintConfig,
+    config: RefineConfig,
+    prepared: Prepared,
+    target: Gaussians,
+    up: Up,
+) -> dict[str, Any]:
+    """Everything that a fit depends on: options, and digests of what was made from the files.
+
+    Args:
+        scene: the scene file.
+        paint: how strokes are made and drawn.
+        config: of the fit.
+        prepared: the strokes and the stroke image.
+        target: the scene that the strokes are fitted to, in the colours of the palette.
+        up: of the views.
+    """
+    options = {name: value for name, value in describe_options(paint).items() if name not in _NOT_OF_A_FIT}
+    fit = {name: _plain(value) for name, value in asdict(config).items()} | {"steps": config.most_steps}
+    del fit["is_resumed"], fit["style"], fit["vgg_weights"]
+    texture = prepared.texture
+    described: dict[str, Any] = {
+        "scene": named_digest(Path(scene).name, *vars(prepared.whole_scene).values()),
+        "stroke": named_digest(
+            texture.name, texture.coverage, np.frombuffer(texture.kind.encode(), np.uint8)
+        ),
+        _STROKES: digest(*vars(prepared.strokes).values(), *vars(target).values()),
+        "up": _plain(up),
+    }
+    palette = None if paint.palette is None else paint.palette.file
+    files = {"palette": palette, "style image": config.style, "VGG weights": config.vgg_weights}
+    for name, path in files.items():
+        described[name] = None if path is None else named_digest(path.name, np.fromfile(path, np.uint8))
+    return described | {name: _plain(value) for name, value in options.items()} | fit
+
+
+def _plain(value: Any) -> Any:
+    """A value as a checkpoint holds it: a number, text or None."""
+    return value if value is None or isinstance(value, bool | int | float | str) else str(value)

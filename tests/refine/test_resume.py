@@ -1,0 +1,208 @@
+"""`brushgs refine` that is stopped or killed: what it fitted is not lost, and only its own run resumes it."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="needs the extra [refine]")
+
+import brushgs as bg  # noqa: E402
+from brushgs import cli  # noqa: E402
+from brushgs.io.scenes import write  # noqa: E402
+from brushgs.refine import fit as fit_module  # noqa: E402
+from brushgs.still_life import still_life  # noqa: E402
+
+ROOT = Path(__file__).resolve().parents[2]
+SMALL = ["--strokes", "100", "--steps", "10", "--views", "4", "--size", "64x48", "--stroke", "flat"]
+CHECKPOINT, OUTPUT = "pears-refined.checkpoint", "pears-refined.ply"
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Two scenes, and the refined strokes of the first."""
+    folder = tmp_path_factory.mktemp("scene")
+    bg.save(still_life(3000), folder / "pears.ply")
+    bg.save(still_life(2000), folder / "apples.ply")
+    words = ["refine", str(folder / "pears.ply"), *SMALL, "-o", str(folder / OUTPUT), "--quiet"]
+    assert cli.main(words) == 0
+    return folder
+
+
+@pytest.fixture
+def scene(made, tmp_path, monkeypatch):
+    """A scene file; the current folder is empty."""
+    monkeypatch.chdir(tmp_path)
+    return str(made / "pears.ply")
+
+
+def run(capsys, *words):
+    """Exit code, stdout and stderr of one command."""
+    code = cli.main(["refine", *map(str, words)])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def names():
+    return sorted(path.name for path in Path().iterdir())
+
+
+@pytest.fixture
+def stopped(scene, monkeypatch, capsys):
+    """What is said where Ctrl-C stops a run after its sixth step."""
+    step = fit_module.Fit._step
+
+    def stop(fit):
+        step(fit)
+        if fit.step == 6:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(fit_module.Fit, "_step", stop)
+        code, out, err = run(capsys, scene, *SMALL)
+    assert (code, out) == (130, "")
+    return err
+
+
+def test_ctrl_c_names_the_checkpoint_and_the_run_is_resumed_to_the_same_file(stopped, scene, made, capsys):
+    assert stopped == f"brushgs: stopped: --resume continues from step 6: {CHECKPOINT}\n"
+    assert names() == [CHECKPOINT]
+    code, out, err = run(capsys, scene, *SMALL, "--resume")
+    assert (code, out) == (0, f"{OUTPUT}\n")
+    assert "resumed from step 6" in " ".join(err.split())
+    assert Path(OUTPUT).read_bytes() == (made / OUTPUT).read_bytes()
+    assert names() == [OUTPUT]
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError(28, "No space left on device")])
+def test_what_is_fitted_is_kept_until_it_is_written(scene, made, monkeypatch, capsys, error):
+    def fail(*_, **__):
+        raise error
+
+    with monkeypatch.context() as patch:
+        patch.setattr(write, "write_scene", fail)
+        code, _, err = run(capsys, scene, *SMALL)
+    advice = f"--resume continues from step 10: {CHECKPOINT}\n"
+    if error is KeyboardInterrupt:
+        assert (code, err) == (130, f"brushgs: stopped: {advice}")
+    else:
+        assert (code, err) == (2, f"brushgs: note: {advice}brushgs: No space left on device\n")
+    assert names() == [CHECKPOINT]
+    monkeypatch.setattr(fit_module.Fit, "_step", fail)  # no step is done again
+    assert run(capsys, scene, *SMALL, "--resume", "--quiet") == (0, "", "")
+    assert Path(OUTPUT).read_bytes() == (made / OUTPUT).read_bytes()
+    assert names() == [OUTPUT]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to send")
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_a_run_that_is_killed_before_it_writes_is_resumed(scene, made, capsys, number):
+    code = "import sys, time, brushgs.cli as c\n"
+    code += "from brushgs.io.scenes import write\n"
+    code += "def wait(*a, **k): print('ready', flush=True); time.sleep(60)\n"
+    code += "write.write_scene = wait\nsys.exit(c.main(sys.argv[1:]))"
+    with subprocess.Popen(
+        [sys.executable, "-c", code, "refine", scene, *SMALL],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout.readline() == "ready\n", process.stderr.read()
+        time.sleep(0.05)
+        process.send_signal(number)
+        _, err = process.communicate()
+    if number != signal.SIGKILL:
+        assert process.returncode == 128 + number
+        assert err == f"brushgs: stopped: --resume continues from step 10: {CHECKPOINT}\n"
+    assert CHECKPOINT in names()
+    assert run(capsys, scene, *SMALL, "--resume", "--quiet") == (0, "", "")
+    assert Path(OUTPUT).read_bytes() == (made / OUTPUT).read_bytes()
+
+
+def test_resume_without_a_checkpoint_says_so_and_starts(scene, made, capsys):
+    code, out, err = run(capsys, scene, *SMALL, "--resume")
+    assert (code, out) == (0, f"{OUTPUT}\n")
+    note = f"--resume found no checkpoint {CHECKPOINT}; the fit starts at its first step"
+    assert err.startswith(f"brushgs: note: {note}\n")  # before anything else: it may take long
+    assert err.count("note:") == 1
+    assert Path(OUTPUT).read_bytes() == (made / OUTPUT).read_bytes()
+    _, out, err = run(capsys, scene, *SMALL, "--resume", "--json")
+    assert err == ""
+    assert json.loads(out)["notes"] == [note]
+
+
+def test_a_checkpoint_that_is_not_resumed_is_named_before_it_is_replaced(stopped, scene, capsys):
+    code, _, err = run(capsys, scene, *SMALL)
+    assert code == 0
+    assert err.startswith(
+        f"brushgs: note: {CHECKPOINT} is left of a run that was stopped; this run starts anew"
+    )
+    assert names() == [OUTPUT]
+
+
+@pytest.mark.parametrize(
+    ("words", "differing"),
+    [
+        (["--stroke", "swirl"], r"stroke flat, now swirl"),
+        (["--stroke", "gaussian"], r"stroke flat, now gaussian; keep 0\.7, now 1\.0"),
+        (["--steps", "12"], r"steps 10, now 12"),
+        (["--seed", "4"], r"seed 0, now 4"),
+        (["--params", "colour"], r"params all, now colour"),
+        (["--up", "+z"], r"up -y, now \+z"),
+        (["--views", "5", "--keep", "0.5"], r"keep 0\.7, now 0\.5; views 4, now 5"),
+        (["--style", "style.png"], r"palette None, now style\.png; style image None, now style\.png; .*"),
+    ],
+)
+def test_a_checkpoint_is_refused_with_other_options(stopped, scene, capsys, words, differing):
+    if "--style" in words:
+        pytest.importorskip("kornia", reason="needs the extra [refine]")
+        rgb = np.full((8, 8, 3), (0.1, 0.2, 0.8), np.float32)
+        bg.save(bg.Frame(rgb, np.ones((8, 8), np.float32), np.zeros((8, 8), np.float32)), "style.png")
+    code, out, err = run(capsys, scene, *SMALL, *words, "--resume")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    pattern = (
+        rf"brushgs: {CHECKPOINT}: is the checkpoint of another fit \((.*)\); give the scene and the options"
+    )
+    assert re.fullmatch(differing, re.match(pattern, err)[1]), err
+    assert CHECKPOINT in names()
+
+
+def test_a_checkpoint_is_refused_with_another_scene_and_taken_with_the_same_of_another_name(
+    stopped, scene, made, capsys, tmp_path
+):
+    words = [*SMALL, "--resume", "-o", OUTPUT]
+    code, _, err = run(capsys, made / "apples.ply", *words)
+    assert code == 2
+    assert f"{CHECKPOINT}: is the checkpoint of another fit (scene pears.ply, now apples.ply); " in err
+    Path("renamed.ply").write_bytes(Path(scene).read_bytes())
+    assert run(capsys, "renamed.ply", *words, "--quiet") == (0, "", "")
+    assert Path(OUTPUT).read_bytes() == (made / OUTPUT).read_bytes()
+
+
+def test_a_scene_that_has_changed_under_its_name_is_another(stopped, made, capsys):
+    Path("pears.ply").write_bytes((made / "apples.ply").read_bytes())
+    code, _, err = run(capsys, "pears.ply", *SMALL, "--resume")
+    assert code == 2
+    assert "(another scene pears.ply); " in err
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"nothing of the kind", {"state": {}}, {"fit": {}, "state": {"step": 3}}]
+)
+def test_a_file_that_is_no_checkpoint_is_refused(scene, capsys, content):
+    if isinstance(content, bytes):
+        Path(CHECKPOINT).write_bytes(content)
+    else:
+        torch.save(content, CHECKPOINT)
+    code, out, err = run(capsys, scene, *SMALL, "--resume")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith(f"brushgs: {CHECKPOINT}: is ")
+    assert err.endswith("omit --resume\n") or "is the checkpoint of another fit" in err
