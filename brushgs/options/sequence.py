@@ -6,6 +6,7 @@ from pathlib import Path
 
 DEFAULT_FPS = 24.0  # of film
 MAX_FRAMES = 99_999  # more than an hour of film; five digits number them
+WORKERS_TIMEOUT = 60.0  # seconds that a Dask scheduler may have no worker: batch systems are slow to start
 MAX_FPS = 1000.0  # more is a typing error, and video formats count milliseconds at the finest
 
 
@@ -61,15 +62,19 @@ class SequenceConfig:
         jobs: processes of this machine that paint, >= 1.
         scheduler: address of a Dask scheduler whose workers paint, such as "tcp://host:8786"; None for this
             machine.
+        workers_timeout: seconds to wait for a worker where the scheduler has none, > 0.
         is_resumed: whether existing frames of the same painting are kept and only missing ones painted.
     """
 
     jobs: int = 1
     scheduler: str | None = None
+    workers_timeout: float = WORKERS_TIMEOUT
     is_resumed: bool = False
 
     def __post_init__(self) -> None:
         if self.jobs < 1:
             raise ValueError(f"jobs must be at least 1, got {self.jobs}")
+        if not 0 < self.workers_timeout < inf:
+            raise ValueError(f"workers-timeout must be above 0 seconds, got {self.workers_timeout:g}")
         if self.jobs > 1 and self.scheduler is not None:
             raise ValueError("jobs cannot be combined with scheduler, whose workers paint; omit one")

@@ -23,7 +23,7 @@ from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.drawing import NOTHING_SEEN
 from brushgs.painting.frame_painter import FramePainter, FrameView
 from brushgs.painting.parallel import parallel_map
-from brushgs.painting.parallel.connection import check_scheduler
+from brushgs.painting.parallel.connection import Waiting, check_scheduler
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report, Stage, Stopwatch
 from brushgs.painting.resume import check_same_painting, describe_painting, read_manifest
@@ -70,7 +70,7 @@ def paint_sequence(
     target = plan_output(output, is_resumed=sequence.is_resumed)
     check_target(target, scene, path_config, config)
     if sequence.scheduler is not None:
-        check_scheduler(sequence.scheduler)
+        check_scheduler(sequence.scheduler, Waiting(sequence.workers_timeout, report.tell))
     found = None
     if sequence.is_resumed and isinstance(target, NumberedFiles):
         found = read_manifest(target, config)
@@ -175,7 +175,11 @@ def _paint(
         rests = [list(same) for _, same in groupby(indices, key=frames.identity)]
         views = (frames.view(rest[0]) for rest in rests)
         painted: Any = parallel_map(
-            frames.painter(suffix), views, jobs=sequence.jobs, scheduler=sequence.scheduler
+            frames.painter(suffix),
+            views,
+            jobs=sequence.jobs,
+            scheduler=sequence.scheduler,
+            waiting=Waiting(sequence.workers_timeout, report.tell),
         )
         with closing(painted):
             for rest, frame in zip(rests, painted, strict=True):

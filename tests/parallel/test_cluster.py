@@ -16,7 +16,7 @@ import pytest
 from distributed import Client
 
 import brushgs as bg
-from brushgs import __version__
+from brushgs import __version__, cli
 from brushgs.errors import SceneError
 from brushgs.options.painting import ClusterConfig, PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
@@ -285,16 +285,19 @@ def test_losing_all_workers_and_then_the_scheduler_is_reported(clusters, monkeyp
     folder, running = clusters
     address = address_in(folder / "frail.json")
     monkeypatch.setattr(cluster, "CHECK_INTERVAL", 0.1)
-    results = parallel_map(work.slow_process_id, range(100), scheduler=address)
+    told = []
+    waiting = connection.Waiting(0.2, told.append)
+    results = parallel_map(work.slow_process_id, range(100), scheduler=address, waiting=waiting)
     next(results)
-    monkeypatch.setattr(connection, "WORKERS_TIMEOUT", 0.2)
+    assert told == []
     os.killpg(running["worker-frail"].pid, signal.SIGKILL)
     with pytest.raises(
         ConnectionError,
         match=f"{address}: the Dask scheduler has had no workers for .*: dask worker {address}",
     ):
         list(results)
-    monkeypatch.setattr(connection, "WORKERS_TIMEOUT", 60)
+    cure = f"start some: dask worker {address}"
+    assert told == [f"{address}: the Dask scheduler has no workers; waiting 0.2 s for one ({cure})"]
     monkeypatch.setattr(connection, "CONNECT_TIMEOUT", 1)  # it may be gone before the connection is made
     timer = threading.Timer(0.3, os.killpg, (running["scheduler-frail"].pid, signal.SIGKILL))
     timer.start()
@@ -304,6 +307,73 @@ def test_losing_all_workers_and_then_the_scheduler_is_reported(clusters, monkeyp
     ):
         list(parallel_map(work.square, [1], scheduler=address))
     timer.join()
+
+
+@pytest.fixture(scope="module")
+def lonely(tmp_path_factory):
+    """Address of a scheduler without workers."""
+    folder = tmp_path_factory.mktemp("lonely")
+    process = start(folder, "scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", "a.json")
+    yield address_in(folder / "a.json")
+    stop(process)
+
+
+@pytest.mark.parametrize("words", [[], ["--quiet"], ["--json"]])
+def test_a_scheduler_without_workers_is_told_at_once_and_refused_in_the_end(
+    lonely, tmp_path, monkeypatch, capsys, words
+):
+    monkeypatch.chdir(tmp_path)
+    bg.save(still_life(2000), "scene.ply")
+    monkeypatch.setattr("brushgs.painting.sequence.prepare", None)  # not reached: workers are awaited first
+    words = [*words, "--orbit", "5", "--scheduler", lonely, "--workers-timeout", "0.3"]
+    code = cli.main(["render", "scene.ply", *words])
+    captured = capsys.readouterr()
+    assert (code, captured.out) == (2, "")
+    lines = captured.err.splitlines()
+    cure = f"start some: dask worker {lonely}"
+    note = f"brushgs: note: {lonely}: the Dask scheduler has no workers; waiting 0.3 s for one ({cure})"
+    end = f"brushgs: {lonely}: the Dask scheduler has had no workers for 0.3 s; {cure}"
+    assert lines == ([note, end] if words[0] == "--orbit" else [end])
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.ply"]
+
+
+def test_a_worker_that_comes_while_it_is_awaited_is_taken(lonely, tmp_path):
+    started = []
+
+    def begin(sentence):
+        words = ["--nthreads", "1", "--no-nanny", "--local-directory", str(tmp_path)]
+        started.append(start(tmp_path, "worker", lonely, *words))
+
+    waiting = connection.Waiting(60, begin)
+    try:
+        assert list(parallel_map(work.square, range(3), scheduler=lonely, waiting=waiting)) == [0, 1, 4]
+        assert len(started) == 1
+    finally:
+        for process in started:
+            stop(process)
+
+
+@pytest.mark.parametrize("seconds", ["0", "-1"])
+def test_the_time_to_wait_is_above_zero(capsys, seconds):
+    words = ["render", "a.ply", "--orbit", "5", "--scheduler", "tcp://h:1", "--workers-timeout", seconds]
+    assert cli.main(words) == 2
+    assert f"workers-timeout must be above 0 seconds, got {seconds}\n" in capsys.readouterr().err
+
+
+def test_a_server_that_is_no_scheduler_gets_one_sentence():
+    def greet(server):
+        stream, _ = server.accept()
+        with stream:
+            stream.sendall(b"SSH-2.0-OpenSSH_9.2\r\n")
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        greeting = threading.Thread(target=greet, args=[server])
+        greeting.start()
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        match = f"{address}: no Dask scheduler answers .something else does"
+        with pytest.raises(ConnectionError, match=match):
+            next(parallel_map(work.square, [1], scheduler=address))
+        greeting.join()
 
 
 def test_an_address_without_a_scheduler_gets_one_sentence(monkeypatch):

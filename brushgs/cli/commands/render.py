@@ -71,6 +71,12 @@ def _add_path(parser: ArgumentParser) -> None:
         help="Dask scheduler whose workers paint, such as tcp://host:8786 (pip install 'dask[distributed]'); "
         "default this machine",
     )
+    sequence.add(
+        "--workers-timeout",
+        type=values.number,
+        metavar="SECONDS",
+        help="seconds to wait where the scheduler has no worker, above 0, default 60",
+    )
 
 
 def run(args: Namespace) -> None:

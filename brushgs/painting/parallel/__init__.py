@@ -8,7 +8,10 @@ import operator
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+if TYPE_CHECKING:
+    from brushgs.painting.parallel.connection import Waiting
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -26,7 +29,12 @@ class WorkerPool(Protocol):
 
 
 def parallel_map(
-    work: Callable[[T], R], items: Iterable[T], *, jobs: int = 1, scheduler: str | None = None
+    work: Callable[[T], R],
+    items: Iterable[T],
+    *,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    waiting: "Waiting | None" = None,
 ) -> Iterator[R]:
     """Call `work` with every item, in several processes.
 
@@ -47,6 +55,7 @@ def parallel_map(
         jobs: number of processes on this machine, at least 1; 1 means this process.
         scheduler: address of a running Dask scheduler, "tcp://host:8786", whose workers do the work; they
             need the same version of brushgs. They also decide the number of processes: omit `jobs`.
+        waiting: how long to wait where the scheduler has no worker; None for a minute in silence.
 
     Returns:
         An iterator over the results, in the order of `items`.
@@ -70,7 +79,7 @@ def parallel_map(
         from brushgs.painting.parallel.connection import check_address
 
         check_address(scheduler)
-        return _map_on_cluster(work, items, scheduler)
+        return _map_on_cluster(work, items, scheduler, waiting)
     if jobs == 1:
         return (work(item) for item in items)
     return _map_in_processes(work, items, jobs)
@@ -83,13 +92,15 @@ def _map_in_processes(work: Callable[[T], R], items: Iterable[T], jobs: int) -> 
         yield from _map_in_order(pool, items)
 
 
-def _map_on_cluster(work: Callable[[T], R], items: Iterable[T], scheduler: str) -> Iterator[R]:
+def _map_on_cluster(
+    work: Callable[[T], R], items: Iterable[T], scheduler: str, waiting: "Waiting | None"
+) -> Iterator[R]:
     from brushgs.painting.parallel.connection import connect
     from brushgs.painting.parallel.dask_cluster import DaskPool
 
     items = iter(items)
     for first in items:  # without any item no cluster is needed
-        with connect(scheduler) as client, DaskPool(client, work) as pool:
+        with connect(scheduler, waiting) as client, DaskPool(client, work, waiting) as pool:
             yield from _map_in_order(pool, chain([first], items))
 
 

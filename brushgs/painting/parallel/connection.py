@@ -2,18 +2,22 @@
 
 import logging
 import socket
+import struct
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
+from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
 from urllib.parse import urlsplit
 
 import brushgs
+from brushgs.options.sequence import WORKERS_TIMEOUT
 
 CONNECT_TIMEOUT = 10.0  # seconds for the scheduler to answer
-WORKERS_TIMEOUT = 60.0  # seconds without any worker before that is an error: batch systems are slow to start
+_LENGTH = struct.Struct("<Q")  # what a scheduler says first: the length of its greeting, some hundred bytes
+MAX_GREETING = 1 << 20  # Dask asks for the memory of any length: that of an SSH server is 2.8 EiB
 # Packages whose versions must agree up to the last number: 3.11.7 and 3.11.9 do, 2026.8.0 and 2026.8.1 do.
 MATCHED_PACKAGES = "python", "distributed"
 
@@ -25,9 +29,26 @@ def _is_unexpected(record: logging.LogRecord) -> bool:
     return record.name == "tornado.application" and "sync.<locals>.cancel" not in record.getMessage()
 
 
+@dataclass(frozen=True)
+class Waiting:
+    """How long to wait for a worker where a scheduler has none.
+
+    Attributes:
+        seconds: > 0, before that is an error. Batch systems are slow to start.
+        tell: called with a sentence when waiting begins, which may take so long.
+    """
+
+    seconds: float = WORKERS_TIMEOUT
+    tell: Callable[[str], None] = lambda sentence: None
+
+
 @contextmanager
-def connect(address: str) -> Iterator[Any]:
+def connect(address: str, waiting: Waiting | None = None) -> Iterator[Any]:
     """A `distributed.Client` within the block, after comparing the versions of all machines.
+
+    Args:
+        address: of the scheduler.
+        waiting: for the first worker.
 
     Raises:
         ValueError: if Dask is not installed, or the cluster has other versions.
@@ -38,7 +59,7 @@ def connect(address: str) -> Iterator[Any]:
         logging.getLogger(name).addFilter(_is_unexpected)
     try:
         client = _open_client(address)
-        wait_for_workers(client)  # their versions are compared too
+        wait_for_workers(client, waiting or Waiting())  # their versions are compared too
         check_versions(client)
         yield client
     except (OSError, RuntimeError, CancelledError) as error:
@@ -74,13 +95,19 @@ def check_address(address: str) -> tuple[str, int]:
     raise ValueError(f"scheduler must be an address such as tcp://host:8786, got {address!r}")
 
 
-def check_scheduler(address: str) -> None:
-    """Check that Dask is installed and a scheduler answers: a cheap test before long work.
+def check_scheduler(address: str, waiting: Waiting | None = None) -> None:
+    """Check that a scheduler answers and has a worker, and their versions: in a second, before long work.
 
     Raises:
-        ValueError: if the text is not an address, or Dask is not installed.
-        ConnectionError: if no scheduler answers there.
+        ValueError: if the text is not an address, or Dask is not installed, or versions differ.
+        ConnectionError: if no scheduler answers there, or no worker comes for as long as is waited.
     """
+    with connect(address, waiting):
+        pass
+
+
+def _check_listens(address: str) -> None:
+    """Check that Dask is installed and something listens at the address. Raises as `check_scheduler`."""
     check_address(address)
     if find_spec("distributed") is None:
         raise ValueError("a scheduler needs Dask, which is not installed; pip install 'dask[distributed]'")
@@ -89,7 +116,7 @@ def check_scheduler(address: str) -> None:
 
 
 def _open_client(address: str) -> Any:
-    check_scheduler(address)
+    _check_listens(address)
     from distributed import Client
 
     with _connection_errors(address), warnings.catch_warnings():
@@ -116,23 +143,35 @@ def _probe(address: str) -> None:
         OSError: if nothing listens there, or the server does not speak first as a Dask scheduler does.
     """
     with socket.create_connection(check_address(address), CONNECT_TIMEOUT) as stream:
-        if address.startswith("tcp:") and not stream.recv(1):
-            raise ConnectionError("it closes the connection")
+        if not address.startswith("tcp:"):
+            return
+        head = b""
+        while len(head) < _LENGTH.size:
+            part = stream.recv(_LENGTH.size - len(head))
+            if not part:
+                raise ConnectionError("it closes the connection")
+            head += part
+        if _LENGTH.unpack(head)[0] > MAX_GREETING:
+            raise ConnectionError("something else does")
 
 
-def wait_for_workers(client: Any) -> None:
+def wait_for_workers(client: Any, waiting: Waiting) -> None:
     """Return as soon as there is a worker.
 
     Raises:
-        ConnectionError: if there is none for `WORKERS_TIMEOUT` seconds.
+        ConnectionError: if there is none for as long as is waited.
     """
+    if client.nthreads():
+        return
+    address = client.scheduler.address
+    cure = f"start some: dask worker {address}"
+    what = f"{address}: the Dask scheduler has no workers"
+    waiting.tell(f"{what}; waiting {waiting.seconds:g} s for one ({cure})")
     try:
-        client.wait_for_workers(1, timeout=WORKERS_TIMEOUT)
+        client.wait_for_workers(1, timeout=waiting.seconds)
     except TimeoutError:
-        address = client.scheduler.address
         raise ConnectionError(
-            f"{address}: the Dask scheduler has had no workers for {WORKERS_TIMEOUT:.0f} s; "
-            f"start some: dask worker {address}"
+            f"{address}: the Dask scheduler has had no workers for {waiting.seconds:g} s; {cure}"
         ) from None
 
 

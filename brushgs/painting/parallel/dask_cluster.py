@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Any
 
 import brushgs
-from brushgs.painting.parallel.connection import check_brushgs, check_versions, wait_for_workers
+from brushgs.painting.parallel.connection import Waiting, check_brushgs, check_versions, wait_for_workers
 from brushgs.painting.parallel.messages import MAX_ATTEMPTS, Failed, PickledWork, pickled, result_of, run_item
 from brushgs.threads import at_most
 
@@ -21,8 +21,8 @@ CHECK_INTERVAL = 5.0  # seconds between checks, while a result is awaited, that 
 class DaskPool:
     """The workers of a Dask cluster, which is left as it was found."""
 
-    def __init__(self, client: Any, work: Callable[[Any], object]) -> None:
-        self._client = client
+    def __init__(self, client: Any, work: Callable[[Any], object], waiting: Waiting | None = None) -> None:
+        self._client, self._waiting = client, waiting or Waiting()
         self._work = PickledWork(pickled("work", work))
         self._sent = self._send_work()
         self._futures: dict[int, Any] = {}
@@ -82,14 +82,14 @@ class DaskPool:
             try:
                 reply: bytes = self._futures[index].result(timeout=CHECK_INTERVAL)
             except TimeoutError:
-                wait_for_workers(self._client)
+                wait_for_workers(self._client, self._waiting)
             else:
                 del self._futures[index]
                 return reply
 
     def _send_work(self) -> Any:
         """Send the work to all present workers; those that connect later get it from one of them."""
-        wait_for_workers(self._client)
+        wait_for_workers(self._client, self._waiting)
         return self._client.scatter(self._work, broadcast=True, hash=False)
 
 
