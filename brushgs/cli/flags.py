@@ -107,7 +107,7 @@ def add_experiment_output(parser: ArgumentParser, name: str, *, is_main: bool = 
     parser.add_argument(
         "--no-plot",
         action="store_true",
-        help=f"skip {name}.png, which needs matplotlib (pip install matplotlib)",
+        help=f"skip {name}.png, which is skipped with a note where matplotlib is not installed",
     )
 
 

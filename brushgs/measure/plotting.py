@@ -26,16 +26,24 @@ COLORS = (BLUE, SKY, GREEN, VERMILION, PURPLE, ORANGE, GREY, "#000000")
 SHADES = 16  # of each colour in a file, from white to the full colour
 
 
+NO_MATPLOTLIB = "it needs matplotlib, which is not installed; pip install matplotlib"
+
+
+def can_plot() -> bool:
+    """Whether matplotlib is installed."""
+    return find_spec("matplotlib") is not None
+
+
 def check_plot() -> None:
     """Refuse a plot that cannot be drawn, before the work for it is done.
 
     Raises:
         ValueError: if matplotlib is not installed.
     """
-    if find_spec("matplotlib") is None:
+    if not can_plot():
         raise ValueError(
-            "the plot needs matplotlib, which is not installed; pip install matplotlib, or omit the plot "
-            "with --no-plot"
+            "the plot needs matplotlib, which is not installed; pip install matplotlib, or name a folder or "
+            "a .json file: the figures need none"
         )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from brushgs.errors import SceneError
 from brushgs.io.files import replacing
-from brushgs.measure.plotting import check_plot
+from brushgs.measure.plotting import NO_MATPLOTLIB, can_plot, check_plot
 from brushgs.options.choices import REPORT_SUFFIXES
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
@@ -33,10 +33,12 @@ class Outputs:
     Attributes:
         paths: by suffix, such as ".json" and ".png".
         folder: created if missing; None where a single file was named.
+        why_no_plot: where there is none.
     """
 
     paths: dict[str, Path]
     folder: Path | None = None
+    why_no_plot: str = "not requested"
 
     @classmethod
     def of(cls, output: Path, name: str, *, wants_plot: bool) -> "Outputs":
@@ -58,6 +60,11 @@ class Outputs:
         wanted = [suffix for suffix in suffixes if wants_plot or suffix != PLOT]
         return cls({suffix: output / f"{name}{suffix}" for suffix in wanted}, output)
 
+    def without_plot(self, why: str) -> "Outputs":
+        """The same without the plot."""
+        paths = {suffix: path for suffix, path in self.paths.items() if suffix != PLOT}
+        return Outputs(paths, self.folder, why)
+
     @property
     def plot(self) -> Path | None:
         """The plot; None where there is none."""
@@ -68,10 +75,7 @@ class Outputs:
 
         Raises:
             SceneError: if a folder is missing or read-only, or an output is one of the inputs.
-            ValueError: if a plot is requested and matplotlib is not installed.
         """
-        if self.plot is not None:
-            check_plot()
         for suffix, path in self.paths.items():
             if self.folder is not None and not self.folder.exists():  # created when the figures are there
                 check_folder(path.resolve().parent.parent, path)
@@ -117,17 +121,23 @@ class ExperimentReport(Report):
     result: Any = None
     settings: dict[str, Any] = field(default_factory=dict)
 
-    @classmethod
-    def plan_outputs(cls, output: Path, inputs: tuple[Path, ...], *, wants_plot: bool) -> Outputs:
+    def plan_outputs(self, output: Path, inputs: tuple[Path, ...], *, wants_plot: bool) -> Outputs:
         """The files of the report at `output`, one file or a folder, checked before any long work.
+
+        A folder goes without its plot where matplotlib is not installed, and a note says so.
 
         Raises:
             SceneError: see `Outputs.check`.
-            ValueError: see `Outputs.of` and `Outputs.check`.
+            ValueError: see `Outputs.of`; or if `output` is the plot, and matplotlib is not installed.
         """
-        outputs = Outputs.of(output, cls.name, wants_plot=wants_plot)
+        outputs = Outputs.of(output, self.name, wants_plot=wants_plot)
         outputs.check(inputs)
-        return outputs
+        if outputs.plot is None or can_plot():
+            return outputs
+        if outputs.folder is None:
+            check_plot()
+        self.tell(f"{outputs.plot} is skipped: {NO_MATPLOTLIB}")
+        return outputs.without_plot("needs matplotlib")
 
     def as_json(self) -> str:
         """Figures, settings and stages as one JSON object."""
@@ -161,7 +171,7 @@ class ExperimentReport(Report):
             if outputs.plot is not None:
                 draw_plot(outputs.plot)
             else:
-                now.skipped.append("plot: not requested")
+                now.skipped.append(f"plot: {outputs.why_no_plot}")
             written = [str(path) for path in outputs.paths.values()]
             now.did = " and ".join(written)
             now.counts = {"paths": written}

@@ -57,7 +57,7 @@ def refine_file(
         report: gets the stages and the figures; a new one if None.
         folder: gets `refine.json` and `refine.png`, the curve and the pictures before and after, and is made
             if missing; or one file that ends in .json or .png; None for neither.
-        wants_plot: whether a folder gets the plot, which needs matplotlib.
+        wants_plot: whether a folder gets the plot, if matplotlib is installed.
 
     Returns:
         The report, with one stage per step.

@@ -267,6 +267,16 @@ def test_a_report_can_be_one_file_or_go_without_its_plot(file, tmp_path, monkeyp
     assert [p.name for p in (tmp_path / "b").iterdir()] == ["refine.json"]
 
 
+def test_without_matplotlib_a_report_goes_without_its_plot(file, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("brushgs.measure.plotting.find_spec", lambda name: None)
+    assert cli.main(["refine", file, *SMALL, "--report", "a"]) == 0
+    assert capsys.readouterr().err.startswith("brushgs: note: a/refine.png is skipped: it needs matplotlib")
+    assert [p.name for p in (tmp_path / "a").iterdir()] == ["refine.json"]
+    assert cli.main(["refine", file, *SMALL, "--report", "a.png"]) == 2
+    assert "the plot needs matplotlib" in capsys.readouterr().err
+
+
 def test_the_strokes_are_there_though_the_plot_fails(file, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
 

@@ -58,7 +58,7 @@ def report_bench(
         paint: pruning, clustering, view and stroke; its number of strokes is ignored.
         config: what is measured.
         report: where the stages are added; a new one if None.
-        wants_plot: whether a folder gets the plot, which needs matplotlib.
+        wants_plot: whether a folder gets the plot, if matplotlib is installed.
 
     Raises:
         SceneError: if a file cannot be read or written.

@@ -204,10 +204,27 @@ def test_the_plot_needs_matplotlib_and_the_figures_do_not(scene, capsys, monkeyp
     monkeypatch.setattr(plotting, "find_spec", lambda name: None)
     words = [*SMALL, "--families", "filter"]
     code, out, err = run(capsys, scene, *words)
-    assert (code, out) == (2, "")
-    assert "the plot needs matplotlib, which is not installed; pip install matplotlib" in err
-    assert names() == []
+    assert (code, out) == (0, "pears-bench\n")
+    note = "pears-bench/bench.png is skipped: it needs matplotlib, which is not installed; pip install "
+    note += "matplotlib"
+    assert err.startswith(f"brushgs: note: {note}\n")
+    assert err.count("note:") == 1
+    assert names("pears-bench") == ["bench.csv", "bench.json"]
+    assert json.loads(Path("pears-bench/bench.json").read_text())["notes"] == [note]
+    _, out, err = run(capsys, scene, *words, "--json")
+    assert (err, json.loads(out)["notes"]) == ("", [note])
     assert run(capsys, scene, *words, "--no-plot", "--quiet") == (0, "", "")
+    assert json.loads(Path("pears-bench/bench.json").read_text())["notes"] == []
+
+
+def test_a_plot_alone_is_refused_without_matplotlib(scene, capsys, monkeypatch):
+    monkeypatch.setattr(plotting, "find_spec", lambda name: None)
+    code, out, err = run(capsys, scene, *SMALL, "-o", "a.png")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert (
+        "the plot needs matplotlib, which is not installed; pip install matplotlib, or name a folder" in err
+    )
+    assert names() == []
 
 
 def test_strokes_in_a_file_are_all_kept_as_render_keeps_them(scene, capsys):
