@@ -11,7 +11,8 @@ from brushgs import cli
 from brushgs.io.pictures.images import read_image
 from brushgs.measure import plotting
 from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
-from brushgs.measure.stability import Comparison, measure, measure_stability, plot
+from brushgs.measure.stability import Comparison, StabilityReport, measure, measure_stability, plot
+from brushgs.measure.stability.advice import advice
 from brushgs.measure.stability.painters import all_painters
 from brushgs.measure.stability.plot import write_plot
 from brushgs.measure.stability.table import stability_table
@@ -361,6 +362,13 @@ def test_the_command_writes_figures_and_plot_and_prints_a_table(scene, capsys):
     height, width, _ = read_image("pears-stability/stability.png").shape
     assert (width, height) == (1440, 544)
     assert Path("pears-stability/stability.png").stat().st_size < 150_000
+    assert "4 frames, 24 per second, a loop" in err
+    assert "4 frames in 5 configurations" in err  # one number of one thing
+    assert "5 frames" not in err
+    assert " views" not in err
+    advice = json.loads(Path("pears-stability/stability.json").read_text())["stability"]["advice"]
+    assert err.rstrip().splitlines()[-1] == advice
+    assert advice.startswith("for this path --lock ")
     for word in ("flips", "spins", "excess", "published", "track", "loop", "3 of 3", "ms a frame: tracking"):
         assert word in err
     assert "\x1b" not in err  # no progress bar in a pipe
@@ -414,6 +422,54 @@ def test_the_json_has_every_figure_and_all_that_repeats_it(scene, capsys):
             )
 
 
+def test_progress_counts_the_frames_of_the_path(scene, monkeypatch):
+    totals, calls = [], []
+    stage = StabilityReport.stage
+
+    def recorded(self, name, *, total=None, **clocks):
+        totals.append(total)
+        return stage(self, name, total=total, **clocks)
+
+    monkeypatch.setattr(StabilityReport, "stage", recorded)
+    monkeypatch.setattr(StabilityReport, "advance", lambda self: calls.append(1))
+    assert cli.main(["stability", scene, *SMALL, "--no-plot", "--quiet"]) == 0
+    assert [total for total in totals if total is not None] == [len(calls)] == [4]
+
+
+def with_shares(result, **shares):
+    """The same figures, with other shares of flips, spins and size pops."""
+    figures = []
+    for each in result.configurations:
+        events = each.events
+        if each.name in shares:
+            flip, spin, pop = shares[each.name]
+            events = replace(events, flip_share=flip, spin_share=spin, pop_share=pop)
+        figures.append(replace(each, events=events))
+    return replace(result, configurations=tuple(figures))
+
+
+def test_the_advice_names_the_steadiest_lock(result):
+    found = with_shares(result, track=(0, 0.003, 0), anchor=(0.01, 0.02, 0), off=(0.1, 0, 0.02))
+    excess = max(0.0, 255 * result["track"].warps[0].excess)
+    assert advice(found) == (
+        "for this path --lock track (the default) is steadiest: 0.30% of the painted area turns or jumps in "
+        "a frame, 3.00% with anchor and 12.00% with off; "
+        f"it flickers by {excess:.1f} of 255 more than the plain picture"
+    )
+    coarse = advice(with_shares(result, track=(0, 0.2, 0), anchor=(0.1, 0.2, 0), off=(0.1, 0, 0.02)))
+    assert coarse.startswith("for this path --lock off is steadiest: 12.00% of")
+    assert coarse.endswith("; smaller steps of the camera (more frames) would be steadier")
+    even = advice(with_shares(result, track=(0, 0, 0), anchor=(0, 0, 0), off=(0, 0, 0)))
+    assert even.startswith("for this path --lock track (the default) is steadiest: 0.00% of")
+
+
+def test_a_kernel_gets_the_advice_that_its_lock_does_not_matter(comparison):
+    options = RenderOptions.of(KERNEL, order="soft")
+    found = measure_stability(replace(comparison, texture=KERNEL, options=options), StabilityConfig(alone=0))
+    assert found.advice == advice(found)
+    assert found.advice.startswith("for this path every lock draws the same strokes")
+
+
 def test_the_plot_may_be_asked_for_alone(scene, capsys):
     assert run(capsys, scene, *SMALL, "-o", "one.png", "--quiet") == (0, "", "")
     assert names() == ["one.png"]
@@ -442,14 +498,21 @@ def test_a_plot_that_cannot_be_drawn_leaves_what_was_there(result, tmp_path, mon
 def test_the_plot_needs_matplotlib_and_the_figures_do_not(scene, capsys, monkeypatch):
     monkeypatch.setattr(plotting, "find_spec", lambda name: None)
     code, out, err = run(capsys, scene, *SMALL)
+    assert (code, out) == (0, "pears-stability\n")
+    note = (
+        "pears-stability/stability.png is skipped: it needs matplotlib, which is not installed; pip install"
+    )
+    assert err.startswith(f"brushgs: note: {note} matplotlib\n")
+    assert err.count("note:") == 1
+    assert names("pears-stability") == ["stability.json"]
+    assert run(capsys, scene, *SMALL, "--quiet") == (0, "", "")
+    code, out, err = run(capsys, scene, *SMALL, "-o", "one.png")
     assert (code, out) == (2, "")
     assert err == (
-        "brushgs: the plot needs matplotlib, which is not installed; pip install matplotlib, or omit the "
-        "plot with --no-plot\n"
+        "brushgs: the plot needs matplotlib, which is not installed; pip install matplotlib, or name a "
+        "folder or a .json file: the figures need none\n"
     )
-    assert names() == []
-    assert run(capsys, scene, *SMALL, "--no-plot", "--quiet") == (0, "", "")
-    assert names("pears-stability") == ["stability.json"]
+    assert names() == ["pears-stability"]
 
 
 @pytest.mark.parametrize(

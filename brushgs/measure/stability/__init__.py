@@ -2,8 +2,9 @@
 
 The protocol, complete, so that others can repeat it:
 
-1. **Path.** n views of one size. A closed path ends with its first view once more; that view is a frame
-   like any other. An orbit of 120 has 121 frames here, 120 steps of 3 degrees.
+1. **Path.** Frames of one size. On a loop the first frame is painted once more at the end, so that the last
+   step is measured too: an orbit of 120 frames has 120 steps of 3 degrees. In the JSON and below n counts
+   that one as well (121).
 2. **Strokes.** The scene is pruned and clustered once, as configured; all configurations except `plain` paint
    these strokes with one stroke image on one background:
    - `track`: directions tracked along the path; filter, extent and order as configured (default: mip, fitted

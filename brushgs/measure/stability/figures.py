@@ -125,6 +125,7 @@ class Stability:
         stride: from the first frame of a pair to that of the next.
         starts: number of the earlier frame of each pair at gap 1 that has valid pixels.
         configurations: one per configuration, in the order of the table.
+        advice: one line: which lock is steadiest.
     """
 
     num_frames: int
@@ -132,6 +133,7 @@ class Stability:
     stride: int
     starts: tuple[int, ...]
     configurations: tuple[Figures, ...]
+    advice: str = ""
 
     def __getitem__(self, name: str) -> Figures:
         return next(figures for figures in self.configurations if figures.name == name)
@@ -144,4 +146,5 @@ class Stability:
             "stride": self.stride,
             "starts": list(self.starts),
             "configurations": [figures.as_dict() for figures in self.configurations],
+            "advice": self.advice,
         }

@@ -17,6 +17,7 @@ from brushgs.measure.box_events import (
     orientation_events,
     worst_shortfall,
 )
+from brushgs.measure.stability.advice import advice
 from brushgs.measure.stability.figures import Figures, Stability
 from brushgs.measure.stability.painters import (
     PLAIN,
@@ -71,7 +72,10 @@ def measure_stability(
     )
     if not errors.starts:
         warnings.warn(SceneWarning(NOTHING_COMPARED), stacklevel=2)
-    return Stability(schedule.num_frames, schedule.is_closed, schedule.stride, tuple(errors.starts), figures)
+    result = Stability(
+        schedule.num_frames, schedule.is_closed, schedule.stride, tuple(errors.starts), figures
+    )
+    return replace(result, advice=advice(result))
 
 
 def num_painted_frames(comparison: Comparison, config: StabilityConfig) -> int:

@@ -1,6 +1,7 @@
 """`brushgs stability`: a scene file and a path become figures of flicker, as table, JSON and plot."""
 
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
@@ -35,10 +36,11 @@ class StabilityReport(ExperimentReport):
     schema: ClassVar[int] = SCHEMA
 
     def print_figures(self, console: "Console") -> None:
-        """One column per configuration."""
+        """One column per configuration, and the advice."""
         from brushgs.measure.stability.table import stability_table
 
         console.print(stability_table(self.result), markup=False)
+        console.print(self.result.advice, markup=False, soft_wrap=True)
 
 
 def report_stability(
@@ -63,7 +65,7 @@ def report_stability(
         config: what is measured.
         make_extra_painters: see `measure_stability`.
         report: where the stages are added; a new one if None.
-        wants_plot: whether a folder gets the plot, which needs matplotlib.
+        wants_plot: whether a folder gets the plot, if matplotlib is installed.
 
     Raises:
         SceneError: if a file cannot be read or written.
@@ -92,7 +94,7 @@ def report_stability(
         "first_camera": plain_camera(planned.cameras[0]),
         "last_camera": plain_camera(planned.cameras[-1]),
     }
-    report.result = result = _measure(comparison, config, make_extra_painters, report)
+    report.result = result = _measure(comparison, len(planned.cameras), config, make_extra_painters, report)
     report.output = str(output)
     title = f"{SceneSource.of(scene).name}, {len(strokes):,} strokes of {texture.name}, {planned.source}"
     report.write(outputs, lambda file: write_plot(result, file, title))
@@ -100,18 +102,29 @@ def report_stability(
 
 
 def _measure(
-    comparison: Comparison, config: StabilityConfig, make_extra_painters: MakePainters, report: Report
+    comparison: Comparison,
+    num_frames: int,  # of the path; the comparison repeats the first of a loop at its end
+    config: StabilityConfig,
+    make_extra_painters: MakePainters,
+    report: Report,
 ) -> Stability:
-    num_painted = num_painted_frames(comparison, config)
+    num_repeated = len(comparison.cameras) - num_frames
+    num_painted = num_painted_frames(comparison, config) - num_repeated
+    calls = count()
+
+    def advance() -> None:
+        if next(calls) >= num_repeated:  # a repeated frame counts once
+            report.advance()
+
     with report.stage("measure", total=num_painted) as stage:
         result = measure_stability(
-            comparison, config, make_extra_painters=make_extra_painters, advance=report.advance
+            comparison, config, make_extra_painters=make_extra_painters, advance=advance
         )
         num_pairs = len(result.starts)
         stage.did = (
             f"{num_painted} frames in {len(result.configurations)} configurations, {num_pairs} pairs per gap"
         )
         stage.counts = {"frames": num_painted, "pairs": num_pairs, "stride": result.stride}
-        if num_skipped := len(comparison.cameras) - num_painted:
+        if num_skipped := num_frames - num_painted:
             stage.skipped.append(f"painting {num_skipped} frames: no pair needs them (--pairs)")
     return result
