@@ -7,6 +7,7 @@ where clustering rounds differently on another machine, the strokes differ, and 
 import hashlib
 from collections.abc import Mapping
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -118,6 +119,12 @@ def _label(value: Any) -> str:
 def nameddigest(name: str, *arrays: NDArray[Any]) -> dict[str, str]:
     """A file by its content; the name is for messages."""
     return {"name": name, _DIGEST: digest(*arrays)}
+
+
+def named_file_digest(path: Path) -> dict[str, str]:
+    """The same of a file that is not read as arrays."""
+    with path.open("rb") as file:
+        return {"name": path.name, _DIGEST: f"{_DIGEST} {hashlib.file_digest(file, 'blake2b').hexdigest()}"}
 
 
 def _numbers(camera: Camera) -> NDArray[np.float64]:

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.io.files import replacing
+from brushgs.io.files import is_plain, replacing
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, Up
 from brushgs.painting.prepare import Prepared
-from brushgs.painting.resume import describe_options, differences, digest, named_digest
+from brushgs.painting.resume import describe_options, differences, digest, named_digest, named_file_digest
 from brushgs.scene import Gaussians
 
 SECONDS_BETWEEN_CHECKPOINTS = 20.0
@@ -130,7 +130,8 @@ def describe_fit(
     palette = None if paint.palette is None else paint.palette.file
     files = {"palette": palette, "style image": config.style, "VGG weights": config.vgg_weights}
     for name, path in files.items():
-        described[name] = None if path is None else named_digest(path.name, np.fromfile(path, np.uint8))
+        # The step that opens it refuses one that is missing.
+        described[name] = None if path is None or not is_plain(path) else named_file_digest(path)
     return described | {name: _plain(value) for name, value in options.items()} | fit
 
 
