@@ -18,7 +18,7 @@ from brushgs.io.json_file import shown
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.prepare import Prepared
-from brushgs.scene import Camera
+from brushgs.scene import Camera, Gaussians
 from brushgs.version import __version__
 
 _DIGEST = "digest"
@@ -45,8 +45,7 @@ def describe_painting(config: PaintConfig, prepared: Prepared) -> dict[str, Any]
     strokes, path, background = prepared.strokes, prepared.path, prepared.background
     assert path is not None
     return describe_options(config) | {
-        # Those of a usual scene are digested as they were before there were antialiased ones.
-        "scene": digest(*strokes.columns().values(), *[np.ones(1)] * strokes.antialiased),
+        "scene": digest(*content_of(strokes)),
         "stroke image": digest(prepared.texture.coverage),
         "background image": None if background is None else digest(np.asarray(background)),
         "frames": len(path.cameras),
@@ -116,7 +115,12 @@ def _label(value: Any) -> str:
     return shown(value) if isinstance(value, list | dict) else str(value)[:80]
 
 
-def nameddigest(name: str, *arrays: NDArray[Any]) -> dict[str, str]:
+def content_of(gaussians: Gaussians) -> list[NDArray[Any]]:
+    """All that a digest of Gaussians covers; only antialiased ones have more than their columns."""
+    return [*gaussians.columns().values(), *[np.ones(1)] * gaussians.antialiased]
+
+
+def named_digest(name: str, *arrays: NDArray[Any]) -> dict[str, str]:
     """A file by its content; the name is for messages."""
     return {"name": name, _DIGEST: digest(*arrays)}
 

@@ -15,8 +15,16 @@ from brushgs.errors import SceneError
 from brushgs.io.files import is_plain, replacing
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, Up
+from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.painting.prepare import Prepared
-from brushgs.painting.resume import describe_options, differences, digest, named_digest, named_file_digest
+from brushgs.painting.resume import (
+    content_of,
+    describe_options,
+    differences,
+    digest,
+    named_digest,
+    named_file_digest,
+)
 from brushgs.scene import Gaussians
 
 SECONDS_BETWEEN_CHECKPOINTS = 20.0
@@ -98,7 +106,7 @@ class Checkpoint:
 
 
 def describe_fit(
-    scene: str | Path,
+    scene: SceneFiles,
     paint: PaintConfig,
     config: RefineConfig,
     prepared: Prepared,
@@ -108,7 +116,7 @@ def describe_fit(
     """Everything that a fit depends on: options, and digests of what was made from the files.
 
     Args:
-        scene: the scene file.
+        scene: the files of the scene.
         paint: how strokes are made and drawn.
         config: of the fit.
         prepared: the strokes and the stroke image.
@@ -119,12 +127,13 @@ def describe_fit(
     fit = {name: _plain(value) for name, value in asdict(config).items()} | {"steps": config.most_steps}
     del fit["is_resumed"], fit["style"], fit["vgg_weights"]
     texture = prepared.texture
+    files_of_scene = " ".join(path.name for path in SceneSource.of(scene).paths)
     described: dict[str, Any] = {
-        "scene": named_digest(Path(scene).name, *vars(prepared.whole_scene).values()),
+        "scene": named_digest(files_of_scene, *content_of(prepared.whole_scene)),
         "stroke": named_digest(
             texture.name, texture.coverage, np.frombuffer(texture.kind.encode(), np.uint8)
         ),
-        _STROKES: digest(*vars(prepared.strokes).values(), *vars(target).values()),
+        _STROKES: digest(*content_of(prepared.strokes), *content_of(target)),
         "up": _plain(up),
     }
     palette = None if paint.palette is None else paint.palette.file
