@@ -9,7 +9,7 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
 from brushgs.errors import SceneError
@@ -61,6 +61,25 @@ def is_dir(path: Path) -> bool:
         return path.is_dir()
     except (OSError, ValueError):
         return False
+
+
+def find_within(folder: Path, name: str, named_by: Path) -> Path:
+    """The file of a name that an untrusted file mentions, in its folder or in one inside that.
+
+    Args:
+        folder: where the name begins.
+        name: with "/" between folders.
+        named_by: the file that mentions it, for the message.
+
+    Raises:
+        SceneError: if the name leads out of the folder; whether there is such a file is not checked.
+    """
+    parts = PurePosixPath(name).parts
+    is_inside = bool(parts) and not name.startswith("/") and ".." not in parts
+    if not is_inside or "\\" in name or "\0" in name or ":" in parts[0]:
+        fact = f"names the file {name[:100]!r}, which lies outside its folder"
+        raise SceneError(named_by, f"{fact}; put it beside this file and name it so")
+    return folder.joinpath(*parts)
 
 
 def read_whole(path: Path, most: int, what: str = "file") -> bytes:

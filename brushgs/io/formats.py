@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Protocol, TypeVar
 
 NUM_FIRST_BYTES = 64  # enough to recognise a file by
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+_MAX_JSON_BYTES = 1 << 25  # searched for keys
 Matcher = Callable[[Path, bytes], bool]  # (path, first bytes; none of a folder) -> whether it is of a format
 
 
@@ -31,6 +33,37 @@ def begins_with(*beginnings: bytes) -> Matcher:
 def has_suffix(*suffixes: str) -> Matcher:
     """Recognises files by their name: for formats that have no unmistakable beginning."""
     return lambda path, begin: path.suffix.lower() in suffixes
+
+
+def is_json_with(*keys: str, file: str | None = None) -> Matcher:
+    """Recognises JSON files by keys that occur in them at any place.
+
+    Args:
+        keys: all must occur.
+        file: name of such a file; a folder that holds it is recognised too.
+    """
+    marks = [f'"{key}"'.encode() for key in keys]
+
+    def matches(path: Path, begin: bytes) -> bool:
+        if not begin:  # a folder
+            if file is None or not (path / file).is_file():
+                return False
+            path = path / file
+        elif not begin.removeprefix(BYTE_ORDER_MARK).lstrip().startswith(b"{"):
+            return False
+        try:
+            with path.open("rb") as opened:
+                content = opened.read(_MAX_JSON_BYTES)
+        except OSError:
+            return False
+        return all(mark in content for mark in marks)
+
+    return matches
+
+
+def any_of(*matchers: Matcher) -> Matcher:
+    """Recognises what one of several recognises."""
+    return lambda path, begin: any(matches(path, begin) for matches in matchers)
 
 
 def find_by_suffix(formats: Iterable[Row], path: str | Path) -> Row | None:

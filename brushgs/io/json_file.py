@@ -18,6 +18,7 @@ _ALLOWED = 80 << 20
 # Most bytes of memory that each of these marks stands for: a number and its place in a list; a list; an
 # object with its camera; an entry; half of a string. Measured with CPython 3.11, rounded up.
 _COST = {b",": 34, b"[": 96, b"{": 900, b":": 30, b'"': 27}
+SMALL_OBJECT = 280  # in place of the 900: one of up to five entries, from which nothing larger is made
 _SHOWN, _FEW = 60, 16  # characters of a value in a message, and entries of a list that are inspected
 
 
@@ -32,15 +33,30 @@ def read_json(path: Path, cure: str) -> object:
         SceneError: if there is no such regular file, it is larger than 32 MiB, would take more memory than
             twice its size and 100 MB, or is no JSON in UTF-8.
     """
-    content = read_whole(path, MAX_BYTES)
-    needed = sum(content.count(mark) * cost for mark, cost in _COST.items())
-    if b"\\u" in content:
+    return decode_json(path, read_whole(path, MAX_BYTES), cure)
+
+
+def decode_json(
+    path: Path, content: bytes, cure: str, *, object_bytes: int = _COST[b"{"], has_names: bool = False
+) -> object:
+    """The value of JSON text that was read from a file. Raises as `read_json` does.
+
+    Args:
+        path: the file, for messages.
+        content: at most `MAX_BYTES` of it.
+        cure: see `read_json`.
+        object_bytes: memory that an object and what is made of it takes.
+        has_names: whether strings are used, as names of files are, so that characters beyond ASCII matter.
+    """
+    costs = _COST | {b"{": object_bytes}
+    needed = sum(content.count(mark) * cost for mark, cost in costs.items())
+    if b"\\u" in content or (has_names and not content.isascii()):
         needed += 4 * len(content)  # one such character, and its string takes four bytes a character
     if needed > _ALLOWED + len(content):
         rule = f"would take {needed >> 20} MiB of memory for {len(content) / 2**20:.1f} MiB of text"
         raise SceneError(path, f"{rule}; split it, or remove what is not needed")
     try:
-        return parse_json(_text(content))
+        return parse_json(content.decode("utf-8-sig") if has_names else _text(content))
     except RecursionError:
         raise SceneError(path, f"is not JSON for this use (it is nested too deeply); {cure}") from None
     except ValueError as error:
@@ -53,6 +69,13 @@ def parse_json(text: str) -> Any:
     Every number becomes a float: one of a thousand digits is then infinite, and refused as such.
     """
     return json.loads(text, parse_int=float)
+
+
+def as_count(value: object, most: int) -> int | None:
+    """A parsed number as an integer, if it is one of 0 to `most`; else None."""
+    if not isinstance(value, float) or not 0 <= value <= most or value != int(value):
+        return None
+    return int(value)
 
 
 def shown(value: object, length: int = _SHOWN, depth: int = 3) -> str:

@@ -7,17 +7,19 @@ to, so that straight colours are read bit for bit.
 
 import tempfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brushgs.arrays import F32
 from brushgs.colors import srgb_from_linear
 from brushgs.errors import SceneError
 from brushgs.io.formats import find_by_suffix
-from brushgs.io.pictures.formats import PICTURE_SUFFIXES, WRITTEN_PICTURES
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES, WRITTEN_PICTURES, PictureFormat
 from brushgs.io.pictures.identify import find_format, suffixed
 from brushgs.io.pictures.limits import MAX_PIXELS, check_pixels
 from brushgs.io.pictures.oiio import Background, first_line
@@ -47,10 +49,42 @@ def read_image(path: str | Path, *, max_pixels: int | None = None) -> F32:
         SceneError: if there is no such plain file, it is of no known format, is damaged or too large, or
             holds NaN or infinity.
     """
+    path = Path(path)
+    with _opened(path, MAX_PIXELS if max_pixels is None else max_pixels) as (source, picture_format):
+        pixels = _display_encoded(path, source, is_linear=picture_format.is_linear)
+        return _upright(pixels, source.spec())
+
+
+def read_bytes(path: Path, max_pixels: int) -> NDArray[np.uint8]:
+    """The pixels of a picture of 8 bits a channel as they are stored: for pictures that hold other numbers.
+
+    Args:
+        path: the file.
+        max_pixels: a larger picture is refused by its header.
+
+    Returns:
+        [H, W, C] with straight alpha.
+
+    Raises:
+        SceneError: as `read_image` does; or if the picture is of more bits.
+    """
     import OpenImageIO
 
-    path = Path(path)
-    max_pixels = MAX_PIXELS if max_pixels is None else max_pixels
+    with _opened(path, max_pixels) as (source, _):
+        spec = source.spec()
+        if spec.format.basetype != OpenImageIO.UINT8:
+            raise SceneError(path, f"must have 8 bits a channel, got {spec.format}; export it again")
+        pixels = source.read_image(0, 0, 0, spec.nchannels, OpenImageIO.UINT8)
+        if pixels is None:
+            raise SceneError(path, f"is damaged ({first_line(source.geterror())}); get it again")
+        return np.asarray(pixels)
+
+
+@contextmanager
+def _opened(path: Path, max_pixels: int) -> Iterator[tuple["OpenImageIO.ImageInput", PictureFormat]]:
+    """A picture whose header was checked, and its format. Raises SceneError as `read_image` does."""
+    import OpenImageIO
+
     picture_format = find_format(path, max_pixels)
     straight = OpenImageIO.ImageSpec()
     straight.attribute("oiio:UnassociatedAlpha", 1)
@@ -61,9 +95,8 @@ def read_image(path: str | Path, *, max_pixels: int | None = None) -> F32:
             if source is None:
                 reason = first_line(OpenImageIO.geterror())
                 raise SceneError(path, f"cannot be read as a picture ({reason}); convert it to PNG")
-            spec = source.spec()
-            _check_spec(path, spec, max_pixels)
-            return _upright(_display_encoded(path, source, is_linear=picture_format.is_linear), spec)
+            _check_spec(path, source.spec(), max_pixels)
+            yield source, picture_format
         except UnicodeDecodeError:  # a name in the file, or in the decoder's message
             raise SceneError(path, "is damaged (a text in it is not UTF-8); get it again") from None
         except MemoryError:

@@ -6,21 +6,21 @@ from typing import BinaryIO
 
 from brushgs.io.pictures.limits import check_pixels
 
-_NUM_HEADER_BYTES = 30  # up to the size in each kind of first chunk
+NUM_HEADER_BYTES = 30  # up to the size in each kind of first chunk
 
 
 def check_file(path: Path, file: BinaryIO, max_pixels: int) -> None:
     """Refuse a WebP of too many pixels. Raises SceneError."""
     file.seek(0)
-    check_pixels(path, *_size(file.read(_NUM_HEADER_BYTES)), max_pixels)
+    check_pixels(path, *stated_size(file.read(NUM_HEADER_BYTES)), max_pixels)
 
 
-def _size(begin: bytes) -> tuple[int, int]:
-    """Width and height in the first chunk; (0, 0) where there is none, which the decoder refuses.
+def stated_size(begin: bytes) -> tuple[int, int]:
+    """Width and height by the first bytes of a WebP; (0, 0) where there are none, which the decoder refuses.
 
     Source: RFC 9649, WebP Image Format. The frames of an animation lie within the canvas.
     """
-    begin = begin.ljust(_NUM_HEADER_BYTES, b"\0")
+    begin = begin.ljust(NUM_HEADER_BYTES, b"\0")
     match begin[12:16]:
         case b"VP8X":
             width, height = (int.from_bytes(begin[at : at + 3], "little") + 1 for at in (24, 27))
