@@ -6,7 +6,7 @@ help texts and the fuzzer read this table.
 
 from typing import NamedTuple
 
-from brushgs.io.formats import Matcher, begins_with, has_suffix, in_words, suffixes_of
+from brushgs.io.formats import Matcher, any_of, begins_with, has_suffix, in_words, is_json_with, suffixes_of
 from brushgs.io.scenes.unmarked import is_ksplat, is_splat
 
 
@@ -46,11 +46,17 @@ KNOWN_SCENES = (
     SceneFormat(
         "SPZ scene", (".spz",), begins_with(b"\x1f\x8b", b"NGSP"), reader="spz", note="versions 1 to 4"
     ),
+    SceneFormat(
+        "SOG scene",
+        (".sog",),
+        any_of(begins_with(b"PK\x03\x04", b"PK\x05\x06"), is_json_with("means", "files", file="meta.json")),
+        reader="sog",
+        note="version 1 or 2: the archive, its folder or its meta.json",
+    ),
     SceneFormat(".ksplat scene", (".ksplat",), is_ksplat, reader="ksplat", note="compression levels 0 to 2"),
     # The last of those that are read: it has no mark of its own.
     SceneFormat(".splat scene", (".splat",), is_splat, reader="splat", note="32 bytes a Gaussian"),
     # Not read: what is known of them helps to say what a file is.
-    SceneFormat(".sog scene or another zip archive", (".sog",), begins_with(b"PK\x03\x04")),
     SceneFormat(".lcc scene", (".lcc",), has_suffix(".lcc")),
 )
 SCENE_FORMATS = tuple(row for row in KNOWN_SCENES if row.reader)

@@ -1,0 +1,58 @@
+"""Scenes that are stored in several parts, one after the other, are read into one set of columns."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from brushgs.io.scenes.columns import Columns
+from brushgs.io.scenes.dropped import Dropped
+
+PartReader = Callable[[Columns], tuple[Columns, Dropped]]
+
+
+def fill_parts(parts: Sequence[tuple[int, PartReader]], num_terms: int) -> tuple[Columns, Dropped]:
+    """Read parts into the columns of one scene.
+
+    Args:
+        parts: of each the number of rows and a function that fills columns of so many rows, as `fill` does.
+        num_terms: spherical-harmonic terms of the scene; a part without the last of them sets these to 0.
+
+    Returns:
+        The rows that can be drawn, in order, as views of one set of columns; and the dropped ones.
+    """
+    columns = Columns.empty(sum(num_rows for num_rows, _ in parts), num_terms)
+    start, total, dropped = 0, 0, Dropped()
+    for num_rows, read in parts:
+        kept, part_dropped = read(columns.part(start, start + num_rows))
+        if total < start:
+            columns.move(slice(start, start + len(kept.means)), total)
+        total += len(kept.means)
+        dropped.add(_shifted(part_dropped, start))
+        start += num_rows
+    return columns.part(0, total), dropped
+
+
+def without_empty_bands(columns: Columns) -> Columns:
+    """The columns up to the last band of spherical harmonics that is not zero in every row."""
+    num_used = columns.sh.shape[1]
+    while num_used > 1 and not columns.sh[:, _terms_below(num_used) : num_used].any():
+        num_used = _terms_below(num_used)
+    if num_used == columns.sh.shape[1]:
+        return columns
+    return replace(columns, sh=np.ascontiguousarray(columns.sh[:, :num_used]))
+
+
+def _terms_below(num_terms: int) -> int:
+    """The number of terms of the degree below."""
+    return {4: 1, 9: 4, 16: 9}[num_terms]
+
+
+def _shifted(dropped: Dropped, start: int) -> Dropped:
+    """The same rows, counted from the start of the scene."""
+    broken, unrotated = dropped.broken, dropped.unrotated
+    return replace(
+        dropped,
+        broken=None if broken is None else (broken[0] + start, *broken[1:]),
+        unrotated=None if unrotated is None else unrotated + start,
+    )
