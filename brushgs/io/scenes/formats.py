@@ -47,6 +47,14 @@ KNOWN_SCENES = (
         "SPZ scene", (".spz",), begins_with(b"\x1f\x8b", b"NGSP"), reader="spz", note="versions 1 to 4"
     ),
     SceneFormat(
+        "streamed SOG scene",
+        (".json",),
+        is_json_with("lodLevels", "filenames", file="lod-meta.json"),
+        reader="streamed",
+        note="lod-meta.json of a streamed SOG, one level of it",
+        has_levels=True,
+    ),
+    SceneFormat(
         "SOG scene",
         (".sog",),
         any_of(begins_with(b"PK\x03\x04", b"PK\x05\x06"), is_json_with("means", "files", file="meta.json")),

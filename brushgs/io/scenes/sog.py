@@ -38,7 +38,7 @@ _MAX_SPARE, _FEW_PIXELS = 4, 1 << 16
 # Bytes of a lossless WebP that could not be compressed at all.
 _MAX_PIXEL_BYTES, _MAX_EXTRA_BYTES = 5, 1 << 16
 # Bytes in memory per byte of the pictures: trained scenes reach 18 (degree 3, with a large palette).
-_MAX_GROWTH = 64
+MAX_GROWTH = 64
 _SMALL_COMPONENTS = ((np.arange(256) / 255 * 2 - 1) * np.sqrt(0.5)).astype(np.float32)
 
 
@@ -51,12 +51,14 @@ class Sog:
         meta: what its `meta.json` states.
         num_entries: of the palette, 0 without one.
         num_terms: spherical-harmonic terms of each Gaussian.
+        size: bytes of its files.
     """
 
     path: Path
     meta: Meta
     num_entries: int
     num_terms: int
+    size: int
 
 
 def open_scene(path: Path) -> SceneFile:
@@ -99,8 +101,8 @@ def open_sog(path: Path) -> Sog:
             num_terms = (bands + 1) ** 2
             names += [meta.palette.labels, meta.palette.centroids]
         size = len(content) + sum(files.size(name) for name in set(names))
-    check_decoded_size(path, meta.num_rows, num_terms, size, max_growth=_MAX_GROWTH)
-    return Sog(path, meta, num_entries, num_terms)
+    check_decoded_size(path, meta.num_rows, num_terms, size, max_growth=MAX_GROWTH)
+    return Sog(path, meta, num_entries, num_terms, size)
 
 
 def read_rows(

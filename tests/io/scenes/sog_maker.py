@@ -1,0 +1,136 @@
+"""Writes SOG scenes from the bytes that they store, and decodes those row by row as the specification says.
+
+Nothing here is shared with the reader: an error in one of them shows.
+"""
+
+import io
+import json
+import math
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+TERMS = {0: 0, 1: 3, 2: 8, 3: 15}
+
+
+def webp(pixels: np.ndarray, **options: Any) -> bytes:
+    """A picture of bytes; exact: colours under an alpha of 0 are kept."""
+    stream = io.BytesIO()
+    options = {"lossless": True, "exact": True, "quality": 1, "method": 0} | options
+    Image.fromarray(pixels).save(stream, "WEBP", **options)
+    return stream.getvalue()
+
+
+def make(num_rows: int, degree: int = 0, version: int = 2, seed: int = 0) -> dict[str, Any]:
+    """A scene as it is stored: "meta" and an array of bytes for each picture, by name."""
+    rng = np.random.default_rng([seed, num_rows, degree, version])
+    width = max(4, math.ceil(math.sqrt(num_rows) / 4) * 4)
+    height = max(4, math.ceil(num_rows / width / 4) * 4)
+    pixels = {
+        name: rng.integers(0, 256, (height, width, channels), dtype=np.uint8)
+        for name, channels in (("means_l", 3), ("means_u", 3), ("scales", 3), ("quats", 4), ("sh0", 4))
+    }
+    pixels["quats"][..., 3] = rng.integers(252, 256, (height, width))
+    # Most opacities of a scene are 0 or 255: the exact ends must be there.
+    pixels["sh0"][..., 3].reshape(-1)[:num_rows] = rng.choice([0, 1, 100, 254, 255], num_rows)
+    meta: dict[str, Any] = {"means": {"mins": [-1.5, -0.5, 0.25], "maxs": [2.0, 0.75, 3.5]}}
+    if version == 2:
+        meta = {"version": 2, "count": num_rows} | meta
+        meta["scales"] = {"codebook": np.sort(rng.uniform(-9, -1, 256)).tolist()}
+        meta["sh0"] = {"codebook": np.sort(rng.uniform(-2, 2, 256)).tolist()}
+    else:
+        meta["means"] |= {"shape": [num_rows, 3], "dtype": "float32"}
+        meta["scales"] = {"mins": [-9.0, -8.0, -7.0], "maxs": [-1.0, -2.0, -1.5]}
+        meta["sh0"] = {"mins": [-2.0, -1.5, -1.0, -5.0], "maxs": [2.0, 1.5, 1.0, 9.0]}
+    meta["quats"] = {"encoding": "quaternion_packed"} if version == 1 else {}
+    if degree:
+        num_entries = 150
+        shape = (-(-num_entries // 64), 64 * TERMS[degree], 3)
+        pixels["shN_centroids"] = rng.integers(0, 256, shape, dtype=np.uint8)
+        labels = rng.integers(0, num_entries, (height, width))
+        blue = np.zeros_like(labels)
+        pixels["shN_labels"] = np.stack([labels & 255, labels >> 8, blue], axis=-1).astype(np.uint8)
+        if version == 2:
+            codebook = np.sort(rng.uniform(-1, 1, 256)).tolist()
+            meta["shN"] = {"count": num_entries, "bands": degree, "codebook": codebook}
+        else:
+            meta["shN"] = {"mins": -1.0, "maxs": 1.5, "quantization": 8}
+    for key in ("means", "scales", "quats", "sh0", "shN"):
+        if key in meta:
+            names = [f"{name}.webp" for name in pixels if name.split("_")[0] == key]
+            meta[key]["files"] = names
+    return {"meta": meta, **pixels}
+
+
+def files_of(scene: dict[str, Any]) -> dict[str, bytes]:
+    """The files of a scene by name, `meta.json` last as splat-transform writes it."""
+    files = {f"{name}.webp": webp(pixels) for name, pixels in scene.items() if name != "meta"}
+    return files | {"meta.json": json.dumps(scene["meta"]).encode()}
+
+
+def write_folder(folder: Path, scene: dict[str, Any]) -> Path:
+    """A scene as files in a folder, which is made."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in files_of(scene).items():
+        (folder / name).write_bytes(content)
+    return folder
+
+
+def zipped(files: dict[str, bytes], packing: int = zipfile.ZIP_STORED) -> bytes:
+    """A zip archive of some files."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", packing) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return stream.getvalue()
+
+
+def write_bundle(path: Path, scene: dict[str, Any], **options: Any) -> Path:
+    """A scene as a zip archive."""
+    path.write_bytes(zipped(files_of(scene), **options))
+    return path
+
+
+def decode_row(scene: dict[str, Any], row: int) -> dict[str, Any]:
+    """One Gaussian, in float64: means, quats (w x y z), scales, opacity, sh [terms, 3]."""
+    meta = scene["meta"]
+    is_v2 = meta.get("version") == 2
+
+    def pixel(name: str) -> list[int]:
+        picture = scene[name]
+        width = picture.shape[1]
+        return [int(value) for value in picture[row // width, row % width]]
+
+    def level(name: str, channel: int, byte: int) -> float:
+        if is_v2:
+            return float(meta[name]["codebook"][byte])
+        low, high = (meta[name][end] for end in ("mins", "maxs"))
+        if isinstance(low, list):
+            low, high = low[channel], high[channel]
+        return float(low + (high - low) * byte / 255)
+
+    means = []
+    for axis, (low, high) in enumerate(zip(pixel("means_l"), pixel("means_u"), strict=True)):
+        least, most = meta["means"]["mins"][axis], meta["means"]["maxs"][axis]
+        stored = least + (most - least) * (high * 256 + low) / 65535
+        means.append(math.copysign(math.exp(abs(stored)) - 1, stored))
+    scales = [math.exp(level("scales", axis, byte)) for axis, byte in enumerate(pixel("scales"))]
+    *small, tag = pixel("quats")
+    small = [(byte / 255 * 2 - 1) / math.sqrt(2) for byte in small]
+    quat = list(small)
+    quat.insert(tag - 252, math.sqrt(max(0.0, 1 - sum(value**2 for value in small))))
+    *rgb, alpha = pixel("sh0")
+    opacity = alpha / 255 if is_v2 else 1 / (1 + math.exp(-level("sh0", 3, alpha)))
+    sh = [[level("sh0", channel, byte) for channel, byte in enumerate(rgb)]]
+    if "shN" in meta:
+        centroids = scene["shN_centroids"]
+        num_terms = centroids.shape[1] // 64
+        low, high, *_ = pixel("shN_labels")
+        label = low + 256 * high
+        for term in range(num_terms):
+            entry = centroids[label // 64, (label % 64) * num_terms + term]
+            sh.append([level("shN", channel, int(byte)) for channel, byte in enumerate(entry)])
+    return {"means": means, "quats": quat, "scales": scales, "opacities": opacity, "sh": sh}

@@ -1,0 +1,213 @@
+"""Streamed SOG: one level of a set as splat-transform writes it, by an encoder of the tests."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.io import read_scene
+from brushgs.io.scenes import streamed
+from brushgs.io.scenes.read import read_raw
+from tests.io.scenes.sog_maker import decode_row, make, write_folder
+
+Leaf = dict[int, tuple[int, int, int]]  # level -> file, offset, count
+
+
+def node(*children: dict) -> dict:
+    return {"bound": {"min": [0, 0, 0], "max": [1, 1, 1]}, "children": list(children)}
+
+
+def leaf(lods: Leaf) -> dict:
+    entries = {
+        str(level): {"file": file, "offset": offset, "count": count}
+        for level, (file, offset, count) in lods.items()
+    }
+    return {"bound": {"min": [0, 0, 0], "max": [1, 1, 1]}, "lods": entries}
+
+
+def write_set(folder: Path, scenes: dict[str, dict], tree: dict, num_levels: int, **keys: object) -> Path:
+    """A set of SOG scenes with its index; returns the index."""
+    for name, scene in scenes.items():
+        write_folder(folder / name, scene)
+    index = {"version": 1, "lodLevels": num_levels, "filenames": [f"{name}/meta.json" for name in scenes]}
+    path = folder / "lod-meta.json"
+    path.write_text(json.dumps(index | {"tree": tree} | keys))
+    return path
+
+
+@pytest.fixture
+def scenes() -> dict[str, dict]:
+    """Two chunks of the finest level, one of the next, one of the coarsest."""
+    return {
+        "0_0": make(120, 2, seed=1),
+        "0_1": make(80, 1, seed=2),
+        "1_0": make(60, 2, seed=3),
+        "2_0": make(9),
+    }
+
+
+@pytest.fixture
+def index(tmp_path: Path, scenes: dict[str, dict]) -> Path:
+    tree = node(
+        leaf({0: (0, 0, 70), 1: (2, 0, 40), 2: (3, 0, 9)}),
+        node(leaf({0: (1, 0, 80), 1: (2, 40, 20)}), leaf({0: (0, 70, 50), 1: (2, 60, 0)})),
+    )
+    return write_set(tmp_path / "set", scenes, tree, 3, counts=[200, 60, 9], count=269)
+
+
+def assert_rows(gaussians: bg.Gaussians, rows: list[dict]) -> None:
+    assert len(gaussians) == len(rows)
+    for name in ("means", "quats", "scales", "opacities"):
+        values = np.array([row[name] for row in rows])
+        np.testing.assert_allclose(getattr(gaussians, name), values, rtol=2e-6, atol=3e-7, err_msg=name)
+    for row, sh in zip(rows, gaussians.sh, strict=True):
+        np.testing.assert_allclose(sh[: len(row["sh"])], row["sh"], rtol=2e-6, atol=1e-7)
+        assert not sh[len(row["sh"]) :].any()
+
+
+def test_a_level_is_the_rows_of_its_files_with_harmonics_of_the_highest_degree(
+    index: Path, scenes: dict
+) -> None:
+    gaussians, notes = read_scene(index, lod=0)
+    rows = [decode_row(scenes["0_0"], row) for row in range(120)]
+    assert_rows(gaussians, rows + [decode_row(scenes["0_1"], row) for row in range(80)])
+    assert (notes.rows_read, notes.sh_degree_stored) == (200, 2)
+    assert notes.format == "streamed SOG, level 0 of 0 to 2 (200, 60, 9 Gaussians)"
+    assert_rows(bg.load(index, lod=1), [decode_row(scenes["1_0"], row) for row in range(60)])
+    assert_rows(bg.load(index, lod=2), [decode_row(scenes["2_0"], row) for row in range(9)])
+
+
+def test_the_folder_and_the_index_are_one_scene(index: Path) -> None:
+    np.testing.assert_array_equal(bg.load(index.parent, lod=1).means, bg.load(index, lod=1).means)
+
+
+def test_the_default_is_the_finest_level_that_is_not_too_large(index: Path, monkeypatch) -> None:
+    assert streamed.DEFAULT_MOST == 2_000_000
+    for most, expected in ((200, 200), (199, 60), (60, 60), (10, 9), (3, 9)):
+        monkeypatch.setattr(streamed, "DEFAULT_MOST", most)
+        assert len(bg.load(index)) == expected
+
+
+def test_only_the_rows_that_a_leaf_names_are_read(tmp_path: Path) -> None:
+    scene = make(100, 1)
+    tree = node(leaf({0: (0, 90, 10)}), leaf({0: (0, 20, 30)}))
+    index = write_set(tmp_path, {"x/y": scene}, tree, 1)
+    assert_rows(bg.load(index), [decode_row(scene, row) for row in (*range(20, 50), *range(90, 100))])
+    assert len(read_raw(index)[0].means) == 40
+
+
+def test_rows_that_cannot_be_drawn_are_counted_through_all_files(tmp_path: Path) -> None:
+    first, second = make(30, seed=1), make(30, seed=2)
+    first["quats"].reshape(-1, 4)[5, 3] = 0
+    second["quats"].reshape(-1, 4)[7, 3] = 0
+    tree = node(leaf({0: (0, 0, 30)}), leaf({0: (1, 0, 30)}))
+    index = write_set(tmp_path, {"a": first, "b": second}, tree, 1)
+    with pytest.warns(bg.SceneWarning, match=r"2 of 60 rows were dropped: 2 have an all-zero.*row 5"):
+        gaussians = bg.load(index)
+    rows = [decode_row(first, row) for row in range(30) if row != 5]
+    assert_rows(gaussians, rows + [decode_row(second, row) for row in range(30) if row != 7])
+    first["quats"].reshape(-1, 4)[5, 3] = 252
+    index = write_set(tmp_path, {"a": first, "b": second}, tree, 1)
+    with pytest.warns(bg.SceneWarning, match=r"1 of 60 rows were dropped.*row 37"):
+        bg.load(index)
+
+
+def test_an_environment_is_mentioned_and_not_read(tmp_path: Path) -> None:
+    tree = node(leaf({0: (0, 0, 30)}))
+    index = write_set(tmp_path, {"0_0": make(30)}, tree, 1, environment="env/meta.json")
+    gaussians, notes = read_scene(index)
+    assert len(gaussians) == 30
+    assert notes.format == "streamed SOG, level 0 of 0 to 0 (30 Gaussians), its environment not read"
+
+
+def test_how_a_level_was_trained_is_read(tmp_path: Path) -> None:
+    scene = make(30)
+    scene["meta"]["model"] = "antialiased"
+    tree = node(leaf({0: (0, 0, 30)}))
+    assert read_scene(write_set(tmp_path, {"a": scene}, tree, 1))[1].training == "antialiased"
+
+
+def test_an_index_without_version_and_a_very_deep_tree_are_read(tmp_path: Path) -> None:
+    tree = leaf({0: (0, 0, 30)})
+    for _ in range(300):
+        tree = {"children": [tree]}
+    index = write_set(tmp_path, {"a": make(30)}, tree, 1)
+    index.write_text(index.read_text().replace('"version": 1, ', ""))
+    assert len(bg.load(index)) == 30
+
+
+# ---- damaged input
+
+
+def refuse(path: Path, sentence: str, lod: int | None = None) -> None:
+    with pytest.raises(bg.SceneError, match=sentence) as caught:
+        bg.load(path, lod=lod)
+    assert str(path.parent) in str(caught.value)
+    assert len(str(caught.value)) < 1200
+
+
+def test_a_level_that_is_not_there_is_refused(index: Path) -> None:
+    for lod in (3, -1, 10**30):
+        refuse(index, r"has levels of detail 0 \(the finest\) to 2, got", lod)
+
+
+def test_a_level_is_refused_where_there_are_none(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path / "a", make(30))
+    refuse(folder, "is a SOG scene, which has no levels of detail; omit the level", 0)
+
+
+@pytest.mark.parametrize(
+    ("keys", "sentence"),
+    [
+        ({"version": 2}, "must be of version 1, got version 2.0"),
+        ({"lodLevels": 0}, "lodLevels must be 1 to 100, got 0"),
+        ({"lodLevels": 1e30}, r"lodLevels must be 1 to 100, got 1e\+30"),
+        ({"filenames": [1]}, "filenames must be a list of names, got"),
+        ({"filenames": ["../a/meta.json"]}, "names the file '../a/meta.json', which lies outside its folder"),
+        ({"filenames": ["none/meta.json"]}, "none/meta.json: there is no such file"),
+        ({"tree": None}, "tree must be made of objects with children or lods, got null"),
+        ({"tree": node([])}, "tree must be made of objects with children or lods"),
+        ({"tree": {"lods": [1]}}, "tree must be made of objects with children or lods"),
+        (
+            {"tree": leaf({1: (0, 0, 9)})},
+            'a leaf must name file, offset and count of levels 0 to 0, got "1": file 0',
+        ),
+        ({"tree": leaf({0: (1, 0, 9)})}, "a leaf must name file, offset and count .* file 1"),
+        ({"tree": leaf({0: (0, -1, 9)})}, "a leaf must name .* offset -1"),
+        ({"tree": leaf({0: (0, 0, 1e18)})}, r"a leaf must name .* count 1e\+18"),
+        ({"tree": leaf({0: (0, 0, 31)})}, "names row 31 of '0_0/meta.json', which has 30"),
+        (
+            {"tree": node(leaf({0: (0, 0, 20)}), leaf({0: (0, 10, 20)}))},
+            "names rows 10 to 20 of .* twice in one",
+        ),
+        ({"tree": node()}, "holds no Gaussians in any of its 1 levels"),
+        (
+            {
+                "filenames": ["0_0/meta.json", "0_0/./meta.json"],
+                "tree": node(leaf({0: (0, 0, 9)}), leaf({0: (1, 0, 9)})),
+            },
+            "filenames must be different, got one twice in a level",
+        ),
+    ],
+)
+def test_a_field_at_fault_is_named(tmp_path: Path, keys: dict, sentence: str) -> None:
+    tree = {"tree": leaf({0: (0, 0, 30)})}
+    refuse(write_set(tmp_path / "set", {"0_0": make(30)}, **({"num_levels": 1} | tree | keys)), sentence)
+
+
+def test_an_empty_level_and_a_damaged_index_are_refused(tmp_path: Path) -> None:
+    index = write_set(tmp_path, {"0_0": make(30)}, leaf({0: (0, 0, 30), 1: (0, 0, 0)}), 2)
+    refuse(index, "holds no Gaussians in level 1; choose another level", 1)
+    index.write_text(index.read_text()[:-20])
+    refuse(index, "is not JSON .*; download or export the scene again")
+    index.write_text('{"lodLevels": 1, "filenames"' + "[" * (1 << 21))
+    refuse(index, "would take .* MiB of memory")
+
+
+def test_a_damaged_scene_of_a_level_is_named_and_other_levels_still_open(index: Path) -> None:
+    (index.parent / "0_1" / "meta.json").write_text("{}")
+    with pytest.raises(bg.SceneError, match=r"0_1/meta\.json: means must be an object"):
+        bg.load(index, lod=0)
+    assert len(bg.load(index, lod=1)) == 60
