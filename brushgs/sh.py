@@ -54,6 +54,34 @@ def sh_basis(directions: Array, degree: int) -> NDArray[np.float64]:
     return np.stack(terms[: (degree + 1) ** 2], axis=1)
 
 
+def sh_rotation(matrix: Array, degree: int) -> NDArray[np.float64]:
+    """How coefficients change when a scene is rotated or mirrored.
+
+    A rotated Gaussian shows in direction R d the colour that it showed in d. Each degree is closed under
+    rotation, so the matrix of a degree follows from the values of its functions in a few directions.
+
+    Args:
+        matrix: [3, 3] orthogonal R; its determinant may be -1.
+        degree: 0 to 3.
+
+    Returns:
+        [k, k] float64, k = (degree + 1)^2, block-diagonal: the new coefficients are this times the old ones.
+    """
+    num_terms = (degree + 1) ** 2
+    # Directions spread over the sphere (a Fibonacci lattice): twice as many as the largest band has terms.
+    count = np.arange(2 * 7) + 0.5
+    z, turn = 1 - 2 * count / len(count), count * np.pi * (3 - np.sqrt(5))
+    radius = np.sqrt(1 - z * z)
+    directions = np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1)
+    after = sh_basis(directions, degree)
+    before = sh_basis(directions @ np.asarray(matrix, dtype=np.float64), degree)  # R^-1 d, row by row
+    found = np.zeros((num_terms, num_terms))
+    for band in range(degree + 1):
+        terms = slice(band**2, (band + 1) ** 2)
+        found[terms, terms] = np.linalg.lstsq(after[:, terms], before[:, terms], rcond=None)[0]
+    return found
+
+
 def base_colors(sh: Array) -> NDArray[np.float64]:
     """The colour without its view-dependent part, clipped to the display range: clamp(0.5 + C0 sh_0, 0, 1).
 

@@ -74,11 +74,11 @@ def test_errors_of_the_system_are_reported_in_a_sentence(
         (
             "a.sog",
             b"PK\x03\x04abc",
-            r"is a \.sog scene or another zip archive, which is not read; convert it to \.ply first",
+            r"is a damaged zip archive \(File is not a zip file\); download or copy it again",
         ),
         ("a.splat", b"<!DOCTYPE html><html>", "is a web page or XML, not a scene"),
         ("a.ksplat", b"version https://git-lfs.github.com/spec/v1\n", "LFS pointer"),
-        ("a.glb", b"glTF\x02", r"is a glTF model.*; export the splats as \.ply"),
+        ("a.glb", b"glTF\x02", r"is damaged: it has no JSON chunk; export it again"),
         ("a.lcc", b"\0" * 64, r"is a \.lcc scene, which is not read; convert it"),
         (
             "a.ply",

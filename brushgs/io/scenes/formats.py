@@ -61,6 +61,13 @@ KNOWN_SCENES = (
         reader="sog",
         note="version 1 or 2: the archive, its folder or its meta.json",
     ),
+    SceneFormat(
+        "glTF model",
+        (".glb", ".gltf"),
+        any_of(begins_with(b"glTF"), is_json_with("asset", "meshes"), has_suffix(".gltf")),
+        reader="gltf",
+        note="or .gltf, with KHR_gaussian_splatting",
+    ),
     SceneFormat(".ksplat scene", (".ksplat",), is_ksplat, reader="ksplat", note="compression levels 0 to 2"),
     # The last of those that are read: it has no mark of its own.
     SceneFormat(".splat scene", (".splat",), is_splat, reader="splat", note="32 bytes a Gaussian"),

@@ -4,16 +4,14 @@ from pathlib import Path
 
 from brushgs.errors import SceneError
 from brushgs.io.files import check_plain, is_dir, open_plain
-from brushgs.io.formats import NUM_FIRST_BYTES
+from brushgs.io.formats import BYTE_ORDER_MARK, NUM_FIRST_BYTES
 from brushgs.io.scenes.formats import KNOWN_SCENES, SCENE_FORMATS, SCENES_READ, SceneFormat
 
 # First bytes of files that are no scenes -> what they are, and the cure.
 _NO_SCENES = {
     b"version https://git-lfs": "is a git-LFS pointer, not the scene itself; run 'git lfs pull'",
     b"<": "is a web page or XML, not a scene: the download went wrong; download the file itself",
-    b"glTF": "is a glTF model, not a 3D Gaussian scene; export the splats as .ply",
 }
-_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 def find_format(path: Path) -> SceneFormat:
@@ -57,7 +55,7 @@ def _what_it_is(path: Path, begin: bytes) -> str:
     """One clause: what a file is that is not read, and the cure."""
     if not begin:
         return "is empty; copy or download it again"
-    text = begin.removeprefix(_BYTE_ORDER_MARK).lstrip()
+    text = begin.removeprefix(BYTE_ORDER_MARK).lstrip()
     for first_bytes, message in _NO_SCENES.items():
         if text.startswith(first_bytes):
             return message

@@ -1,0 +1,245 @@
+"""Gaussians in glTF models: points with the extension KHR_gaussian_splatting, or an earlier draft of it.
+
+Read are .glb files and .gltf files with data inside or beside them. Every mesh is placed by its nodes;
+rotated splats have their spherical harmonics rotated with them. Opacities are 0 to 1. Scales are linear and
+never negative; an earlier draft stored logarithms, as splat-transform did until mid-2026: negative ones tell.
+Sources: Khronos, KHR_gaussian_splatting (release candidate); Cesium's drafts of 2024 and 2025.
+"""
+
+import warnings
+from collections.abc import Iterator
+from contextlib import nullcontext
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from brushgs.errors import SceneError, SceneWarning
+from brushgs.io.scenes.columns import Columns, check_decoded_size
+from brushgs.io.scenes.dropped import Dropped
+from brushgs.io.scenes.encoding import STANDARD, Encoding
+from brushgs.io.scenes.fill import Decoder, fill
+from brushgs.io.scenes.gltf_file import CURE, GltfArray, GltfFile
+from brushgs.io.scenes.gltf_nodes import placed_meshes
+from brushgs.io.scenes.gltf_placed import Placement
+from brushgs.io.scenes.parts import fill_parts, without_empty_bands
+from brushgs.io.scenes.scene_file import SceneFile
+
+EXTENSION = "KHR_gaussian_splatting"
+_BLOCK_ROWS = 1 << 13
+
+
+@dataclass(frozen=True)
+class _Splats:
+    """One primitive of splats, placed by one node.
+
+    Attributes:
+        means: accessor of the centres, as are the others of what their names say.
+        quats: x, y, z, w.
+        scales: linear, or logarithms where `are_scales_logs`.
+        opacities: 0 to 1; of four columns the last counts.
+        colors: coefficients of degree 0, or display colours where `are_colors_rgb`.
+        rest: coefficients of the higher degrees, one accessor for each.
+        placement: where the node puts them.
+    """
+
+    means: GltfArray
+    quats: GltfArray
+    scales: GltfArray
+    opacities: GltfArray
+    colors: GltfArray
+    rest: tuple[GltfArray, ...]
+    are_colors_rgb: bool
+    are_scales_logs: bool
+    placement: Placement
+
+    @property
+    def encoding(self) -> Encoding:
+        """What its numbers mean."""
+        scales = "log" if self.are_scales_logs else "linear"
+        return Encoding(scales, "linear", "xyzw", "rgb" if self.are_colors_rgb else "sh")  # type: ignore[arg-type]
+
+
+def open_scene(path: Path) -> SceneFile:
+    """Read the structure of a glTF model.
+
+    Raises:
+        SceneError: if it is damaged, holds no Gaussian splats, or holds them in a way that is not read.
+    """
+    file = GltfFile(path)
+    unknown: dict[str, None] = {}
+    splats = [
+        _open_splats(file, primitive, Placement(matrix), unknown)
+        for mesh, matrix in placed_meshes(file)
+        for primitive in _primitives(file, mesh)
+    ]
+    splats = [some for some in splats if some.means.count]
+    if not splats:
+        fact = "is a glTF model without Gaussian splats"
+        raise SceneError(path, f"{fact}; export the splats as .ply, or with {EXTENSION}")
+    num_rows = sum(some.means.count for some in splats)
+    num_terms = 1 + max(len(some.rest) for some in splats)
+    check_decoded_size(path, num_rows, num_terms, file.size)
+
+    def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
+        parts = [(some.means.count, partial(_read_splats, some, is_raw)) for some in splats]
+        columns, dropped = fill_parts(parts, num_terms)
+        return (columns if is_raw else without_empty_bands(columns)), dropped
+
+    logs = ", scales as logarithms" if any(some.are_scales_logs for some in splats) else ""
+    return SceneFile(
+        path=path,
+        format=f"glTF with {EXTENSION}{logs}",
+        num_rows=num_rows,
+        num_terms=num_terms,
+        read_columns=read_columns,
+        up="+y",  # by the standard of glTF, which every viewer follows
+        unknown=tuple(unknown),
+    )
+
+
+def _primitives(file: GltfFile, mesh: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Primitives of a mesh that hold splats."""
+    primitives = mesh.get("primitives")
+    if not isinstance(primitives, list):
+        return
+    for primitive in primitives:
+        extensions = primitive.get("extensions") if isinstance(primitive, dict) else None
+        if isinstance(extensions, dict) and any("gaussian_splat" in name for name in extensions):
+            yield primitive
+
+
+class _Attributes:
+    """The attributes of a primitive of splats."""
+
+    def __init__(self, file: GltfFile, primitive: dict[str, Any]) -> None:
+        found = primitive.get("attributes")
+        if not isinstance(found, dict):
+            raise SceneError(file.path, f"a primitive of splats has no attributes; {CURE}")
+        self._file, self._attributes = file, found
+
+    def find(self, name: str, *widths: int) -> GltfArray | None:
+        """An attribute by its full name. Raises SceneError if it has not as many numbers a row as it must."""
+        if name not in self._attributes:
+            return None
+        array = self._file.array(self._attributes[name], f"attribute {name}")
+        if array.width not in widths:
+            rule = f"attribute {name} must have {' or '.join(map(str, widths))} numbers a splat"
+            raise SceneError(self._file.path, f"{rule}, got {array.width}; {CURE}")
+        return array
+
+    def find_own(self, name: str, width: int) -> GltfArray | None:
+        """An attribute of the extension, in any draft of it."""
+        return self.find(f"{EXTENSION}:{name}", width) or self.find(f"_{name}", width)
+
+    def require(self, name: str, *choices: GltfArray | None) -> GltfArray:
+        """The first that is there. Raises SceneError if none is."""
+        found = next((choice for choice in choices if choice is not None), None)
+        if found is None:
+            raise SceneError(self._file.path, f"a primitive of splats has no attribute {name}; {CURE}")
+        return found
+
+    def rest(self) -> tuple[GltfArray, ...]:
+        """The coefficients of degree 1 and more, as far as degrees are complete."""
+        rest: list[GltfArray] = []
+        for degree in (1, 2, 3):
+            names = [f"SH_DEGREE_{degree}_COEF_{index}" for index in range(2 * degree + 1)]
+            found = [
+                self.find_own(name, 3) or self.find_own(name.replace("COEF_", "COEFF_"), 3) for name in names
+            ]
+            complete = [array for array in found if array is not None]
+            if complete and len(complete) < len(names):
+                rule = f"attributes of splats must have all {len(names)} coefficients of degree {degree}"
+                raise SceneError(self._file.path, f"{rule}, got {len(complete)}; {CURE}")
+            if not complete:
+                break
+            rest += complete
+        return tuple(rest)
+
+
+def _open_splats(
+    file: GltfFile, primitive: dict[str, Any], placement: Placement, unknown: dict[str, None]
+) -> _Splats:
+    """The accessors of one primitive; extensions of it that are not read are added to `unknown`."""
+    _check_extensions(file, primitive, unknown)
+    attributes = _Attributes(file, primitive)
+    means = attributes.require("POSITION", attributes.find("POSITION", 3))
+    quats, scales = (
+        attributes.require(f"{EXTENSION}:{name}", attributes.find_own(name, width))
+        for name, width in (("ROTATION", 4), ("SCALE", 3))
+    )
+    fallback = attributes.find("COLOR_0", 3, 4)
+    alpha = fallback if fallback is not None and fallback.width == 4 else None
+    opacities = attributes.require(f"{EXTENSION}:OPACITY", attributes.find_own("OPACITY", 1), alpha)
+    degree_0 = attributes.find_own("SH_DEGREE_0_COEF_0", 3)
+    colors = attributes.require(f"{EXTENSION}:SH_DEGREE_0_COEF_0", degree_0, fallback)
+    rest = attributes.rest()
+    for array in (quats, scales, opacities, colors, *rest):
+        if array.count != means.count:
+            rule = f"attributes of splats must all have {means.count} rows, like POSITION"
+            raise SceneError(file.path, f"{rule}, got {array.count}; {CURE}")
+    return _Splats(
+        means=means,
+        quats=quats,
+        scales=scales,
+        opacities=opacities,
+        colors=colors,
+        rest=rest,
+        are_colors_rgb=degree_0 is None,
+        are_scales_logs=any(
+            (scales.read(start, start + _BLOCK_ROWS) < 0).any()
+            for start in range(0, scales.count, _BLOCK_ROWS)
+        ),
+        placement=placement,
+    )
+
+
+def _check_extensions(file: GltfFile, primitive: dict[str, Any], unknown: dict[str, None]) -> None:
+    """Refuse compression, and warn of linear colours, which the strokes would show too dark."""
+    own = primitive["extensions"].get(EXTENSION)
+    inner = own.get("extensions") if isinstance(own, dict) else None
+    names = [*primitive["extensions"], *(inner if isinstance(inner, dict) else ())]
+    for name in names:
+        if "compression" in name or "spz" in name.lower():
+            fact = f"holds splats compressed by {name[:80]}, which is not read"
+            raise SceneError(file.path, f"{fact}; export it without compression, or as .spz or .ply")
+    unknown |= dict.fromkeys(name for name in names if "gaussian_splat" not in name)
+    if isinstance(own, dict):
+        if own.get("kernel", "ellipse") != "ellipse":
+            unknown[f"kernel {str(own['kernel'])[:40]}"] = None
+        if own.get("colorSpace") == "lin_rec709_display":
+            message = "was trained in linear colours (lin_rec709_display), which are painted too dark"
+            warnings.warn(SceneWarning(f"{file.path}: {message}; lighten it, or train in sRGB"), stacklevel=2)
+
+
+def _read_splats(splats: _Splats, is_raw: bool, columns: Columns) -> tuple[Columns, Dropped]:
+    """Decode one primitive into columns of as many rows."""
+    filled, dropped = fill(
+        columns,
+        lambda: nullcontext(_decoder(splats)),
+        block_rows=_BLOCK_ROWS,
+        num_rest=columns.sh.shape[1] - 1,
+        is_sequential=False,
+        is_logit=True,
+        encoding=STANDARD,
+        is_raw=is_raw,
+    )
+    return filled, dropped
+
+
+def _decoder(splats: _Splats) -> Decoder:
+    """Decodes rows to the standard layout, placed in the world."""
+
+    def decode(start: int, stop: int, out: Columns) -> None:
+        out.means[:] = splats.means.read(start, stop)
+        out.quats[:] = splats.quats.read(start, stop)
+        out.scales[:] = splats.scales.read(start, stop)
+        out.opacities[:] = splats.opacities.read(start, stop)[:, -1]
+        out.sh[:, 0] = splats.colors.read(start, stop)[:, :3]
+        for term, array in enumerate(splats.rest, start=1):
+            out.sh[:, term] = array.read(start, stop)
+        out.sh[:, 1 + len(splats.rest) :] = 0
+        out.standardize(splats.encoding)
+        splats.placement.apply(out, 1 + len(splats.rest))
+
+    return decode

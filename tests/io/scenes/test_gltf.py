@@ -1,0 +1,360 @@
+"""glTF with KHR_gaussian_splatting: copied attributes, placed meshes, and what is refused."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import brushgs as bg
+from brushgs.io import read_scene
+from brushgs.io.scenes.read import read_raw
+from brushgs.quats import rotation_matrices
+from brushgs.sh import C0, sh_basis
+from tests.io.scenes.gltf_maker import PREFIX, Attributes, Model, make
+
+
+def model_of(attributes: Attributes, **options: object) -> Model:
+    model = Model()
+    model.mesh(attributes, **options)
+    return model
+
+
+def coefficients(attributes: Attributes) -> np.ndarray:
+    """[n, terms, 3] in the order of degrees."""
+    names = sorted(name for name in attributes if "COEF" in name)
+    return np.stack([attributes[name] for name in names], axis=1)
+
+
+def assert_copied(gaussians: bg.Gaussians, attributes: Attributes) -> None:
+    """Means and coefficients are copied; scales and opacities pass through logs and logits."""
+    np.testing.assert_array_equal(gaussians.means, attributes["POSITION"])
+    np.testing.assert_array_equal(gaussians.quats, attributes[f"{PREFIX}ROTATION"][:, [3, 0, 1, 2]])
+    np.testing.assert_allclose(gaussians.scales, attributes[f"{PREFIX}SCALE"], rtol=2e-6)
+    np.testing.assert_allclose(gaussians.opacities, attributes[f"{PREFIX}OPACITY"][:, 0], atol=2e-7)
+    np.testing.assert_array_equal(gaussians.sh, coefficients(attributes))
+
+
+@pytest.mark.parametrize("degree", range(4))
+@pytest.mark.parametrize("name", ["a.glb", "a.gltf", "no_suffix"])
+def test_attributes_are_copied(tmp_path: Path, degree: int, name: str) -> None:
+    attributes = make(70, degree)
+    gaussians, notes = read_scene(model_of(attributes).write(tmp_path / name))
+    assert_copied(gaussians, attributes)
+    assert (gaussians.opacities[0], gaussians.opacities[1]) == (0, 1)
+    assert (notes.format, notes.up) == ("glTF with KHR_gaussian_splatting", "+y")
+    assert notes.sh_degree_stored == notes.sh_degree_used == degree
+    assert notes.unknown == ()
+
+
+def test_interleaved_attributes_and_a_file_beside_are_read(tmp_path: Path) -> None:
+    attributes = make(70, 1)
+    model = Model()
+    model.interleaved(attributes)
+    (tmp_path / "große daten.bin").write_bytes(model.data)
+    for uri in ("gro%C3%9Fe%20daten.bin", "große daten.bin", "./große daten.bin"):
+        model.top["buffers"][0]["uri"] = uri
+        (tmp_path / "a.gltf").write_bytes(model.json())
+        assert_copied(bg.load(tmp_path / "a.gltf"), attributes)
+
+
+def test_normalized_integers_are_fractions(tmp_path: Path) -> None:
+    attributes = make(9)
+    attributes[f"{PREFIX}ROTATION"] = np.tile(np.array([[0, -128, 127, 1]], np.int8), (9, 1))
+    attributes[f"{PREFIX}OPACITY"] = np.arange(0, 65536, 8191, dtype=np.uint16)[:9, None]
+    attributes[f"{PREFIX}SCALE"] = np.tile(np.array([[1, 2, 32767]], np.int16), (9, 1))
+    normalized = tuple(f"{PREFIX}{name}" for name in ("ROTATION", "OPACITY", "SCALE"))
+    gaussians = bg.load(model_of(attributes, normalized=normalized).write(tmp_path / "a.glb"))
+    np.testing.assert_allclose(gaussians.quats[0], [1 / 127, 0, -1, 1], rtol=1e-6)
+    np.testing.assert_allclose(gaussians.scales[0], [1 / 32767, 2 / 32767, 1], rtol=2e-6)
+    np.testing.assert_allclose(gaussians.opacities, np.arange(0, 65536, 8191)[:9] / 65535, atol=2e-7)
+
+
+def test_scales_of_an_earlier_draft_are_logarithms(tmp_path: Path) -> None:
+    attributes = make(20)
+    stored = attributes | {f"{PREFIX}SCALE": np.log(attributes[f"{PREFIX}SCALE"])}
+    gaussians, notes = read_scene(model_of(stored).write(tmp_path / "a.glb"))
+    np.testing.assert_allclose(gaussians.scales, attributes[f"{PREFIX}SCALE"], rtol=2e-6)
+    assert notes.format == "glTF with KHR_gaussian_splatting, scales as logarithms"
+
+
+def test_names_and_colours_of_the_first_draft_are_read(tmp_path: Path) -> None:
+    attributes = make(20)
+    rgba = np.random.default_rng(0).integers(0, 256, (20, 4), dtype=np.uint8)
+    stored = {
+        "POSITION": attributes["POSITION"],
+        "_ROTATION": attributes[f"{PREFIX}ROTATION"],
+        "_SCALE": attributes[f"{PREFIX}SCALE"],
+        "COLOR_0": rgba,
+    }
+    rest = np.random.default_rng(1).normal(size=(3, 20, 3)).astype(np.float32)
+    stored |= {f"_SH_DEGREE_1_COEFF_{index}": rest[index] for index in range(3)}
+    gaussians = bg.load(model_of(stored).write(tmp_path / "a.glb"))
+    np.testing.assert_allclose(0.5 + C0 * gaussians.sh[:, 0], rgba[:, :3] / 255, atol=1e-6)
+    np.testing.assert_allclose(gaussians.opacities, rgba[:, 3] / 255, atol=2e-7)
+    np.testing.assert_array_equal(gaussians.sh[:, 1:].transpose(1, 0, 2), rest)
+
+
+def test_raw_rows_are_in_the_standard_layout(tmp_path: Path) -> None:
+    attributes = make(20, 1)
+    columns, _ = read_raw(model_of(attributes).write(tmp_path / "a.glb"))
+    np.testing.assert_allclose(columns.scales, np.log(attributes[f"{PREFIX}SCALE"]), rtol=1e-6)
+    assert columns.opacities[:2].tolist() == [-np.inf, np.inf]
+
+
+# ---- nodes
+
+
+def covariances(gaussians: bg.Gaussians) -> np.ndarray:
+    axes = rotation_matrices(gaussians.quats) * gaussians.scales[:, None, :].astype(np.float64)
+    return axes @ axes.transpose(0, 2, 1)
+
+
+def colors_seen(sh: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    degree = int(np.sqrt(sh.shape[1])) - 1
+    return np.einsum("k,nkc->nc", sh_basis(direction[None], degree)[0], sh.astype(np.float64))
+
+
+def assert_placed(placed: bg.Gaussians, plain: bg.Gaussians, matrix: np.ndarray, turn: np.ndarray) -> None:
+    """Float32 columns: 1e-6 of the largest value."""
+    linear = matrix[:3, :3]
+    means = plain.means @ linear.T + matrix[:3, 3]
+    np.testing.assert_allclose(placed.means, means, atol=2e-6 * np.abs(means).max())
+    expected = linear @ covariances(plain) @ linear.T
+    np.testing.assert_allclose(covariances(placed), expected, atol=3e-6 * np.abs(expected).max())
+    np.testing.assert_allclose(placed.opacities, plain.opacities, atol=1e-7)
+    for direction in np.random.default_rng(0).normal(size=(20, 3)):
+        direction /= np.linalg.norm(direction)
+        seen = colors_seen(placed.sh, turn @ direction)
+        np.testing.assert_allclose(seen, colors_seen(plain.sh, direction), atol=4e-6)
+
+
+TURN = Rotation.from_euler("xyz", [0.4, -1.1, 2.3])
+TRANSLATION = [0.5, -2.0, 1.25]
+
+
+@pytest.mark.parametrize("degree", range(4))
+@pytest.mark.parametrize("scale", [1.0, 0.25, -2.0])
+def test_a_turned_and_scaled_mesh_looks_the_same_from_the_turned_side(
+    tmp_path: Path, degree: int, scale: float
+) -> None:
+    """A negative scale mirrors: then the turn does too."""
+    attributes = make(60, degree)
+    model = model_of(attributes)
+    node = {"rotation": TURN.as_quat().tolist(), "translation": TRANSLATION, "scale": [scale] * 3, "mesh": 0}
+    model.top |= {"nodes": [node], "scenes": [{"nodes": [0]}], "scene": 0}
+    placed = bg.load(model.write(tmp_path / "a.glb"))
+    plain = bg.load(model_of(attributes).write(tmp_path / "b.glb"))
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = TURN.as_matrix() * scale, TRANSLATION
+    assert_placed(placed, plain, matrix, TURN.as_matrix() * np.sign(scale))
+
+
+@pytest.mark.parametrize("stretch", [(2.0, 0.5, 1.0), (-1.0, 1.0, 1.0), (3.0, 3.0, -0.1)])
+def test_an_unevenly_scaled_mesh_has_the_covariances_of_its_image(tmp_path: Path, stretch: tuple) -> None:
+    attributes = make(60, 2)
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = TURN.as_matrix() @ np.diag(stretch), TRANSLATION
+    model = model_of(attributes)
+    model.top["nodes"] = [{"matrix": matrix.T.ravel().tolist(), "mesh": 0}]
+    placed = bg.load(model.write(tmp_path / "a.glb"))
+    plain = bg.load(model_of(attributes).write(tmp_path / "b.glb"))
+    assert_placed(placed, plain, matrix, TURN.as_matrix() @ np.diag(np.sign(stretch)))
+
+
+def test_meshes_of_a_tree_of_nodes_follow_each_other(tmp_path: Path) -> None:
+    first, second = make(30, 1, seed=1), make(20, 0, seed=2)
+    model = Model()
+    model.mesh(first)
+    model.mesh(second)
+    model.top["meshes"].append({"primitives": [{"attributes": {"POSITION": 0}, "mode": 0}]})  # no splats
+    model.top["nodes"] = [
+        {"mesh": 1, "translation": [0, 0, 1]},
+        {"children": [0, 2], "translation": [0, 5, 0]},
+        {"mesh": 0, "scale": [2, 2, 2]},
+        {"mesh": 2},
+        {"mesh": 0},  # in no scene
+    ]
+    model.top["scenes"] = [{"nodes": [4]}, {"nodes": [1, 3]}]
+    model.top["scene"] = 1
+    gaussians = bg.load(model.write(tmp_path / "a.glb"))
+    np.testing.assert_allclose(gaussians.means[:20], second["POSITION"] + [0, 5, 1], atol=1e-6)
+    np.testing.assert_allclose(gaussians.means[20:], 2 * first["POSITION"] + [0, 5, 0], atol=1e-6)
+    np.testing.assert_allclose(gaussians.scales[20:], 2 * first[f"{PREFIX}SCALE"], rtol=3e-6)
+    np.testing.assert_array_equal(gaussians.sh[:20, 0], second[f"{PREFIX}SH_DEGREE_0_COEF_0"])
+    assert not gaussians.sh[:20, 1:].any()
+    np.testing.assert_array_equal(gaussians.sh[20:], coefficients(first))
+
+
+def test_one_mesh_may_be_placed_twice(tmp_path: Path) -> None:
+    model = model_of(make(30))
+    model.top["nodes"] = [{"mesh": 0}, {"mesh": 0, "translation": [1, 0, 0]}]
+    gaussians = bg.load(model.write(tmp_path / "a.glb"))
+    np.testing.assert_allclose(gaussians.means[30:], gaussians.means[:30] + np.array([1, 0, 0]), atol=1e-6)
+
+
+# ---- what is not read, is refused, or is damaged
+
+
+def refuse(path: Path, sentence: str) -> None:
+    with pytest.raises(bg.SceneError, match=sentence) as caught:
+        bg.load(path)
+    assert str(path.parent) in str(caught.value)
+    assert len(str(caught.value)) < 1200
+
+
+def test_a_model_without_splats_is_refused(tmp_path: Path) -> None:
+    model = model_of(make(9))
+    del model.top["meshes"][0]["primitives"][0]["extensions"]
+    for name in ("a.glb", "a.gltf"):
+        refuse(
+            model.write(tmp_path / name),
+            r"is a glTF model without Gaussian splats; export the splats as \.ply",
+        )
+
+
+@pytest.mark.parametrize(
+    "extensions",
+    [
+        {
+            "KHR_gaussian_splatting": {
+                "extensions": {"KHR_gaussian_splatting_compression_spz_2": {"bufferView": 0}}
+            }
+        },
+        {"KHR_spz_gaussian_splats_compression": {"bufferView": 0}},
+    ],
+)
+def test_compressed_splats_are_refused_by_name(tmp_path: Path, extensions: dict) -> None:
+    model = model_of(make(9))
+    model.top["meshes"][0]["primitives"][0]["extensions"] = extensions
+    refuse(
+        model.write(tmp_path / "a.glb"),
+        "holds splats compressed by KHR_.*compression.*, which is not read; export",
+    )
+
+
+def test_other_kernels_and_extensions_are_named(tmp_path: Path) -> None:
+    model = model_of(make(9), kernel="box")
+    model.top["meshes"][0]["primitives"][0]["extensions"]["EXT_something"] = {}
+    _, notes = read_scene(model.write(tmp_path / "a.glb"))
+    assert notes.unknown == ("EXT_something", "kernel box")
+
+
+def test_linear_colours_are_warned_of(tmp_path: Path) -> None:
+    path = model_of(make(9), colorSpace="lin_rec709_display").write(tmp_path / "a.glb")
+    with pytest.warns(bg.SceneWarning, match=r"trained in linear colours .*, which are painted too dark"):
+        bg.load(path)
+
+
+def test_rows_that_cannot_be_drawn_are_dropped(tmp_path: Path) -> None:
+    attributes = make(20)
+    attributes["POSITION"][3, 1] = np.nan
+    attributes[f"{PREFIX}OPACITY"][4] = 1.5
+    attributes[f"{PREFIX}ROTATION"][5] = 0
+    model = model_of(attributes)
+    model.top["nodes"] = [{"mesh": 0, "scale": [1, 2, 3]}]
+    with pytest.warns(
+        bg.SceneWarning, match=r"3 of 20 rows were dropped: 2 hold .*row 3, .* all-zero.*row 5"
+    ):
+        assert len(bg.load(model.write(tmp_path / "a.glb"))) == 17
+
+
+def change(model: Model, place: str, value: object) -> None:
+    """Set or (None) delete what a path such as "accessors/0/count" names."""
+    *parts, last = place.split("/")
+    owner = model.top
+    for part in parts:
+        owner = owner[int(part)] if isinstance(owner, list) else owner[part]
+    if value is None:
+        del owner[last]
+    else:
+        owner[int(last) if isinstance(owner, list) else last] = value
+
+
+ATTRIBUTES = "meshes/0/primitives/0/attributes"
+FAULTS = [
+    ("asset/version", "1.0", 'must be glTF of version 2, got version "1.0"'),
+    ("asset/version", None, "must be glTF of version 2, got version null"),
+    (f"{ATTRIBUTES}/POSITION", None, "a primitive of splats has no attribute POSITION"),
+    (f"{ATTRIBUTES}/POSITION", 99, "attribute POSITION refers to accessors 99.0, which is missing"),
+    (f"{ATTRIBUTES}/POSITION", "x", 'attribute POSITION refers to accessors "x", which is missing'),
+    (f"{ATTRIBUTES}/{PREFIX}SCALE", None, "has no attribute KHR_gaussian_splatting:SCALE"),
+    (f"{ATTRIBUTES}/{PREFIX}OPACITY", None, "has no attribute KHR_gaussian_splatting:OPACITY"),
+    (f"{ATTRIBUTES}/{PREFIX}SH_DEGREE_0_COEF_0", None, "has no attribute .*:SH_DEGREE_0_COEF_0"),
+    (f"{ATTRIBUTES}/{PREFIX}SH_DEGREE_1_COEF_2", None, "must have all 3 coefficients of degree 1, got 2"),
+    (f"{ATTRIBUTES}/{PREFIX}ROTATION", 0, r"attribute .*ROTATION must have 4 numbers a splat, got 3"),
+    (ATTRIBUTES, [], "a primitive of splats has no attributes"),
+    ("accessors/0/sparse", {"count": 1}, "attribute POSITION is a sparse accessor, which is not read"),
+    ("accessors/0/componentType", 5130, "attribute POSITION must be a scalar or vector of numbers, got"),
+    ("accessors/0/type", "MAT3", "attribute POSITION must be a scalar or vector of numbers"),
+    ("accessors/0/count", 31, "attribute POSITION lacks 12 bytes of its buffer view"),
+    ("accessors/0/count", 29, "attributes of splats must all have 29 rows, like POSITION, got 30"),
+    ("accessors/0/count", 1e18, r"count of attribute POSITION must be a whole number, got 1e\+18"),
+    ("accessors/0/count", 1e12, "attribute POSITION lacks .* bytes of its buffer view"),
+    ("accessors/0/byteOffset", -4, "byteOffset of attribute POSITION must be a whole number, got -4.0"),
+    ("accessors/0/bufferView", None, "attribute POSITION refers to bufferViews null, which is missing"),
+    ("bufferViews/0/byteStride", 4, "attribute POSITION has a stride of 4"),
+    ("bufferViews/0/byteLength", 1e6, "buffer view 0.0 lacks .* bytes of its buffer"),
+    ("bufferViews/0/extensions", {"EXT_meshopt_compression": {}}, "is compressed by EXT_meshopt_compression"),
+    ("bufferViews/0/buffer", 1, "buffer view 0.0 refers to buffers 1.0, which is missing"),
+    ("buffers/0/uri", "../a.bin", "names the file '../a.bin', which lies outside its folder"),
+    ("buffers/0/uri", "https://example.org/a.bin", "which lies outside its folder"),
+    ("buffers/0/uri", "%2e%2e/a.bin", "names the file '../a.bin', which lies outside its folder"),
+    ("buffers/0/uri", "none.bin", "none.bin: there is no such model"),
+    ("buffers/0/uri", "data:text/plain,hello", "buffer 0 is no base64 data URI"),
+    ("buffers/0/uri", "data:;base64,a", "buffer 0 is no base64 data URI"),
+    ("buffers/0/uri", 7, "uri of buffer 0 must be text, got 7.0"),
+    ("nodes", [{"mesh": 3}], "a node refers to meshes 3.0, which is missing"),
+    ("nodes", [{"children": [1], "mesh": 0}, {"children": [1]}], "its nodes form a ring"),
+    ("nodes", [{"mesh": 0, "rotation": [0, 0, 0, 0]}], "rotation of node 0 must not be zero"),
+    ("nodes", [{"mesh": 0, "scale": [1, 1]}], "scale of node 0 must be 3 numbers, got"),
+    ("nodes", [{"mesh": 0, "matrix": [1.0] * 16}], "matrix of node 0 must be affine"),
+    ("nodes", [{"mesh": 0, "translation": [1e300, 0, 0]}], "translation of node 0 must be 3 numbers"),
+    ("scenes", [{"nodes": [7]}], "a scene or node refers to nodes"),
+]
+
+
+@pytest.mark.parametrize(("place", "value", "sentence"), FAULTS)
+def test_a_field_at_fault_is_named(tmp_path: Path, place: str, value: object, sentence: str) -> None:
+    model = model_of(make(30, 1))
+    if place == "scenes":
+        model.top["nodes"] = [{"mesh": 0}]
+    change(model, place, value)
+    refuse_path = tmp_path / "a.glb"
+    refuse_path.write_bytes(model.glb())
+    refuse(refuse_path, sentence)
+
+
+def test_nodes_that_scale_beyond_all_numbers_are_refused(tmp_path: Path) -> None:
+    model = model_of(make(9))
+    nodes = [{"scale": [1e17] * 3, "children": [index + 1]} for index in range(50)]
+    model.top |= {"nodes": [*nodes, {"mesh": 0}], "scenes": [{"nodes": [0]}]}
+    refuse(model.write(tmp_path / "a.glb"), "its nodes scale beyond all numbers")
+
+
+def test_a_damaged_file_is_refused(tmp_path: Path) -> None:
+    content = model_of(make(30)).glb()
+    path = tmp_path / "a.glb"
+    path.write_bytes(content[:-100])
+    refuse(path, f"is cut off: 100 of {len(content)} bytes are missing; download or copy it again")
+    path.write_bytes(content[:4] + b"\1\0\0\0" + content[8:])
+    refuse(path, "must be glTF of version 2, got version 1")
+    path.write_bytes(content[:12] + b"\xff\xff\xff\x0f" + content[16:])
+    refuse(path, "is damaged: a chunk is longer than the file")
+    path.write_bytes(content.replace(b'"asset"', b'"asset '))
+    refuse(path, "is not JSON .*; export it again")
+    path.write_bytes(b'{"asset" "meshes"' + b"[" * (1 << 21))
+    refuse(path, "would take .* MiB of memory")
+    (tmp_path / "b.gltf").write_text(json.dumps([1]))
+    refuse(tmp_path / "b.gltf", "must be a JSON object, got")
+
+
+def test_few_bytes_shared_by_very_many_splats_are_refused_before_memory_is_asked_for(tmp_path: Path) -> None:
+    model = model_of(make(9000))
+    model.top["nodes"] = [{"mesh": 0} for _ in range(9000)]
+    refuse(
+        model.write(tmp_path / "a.glb"), "81000000 Gaussians take 4325 MiB in memory and 0 MiB in the file"
+    )
+    model.top["nodes"] = [{"mesh": 0} for _ in range(20_000)]
+    refuse(model.write(tmp_path / "a.glb"), "its nodes form a ring, or there are too many")
