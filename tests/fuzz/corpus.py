@@ -15,7 +15,7 @@ import numpy as np
 from tests.fuzz.reader import SEPARATOR
 from tests.io import test_cameras, test_colmap, test_compressed_ply
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
-from tests.io.scenes import ksplat_format, splat_format, spz_format
+from tests.io.scenes import gltf_maker, ksplat_format, sog_maker, splat_format, spz_format
 from tests.io.test_images import palette_chunk, png
 
 ENCODINGS = ("binary_little_endian", "binary_big_endian")
@@ -30,12 +30,14 @@ class Seeds(NamedTuple):
         make: makes the files in a folder of its own, and returns their bytes.
         tokens: words of the format.
         file: name of the file that an input is written to; None for one that follows from the table.
+        others: names of files beside it, for the parts of an input after the first.
     """
 
     reader: str
     make: Callable[[Path], list[bytes]]
     tokens: tuple[bytes, ...] = ()
     file: str | None = None
+    others: tuple[str, ...] = ()
 
 
 def scenes(folder: Path) -> list[bytes]:
@@ -140,6 +142,55 @@ def ksplat_scenes(folder: Path) -> list[bytes]:
         scenes = [ksplat_format.make(count, degree) for count, degree in ((20, 0), (5, 2), (1, 1))]
         found.append(ksplat_format.encode(scenes, level, room=2, num_sections=4))
     return found
+
+
+def sog_scenes() -> list[dict[str, bytes]]:
+    """The files of small SOG scenes of both versions."""
+    found = []
+    for version, degree in ((1, 0), (2, 0), (1, 1), (2, 3)):
+        scene = sog_maker.make(20, degree, version)
+        for key in ("scales", "sh0", "shN"):
+            if "codebook" in scene["meta"].get(key, {}):  # else half of an input would be digits
+                scene["meta"][key]["codebook"] = [round(v, 2) for v in scene["meta"][key]["codebook"]]
+        found.append(sog_maker.files_of(scene))
+    return found
+
+
+def sog_bundles(folder: Path) -> list[bytes]:
+    """SOG scenes as zip archives, and other archives."""
+    bundles = [sog_maker.zipped(files, packing) for files in sog_scenes() for packing in (0, 8)]
+    return [*bundles, sog_maker.zipped({f"s/{n}": c for n, c in sog_scenes()[0].items()})]
+
+
+def sog_folders(folder: Path) -> list[bytes]:
+    """SOG scenes as files in a folder: the checksums of an archive would hide most damage."""
+    return [
+        SEPARATOR.join(files[name] for name in ("meta.json", *SOG_PICTURES) if name in files)
+        for files in sog_scenes()
+    ]
+
+
+def streamed_scenes(folder: Path) -> list[bytes]:
+    """Indices of levels of detail, each with one SOG scene."""
+    leaf = {"lods": {"0": {"file": 0, "offset": 0, "count": 12}, "1": {"file": 0, "offset": 12, "count": 8}}}
+    found = []
+    for tree, scene in zip(({"children": [leaf]}, leaf), sog_folders(folder)[:2], strict=True):
+        index = {"version": 1, "lodLevels": 2, "filenames": ["0_0/meta.json"], "tree": tree}
+        found.append(json.dumps(index).encode() + SEPARATOR + scene)
+    deep = b'{"lodLevels": 1, "filenames": [], "tree": '
+    return found + [deep + nested.encode() + b"}" for nested in DEEP[-2:]]
+
+
+def gltf_models(folder: Path, suffix: str) -> list[bytes]:
+    """Models of splats with one mesh or several, placed by nodes, of several drafts."""
+    models = [gltf_maker.Model() for _ in range(4)]
+    for degree, model in enumerate(models[:3]):
+        model.mesh(gltf_maker.make(9, degree))
+    models[3].interleaved(gltf_maker.make(9))
+    nodes = [{"mesh": 0, "rotation": [0.6, 0, 0, 0.8], "scale": [1, 1, -2]}, {"children": [0], "mesh": 0}]
+    models[1].top |= {"nodes": nodes, "scenes": [{"nodes": [1]}], "scene": 0}
+    models[2].top["nodes"] = [{"mesh": 0, "matrix": [1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 3, 0, 4, 5, 6, 1]}]
+    return [model.write(folder / f"a{suffix}").read_bytes() for model in models]
 
 
 def inria_cameras(folder: Path) -> list[bytes]:
@@ -323,6 +374,43 @@ JSON = (
     *(b'"keyframes":[', b'"matrix":', b'"fov":', b'"fps":0,', b'"seconds":1e-320,', b'"k1":1,', b"[[[[[[[["),
     *(b'"camera_angle_x":1e-323', b'"w":1e99', b'"fl_x":1e-320', b'"camera_model":"OPENCV"', b"\\u0000"),
 )
+SOG = (
+    *(
+        SEPARATOR,
+        b'"version":2,',
+        b'"count":20,',
+        b'"files":["',
+        b'"mins":[',
+        b'"maxs":[',
+        b'"shape":[',
+        b"PK\5\6",
+    ),
+    *(
+        b'"codebook":[',
+        b'"bands":3,',
+        b'"lods":{"0":',
+        b'"children":[',
+        b"meta.json",
+        b"VP8L",
+        b"VP8X",
+        b"null",
+    ),
+)
+SOG_PICTURES = tuple(
+    f"{name}.webp" for name in ("means_l", "means_u", "scales", "quats", "sh0", "shN_centroids", "shN_labels")
+)
+GLTF = (
+    *(
+        b'"count":9,',
+        b'"byteStride":16,',
+        b'"byteOffset":4,',
+        b'"sparse":{},',
+        b'"normalized":true,',
+        b'"mesh":0,',
+    ),
+    *(b'"componentType":5121,', b'"type":"VEC3",', b'"uri":"a.bin",', b'"matrix":[', b'"scale":[0,0,0],'),
+    *(b'"children":[0],', b'"rotation":[', b'"kernel":"box",', b"COLOR_0", b"lin_rec709_display", b"1e17"),
+)
 COLMAP = (SEPARATOR, b"SIMPLE_RADIAL", b"OPENCV", b"FULL_OPENCV", b"#", b"\n", b"\0", b"\xff" * 8, b"a.jpg")
 TIFF = tuple(bytes((tag & 255, tag >> 8)) for tag in (256, 257, 258, 259, 277, 278, 284, 317, 322, 323, 338))
 EXR = (
@@ -345,6 +433,23 @@ SCENES = {
     "spz": (Seeds("spz", spz_scenes, (b"\x1f\x8b\x08", b"NGSP", b"(\xb5/\xfd", b"\x03\0\xbe\xad")),),
     "splat": (Seeds("splat", splat_scenes),),
     "ksplat": (Seeds("ksplat", ksplat_scenes, (b"\0\1\0\0",)),),
+    "sog": (
+        Seeds("sog", sog_bundles, SOG),
+        Seeds("sog-folder", sog_folders, SOG, "meta.json", SOG_PICTURES),
+    ),
+    "streamed": (
+        Seeds(
+            "streamed",
+            streamed_scenes,
+            SOG,
+            "lod-meta.json",
+            tuple(f"0_0/{name}" for name in ("meta.json", *SOG_PICTURES)),
+        ),
+    ),
+    "gltf": (
+        Seeds("glb", lambda folder: gltf_models(folder, ".glb"), GLTF, "scene.glb"),
+        Seeds("gltf", lambda folder: gltf_models(folder, ".gltf"), GLTF, "scene.gltf"),
+    ),
 }
 CAMERAS = {
     "inria": (Seeds("cameras", inria_cameras, JSON),),

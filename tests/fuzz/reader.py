@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from pathlib import Path
 
-SEPARATOR = b"\n---8<---\n"  # between the two files of a COLMAP model within one input
+SEPARATOR = b"\n---8<---\n"  # between the files of one input
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,7 @@ class Reader:
         seeds: makes whole files of this format in a folder of its own, and returns their bytes.
         read: reads the file at a path; what it returns is judged.
         tokens: words of the format.
+        others: names of files beside it, which the parts of an input after the first are written to.
     """
 
     name: str
@@ -24,6 +26,7 @@ class Reader:
     seeds: Callable[[Path], list[bytes]]
     read: Callable[[Path], object]
     tokens: tuple[bytes, ...] = ()
+    others: tuple[str, ...] = ()
 
     def joined(self, other: "Reader") -> "Reader":
         """This reader, fed with the seeds of another one too."""
@@ -41,5 +44,13 @@ class Reader:
             path.with_stem("cameras").write_bytes(cameras)
             path.with_stem("images").write_bytes(images)
         else:
-            path.write_bytes(data)
+            first, *parts = data.split(SEPARATOR, len(self.others)) if self.others else [data]
+            path.write_bytes(first)
+            for name, part in zip_longest(self.others, parts):
+                other = folder / name
+                other.parent.mkdir(exist_ok=True)
+                if part is None:
+                    other.unlink(missing_ok=True)
+                else:
+                    other.write_bytes(part)
         return path

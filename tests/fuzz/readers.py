@@ -59,7 +59,7 @@ def _readers(
     for key, file in formats:
         assert key in corpora, f"{key} has no seeds in tests/fuzz/corpus.py: every format must be fuzzed"
         for seeds in corpora[key]:
-            reader = Reader(seeds.reader, seeds.file or file, seeds.make, read, seeds.tokens)
+            reader = Reader(seeds.reader, seeds.file or file, seeds.make, read, seeds.tokens, seeds.others)
             readers[reader.name] = readers[reader.name].joined(reader) if reader.name in readers else reader
     return list(readers.values())
 
