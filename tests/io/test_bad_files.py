@@ -76,6 +76,16 @@ def test_errors_of_the_system_are_reported_in_a_sentence(
             b"PK\x03\x04abc",
             r"is a damaged zip archive \(File is not a zip file\); download or copy it again",
         ),
+        (
+            "a.json",
+            b'{"camera_angle_x": 1}',
+            "is JSON, but of no SOG scene .* and no glTF model; name the scene",
+        ),
+        (
+            "cameras.json",
+            b"\xef\xbb\xbf [{}]",
+            "is JSON, as lists of cameras are, not a scene; name the scene",
+        ),
         ("a.splat", b"<!DOCTYPE html><html>", "is a web page or XML, not a scene"),
         ("a.ksplat", b"version https://git-lfs.github.com/spec/v1\n", "LFS pointer"),
         ("a.glb", b"glTF\x02", r"is damaged: it has no JSON chunk; export it again"),

@@ -10,6 +10,8 @@ from brushgs.io.scenes.formats import KNOWN_SCENES, SCENE_FORMATS, SCENES_READ, 
 # First bytes of files that are no scenes -> what they are, and the cure.
 _NO_SCENES = {
     b"version https://git-lfs": "is a git-LFS pointer, not the scene itself; run 'git lfs pull'",
+    b"{": "is JSON, but of no SOG scene (meta.json, lod-meta.json) and no glTF model; name the scene itself",
+    b"[": "is JSON, as lists of cameras are, not a scene; name the scene itself",
     b"<": "is a web page or XML, not a scene: the download went wrong; download the file itself",
 }
 

@@ -11,6 +11,7 @@ from brushgs.io import read_scene
 from brushgs.io.scenes import streamed
 from brushgs.io.scenes.read import read_raw
 from tests.io.scenes.sog_maker import decode_row, make, write_folder
+from tests.scenes import real_scene
 
 Leaf = dict[int, tuple[int, int, int]]  # level -> file, offset, count
 
@@ -136,6 +137,18 @@ def test_an_index_without_version_and_a_very_deep_tree_are_read(tmp_path: Path) 
     index = write_set(tmp_path, {"a": make(30)}, tree, 1)
     index.write_text(index.read_text().replace('"version": 1, ', ""))
     assert len(bg.load(index)) == 30
+
+
+def test_a_real_chunk_is_read_as_the_level_that_it_is(tmp_path: Path) -> None:
+    """The robot is level 2 of 7 of such a set, of which only this level is here."""
+    chunk = real_scene("playbot_sog")
+    (tmp_path / "2_0").symlink_to(chunk)
+    tree = node(leaf({2: (2, 0, 50_000)}), leaf({2: (2, 50_000, 75_000)}))
+    names = [f"{level}_0/meta.json" for level in range(7)]
+    index = write_set(tmp_path, {}, tree, 7, filenames=names)
+    level, whole = bg.load(index), bg.load(chunk)
+    for name in ("means", "quats", "scales", "opacities", "sh"):
+        np.testing.assert_array_equal(getattr(level, name), getattr(whole, name))
 
 
 # ---- damaged input
