@@ -190,7 +190,11 @@ def gltf_models(folder: Path, suffix: str) -> list[bytes]:
     nodes = [{"mesh": 0, "rotation": [0.6, 0, 0, 0.8], "scale": [1, 1, -2]}, {"children": [0], "mesh": 0}]
     models[1].top |= {"nodes": nodes, "scenes": [{"nodes": [1]}], "scene": 0}
     models[2].top["nodes"] = [{"mesh": 0, "matrix": [1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 3, 0, 4, 5, 6, 1]}]
-    return [model.write(folder / f"a{suffix}").read_bytes() for model in models]
+    packed = gltf_maker.Model()
+    packed.data = spz_format.encode(spz_format.make(20, 1), 2)
+    packed.top["bufferViews"] = [{"buffer": 0, "byteOffset": 0, "byteLength": len(packed.data)}]
+    packed.add_mesh({}, extensions={"KHR_gaussian_splatting_compression_spz_2": {"bufferView": 0}})
+    return [model.write(folder / f"a{suffix}").read_bytes() for model in (*models, packed)]
 
 
 def inria_cameras(folder: Path) -> list[bytes]:

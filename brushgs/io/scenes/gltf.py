@@ -3,6 +3,7 @@
 Read are .glb files and .gltf files with data inside or beside them. Every mesh is placed by its nodes;
 rotated splats have their spherical harmonics rotated with them. Opacities are 0 to 1. Scales are linear and
 never negative; an earlier draft stored logarithms, as splat-transform did until mid-2026: negative ones tell.
+Splats packed as SPZ are read too.
 Sources: Khronos, KHR_gaussian_splatting (release candidate); Cesium's drafts of 2024 and 2025.
 """
 
@@ -17,16 +18,19 @@ from typing import Any
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
-from brushgs.io.scenes.encoding import STANDARD, Encoding
+from brushgs.io.scenes.encoding import STANDARD, Encoding, Scales
 from brushgs.io.scenes.fill import Decoder, fill
 from brushgs.io.scenes.gltf_file import CURE, GltfArray, GltfFile
 from brushgs.io.scenes.gltf_nodes import placed_meshes
 from brushgs.io.scenes.gltf_placed import Placement
-from brushgs.io.scenes.parts import fill_parts, without_empty_bands
+from brushgs.io.scenes.gltf_spz import MAX_GROWTH, NAMES, PackedSplats, open_packed
+from brushgs.io.scenes.parts import fill_parts
 from brushgs.io.scenes.scene_file import SceneFile
+from brushgs.io.scenes.used_terms import drop_zero_bands
 
 EXTENSION = "KHR_gaussian_splatting"
 _BLOCK_ROWS = 1 << 13
+_MAX_PLAIN_GROWTH = 4  # bytes in memory per byte of a file, where numbers have one byte
 
 
 @dataclass(frozen=True)
@@ -54,10 +58,33 @@ class _Splats:
     placement: Placement
 
     @property
+    def num_rows(self) -> int:
+        """Gaussians that it holds."""
+        return len(self.means.values)
+
+    @property
+    def num_terms(self) -> int:
+        """Spherical-harmonic terms of each."""
+        return 1 + len(self.rest)
+
+    @property
     def encoding(self) -> Encoding:
         """What its numbers mean."""
-        scales = "log" if self.are_scales_logs else "linear"
-        return Encoding(scales, "linear", "xyzw", "rgb" if self.are_colors_rgb else "sh")  # type: ignore[arg-type]
+        scales: Scales = "log" if self.are_scales_logs else "linear"
+        return Encoding(scales, "linear", "xyzw", "rgb" if self.are_colors_rgb else "sh")
+
+    def read(self, columns: Columns, *, is_raw: bool) -> tuple[Columns, Dropped]:
+        """Decode into columns of as many rows; see `ColumnReader`."""
+        return fill(
+            columns,
+            lambda: nullcontext(_decoder(self)),
+            block_rows=_BLOCK_ROWS,
+            num_rest=columns.sh.shape[1] - 1,
+            is_sequential=False,
+            is_logit=True,
+            encoding=STANDARD,
+            is_raw=is_raw,
+        )
 
 
 def open_scene(path: Path) -> SceneFile:
@@ -68,33 +95,42 @@ def open_scene(path: Path) -> SceneFile:
     """
     file = GltfFile(path)
     unknown: dict[str, None] = {}
+    opened: dict[object, SceneFile] = {}
     splats = [
-        _open_splats(file, primitive, Placement(matrix), unknown)
+        _open_splats(file, primitive, Placement(matrix), unknown, opened)
         for mesh, matrix in placed_meshes(file)
         for primitive in _primitives(file, mesh)
     ]
-    splats = [some for some in splats if some.means.count]
+    splats = [some for some in splats if some.num_rows]
     if not splats:
         fact = "is a glTF model without Gaussian splats"
         raise SceneError(path, f"{fact}; export the splats as .ply, or with {EXTENSION}")
-    num_rows = sum(some.means.count for some in splats)
-    num_terms = 1 + max(len(some.rest) for some in splats)
-    check_decoded_size(path, num_rows, num_terms, file.size)
+    num_rows = sum(some.num_rows for some in splats)
+    num_terms = max(some.num_terms for some in splats)
+    packed = [some.scene for some in splats if isinstance(some, PackedSplats)]
+    check_decoded_size(
+        path, num_rows, num_terms, file.size, max_growth=MAX_GROWTH if packed else _MAX_PLAIN_GROWTH
+    )
+    trainings = {scene.training for scene in packed}
 
     def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
-        parts = [(some.means.count, partial(_read_splats, some, is_raw)) for some in splats]
+        parts = [(some.num_rows, partial(some.read, is_raw=is_raw)) for some in splats]
         columns, dropped = fill_parts(parts, num_terms)
-        return (columns if is_raw else without_empty_bands(columns)), dropped
+        if not is_raw:
+            drop_zero_bands(columns)
+        return columns, dropped
 
-    logs = ", scales as logarithms" if any(some.are_scales_logs for some in splats) else ""
+    plain = [some for some in splats if isinstance(some, _Splats)]
+    logs = ", scales as logarithms" if any(some.are_scales_logs for some in plain) else ""
     return SceneFile(
         path=path,
-        format=f"glTF with {EXTENSION}{logs}",
+        format=f"glTF with {EXTENSION}{', packed as SPZ' if packed else ''}{logs}",
         num_rows=num_rows,
         num_terms=num_terms,
         read_columns=read_columns,
         up="+y",  # by the standard of glTF, which every viewer follows
-        unknown=tuple(unknown),
+        training=trainings.pop() if len(trainings) == 1 and not plain else "default",
+        unknown=tuple(dict.fromkeys([*unknown, *(name for scene in packed for name in scene.unknown)])),
     )
 
 
@@ -158,10 +194,25 @@ class _Attributes:
 
 
 def _open_splats(
-    file: GltfFile, primitive: dict[str, Any], placement: Placement, unknown: dict[str, None]
-) -> _Splats:
-    """The accessors of one primitive; extensions of it that are not read are added to `unknown`."""
+    file: GltfFile,
+    primitive: dict[str, Any],
+    placement: Placement,
+    unknown: dict[str, None],
+    opened: dict[object, SceneFile],
+) -> "_Splats | PackedSplats":
+    """The data of one primitive.
+
+    Args:
+        file: the model.
+        primitive: one that holds splats.
+        placement: where its node puts it.
+        unknown: extensions that are not read are added here.
+        opened: see `open_packed`.
+    """
     _check_extensions(file, primitive, unknown)
+    packed = open_packed(file, _extensions(primitive), placement, opened)
+    if packed is not None:
+        return packed
     attributes = _Attributes(file, primitive)
     means = attributes.require("POSITION", attributes.find("POSITION", 3))
     quats, scales = (
@@ -194,37 +245,29 @@ def _open_splats(
     )
 
 
-def _check_extensions(file: GltfFile, primitive: dict[str, Any], unknown: dict[str, None]) -> None:
-    """Refuse compression, and warn of linear colours, which the strokes would show too dark."""
+def _extensions(primitive: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Extensions of a primitive, and those within its extension for splats."""
+    yield from primitive["extensions"].items()
     own = primitive["extensions"].get(EXTENSION)
-    inner = own.get("extensions") if isinstance(own, dict) else None
-    names = [*primitive["extensions"], *(inner if isinstance(inner, dict) else ())]
-    for name in names:
-        if "compression" in name or "spz" in name.lower():
+    if isinstance(own, dict) and isinstance(own.get("extensions"), dict):
+        yield from own["extensions"].items()
+
+
+def _check_extensions(file: GltfFile, primitive: dict[str, Any], unknown: dict[str, None]) -> None:
+    """Refuse other compression, and warn of linear colours, which the strokes would show too dark."""
+    for name, _ in _extensions(primitive):
+        if "compression" in name and name not in NAMES:
             fact = f"holds splats compressed by {name[:80]}, which is not read"
             raise SceneError(file.path, f"{fact}; export it without compression, or as .spz or .ply")
-    unknown |= dict.fromkeys(name for name in names if "gaussian_splat" not in name)
+        if "gaussian_splat" not in name:
+            unknown[name] = None
+    own = primitive["extensions"].get(EXTENSION)
     if isinstance(own, dict):
         if own.get("kernel", "ellipse") != "ellipse":
             unknown[f"kernel {str(own['kernel'])[:40]}"] = None
         if own.get("colorSpace") == "lin_rec709_display":
             message = "was trained in linear colours (lin_rec709_display), which are painted too dark"
             warnings.warn(SceneWarning(f"{file.path}: {message}; lighten it, or train in sRGB"), stacklevel=2)
-
-
-def _read_splats(splats: _Splats, is_raw: bool, columns: Columns) -> tuple[Columns, Dropped]:
-    """Decode one primitive into columns of as many rows."""
-    filled, dropped = fill(
-        columns,
-        lambda: nullcontext(_decoder(splats)),
-        block_rows=_BLOCK_ROWS,
-        num_rest=columns.sh.shape[1] - 1,
-        is_sequential=False,
-        is_logit=True,
-        encoding=STANDARD,
-        is_raw=is_raw,
-    )
-    return filled, dropped
 
 
 def _decoder(splats: _Splats) -> Decoder:

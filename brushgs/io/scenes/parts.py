@@ -3,8 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 
@@ -31,21 +29,6 @@ def fill_parts(parts: Sequence[tuple[int, PartReader]], num_terms: int) -> tuple
         dropped.add(_shifted(part_dropped, start))
         start += num_rows
     return columns.part(0, total), dropped
-
-
-def without_empty_bands(columns: Columns) -> Columns:
-    """The columns up to the last band of spherical harmonics that is not zero in every row."""
-    num_used = columns.sh.shape[1]
-    while num_used > 1 and not columns.sh[:, _terms_below(num_used) : num_used].any():
-        num_used = _terms_below(num_used)
-    if num_used == columns.sh.shape[1]:
-        return columns
-    return replace(columns, sh=np.ascontiguousarray(columns.sh[:, :num_used]))
-
-
-def _terms_below(num_terms: int) -> int:
-    """The number of terms of the degree below."""
-    return {4: 1, 9: 4, 16: 9}[num_terms]
 
 
 def _shifted(dropped: Dropped, start: int) -> Dropped:

@@ -23,10 +23,10 @@ from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import STANDARD, Encoding
 from brushgs.io.scenes.fill import Decoder, fill
-from brushgs.io.scenes.parts import without_empty_bands
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.sog_files import SceneFiles, open_files
 from brushgs.io.scenes.sog_meta import Meta, Palette, count_palette, parse_meta
+from brushgs.io.scenes.used_terms import drop_zero_bands
 from brushgs.threads import num_threads_or_default
 
 U8 = NDArray[np.uint8]
@@ -75,7 +75,9 @@ def open_scene(path: Path) -> SceneFile:
     def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
         columns = Columns.empty(sog.meta.num_rows, sog.num_terms)
         columns, dropped = read_rows(sog, columns, is_raw=is_raw)
-        return (columns if is_raw else without_empty_bands(columns)), dropped
+        if not is_raw:
+            drop_zero_bands(columns)
+        return columns, dropped
 
     return SceneFile(
         path=path,

@@ -16,9 +16,10 @@ from brushgs.io.pictures.limits import MAX_PIXELS
 from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
-from brushgs.io.scenes.parts import fill_parts, without_empty_bands
+from brushgs.io.scenes.parts import fill_parts
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.sog import MAX_GROWTH, Sog, open_sog, read_rows
+from brushgs.io.scenes.used_terms import drop_zero_bands
 
 INDEX = "lod-meta.json"
 # The default is the finest level of at most so many Gaussians: 470 MB with harmonics of degree 3, and far
@@ -67,7 +68,9 @@ def open_scene(path: Path, lod: int | None = None) -> SceneFile:
             for sog, runs in parts
         ]
         columns, dropped = fill_parts(readers, num_terms)
-        return (columns if is_raw else without_empty_bands(columns)), dropped
+        if not is_raw:
+            drop_zero_bands(columns)
+        return columns, dropped
 
     counts = ", ".join(f"{total:,}" for total in totals)
     environment = ", its environment not read" if value.get("environment") else ""

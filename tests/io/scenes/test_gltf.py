@@ -12,6 +12,7 @@ from brushgs.io import read_scene
 from brushgs.io.scenes.read import read_raw
 from brushgs.quats import rotation_matrices
 from brushgs.sh import C0, sh_basis
+from tests.io.scenes import spz_format
 from tests.io.scenes.gltf_maker import PREFIX, Attributes, Model, make
 
 
@@ -214,24 +215,88 @@ def test_a_model_without_splats_is_refused(tmp_path: Path) -> None:
         )
 
 
-@pytest.mark.parametrize(
-    "extensions",
-    [
-        {
-            "KHR_gaussian_splatting": {
-                "extensions": {"KHR_gaussian_splatting_compression_spz_2": {"bufferView": 0}}
-            }
-        },
-        {"KHR_spz_gaussian_splats_compression": {"bufferView": 0}},
-    ],
-)
-def test_compressed_splats_are_refused_by_name(tmp_path: Path, extensions: dict) -> None:
-    model = model_of(make(9))
-    model.top["meshes"][0]["primitives"][0]["extensions"] = extensions
+PACKED = [
+    lambda view: {
+        "KHR_gaussian_splatting": {
+            "extensions": {"KHR_gaussian_splatting_compression_spz_2": {"bufferView": view}}
+        }
+    },
+    lambda view: {
+        "KHR_gaussian_splatting": {
+            "extensions": {"KHR_gaussian_splatting_compression_spz": {"bufferView": view}}
+        }
+    },
+    lambda view: {"KHR_spz_gaussian_splats_compression": {"bufferView": view}},
+]
+
+
+def packed_model(content: bytes, extensions: dict) -> Model:
+    """A model as Cesium writes it: accessors without data, and a buffer view with the SPZ file."""
+    model = Model()
+    model.data = bytes(4) + content
+    model.top["bufferViews"] = [{"buffer": 0, "byteOffset": 4, "byteLength": len(content)}]
+    model.top["accessors"] = [{"componentType": 5126, "count": 50, "type": "VEC3"}]
+    primitive = {"attributes": {"POSITION": 0, "COLOR_0": 0}, "mode": 0, "extensions": extensions}
+    model.top["meshes"] = [{"primitives": [primitive]}]
+    return model
+
+
+@pytest.mark.parametrize("form", range(3))
+@pytest.mark.parametrize("degree", [0, 3])
+def test_splats_packed_as_spz_are_those_of_the_spz_file(tmp_path: Path, form: int, degree: int) -> None:
+    content = spz_format.encode(spz_format.make(50, degree), 2, flags=1)
+    (tmp_path / "a.spz").write_bytes(content)
+    plain, plain_notes = read_scene(tmp_path / "a.spz")
+    model = packed_model(content, PACKED[form](0))
+    packed, notes = read_scene(model.write(tmp_path / "a.glb"))
+    assert (notes.training, plain_notes.training) == ("antialiased", "antialiased")
+    assert notes.format == "glTF with KHR_gaussian_splatting, packed as SPZ"
+    np.testing.assert_array_equal(packed.means, plain.means)
+    np.testing.assert_array_equal(packed.quats, plain.quats)
+    np.testing.assert_array_equal(packed.sh, plain.sh)
+    np.testing.assert_allclose(packed.opacities, plain.opacities, atol=1e-7)
+    model.top["nodes"] = [
+        {"mesh": 0, "rotation": TURN.as_quat().tolist(), "translation": TRANSLATION},
+        {"mesh": 0},
+    ]
+    both = bg.load(model.write(tmp_path / "b.glb"))
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = TURN.as_matrix(), TRANSLATION
+    assert_placed(both.take(slice(0, 50)), plain, matrix, TURN.as_matrix())
+    np.testing.assert_array_equal(both.means[50:], plain.means)
+
+
+def test_packed_splats_at_fault_are_refused(tmp_path: Path) -> None:
+    content = spz_format.encode(spz_format.make(50, 0), 2)
     refuse(
-        model.write(tmp_path / "a.glb"),
-        "holds splats compressed by KHR_.*compression.*, which is not read; export",
+        packed_model(content[:-30], PACKED[0](0)).write(tmp_path / "a.glb"),
+        "is cut off|cannot be decompressed",
     )
+    refuse(packed_model(b"hello" * 9, PACKED[0](0)).write(tmp_path / "a.glb"), "no SPZ scene|hold")
+    refuse(
+        packed_model(content, PACKED[0]("x")).write(tmp_path / "a.glb"), 'refers to bufferViews "x", which is'
+    )
+    refuse(
+        packed_model(content, PACKED[0]([])).write(tmp_path / "a.glb"), "refers to bufferViews .*, which is"
+    )
+    refuse(
+        packed_model(content, PACKED[0](7)).write(tmp_path / "a.glb"), "refers to bufferViews 7.0, which is"
+    )
+    extension = {"KHR_spz_gaussian_splats_compression": 3}
+    refuse(packed_model(content, extension).write(tmp_path / "a.glb"), "must be an object, got 3.0")
+    model = packed_model(spz_format.encode(spz_format.make(9000, 0), 2), PACKED[0](0))
+    model.top["nodes"] = [{"mesh": 0} for _ in range(9000)]
+    refuse(
+        model.write(tmp_path / "a.glb"), "81000000 Gaussians take 4325 MiB in memory and 0 MiB in the file"
+    )
+
+
+def test_other_compression_is_refused_by_name(tmp_path: Path) -> None:
+    model = model_of(make(9))
+    inner = {"EXT_compression_of_something": {"bufferView": 0}}
+    model.top["meshes"][0]["primitives"][0]["extensions"] = {"KHR_gaussian_splatting": {"extensions": inner}}
+    sentence = "holds splats compressed by EXT_compression_of_something, which is not read; export it without"
+    refuse(model.write(tmp_path / "a.glb"), sentence)
 
 
 def test_other_kernels_and_extensions_are_named(tmp_path: Path) -> None:
