@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Protocol, TypeVar
 
+from brushgs.io.files import is_plain
+
 NUM_FIRST_BYTES = 64  # enough to recognise a file by
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 _MAX_JSON_BYTES = 1 << 25  # searched for keys
@@ -46,7 +48,7 @@ def is_json_with(*keys: str, file: str | None = None) -> Matcher:
 
     def matches(path: Path, begin: bytes) -> bool:
         if not begin:  # a folder
-            if file is None or not (path / file).is_file():
+            if file is None or not is_plain(path / file):
                 return False
             path = path / file
         elif not begin.removeprefix(BYTE_ORDER_MARK).lstrip().startswith(b"{"):

@@ -2,12 +2,15 @@
 
 Writes a synthetic scene with spherical harmonics of degree 3 to a temporary folder and as a zip archive, with
 as smooth pictures as a trained scene in the order of its writers has, checks what is read, then times in turn
-the decoding of the pictures alone (the floor, with as many threads) and `load` of both.
+the decoding of the pictures alone (the floor, with as many threads) and `load` of both. Processor time, which
+other programs disturb less, is of all threads together.
 """
 
 import argparse
 import statistics
 import tempfile
+import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -18,7 +21,6 @@ from brushgs.io.pictures.images import read_bytes
 from brushgs.io.pictures.limits import MAX_PIXELS
 from brushgs.threads import num_threads_or_default
 from tests.bench import machine
-from tests.bench.load import timed
 from tests.io.scenes.sog_maker import decode_row, files_of, make, zipped
 
 
@@ -49,6 +51,15 @@ def verify(path: Path, scene: dict, num_rows: int) -> None:
             np.testing.assert_allclose(getattr(gaussians, name)[row], value, rtol=2e-6, atol=3e-7)
 
 
+def timed(call: Callable[[], object]) -> tuple[float, float]:
+    """Seconds on the clock and of the processor."""
+    clock, processor = time.perf_counter(), time.process_time()
+    result = call()
+    seconds = time.perf_counter() - clock, time.process_time() - processor
+    del result
+    return seconds
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rows", type=int, default=1_500_000)
@@ -77,15 +88,20 @@ def main() -> None:
             "load folder": lambda: bg.load(folder),
             "load archive": lambda: bg.load(bundle),
         }
-        seconds: dict[str, list[float]] = {name: [] for name in calls}
+        seconds: dict[str, list[tuple[float, float]]] = {name: [] for name in calls}
         for _ in range(options.repeats):
             for name, call in calls.items():
                 seconds[name].append(timed(call))
         size = bundle.stat().st_size
     print(machine.describe())
     print(f"{options.rows} Gaussians, degree 3, {size / 1e6:.0f} MB, {options.repeats} runs in turn")
-    for name, values in seconds.items():
-        print(f"{name:12} median {statistics.median(values):.3f} s ({min(values):.3f}-{max(values):.3f})")
+    for name, pairs in seconds.items():
+        values, processor = zip(*pairs, strict=True)
+        spread = f"({min(values):.3f}-{max(values):.3f})"
+        print(
+            f"{name:12} median {statistics.median(values):.3f} s {spread},"
+            f" processor {statistics.median(processor):.3f} s"
+        )
 
 
 if __name__ == "__main__":

@@ -141,10 +141,13 @@ def read_rows(
             if largest >= sog.num_entries:
                 rule = f"{meta.palette.labels!r} must hold labels below {sog.num_entries}, got {largest}"
                 raise SceneError(files.path, f"{rule}; {_CURE}")
-    chosen = [np.concatenate([picture[start:stop] for start, stop in runs]) for picture in pictures]
+    if len(runs) > 1:
+        pictures = [np.concatenate([picture[start:stop] for start, stop in runs]) for picture in pictures]
+    else:
+        pictures = [picture[slice(*runs[0])] for picture in pictures]
     filled, dropped = fill(
         columns,
-        lambda: nullcontext(_decoder(meta, chosen, palette)),
+        lambda: nullcontext(_decoder(meta, pictures, palette)),
         block_rows=_BLOCK_ROWS,
         num_rest=columns.sh.shape[1] - 1,
         is_sequential=False,
