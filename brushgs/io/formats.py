@@ -12,7 +12,9 @@ from brushgs.io.files import is_plain
 
 NUM_FIRST_BYTES = 64  # enough to recognise a file by
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+ZIP_BEGINNINGS = b"PK\x03\x04", b"PK\x05\x06"  # the latter of an empty archive
 _MAX_JSON_BYTES = 1 << 25  # searched for keys
+_MAX_DIRECTORY_BYTES = 1 << 20  # at the end of a zip archive
 Matcher = Callable[[Path, bytes], bool]  # (path, first bytes; none of a folder) -> whether it is of a format
 
 
@@ -59,6 +61,29 @@ def is_json_with(*keys: str, file: str | None = None) -> Matcher:
         except OSError:
             return False
         return all(mark in content for mark in marks)
+
+    return matches
+
+
+def is_zip_with(name: str, *suffixes: str) -> Matcher:
+    """Recognises zip archives by their suffix, or by the name of a member.
+
+    Args:
+        name: end of the name of a member, which stands in the directory at the end of an archive.
+        suffixes: with which a damaged archive is recognised too.
+    """
+
+    def matches(path: Path, begin: bytes) -> bool:
+        if not begin.startswith(ZIP_BEGINNINGS):
+            return False
+        if path.suffix.lower() in suffixes:
+            return True
+        try:
+            with path.open("rb") as opened:
+                opened.seek(max(0, opened.seek(0, 2) - _MAX_DIRECTORY_BYTES))
+                return name.encode() in opened.read()
+        except OSError:
+            return False
 
     return matches
 

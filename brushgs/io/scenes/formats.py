@@ -6,7 +6,16 @@ help texts and the fuzzer read this table.
 
 from typing import NamedTuple
 
-from brushgs.io.formats import Matcher, any_of, begins_with, has_suffix, in_words, is_json_with, suffixes_of
+from brushgs.io.formats import (
+    Matcher,
+    any_of,
+    begins_with,
+    has_suffix,
+    in_words,
+    is_json_with,
+    is_zip_with,
+    suffixes_of,
+)
 from brushgs.io.scenes.unmarked import is_ksplat, is_splat
 
 
@@ -57,7 +66,7 @@ KNOWN_SCENES = (
     SceneFormat(
         "SOG scene",
         (".sog",),
-        any_of(begins_with(b"PK\x03\x04", b"PK\x05\x06"), is_json_with("means", "files", file="meta.json")),
+        any_of(is_zip_with("meta.json", ".sog"), is_json_with("means", "files", file="meta.json")),
         reader="sog",
         note="version 1 or 2: the archive, its folder or its meta.json",
     ),

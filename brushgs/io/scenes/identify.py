@@ -4,7 +4,7 @@ from pathlib import Path
 
 from brushgs.errors import SceneError
 from brushgs.io.files import check_plain, is_dir, open_plain
-from brushgs.io.formats import BYTE_ORDER_MARK, NUM_FIRST_BYTES
+from brushgs.io.formats import BYTE_ORDER_MARK, NUM_FIRST_BYTES, ZIP_BEGINNINGS
 from brushgs.io.scenes.formats import KNOWN_SCENES, SCENE_FORMATS, SCENES_READ, SceneFormat
 
 # First bytes of files that are no scenes -> what they are, and the cure.
@@ -61,6 +61,11 @@ def _what_it_is(path: Path, begin: bytes) -> str:
     for first_bytes, message in _NO_SCENES.items():
         if text.startswith(first_bytes):
             return message
+    if begin.startswith(ZIP_BEGINNINGS):
+        from brushgs.io.scenes.sog_files import open_files
+
+        with open_files(path):  # raises: it says what the archive holds
+            pass
     for known in KNOWN_SCENES:
         if known.matches(path, begin):
             cure = "convert it to .ply first, for example with SuperSplat or splat-transform"

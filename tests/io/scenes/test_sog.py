@@ -10,6 +10,8 @@ import pytest
 
 import brushgs as bg
 from brushgs.io import read_scene
+from brushgs.io.formats import NUM_FIRST_BYTES
+from brushgs.io.scenes.formats import SCENE_FORMATS
 from brushgs.io.scenes.read import read_raw
 from tests.io.scenes.sog_maker import decode_row, files_of, make, webp, write_bundle, write_folder, zipped
 from tests.scenes import real_scene
@@ -340,6 +342,18 @@ def test_an_archive_without_a_scene_says_what_it_holds(tmp_path: Path) -> None:
     refuse(tmp_path / "d.zip", "zip archive of a streamed SOG scene; unpack it and name its lod-meta.json")
     (tmp_path / "e.zip").write_bytes(zipped({"s/meta.json": b"{}", "t/meta.json": b""}))
     refuse(tmp_path / "e.zip", "zip archive of 2 SOG scenes in folders of their own; unpack")
+
+
+def test_only_archives_that_hold_a_scene_are_of_the_format(tmp_path: Path) -> None:
+    """So that other archives beside scenes in a folder are no scenes."""
+    (tmp_path / "photos.zip").write_bytes(zipped({"1.jpg": b""}))
+    write_bundle(tmp_path / "scene.zip", make(9))
+    (tmp_path / "damaged.sog").write_bytes(b"PK\x03\x04")
+    for name, is_scene in (("photos.zip", False), ("scene.zip", True), ("damaged.sog", True)):
+        path = tmp_path / name
+        begin = path.read_bytes()[:NUM_FIRST_BYTES]
+        matching = [row.reader for row in SCENE_FORMATS if row.matches(path, begin)]
+        assert matching == (["sog"] if is_scene else [])
 
 
 def test_a_damaged_archive_is_refused(tmp_path: Path) -> None:
