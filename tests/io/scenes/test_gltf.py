@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 
 import brushgs as bg
 from brushgs.io import read_scene
-from brushgs.io.scenes.read import read_raw
+from brushgs.io.scenes import gltf
+from brushgs.io.scenes.encoding import STANDARD
 from brushgs.quats import rotation_matrices
 from brushgs.sh import C0, sh_basis
 from tests.io.scenes import spz_format
@@ -99,7 +100,8 @@ def test_names_and_colours_of_the_first_draft_are_read(tmp_path: Path) -> None:
 
 def test_raw_rows_are_in_the_standard_layout(tmp_path: Path) -> None:
     attributes = make(20, 1)
-    columns, _ = read_raw(model_of(attributes).write(tmp_path / "a.glb"))
+    file = gltf.open_scene(model_of(attributes).write(tmp_path / "a.glb"))
+    columns, _ = file.read_columns(encoding=STANDARD, is_raw=True)
     np.testing.assert_allclose(columns.scales, np.log(attributes[f"{PREFIX}SCALE"]), rtol=1e-6)
     assert columns.opacities[:2].tolist() == [-np.inf, np.inf]
 

@@ -11,8 +11,9 @@ import pytest
 import brushgs as bg
 from brushgs.io import read_scene
 from brushgs.io.formats import NUM_FIRST_BYTES
+from brushgs.io.scenes import sog
+from brushgs.io.scenes.encoding import STANDARD
 from brushgs.io.scenes.formats import SCENE_FORMATS
-from brushgs.io.scenes.read import read_raw
 from tests.io.scenes.sog_maker import decode_row, files_of, make, webp, write_bundle, write_folder, zipped
 from tests.scenes import real_scene
 
@@ -58,7 +59,8 @@ def test_folder_meta_and_archive_are_one_scene(tmp_path: Path, version: int) -> 
 @pytest.mark.parametrize("version", [1, 2])
 def test_raw_rows_hold_log_scales_and_logits(tmp_path: Path, version: int) -> None:
     scene = make(60, 2, version)
-    columns, file = read_raw(write_bundle(tmp_path / "a.sog", scene))
+    file = sog.open_scene(write_bundle(tmp_path / "a.sog", scene))
+    columns, _ = file.read_columns(encoding=STANDARD, is_raw=True)
     expected = [decode_row(scene, row) for row in range(60)]
     np.testing.assert_allclose(columns.scales, np.log([row["scales"] for row in expected]), rtol=1e-6)
     with np.errstate(divide="ignore"):
@@ -133,7 +135,8 @@ def test_bands_that_are_zero_throughout_are_dropped(tmp_path: Path) -> None:
     gaussians, notes = read_scene(path)
     assert (notes.sh_degree_stored, notes.sh_degree_used) == (2, 1)
     assert gaussians.sh.shape == (30, 4, 3)
-    assert read_raw(path)[0].sh.shape == (30, 9, 3)
+    columns, _ = sog.open_scene(path).read_columns(encoding=STANDARD, is_raw=True)
+    assert columns.sh.shape == (30, 9, 3)
 
 
 # ---- real scenes: each was re-encoded as PLY by a decoder of its own
