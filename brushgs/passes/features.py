@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.arrays import Array
 from brushgs.options.choices import Features
 from brushgs.passes.extent import robust_frame
 from brushgs.scene import Gaussians
@@ -34,11 +35,24 @@ def cluster_features(gaussians: Gaussians, features: Features = "balanced") -> N
         points[:, 3:6] = np.minimum(gaussians.scales, largest)
         points[:, 6:] = base_colors(gaussians.sh)
         return points
-    center, radius = robust_frame(gaussians.means)
-    places = (gaussians.means - center) / radius
-    distance = np.maximum(np.linalg.norm(places, axis=1, keepdims=True), 1.0)
-    contraction = (2 - 1 / distance) / distance
-    points[:, :3] = places * contraction
-    points[:, 3:6] = np.minimum(gaussians.scales * (contraction / radius), 2.0)
+    places, factors = contracted(gaussians.means)
+    points[:, :3] = places
+    points[:, 3:6] = np.minimum(gaussians.scales * factors, 2.0)
     points[:, 6:] = COLOR_WEIGHT * base_colors(gaussians.sh)
     return points
+
+
+def contracted(means: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Positions in radii of the scene from its centre, contracted beyond one radius to less than two.
+
+    Args:
+        means: [N, 3] points.
+
+    Returns:
+        The positions [N, 3], and what a length there is multiplied by [N, 1].
+    """
+    center, radius = robust_frame(means)
+    places = (means - center) / radius
+    distance = np.maximum(np.linalg.norm(places, axis=1, keepdims=True), 1.0)
+    contraction = (2 - 1 / distance) / distance
+    return places * contraction, contraction / radius
