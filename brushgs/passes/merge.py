@@ -5,7 +5,8 @@ With "cover" the merged Gaussian paints what its members painted, where they pai
 
 - Members, and so their mean, are weighted by opacity x mean projected area.
 - The covariance follows the law of total variance, within + between. The part between is multiplied by
-  `overlap`, so that neighbouring strokes overlap as paint does; a lone member keeps its covariance.
+  `overlap`, so that neighbouring strokes overlap as paint does, and by more where a single layer of strokes
+  would leave gaps (see `gaps`); a lone member keeps its covariance.
 - The opacity is the probability that a ray through the footprint (without `overlap`) is stopped if members
   lie anywhere in it: 1 - product of (1 - opacity_i x min(1, area_i / area)). For one member that is its own
   opacity, for equal ones that of the stack, for many small ones the Beer-Lambert law. Clusters with outliers
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 from brushgs.arrays import F64, Array, check
 from brushgs.options.choices import Merge
 from brushgs.passes.contribution import projected_areas, visible_shares
+from brushgs.passes.gaps import growth
 from brushgs.quats import normalized, quats_of, rotation_matrices
 from brushgs.scene import Gaussians
 
@@ -40,7 +42,7 @@ def merge_clusters(
     labels: NDArray[np.integer[Any]],
     *,
     merge: Merge = "cover",
-    overlap: float = OVERLAP,
+    overlap: float | None = None,
     visible: F64 | None = None,
 ) -> Gaussians:
     """Merge the Gaussians that share a label.
@@ -52,7 +54,8 @@ def merge_clusters(
         gaussians: N Gaussians.
         labels: [N] any integers.
         merge: the rule.
-        overlap: of "cover": factor on the variance between members, > 0; 1 conserves the covariance.
+        overlap: of "cover": factor on the variance between members, > 0; 1 conserves the covariance. None for
+            1.35, and up to 2.55 where strokes would leave gaps.
         visible: of "cover": [N] `visible_shares` of the Gaussians, if known.
 
     Returns:
@@ -70,7 +73,7 @@ def merge_clusters(
         raise TypeError(f"merge_clusters: labels must be integers, got {labels.dtype}")
     if merge not in ("cover", "paper"):
         raise ValueError(f"merge_clusters: merge must be 'cover' or 'paper', got {merge!r}")
-    if not 0 < overlap < np.inf:
+    if overlap is not None and not 0 < overlap < np.inf:
         raise ValueError(f"merge_clusters: overlap must be > 0 and finite, got {overlap}")
     used, compact = np.unique(labels, return_inverse=True)
     if merge == "cover":
@@ -99,7 +102,7 @@ def _paper(gaussians: Gaussians, labels: NDArray[np.intp], num: int) -> Gaussian
 
 
 def _cover(
-    gaussians: Gaussians, labels: NDArray[np.intp], num: int, overlap: float, visible: F64 | None
+    gaussians: Gaussians, labels: NDArray[np.intp], num: int, overlap: float | None, visible: F64 | None
 ) -> Gaussians:
     areas = projected_areas(gaussians.scales)
     shares = _shares(gaussians.opacities * areas, labels, num)
@@ -107,7 +110,12 @@ def _cover(
     within, between = _covariances(gaussians, means, shares, labels)
     scales, _ = principal_axes(within + between)
     opacities = _stopped(gaussians.opacities, areas, projected_areas(scales), labels)
-    scales, rotations = principal_axes(within + overlap * between)
+    scales, rotations = principal_axes(within + (overlap or OVERLAP) * between)
+    if overlap is None:
+        more = growth(means, scales, rotations, opacities)
+        rows = np.flatnonzero(more)
+        covars = within[rows] + (OVERLAP + more[rows, None, None]) * between[rows]
+        scales[rows], rotations[rows] = principal_axes(covars)
     visible = visible_shares(gaussians) if visible is None else visible
     seen = _shares(shares * visible, labels, num)
     quats, sh = quats_of(rotations), _sum_sh(gaussians.sh, seen, labels, num)

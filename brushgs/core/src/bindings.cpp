@@ -436,6 +436,16 @@ nb::tuple nearest(In<float, 2> points, In<double, 2> centers, int num_threads) {
                           row(std::move(found.rows), query.num_points));
 }
 
+void neighbors(In<double, 2> points, Out<std::int32_t, 2> rows, int num_threads) {
+    const brushgs::NeighborQuery query{.points = points.data(),
+                                       .num_points = points.shape(0),
+                                       .num_neighbors = rows.shape(1),
+                                       .num_dimensions = points.shape(1),
+                                       .num_threads = num_threads};
+    const nb::gil_scoped_release without_gil;
+    brushgs::find_neighbors(query, rows.data());
+}
+
 void filter_rows(In<double, 2> weights, In<double, 2> texels, Out<double, 2> result) {
     const nb::gil_scoped_release without_gil;
     brushgs::filter_rows(weights.data(), texels.data(), weights.shape(0), weights.shape(1), texels.shape(1),
@@ -500,6 +510,9 @@ NB_MODULE(_core, m) {
     m.def("nearest", &nearest, "points"_a.noconvert(), "centers"_a.noconvert(), "num_threads"_a,
           "For points [N, D], D at most MOST_DIMENSIONS, the distance [N] to the nearest of the centers [k, D], and "
           "its row [N] int32, the first of equally near ones.");
+    m.def("neighbors", &neighbors, "points"_a.noconvert(), "rows"_a.noconvert(), "num_threads"_a,
+          "Write for each of the points [N, D] the rows [N, k] int32 of the k others nearest to it, nearest first, "
+          "ties by row; k is below N and at most 16.");
     m.def("filter_rows", &filter_rows, nb::kw_only(), "weights"_a.noconvert(), "texels"_a.noconvert(),
           "result"_a.noconvert(), "Write the product of two matrices to a third, summed in order.");
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <vector>
 
@@ -36,24 +37,59 @@ struct Node {
     std::uint32_t second;      // the other child; the first follows at once. 0: a leaf
 };
 
+// What a search has found. `squared` is what a centre must not exceed to be of interest.
 struct Best {
     double squared;
     std::int32_t row;
+
+    void offer(double other, std::int32_t at) {
+        if (other < squared || (other == squared && at < row)) squared = other, row = at;
+    }
+};
+
+// The `count` nearest so far, nearest first, ties by row; without the point itself.
+struct Several {
+    Several(std::size_t most, std::int32_t own) : count(most), self(own) {
+        std::fill_n(distances, count, squared);
+        std::fill_n(rows, count, std::numeric_limits<std::int32_t>::max());
+    }
+
+    void offer(double other, std::int32_t at) {
+        if (at == self || !is_before(other, at, count - 1)) return;
+        std::size_t i = count - 1;
+        for (; i > 0 && is_before(other, at, i - 1); --i) distances[i] = distances[i - 1], rows[i] = rows[i - 1];
+        distances[i] = other, rows[i] = at;
+        squared = distances[count - 1];
+    }
+
+    bool is_before(double other, std::int32_t at, std::size_t i) const {
+        return other < distances[i] || (other == distances[i] && at < rows[i]);
+    }
+
+    std::size_t count;
+    std::int32_t self;
+    double squared = std::numeric_limits<double>::infinity();
+    double distances[kMostNeighbors];
+    std::int32_t rows[kMostNeighbors];
 };
 
 class Tree {
 public:
-    explicit Tree(const NearestQuery& query) : dimensions_(query.num_dimensions), rows_(query.num_centers) {
+    Tree(const double* centers, std::size_t num_centers, std::size_t num_dimensions)
+        : dimensions_(num_dimensions), rows_(num_centers) {
         std::iota(rows_.begin(), rows_.end(), 0);
-        grow(query.centers, 0, rows_.size());
+        grow(centers, 0, rows_.size());
         places_.resize(rows_.size() * dimensions_);
         for (std::size_t i = 0; i < rows_.size(); ++i)
-            std::copy_n(query.centers + static_cast<std::size_t>(rows_[i]) * dimensions_, dimensions_,
+            std::copy_n(centers + static_cast<std::size_t>(rows_[i]) * dimensions_, dimensions_,
                         &places_[i * dimensions_]);
     }
 
-    // `best` is a centre to begin with.
-    void search(const double* point, Best& best) const {
+    const std::vector<std::int32_t>& rows() const { return rows_; }
+
+    // `best` is what is found without looking.
+    template <class Found>
+    void search(const double* point, Found& best) const {
         struct Waiting {
             double squared;
             std::uint32_t node;
@@ -124,11 +160,12 @@ private:
         });
     }
 
-    void test_leaf(const double* point, const Node& node, Best& best) const {
+    template <class Found>
+    void test_leaf(const double* point, const Node& node, Found& best) const {
         for (std::size_t i = node.begin; i < node.end; ++i) {
             const double* place = &places_[i * dimensions_];
             const double squared = sum_of_squares(dimensions_, [=](std::size_t k) { return point[k] - place[k]; });
-            if (squared < best.squared || (squared == best.squared && rows_[i] < best.row)) best = {squared, rows_[i]};
+            best.offer(squared, rows_[i]);
         }
     }
 
@@ -144,7 +181,7 @@ private:
 Nearest find_nearest(const NearestQuery& query) {
     Nearest found{std::make_unique_for_overwrite<double[]>(query.num_points),
                   std::make_unique_for_overwrite<std::int32_t[]>(query.num_points)};
-    const Tree tree(query);
+    const Tree tree(query.centers, query.num_centers, query.num_dimensions);
     const std::size_t num_items = (query.num_points + kPointsPerItem - 1) / kPointsPerItem;
     parallel_for(num_items, query.num_threads, [&](std::size_t item) {
         const std::size_t begin = item * kPointsPerItem, end = std::min(begin + kPointsPerItem, query.num_points);
@@ -160,6 +197,22 @@ Nearest find_nearest(const NearestQuery& query) {
         }
     });
     return found;
+}
+
+void find_neighbors(const NeighborQuery& query, std::int32_t* neighbors) {
+    if (query.num_points == 0 || query.num_neighbors == 0) return;
+    const Tree tree(query.points, query.num_points, query.num_dimensions);
+    const std::size_t num_items = (query.num_points + kPointsPerItem - 1) / kPointsPerItem;
+    parallel_for(num_items, query.num_threads, [&](std::size_t item) {
+        const std::size_t begin = item * kPointsPerItem, end = std::min(begin + kPointsPerItem, query.num_points);
+        for (std::size_t i = begin; i < end; ++i) {  // in the order of the tree, where neighbours follow each other
+            const std::int32_t row = tree.rows()[i];
+            Several found(query.num_neighbors, row);
+            tree.search(query.points + static_cast<std::size_t>(row) * query.num_dimensions, found);
+            std::copy_n(found.rows, query.num_neighbors,
+                        neighbors + static_cast<std::size_t>(row) * query.num_neighbors);
+        }
+    });
 }
 
 }  // namespace brushgs

@@ -1,4 +1,4 @@
-// Points -> the nearest of some centres, exactly: by a k-d tree of the centres.
+// Points -> the nearest of some centres, or of each other, exactly: by a k-d tree.
 #pragma once
 
 #include <cstddef>
@@ -8,6 +8,7 @@
 namespace brushgs {
 
 constexpr std::size_t kMostDimensions = 16;
+constexpr std::size_t kMostNeighbors = 16;
 
 struct NearestQuery {
     const float* points;    // [num_points, num_dimensions]
@@ -25,5 +26,17 @@ struct Nearest {
 
 // Fastest where points that follow each other lie near each other. Does not depend on `num_threads`, bit for bit.
 Nearest find_nearest(const NearestQuery& query);
+
+struct NeighborQuery {
+    const double* points;        // [num_points, num_dimensions], finite
+    std::size_t num_points;      // below 2^31
+    std::size_t num_neighbors;   // of each, below num_points, at most kMostNeighbors
+    std::size_t num_dimensions;  // 1 to kMostDimensions
+    int num_threads;
+};
+
+// Writes the rows of the other points nearest to each, [num_points, num_neighbors], nearest first, ties by row.
+// Does not depend on `num_threads`.
+void find_neighbors(const NeighborQuery& query, std::int32_t* neighbors);
 
 }  // namespace brushgs
