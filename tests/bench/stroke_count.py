@@ -31,7 +31,7 @@ import numpy as np
 import brushgs as bg
 from brushgs.cameras.framing import frame_scene, up_vector
 from brushgs.errors import SceneWarning
-from brushgs.options.painting import ClusterConfig, DrawConfig, ErrorBudget, PruneConfig, StrokeSize
+from brushgs.options.painting import ClusterConfig, DrawConfig, ErrorBudget, StrokeSize
 from brushgs.painting.count import open_view_model
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import cluster_scene
@@ -69,7 +69,7 @@ class Scene:
         file, up = (SCENES | OTHERS)[name]
         self.name, self.texture = name, bg.StrokeTexture.open(stroke)
         self.loaded = bg.load(SCENES_FOLDER / file)
-        self.kept = bg.prune(self.loaded, PruneConfig().share())
+        self.kept = bg.prune(self.loaded)
         self.camera = frame_scene(self.loaded, width=size[0], height=size[1], up=up_vector(up))
 
     def view_model(self) -> ViewModel:
