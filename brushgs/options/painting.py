@@ -48,7 +48,8 @@ class PruneConfig:
     """Which Gaussians are kept.
 
     Attributes:
-        keep: share of the Gaussians that is kept, in (0, 1]: those of highest weight. None for 0.7, or all of
+        keep: share of the Gaussians that is kept, in (0, 1]: those of highest weight. None for 0.7, or more
+            where too much would be lost (see `prune`), at least as many as strokes are asked for, and all of
             a file of strokes.
         weight: "contribution" or "paper" (the published intensity), see `prune`.
     """
@@ -61,11 +62,9 @@ class PruneConfig:
             cure = f"; for {self.keep:g} % write {self.keep / 100:g}" if 1 < self.keep <= 100 else ""
             raise ValueError(f"keep must be in (0, 1], got {self.keep:g}{cure}")
 
-    def share(self, *, is_strokes: bool = False) -> float:
-        """The share that is kept of a scene, or of strokes."""
-        if self.keep is not None:
-            return self.keep
-        return 1.0 if is_strokes else DEFAULT_KEEP
+    def share(self) -> float:
+        """The share of a scene that is kept, without what the default keeps beyond."""
+        return DEFAULT_KEEP if self.keep is None else self.keep
 
 
 @dataclass(frozen=True)

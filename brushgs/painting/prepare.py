@@ -83,6 +83,7 @@ def prepare(
     needs_view: bool = True,
     needs_background: bool = True,
     keeps_scene: bool = False,
+    merges_later: bool = False,
 ) -> Prepared:
     """Make strokes of a scene, and everything else that is needed before the first picture.
 
@@ -98,6 +99,8 @@ def prepare(
             chosen for one.
         needs_background: False opens the background only where the number of strokes is chosen for a view.
         keeps_scene: whether the Gaussians as loaded are kept beside the strokes.
+        merges_later: whether the caller will cluster what it gets: then a scene is pruned also where
+            `config` asks for every Gaussian.
 
     Raises:
         SceneError: if a file cannot be read.
@@ -139,7 +142,8 @@ def prepare(
         gaussians = select_seen(gaussians, cameras, report)
     # What is seen is all needed: hidden and faint Gaussians are gone already.
     keeps_all = is_strokes or is_for_view
-    gaussians = prune_scene(gaussians, config.prune, report, is_strokes=keeps_all)
+    clustering = None if merges_later else cluster
+    gaussians = prune_scene(gaussians, config.prune, report, is_strokes=keeps_all, cluster=clustering)
     gaussians = cluster_scene(gaussians, cluster, report, num_loaded=num_loaded, view_model=view_model)
     gaussians = recolor_scene(gaussians, palette, config.palette, report)
     return Prepared(gaussians, texture, options, cameras, path, background, palette, notes, scene)

@@ -9,7 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from brushgs.errors import SceneError
-from brushgs.options.painting import ClusterConfig, ErrorBudget, PaletteConfig, PruneConfig, StrokeSize
+from brushgs.options.painting import (
+    DEFAULT_KEEP,
+    ClusterConfig,
+    ErrorBudget,
+    PaletteConfig,
+    PruneConfig,
+    StrokeSize,
+)
 from brushgs.options.scene_source import SceneFiles
 from brushgs.painting.count import choose_count, cluster_to_target, describe_search
 from brushgs.painting.report import Report, Stage
@@ -20,6 +27,8 @@ if TYPE_CHECKING:
     from brushgs.passes.recolor import Palette
     from brushgs.stroke_count.search import Clustered
     from brushgs.stroke_count.view_model import ViewModel
+
+SMALL_SCENE = 256  # Gaussians that are kept where the number of strokes is yet to be chosen
 
 
 TRAINED = {"antialiased": "antialiased", "2dgs": "2DGS, flat discs"}  # in words
@@ -71,22 +80,58 @@ def zero_degrees(used: int, stored: int) -> str:
 
 
 def prune_scene(
-    gaussians: Gaussians, config: PruneConfig, report: Report, *, is_strokes: bool = False
+    gaussians: Gaussians,
+    config: PruneConfig,
+    report: Report,
+    *,
+    is_strokes: bool = False,
+    cluster: ClusterConfig | None = None,
 ) -> Gaussians:
-    """Keep the Gaussians of highest weight; keep all strokes, unless the config states a share."""
+    """Keep the Gaussians of highest weight.
+
+    Unless the config states a share, all strokes are kept, and of a scene at least as many Gaussians as
+    strokes are asked for: pruning is for those that would be merged anyway.
+
+    Args:
+        gaussians: the scene as loaded.
+        config: which Gaussians are kept.
+        report: gets the stage.
+        is_strokes: whether they are strokes already.
+        cluster: how many strokes will be made of them; None if they will not be clustered.
+    """
     with report.stage("prune") as stage:
-        num_before, keep = len(gaussians), config.share(is_strokes=is_strokes)
-        if keep < 1:
+        num_before = len(gaussians)
+        reason, at_least = _why_kept(num_before, config, is_strokes, cluster)
+        if reason is None:
             from brushgs.passes.prune import prune
 
-            gaussians = prune(gaussians, keep, weight=config.weight)
+            gaussians = prune(gaussians, config.keep, weight=config.weight, at_least=at_least)
             stage.did = f"kept {len(gaussians):,} of {num_before:,} by {config.weight}"
+            if config.keep is None and len(gaussians) > max(at_least, DEFAULT_KEEP * num_before + 1):
+                stage.details.append("not fewer: what else could go contributes too much")
         else:
             stage.did = f"kept all {num_before:,}"
-            reason = "they are strokes already" if config.keep is None else "keep = 1"
             stage.skipped.append(f"pruning: {reason}")
         stage.counts = {"before": num_before, "after": len(gaussians), "weight": config.weight}
     return gaussians
+
+
+def _why_kept(
+    num: int, config: PruneConfig, is_strokes: bool, cluster: ClusterConfig | None
+) -> tuple[str | None, int]:
+    """Why all Gaussians are kept, None if not, and how many are kept at least."""
+    if config.keep is not None:
+        return ("keep = 1" if config.keep == 1 else None), 1
+    if is_strokes:
+        return "they are strokes already", num
+    if cluster is None:
+        return None, 1
+    if cluster.target is not None:
+        return None, min(num, SMALL_SCENE)
+    if cluster.strokes is None:
+        return "every Gaussian is a stroke", num
+    count = cluster.num_strokes(num)
+    return (f"{num:,} Gaussians are not more than {count:,} strokes" if num <= count else None), count
 
 
 def cluster_scene(

@@ -17,6 +17,7 @@ from brushgs.painting.still import paint, paint_file
 from brushgs.painting.strokes import load_scene
 from brushgs.painting.views import choose_camera
 from brushgs.still_life import still_life, still_life_camera
+from tests.passes.layers import plane
 
 SMALL = ViewConfig(size=(64, 48))
 
@@ -114,11 +115,41 @@ def test_what_a_scene_does_not_need_is_left_out_and_said(gaussians, tmp_path):
 def test_clustering_is_left_out_where_there_are_few_gaussians(gaussians):
     report = Report()
     paint(gaussians, config(strokes=5000), report=report)
-    kept = stage(report, "prune").counts["after"]
-    assert stage(report, "cluster").skipped == [
-        f"clustering: {kept:,} Gaussians are not more than 5,000 strokes"
-    ]
+    few = f"{len(gaussians):,} Gaussians are not more than 5,000 strokes"
+    assert stage(report, "prune").did == f"kept all {len(gaussians):,}"
+    assert stage(report, "prune").skipped == [f"pruning: {few}"]
+    assert stage(report, "cluster").skipped == [f"clustering: {few}"]
     assert stage(report, "cluster").counts["method"] is None
+
+
+@pytest.mark.parametrize(
+    ("strokes", "keep", "kept"),
+    [
+        (None, None, 1.0),
+        (None, 0.5, 0.5),
+        (1.0, None, 1.0),
+        (0.9, None, 0.9),
+        (0.1, None, 0.7),
+        (50, None, 0.7),
+    ],
+)
+def test_pruning_leaves_at_least_as_many_gaussians_as_strokes_are_asked_for(gaussians, strokes, keep, kept):
+    report = Report()
+    paint(gaussians, config(strokes=strokes, prune=PruneConfig(keep=keep)), report=report)
+    assert stage(report, "prune").counts["after"] == pytest.approx(kept * len(gaussians), abs=1)
+
+
+def test_a_small_scene_whose_strokes_are_to_be_counted_is_not_pruned(gaussians):
+    few, report = gaussians.take(np.arange(200)), Report()
+    paint(few, config(strokes="auto"), report=report)
+    assert stage(report, "prune").counts["after"] == stage(report, "cluster").counts["after"] == 200
+
+
+def test_a_scene_in_which_every_gaussian_counts_keeps_more_and_the_report_says_so():
+    report = Report()
+    paint(plane(2500), config(strokes=50), report=report)
+    assert stage(report, "prune").counts["after"] > 0.92 * 2500
+    assert stage(report, "prune").details == ["not fewer: what else could go contributes too much"]
 
 
 @pytest.mark.parametrize("method", ["auto", "lloyd", "minibatch"])
