@@ -28,8 +28,8 @@ def scene_source(args: Namespace) -> "SceneSource":
 def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig":
     """How a command makes and draws strokes.
 
-    A field is what its flag says, else what `--stroke gaussian` or the preset says, else the default of the
-    command, else that of its class.
+    A field is what its flag says, else what the preset says or, without one, `--stroke gaussian`, else the
+    default of the command, else that of its class.
 
     Args:
         args: parsed flags; a command may have only some of those of a painting.
@@ -49,7 +49,8 @@ def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig
     )
 
     preset = PRESETS[getattr(args, "preset", "default")]
-    plain = PLAIN_SCENE if given(args, "draw").get("stroke") == "gaussian" else NOTHING
+    is_plain = given(args, "draw").get("stroke") == "gaussian" and not preset
+    plain = PLAIN_SCENE if is_plain else NOTHING
 
     def fields(step: str) -> dict[str, Any]:
         layers = (defaults, preset, plain)

@@ -181,8 +181,8 @@ def add_prune(parser: ArgumentParser) -> None:
         "--keep",
         type=values.number,
         metavar="SHARE",
-        help="share of the Gaussians to keep, in (0, 1], default 0.7 (1 for a file of strokes, and with "
-        "--stroke gaussian)",
+        help="share of the Gaussians to keep, in (0, 1], default 0.7 (more where each counts or becomes a "
+        "stroke; 1 for a file of strokes, and with --stroke gaussian without --preset)",
     )
     flags.add(
         "--weight",

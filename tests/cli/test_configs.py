@@ -44,6 +44,12 @@ from brushgs.options.sequence import PathConfig, SequenceConfig
             DrawConfig("swirl", filter="bilinear", extent="paper", lock="off", order="depth"),
         ),
         (
+            ["--preset", "paper", "--stroke", "gaussian"],
+            PruneConfig(weight="paper"),
+            ClusterConfig(features="paper", merge="paper", method="minibatch"),
+            DrawConfig("gaussian", filter="bilinear", extent="paper", lock="off", order="depth"),
+        ),
+        (
             ["--preset", "paper", "--merge", "cover", "--filter", "mip", "--lock", "anchor"],
             PruneConfig(weight="paper"),
             ClusterConfig(strokes=7000, features="paper", merge="cover", method="minibatch"),
