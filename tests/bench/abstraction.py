@@ -13,7 +13,7 @@ seconds are pruning and clustering. The published strokes reach 2 standard devia
 (0.5 once: truck, 250 flat strokes), tracked ones none.
 
 Known to fall short: the still life with the plain kernel and with swirls, where the published rule, which
-drops the dark wall first, is 0.5 dB ahead (2000 strokes; with the flat brush it is behind).
+drops the dark wall first, is 1 dB ahead (2000 strokes; with the flat brush they are equal).
 """
 
 import argparse

@@ -46,7 +46,7 @@ from brushgs.options.sequence import PathConfig, SequenceConfig
         (
             ["--preset", "paper", "--stroke", "gaussian"],
             PruneConfig(weight="paper"),
-            ClusterConfig(features="paper", merge="paper", method="minibatch"),
+            ClusterConfig(7000, features="paper", merge="paper", method="minibatch"),
             DrawConfig("gaussian", filter="bilinear", extent="paper", lock="off", order="depth"),
         ),
         (
