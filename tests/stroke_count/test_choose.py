@@ -67,7 +67,7 @@ def test_the_choice_lies_within_the_scene_and_says_what_to_expect(pears, camera)
 @pytest.mark.parametrize("num", [1, 2, 100])
 @pytest.mark.parametrize("target", [{}, {"psnr": 12.0}, {"size": 40.0}])
 def test_tiny_scenes_give_no_more_strokes_than_they_have(pears, camera, num, target):
-    scene = bg.Gaussians(*(column[:num] for column in vars(pears).values()))
+    scene = bg.Gaussians(*(column[:num] for column in pears.columns().values()))
     choice = choose_strokes(scene, camera, SWIRL, **target)
     assert 1 <= choice.strokes <= num
     if not target:
@@ -76,9 +76,9 @@ def test_tiny_scenes_give_no_more_strokes_than_they_have(pears, camera, num, tar
 
 
 def test_a_scene_of_one_point_repeated_and_one_out_of_sight_are_no_trouble(pears, camera):
-    same = bg.Gaussians(*(np.repeat(column[:1], 600, axis=0) for column in vars(pears).values()))
+    same = bg.Gaussians(*(np.repeat(column[:1], 600, axis=0) for column in pears.columns().values()))
     assert 1 <= choose_strokes(same, camera, SWIRL).strokes <= 600
-    away = bg.Gaussians(pears.means + np.float32(1000), *list(vars(pears).values())[1:])
+    away = bg.Gaussians(pears.means + np.float32(1000), *list(pears.columns().values())[1:])
     assert 1 <= choose_strokes(away, camera, SWIRL).strokes <= len(away)
     assert choose_strokes(away, camera, SWIRL, size=9.0).size == 0
 
@@ -104,7 +104,7 @@ def test_threads_do_not_change_the_choice(pears, camera):
 
 
 def test_the_colours_of_the_view_stand_in_for_the_harmonics(pears, camera):
-    flat = bg.Gaussians(*list(vars(pears).values())[:4], pears.sh[:, :1])
+    flat = bg.Gaussians(*list(pears.columns().values())[:4], pears.sh[:, :1])
     with_bands = choose_strokes(pears, camera, KERNEL)
     assert with_bands.curve.rmse[-1] < 1e-3  # the scene itself: its colours as they are seen
     assert with_bands.strokes != 0
@@ -137,7 +137,7 @@ def test_a_plain_picture_of_another_size_and_an_empty_scene_are_refused(pears, c
     other = bg.render(pears, camera.resized(64, 48), KERNEL)
     with pytest.raises(ValueError, match="choose_strokes: plain must have shape"):
         choose_strokes(pears, camera, SWIRL, plain=other)
-    none = bg.Gaussians(*(column[:0] for column in vars(pears).values()))
+    none = bg.Gaussians(*(column[:0] for column in pears.columns().values()))
     with pytest.raises(ValueError, match="at least one row"):
         choose_strokes(none, camera, SWIRL)
 
