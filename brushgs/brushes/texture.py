@@ -6,6 +6,7 @@ built-in images live in `strokes/`; two analytic kernels, `gaussian` and `ellips
 """
 
 import math
+import os
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,8 +21,9 @@ from numpy.typing import NDArray
 from brushgs.arrays import check
 from brushgs.colors import LUMINANCE, split_alpha
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.files import is_plain
+from brushgs.io.files import exists, is_plain
 
+KERNELS = ("gaussian", "ellipse")  # computed, not drawn
 # Half length of a box in standard deviations: the published stroke covers 2, the 3DGS kernel is clipped at 3.
 KERNEL_SIGMAS = {"gaussian": 3.0, "ellipse": 2.0, "image": 2.0}
 # Length of a stroke over that of one which paints as much as its Gaussian: neighbours overlap. On five scenes
@@ -100,8 +102,8 @@ class StrokeTexture:
     def open(cls, name_or_path: str | Path, *, size: int = LONG_SIDE) -> "StrokeTexture":
         """A built-in stroke by name, or any image file.
 
-        A built-in name (`builtin_names()`) may be written with a suffix, capitals, spaces or hyphens
-        ("swirl.png", "Dry Brush"); with a suffix, a file of that path takes precedence.
+        A built-in name (`builtin_names()`) may be written with capitals, spaces or hyphens ("Dry Brush").
+        What has a suffix or a folder in it ("flat.png", "./flat"), or is a `Path`, means a file.
 
         In a file, coverage is the alpha channel. Without one, or where it is fully opaque, coverage is the
         difference in luminance from the median of the border (dark paint on a light background or the
@@ -121,18 +123,35 @@ class StrokeTexture:
         """
         if size < 1:
             raise ValueError(f"StrokeTexture.open: size must be at least 1, got {size}")
-        path = Path(name_or_path)
+        path, text = Path(name_or_path), str(name_or_path)
         name = path.stem.lower().replace("-", "_").replace(" ", "_")
-        is_bare = path.parent == Path() and isinstance(name_or_path, str)
-        if is_bare and (path.suffix == "" or not is_plain(path)):
-            if path.suffix == "" and name in ("gaussian", "ellipse"):
+        if isinstance(name_or_path, str) and not path.suffix and "/" not in text and os.sep not in text:
+            if name in KERNELS:
                 return cls._kernel(name)
-            builtin = _strokes_folder() / f"{name}.png"
-            if path.suffix in ("", ".png") and is_plain(builtin):
+            builtin = strokes_folder() / f"{name}.png"
+            if is_plain(builtin):
                 return cls._from_file(builtin, name, size)
-        if not is_plain(path):
-            raise SceneError(path, _unknown(name))
+            if not exists(path):
+                raise SceneError(path, _unknown(name))
+        elif not exists(path) and name in builtin_names():
+            raise SceneError(text, f"there is no such file; for the built-in stroke write {name}")
         return cls._from_file(path, path.stem, size)
+
+    @classmethod
+    def of(cls, stroke: "StrokeTexture | str | Path") -> "StrokeTexture":
+        """The stroke itself, or the one that a name or path opens: what `render` and others take.
+
+        Raises:
+            TypeError: if it is something else.
+            SceneError: see `open`.
+        """
+        if isinstance(stroke, cls):
+            return stroke
+        if isinstance(stroke, str | Path):
+            return cls.open(stroke)
+        raise TypeError(
+            f"texture must be a StrokeTexture, the name of a stroke or a path, got {type(stroke).__name__}"
+        )
 
     @classmethod
     def from_coverage(
@@ -190,10 +209,10 @@ class StrokeTexture:
 
 def builtin_names() -> list[str]:
     """The names that `StrokeTexture.open` accepts without a file."""
-    return ["gaussian", "ellipse", *sorted(path.stem for path in _strokes_folder().glob("*.png"))]
+    return [*KERNELS, *sorted(path.stem for path in strokes_folder().glob("*.png"))]
 
 
-def _strokes_folder() -> Path:
+def strokes_folder() -> Path:
     """The folder of the built-in images: inside the installed package, or beside it in a checkout."""
     from importlib import resources
 
@@ -203,7 +222,7 @@ def _strokes_folder() -> Path:
 
 def _unknown(name: str) -> str:
     names = builtin_names()
-    closest = get_close_matches(name, names, n=1, cutoff=0.5)
+    closest = get_close_matches(name, names, n=1, cutoff=0.6)
     hint = f"; did you mean {closest[0]!r}?" if closest else ""
     return f"neither a file nor a built-in stroke, which are {', '.join(names)}{hint}"
 

@@ -55,6 +55,14 @@ def is_plain(path: Path) -> bool:
         return False
 
 
+def exists(path: Path) -> bool:
+    """Whether there is anything of that name, also a folder, pipe or device."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
 def is_dir(path: Path) -> bool:
     """Whether there is a folder of that name; False for a name that no folder can have."""
     try:

@@ -1,6 +1,7 @@
 """StrokeTexture: names, files of every kind, arrays, and what is refused."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import OpenImageIO
@@ -39,7 +40,7 @@ def test_kernels_have_one_texel_and_their_own_extent():
     assert (ellipse.kind, ellipse.num_sigmas, ellipse.height) == ("ellipse", 2.0, None)
 
 
-@pytest.mark.parametrize("spelling", ["dry_brush", "Dry Brush", "dry-brush", "dry_brush.png"])
+@pytest.mark.parametrize("spelling", ["dry_brush", "Dry Brush", "dry-brush"])
 def test_a_builtin_name_is_found_however_it_is_written(spelling, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     texture = StrokeTexture.open(spelling)
@@ -47,18 +48,40 @@ def test_a_builtin_name_is_found_however_it_is_written(spelling, tmp_path, monke
     assert texture.height.shape == texture.coverage.shape
 
 
-def test_a_file_comes_before_a_builtin_name_where_a_suffix_is_given(tmp_path, monkeypatch):
+@pytest.mark.parametrize("name", ["swirl.png", "./swirl.png", Path("swirl.png")])
+def test_a_suffix_or_a_folder_means_a_file(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
+    with pytest.raises(
+        SceneError, match=r"swirl\.png: there is no such file; for the built-in .* write swirl$"
+    ):
+        StrokeTexture.open(name)
     write_image(tmp_path / "swirl.png", rgba(np.ones((3, 5)) * [1, 1, 1, 1, 0.5]))
-    assert StrokeTexture.open("swirl.png").coverage.shape == (3, 5)
+    assert StrokeTexture.open(name).coverage.shape == (3, 5)
     assert StrokeTexture.open("swirl").coverage.shape != (3, 5)
+
+
+@pytest.mark.parametrize("name", ["missing.png", "somewhere/brush.png", "./gaussain", "brush.tiff"])
+def test_a_missing_file_is_not_answered_with_a_builtin(name):
+    with pytest.raises(SceneError, match=r"there is no such picture; check the path$") as error:
+        StrokeTexture.open(name)
+    assert "mean" not in str(error.value)
+
+
+def test_a_stroke_is_taken_by_name_path_or_as_it_is(tmp_path):
+    path = write_image(tmp_path / "a.png", rgba(blob(20, 30)))
+    opened = StrokeTexture.open("flat")
+    assert StrokeTexture.of(opened) is opened
+    assert np.array_equal(StrokeTexture.of("flat").coverage, opened.coverage)
+    assert StrokeTexture.of(str(path)).name == StrokeTexture.of(path).name == "a"
+    with pytest.raises(TypeError, match=r"texture must be a StrokeTexture, the name .* path, got ndarray"):
+        StrokeTexture.of(opened.coverage)
 
 
 def test_an_unknown_name_is_answered_with_the_names_and_the_closest():
     with pytest.raises(SceneError, match=r"^swril: neither a file .* gaussian, ellipse, .*mean 'swirl'\?$"):
         StrokeTexture.open("swril")
-    with pytest.raises(SceneError, match=r"somewhere/brush\.png: neither a file nor a built-in stroke"):
-        StrokeTexture.open("somewhere/brush.png")
+    with pytest.raises(SceneError, match=r"^missing: neither a file [^;]*$"):  # no name is near
+        StrokeTexture.open("missing")
 
 
 def test_every_builtin_name_opens():
