@@ -69,9 +69,10 @@ def load_cameras(path: str | Path) -> "list[Camera]":
 
 
 def save(value: "Gaussians | Frame", path: str | Path) -> None:
-    """Write Gaussians (.ply) or a frame (.png, .tif, .exr); the suffix decides the format.
+    """Write Gaussians (.ply) or a frame (.png, .jpg, .webp, .tif, .exr); the suffix decides the format.
 
-    The file appears when it is complete. A frame keeps its transparency.
+    The file appears when it is complete. A frame keeps its transparency, and a JPEG, which holds none, is on
+    white.
 
     Raises:
         TypeError: if `value` is something else.
@@ -85,8 +86,9 @@ def save(value: "Gaussians | Frame", path: str | Path) -> None:
 
         write_scene(value, path)
     elif isinstance(value, Frame):
+        from brushgs.io.pictures.formats import holds_alpha
         from brushgs.io.pictures.images import write_frame
 
-        write_frame(value, path)
+        write_frame(value, path, background=None if holds_alpha(path) else (1.0, 1.0, 1.0))
     else:
         raise TypeError(f"save: value must be Gaussians or a Frame, got {type(value).__name__}")

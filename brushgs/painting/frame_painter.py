@@ -43,7 +43,7 @@ class FramePainter:
         background: what lies behind the strokes, see `open_background`; None keeps pictures transparent.
         options: how strokes become a frame, but for tracked directions and depth; `num_threads` are those of
             one process.
-        suffix: ".png", ".tif", ".tiff" or ".exr" for the bytes of such a file, None for pixels.
+        suffix: one of `PICTURE_SUFFIXES` for the bytes of such a file, None for pixels.
     """
 
     strokes: Gaussians

@@ -5,6 +5,7 @@ import tempfile
 from pathlib import Path
 
 from brushgs.errors import SceneError
+from brushgs.io.pictures.formats import holds_alpha
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 
@@ -36,6 +37,19 @@ def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...]
     if path.exists() and any(other.exists() and path.samefile(other) for other in inputs):
         raise SceneError(path, "is the input, which is never overwritten; choose another name")
     check_folder(path.resolve().parent, path)
+
+
+def check_transparency(path: Path, config: PaintConfig) -> None:
+    """Refuse a transparent background for a picture that holds no transparency.
+
+    Raises:
+        ValueError: if it is one.
+    """
+    if config.draw.background.lower() == "transparent" and not holds_alpha(path):
+        raise ValueError(
+            f"background must not be transparent in {path.name}, whose format holds no transparency; choose "
+            f"a colour, or write {path.with_suffix('.png').name}"
+        )
 
 
 def check_folder(folder: Path, path: Path) -> None:

@@ -50,8 +50,8 @@ def paint_sequence(
 
     Args:
         scene: the files of a trained 3D Gaussian scene.
-        output: a video (.mp4, .webm, .gif), a pattern of numbered pictures such as frames/%05d.png (.png,
-            .tif, .exr; the last folder is made), or a folder, which means %05d.png in it.
+        output: a video (.mp4, .webm, .gif), a pattern of numbered pictures such as frames/%05d.png (any
+            picture format; the last folder is made), or a folder, which means %05d.png in it.
         path_config: where the camera goes.
         config: see `PaintConfig`; of its view what `plan_path` takes.
         sequence: where the frames are painted, and which.

@@ -11,7 +11,7 @@ from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import PathConfig
 from brushgs.painting.background import check_background
-from brushgs.painting.outputs import check_folder, check_output, input_files
+from brushgs.painting.outputs import check_folder, check_output, check_transparency, input_files
 
 
 def plan_output(output: str | Path, *, is_resumed: bool = False) -> Path | NumberedFiles:
@@ -62,6 +62,7 @@ def check_target(
             check_size(target, *config.view.size)
         check_output(target, VIDEO_SUFFIXES, inputs=inputs)
         return
+    check_transparency(target.pattern, config)
     folder = target.folder.resolve()
     check_folder(folder if folder.exists() else folder.parent, target.pattern)
     for file in inputs:

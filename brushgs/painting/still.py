@@ -10,7 +10,7 @@ from brushgs.io.pictures.formats import PICTURE_SUFFIXES, holds_depth
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.painting.drawing import project_scene, rasterize_boxes, write_picture
-from brushgs.painting.outputs import check_output, input_files
+from brushgs.painting.outputs import check_output, check_transparency, input_files
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.scene import Camera, Frame, Gaussians
@@ -44,6 +44,7 @@ def paint_file(
     """
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
     check_output(output, PICTURE_SUFFIXES, inputs=input_files(scene, config))
+    check_transparency(output, config)
     prepared = prepare(scene, config, report, views=camera)
     frame = paint_view(prepared, report, depth=holds_depth(output))
     write_picture(frame, output, prepared.background, config.draw, report)

@@ -89,7 +89,7 @@ def test_exr_reads_back_as_display_encoded_straight_colour(tmp_path: Path) -> No
     np.testing.assert_allclose(pixels[..., :3], straight(frame), atol=1e-5)
 
 
-@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr"])
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".webp"])
 def test_a_frame_on_a_background_has_no_alpha(tmp_path: Path, suffix: str) -> None:
     frame = make_frame(depth=True)
     ground = np.random.default_rng(1).random((5, 7, 3)).astype(np.float32)
@@ -110,7 +110,7 @@ def test_colours_beyond_white_survive_in_exr_and_are_clipped_elsewhere(tmp_path:
     source.close()
 
 
-@pytest.mark.parametrize(("suffix", "num_dates"), [(".png", 0), (".tif", 2), (".exr", 1)])
+@pytest.mark.parametrize(("suffix", "num_dates"), [(".png", 0), (".tif", 2), (".exr", 1), (".webp", 0)])
 def test_equal_frames_give_equal_bytes_and_no_file_holds_the_time_of_day(
     tmp_path: Path, suffix: str, num_dates: int
 ) -> None:
@@ -120,6 +120,34 @@ def test_equal_frames_give_equal_bytes_and_no_file_holds_the_time_of_day(
     assert (tmp_path / f"b{suffix}").read_bytes() == content
     dates = re.findall(rb"\d{4}[:-]\d\d[:-]\d\d[ T]\d\d:\d\d:\d\d", content)
     assert dates == [b"0000:00:00 00:00:00"] * num_dates
+
+
+def test_a_jpeg_holds_the_picture_on_its_background_with_full_colour_resolution(tmp_path: Path) -> None:
+    height, width = 48, 64
+    y, x = np.mgrid[:height, :width] / height
+    rgb = np.stack([0.5 + 0.4 * np.sin(9 * x), 0.5 + 0.4 * np.cos(7 * y), x * y / 2], -1).astype(np.float32)
+    alpha = (x < 0.9).astype(np.float32)
+    frame = Frame(rgb * alpha[..., None], alpha)
+    for name in ("a", "b"):
+        write_frame(frame, tmp_path / f"{name}.jpg", background=(0.0, 0.0, 1.0))
+    content = (tmp_path / "a.jpg").read_bytes()
+    assert (tmp_path / "b.jpg").read_bytes() == content
+    at = content.index(
+        b"\xff\xc0"
+    )  # the frame header of a baseline JPEG: size, then a sampling for each channel
+    assert content[at + 5 : at + 10] == bytes([0, height, 0, width, 3])
+    assert [content[at + 11 + 3 * channel] for channel in range(3)] == [0x11] * 3  # 4:4:4
+    shown = read_image(tmp_path / "a.jpg")
+    assert shown.shape == (height, width, 3)
+    assert np.sqrt(np.mean((shown - frame.over((0.0, 0.0, 1.0))) ** 2)) < 2.5 / 255
+
+
+def test_a_jpeg_needs_a_background_and_is_saved_on_white(tmp_path: Path) -> None:
+    frame = Frame(np.zeros((8, 8, 3), np.float32), np.zeros((8, 8), np.float32))
+    with pytest.raises(ValueError, match=r"a JPEG holds no transparency, got '.*a\.jpg'; give a background"):
+        write_frame(frame, tmp_path / "a.jpg")
+    bg.save(frame, tmp_path / "a.jpg")
+    assert read_image(tmp_path / "a.jpg").min() == 1
 
 
 @given(st.floats(-0.5, 1.5, width=32))
@@ -133,14 +161,14 @@ def test_half_of_a_step_is_rounded_up() -> None:
 
 
 def test_the_sides_of_a_picture_may_be_one_pixel(tmp_path: Path) -> None:
-    for suffix in (".png", ".tif", ".exr"):
+    for suffix in (".png", ".tif", ".exr", ".webp"):
         write_frame(make_frame(2, 1), tmp_path / f"a{suffix}")
         assert read_image(tmp_path / f"a{suffix}").shape == (2, 1, 4)
 
 
 def test_an_unknown_suffix_is_refused_with_those_known(tmp_path: Path) -> None:
     with pytest.raises(
-        ValueError, match=r"must end in one of \.png, \.tif, \.tiff, \.exr, got '.*a\.bmp'; change"
+        ValueError, match=r"must end in one of \.png, \.jpg, .*, \.exr, \.webp, got '.*a\.bmp'; change"
     ):
         write_frame(make_frame(), tmp_path / "a.bmp")
 

@@ -109,7 +109,7 @@ def test_the_stages_run_in_order_and_the_frames_are_counted(scene, folder):
     json.loads(report.as_json())
 
 
-@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr"])
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".jpg"])
 def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(scene, folder, suffix):
     for name, jobs in (("a", 1), ("b", 2)):
         if suffix == ".png" or jobs == 1:  # starting processes takes a second
@@ -438,6 +438,13 @@ def test_inputs_are_not_replaced(scene, folder):
         ),
         ("a.gif", replace(ORBIT, fps=60), {}, {}, r"fps must be above 0 and at most 50 for \.gif, got 60"),
         ("a.gif", ORBIT, {"threads": 1}, {"scheduler": "tcp://x"}, r"scheduler must be an address"),
+        (
+            "f/%05d.jpg",
+            ORBIT,
+            {"background": "transparent"},
+            {},
+            r"not be transparent in %05d\.jpg, .* no transparency; choose a colour, or write %05d\.png",
+        ),
         ("f/", ORBIT, {"background": "redish"}, {}, r"background must be white"),
         (
             "f/",

@@ -199,7 +199,7 @@ def test_mip_levels_that_no_stroke_reaches_are_counted(gaussians):
     ]
 
 
-@pytest.mark.parametrize("suffix", [".png", ".tif", ".tiff", ".exr"])
+@pytest.mark.parametrize("suffix", PICTURE_SUFFIXES)
 def test_every_kind_of_picture_is_written(scene, tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
     report = paint_file(scene, path, config(view=ViewConfig(size=(40, 30))))
@@ -271,7 +271,7 @@ def test_the_camera_stage_says_which_way_is_up_and_why(gaussians):
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("a.jpg", "output must end in .png, .tif, .tiff, .exr"),
+        ("a.bmp", "output must end in .png, .jpg, .jpeg, .tif, .tiff, .exr, .webp"),
         ("missing/a.png", "the folder .* does not exist; create it first"),
         ("folder.png", "is not a regular file"),
         ("input.png", "is the input, which is never overwritten"),
@@ -287,6 +287,13 @@ def test_an_output_that_cannot_be_is_refused(tmp_path, name, sentence):
     assert (tmp_path / "input.png").read_text() == "scene"
 
 
+@pytest.mark.parametrize("name", ["a.jpg", "a.JPEG"])
+def test_a_jpeg_is_not_transparent(scene, tmp_path, name):
+    draw = DrawConfig(stroke="ellipse", background="Transparent")
+    with pytest.raises(ValueError, match=r"background must not be transparent in a\..* or write a\.png"):
+        paint_file("missing.ply", tmp_path / name, config(draw=draw))
+
+
 def test_a_folder_that_refuses_is_found_before_the_work(tmp_path, monkeypatch):
     def refuse(**_):
         raise PermissionError(13, "Permission denied")
@@ -296,9 +303,9 @@ def test_a_folder_that_refuses_is_found_before_the_work(tmp_path, monkeypatch):
         check_output(tmp_path / "a.png", PICTURE_SUFFIXES)
 
 
-@pytest.mark.parametrize("ground", ["red", "#12345", "#gggggg", "no_such.png", ""])
+@pytest.mark.parametrize("ground", ["redish", "#12345", "#gggggg", "no_such.png", ""])
 def test_a_background_that_means_nothing_is_refused_before_the_work(tmp_path, ground):
-    with pytest.raises(ValueError, match="background must be white, black, transparent, #rrggbb or an image"):
+    with pytest.raises(ValueError, match=r"background must be white, .*, transparent, #rrggbb or an image"):
         paint_file(tmp_path / "none.ply", tmp_path / "a.png", config(draw=DrawConfig(background=ground)))
 
 

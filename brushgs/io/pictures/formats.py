@@ -23,6 +23,7 @@ class PictureFormat(NamedTuple):
         note: what is written, for help texts.
         is_linear: whether it holds linear light; else it is display-encoded.
         holds_depth: whether a frame's depth is written.
+        holds_alpha: whether transparency is written.
     """
 
     name: str
@@ -33,6 +34,7 @@ class PictureFormat(NamedTuple):
     note: str = ""
     is_linear: bool = False
     holds_depth: bool = False
+    holds_alpha: bool = True
 
 
 class VideoFormat(NamedTuple):
@@ -58,7 +60,15 @@ class VideoFormat(NamedTuple):
 
 PICTURE_FORMATS = (
     PictureFormat("PNG", (".png",), begins_with(b"\x89PNG\r\n\x1a\n"), writer="png", note="8 bit"),
-    PictureFormat("JPEG", (".jpg", ".jpeg"), begins_with(b"\xff\xd8\xff"), precheck="jpeg"),
+    PictureFormat(
+        "JPEG",
+        (".jpg", ".jpeg"),
+        begins_with(b"\xff\xd8\xff"),
+        precheck="jpeg",
+        writer="jpeg",
+        note="8 bit, quality 95",
+        holds_alpha=False,
+    ),
     PictureFormat(
         "TIFF",
         (".tif", ".tiff"),
@@ -80,6 +90,8 @@ PICTURE_FORMATS = (
         (".webp",),
         lambda path, begin: begin.startswith(b"RIFF") and begin[8:12] == b"WEBP",
         precheck="webp",
+        writer="webp",
+        note="8 bit, lossless",
     ),
     PictureFormat("BMP", (".bmp",), begins_with(b"BM")),
     PictureFormat("Radiance HDR", (".hdr",), begins_with(b"#?RADIANCE", b"#?RGBE"), is_linear=True),
@@ -104,3 +116,9 @@ def holds_depth(path: str | Path) -> bool:
     """Whether a picture that is written to this path holds the depth of the frame."""
     picture_format = find_by_suffix(WRITTEN_PICTURES, path)
     return picture_format is not None and picture_format.holds_depth
+
+
+def holds_alpha(path: str | Path) -> bool:
+    """Whether a picture that is written to this path holds the transparency of the frame."""
+    picture_format = find_by_suffix(WRITTEN_PICTURES, path)
+    return picture_format is not None and picture_format.holds_alpha

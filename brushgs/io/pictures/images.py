@@ -181,9 +181,9 @@ def _upright(pixels: F32, spec: "OpenImageIO.ImageSpec") -> F32:
 
 
 def write_frame(frame: Frame, path: str | Path, background: Background = None) -> None:
-    """Write a frame; the suffix decides: .png (8 bit), .tif, .tiff (16 bit), .exr (float).
+    """Write a frame; the suffix decides: .png, .jpg, .webp (8 bit), .tif (16 bit), .exr (float).
 
-    PNG and TIFF are display-encoded, with straight alpha if there is no background. EXR holds linear
+    All but EXR are display-encoded, with straight alpha if there is no background. EXR holds linear
     light, premultiplied as EXR asks for, and the depth as channel Z if the frame has one. Equal frames
     give equal bytes.
 
@@ -194,7 +194,8 @@ def write_frame(frame: Frame, path: str | Path, background: Background = None) -
             is put behind the picture, which is then written without alpha.
 
     Raises:
-        ValueError: if the suffix is none of the above or the background does not fit.
+        ValueError: if the suffix is none of the above, the background does not fit, or there is none for a
+            JPEG, which holds no transparency.
         SceneError: if the file cannot be written.
     """
     picture_format = find_by_suffix(WRITTEN_PICTURES, path)

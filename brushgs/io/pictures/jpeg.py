@@ -1,7 +1,8 @@
-"""JPEG: the size and the number of scans are checked before a decoder opens the file.
+"""JPEG: a frame on a background becomes a file of quality 95, with a chroma sample for every pixel.
 
-A progressive JPEG takes memory for all of its pixels as soon as it is opened, and a JPEG may be stored in
-thousands of scans over the whole picture.
+On reading the size and the number of scans are checked before a decoder opens the file: a progressive JPEG
+takes memory for all of its pixels as soon as it is opened, and one may be stored in thousands of scans over
+the whole picture.
 """
 
 import re
@@ -11,7 +12,10 @@ from typing import BinaryIO
 
 from brushgs.errors import SceneError
 from brushgs.io.pictures.limits import check_pixels
+from brushgs.io.pictures.oiio import Background, bytes_of, write_pixels
+from brushgs.scene import Frame
 
+_ATTRIBUTES = {"Compression": "jpeg:95", "jpeg:subsampling": "4:4:4"}
 _MAX_SCANS = 100  # cameras and editors write 1 to 14
 _START_OF_SCAN = b"\xff\xda"
 _MAX_SEGMENTS = 10_000  # before the size; cameras write some tens
@@ -21,6 +25,13 @@ _BARE = frozenset({0x01, *range(0xD0, 0xD9)})
 _MARKER = re.compile(rb"\xff([^\x00\xff])", re.DOTALL)
 _PIECE = 1 << 20  # bytes searched at a time for scans,
 _SMALL_PIECE = 1 << 12  # and for the next marker, which is mostly near
+
+
+def write(frame: Frame, path: str | Path, background: Background) -> None:
+    """See `write_frame`."""
+    if background is None:
+        raise ValueError(f"write_frame: a JPEG holds no transparency, got {str(path)!r}; give a background")
+    write_pixels(path, "jpeg", bytes_of(frame, background), ("R", "G", "B"), _ATTRIBUTES)
 
 
 def check_file(path: Path, file: BinaryIO, max_pixels: int) -> None:

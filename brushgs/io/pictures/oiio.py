@@ -36,6 +36,13 @@ def quantise(values: Array, dtype: type[np.unsignedinteger[Any]]) -> NDArray[np.
     return np.asarray(np.clip(values, 0, 1) * np.iinfo(dtype).max + 0.5).astype(dtype)
 
 
+def bytes_of(frame: Frame, background: Background) -> NDArray[np.uint8]:
+    """[H, W, 4] straight colour and alpha in 8 bits; on a background [H, W, 3]."""
+    if background is None:
+        return quantise(with_alpha(frame), np.uint8).astype(np.uint8, copy=False)
+    return frame.bytes_over(background)
+
+
 def write_pixels(
     path: str | Path,
     format_name: str,

@@ -1,12 +1,8 @@
 """A frame becomes a PNG: 8 bit, display-encoded, straight alpha."""
 
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from brushgs.io.pictures.oiio import Background, quantise, with_alpha, write_pixels
+from brushgs.io.pictures.oiio import Background, bytes_of, write_pixels
 from brushgs.scene import Frame
 
 # Renders of koala at 1280x720: a third to a half of the time of libpng's defaults (level 6, all
@@ -17,10 +13,7 @@ _END = b"\0\0\0\0IEND\xaeB`\x82"  # the chunk that closes every PNG
 
 def write(frame: Frame, path: str | Path, background: Background) -> None:
     """See `write_frame`."""
-    if background is None:
-        pixels: NDArray[Any] = quantise(with_alpha(frame), np.uint8)
-    else:
-        pixels = frame.bytes_over(background)
+    pixels = bytes_of(frame, background)
     names = ("R", "G", "B", "A")[: pixels.shape[-1]]
     write_pixels(path, "png", pixels, names, _ATTRIBUTES, _is_complete)
 

@@ -1,12 +1,25 @@
-"""WebP: the size is checked before a decoder opens the file, which decodes all of it at once."""
+"""WebP: a frame becomes a lossless file, 8 bit, display-encoded, straight alpha.
+
+On reading the size is checked before a decoder opens the file, which decodes all of it at once.
+"""
 
 import struct
 from pathlib import Path
 from typing import BinaryIO
 
 from brushgs.io.pictures.limits import check_pixels
+from brushgs.io.pictures.oiio import Background, bytes_of, write_pixels
+from brushgs.scene import Frame
 
 NUM_HEADER_BYTES = 30  # up to the size in each kind of first chunk
+_ATTRIBUTES = {"oiio:UnassociatedAlpha": 1, "Compression": "lossless"}
+
+
+def write(frame: Frame, path: str | Path, background: Background) -> None:
+    """See `write_frame`."""
+    pixels = bytes_of(frame, background)
+    names = ("R", "G", "B", "A")[: pixels.shape[-1]]
+    write_pixels(path, "webp", pixels, names, _ATTRIBUTES)
 
 
 def check_file(path: Path, file: BinaryIO, max_pixels: int) -> None:
