@@ -1,4 +1,4 @@
-"""RGB: the luminance of a colour, and the sRGB transfer function to linear light and back.
+"""RGB: colours by name, the luminance of a colour, and the sRGB transfer function to linear light and back.
 
 Scenes are trained and blended display-encoded; only files that hold linear light (EXR, HDR) and comparisons
 of colours need the transfer function. Values above 1 follow the same formula, negative ones are mirrored.
@@ -8,8 +8,22 @@ Sources: ITU-R BT.709 (luminance), IEC 61966-2-1 (sRGB).
 import numpy as np
 
 from brushgs.arrays import Array
+from brushgs.options.choices import COLORS, color_code
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # weights of red, green and blue
+
+
+def rgb_of(color: str) -> tuple[float, float, float]:
+    """RGB, display-encoded, 0 to 1, of a colour by its name in `COLORS` or as "#rrggbb".
+
+    Raises:
+        ValueError: if it is neither.
+    """
+    code = color_code(color)
+    if code is None:
+        raise ValueError(f"a colour must be '#rrggbb' or one of {', '.join(COLORS)}, got {color!r}")
+    red, green, blue = (int(code[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue
 
 
 def linear_from_srgb(encoded: Array) -> Array:

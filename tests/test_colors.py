@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from brushgs.colors import flatten, split_alpha
+from brushgs.colors import flatten, rgb_of, split_alpha
+from brushgs.options.choices import COLORS
 
 PIXELS = np.random.default_rng(0).random((3, 5, 4), dtype=np.float32)
 
@@ -24,3 +25,29 @@ def test_a_flat_picture_is_the_mean_of_paint_and_background_weighed_by_alpha(bac
     expected = PIXELS[..., :3] * PIXELS[..., 3:] + background * (1 - PIXELS[..., 3:])
     np.testing.assert_allclose(flat, expected, rtol=1e-6)
     np.testing.assert_array_equal(flatten(PIXELS[..., :3], background), PIXELS[..., :3])
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("white", (255, 255, 255)),
+        ("Black", (0, 0, 0)),
+        ("gray", (128, 128, 128)),
+        ("LightGrey", (211, 211, 211)),
+        ("toned", (201, 181, 151)),
+        ("#1a2B3c", (26, 43, 60)),
+    ],
+)
+def test_a_colour_is_given_by_name_or_code(text, expected):
+    assert rgb_of(text) == tuple(value / 255 for value in expected)
+
+
+def test_every_name_is_a_colour_and_grey_is_gray():
+    for name in COLORS:
+        assert rgb_of(name) == rgb_of(name.replace("gray", "grey"))
+
+
+@pytest.mark.parametrize("text", ["redish", "#12345", "#gggggg", "", "transparent", "#1234567"])
+def test_what_is_no_colour_is_refused_with_those_known(text):
+    with pytest.raises(ValueError, match=r"a colour must be '#rrggbb' or one of white, black, gray, .* got"):
+        rgb_of(text)

@@ -17,6 +17,7 @@ from brushgs.io.formats import in_words
 from brushgs.io.pictures.formats import PICTURES_READ
 from brushgs.io.scenes.formats import SCENE_SUFFIXES, SCENES_READ
 from brushgs.options.choices import (
+    COLORS,
     METHODS,
     REPORT_SUFFIXES,
     Clean,
@@ -151,8 +152,8 @@ def add_draw(parser: ArgumentParser) -> None:
     flags.add(
         "--background",
         metavar="COLOR|FILE",
-        help="white (default; dark brown in the demo), black, transparent, '#rrggbb', or an image file, "
-        "scaled to fill the picture",
+        help="transparent, '#rrggbb', an image file, scaled to fill the picture, or one of "
+        f"{', '.join(COLORS)}; default white (dark brown in the demo)",
     )
     flags.add(
         "--threads",
@@ -179,10 +180,10 @@ def add_prune(parser: ArgumentParser) -> None:
     flags = ConfigFlags(parser.add_argument_group("pruning"), "prune")
     flags.add(
         "--keep",
-        type=values.number,
+        type=values.share,
         metavar="SHARE",
-        help="share of the Gaussians to keep, in (0, 1], default 0.7 (more where each counts or becomes a "
-        "stroke; 1 for a file of strokes, and with --stroke gaussian without --preset)",
+        help="share of the Gaussians to keep, such as 0.7 or 70%%, in (0, 1], default 0.7 (more where each "
+        "counts or becomes a stroke; 1 for a file of strokes, and with --stroke gaussian without --preset)",
     )
     flags.add(
         "--weight",
@@ -281,9 +282,10 @@ def add_palette(parser: ArgumentParser, *, is_required: bool = False) -> None:
     flags.add(
         "--palette-strength",
         field="strength",
-        type=values.number,
+        type=values.share,
         metavar="SHARE",
-        help="0 keeps the colours of the scene, 1 takes those of the picture, in [0, 1], default 1",
+        help="0 keeps the colours of the scene, 1 (or 100%%) takes those of the picture, in [0, 1], "
+        "default 1",
     )
     flags.add(
         "--palette-space",

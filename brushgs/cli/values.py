@@ -30,6 +30,13 @@ def number(text: str) -> float:
     return value
 
 
+def share(text: str) -> float:
+    """A share, as a number or in percent: 0.7 or 70%."""
+    if text.endswith("%"):
+        return number(text[:-1]) / 100
+    return number(text)
+
+
 def degrees(text: str) -> float:
     """An angle given in degrees, in radians."""
     return radians(number(text))
@@ -58,7 +65,7 @@ def words(text: str) -> tuple[str, ...]:
 
 def picture_size(text: str) -> tuple[int, int]:
     """(width, height) in pixels of a text such as "1280x720"."""
-    match = re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", text)
+    match = re.fullmatch(r"([0-9]{1,18})[xX]([0-9]{1,18})", text)
     if match is None:
         raise ArgumentTypeError(f"must be WIDTHxHEIGHT in pixels such as 1280x720, got {text!r}")
     size = int(match[1]), int(match[2])

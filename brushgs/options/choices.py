@@ -49,6 +49,41 @@ REPORT_SUFFIXES: Mapping[str, tuple[str, ...]] = {
     "bench": (".json", ".csv", ".png"),
 }
 
+# Colours by name: those of CSS, and "toned", a warm drawing paper. "grey" means "gray" everywhere.
+COLORS: Mapping[str, str] = {
+    "white": "#ffffff",
+    "black": "#000000",
+    "gray": "#808080",
+    "lightgray": "#d3d3d3",
+    "darkgray": "#a9a9a9",
+    "silver": "#c0c0c0",
+    "toned": "#c9b597",
+    "ivory": "#fffff0",
+    "linen": "#faf0e6",
+    "beige": "#f5f5dc",
+    "tan": "#d2b48c",
+    "brown": "#a52a2a",
+    "maroon": "#800000",
+    "olive": "#808000",
+    "teal": "#008080",
+    "red": "#ff0000",
+    "yellow": "#ffff00",
+    "green": "#008000",
+    "blue": "#0000ff",
+    "navy": "#000080",
+    "midnightblue": "#191970",
+    "skyblue": "#87ceeb",
+}
+
+
+def color_code(text: str) -> str | None:
+    """The "#rrggbb" of a colour that is given by name or like that; None if it is none."""
+    name = text.strip().lower()
+    code = COLORS.get(name.replace("grey", "gray"), name)
+    is_code = len(code) == 7 and code[0] == "#" and not set(code[1:]) - set("0123456789abcdef")
+    return code if is_code else None
+
+
 # The core keeps pixel bounds in 16 bits; a picture of MAX_PIXELS needs some 14 GB until it is written.
 MAX_SIDE, MAX_PIXELS = 32767, 2**28
 MAX_FILE_PIXELS = 2**26  # of a picture sized by a camera file: real ones have fewer; takes 4 GB
@@ -56,11 +91,17 @@ MAX_FILE_PIXELS = 2**26  # of a picture sized by a camera file: real ones have f
 
 def size_rule(width: int, height: int) -> str | None:
     """The limit that a picture of this size exceeds, in words; None if there is none."""
-    if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
+    if width < 1 or height < 1:
         return f"must be 1x1 to {MAX_SIDE}x{MAX_SIDE} pixels, got {width}x{height}"
+    share = min(1.0, MAX_SIDE / width, MAX_SIDE / height, (MAX_PIXELS / width / height) ** 0.5)
+    if share == 1:
+        return None
+    largest = f"{max(1, int(width * share))}x{max(1, int(height * share))}"
     if width * height > MAX_PIXELS:
-        return f"must hold at most {MAX_PIXELS / 1e6:.0f} million pixels, got {width}x{height}"
-    return None
+        rule = f"must hold at most {MAX_PIXELS / 1e6:.0f} million pixels"
+    else:
+        rule = f"must be 1x1 to {MAX_SIDE}x{MAX_SIDE} pixels"
+    return f"{rule}, got {width}x{height}; the largest of that shape is {largest}"
 
 
 def file_size_rule(width: int, height: int) -> str | None:

@@ -59,7 +59,11 @@ class PruneConfig:
 
     def __post_init__(self) -> None:
         if self.keep is not None and not 0 < self.keep <= 1:
-            cure = f"; for {self.keep:g} % write {self.keep / 100:g}" if 1 < self.keep <= 100 else ""
+            cure = (
+                f"; for {self.keep:g} % write {self.keep / 100:g} or {self.keep:g}%"
+                if 1 < self.keep <= 100
+                else ""
+            )
             raise ValueError(f"keep must be in (0, 1], got {self.keep:g}{cure}")
 
     def share(self) -> float:
@@ -210,7 +214,7 @@ class DrawConfig:
         filter: "mip", "bilinear" or "nearest", see `rasterize`.
         extent: "fitted" to what the stroke image covers, see `StrokeTexture.fitted_sigmas`, or "paper", 2
             standard deviations whatever it covers.
-        background: "white", "black", "transparent", "#rrggbb" or an image file.
+        background: the name of a colour (`COLORS`), "transparent", "#rrggbb" or an image file.
         lock: how strokes get their direction: "anchor", "track" or "off", see `project`. None for "anchor" in
             one picture, and "track" along a path; only a path can be tracked.
         order: "depth": the nearer stroke hides the other; "soft": strokes of similar depth fade into each

@@ -1,16 +1,15 @@
-"""What lies behind the strokes: "white", "#rrggbb" or an image file becomes a colour or an array."""
+"""What lies behind the strokes: a named colour, "#rrggbb" or an image file becomes a colour or an array."""
 
 import math
-import re
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.colors import flatten
+from brushgs.colors import flatten, rgb_of
 from brushgs.io.files import is_plain
+from brushgs.options.choices import COLORS, color_code
 
-NAMED = {"white": (1.0, 1.0, 1.0), "black": (0.0, 0.0, 0.0)}
 _ROWS = 64
 _FAR = 8  # times the picture: from there on block means look the same as antialiased scaling
 Background = tuple[float, float, float] | NDArray[np.float32] | None
@@ -22,18 +21,17 @@ def check_background(text: str) -> None:
     Raises:
         ValueError: if the text is neither a known name, a colour nor an existing file.
     """
-    is_color = text.lower() in (*NAMED, "transparent") or re.fullmatch(r"#[0-9a-fA-F]{6}", text)
+    is_color = text.lower() == "transparent" or color_code(text) is not None
     if not is_color and not is_plain(Path(text)):
-        raise ValueError(
-            f"background must be white, black, transparent, #rrggbb or an image file, got {text!r}"
-        )
+        names = ", ".join(COLORS)
+        raise ValueError(f"background must be {names}, transparent, #rrggbb or an image file, got {text!r}")
 
 
 def open_background(text: str, width: int, height: int) -> Background:
     """Open the background of a picture.
 
     Args:
-        text: "white", "black", "transparent", "#rrggbb", or an image file.
+        text: the name of a colour (`COLORS`), "transparent", "#rrggbb", or an image file.
         width: of the picture, pixels.
         height: of the picture, pixels.
 
@@ -46,14 +44,10 @@ def open_background(text: str, width: int, height: int) -> Background:
         SceneError: if the image cannot be read.
     """
     check_background(text)
-    name = text.lower()
-    if name == "transparent":
+    if text.lower() == "transparent":
         return None
-    if name in NAMED:
-        return NAMED[name]
-    if text.startswith("#") and not is_plain(Path(text)):
-        red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
-        return red, green, blue
+    if text.lower() in COLORS or (color_code(text) is not None and not is_plain(Path(text))):
+        return rgb_of(text)
     from brushgs.io.pictures.images import read_image
 
     return _fill(_flatten_rows(read_image(text)), width, height)
