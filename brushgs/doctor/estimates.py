@@ -33,15 +33,17 @@ def estimate_up(gaussians: Gaussians, stated: str | None) -> Finding:
     return Finding("up-axis", "note", len(gaussians), 1.0, what, facts)
 
 
-def estimate_unit(gaussians: Gaussians) -> Finding:
-    """The size of the subject, and whether it could be in metres."""
+def estimate_unit(gaussians: Gaussians) -> list[Finding]:
+    """A subject of a size that is hardly in metres: programs that expect metres will misplace it."""
     points, _ = subject(gaussians)
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
-    could_be = METRES[0] <= size <= METRES[1]
-    unit = "may be metres or any other unit" if could_be else "are hardly metres"
-    what = f"the subject is {size:.3g} units across, which {unit}: a PLY does not state it"
-    facts = {"size": size, "unit": "metre" if could_be else "unknown", "confidence": "not sure"}
-    return Finding("unit", "note", len(gaussians), 1.0, what, facts)
+    if METRES[0] <= size <= METRES[1]:
+        return []
+    what = (
+        f"the subject is {size:.3g} units across, which are hardly metres: the file does not state its unit"
+    )
+    facts = {"size": size, "unit": "unknown", "confidence": "not sure"}
+    return [Finding("unit", "note", len(gaussians), 1.0, what, facts)]
 
 
 def _away_from_ground(gaussians: Gaussians) -> str | None:

@@ -87,7 +87,7 @@ def examine_file(path: SceneFiles, clean: Clean = "sure") -> Examination:
     findings += copies + check_bands(gaussians)
     findings += _check_places(gaussians, copies, clean, total)
     findings += check_light(gaussians, total)
-    findings += [estimate_up(gaussians, notes.up), estimate_unit(gaussians)]
+    findings += [estimate_up(gaussians, notes.up), *estimate_unit(gaussians)]
     findings.sort(key=lambda finding: SEVERITIES.index(finding.severity))
     return Examination(source, total, encoding, gaussians, findings)
 

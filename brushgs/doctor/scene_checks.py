@@ -1,16 +1,16 @@
-"""Findings about places, sizes and light: far outliers, screen fillers, needles, scenes too dark or faint."""
+"""Findings about places, sizes and light: far outliers, fillers, needles; too dark, faint or bright."""
 
 import numpy as np
 
 from brushgs.arrays import Mask
 from brushgs.colors import LUMINANCE
-from brushgs.doctor.findings import Finding
+from brushgs.doctor.findings import Finding, Severity
 from brushgs.doctor.geometry import Core
 from brushgs.passes.clean import FAINT
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.extent import robust_frame
 from brushgs.scene import Gaussians
-from brushgs.sh import base_colors
+from brushgs.sh import C0, base_colors
 
 # Radii of the core (the middle 80 %). The outermost Gaussian of the ten real scenes lies at 6.1.
 FAR = 50.0
@@ -25,6 +25,10 @@ NEEDLE_ASPECT, NEEDLE_LENGTH = 100.0, 0.1
 # Means weighted by painted area. Real scenes: luminance 0.19 (biker) and more; 99th percentile of the
 # opacities 0.83 and more, but for a firework made by a script, 0.22.
 DARK = 0.03
+# A colour component without the view-dependent part; the share of rows, or of the painted area, above it.
+# Real scenes: 0.05 % of the rows and 0.01 % of the area (campsite) and less; but for the sunflowers, whose
+# glare, 9 % of the rows, is 0.2 % of the area.
+BRIGHT, BRIGHT_ROWS, BRIGHT_AREA = 2.0, 0.01, 0.01
 MOST = 0.5  # share of the rows above which nothing is dropped
 
 
@@ -71,8 +75,8 @@ def check_needles(gaussians: Gaussians, total: int) -> list[Finding]:
 
 
 def check_light(gaussians: Gaussians, total: int) -> list[Finding]:
-    """A scene that is nearly invisible."""
-    findings = []
+    """A scene that is nearly invisible, or far too bright."""
+    findings = _check_bright(gaussians, total)
     count, share = len(gaussians), len(gaussians) / total
     strong = float(np.percentile(gaussians.opacities, 99))
     if strong < FAINT:
@@ -85,6 +89,24 @@ def check_light(gaussians: Gaussians, total: int) -> list[Finding]:
         what = f"the mean luminance is {mean:.2g} of 1: on a dark background nothing will be visible"
         findings.append(Finding("all-dark", "odd", count, share, what, {"luminance": mean}))
     return findings
+
+
+def _check_bright(gaussians: Gaussians, total: int) -> list[Finding]:
+    """Colours far above white: odd where they fill a visible part of what is painted."""
+    brightest = 0.5 + C0 * gaussians.sh[:, 0].astype(np.float64).max(axis=1)
+    is_bright = brightest > BRIGHT
+    count = int(is_bright.sum())
+    weights = projected_areas(gaussians.scales) * gaussians.opacities
+    area = float(weights[is_bright].sum() / weights.sum()) if weights.sum() > 0 else 0.0
+    if count < BRIGHT_ROWS * len(gaussians) and area < BRIGHT_AREA:
+        return []
+    what = (
+        f"Gaussians are more than {BRIGHT:g} times as bright as white, the brightest {brightest.max():.2g} "
+        f"times: {area:.2g} of the painted area is burnt out"
+    )
+    facts = {"brightest": float(brightest.max()), "area_share": area}
+    severity: Severity = "odd" if area >= BRIGHT_AREA else "note"
+    return [Finding("over-bright", severity, count, count / total, what, facts)]
 
 
 def _unless_most(rows: Mask) -> Mask | None:

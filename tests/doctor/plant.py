@@ -86,6 +86,11 @@ def dark(columns: Columns) -> Planted:
     return _whole(columns, {name: 0.02 * (columns[name] - 1.78) - 1.75 for name in BASE})
 
 
+def bright(columns: Columns) -> Planted:
+    """Colours four times as bright: those of a scene that was trained in linear light, or over-exposed."""
+    return _whole(columns, {name: 4 * columns[name] + 1.5 / 0.28209479 for name in BASE})
+
+
 def faint(columns: Columns) -> Planted:
     opacities = 0.05 * _sigmoid(columns["opacity"]).astype(np.float64)
     return _whole(columns, {"opacity": np.log(opacities / (1 - opacities))})
@@ -191,6 +196,7 @@ WHOLE: dict[str, list[Callable[[Columns], Planted]]] = {
     "unnormalised-quaternions": [unnormalised],
     "all-dark": [dark],
     "all-faint": [faint],
+    "over-bright": [bright],
     "empty-sh-bands": [faint_bands, zero_bands],
 }
 SOME: dict[str, Callable[[Columns, float], Planted]] = {

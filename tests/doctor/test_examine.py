@@ -1,5 +1,6 @@
 """Each fault planted is found and named; sound scenes have nothing above a note."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -168,3 +169,34 @@ def test_what_the_examination_read_is_the_scene(tmp_path: Path) -> None:
     assert examination.encoding.is_standard
     for name in ("means", "quats", "scales", "opacities", "sh"):
         np.testing.assert_array_equal(getattr(examination.gaussians, name), getattr(loaded, name))
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_the_unit_is_mentioned_only_where_it_is_hardly_the_metre(unit: float, tmp_path: Path) -> None:
+    bg.save(scaled(ball(), unit), tmp_path / "a.ply")
+    found = {finding.name: finding for finding in bg.examine(tmp_path / "a.ply")}
+    size = 3.4 * unit  # the diagonal of a ball's box, some of it trimmed
+    assert ("unit" in found) == (not 0.05 <= size <= 200)
+    if "unit" in found:
+        assert found["unit"].facts["size"] == pytest.approx(size, rel=0.2)
+        assert "hardly metres" in found["unit"].what
+
+
+def test_over_bright_colours_are_counted_with_their_share_of_the_paint(tmp_path: Path) -> None:
+    planted = plant.bright(plant.columns_of(fruit(), tmp_path))
+    found = next(f for f in examine(planted, tmp_path) if f.name == "over-bright")
+    brightest = 4 * (0.5 + 0.28209479 * fruit().sh[:, 0].max(axis=1))
+    assert found.count == np.count_nonzero(brightest > 2)
+    assert found.facts["brightest"] == pytest.approx(brightest.max(), rel=1e-5)
+    assert 0.01 < found.facts["area_share"] < 1
+
+
+def test_a_few_bright_rows_are_no_finding_and_many_small_ones_a_note(tmp_path: Path) -> None:
+    scene = ball()
+    for rows, shrink, severity in ((slice(20), 1.0, None), (slice(0, None, 10), 0.1, "note")):
+        sh, scales = scene.sh.copy(), scene.scales.copy()
+        sh[rows] += np.float32(2 / 0.28209479)
+        scales[rows] *= np.float32(shrink)
+        bg.save(replace(scene, sh=sh, scales=scales), tmp_path / "a.ply")
+        found = {f.name: f.severity for f in bg.examine(tmp_path / "a.ply")}
+        assert found.get("over-bright") == severity
