@@ -122,7 +122,19 @@ def describe_search(found: "Found", target: ErrorBudget | StrokeSize, stage: Sta
     stage.did += f"; {reached} reached at the {_ordinal(found.tries)} count tried"
     if isinstance(target, StrokeSize) and abs(found.size / target.pixels - 1) > 2 * SIZE_TOLERANCE:
         sentence = f"strokes of {target} are not possible in this view; these are {found.size:.1f} px long"
-        warnings.warn(SceneWarning(sentence), stacklevel=2)
+        warnings.warn(SceneWarning(f"{sentence}; {_size_cure(found.size, target)}"), stacklevel=2)
+
+
+def _size_cure(size: float, target: StrokeSize) -> str:
+    """What to do where strokes are so many pixels long, and the target cannot be reached."""
+    if size == 0:
+        return "nothing is visible: check that the camera and the scene belong together"
+    nearest = f"take --stroke-size {size:.2g}px" if size < 10 else f"take --stroke-size {size:.0f}px"
+    if size > target.pixels:  # not even one stroke per Gaussian is so small
+        return (
+            f"{nearest}, paint a smaller picture (--size) or a smaller --zoom, or keep more with --keep 100%"
+        )
+    return f"{nearest}, or paint a larger picture (--size) or a larger --zoom"
 
 
 def _ordinal(number: int) -> str:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from brushgs.rendering.options import RenderOptions
 
 NOTHING_SEEN = "no stroke is in the picture; check that the camera and the scene belong together"
+BLANK = 0.01  # mean alpha of a picture below which one sees next to nothing
+FAINT = 0.1  # mean opacity, weighed by area; nine trained scenes have 0.28 to 0.99, each row counted once
 CULLED = {  # field of ProjectCounts -> words
     "behind_near": "at or behind the near plane of the camera",
     "outside": "outside the picture",
@@ -133,10 +135,27 @@ def rasterize_boxes(
         painted = float(np.mean(frame.alpha, dtype=np.float64))
         stage.did = f"{len(boxes):,} strokes cover {painted:.1%} of the picture"
         stage.counts = {"strokes": len(boxes), "painted": round(painted, 6), "filter": options.filter}
+        if len(boxes) and painted < BLANK:
+            warnings.warn(SceneWarning(_why_blank(boxes, camera, painted)), stacklevel=2)
         _describe_levels(boxes, texture, options.filter, stage)
         if not options.depth:
             stage.details.append("no depth: this file format does not hold it")
     return frame
+
+
+def _why_blank(boxes: Boxes, camera: Camera, painted: float) -> str:
+    """Why so little of a picture is painted, and what to do about it."""
+    from brushgs.rendering.areas import seen_areas
+
+    areas = seen_areas(boxes, camera.width, camera.height)
+    opacity = float((areas @ boxes.opacities) / max(areas.sum(), 1e-300))
+    fact = f"the picture is nearly blank: strokes cover {painted:.2%} of it"
+    if opacity > FAINT:
+        return f"{fact}, since few or small ones lie in view; take a larger --zoom or another view"
+    return (
+        f"{fact}, since they are faint: their mean opacity is {opacity:.2g}; run `brushgs doctor` on the "
+        "scene, its file may encode opacities in another way"
+    )
 
 
 def _describe_levels(boxes: Boxes, texture: "StrokeTexture", filter: str, stage: Stage) -> None:

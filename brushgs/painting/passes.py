@@ -37,5 +37,5 @@ def recolor_file(scene: SceneFiles, output: str | Path, config: PaletteConfig, r
     check_output(Path(output), SCENE_SUFFIXES, inputs=(*scene_inputs(scene), config.file))
     palette = open_palette(config, report)
     gaussians, notes = load_scene(scene, report)
-    gaussians = recolor_scene(gaussians, palette, config, report)
+    gaussians = recolor_scene(gaussians, palette, config, report, is_strokes=notes.is_strokes)
     return write_scene(gaussians, output, report, is_strokes=notes.is_strokes)

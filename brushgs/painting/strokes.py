@@ -227,17 +227,23 @@ def open_palette(config: PaletteConfig | None, report: Report) -> "Palette | Non
 
 
 def recolor_scene(
-    gaussians: Gaussians, palette: "Palette | None", config: PaletteConfig | None, report: Report
+    gaussians: Gaussians,
+    palette: "Palette | None",
+    config: PaletteConfig | None,
+    report: Report,
+    *,
+    is_strokes: bool = True,
 ) -> Gaussians:
-    """Give the strokes the colours of the palette; a stage only where there is one."""
+    """Give strokes, or a scene that is none yet, the colours of the palette; a stage only where there is one."""
     if palette is None or config is None:
         return gaussians
     with report.stage("recolor") as stage:
         from brushgs.passes.recolor import recolor
 
         gaussians = recolor(gaussians, palette, config.strength)
-        stage.did = f"{len(gaussians):,} strokes, {config.strength:.0%} of the way in {config.space}"
-        stage.counts = {"strokes": len(gaussians), "strength": config.strength, "space": config.space}
+        what = "strokes" if is_strokes else "Gaussians"
+        stage.did = f"{len(gaussians):,} {what}, {config.strength:.0%} of the way in {config.space}"
+        stage.counts = {what.lower(): len(gaussians), "strength": config.strength, "space": config.space}
         if config.strength == 0:
             stage.skipped.append("recolouring: the strength is 0")
     return gaussians

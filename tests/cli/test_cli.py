@@ -376,7 +376,10 @@ def test_a_palette_gives_its_colours(scene, blue, capsys):
 
 def test_the_palette_pass_stands_alone(scene, blue, capsys):
     words = ["--palette", blue, "--palette-strength", "0.5", "--palette-space", "srgb"]
-    assert run(capsys, "recolor", scene, *words)[:2] == (0, "pears-recolored.ply\n")
+    code, out, err = run(capsys, "recolor", scene, *words)
+    assert (code, out) == (0, "pears-recolored.ply\n")
+    assert re.search(r"recolor +[0-9,]+ Gaussians, 50% of the way in srgb", err)
+    assert "strokes" not in err
     before, after = (base_colors(bg.load(name).sh) for name in (scene, "pears-recolored.ply"))
     assert np.std(after) < np.std(before)
     assert bg.load("pears-recolored.ply").means.shape == bg.load(scene).means.shape

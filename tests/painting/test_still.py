@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -266,6 +267,21 @@ def test_the_camera_stage_says_which_way_is_up_and_why(gaussians):
         camera = choose_camera(gaussians, ViewConfig(up=asked), report, file_up=file_up)
         assert did in report.stages[0].did
         assert (camera.width, camera.height) == (1280, 720)
+
+
+@pytest.mark.parametrize(
+    ("opacity", "zoom", "why"),
+    [
+        (0.005, 0.05, r"since they are faint: their mean opacity is 0\.0[0-9]+; run `brushgs doctor`"),
+        (1.0, 0.005, r"since few or small ones lie in view; take a larger --zoom or another view"),
+    ],
+)
+def test_a_nearly_blank_picture_says_why(gaussians, opacity, zoom, why):
+    opacities = np.full(len(gaussians), opacity, np.float32)
+    view = ViewConfig(size=(64, 48), zoom=zoom)
+    with pytest.warns(bg.SceneWarning, match=f"nearly blank: strokes cover 0.[0-9]+% of it, {why}") as caught:
+        paint(replace(gaussians, opacities=opacities), config(view=view))
+    assert len(caught) == 1
 
 
 @pytest.mark.parametrize(

@@ -215,9 +215,13 @@ def test_a_size_is_reached_within_a_tenth(pears, pixels):
 
 
 def test_a_size_that_cannot_be_had_is_told(pears):
-    with pytest.warns(SceneWarning, match="strokes of 1px are not possible in this view; these are"):
+    rule = r"strokes of 1px are not possible in this view; these .*; take --stroke-size [0-9.]+px, paint a sm"
+    with pytest.warns(SceneWarning, match=rule):
         _, stages = painted(pears, StrokeSize(1.0))
     assert stages["project"].counts["before"] == stages["prune"].counts["after"]
+    rule = r"strokes of 30000px are not .*; take --stroke-size [0-9]+px, or paint a larger picture \(--size\)"
+    with pytest.warns(SceneWarning, match=rule):
+        painted(pears, StrokeSize(30000.0))
 
 
 def test_a_count_given_takes_no_look(pears):
