@@ -22,7 +22,7 @@ COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
     "stability": "measure how stable the strokes are along a camera path",
     "bench": "measure error against run time on a scene, as curves",
     "doctor": "find faults and oddities in a scene file, and fix them",
-    "strokes": "list the built-in strokes",
+    "strokes": "list the built-in strokes and what each is good for, or draw a chart of them",
     "info": "describe the contents of a scene file",
 }
 
@@ -35,8 +35,8 @@ examples:
   brushgs render scene.ply --stroke my_brush.png --strokes 2000 --size 1920x1080
   brushgs render scene.ply --orbit 120 -o turn.mp4    one turn around the scene, as a video
 
-`brushgs COMMAND --help` lists the flags of a command. A command prints the path of its output on stdout and
-a table of its stages on stderr. Exit codes: 0 success, 1 internal error, 2 unusable input (one sentence on
+`brushgs help COMMAND` lists the flags of a command. A command prints the path of its output on stdout and a
+table of its stages on stderr. Exit codes: 0 success, 1 internal error, 2 unusable input (one sentence on
 stderr), 3 fault found by doctor, 130 stopped with Ctrl-C, 143 with SIGTERM."""
 
 
@@ -57,6 +57,7 @@ def parse(words: Sequence[str]) -> Namespace:
     Raises:
         UsageError: if a flag or a value is invalid; one sentence.
     """
+    words = _asking_for_help(words)
     return build_parser(words).parse_args(_joined(words))
 
 
@@ -75,6 +76,13 @@ def build_parser(words: Sequence[str]) -> ArgumentParser:
             command.add_argument("--debug", action="store_true", help="show the traceback of an error")
             command.set_defaults(run=module.run)
     return parser
+
+
+def _asking_for_help(words: Sequence[str]) -> Sequence[str]:
+    """No words, `help` and `help COMMAND` as `--help` and `COMMAND --help`."""
+    if not words:
+        return ["--help"]
+    return [*words[1:2], "--help"] if words[0] == "help" else words
 
 
 def _joined(words: Sequence[str]) -> list[str]:
