@@ -234,7 +234,7 @@ def recolor_scene(
     *,
     is_strokes: bool = True,
 ) -> Gaussians:
-    """Give strokes, or a scene that is none yet, the colours of the palette; a stage only where there is one."""
+    """Give strokes, or Gaussians, the colours of the palette; a stage only where there is one."""
     if palette is None or config is None:
         return gaussians
     with report.stage("recolor") as stage:

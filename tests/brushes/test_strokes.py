@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.builtin import stroke_notes
+from brushgs.brushes.texture import StrokeTexture, builtin_names
 from brushgs.io.pictures.images import read_image
 
 STROKES = Path(__file__).resolve().parents[2] / "strokes"
@@ -70,3 +71,11 @@ def test_a_stroke_runs_from_left_to_right(name):
     inside = coverage[coverage.shape[0] // 4 : -coverage.shape[0] // 4, width // 8 : width // 2]
     along, across = np.abs(np.diff(inside, axis=1)).mean(), np.abs(np.diff(inside, axis=0)).mean()
     assert along < across
+
+
+def test_the_table_in_the_readme_tells_of_every_stroke():
+    notes = stroke_notes()
+    assert [note.name for note in notes] == builtin_names()
+    for note in notes:
+        assert len(note.what) > 10
+        assert len(note.good_for) > 10

@@ -13,9 +13,12 @@ import pytest
 
 import brushgs as bg
 from brushgs import cli
+from brushgs.brushes.builtin import stroke_notes
 from brushgs.brushes.texture import builtin_names
+from brushgs.colors import rgb_of
 from brushgs.io.pictures.images import read_image
 from brushgs.painting.report import Report
+from brushgs.painting.stroke_chart import CELL, COLUMNS, PAPER
 from brushgs.sh import base_colors
 from brushgs.still_life import still_life
 
@@ -197,7 +200,7 @@ def test_a_bad_flag_gets_one_sentence(scene, capsys, words, sentence):
     assert names() == []
 
 
-@pytest.mark.parametrize("words", [[], ["paint"], ["render"], ["prune"]])
+@pytest.mark.parametrize("words", [["paint"], ["help", "paint"], ["render"], ["prune"]])
 def test_missing_words_get_one_sentence(capsys, words):
     code, out, err = run(capsys, *words)
     assert (code, out, err.count("\n")) == (2, "", 1)
@@ -443,9 +446,50 @@ def test_strokes_from_a_file_are_all_painted_unless_a_share_is_asked_for(scene, 
     assert json.loads(out)["stages"][1]["counts"]["is_strokes"], "a pass over strokes leaves strokes"
 
 
-def test_strokes_lists_the_names(capsys):
-    assert run(capsys, "strokes") == (0, "\n".join(builtin_names()) + "\n", "")
+@pytest.mark.parametrize(
+    ("words", "same"),
+    [([], ["--help"]), (["help"], ["--help"]), (["help", "render"], ["render", "--help"])],
+)
+def test_help_is_given_without_dashes_too(words, same, capsys):
+    texts = []
+    for asked in (words, same):
+        with pytest.raises(SystemExit) as exit:
+            cli.main(asked)
+        assert exit.value.code == 0
+        texts.append(capsys.readouterr().out)
+    assert texts[0] == texts[1]
+    assert texts[0].startswith("usage: brushgs")
+
+
+def test_strokes_lists_the_names_and_what_each_is_good_for(capsys):
+    code, out, err = run(capsys, "strokes")
+    assert (code, err) == (0, "")
+    lines = out.splitlines()
+    assert [line.split()[0] for line in lines] == builtin_names()
+    for line, note in zip(lines, stroke_notes(), strict=True):
+        assert line.endswith(f"  {note.what}: {note.good_for}")
+        assert len(line) < 110
     assert json.loads(run(capsys, "strokes", "--json")[1]) == builtin_names()
+
+
+def test_strokes_draws_a_chart(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert run(capsys, "strokes", "--sheet") == (0, "strokes.png\n", "")
+    assert run(capsys, "strokes", "--sheet", "a.jpg") == (0, "a.jpg\n", "")
+    assert names() == ["a.jpg", "strokes.png"]
+    sheet = read_image("strokes.png")
+    assert np.abs(sheet - read_image("a.jpg")).mean() < 2 / 255
+    width, height = CELL
+    for number in range(len(builtin_names())):
+        x, y = number % COLUMNS * width, number // COLUMNS * height
+        cell = sheet[y : y + height, x : x + width]
+        paint = np.abs(cell - rgb_of(PAPER)).max(axis=2) > 0.1
+        assert 0.05 < paint[:190].mean() < 0.6  # the mark,
+        assert paint[190:].any()  # and its name
+        assert not paint[:, :4].any()
+        assert not paint[:, -4:].any()
+    code, _, err = run(capsys, "strokes", "--sheet", "a.txt")
+    assert (code, "output must end in .png" in err) == (2, True)
 
 
 def test_info_tells_what_a_scene_holds(scene, capsys):

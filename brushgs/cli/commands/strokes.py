@@ -1,17 +1,43 @@
-"""`brushgs strokes`: the names of the built-in strokes."""
+"""`brushgs strokes`: the built-in strokes, as a list or as a chart."""
 
 from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES
+
+DEFAULT_SHEET = f"strokes{PICTURE_SUFFIXES[0]}"
 
 
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
-    parser.add_argument("--json", action="store_true", help="print a JSON list")
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--json", action="store_true", help="print the names as a JSON list")
+    group.add_argument(
+        "--sheet",
+        nargs="?",
+        type=Path,
+        const=Path(DEFAULT_SHEET),
+        metavar="FILE",
+        help=f"draw a chart of them to a picture, default {DEFAULT_SHEET} in the current folder",
+    )
 
 
 def run(args: Namespace) -> None:
-    """Print the names."""
-    import json
+    """Print the names, each with what it is good for, or draw the chart and print its path."""
+    if args.sheet is not None:
+        from brushgs.painting.stroke_chart import write_stroke_chart
 
-    from brushgs.brushes.texture import builtin_names
+        write_stroke_chart(args.sheet)
+        print(args.sheet)
+        return
+    from brushgs.brushes.builtin import stroke_notes
 
-    print(json.dumps(builtin_names()) if args.json else "\n".join(builtin_names()))
+    notes = stroke_notes()
+    if args.json:
+        import json
+
+        print(json.dumps([note.name for note in notes]))
+        return
+    width = max(len(note.name) for note in notes)
+    for note in notes:
+        print(f"{note.name:{width}}  {note.what}: {note.good_for}" if note.what else note.name)
