@@ -28,6 +28,7 @@ Needs PyTorch: `pip install torch`.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -35,6 +36,7 @@ import numpy as np
 import brushgs.scene as scene
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.colors import rgb_of
 from brushgs.options.choices import Filter, Order, ViewLock
 from brushgs.rendering.backward import (
     BOX_COLUMNS,
@@ -141,16 +143,18 @@ class Frame:
     alpha: Tensor  # [H, W]
     depth: Tensor | None = None  # [H, W]
 
-    def over(self, background: Sequence[float] | Tensor) -> Tensor:
+    def over(self, background: Sequence[float] | Tensor | str) -> Tensor:
         """The picture on a background, [H, W, 3].
 
         Args:
-            background: one RGB colour or an [H, W, 3] tensor, display-encoded, 0 to 1.
+            background: one RGB colour or an [H, W, 3] tensor, display-encoded, 0 to 1; or a colour by name or
+                as "#rrggbb".
 
         Raises:
-            ValueError: if it has another shape.
+            ValueError: if it has another shape, or is no known colour.
         """
-        behind = torch.as_tensor(background, dtype=self.rgb.dtype)
+        rgb = rgb_of(background) if isinstance(background, str) else background
+        behind = torch.as_tensor(rgb, dtype=self.rgb.dtype)
         if tuple(behind.shape) not in ((3,), tuple(self.rgb.shape)):
             raise ValueError(
                 f"over: background must have shape [3] or {list(self.rgb.shape)}, got {list(behind.shape)}"
@@ -210,7 +214,7 @@ def _projected(where: str, gaussians: Gaussians, camera: Camera, options: Projec
 
 def rasterize(
     boxes: Boxes,
-    texture: StrokeTexture | Tensor,
+    texture: StrokeTexture | str | Path | Tensor,
     *,
     height: int,
     width: int,
@@ -223,9 +227,9 @@ def rasterize(
 
     Args:
         boxes: M strokes, nearest first.
-        texture: what fills a box; or the coverage of a stroke image as a tensor [h, w] of 0 to 1, which
-            then gets a gradient: through the levels of `filter="mip"` as well, by the transpose of what
-            makes them.
+        texture: what fills a box, or its name or path; or the coverage of a stroke image as a tensor [h, w]
+            of 0 to 1, which then gets a gradient: through the levels of `filter="mip"` as well, by the
+            transpose of what makes them.
         height: pixels, see `brushgs.rasterize`, like the others.
         width: pixels.
         filter: how a stroke image is read.
@@ -252,7 +256,7 @@ def rasterize(
 def render(
     gaussians: Gaussians,
     camera: Camera,
-    texture: StrokeTexture | Tensor,
+    texture: StrokeTexture | str | Path | Tensor,
     *,
     lock: ViewLock | Directions = "anchor",
     order: Order = "depth",
@@ -280,7 +284,7 @@ def render(
         TypeError: if an argument has another type.
         ValueError: if a value is out of range or `order` is "soft".
     """
-    stroke, _ = _stroke_of("render", texture)
+    stroke, coverage = _stroke_of("render", texture)
     options = RenderOptions.of(
         stroke,
         lock=lock,
@@ -293,7 +297,7 @@ def render(
     boxes = _projected("render", gaussians, camera, replace(options.projection, order=order))
     return rasterize(
         boxes,
-        texture,
+        stroke if coverage is None else coverage,
         height=camera.height,
         width=camera.width,
         filter=filter,
@@ -418,11 +422,11 @@ def _name(tensor: Tensor) -> str:
     return str(tensor.dtype).removeprefix("torch.")
 
 
-def _stroke_of(where: str, texture: StrokeTexture | Tensor) -> tuple[StrokeTexture, Tensor | None]:
+def _stroke_of(
+    where: str, texture: StrokeTexture | str | Path | Tensor
+) -> tuple[StrokeTexture, Tensor | None]:
     """The texture, and the coverage that it was made of where that is a tensor."""
-    if isinstance(texture, StrokeTexture):
-        return texture, None
     if not isinstance(texture, Tensor):
-        raise TypeError(f"{where}: texture must be a StrokeTexture or a tensor, got {type(texture).__name__}")
+        return StrokeTexture.of(texture), None
     _check_tensors(where, {"texture": texture})
     return StrokeTexture.from_coverage(_array(texture)), texture

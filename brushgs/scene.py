@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from brushgs.arrays import Array, check
+from brushgs.colors import rgb_of
 
 SH_TERMS = {1: 0, 4: 1, 9: 2, 16: 3}  # number of spherical-harmonic terms -> degree
 # The layers of a frame beside its colour: field of `Frame` -> column of `Boxes`, [M] or [M, channels], whose
@@ -35,8 +36,9 @@ GAUSSIAN_COLUMNS = (
 class Gaussians:
     """N anisotropic 3D Gaussians with view-dependent colour: a scene, or the strokes made of one.
 
-    All columns share one dtype, float32 or float64, and become read-only views: no copy is made of
-    arrays that are already contiguous.
+    All columns share one dtype, float32 or float64, and become read-only views: no copy is made of arrays
+    that are already contiguous. Lists of numbers are taken too, in the dtype of the arrays beside them, or as
+    float32.
 
     Attributes:
         means: [N, 3] centres, world units, finite.
@@ -220,6 +222,8 @@ class Camera:
 class Boxes:
     """M oriented rectangles on the image plane, one a stroke, nearest first.
 
+    Columns are arrays of float32 or of float64, `ids` of int32, or lists of numbers; see `Gaussians`.
+
     Attributes:
         centers: [M, 2] (x, y), pixels.
         half_extents: [M, 2] (along u, along v), pixels, >= 0.
@@ -300,15 +304,19 @@ class Frame:
     alpha: Array  # [H, W]
     depth: Array | None = None  # [H, W]
 
-    def over(self, background: Sequence[float] | Array) -> Array:
+    def over(self, background: Sequence[float] | Array | str) -> Array:
         """The picture on a background, [H, W, 3].
 
         Args:
-            background: one RGB colour or an [H, W, 3] array, display-encoded, 0 to 1.
+            background: one RGB colour or an [H, W, 3] array, display-encoded, 0 to 1; or a colour as on the
+                command line: "#rrggbb" or a name, such as "white", "toned" or "gray".
+
+        Raises:
+            ValueError: if it has another shape, or is no known colour.
         """
         return np.asarray(self.rgb + (1 - self.alpha[..., None]) * self._behind(background))
 
-    def bytes_over(self, background: Sequence[float] | Array) -> NDArray[np.uint8]:
+    def bytes_over(self, background: Sequence[float] | Array | str) -> NDArray[np.uint8]:
         """The picture on a background as a screen shows it, uint8 [H, W, 3]: `over`, clipped and rounded.
 
         One pass over memory: a sixth of the time of rounding the result of `over`, and the same bits.
@@ -323,9 +331,10 @@ class Frame:
         _core.finish(rgb=rgb, alpha=alpha, background=behind, bytes=pixels)
         return pixels
 
-    def _behind(self, background: Sequence[float] | Array) -> Array:
+    def _behind(self, background: Sequence[float] | Array | str) -> Array:
         """The background in the dtype of the frame, [3] or [H, W, 3]."""
-        behind = np.asarray(background, dtype=self.rgb.dtype)
+        rgb = rgb_of(background) if isinstance(background, str) else background
+        behind = np.asarray(rgb, dtype=self.rgb.dtype)
         if behind.shape not in ((3,), self.rgb.shape):
             raise ValueError(
                 f"over: background must have shape [3] or {list(self.rgb.shape)}, got {list(behind.shape)}"
@@ -334,12 +343,21 @@ class Frame:
 
 
 def _freeze_floats(where: str, value: Any, except_for: tuple[str, ...] = ()) -> None:
-    """Make every column of a frozen dataclass contiguous and read-only; all must share one float dtype."""
+    """Make every column of a frozen dataclass contiguous and read-only; all must share one float dtype.
+
+    Lists become arrays of that dtype, int32 for the columns `except_for`.
+    """
     dtypes = {}
+    columns = {f.name: getattr(value, f.name) for f in fields(value) if f.type is not bool}
+    arrays = (c for name, c in columns.items() if isinstance(c, np.ndarray) and name not in except_for)
+    dtype_of_lists = next((c.dtype for c in arrays), np.dtype(np.float32))
     for f in fields(value):
-        column = getattr(value, f.name)
+        column = columns.get(f.name)
         if (column is None and f.default is None) or f.type is bool:
             continue
+        if isinstance(column, list | tuple):
+            dtype = np.dtype(np.int32) if f.name in except_for else dtype_of_lists
+            column = _array_of_list(where, f.name, column, dtype)
         if not isinstance(column, np.ndarray):
             raise TypeError(f"{where}: {f.name} must be a NumPy array, got {type(column).__name__}")
         if f.name not in except_for:
@@ -353,6 +371,18 @@ def _freeze_floats(where: str, value: Any, except_for: tuple[str, ...] = ()) -> 
     for other, other_dtype in dtypes.items():
         if other_dtype != dtype:
             raise TypeError(f"{where}: {other} must be {dtype} like {name}, got {other_dtype}")
+
+
+def _array_of_list(where: str, name: str, values: Sequence[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+    """The array that a list of numbers stands for: whole numbers where `dtype` is int32."""
+    try:
+        array = np.asarray(values)
+    except (TypeError, ValueError):  # rows of several lengths
+        array = np.asarray(None)
+    if array.dtype.kind not in ("iu" if dtype == np.int32 else "iuf") and array.size:
+        kind = "whole numbers" if dtype == np.int32 else "numbers, in rows of one length"
+        raise TypeError(f"{where}: {name} must be an array or a list of {kind}")
+    return array.astype(dtype)
 
 
 def _check_finite(where: str, value: Any) -> None:

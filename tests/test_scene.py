@@ -1,7 +1,7 @@
 """The containers: what they refuse and in which words, what they share, and the geometry of a camera."""
 
 import re
-from dataclasses import FrozenInstanceError, replace
+from dataclasses import FrozenInstanceError, fields, replace
 
 import numpy as np
 import pytest
@@ -133,7 +133,14 @@ def test_half_turns_scale_zero_and_opacities_zero_and_one_are_legitimate():
 @pytest.mark.parametrize(
     ("make", "name", "value", "message"),
     [
-        (gaussians, "means", [[0, 0, 0]] * N, "Gaussians: means must be a NumPy array, got list"),
+        (
+            gaussians,
+            "means",
+            [[0, 0, 0], [0, 0]],
+            "Gaussians: means must be an array or a list of numbers, in",
+        ),
+        (gaussians, "opacities", ["1"] * N, "Gaussians: opacities must be an array or a list of numbers, in"),
+        (boxes, "ids", [0.0] * N, "Boxes: ids must be an array or a list of whole numbers"),
         (gaussians, "means", np.zeros((N, 3), int), "Gaussians: means must be float32 or float64, got int64"),
         (gaussians, "sh", np.zeros((N, 4, 3)), "Gaussians: sh must be float32 like means, got float64"),
         (
@@ -223,7 +230,8 @@ def test_boxes_need_no_softness():
         ),
         (np.zeros(6), TypeError, "Boxes: softness must be float32 like centers, got float64"),
         (np.zeros(5, np.float32), ValueError, "Boxes: softness must have shape"),
-        ([0.0] * 6, TypeError, "Boxes: softness must be a NumPy array, got list"),
+        ([0.0] * 5, ValueError, "Boxes: softness must have shape"),
+        (0.0, TypeError, "Boxes: softness must be a NumPy array, got float"),
     ],
 )
 def test_softness_is_checked_like_any_column(softness, error, message):
@@ -386,6 +394,31 @@ def test_a_frame_lies_over_a_colour_or_a_picture():
     np.testing.assert_allclose(frame.over(ground), frame.rgb + (1 - alpha[..., None]) * ground)
     single = Frame(frame.rgb.astype(np.float32), alpha.astype(np.float32))
     assert single.over((0, 0, 0)).dtype == np.float32
+
+
+@pytest.mark.parametrize(("name", "rgb"), [("white", (1, 1, 1)), ("#ff0080", (1, 0, 128 / 255))])
+def test_a_frame_lies_over_a_colour_by_name(name, rgb):
+    frame = Frame(np.full((2, 3, 3), 0.1, np.float32), np.full((2, 3), 0.25, np.float32))
+    np.testing.assert_array_equal(frame.over(name), frame.over(rgb))
+    np.testing.assert_array_equal(frame.bytes_over(name), frame.bytes_over(rgb))
+    with refused(ValueError, "a colour must be '#rrggbb' or one of white, black"):
+        frame.over("redish")
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_lists_become_arrays_in_the_dtype_beside_them(dtype):
+    for source in (gaussians(dtype), boxes(dtype)):
+        columns = {f.name: getattr(source, f.name) for f in fields(source) if f.type is not bool}
+        lists = {name: None if column is None else column.tolist() for name, column in columns.items()}
+        for name in columns:
+            changed_to = getattr(replace(source, **{name: lists[name]}), name)
+            assert changed_to is None or changed_to.dtype == columns[name].dtype
+            np.testing.assert_array_equal(changed_to, columns[name])
+        whole = type(source)(**lists)
+        for name, column in columns.items():
+            if column is not None:
+                assert getattr(whole, name).dtype == (np.int32 if name == "ids" else np.float32)
+                np.testing.assert_array_equal(getattr(whole, name), column.astype(getattr(whole, name).dtype))
 
 
 @pytest.mark.parametrize("shape", [(), (1,), (4,), (1, 3), (2, 3, 3), (3, 1, 3), (1, 3, 4)])

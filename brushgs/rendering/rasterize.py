@@ -1,6 +1,7 @@
 """Boxes become frames: the public function over the compiled rasteriser."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
@@ -18,7 +19,7 @@ PLAIN_EXPONENT = 40  # softness of 1e-12 to 1e12 world units needs no other unit
 
 def rasterize(
     boxes: Boxes,
-    texture: StrokeTexture,
+    texture: StrokeTexture | str | Path,
     *,
     height: int,
     width: int,
@@ -47,7 +48,7 @@ def rasterize(
 
     Args:
         boxes: M strokes, nearest first.
-        texture: what fills a box.
+        texture: what fills a box; or its name or path, see `render`.
         height: pixels, 1 to 32767.
         width: pixels, 1 to 32767; height x width at most 2^28.
         filter: how a stroke image is sampled. "bilinear": between the four nearest texels, as published.
@@ -77,7 +78,7 @@ def rasterize(
         )
     if not 0 <= min_transmittance < 1:
         raise ValueError(f"rasterize: min_transmittance must be in [0, 1), got {min_transmittance}")
-    threads = num_threads_or_default(num_threads)
+    texture, threads = StrokeTexture.of(texture), num_threads_or_default(num_threads)
     is_soft = boxes.softness is not None and texture.kind == "image"
     boxes, exponent = _in_plain_range(boxes) if is_soft else (boxes, 0)
     attributes = {name: a for name, a in boxes.attributes().items() if depth or name != "depth"}

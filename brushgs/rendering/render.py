@@ -1,6 +1,7 @@
 """Gaussians and a camera, or a camera path, become frames: `render` and `render_sequence`."""
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import get_args
 
 from brushgs.brushes.texture import StrokeTexture
@@ -14,7 +15,7 @@ from brushgs.scene import Camera, Frame, Gaussians
 def render(
     gaussians: Gaussians,
     camera: Camera,
-    texture: StrokeTexture,
+    texture: StrokeTexture | str | Path,
     *,
     lock: ViewLock | Directions = "anchor",
     order: Order = "depth",
@@ -32,7 +33,8 @@ def render(
     Args:
         gaussians: N Gaussians in world space; each becomes a stroke.
         camera: one pinhole camera; its size is the size of the picture.
-        texture: the stroke; `StrokeTexture.open("gaussian")` gives the plain 3DGS picture.
+        texture: the stroke, or its name or path as `StrokeTexture.open` takes it, which reads it each time;
+            "gaussian" gives the plain 3DGS picture.
         lock: which way strokes point: "anchor", "off" (as published), or what `track_directions` found for
             this view of a path; see `project`.
         order: "depth": strokes hide what lies behind them, and change places at once where one passes
@@ -51,6 +53,7 @@ def render(
     Raises:
         ValueError: if an option is out of range.
     """
+    texture = StrokeTexture.of(texture)
     options = RenderOptions.of(
         texture,
         lock=lock,
@@ -67,7 +70,7 @@ def render(
 def render_sequence(
     gaussians: Gaussians,
     cameras: Sequence[Camera],
-    texture: StrokeTexture,
+    texture: StrokeTexture | str | Path,
     *,
     lock: Lock = "track",
     order: Order = "soft",
@@ -82,7 +85,7 @@ def render_sequence(
     Args:
         gaussians: N Gaussians in world space; each becomes a stroke.
         cameras: the views in order, all of one size; closed where the last equals the first.
-        texture: the stroke.
+        texture: see `render`.
         lock: which way strokes point: "track": chosen over the whole path before the first frame is drawn,
             see `track_directions`; "anchor" or "off": by each view alone, see `project`.
         order: see `render`.
@@ -97,6 +100,7 @@ def render_sequence(
     """
     if lock not in get_args(Lock):
         raise ValueError(f"render_sequence: lock must be one of {', '.join(get_args(Lock))}, got {lock!r}")
+    texture = StrokeTexture.of(texture)
     options = RenderOptions.of(
         texture,
         lock=lock,

@@ -6,8 +6,9 @@ once, and compared with the plain picture. Costs are modelled (`view_model`), no
 count on every machine and in every run.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import Array, check
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.colors import rgb_of
 from brushgs.options.choices import Features, Filter, Merge
 from brushgs.passes.cluster import cluster_weights
 from brushgs.passes.contribution import visible_shares
@@ -67,12 +69,12 @@ class Choice:
 def choose_strokes(
     gaussians: Gaussians,
     camera: Camera,
-    texture: StrokeTexture,
+    texture: StrokeTexture | str | Path,
     *,
     psnr: float | None = None,
     size: float | None = None,
     plain: Frame | None = None,
-    background: Array | tuple[float, float, float] = WHITE,
+    background: Array | Sequence[float] | str = WHITE,
     filter: Filter = "mip",
     num_sigmas: float | None = None,
     features: Features = "balanced",
@@ -87,14 +89,14 @@ def choose_strokes(
     Args:
         gaussians: N Gaussians, pruned as for painting, N >= 1.
         camera: the view, in the size in which pictures are compared.
-        texture: the stroke.
+        texture: the stroke, or its name or path.
         psnr: in place of the knee, the fewest strokes that are expected to reach this PSNR to the plain
             picture, dB, > 0. Clusters mostly reach the error of the sampled cells at 0.7 to 1.4 of their
             count.
         size: in place of the knee, the fewest strokes of at most this typical size, pixels, > 0. Below 1,000
             strokes they are up to 20 % smaller: clusters are more compact than cells.
         plain: the plain picture; None renders `gaussians` with the "gaussian" kernel.
-        background: [3] or [H, W, 3], 0 to 1, on which pictures are compared.
+        background: see `Frame.over`; on it pictures are compared.
         filter: see `rasterize`.
         num_sigmas: see `render`.
         features: see `cluster`.
@@ -120,8 +122,10 @@ def choose_strokes(
         kernel = StrokeTexture.open("gaussian")
         plain = render(gaussians, camera, kernel, depth=False, num_threads=num_threads)
     check("choose_strokes", plain=(plain.alpha, f"{camera.height} {camera.width}"))
+    texture = StrokeTexture.of(texture)
     options = RenderOptions.of(texture, filter=filter, num_sigmas=num_sigmas, num_threads=num_threads)
-    view_model = ViewModel(camera, texture, options, plain, np.asarray(background))
+    behind = rgb_of(background) if isinstance(background, str) else background
+    view_model = ViewModel(camera, texture, options, plain, np.asarray(behind))
     return choose_for_view_model(gaussians, view_model, psnr=psnr, size=size, features=features, merge=merge)
 
 

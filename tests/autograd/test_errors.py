@@ -40,8 +40,10 @@ def test_other_types_and_dtypes_are_refused():
         TypeError, match=r"rasterize: boxes must be brushgs.autograd.Boxes, got Boxes; use Boxes.of"
     ):
         ba.rasterize(BOXES, bristles(), **SIZE)
-    with pytest.raises(TypeError, match="render: texture must be a StrokeTexture or a tensor, got str"):
-        ba.render(strokes(), CAMERA, "swirl")
+    with pytest.raises(
+        TypeError, match="texture must be a StrokeTexture, the name of a stroke or a path, got int"
+    ):
+        ba.render(strokes(), CAMERA, 3)
 
 
 def test_wrong_values_are_refused_where_they_are_used():

@@ -35,6 +35,14 @@ def test_pictures_are_those_of_brushgs_bit_for_bit(kind, dtype):
     assert ba.render(ba.Gaussians.of(scene), CAMERA, TEXTURES[kind], depth=False).depth is None
 
 
+def test_strokes_and_colours_are_taken_by_name():
+    scene = scene_of(50, 3)
+    expected = bg.render(scene, CAMERA, bg.StrokeTexture.open("flat"))
+    actual = ba.render(ba.Gaussians.of(scene), CAMERA, "flat")
+    np.testing.assert_array_equal(actual.over("navy"), expected.over("navy"))
+    assert not np.array_equal(expected.over("navy"), expected.over("white"))
+
+
 @cache
 def strokes_of(name):
     """2000 float32 strokes of a trained scene, and a camera that sees it whole."""

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.texture import StrokeTexture, strokes_folder
 from brushgs.rendering import constants
 from brushgs.rendering.rasterize import rasterize
-from brushgs.rendering.render import render
+from brushgs.rendering.render import render, render_sequence
 from brushgs.scene import Boxes, Camera, Gaussians
 from tests.rendering.strokes import boxes_of, bristles, random_boxes, softened
 
@@ -117,3 +117,22 @@ def test_the_thresholds_are_those_that_scenes_are_trained_with():
     assert (constants.MAX_ALPHA, constants.MIN_ALPHA) == (0.99, 1 / 255)
     assert 0.9999e-4 < constants.MIN_TRANSMITTANCE < 1e-4
     assert StrokeTexture.open("gaussian").num_sigmas == constants.GAUSSIAN_SIGMAS
+
+
+def test_a_stroke_is_taken_by_its_name(tmp_path):
+    opened = StrokeTexture.open("flat")
+    path = tmp_path / "mine.png"
+    path.write_bytes((strokes_folder() / "flat.png").read_bytes())
+    for named in ("flat", "Flat", path, str(path)):
+        pictures = [
+            (render(SCENE, CAMERA, named), render(SCENE, CAMERA, opened)),
+            (next(render_sequence(SCENE, [CAMERA], named)), next(render_sequence(SCENE, [CAMERA], opened))),
+            (rasterize(BOXES, named, height=9, width=8), rasterize(BOXES, opened, height=9, width=8)),
+        ]
+        for by_name, by_texture in pictures:
+            assert by_texture.alpha.any()
+            np.testing.assert_array_equal(by_name.rgb, by_texture.rgb)
+    with pytest.raises(
+        TypeError, match="texture must be a StrokeTexture, the name of a stroke or a path, got N"
+    ):
+        render(SCENE, CAMERA, None)

@@ -61,7 +61,7 @@ def save_video(
     path: str | Path,
     *,
     fps: float = 24.0,
-    background: Sequence[float] = (1.0, 1.0, 1.0),
+    background: Sequence[float] | str = (1.0, 1.0, 1.0),
     loops: bool = False,
 ) -> None:
     """Write frames, such as those of `brushgs.render_sequence`, to a video: .mp4, .webm or .gif.
@@ -72,7 +72,7 @@ def save_video(
         frames: at least one, all of one size.
         path: the suffix decides the format, see `open_video`.
         fps: frames a second, above 0.
-        background: RGB behind the strokes, 0 to 1, display-encoded; videos have no transparency.
+        background: colour behind the strokes, see `Frame.over`; videos have no transparency.
         loops: whether a GIF starts over at its end.
 
     Raises:
