@@ -335,15 +335,15 @@ def test_a_line_that_winds_by_half_a_turn_is_closed_where_it_costs_least():
 
 
 def test_the_frame_rate_does_not_change_the_story():
-    """Frames at the same places of a path point the same way, whatever lies between them."""
+    """Frames at the same places of a path point the same way, whatever lies between them: up to 3 degrees."""
     scene = strokes(800)
     rates = {
         every: directions_of(track_directions(scene, turntable(480 // every + 1, step=every * STEP / 4)))
-        for every in (1, 2, 4, 8, 16)
+        for every in (1, 2, 4, 8)
     }
-    slow = rates[16]
+    slow = rates[8]
     for every, angles in rates.items():
-        off = difference(angles[:: 16 // every], slow)
+        off = difference(angles[:: 8 // every], slow)
         assert np.degrees(np.quantile(off, 0.999)) < 1, every
         assert np.degrees(off.max()) < 6, every
 
@@ -542,6 +542,57 @@ def test_a_frame_beyond_the_path_is_refused():
 
 
 def test_knots_lie_evenly_however_the_frames_do():
-    path = track_directions(strokes(5), turntable(10, step=8 * KNOT_SPACING))
-    assert len(path.turns) == 73
-    np.testing.assert_allclose(path.positions, np.arange(10) * 8, atol=1e-6)
+    path = track_directions(strokes(5), turntable(10, step=2 * KNOT_SPACING))
+    assert len(path.turns) == 19
+    np.testing.assert_allclose(path.positions, np.arange(10) * 2, atol=1e-6)
+
+
+def test_frames_that_are_far_apart_are_the_knots():
+    cameras = turntable(10, step=8 * KNOT_SPACING)
+    path = track_directions(strokes(200), cameras)
+    assert len(path.turns) == 10
+    np.testing.assert_array_equal(path.positions, np.arange(10))
+    # Strokes rest where the camera does.
+    rested = track_directions(strokes(200), [*cameras[:4], cameras[3], cameras[3], *cameras[4:]])
+    np.testing.assert_array_equal(rested.turns, path.turns)
+    np.testing.assert_array_equal(rested.positions, [0, 1, 2, 3, 3, 3, 4, 5, 6, 7, 8, 9])
+
+
+COARSE = [3.0, 3.4, 3.6, 5.0, 7.5, 10.0, 15.0]  # degrees a frame; tracking changes at 3.5
+
+
+@pytest.mark.parametrize("is_loop", [False, True])
+@pytest.mark.parametrize("degrees", COARSE)
+def test_at_coarse_steps_a_lock_is_better_than_none(degrees, is_loop):
+    """Not worse in any respect; measured: no flips, and at most 0.09 of the spins."""
+    num_frames = round(360 / degrees)
+    cameras = turntable(num_frames, step=2 * np.pi / num_frames)
+    cameras = closed(cameras) if is_loop else cameras
+    events, off_axis, miss = judged(strokes(800), cameras, "track")
+    unlocked, _, _ = judged(strokes(800), cameras, "off")
+    assert unlocked.spins > 200
+    assert events.flips == 0
+    assert events.spins <= (0.15 * unlocked.spins if degrees > 3.5 else 0)
+    assert events.size_pops == unlocked.size_pops == 0
+    assert off_axis <= 0.02
+    assert miss < 1e-5
+
+
+@pytest.mark.parametrize("degrees", [7.5, 15.0])
+def test_a_closed_path_of_coarse_steps_comes_back_to_where_it_began(degrees):
+    num_frames = round(360 / degrees)
+    path = track_directions(strokes(800), closed(turntable(num_frames, step=np.radians(degrees))))
+    first, last = path.directions(0), path.directions(num_frames)
+    np.testing.assert_array_equal(first.angles, last.angles)
+    np.testing.assert_array_equal(first.area_scales, last.area_scales)
+
+
+def test_boxes_that_turn_across_their_ellipse_seldom_jump_in_size():
+    """Strokes of some hundred pixels; measured: 55 kinks; with areas in 1/32 octaves 85."""
+    scene, size = strokes(800), {"width": 1280, "height": 960}
+    cameras = [camera.resized(**size) for camera in closed(turntable(240))]
+    ellipses = [project(scene, camera) for camera in cameras]
+    events = orientation_events(bg.track(scene, cameras), ellipses=ellipses, **size)
+    assert events.stroke_frames > 190_000
+    assert events.size_pops == 0
+    assert events.kinks <= 70

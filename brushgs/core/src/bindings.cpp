@@ -239,8 +239,8 @@ void def_project_backward(nb::module_& m) {
 
 template <class T>
 nb::tuple track_directions(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities,
-                           const std::vector<brushgs::View>& views, bool is_closed, double step, double low_pass,
-                           int num_threads) {
+                           const std::vector<brushgs::View>& views, bool is_closed, bool is_coarse, double step,
+                           double most_turn, double growth, double low_pass, int num_threads) {
     const auto gaussians = columns_of<T>(means, quats, scales, opacities, std::nullopt);
     brushgs::Tracks tracks;
     {
@@ -248,7 +248,10 @@ nb::tuple track_directions(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T
         tracks = brushgs::track_directions(gaussians, {.views = views.data(),
                                                        .num_views = views.size(),
                                                        .is_closed = is_closed,
+                                                       .is_coarse = is_coarse,
                                                        .step = step,
+                                                       .most_turn = most_turn,
+                                                       .growth = growth,
                                                        .low_pass = low_pass,
                                                        .num_threads = num_threads});
     }
@@ -260,8 +263,8 @@ nb::tuple track_directions(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T
 template <class T>
 void def_track_directions(nb::module_& m) {
     m.def("track_directions", &track_directions<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
-          "scales"_a.noconvert(), "opacities"_a.noconvert(), "views"_a, "is_closed"_a, "step"_a, "low_pass"_a,
-          "num_threads"_a,
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "views"_a, "is_closed"_a, "is_coarse"_a, "step"_a,
+          "most_turn"_a, "growth"_a, "low_pass"_a, "num_threads"_a,
           "Directions [views, N] in 2^-16 turns; and the least area of each box [views, N], in areas of the smallest "
           "box around its ellipse, as octaves times AREA_SCALE_STEPS, or None where none is above 1.");
 }

@@ -24,7 +24,7 @@ bool track_rows(const GaussianColumns<T>& gaussians, const TrackParams& params, 
                 TrackScratch& scratch, const Tracks& tracks) {
     const CostTable& table = cost_table();
     Turn* turns = tracks.turns.get();
-    std::uint8_t* area_scales = tracks.area_scales.get();
+    AreaScale* area_scales = tracks.area_scales.get();
 #ifdef BRUSHGS_X86
     switch (best_isa()) {
         case Isa::avx512:
@@ -69,7 +69,7 @@ template <class T>
 Tracks track_directions(const GaussianColumns<T>& gaussians, const TrackParams& params) {
     Tracks tracks;
     tracks.turns = make_buffer<Turn>(params.num_views * gaussians.count);
-    tracks.area_scales = make_buffer<std::uint8_t>(params.num_views * gaussians.count);
+    tracks.area_scales = make_buffer<AreaScale>(params.num_views * gaussians.count);
     const std::size_t num_blocks = (gaussians.count + kTrackRows - 1) / kTrackRows;
     const auto num_parts = std::min(num_blocks, static_cast<std::size_t>(std::max(params.num_threads, 1)));
     std::atomic<std::size_t> next{0};

@@ -13,7 +13,10 @@ struct TrackParams {
     const View* views;      // [count] knots of the path, `step` apart
     std::size_t num_views;  // >= 1
     bool is_closed;         // the last view is the first again
+    bool is_coarse;         // the knots are the frames, and far apart: what one frame may turn is limited
     double step;            // change of view from one knot to the next, in units of 1.5 degrees
+    double most_turn;       // radians from knot to knot, unless it is coarse: more would spin from frame to frame
+    double growth;          // of the area of a box, at most, from knot to knot, for being off its axis; > 1
     double low_pass;        // added to the projected covariance, pixels squared
     int num_threads;
 };
@@ -21,12 +24,14 @@ struct TrackParams {
 // What a direction is stored in: whole 2^-16 turns, which wrap as they should. 0.0055 degrees.
 using Turn = std::int16_t;
 // The area of a box, in areas of the smallest box around its ellipse, is stored as 2^(value / kAreaScaleSteps).
-constexpr int kAreaScaleSteps = 32;
+// Coarser steps show: at 32 to an octave the side of a box of 200 pixels moves by more than one.
+using AreaScale = std::uint16_t;
+constexpr int kAreaScaleSteps = 2048;
 
 struct Tracks {
-    Buffer<Turn> turns;                // [num_views, count]
-    Buffer<std::uint8_t> area_scales;  // [num_views, count]
-    bool has_area_scales = false;      // whether any area_scale is not 0
+    Buffer<Turn> turns;             // [num_views, count]
+    Buffer<AreaScale> area_scales;  // [num_views, count]
+    bool has_area_scales = false;   // whether any area_scale is not 0
 };
 
 // The result does not depend on `num_threads`, bit for bit.

@@ -28,7 +28,7 @@ struct TrackScratch {
           column(make_buffer<float>(num_views)),
           positions(make_buffer<std::int32_t>(num_views)),
           costs(make_buffer<Cost>(num_views * kCostRow)) {}
-    static constexpr std::size_t kNumSeries = 5;
+    static constexpr std::size_t kNumSeries = 6;
     Buffer<float> lanes;             // [kNumSeries, num_views, kTrackRows]
     Buffer<float> column;            // [num_views]
     Buffer<std::int32_t> positions;  // [num_views]
@@ -41,10 +41,10 @@ struct TrackScratch {
     namespace isa {                                                                                              \
     bool track_rows(const GaussianColumns<float>& gaussians, const TrackParams& params, const CostTable& table,  \
                     std::size_t begin, std::size_t end, TrackScratch& scratch, Turn* turns,                      \
-                    std::uint8_t* area_scales);                                                                  \
+                    AreaScale* area_scales);                                                                     \
     bool track_rows(const GaussianColumns<double>& gaussians, const TrackParams& params, const CostTable& table, \
                     std::size_t begin, std::size_t end, TrackScratch& scratch, Turn* turns,                      \
-                    std::uint8_t* area_scales);                                                                  \
+                    AreaScale* area_scales);                                                                     \
     }
 
 BRUSHGS_DECLARE_TRACK(baseline)
