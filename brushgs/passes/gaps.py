@@ -16,7 +16,7 @@ surface that it lies on is seen:
 import numpy as np
 from numpy.typing import NDArray
 
-import brushgs._core as _core
+from brushgs.native import core as _core
 from brushgs.threads import num_threads_or_default
 
 NUM_NEIGHBORS = 12  # that may cover a stroke: two rings of a lattice
