@@ -12,6 +12,7 @@ from brushgs.options.sequence import PathConfig
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.painting.still import paint
+from brushgs.still_life import still_life, still_life_camera
 from tests.doctor.scenes import ball
 from tests.passes.test_floaters import blobs, joined
 
@@ -76,14 +77,17 @@ def test_all_strokes_are_spent_where_the_camera_looks():
     assert (both.strokes.means[:, 0] > 4).sum() > 50
 
 
-def test_that_comes_nearer_to_the_plain_picture():
-    close = bg.Camera.look_at((0, 0, -1.6), (0, 0, 0), width=96, height=72)
-    plain = bg.render(TWO, close, bg.StrokeTexture.open("gaussian")).over((1, 1, 1))
+@pytest.mark.parametrize(("zoom", "ratio"), [(1, 0.8), (3, 0.5)])
+def test_that_comes_nearer_to_the_plain_picture(zoom, ratio):
+    """Squared error against that of strokes for the scene; measured here: 0.64 and 0.30."""
+    fruit, camera = still_life(20000), still_life_camera(width=96, height=72)
+    camera = replace(camera, K=camera.K * np.diag([zoom, zoom, 1]) + camera.K * (1 - np.eye(3)))
+    plain = bg.render(fruit, camera, bg.StrokeTexture.open("gaussian")).over((1, 1, 1))
     errors = [
-        float(np.square(paint(TWO, config, camera=close).over((1, 1, 1)) - plain).mean())
+        np.square(paint(fruit, config, camera=camera).over((1, 1, 1)) - plain).mean()
         for config in (PAINT, FOR_VIEW)
     ]
-    assert errors[1] < 0.8 * errors[0]
+    assert errors[1] < ratio * errors[0]
 
 
 def test_the_report_says_when_most_strokes_lie_outside():
