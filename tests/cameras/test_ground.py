@@ -1,0 +1,130 @@
+"""Up is perpendicular to the ground, where there is one."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import brushgs as bg
+from brushgs.cameras.framing import AXES
+from brushgs.cameras.ground import level_up
+from brushgs.cameras.orbit import orbit
+from brushgs.options.painting import ViewConfig
+from brushgs.painting.report import Report
+from brushgs.painting.views import choose_first_view
+from brushgs.scene import Gaussians
+from tests.scenes import real_scene
+
+
+def degrees_between(one, other):
+    return np.degrees(np.arccos(np.clip(np.dot(one, other), -1, 1)))
+
+
+def turned(gaussians, rotation):
+    """The scene turned by a rotation of SciPy."""
+    quats = (rotation * Rotation.from_quat(gaussians.quats[:, [1, 2, 3, 0]])).as_quat()[:, [3, 0, 1, 2]]
+    means = rotation.apply(gaussians.means)
+    return Gaussians(
+        means.astype(np.float32),
+        quats.astype(np.float32),
+        gaussians.scales,
+        gaussians.opacities,
+        gaussians.sh,
+    )
+
+
+def statue_on_a_plaza(seed=0, noise=4.0):
+    """A ball of discs that face outward, over a ground of discs that are level within `noise` degrees."""
+    rng = np.random.default_rng(seed)
+    ground = np.column_stack([rng.uniform(-3, 3, 6000), rng.normal(1, 0.01, 6000), rng.uniform(-3, 3, 6000)])
+    outward = rng.normal(size=(3000, 3))
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    facing = np.concatenate([rng.normal(size=(6000, 3)) * np.sin(np.radians(noise)) + (0, -1, 0), outward])
+    facing /= np.linalg.norm(facing, axis=1, keepdims=True)
+    axis = np.cross((0, 0, 1), facing)
+    quats = np.column_stack([1 + facing[:, 2], axis])  # from z to the direction that the disc faces
+    n = len(quats)
+    return Gaussians(
+        np.concatenate([ground, 0.9 * outward]).astype(np.float32),
+        quats.astype(np.float32),
+        np.tile(np.array([0.05, 0.05, 0.002], np.float32), (n, 1)),
+        np.full(n, 0.9, np.float32),
+        np.zeros((n, 1, 3), np.float32),
+    )
+
+
+@pytest.mark.parametrize("tilt", [(3, 0, 0), (0, 0, -4), (5, 0, 9)])
+@pytest.mark.parametrize("unit", [1e-4, 1.0, 1e4])
+def test_up_is_perpendicular_to_the_ground(tilt, unit):
+    scene = statue_on_a_plaza()
+    scene = Gaussians(
+        scene.means * np.float32(unit),
+        scene.quats,
+        scene.scales * np.float32(unit),
+        scene.opacities,
+        scene.sh,
+    )
+    rotation = Rotation.from_rotvec(tilt, degrees=True)
+    found = level_up(turned(scene, rotation), np.array(AXES["-y"]))
+    assert degrees_between(found, rotation.apply(AXES["-y"])) < 0.3
+    assert np.linalg.norm(found) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("up", sorted(AXES))
+def test_it_does_not_depend_on_the_axis_that_is_up(up):
+    rotation, _ = Rotation.align_vectors([AXES[up]], [AXES["-y"]])
+    lean = Rotation.from_rotvec(np.roll(AXES[up], 1) * 4, degrees=True)
+    found = level_up(turned(statue_on_a_plaza(), lean * rotation), np.array(AXES[up]))
+    assert degrees_between(found, lean.apply(AXES[up])) < 0.3
+
+
+def test_a_level_ground_leaves_the_axis_as_it_is():
+    up = np.array(AXES["-y"])
+    assert level_up(statue_on_a_plaza(), up) is up
+
+
+def test_without_a_ground_the_axis_stays():
+    up, scene = np.array(AXES["-y"]), statue_on_a_plaza()
+    ball = scene.take(slice(6000, None))
+    rng = np.random.default_rng(1)
+    unordered = Gaussians(
+        scene.means, rng.normal(size=(9000, 4)).astype(np.float32), *list(vars(scene).values())[2:5]
+    )
+    tilted = turned(unordered, Rotation.from_rotvec((9, 0, 0), degrees=True))
+    for found in (
+        ball,
+        ball.take(slice(0, 1)),
+        ball.take(np.zeros(50, int)),
+        scene.take(slice(0, 30)),
+        tilted,
+    ):
+        assert level_up(found, up) is up
+
+
+@pytest.mark.parametrize("name", ["derived/truck.ply", "derived/playbot_sh2.ply", "derived/campsite.ply"])
+def test_the_ground_of_a_real_scene_is_found_however_it_leans(name):
+    scene, up = bg.load(real_scene(name)), np.array(AXES["-y"])
+    upright = level_up(scene, up)
+    for tilt in ((5, 0, 0), (-2.4, -1.6, -7)):
+        rotation = Rotation.from_rotvec(tilt, degrees=True)
+        found = level_up(turned(scene, rotation), up)
+        assert found is not up
+        assert degrees_between(found, rotation.apply(upright)) < 1
+
+
+@pytest.mark.parametrize("name", ["derived/chair.ply", "derived/skull_sh3.ply", "biker.compressed.ply"])
+def test_objects_without_ground_are_left_alone(name):
+    up = np.array(AXES["+z" if "chair" in name else "-y"])
+    assert level_up(bg.load(real_scene(name)), up) is up
+
+
+def test_the_horizon_of_the_truck_is_level_along_an_orbit():
+    """The plaza's normal was measured from three reaches of a plane and from its level Gaussians."""
+    report = Report()
+    view = choose_first_view(bg.load(real_scene("derived/truck.ply")), ViewConfig(), None, report)
+    normal = np.array([-0.037, -0.998, 0.042])
+    assert degrees_between(view.up, normal / np.linalg.norm(normal)) < 1
+    assert degrees_between(AXES["-y"], normal / np.linalg.norm(normal)) > 3
+    rights = np.stack([camera.viewmat[0, :3] for camera in orbit(view, 12, width=64, height=48)])
+    np.testing.assert_allclose(rights @ view.up, 0, atol=1e-12)
+    assert np.abs(np.degrees(np.arcsin(rights @ normal))).max() < 1
+    assert "the ground leans by 3.0 degrees" in report.stages[0].details[0]
