@@ -1,4 +1,4 @@
-"""The values that travel through brushgs: Gaussians, Camera, Boxes and Frame.
+"""The values that travel through brushgs: Gaussians, FirstView, Camera, Boxes and Frame.
 
 Each is a frozen set of NumPy columns, checked once where it is made, so that no later step needs to
 check it again. Conventions (used everywhere): quaternions are w, x, y, z; camera axes x right, y down,
@@ -106,6 +106,40 @@ class Gaussians:
         """The same Gaussians with all columns as float32 or float64."""
         cast = {name: column.astype(dtype, copy=False) for name, column in self.columns().items()}
         return replace(self, **cast)
+
+
+@dataclass(frozen=True, eq=False)
+class FirstView:
+    """How a scene is seen where the user gives no view.
+
+    It is all that the cameras of a scene depend on beside the options of the user, so strokes that carry the
+    first view of their scene are seen by the very same cameras.
+
+    Attributes:
+        points: [m, 3] points of the subject, float64, world units: the vertices of its convex hull, which is
+            all that framing depends on.
+        up: [3] unit vector, world axes.
+        azimuth: radians, see `frame_scene`.
+        elevation: radians above the horizon.
+        eye: [3] where a scene is seen from inside: position of the camera, which looks along azimuth and
+            elevation; None if the subject is framed from outside.
+        has_surroundings: whether the scene is more than its subject.
+        probability: that `up` is right, 0 to 1; None where it was not estimated but stated.
+        ups: the six axes with their probabilities, the most probable first; empty where up was stated.
+        front: azimuth of the front of the subject, radians; `azimuth` may lie to one side of it.
+        whole: [2, 3] low and high corner of the whole scene but for strays; None where it is its subject.
+    """
+
+    points: NDArray[np.float64]
+    up: NDArray[np.float64]
+    azimuth: float
+    elevation: float
+    eye: NDArray[np.float64] | None = None
+    has_surroundings: bool = False
+    probability: float | None = None
+    ups: tuple[tuple[str, float], ...] = ()
+    front: float = 0.0
+    whole: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, eq=False)

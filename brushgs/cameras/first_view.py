@@ -1,57 +1,114 @@
-"""The first view of a scene: which way is up, from where it is seen, and what is framed.
+"""The cameras of a scene: its first view, changed by the options of the user."""
 
-`FirstView` is all that the cameras of a scene depend on beside the options of the user, so strokes that carry
-the first view of their scene are seen by the very same cameras.
-"""
-
-from dataclasses import dataclass
+from dataclasses import replace
+from math import degrees, inf, nextafter, pi, radians
+from typing import Any
 
 import numpy as np
 
 from brushgs.arrays import F64
-from brushgs.cameras.framing import DEFAULT_AZIMUTH, default_elevation, subject
-from brushgs.scene import Gaussians
+from brushgs.cameras.framing import AXES, direction_of, frame_scene
+from brushgs.cameras.framing import plain_first_view as plain_first_view
+from brushgs.cameras.orbit import orbit
+from brushgs.options.painting import DEFAULT_SIZE, ViewConfig
+from brushgs.scene import Camera
+from brushgs.scene import FirstView as FirstView
+
+_ROUNDINGS = 4  # until a rounded unit vector is the unit vector of its rounded numbers
+# Degrees from the front of the subject, to the right of who looks at it.
+SIDES = {"front": 0.0, "right": 90.0, "back": 180.0, "left": -90.0, "top": 0.0}
 
 
-@dataclass(frozen=True, eq=False)
-class FirstView:
-    """How a scene is seen where the user gives no view.
+def framed_camera(view: FirstView, config: ViewConfig) -> Camera:
+    """The camera that options describe for a scene with this first view."""
+    return frame_scene(view, **framing(view, config))
 
-    Attributes:
-        points: [m, 3] points of the subject, float64, world units: the vertices of its convex hull, which is
-            all that framing depends on.
-        up: [3] unit vector, world axes.
-        azimuth: radians, see `frame_scene`.
-        elevation: radians above the horizon.
-        eye: [3] where a scene is seen from inside: position of the camera, which looks along azimuth and
-            elevation; None if the subject is framed from outside.
-        has_surroundings: whether the scene is more than its subject.
-        probability: that `up` is right, 0 to 1; None where it was not estimated but stated.
-        ups: the six axes with their probabilities, the most probable first; empty where up was stated.
+
+def framed_orbit(view: FirstView, config: ViewConfig, num_frames: int) -> list[Camera]:
+    """One turn that begins with the view that options describe, see `orbit`."""
+    return orbit(view, num_frames, **framing(view, config))
+
+
+def framing(view: FirstView, config: ViewConfig) -> dict[str, Any]:
+    """The arguments of `frame_scene` that options mean for a scene; the up axis is that of the first view."""
+    width, height = config.size or DEFAULT_SIZE
+    azimuth, elevation, look_at = config.azimuth, config.elevation, config.look_at
+    if config.side == "three-quarter":
+        azimuth = view.azimuth
+    elif config.side is not None:
+        azimuth = radians(degrees(view.front) + SIDES[config.side])
+        elevation = 0.5 * pi if config.side == "top" else elevation
+    if config.side is not None and look_at is None:
+        look_at = "subject"  # also of a scene that is seen from inside
+    return {
+        "width": width,
+        "height": height,
+        "fov_y": config.fov_y,
+        "azimuth": view.azimuth if azimuth is None else azimuth,
+        "elevation": view.elevation if elevation is None else elevation,
+        "zoom": config.zoom,
+        "look_at": look_at,
+        "pan": config.pan,
+        "roll": config.roll,
+    }
+
+
+def sayable(view: FirstView) -> FirstView:
+    """The view rounded to what flags say in few characters: tenths of a degree, four digits of an axis."""
+    azimuth, elevation, front = (
+        radians(round(degrees(angle), 1)) for angle in (view.azimuth, view.elevation, view.front)
+    )
+    up = view.up
+    for _ in range(_ROUNDINGS):
+        up = _unit(direction_of(_numbers_text(up, 4)))
+    return replace(view, up=up, azimuth=azimuth, elevation=min(max(elevation, -pi / 2), pi / 2), front=front)
+
+
+def flags_of(view: FirstView, config: ViewConfig, *, with_up: bool = True) -> str:
+    """The flags that give a view again: bit for bit, if its angles were given in degrees.
+
+    Args:
+        view: of the scene.
+        config: the options; its size is not part of the view.
+        with_up: whether the up axis is among the flags.
     """
+    options = framing(view, config)
+    words = [f"--up {up_text(view.up)}"] if with_up else []
+    words += [f"--{name} {degrees_text(options[name])}" for name in ("azimuth", "elevation")]
+    if (look_at := options["look_at"]) is not None and (look_at != "subject" or view.eye is not None):
+        words.append(f"--look-at {look_at if isinstance(look_at, str) else _numbers_text(look_at)}")
+    if config.pan != (0.0, 0.0):
+        words.append(f"--pan {_numbers_text(config.pan)}")
+    for name, angle in (("roll", config.roll), ("fov-deg", config.fov_y)):
+        if angle != getattr(ViewConfig, "fov_y" if name == "fov-deg" else name):
+            words.append(f"--{name} {degrees_text(angle)}")
+    if config.zoom != 1:
+        words.append(f"--zoom {config.zoom!r}")
+    return " ".join(words)
 
-    points: F64
-    up: F64
-    azimuth: float
-    elevation: float
-    eye: F64 | None = None
-    has_surroundings: bool = False
-    probability: float | None = None
-    ups: tuple[tuple[str, float], ...] = ()
+
+def up_text(up: F64) -> str:
+    """The text of the flag --up that gives a unit vector [3] again, bit for bit where that is possible."""
+    for name, axis in AXES.items():
+        if np.array_equal(up, axis):
+            return name
+    texts = [_numbers_text(up, digits) for digits in (4, 8, None)]
+    return next((text for text in texts if np.array_equal(_unit(direction_of(text)), up)), texts[-1])
 
 
-def plain_first_view(gaussians: Gaussians, up: F64) -> FirstView:
-    """The first view without an estimate: the default azimuth and elevation for a stated up [3].
+def degrees_text(angle: float) -> str:
+    """The shortest number of degrees that is this angle, radians; where none is, a number near it."""
+    near = degrees(angle)
+    texts = [f"{near:.{digits}f}" for digits in range(13)]
+    texts += [repr(number) for number in (near, nextafter(near, inf), nextafter(near, -inf))]
+    return next((text for text in texts if radians(float(text)) == angle), repr(near))
 
-    Raises:
-        ValueError: if there is no Gaussian.
-    """
-    from scipy.spatial import ConvexHull, QhullError
 
-    points, has_surroundings = subject(gaussians)
-    try:
-        points = points[ConvexHull(points).vertices]
-    except (QhullError, ValueError):  # fewer than four points, or all in one plane
-        points = np.unique(points, axis=0)
-    elevation = default_elevation(points, up)
-    return FirstView(points, up / np.linalg.norm(up), DEFAULT_AZIMUTH, elevation, None, has_surroundings)
+def _unit(direction: F64) -> F64:
+    return np.asarray(direction / np.linalg.norm(direction))
+
+
+def _numbers_text(numbers: Any, digits: int | None = None) -> str:
+    """Numbers separated by commas: rounded to so many digits after the point, or exactly."""
+    values = [float(x) if digits is None else round(float(x), digits) for x in numbers]
+    return ",".join(repr(x + 0.0).removesuffix(".0") for x in values)

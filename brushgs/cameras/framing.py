@@ -3,12 +3,24 @@
 A trained scene is a subject in the middle of all else that the photographs showed: floaters, walls, sky, at
 times 2e7 units away. So the frame is fitted to where most of the opacity lies close together; what lies
 outside is painted but does not change the frame.
+
+Of a scene only its `FirstView` is used: strokes that carry it are framed as their scene, bit for bit.
 """
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import radians
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from brushgs.scene import Camera, Gaussians
+from brushgs.cameras.outline import outline
+from brushgs.scene import Camera, FirstView, Gaussians
+
+# What a camera shows whole: the subject; the scene with its surroundings; or a part of the subject, its upper
+# third, where heads are. Or [3] a point in the middle of the picture, seen from as far away as the subject.
+LookAt = Literal["subject", "scene", "part"] | Sequence[float]
 
 # Most scene files do not state which way is up. COLMAP's cameras have y down, and trainers keep its axes.
 DEFAULT_UP = "-y"
@@ -17,11 +29,11 @@ AXES = {
     for sign in "+-"
     for axis in "xyz"
 }
-DEFAULT_AZIMUTH = np.radians(30.0)
-DEFAULT_ELEVATION = np.radians(15.0)
-FLAT_ELEVATION = np.radians(40.0)  # default where the subject is flat ground, seen from above
+DEFAULT_AZIMUTH = radians(30.0)
+DEFAULT_ELEVATION = radians(15.0)
+FLAT_ELEVATION = radians(40.0)  # default where the subject is flat ground, seen from above
 FLAT_HEIGHT = 0.15  # of height over width: below, a subject is flat
-DEFAULT_FOV_Y = np.radians(50.0)
+DEFAULT_FOV_Y = radians(50.0)
 MARGIN = 0.05  # share of the picture that is empty on each side of the subject
 TAIL = 0.007  # share of the opacity beyond each end of an axis that may be floaters
 TIP = 0.15  # interquartile ranges by which an ear or a chair leg may extend beyond those percentiles
@@ -31,6 +43,10 @@ MAX_OBJECT_SPAN = 3.5
 SUBJECT_REACH = 0.9  # interquartile ranges to each side of the median
 MAX_POINTS = 20_000  # enough for bounds: of a larger scene every n-th Gaussian is used
 NEAR_SHARE = 0.01  # near plane over distance to the subject: floaters in front of the lens are clipped
+INSIDE_NEAR_SHARE = (
+    0.002  # near plane over size of the subject for a camera inside it, which is close to much
+)
+PART = 1 / 3  # of the height of the subject, from its top
 
 
 def up_vector(text: str) -> NDArray[np.float64]:
@@ -64,54 +80,186 @@ def direction_of(up: str | ArrayLike) -> NDArray[np.float64]:
     return up_vector(up) if isinstance(up, str) else np.asarray(up, dtype=np.float64)
 
 
+def plain_first_view(gaussians: Gaussians, up: str | ArrayLike = DEFAULT_UP) -> FirstView:
+    """The first view of a scene without an estimate: the default azimuth and elevation for a given up.
+
+    Args:
+        gaussians: N Gaussians, N >= 1.
+        up: axis by name, or [3] direction of any length in world axes.
+
+    Raises:
+        ValueError: if there is no Gaussian, or up is no direction.
+    """
+    if len(gaussians) == 0:
+        raise ValueError("frame_scene: gaussians must have at least one row, got none")
+    points, has_surroundings = subject(gaussians)
+    view = FirstView(
+        points=outline(points),
+        up=np.zeros(3),
+        azimuth=0.0,
+        elevation=0.0,
+        has_surroundings=has_surroundings,
+        whole=scene_bounds(gaussians) if has_surroundings else None,
+    )
+    return with_up(view, up)
+
+
+def with_up(view: FirstView, up: str | ArrayLike) -> FirstView:
+    """The same subject for another up axis, from the default azimuth and elevation; from outside."""
+    direction = direction_of(up)
+    camera_axes(direction, 0.0, 0.0)  # checks it
+    return replace(
+        view,
+        up=direction / np.linalg.norm(direction),
+        azimuth=DEFAULT_AZIMUTH,
+        elevation=default_elevation(view.points, direction),
+        front=0.0,
+        eye=None,
+        probability=None,
+        ups=(),
+    )
+
+
 def frame_scene(
-    gaussians: Gaussians,
+    scene: Gaussians | FirstView,
     *,
     width: int,
     height: int,
     fov_y: float = DEFAULT_FOV_Y,
-    up: ArrayLike = AXES[DEFAULT_UP],
-    azimuth: float = DEFAULT_AZIMUTH,
+    up: ArrayLike | None = None,
+    azimuth: float | None = None,
     elevation: float | None = None,
     zoom: float = 1.0,
+    look_at: LookAt | None = None,
+    pan: Sequence[float] = (0.0, 0.0),
+    roll: float = 0.0,
 ) -> Camera:
     """A camera that shows the whole subject of a scene, as large as the picture allows.
 
+    A scene whose first view has an `eye` is seen from there: azimuth and elevation turn the camera where it
+    stands, unless `look_at` asks for a view from outside.
+
     Args:
-        gaussians: N Gaussians, N >= 1.
+        scene: N Gaussians, N >= 1, which are seen by `plain_first_view`; or the first view of a scene.
         width: pixels.
         height: pixels.
         fov_y: vertical field of view, radians, in (0, pi).
-        up: [3] direction that is up in the picture, world axes, any length.
-        azimuth: radians; 0 is a view of the front (from -z where up is -y, from -y where up is +z, from +z
-            where up is +y), and the camera moves to the viewer's right as it grows.
-        elevation: radians above the horizon, -pi/2 to pi/2; None for `default_elevation`.
+        up: [3] direction that is up in the picture, world axes, any length; None for that of the first view.
+        azimuth: radians; 0 is a view from -z where up is -y, from -y where up is +z, and from +z where up is
+            +y, and the camera moves to the viewer's right as it grows; None for that of the first view.
+        elevation: radians above the horizon, -pi/2 to pi/2; None for that of the first view, which of
+            Gaussians is `default_elevation`.
         zoom: 1 shows the subject whole, 2 shows it twice as large (the camera stays, the field of
             view narrows), > 0.
+        look_at: what is in the middle, see `LookAt`; None for the subject, or the view from inside.
+        pan: (right, up), by which the camera moves aside without turning, in shares of the width and height
+            of the picture at the distance of what it looks at.
+        roll: radians by which the scene is turned clockwise in the picture.
 
     Raises:
         ValueError: if there is no Gaussian or a number is out of range.
     """
-    if len(gaussians) == 0:
-        raise ValueError("frame_scene: gaussians must have at least one row, got none")
     if not zoom > 0 or not np.isfinite(zoom):
         raise ValueError(f"frame_scene: zoom must be > 0, got {zoom}")
     if not 0 < fov_y < np.pi:
         raise ValueError(f"frame_scene: fov_y must be in (0, pi) radians, got {fov_y}")
-    points, _ = subject(gaussians)
-    direction = np.asarray(up, dtype=np.float64)
-    if elevation is None:
-        elevation = default_elevation(points, direction)
-    if not abs(elevation) <= np.pi / 2:
-        raise ValueError(f"frame_scene: elevation must lie in -pi/2 to pi/2 radians, got {elevation}")
-    axes = camera_axes(direction, azimuth, elevation)
-    eye, distance = fit_eye(points @ axes.T, np.tan(0.5 * fov_y) * np.array([width / height, 1.0]))
+    view = first_view_of(scene, up)
+    azimuth, elevation = angles_of(view, azimuth, elevation)
+    axes = rolled(camera_axes(view.up, azimuth, elevation), roll)
+    K = lens(width, height, fov_y, zoom)
+    if view.eye is not None and look_at is None:
+        eye, distance = axes @ view.eye, distance_ahead(view, axes)
+        near = INSIDE_NEAR_SHARE * _size(view.points)
+    else:
+        points = points_of(view, look_at)
+        eye, distance = fit_eye(points @ axes.T, np.tan(0.5 * fov_y) * np.array([width / height, 1.0]))
+        near = NEAR_SHARE * distance
+        if (point := point_of(look_at)) is not None:
+            eye = axes @ point - (0.0, 0.0, distance)
     viewmat = np.eye(4)
     viewmat[:3, :3] = axes
-    viewmat[:3, 3] = -eye
+    viewmat[:3, 3] = -(eye + aside(pan, K, distance))
+    return Camera(viewmat, K, width, height, near=near)
+
+
+def first_view_of(scene: Gaussians | FirstView, up: str | ArrayLike | None) -> FirstView:
+    """The first view of a scene for an up axis; None for that of the view, or the default one."""
+    if isinstance(scene, FirstView):
+        return scene if up is None else with_up(scene, up)
+    return plain_first_view(scene, DEFAULT_UP if up is None else up)
+
+
+def angles_of(view: FirstView, azimuth: float | None, elevation: float | None) -> tuple[float, float]:
+    """Azimuth and elevation, radians; those of the first view for None.
+
+    Raises:
+        ValueError: if the elevation is out of range.
+    """
+    azimuth = view.azimuth if azimuth is None else azimuth
+    elevation = view.elevation if elevation is None else elevation
+    if not abs(elevation) <= np.pi / 2:
+        raise ValueError(f"frame_scene: elevation must lie in -pi/2 to pi/2 radians, got {elevation}")
+    return azimuth, elevation
+
+
+def points_of(view: FirstView, look_at: LookAt | None) -> NDArray[np.float64]:
+    """[m, 3] the points that are shown whole; for a point in the middle of the picture the subject."""
+    if look_at == "scene" and view.whole is not None:
+        return _corners(*view.whole)
+    if look_at == "part":
+        level = camera_axes(view.up, 0.0, 0.0)
+        places = view.points @ level.T
+        top, height = places[:, 1].min(), np.ptp(places[:, 1])  # y is down
+        upper = places[places[:, 1] <= top + PART * height]
+        middle, half = 0.5 * (upper.min(axis=0) + upper.max(axis=0)), 0.5 * np.ptp(upper, axis=0)
+        middle[1] = top + 0.5 * PART * height
+        half = np.maximum(half, 0.5 * PART * height)  # a tip shows what is around it
+        return _corners(middle - half, middle + half) @ level
+    return view.points
+
+
+def point_of(look_at: LookAt | None) -> NDArray[np.float64] | None:
+    """[3] the point that is in the middle of the picture; None where something is shown whole."""
+    return None if look_at is None or isinstance(look_at, str) else np.asarray(look_at, dtype=np.float64)
+
+
+def lens(width: int, height: int, fov_y: float, zoom: float) -> NDArray[np.float64]:
+    """[3, 3] pinhole intrinsics, pixels. The arguments are those of `frame_scene`."""
     focal = zoom * 0.5 * height / np.tan(0.5 * fov_y)
-    K = np.array([[focal, 0.0, 0.5 * width], [0.0, focal, 0.5 * height], [0.0, 0.0, 1.0]])
-    return Camera(viewmat, K, width, height, near=NEAR_SHARE * distance)
+    return np.array([[focal, 0.0, 0.5 * width], [0.0, focal, 0.5 * height], [0.0, 0.0, 1.0]])
+
+
+def aside(pan: Sequence[float], K: NDArray[np.float64], distance: float) -> NDArray[np.float64]:
+    """[3] in camera axes, how far `pan` moves a camera with the intrinsics K, see `frame_scene`."""
+    width, height = 2 * K[0, 2], 2 * K[1, 2]
+    return np.asarray(np.array([pan[0] * width, -pan[1] * height, 0.0]) * (distance / K[0, 0]))
+
+
+def distance_ahead(view: FirstView, axes: NDArray[np.float64]) -> float:
+    """From the eye of a view from inside to the middle of the subject ahead of camera axes [3, 3], > 0."""
+    assert view.eye is not None, "the view is from outside"
+    depths = (view.points - view.eye) @ axes[2]
+    farthest = float(depths.max())
+    return 0.5 * (max(float(depths.min()), 0.0) + farthest) if farthest > 0 else _size(view.points)
+
+
+def rolled(axes: NDArray[np.float64], roll: float) -> NDArray[np.float64]:
+    """Camera axes [3, 3] for which the scene is turned clockwise in the picture by `roll` radians."""
+    if roll == 0:
+        return axes
+    cos, sin = np.cos(roll), np.sin(roll)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]) @ axes
+
+
+def _size(points: NDArray[np.float64]) -> float:
+    """Diagonal of the bounds of points, > 0."""
+    return max(float(np.linalg.norm(np.ptp(points, axis=0))), 1e-6 * float(np.abs(points).max()), 1e-9)
+
+
+def _corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[8, 3] of a box."""
+    ends = np.stack([low, high])
+    return np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def subject(gaussians: Gaussians) -> tuple[NDArray[np.float64], bool]:
@@ -125,11 +273,7 @@ def subject(gaussians: Gaussians) -> tuple[NDArray[np.float64], bool]:
         [n, 3] centres of at most `MAX_POINTS` Gaussians of the subject, and whether it has surroundings,
         which are excluded.
     """
-    every = slice(None, None, -(-len(gaussians) // MAX_POINTS))
-    means = gaussians.means[every].astype(np.float64)
-    weights = gaussians.opacities[every].astype(np.float64)
-    if not weights.any():
-        weights = np.ones(len(means))
+    means, weights = _sample(gaussians)
     at = (TAIL, 0.25, 0.5, 0.75, 1 - TAIL)
     low, q1, median, q3, high = np.transpose([weighted_quantiles(column, weights, at) for column in means.T])
     unit = (q3 - q1).max()
@@ -141,6 +285,21 @@ def subject(gaussians: Gaussians) -> tuple[NDArray[np.float64], bool]:
         low, high = low - TIP * unit, high + TIP * unit
     inside = ((means >= low) & (means <= high)).all(axis=1) & (weights > 0)
     return means[inside] if inside.any() else means, has_surroundings
+
+
+def scene_bounds(gaussians: Gaussians) -> NDArray[np.float64]:
+    """[2, 3] low and high corner of a scene with its surroundings, without `TAIL` of its opacity per end."""
+    means, weights = _sample(gaussians)
+    at = (TAIL, 1 - TAIL)
+    return np.transpose([weighted_quantiles(column, weights, at) for column in means.T])
+
+
+def _sample(gaussians: Gaussians) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """[n, 3] centres and [n] weights of at most `MAX_POINTS` Gaussians; the weights are not all 0."""
+    every = slice(None, None, -(-len(gaussians) // MAX_POINTS))
+    means = gaussians.means[every].astype(np.float64)
+    weights = gaussians.opacities[every].astype(np.float64)
+    return means, weights if weights.any() else np.ones(len(means))
 
 
 def default_elevation(points: NDArray[np.float64], up: ArrayLike) -> float:
@@ -192,12 +351,12 @@ def fit_eye(points: NDArray[np.float64], tangents: NDArray[np.float64]) -> tuple
     counts, and two opposite planes together bound eye_z.
 
     Returns:
-        [3] eye and its distance to the median depth of the points.
+        [3] eye and its distance to the middle of the depths of the points.
     """
     tangents = tangents * (1 - 2 * MARGIN)
     xy, z = points[:, :2], points[:, 2:]
     high, low = (xy - tangents * z).max(axis=0), (-xy - tangents * z).max(axis=0)
-    middle = np.median(z)
+    middle = 0.5 * (z.min() + z.max())
     size = max(float(np.ptp(points, axis=0).max()), 1e-6 * float(np.abs(points).max()), 1e-9)
     # A very wide lens could fit the points from among them: the eye stays in front of the nearest.
     in_front = min(middle - 0.5 * size, float(z.min()) - 0.05 * size)

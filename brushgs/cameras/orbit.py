@@ -1,55 +1,73 @@
 """Cameras on a circle around the subject of a scene."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from brushgs.arrays import F64
 from brushgs.cameras.framing import (
-    AXES,
-    DEFAULT_AZIMUTH,
     DEFAULT_FOV_Y,
-    DEFAULT_UP,
     NEAR_SHARE,
+    LookAt,
+    angles_of,
+    aside,
     camera_axes,
-    default_elevation,
+    distance_ahead,
+    first_view_of,
     fit_eye,
     frame_scene,
-    subject,
+    point_of,
+    points_of,
+    rolled,
 )
-from brushgs.scene import Camera, Gaussians
+from brushgs.scene import Camera, FirstView, Gaussians
 
+SWAY = 0.05  # radius of the circle of a camera inside a scene, over its distance to what it looks at
 _SWEEP_STEPS = 64  # of the circle each outline point sweeps: 0.1 % of its radius is missed
 _OUTLINE_STEPS = 181  # directions in which the outermost points are searched
 
 
 def orbit(
-    gaussians: Gaussians,
+    scene: Gaussians | FirstView,
     num_frames: int,
     *,
     width: int,
     height: int,
     fov_y: float = DEFAULT_FOV_Y,
-    up: ArrayLike = AXES[DEFAULT_UP],
-    azimuth: float = DEFAULT_AZIMUTH,
+    up: ArrayLike | None = None,
+    azimuth: float | None = None,
     elevation: float | None = None,
     zoom: float = 1.0,
+    look_at: LookAt | None = None,
+    pan: Sequence[float] = (0.0, 0.0),
+    roll: float = 0.0,
     over_poles: bool = False,
 ) -> list[Camera]:
     """One turn around the subject of a scene: a loop at constant distance, in even steps.
 
     The first camera looks in the direction of `frame_scene`, from the same distance or farther: as far as is
-    needed to show the whole subject, with the same margin, in every view of the turn.
+    needed to show the whole subject, with the same margin, in every view of the turn. The right axis of all
+    cameras is perpendicular to the up axis, so the horizon is level, unless they are rolled.
+
+    A scene that is seen from inside has nothing to show from behind: there the camera sways on a small
+    circle, see `sway`, unless `look_at` asks for views from outside.
 
     Args:
-        gaussians: N Gaussians, N >= 1.
+        scene: N Gaussians, N >= 1, or the first view of a scene, see `frame_scene`.
         num_frames: >= 1; frame i is turned by i / num_frames of a full turn.
         width: pixels.
         height: pixels.
         fov_y: vertical field of view, radians, in (0, pi).
-        up: [3] direction that is up in the first picture, world axes, any length.
+        up: [3] direction that is up in the first picture, world axes, any length; None for that of the first
+            view.
         azimuth: of the first view, radians, see `frame_scene`; it grows along the orbit.
-        elevation: of the first view, radians; None for `default_elevation`.
+        elevation: of the first view, radians; None for that of `frame_scene`.
         zoom: see `frame_scene`.
+        look_at: see `frame_scene`; the turn is around the middle of it.
+        pan: see `frame_scene`.
+        roll: see `frame_scene`.
         over_poles: the elevation grows by a full turn in place of the azimuth: straight over both poles of
             the up axis. The camera never rolls, so on the far side the world is upside down.
 
@@ -58,37 +76,73 @@ def orbit(
     """
     if num_frames < 1:
         raise ValueError(f"orbit: num_frames must be at least 1, got {num_frames}")
+    view = first_view_of(scene, up)
+    azimuth, elevation = angles_of(view, azimuth, elevation)
     framed = frame_scene(  # checks the arguments, and gives the lens
-        gaussians,
+        view,
         width=width,
         height=height,
         fov_y=fov_y,
-        up=up,
         azimuth=azimuth,
         elevation=elevation,
         zoom=zoom,
+        look_at=look_at,
+        pan=pan,
+        roll=roll,
     )
-    up = np.asarray(up, dtype=np.float64)
-    points, _ = subject(gaussians)
-    if elevation is None:
-        elevation = default_elevation(points, up)
-    level = camera_axes(up, 0.0, 0.0)
+    if view.eye is not None and look_at is None:
+        return sway(framed, view, num_frames, roll=roll)
+    points = points_of(view, look_at)
+    level = camera_axes(view.up, 0.0, 0.0)
     seen = points @ level.T
     center = 0.5 * (seen.min(axis=0) + seen.max(axis=0)) @ level
-    axes = camera_axes(up, azimuth, elevation)
+    upright = camera_axes(view.up, azimuth, elevation)
+    axes = rolled(upright, roll)
     # Circles start in a direction that moves with the camera: the fit does not depend on the first azimuth.
-    axis, beside = (axes[0], axes[2]) if over_poles else (level[1], axes[0])
+    axis, beside = (upright[0], upright[2]) if over_poles else (level[1], upright[0])
     swept = _swept(points - center, axis, beside) @ axes.T
     eye, distance = fit_eye(swept, np.tan(0.5 * fov_y) * np.array([width / height, 1.0]))
-    eye[1 if over_poles else 0] = 0.0  # exactly in front of the axis: the fit has rounding errors
+    if roll == 0:
+        eye[1 if over_poles else 0] = 0.0  # exactly in front of the axis: the fit has rounding errors
+    if (point := point_of(look_at)) is not None:
+        center, eye = point, np.array([0.0, 0.0, -distance])
+    eye = eye + aside(pan, framed.K, distance)
     cameras = []
     for index in range(num_frames):
         turn = 2 * np.pi * (index / num_frames)
         around = (azimuth, elevation + turn) if over_poles else (azimuth + turn, elevation)
         viewmat = np.eye(4)
-        viewmat[:3, :3] = camera_axes(up, *around)
+        viewmat[:3, :3] = rolled(camera_axes(view.up, *around), roll)
         viewmat[:3, 3] = -(eye + viewmat[:3, :3] @ center)
         cameras.append(Camera(viewmat, framed.K, width, height, near=NEAR_SHARE * distance))
+    return cameras
+
+
+def sway(camera: Camera, view: FirstView, num_frames: int, *, roll: float = 0.0) -> list[Camera]:
+    """A loop of a camera inside a scene: a small circle that begins where it stands, with a level horizon.
+
+    It keeps looking at one point, in the middle of what is ahead of it; the radius of the circle is `SWAY` of
+    the distance to it. Strokes pass each other, and what no photograph showed stays hidden.
+
+    Args:
+        camera: the view from inside.
+        view: the scene.
+        num_frames: >= 1.
+        roll: of `camera`, radians, see `frame_scene`.
+    """
+    distance = distance_ahead(view, camera.viewmat[:3, :3])
+    right, down, forward = rolled(camera.viewmat[:3, :3], -roll)
+    target = camera.position + distance * forward
+    cameras = []
+    for index in range(num_frames):
+        turn = 2 * np.pi * (index / num_frames)
+        offset = np.sin(turn) * right - (1 - np.cos(turn)) * down
+        eye = camera.position + SWAY * distance * offset
+        upright = Camera.look_at(eye, target, view.up, width=camera.width, height=camera.height)
+        viewmat = np.eye(4)
+        viewmat[:3, :3] = rolled(upright.viewmat[:3, :3], roll)
+        viewmat[:3, 3] = -viewmat[:3, :3] @ eye
+        cameras.append(replace(camera, viewmat=viewmat))
     return cameras
 
 

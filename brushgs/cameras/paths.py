@@ -10,15 +10,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from brushgs.arrays import F64
-from brushgs.cameras.framing import DEFAULT_UP, NEAR_SHARE, direction_of, subject
+from brushgs.cameras.first_view import framed_orbit
+from brushgs.cameras.framing import NEAR_SHARE
 from brushgs.cameras.motion import is_same_view
-from brushgs.cameras.orbit import orbit
 from brushgs.cameras.spline import through
 from brushgs.errors import SceneError
 from brushgs.options.choices import file_size_rule
-from brushgs.options.painting import DEFAULT_SIZE, ViewConfig
+from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import DEFAULT_FPS, MAX_FPS, MAX_FRAMES, PathConfig
-from brushgs.scene import Camera, Gaussians
+from brushgs.scene import Camera, FirstView
 
 
 @dataclass(frozen=True)
@@ -51,51 +51,34 @@ class CameraPath:
         return [*self.cameras, self.cameras[0]] if self.is_loop else self.cameras
 
 
-def plan_path(
-    gaussians: Gaussians, view: ViewConfig, path: PathConfig, *, file_up: str | None = None
-) -> CameraPath:
+def plan_path(first_view: FirstView | None, view: ViewConfig, path: PathConfig) -> CameraPath:
     """The camera path that options describe.
 
     Args:
-        gaussians: the scene as loaded: its subject decides distances.
+        first_view: of the scene: its subject decides distances; None for a scene without Gaussians.
         view: framing of an orbit, and size of the pictures. For a path from a file only `size` is used; where
             it is None pictures have the size of the file's first camera.
         path: see `PathConfig`.
-        file_up: the up axis stated in the header of the scene file, if any.
 
     Raises:
-        ValueError: if `view` names a camera file: the path places the cameras.
+        ValueError: if `view` names a camera file: the path places the cameras; or if an orbit has no subject.
         SceneError: if the file cannot be read, or holds too few different views for a curve.
     """
     if view.camera_file is not None:
         raise ValueError("camera-file cannot be combined with a camera path, which places the cameras")
-    if path.file is None:
-        return _orbit_path(gaussians, view, path, file_up)
-    return _file_path(gaussians, view, path)
-
-
-def _orbit_path(gaussians: Gaussians, view: ViewConfig, path: PathConfig, file_up: str | None) -> CameraPath:
-    assert path.orbit is not None
-    up = view.up or file_up or DEFAULT_UP
-    width, height = view.size or DEFAULT_SIZE
-    cameras = orbit(
-        gaussians,
-        path.orbit,
-        width=width,
-        height=height,
-        fov_y=view.fov_y,
-        up=direction_of(up),
-        azimuth=view.azimuth,
-        elevation=view.elevation,
-        zoom=view.zoom,
-    )
-    axis = up if isinstance(up, str) else ",".join(f"{x:g}" for x in up)
-    known = "as asked" if view.up else "as its header says" if file_up else "assumed, change it with --up"
-    source = f"one turn in steps of {360 / path.orbit:g} degrees; up is {axis} ({known})"
+    if path.orbit is None:
+        return _file_path(first_view, view, path)
+    if first_view is None:
+        raise ValueError("orbit: the scene must have at least one Gaussian, got none")
+    cameras = framed_orbit(first_view, view, path.orbit)
+    if first_view.eye is not None and view.look_at is None and view.side is None:
+        source = f"a small circle in {path.orbit} steps, inside the scene"
+    else:
+        source = f"one turn in steps of {360 / path.orbit:g} degrees"
     return CameraPath(cameras, True, path.fps or DEFAULT_FPS, source)
 
 
-def _file_path(gaussians: Gaussians, view: ViewConfig, path: PathConfig) -> CameraPath:
+def _file_path(first_view: FirstView | None, view: ViewConfig, path: PathConfig) -> CameraPath:
     from brushgs.io.cameras.read import read_cameras
 
     assert path.file is not None
@@ -105,7 +88,7 @@ def _file_path(gaussians: Gaussians, view: ViewConfig, path: PathConfig) -> Came
         raise SceneError(path.file, f"says {fps:g} frames a second, above {MAX_FPS:g}; give --fps")
     is_curve = path.frames is not None or path.seconds is not None
     views = file.keys if is_curve and len(file.keys) > 1 else file.cameras
-    ball = _ball_of(gaussians)
+    ball = _ball_of(first_view)
     first = file.cameras[0]
     size = view.size or (first.width, first.height)
     if view.size is None and (broken := file_size_rule(*size)):
@@ -131,12 +114,11 @@ def _num_frames(seconds: float, fps: float, is_loop: bool) -> int:
     return num_steps + (not is_loop)
 
 
-def _ball_of(gaussians: Gaussians) -> _Ball:
-    """The ball of the subject; a unit ball at the origin where there are no Gaussians."""
-    if len(gaussians) == 0:
+def _ball_of(first_view: FirstView | None) -> _Ball:
+    """The ball of the subject; a unit ball at the origin where there is none."""
+    if first_view is None:
         return _Ball(np.zeros(3), 1.0)
-    points, _ = subject(gaussians)
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = first_view.points.min(axis=0), first_view.points.max(axis=0)
     return _Ball(0.5 * (low + high), max(0.5 * float((high - low).max()), 1e-9))
 
 

@@ -17,7 +17,7 @@ from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.fill import activate_rows
-from brushgs.io.scenes.notes import join_notes
+from brushgs.io.scenes.notes import LoadNotes, join_notes
 from brushgs.io.scenes.read import read_raw_parts
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.options.choices import Clean
@@ -32,6 +32,7 @@ class Examination:
 
     Attributes:
         source: the files.
+        notes: what they hold beside their Gaussians.
         num_rows: rows of them.
         encoding: how its numbers are encoded.
         gaussians: N <= num_rows decoded Gaussians: only rows that cannot be drawn are dropped.
@@ -39,6 +40,7 @@ class Examination:
     """
 
     source: SceneSource
+    notes: LoadNotes
     num_rows: int
     encoding: Encoding
     gaussians: Gaussians
@@ -89,7 +91,7 @@ def examine_file(path: SceneFiles, clean: Clean = "sure") -> Examination:
     findings += check_light(gaussians, total)
     findings += [estimate_up(gaussians, notes.up), *estimate_unit(gaussians)]
     findings.sort(key=lambda finding: SEVERITIES.index(finding.severity))
-    return Examination(source, total, encoding, gaussians, findings)
+    return Examination(source, notes, total, encoding, gaussians, findings)
 
 
 def _detect_encoding(parts: list[tuple[Columns, SceneFile]]) -> tuple[Encoding, list[Finding]]:

@@ -13,7 +13,8 @@ from brushgs.options.choices import Clean
 from brushgs.options.scene_source import SceneFiles
 from brushgs.painting.outputs import check_output, scene_inputs
 from brushgs.painting.report import Report
-from brushgs.painting.strokes import write_scene
+from brushgs.painting.strokes import name_of, write_scene
+from brushgs.painting.views import default_first_view
 from brushgs.version import __version__
 
 SCHEMA = 1  # of the JSON; grows when a field changes its meaning
@@ -90,5 +91,13 @@ def run_doctor(
             cured = cure(examination)
             stage.did = f"{examination.num_rows:,} rows into {len(cured):,}"
             stage.counts = {"before": examination.num_rows, "after": len(cured)}
-        write_scene(cured, output, report)
+        view = default_first_view(examination.gaussians, examination.notes, report)
+        write_scene(
+            cured,
+            output,
+            report,
+            is_strokes=examination.notes.is_strokes,
+            scene=name_of(scene, examination.notes),
+            first_view=view,  # of the scene before the cure: pictures of both line up
+        )
     return report

@@ -4,7 +4,7 @@ Only the standard library is imported, so that a command line is checked without
 """
 
 from dataclasses import dataclass, field
-from math import ceil, inf, pi
+from math import ceil, inf, pi, radians
 from pathlib import Path
 from typing import Literal
 
@@ -19,7 +19,9 @@ from brushgs.options.choices import (
     Merge,
     Method,
     Order,
+    Side,
     StrokesFor,
+    Target,
     Weight,
     size_rule,
 )
@@ -27,6 +29,7 @@ from brushgs.options.choices import (
 DEFAULT_KEEP = 0.7  # of the Gaussians, as published
 DEFAULT_STROKE = "impasto"  # swirls that are smaller than theirs should be look like bubbles
 DEFAULT_SIZE = (1280, 720)
+MAX_PAN = 10.0  # pictures: more is a typing error
 MAX_PSNR = 100.0  # dB; pictures of 16 bits agree no better
 
 Up = str | tuple[float, float, float]
@@ -169,16 +172,26 @@ class ClusterConfig:
 
 @dataclass(frozen=True)
 class ViewConfig:
-    """The view: a camera from a file, or one framed on the scene.
+    """The view: a camera from a file, or one framed on the scene by its first view.
 
     Attributes:
         size: (width, height) in pixels; None for the size of the camera in the file, or 1280 x 720.
         camera_file: in any format of `brushgs.io.cameras.formats`; then only `view` and `size` are used.
         view: which camera of the file, from 0.
         up: direction that is up in the picture: "+x" to "-z" or three numbers; None for that of the scene
-            file, or -y if it has none.
-        azimuth: radians, see `frame_scene`.
-        elevation: radians above the horizon; None for 15 degrees, or 40 above flat ground.
+            file, or what is known of the scene.
+        azimuth: radians, see `frame_scene`; None for that of the first view.
+        elevation: radians above the horizon; None for that of the first view: 15 degrees, or 40 above flat
+            ground.
+        side: the side that is shown, in place of an azimuth; "left" and "right" are those of the viewer of
+            the front, "top" is also an elevation, and "three-quarter" is the first view.
+        look_at: what is in the middle of the picture: the "subject", whole; the "scene" with all of its
+            surroundings; a "part" of the subject, its upper third, where heads are; or a point, world units,
+            from as far away as the subject is seen. None for the subject, or the view from inside of a scene
+            that is seen so: there azimuth and elevation turn the camera where it stands.
+        pan: (right, up), by which the camera moves aside without turning, in shares of the width and height
+            of the picture, each in [-10, 10].
+        roll: radians by which the scene is turned clockwise in the picture.
         fov_y: vertical field of view, radians.
         zoom: 1 shows the subject whole, > 0.
     """
@@ -187,9 +200,13 @@ class ViewConfig:
     camera_file: Path | None = None
     view: int = 0
     up: Up | None = None
-    azimuth: float = pi / 6
+    azimuth: float | None = None
     elevation: float | None = None
-    fov_y: float = 50 * pi / 180
+    side: Side | None = None
+    look_at: Target | tuple[float, float, float] | None = None
+    pan: tuple[float, float] = (0.0, 0.0)
+    roll: float = 0.0
+    fov_y: float = radians(50.0)
     zoom: float = 1.0
 
     def __post_init__(self) -> None:
@@ -203,6 +220,15 @@ class ViewConfig:
             raise ValueError(f"elevation must lie in -90 to 90 degrees, got {self.elevation * 180 / pi:g}")
         if not 0 < self.zoom < inf:
             raise ValueError(f"zoom must be above 0, got {self.zoom:g}")
+        if self.side is not None and self.azimuth is not None:
+            raise ValueError(f"azimuth cannot be combined with side {self.side!r}, which is one; omit one")
+        if self.side == "top" and self.elevation is not None:
+            raise ValueError("elevation cannot be combined with side 'top', which is 90 degrees; omit one")
+        if not all(abs(share) <= MAX_PAN for share in self.pan):
+            x, y = self.pan
+            raise ValueError(f"pan must be two shares in -{MAX_PAN:g} to {MAX_PAN:g}, got {x:g},{y:g}")
+        if isinstance(self.look_at, tuple) and not all(abs(number) < inf for number in self.look_at):
+            raise ValueError(f"look-at must be finite, got {','.join(f'{x:g}' for x in self.look_at)}")
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""Single passes as commands: prune, cluster or recolor, from scene file to scene file."""
+"""Single passes as commands: prune, cluster or recolor, from scene file to scene file.
+
+The output records the name and the first view of the scene before the pass, so pictures of both line up.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,15 +12,31 @@ from brushgs.options.scene_source import SceneFiles
 from brushgs.painting.outputs import check_output, scene_inputs
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
-from brushgs.painting.strokes import load_scene, open_palette, prune_scene, recolor_scene, write_scene
+from brushgs.painting.strokes import (
+    load_scene,
+    name_of,
+    open_palette,
+    prune_scene,
+    recolor_scene,
+    write_scene,
+)
+from brushgs.painting.views import default_first_view
 
 
 def prune_file(scene: SceneFiles, output: str | Path, config: PruneConfig, report: Report) -> Report:
     """Prune a scene file, also one of strokes."""
     check_output(Path(output), SCENE_SUFFIXES, inputs=scene_inputs(scene))
     gaussians, notes = load_scene(scene, report)
+    view = default_first_view(gaussians, notes, report)
     gaussians = prune_scene(gaussians, config, report)
-    return write_scene(gaussians, output, report, is_strokes=notes.is_strokes)
+    return write_scene(
+        gaussians,
+        output,
+        report,
+        is_strokes=notes.is_strokes,
+        scene=name_of(scene, notes),
+        first_view=view,
+    )
 
 
 def cluster_file(scene: SceneFiles, output: str | Path, config: PaintConfig, report: Report) -> Report:
@@ -28,8 +47,17 @@ def cluster_file(scene: SceneFiles, output: str | Path, config: PaintConfig, rep
     """
     check_output(Path(output), SCENE_SUFFIXES, inputs=scene_inputs(scene))
     unpruned = replace(config, prune=PruneConfig(keep=1.0))
-    prepared = prepare(scene, unpruned, report, needs_view=False, needs_background=False)
-    return write_scene(prepared.strokes, output, report, is_strokes=True)
+    prepared = prepare(
+        scene, unpruned, report, needs_view=False, needs_background=False, needs_first_view=True
+    )
+    return write_scene(
+        prepared.strokes,
+        output,
+        report,
+        is_strokes=True,
+        scene=name_of(scene, prepared.notes),
+        first_view=prepared.first_view,
+    )
 
 
 def recolor_file(scene: SceneFiles, output: str | Path, config: PaletteConfig, report: Report) -> Report:
@@ -37,5 +65,13 @@ def recolor_file(scene: SceneFiles, output: str | Path, config: PaletteConfig, r
     check_output(Path(output), SCENE_SUFFIXES, inputs=(*scene_inputs(scene), config.file))
     palette = open_palette(config, report)
     gaussians, notes = load_scene(scene, report)
+    view = default_first_view(gaussians, notes, report)
     gaussians = recolor_scene(gaussians, palette, config, report, is_strokes=notes.is_strokes)
-    return write_scene(gaussians, output, report, is_strokes=notes.is_strokes)
+    return write_scene(
+        gaussians,
+        output,
+        report,
+        is_strokes=notes.is_strokes,
+        scene=name_of(scene, notes),
+        first_view=view,
+    )

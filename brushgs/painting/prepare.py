@@ -1,7 +1,7 @@
 """The one preparation of every command: from a scene and options to the strokes, the views and how to draw.
 
-    stroke (-> palette) -> load -> clean -> camera or path (-> background, plain, seen) -> prune (-> count)
-        -> cluster (-> recolor)
+    stroke (-> palette) -> load -> clean (-> first view) -> camera or path (-> background, plain, seen)
+        -> prune (-> count) -> cluster (-> recolor)
 
 Cameras are framed on the cleaned scene, so that paintings of one scene with different counts line up.
 """
@@ -18,8 +18,8 @@ from brushgs.painting.count import open_view_model
 from brushgs.painting.drawing import open_picture_background, open_stroke, render_options
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import cluster_scene, load_scene, open_palette, prune_scene, recolor_scene
-from brushgs.painting.views import choose_camera, plan_views
-from brushgs.scene import Camera, Gaussians
+from brushgs.painting.views import choose_camera, choose_first_view, known_first_view, plan_views
+from brushgs.scene import Camera, FirstView, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.brushes.texture import StrokeTexture
@@ -43,6 +43,7 @@ class Prepared:
         background: what lies behind the strokes; None for transparent, and if none is needed.
         palette: the colours that the strokes took; None if they kept their own.
         notes: what the scene file holds beside its Gaussians; None for Gaussians in memory.
+        first_view: how the scene is seen; None if neither a view nor an output needs it.
         scene: the Gaussians as loaded, without floaters; None unless they are kept.
     """
 
@@ -54,6 +55,7 @@ class Prepared:
     background: Background
     palette: "Palette | None"
     notes: "LoadNotes | None"
+    first_view: FirstView | None
     scene: Gaussians | None
 
     @property
@@ -62,9 +64,10 @@ class Prepared:
         return self.cameras[0]
 
     @property
-    def file_up(self) -> str | None:
-        """The axis that points up according to the scene file; None if it does not state one."""
-        return None if self.notes is None else self.notes.up
+    def known_view(self) -> FirstView:
+        """How the scene is seen, which `prepare` finds with `needs_first_view`."""
+        assert self.first_view is not None, "prepare with needs_first_view=True"
+        return self.first_view
 
     @property
     def whole_scene(self) -> Gaussians:
@@ -82,6 +85,7 @@ def prepare(
     check_path: Callable[["CameraPath"], None] | None = None,
     needs_view: bool = True,
     needs_background: bool = True,
+    needs_first_view: bool = False,
     keeps_scene: bool = False,
     merges_later: bool = False,
 ) -> Prepared:
@@ -98,6 +102,7 @@ def prepare(
         needs_view: False chooses a view, and opens the background, only where the number of strokes is
             chosen for one.
         needs_background: False opens the background only where the number of strokes is chosen for a view.
+        needs_first_view: whether the first view is found also where the cameras do not depend on it.
         keeps_scene: whether the Gaussians as loaded are kept beside the strokes.
         merges_later: whether the caller will cluster what it gets: then a scene is pruned also where
             `config` asks for every Gaussian.
@@ -113,7 +118,7 @@ def prepare(
     options = render_options(config.draw, texture, along_path=along_path)
     palette = open_palette(config.palette, report)
     gaussians, notes = (source, None) if isinstance(source, Gaussians) else load_scene(source, report)
-    file_up, is_strokes = (None, False) if notes is None else (notes.up, notes.is_strokes)
+    is_strokes = notes is not None and notes.is_strokes
     gaussians = clean_scene(gaussians, config.clean, report, is_strokes=is_strokes)
     cluster = config.cluster
     if is_strokes and cluster.strokes == "auto":
@@ -122,14 +127,16 @@ def prepare(
     needs_view = needs_view or is_counted or is_for_view
     needs_background = needs_background or is_counted
 
-    path, cameras, background, view_model = None, [], None, None
+    path, cameras, background, view_model, first_view = None, [], None, None, None
+    if needs_first_view or _is_framed(views, config, needs_view=needs_view):
+        first_view = choose_first_view(gaussians, config.view, notes, report)
     if views is not None and not isinstance(views, Camera):
-        path = plan_views(gaussians, config.view, views, report, file_up=file_up)
+        path = plan_views(first_view or known_first_view(gaussians, notes), config.view, views, report)
         if check_path is not None:
             check_path(path)
         cameras = path.cameras
     elif needs_view:
-        cameras = [choose_camera(gaussians, config.view, report, file_up=file_up, camera=views)]
+        cameras = [choose_camera(first_view, config.view, report, camera=views)]
     if cameras and needs_background:
         background = open_picture_background(config.draw, cameras[0], report)
     if is_counted:
@@ -146,4 +153,11 @@ def prepare(
     gaussians = prune_scene(gaussians, config.prune, report, is_strokes=keeps_all, cluster=clustering)
     gaussians = cluster_scene(gaussians, cluster, report, num_loaded=num_loaded, view_model=view_model)
     gaussians = recolor_scene(gaussians, palette, config.palette, report)
-    return Prepared(gaussians, texture, options, cameras, path, background, palette, notes, scene)
+    return Prepared(gaussians, texture, options, cameras, path, background, palette, notes, first_view, scene)
+
+
+def _is_framed(views: "Camera | PathConfig | None", config: PaintConfig, *, needs_view: bool) -> bool:
+    """Whether a view is framed on the scene, not given by a camera or a file."""
+    if views is None:
+        return needs_view and config.view.camera_file is None
+    return not isinstance(views, Camera) and views.orbit is not None

@@ -17,10 +17,10 @@ from brushgs.options.painting import (
     PruneConfig,
     StrokeSize,
 )
-from brushgs.options.scene_source import SceneFiles
+from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.painting.count import choose_count, cluster_to_target, describe_search
 from brushgs.painting.report import Report, Stage
-from brushgs.scene import Gaussians
+from brushgs.scene import FirstView, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.io.scenes.notes import LoadNotes
@@ -249,14 +249,30 @@ def recolor_scene(
     return gaussians
 
 
+def name_of(source: SceneFiles, notes: "LoadNotes | None" = None) -> str:
+    """The name of a scene: that of the scene that strokes were made of, else that of the files."""
+    stored = None if notes is None else notes.scene
+    return stored or SceneSource.of(source).name
+
+
 def write_scene(
-    gaussians: Gaussians, output: str | Path, report: Report, *, is_strokes: bool = False
+    gaussians: Gaussians,
+    output: str | Path,
+    report: Report,
+    *,
+    is_strokes: bool = False,
+    scene: str | None = None,
+    first_view: FirstView | None = None,
 ) -> Report:
-    """Write Gaussians to a scene file, which records whether they are strokes; complete the report."""
+    """Write Gaussians to a scene file, and complete the report.
+
+    The file records whether they are strokes, the name of the scene that they were made of, and how that is
+    seen: `render` shows both from the same cameras.
+    """
     with report.stage("write") as stage:
         from brushgs.io.scenes import write
 
-        write.write_scene(gaussians, output, is_strokes=is_strokes)
+        write.write_scene(gaussians, output, is_strokes=is_strokes, scene=scene, first_view=first_view)
         size = Path(output).stat().st_size
         stage.did = f"{output}, {file_size(size)}"
         stage.counts = {"path": str(output), "bytes": size, "gaussians": len(gaussians)}

@@ -1,31 +1,93 @@
-"""The stages that choose where pictures are seen from: one camera, or the cameras of a path."""
+"""The stages that choose where pictures are seen from: the first view of a scene, one camera, or a path.
 
+`choose_first_view` is the only place where a scene is examined for how it is seen.
+"""
+
+import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.cameras.framing import DEFAULT_UP, default_elevation, direction_of, frame_scene, subject
-from brushgs.errors import SceneError
+from brushgs.cameras.first_view import flags_of, framed_camera, sayable, up_text
+from brushgs.cameras.framing import DEFAULT_UP, direction_of, plain_first_view, with_up
+from brushgs.cameras.ground import level_up
+from brushgs.errors import SceneError, SceneWarning
 from brushgs.options.choices import file_size_rule
-from brushgs.options.painting import DEFAULT_SIZE, ViewConfig
+from brushgs.options.painting import CleanConfig, Up, ViewConfig
+from brushgs.painting.clean import clean_scene
 from brushgs.painting.report import Report, Stage
-from brushgs.scene import Camera, Gaussians
+from brushgs.scene import Camera, FirstView, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
+    from brushgs.io.scenes.notes import LoadNotes
     from brushgs.options.sequence import PathConfig
+
+# Probability of an estimated up axis from which nothing is said: of 131 such estimates 131 were right.
+SURE = 0.85
+
+
+def choose_first_view(
+    gaussians: Gaussians, config: ViewConfig, notes: "LoadNotes | None", report: Report
+) -> FirstView:
+    """How a scene is seen: as its file says, or as the scene itself looks.
+
+    Args:
+        gaussians: the scene as loaded, N >= 1.
+        config: only `up` is used, which is stronger than all else.
+        notes: of the file; those of strokes hold the first view of their scene, which is used as it is.
+        report: gets the stage.
+
+    Raises:
+        ValueError: if there are no Gaussians, or `up` is no direction.
+    """
+    with report.stage("first view") as stage:
+        stored = None if notes is None else notes.first_view
+        stated = config.up or (None if notes is None else notes.up)
+        if stored is not None and (config.up is None or _is_up_of(stored, config.up)):
+            view = stored
+            how, known = ("as given", "flag") if config.up else ("that of the scene", "strokes")
+        elif stored is not None:
+            view, how, known = with_up(stored, stated or DEFAULT_UP), "as given", "flag"
+        elif stated is not None:
+            view = plain_first_view(gaussians, stated)
+            how, known = ("as given", "flag") if config.up else ("from the file", "header")
+        else:
+            view = sayable(_leveled(gaussians, plain_first_view(gaussians), stage))
+            how, known = "assumed; change it with --up", "assumed"
+        _describe_first_view(stage, view, how, known)
+        _warn_of_doubt(view, config)
+    return view
+
+
+def default_first_view(gaussians: Gaussians, notes: "LoadNotes | None", report: Report) -> FirstView:
+    """How `render` sees a scene by default, which is without floaters; for passes that need no view."""
+    if notes is None or notes.first_view is None:
+        is_strokes = notes is not None and notes.is_strokes
+        gaussians = clean_scene(gaussians, CleanConfig(), Report(), is_strokes=is_strokes)
+    return choose_first_view(gaussians, ViewConfig(), notes, report)
+
+
+def known_first_view(gaussians: Gaussians, notes: "LoadNotes | None") -> FirstView | None:
+    """A first view for the place and size of the subject alone; None if there are no Gaussians."""
+    if notes is not None and notes.first_view is not None:
+        return notes.first_view
+    return plain_first_view(gaussians) if len(gaussians) else None
 
 
 def choose_camera(
-    gaussians: Gaussians,
-    config: ViewConfig,
-    report: Report,
-    *,
-    file_up: str | None = None,
-    camera: Camera | None = None,
+    first_view: FirstView | None, config: ViewConfig, report: Report, *, camera: Camera | None = None
 ) -> Camera:
-    """Take the camera that is given, or one of the camera file, or frame the scene."""
+    """Take the camera that is given, or one of the camera file, or frame the scene.
+
+    Args:
+        first_view: of the scene; None only where a camera or a camera file is given.
+        config: see `ViewConfig`.
+        report: gets the stage.
+        camera: is taken where it is given.
+    """
     with report.stage("camera") as stage:
         if camera is not None:
             stage.did = "given"
@@ -34,20 +96,28 @@ def choose_camera(
         elif config.camera_file is not None:
             camera = _camera_of_file(config.camera_file, config, stage)
         else:
-            camera = _framed_camera(gaussians, config, file_up, stage)
+            assert first_view is not None, "choose a first view before framing"
+            camera = framed_camera(first_view, config)
+            flags = flags_of(first_view, config)
+            stage.did = f"framed: {flags}"
+            stage.counts = {"source": "framed", "flags": flags}
+            if first_view.has_surroundings and config.look_at in (None, "subject"):
+                stage.details.append(
+                    "the view is framed on the middle of the scene; --look-at scene shows all"
+                )
         stage.did += f", {camera.width}x{camera.height}"
         stage.counts |= {"width": camera.width, "height": camera.height}
     return camera
 
 
 def plan_views(
-    gaussians: Gaussians, view: ViewConfig, path_config: "PathConfig", report: Report, *, file_up: str | None
+    first_view: FirstView | None, view: ViewConfig, path_config: "PathConfig", report: Report
 ) -> "CameraPath":
-    """Place the cameras along a path, one per frame."""
+    """Place the cameras along a path, one per frame; see `plan_path`."""
     with report.stage("path") as stage:
         from brushgs.cameras.paths import plan_path
 
-        path = plan_path(gaussians, view, path_config, file_up=file_up)
+        path = plan_path(first_view, view, path_config)
         count, camera = len(path.cameras), path.cameras[0]
         size, kind = f"{camera.width}x{camera.height}", "a loop" if path.is_loop else "open"
         stage.did = f"{count:,} frames, {path.fps:g} per second, {kind}, {size}: {path.source}"
@@ -60,6 +130,61 @@ def plan_views(
             "height": camera.height,
         }
     return path
+
+
+def in_doubt(view: FirstView) -> bool:
+    """Whether the up axis was estimated and may well be wrong."""
+    return view.probability is not None and view.probability < SURE
+
+
+def doubt_in_words(view: FirstView) -> str:
+    """The most probable axes, such as "not sure which way is up (-y 0.41, +z 0.38, +y 0.12)"."""
+    ranking = ", ".join(f"{name} {share:.2f}" for name, share in view.ups[:3])
+    return f"not sure which way is up ({ranking})"
+
+
+def _is_up_of(view: FirstView, up: Up) -> bool:
+    """Whether an up axis as given is that of a view."""
+    direction = direction_of(up)
+    return bool(np.allclose(direction / np.linalg.norm(direction), view.up, rtol=0, atol=1e-12))
+
+
+def _leveled(gaussians: Gaussians, view: FirstView, stage: Stage) -> FirstView:
+    """The view with the up axis perpendicular to the ground, where there is one and up is not in doubt."""
+    if in_doubt(view) or view.eye is not None:
+        return view
+    up = level_up(gaussians, view.up)
+    tilt = float(np.degrees(np.arccos(min(float(up @ view.up), 1.0))))
+    if tilt > 0:
+        stage.details.append(f"the ground leans by {tilt:.1f} degrees; up is perpendicular to it")
+    return replace(view, up=up)
+
+
+def _describe_first_view(stage: Stage, view: FirstView, how: str, known: str) -> None:
+    up, sure = up_text(view.up), "" if view.probability is None else f", probability {view.probability:.2f}"
+    kind = "seen from inside" if view.eye is not None else "seen from outside"
+    if view.has_surroundings and view.eye is None:
+        kind = "a subject in surroundings"
+    stage.did = f"up is {up} ({how}{sure}), {kind}"
+    stage.counts = {
+        "up": up,
+        "up_from": known,
+        "probability": view.probability,
+        "ups": dict(view.ups),
+        "azimuth_deg": round(float(np.degrees(view.azimuth)), 6),
+        "elevation_deg": round(float(np.degrees(view.elevation)), 6),
+        "has_surroundings": view.has_surroundings,
+        "is_inside": view.eye is not None,
+    }
+
+
+def _warn_of_doubt(view: FirstView, config: ViewConfig) -> None:
+    """Say once that the picture may be upside down, and the cure."""
+    if config.up is not None or not in_doubt(view):
+        return
+    other = next((name for name, _ in view.ups if name != up_text(view.up)), DEFAULT_UP)
+    cure = f"'brushgs views' shows them all, and --up {other} turns it"
+    warnings.warn(SceneWarning(f"{doubt_in_words(view)}; {cure}"), stacklevel=3)
 
 
 def _camera_of_file(path: Path, config: ViewConfig, stage: Stage) -> Camera:
@@ -77,40 +202,4 @@ def _camera_of_file(path: Path, config: ViewConfig, stage: Stage) -> Camera:
         return camera.resized(*config.size)
     if broken := file_size_rule(camera.width, camera.height):
         raise SceneError(path, broken)
-    return camera
-
-
-def _framed_camera(gaussians: Gaussians, config: ViewConfig, file_up: str | None, stage: Stage) -> Camera:
-    """Frame the scene; report which way is up, and how that is known."""
-    up = config.up or file_up or DEFAULT_UP
-    source = "as given" if config.up else "from the file" if file_up else "assumed; change it with --up"
-    direction = direction_of(up)
-    points, has_surroundings = subject(gaussians)
-    elevation = default_elevation(points, direction) if config.elevation is None else config.elevation
-    width, height = config.size or DEFAULT_SIZE
-    camera = frame_scene(
-        gaussians,
-        width=width,
-        height=height,
-        fov_y=config.fov_y,
-        up=direction,
-        azimuth=config.azimuth,
-        elevation=elevation,
-        zoom=config.zoom,
-    )
-    azimuth_deg, elevation_deg = (float(np.degrees(angle)) for angle in (config.azimuth, elevation))
-    up_text = up if isinstance(up, str) else ",".join(f"{x:g}" for x in up)
-    stage.did = (
-        f"framed from azimuth {azimuth_deg:g}, elevation {elevation_deg:g}; up is {up_text} ({source})"
-    )
-    stage.counts = {
-        "source": "framed",
-        "up": up_text,
-        "up_from": "flag" if config.up else "header" if file_up else "assumed",
-        "azimuth_deg": round(azimuth_deg, 6),
-        "elevation_deg": round(elevation_deg, 6),
-        "has_surroundings": has_surroundings,
-    }
-    if has_surroundings:
-        stage.details.append("the view is framed on the middle of the scene; its surroundings are drawn too")
     return camera

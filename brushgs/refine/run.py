@@ -11,20 +11,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from brushgs.arrays import Array
-from brushgs.cameras.framing import DEFAULT_UP, direction_of, frame_scene
+from brushgs.cameras.first_view import framed_camera, up_text
 from brushgs.io.pictures.images import read_image
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.measure.report import plain_config, plain_paint
 from brushgs.options.experiments import RefineConfig
-from brushgs.options.painting import PaintConfig, PaletteConfig, Up, ViewConfig
-from brushgs.options.scene_source import SceneFiles, SceneSource
+from brushgs.options.painting import PaintConfig, PaletteConfig, ViewConfig
+from brushgs.options.scene_source import SceneFiles
 from brushgs.painting.outputs import check_output, input_files
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
-from brushgs.painting.strokes import write_scene
+from brushgs.painting.strokes import name_of, write_scene
 from brushgs.refine.checkpoint import Checkpoint, describe_fit
 from brushgs.refine.report import Refinement, RefineReport, write_plot
-from brushgs.scene import Camera, Gaussians
+from brushgs.scene import Camera, FirstView, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.refine.distil import TargetView
@@ -78,8 +78,16 @@ def refine_file(
     check_libraries(config)
     if config.style is not None and paint.palette is None:
         paint = replace(paint, palette=PaletteConfig(config.style))
-    prepared = prepare(scene, paint, report, needs_view=False, needs_background=False, keeps_scene=True)
-    strokes, gaussians = prepared.strokes, prepared.whole_scene
+    prepared = prepare(
+        scene,
+        paint,
+        report,
+        needs_view=False,
+        needs_background=False,
+        needs_first_view=True,
+        keeps_scene=True,
+    )
+    strokes, gaussians, view = prepared.strokes, prepared.whole_scene, prepared.known_view
 
     from brushgs.refine.fit import Drawing, FitSchedule
 
@@ -88,19 +96,19 @@ def refine_file(
         from brushgs.passes.recolor import recolor
 
         gaussians = recolor(gaussians, prepared.palette, paint.palette.strength)
-    up = paint.view.up or prepared.file_up or DEFAULT_UP
-    fit = describe_fit(scene, paint, config, prepared, gaussians, up)
+    name = name_of(scene, prepared.notes)
+    fit = describe_fit(scene, paint, config, prepared, gaussians, up_text(view.up))
     with _resumable(Checkpoint(checkpoint_of(output), fit), config, report) as checkpoint:
-        training_views, validation_views = _target_views(gaussians, up, config, report)
+        training_views, validation_views = _target_views(gaussians, view, config, report)
         schedule = FitSchedule(config.most_steps, seed=config.seed, checkpoint=checkpoint)
         refined = refine_strokes(strokes, training_views, validation_views, drawing, schedule, config, report)
-        report.settings = _settings(scene, paint, config, up)
-        write_scene(refined, output, report, is_strokes=True)  # first: a plot that fails must not lose it
+        report.settings = _settings(scene, paint, config, view)
+        # First: a plot that fails must not lose it.
+        write_scene(refined, output, report, is_strokes=True, scene=name, first_view=view)
         checkpoint.remove()
     if outputs is not None:
-        name = SceneSource.of(scene).name
         title = f"{name}, {len(strokes):,} strokes of {prepared.texture.name}, {config.params}"
-        camera = frame_scene(gaussians, width=config.size[0], height=config.size[1], up=direction_of(up))
+        camera = framed_camera(view, ViewConfig(size=config.size))
         shown, result = _Shown(gaussians, strokes, refined, camera), report.result
         report.write(
             outputs,
@@ -253,16 +261,16 @@ def _pictures(shown: _Shown, drawing: "Drawing") -> dict[str, Array]:
     } | {"plain": plain.numpy()}
 
 
-def _settings(scene: SceneFiles, paint: PaintConfig, config: RefineConfig, up: Up) -> dict[str, Any]:
+def _settings(scene: SceneFiles, paint: PaintConfig, config: RefineConfig, view: FirstView) -> dict[str, Any]:
     """All that a reader needs to repeat the figures."""
-    return plain_paint(scene, replace(paint, view=ViewConfig(up=up))) | {
+    return plain_paint(scene, replace(paint, view=ViewConfig(up=up_text(view.up)))) | {
         "refine": plain_config(config),
         "validation_views": NUM_VALIDATION_VIEWS,
     }
 
 
 def _target_views(
-    gaussians: Gaussians, up: Up, config: RefineConfig, report: Report
+    gaussians: Gaussians, first_view: FirstView, config: RefineConfig, report: Report
 ) -> "tuple[list[TargetView], list[TargetView]]":
     """Training and validation views, with the plain picture as target."""
     with report.stage("views") as stage:
@@ -275,7 +283,7 @@ def _target_views(
         training_views, validation_views = (
             [
                 TargetView.of(gaussians, view)
-                for view in views_around(gaussians, num, width=width, height=height, up=up, shift=shift)
+                for view in views_around(first_view, num, width=width, height=height, shift=shift)
             ]
             for num, shift in ((num_views, 0.0), (NUM_VALIDATION_VIEWS, 0.5))
         )

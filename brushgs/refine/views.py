@@ -4,9 +4,11 @@ Both sets are spread evenly over the same range of directions around the subject
 """
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from brushgs.cameras.framing import DEFAULT_UP, default_elevation, direction_of, frame_scene, subject
-from brushgs.scene import Camera, Gaussians
+from brushgs.cameras.framing import first_view_of, frame_scene
+from brushgs.cameras.orbit import orbit
+from brushgs.scene import Camera, FirstView, Gaussians
 
 GOLDEN_SHARE = (np.sqrt(5) - 1) / 2  # of a turn: any number of such steps are spread evenly over the circle
 ELEVATION_RANGE = np.radians(45.0)  # from lowest to highest view; the default elevation is in the middle
@@ -14,39 +16,36 @@ MAX_ELEVATION = np.radians(80.0)
 
 
 def views_around(
-    gaussians: Gaussians,
+    scene: Gaussians | FirstView,
     num_views: int,
     *,
     width: int,
     height: int,
-    up: str | tuple[float, float, float] = DEFAULT_UP,
+    up: str | ArrayLike | None = None,
     shift: float = 0.0,
 ) -> list[Camera]:
-    """Views of the subject from all around, framed by `frame_scene`.
+    """Views of the subject from all around, framed by `frame_scene`; of a scene seen from inside, a sway.
 
     Args:
-        gaussians: the scene, N >= 1.
+        scene: N Gaussians, N >= 1, or the first view of a scene, see `frame_scene`.
         num_views: n >= 1.
         width: pixels.
         height: pixels.
-        up: as `ViewConfig.up`.
+        up: see `frame_scene`.
         shift: of the whole set, in steps between its views, in [0, 1); different shifts share no view.
 
     Raises:
-        ValueError: if a number is out of range or the scene is empty.
+        ValueError: if a number is out of range.
     """
     if num_views < 1:
         raise ValueError(f"views must be at least 1, got {num_views}")
-    direction = direction_of(up)
-    middle = default_elevation(subject(gaussians)[0], direction)
+    view = first_view_of(scene, up)
+    if view.eye is not None:
+        return orbit(view, 2 * num_views, width=width, height=height)[shift > 0 :: 2]
     views = []
     for index in range(num_views):
         along = (index + 0.5 + 0.5 * shift) / num_views % 1.0
-        elevation = min(middle + ELEVATION_RANGE * (along - 0.5), MAX_ELEVATION)
+        elevation = min(view.elevation + ELEVATION_RANGE * (along - 0.5), MAX_ELEVATION)
         azimuth = 2 * np.pi * ((index + shift) * GOLDEN_SHARE % 1.0)
-        views.append(
-            frame_scene(
-                gaussians, width=width, height=height, up=direction, azimuth=azimuth, elevation=elevation
-            )
-        )
+        views.append(frame_scene(view, width=width, height=height, azimuth=azimuth, elevation=elevation))
     return views

@@ -27,11 +27,11 @@ import numpy as np
 import brushgs as bg
 from brushgs.brushes import levels
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.cameras.first_view import framed_camera
+from brushgs.cameras.framing import plain_first_view
 from brushgs.io.pictures.oiio import quantise
 from brushgs.options.painting import PaintConfig, ViewConfig
-from brushgs.painting.report import Report
 from brushgs.painting.still import paint
-from brushgs.painting.views import choose_camera
 from brushgs.passes import contribution, lloyd
 from brushgs.passes.cluster import cluster_weights, group
 from brushgs.passes.features import cluster_features
@@ -104,7 +104,7 @@ class Painting:
     def of(cls, scene: Gaussians, num_strokes: int, width: int, height: int, zoom: float = 1.0) -> "Painting":
         """All steps of a painting, with the default options."""
         texture = StrokeTexture.open("swirl")
-        camera = choose_camera(scene, ViewConfig(size=(width, height), zoom=zoom), Report())
+        camera = framed_camera(plain_first_view(scene), ViewConfig(size=(width, height), zoom=zoom))
         pruned = bg.prune(scene)
         strokes = bg.cluster(pruned, num_strokes)
         boxes = project(strokes, camera, texture)

@@ -49,7 +49,7 @@ def toy_module() -> ModuleType:
 
         return SceneFile(path, "toy", count, 1, read_columns)
 
-    def write_scene(gaussians: bg.Gaussians, path: Path, *, is_strokes: bool) -> None:
+    def write_scene(gaussians: bg.Gaussians, path: Path, **recorded: object) -> None:
         Path(path).write_bytes(b"TOY" + b"." * len(gaussians))
 
     module = ModuleType("brushgs.io.scenes.toy")

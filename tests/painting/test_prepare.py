@@ -172,7 +172,7 @@ def test_a_path_is_checked_before_the_long_work(folder):
     report = Report()
     with pytest.raises(ValueError, match="not this path"):
         prepare(folder / "scene.ply", PAINT, report, views=PathConfig(orbit=5), check_path=refuse)
-    assert [stage.name for stage in report.stages] == ["stroke", "load", "clean", "path"]
+    assert [stage.name for stage in report.stages] == ["stroke", "load", "clean", "first view", "path"]
 
 
 @pytest.mark.parametrize(

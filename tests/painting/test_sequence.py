@@ -16,6 +16,7 @@ import OpenImageIO
 import pytest
 
 import brushgs as bg
+from brushgs.cameras.framing import plain_first_view
 from brushgs.cameras.paths import plan_path
 from brushgs.io.pictures.images import encode_frame, read_image
 from brushgs.io.pictures.numbered import Manifest
@@ -92,7 +93,7 @@ def psnr(actual, expected):
 
 def test_the_stages_run_in_order_and_the_frames_are_counted(scene, folder):
     report = paint(scene)
-    order = ["stroke", "load", "clean", "path", "prune", "cluster", "track", "paint", "write"]
+    order = ["stroke", "load", "clean", "first view", "path", "prune", "cluster", "track", "paint", "write"]
     assert [stage.name for stage in report.stages] == order
     assert names("f") == [MANIFEST, *FILES]
     counts = {stage.name: stage.counts for stage in report.stages}
@@ -120,7 +121,7 @@ def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(
     # The same from Python: the strokes, the directions along the closed path, then one frame.
     gaussians = bg.load(scene)
     strokes = bg.cluster(bg.prune(gaussians), 150)
-    path, texture = plan_path(gaussians, VIEW, ORBIT), bg.StrokeTexture.open("flat")
+    path, texture = plan_path(plain_first_view(gaussians), VIEW, ORBIT), bg.StrokeTexture.open("flat")
     painter = FramePainter(strokes, texture, (1.0, 1.0, 1.0), MOVING, suffix)
     shot = FrameView(4, path.cameras[4], track_directions(strokes, path.closed).directions(4))
     assert painter(shot) == files[f"00004{suffix}"]

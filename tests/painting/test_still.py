@@ -8,6 +8,7 @@ import brushgs as bg
 from brushgs.doctor.describe import describe
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
 from brushgs.io.pictures.images import read_image
+from brushgs.io.scenes.notes import LoadNotes
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
 from brushgs.painting import drawing, outputs
 from brushgs.painting.demo import paint_demo
@@ -16,7 +17,7 @@ from brushgs.painting.passes import cluster_file, prune_file
 from brushgs.painting.report import Report
 from brushgs.painting.still import paint, paint_file
 from brushgs.painting.strokes import load_scene
-from brushgs.painting.views import choose_camera
+from brushgs.painting.views import choose_camera, choose_first_view
 from brushgs.still_life import still_life, still_life_camera
 from tests.passes.layers import plane
 
@@ -53,7 +54,8 @@ def stage(report, name):
 
 def test_the_stages_run_in_order_and_their_counts_fit_together(scene, tmp_path):
     report = paint_file(scene, tmp_path / "a.png", config())
-    names = ["stroke", "load", "clean", "camera", "prune", "cluster", "project", "rasterise", "write"]
+    names = ["stroke", "load", "clean", "first view", "camera", "prune", "cluster"]
+    names += ["project", "rasterise", "write"]
     assert [stage.name for stage in report.stages] == names
     counts = {stage.name: stage.counts for stage in report.stages}
     assert counts["prune"]["before"] == counts["load"]["gaussians"]
@@ -87,7 +89,8 @@ def test_the_camera_does_not_depend_on_how_many_strokes_are_painted(scene):
     for strokes in (10, 1000):
         report = Report()
         loaded, notes = load_scene(scene, report)
-        cameras.append(choose_camera(loaded, SMALL, report, file_up=notes.up))
+        first_view = choose_first_view(loaded, SMALL, notes, report)
+        cameras.append(choose_camera(first_view, SMALL, report))
         paint(loaded, config(strokes=strokes), camera=cameras[-1])
     np.testing.assert_array_equal(cameras[0].viewmat, cameras[1].viewmat)
 
@@ -256,15 +259,16 @@ def test_a_camera_file_gives_the_view_and_its_size(scene, tmp_path):
     assert not (tmp_path / "c.png").exists()
 
 
-def test_the_camera_stage_says_which_way_is_up_and_why(gaussians):
+def test_the_first_view_says_which_way_is_up_and_why(gaussians):
     for file_up, asked, did in (
         (None, None, "up is -y (assumed; change it with --up)"),
         ("+z", None, "up is +z (from the file)"),
         ("+z", "-x", "up is -x (as given)"),
-        (None, (0.0, 0.0, 1.0), "up is 0,0,1 (as given)"),
+        (None, (0.0, 0.0, 1.0), "up is +z (as given)"),
     ):
-        report = Report()
-        camera = choose_camera(gaussians, ViewConfig(up=asked), report, file_up=file_up)
+        report, view = Report(), ViewConfig(up=asked)
+        notes = LoadNotes("PLY", len(gaussians), 0, 0, 0, file_up)
+        camera = choose_camera(choose_first_view(gaussians, view, notes, report), view, report)
         assert did in report.stages[0].did
         assert (camera.width, camera.height) == (1280, 720)
 

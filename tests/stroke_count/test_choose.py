@@ -235,7 +235,7 @@ def test_the_cluster_pass_frames_the_scene_and_says_so(pears, tmp_path):
         tmp_path / "a.ply", tmp_path / "b.ply", PaintConfig(cluster=ClusterConfig("auto")), Report()
     )
     stages = {stage.name: stage for stage in report.stages}
-    assert "framed from azimuth" in stages["camera"].did
+    assert "framed: --up" in stages["camera"].did
     assert stages["stroke"].counts["name"] == "impasto"
     assert len(bg.load(tmp_path / "b.ply")) == stages["cluster"].counts["after"] < len(pears)
 

@@ -9,7 +9,7 @@ from brushgs.errors import SceneWarning
 from brushgs.io.formats import in_words
 from brushgs.io.scenes.folders import are_frames
 from brushgs.io.scenes.scene_file import SceneFile, Training
-from brushgs.scene import SH_TERMS
+from brushgs.scene import SH_TERMS, FirstView
 
 _LONGEST_NAME = 40  # of a column, characters
 
@@ -30,6 +30,8 @@ class LoadNotes:
         training: how the scene was trained, as far as the files state it.
         unknown: columns or extensions of the files that were not read, by name, safe to print.
         files: each of several files in words; empty for one.
+        scene: name of the scene that strokes were made of; None if the file names none, and for several.
+        first_view: how that scene is seen; None if the file does not say, and for several.
     """
 
     format: str
@@ -42,6 +44,8 @@ class LoadNotes:
     training: Training = "default"
     unknown: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
+    scene: str | None = None
+    first_view: FirstView | None = None
 
 
 def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used: int) -> LoadNotes:
@@ -66,6 +70,8 @@ def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used:
         training=_common_training(files),
         unknown=tuple(dict.fromkeys(_printable(name) for file in files for name in file.unknown)),
         files=() if is_one else tuple(f"{f.path.name}: {f.num_rows:,} rows, {f.format}" for f in files),
+        scene=files[0].scene if is_one else None,
+        first_view=files[0].first_view if is_one else None,
     )
 
 

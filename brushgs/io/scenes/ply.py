@@ -5,10 +5,11 @@ Two layouts are read: Inria's (properties in any order and of any scalar type, s
 and SuperSplat.
 """
 
+import warnings
 from collections.abc import Collection
 from pathlib import Path
 
-from brushgs.errors import SceneError
+from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.files import open_plain
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
@@ -18,6 +19,7 @@ from brushgs.io.scenes.ply_header import Element, Header, parse_header
 from brushgs.io.scenes.ply_inria import FILTER_3D, check_inria, is_flat, read_columns_of, read_inria
 from brushgs.io.scenes.ply_rows import warn_of_surplus
 from brushgs.io.scenes.scene_file import SceneFile, Training
+from brushgs.io.scenes.view_comments import Stored, read_comments
 
 _MEANINGLESS = ("nx", "ny", "nz")  # Gaussians have no normals: trainers write zeros for viewers of points
 _ENCODINGS = {
@@ -57,6 +59,7 @@ def open_scene(path: Path) -> SceneFile:
         warn_of_surplus(path, header, size)
         return columns, dropped
 
+    scene, first_view = _read_stored(path, header.view_text)
     layout = "compressed PLY" if has_chunks else "PLY"
     return SceneFile(
         path=path,
@@ -69,7 +72,19 @@ def open_scene(path: Path) -> SceneFile:
         is_strokes=header.is_strokes,
         training=_training(header, vertex),
         unknown=_unknown(vertex, PACKED if has_chunks else read_columns_of(num_terms)),
+        scene=scene,
+        first_view=first_view,
     )
+
+
+def _read_stored(path: Path, text: str) -> Stored:
+    """What the header states of the scene that strokes were made of."""
+    try:
+        return read_comments(text)
+    except ValueError as error:
+        message = f"{path}: the view in its header cannot be read ({error}); the strokes are framed anew"
+        warnings.warn(SceneWarning(message), stacklevel=2)
+        return None, None
 
 
 def _training(header: Header, vertex: Element) -> Training:

@@ -9,6 +9,7 @@ import numpy as np
 
 from brushgs.errors import SceneError
 from brushgs.io.scenes.scene_file import Training
+from brushgs.io.scenes.view_comments import MAX_TEXT, PREFIX
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1",
@@ -67,6 +68,7 @@ class Header:
         up: axis that a comment names as up, "+x" to "-z", or None.
         is_strokes: whether a comment states that the rows are strokes, see `STROKES`.
         training: how the scene was trained, by the last comment that states it; None if none does.
+        view_text: what comments state of the scene that they were made of, see `view_comments`; not parsed.
     """
 
     encoding: str
@@ -75,6 +77,7 @@ class Header:
     up: str | None
     is_strokes: bool = False
     training: Training | None = None
+    view_text: str = ""
 
     @property
     def is_ascii(self) -> bool:
@@ -98,6 +101,7 @@ class _Draft:
     up: str | None = None
     is_strokes: bool = False
     training: Training | None = None
+    view_text: list[str] = field(default_factory=list)
 
     def close_element(self) -> None:
         """Give the last element its properties."""
@@ -130,7 +134,16 @@ def parse_header(file: BinaryIO, path: Path) -> Header:
     if not draft.encoding:
         raise SceneError(path, "the header has no 'format' line; the file is damaged: get it again")
     offset = end + 2 * len(newline) + len(b"end_header")
-    return Header(draft.encoding, tuple(draft.elements), offset, draft.up, draft.is_strokes, draft.training)
+    view_text = "".join(draft.view_text)[: MAX_TEXT + 1]
+    return Header(
+        draft.encoding,
+        tuple(draft.elements),
+        offset,
+        draft.up,
+        draft.is_strokes,
+        draft.training,
+        view_text,
+    )
 
 
 def _read_line(draft: _Draft, line: str) -> None:
@@ -138,6 +151,8 @@ def _read_line(draft: _Draft, line: str) -> None:
     match line.split():
         case []:
             pass
+        case ["comment", "brushgs", *_] if line.startswith(PREFIX):
+            draft.view_text.append(line[len(PREFIX) :])
         case ["comment" | "obj_info", *words]:
             draft.is_strokes |= line == f"comment {STROKES}"
             if trained := _TRAINED.fullmatch(" ".join(words)):

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from brushgs.arrays import Array
 from brushgs.io.files import replacing
 from brushgs.io.scenes.ply_header import MIP, STROKES
-from brushgs.scene import Gaussians
+from brushgs.io.scenes.view_comments import comment_lines
+from brushgs.scene import FirstView, Gaussians
 
 # exp(-104) is 0 in float32 and 1 / (1 + exp(-+104)) is 1 or 0: finite values in place of infinite logs.
 _INFINITE_LOG = 104.0
@@ -16,7 +17,14 @@ _LARGEST_LOG = 88.722  # just below the log of the largest float32, so that exp 
 _BLOCK_ROWS = 1 << 14
 
 
-def write_scene(gaussians: Gaussians, path: str | Path, *, is_strokes: bool = False) -> None:
+def write_scene(
+    gaussians: Gaussians,
+    path: str | Path,
+    *,
+    is_strokes: bool = False,
+    scene: str | None = None,
+    first_view: FirstView | None = None,
+) -> None:
     """Write Gaussians as binary little-endian float32, log-scales and opacity logits.
 
     The values read back within float32 rounding of the logs. No infinity is written: a scale of 0 and
@@ -27,6 +35,8 @@ def write_scene(gaussians: Gaussians, path: str | Path, *, is_strokes: bool = Fa
         gaussians: N >= 1 Gaussians.
         path: the name of the file; appears when it is complete.
         is_strokes: whether a comment states that they are strokes: painting keeps all of them by default.
+        scene: name of the scene that they were made of, for a comment.
+        first_view: of that scene, for comments.
 
     Raises:
         ValueError: if there are no Gaussians or a value is too large for float32.
@@ -41,8 +51,9 @@ def write_scene(gaussians: Gaussians, path: str | Path, *, is_strokes: bool = Fa
             raise ValueError(f"save: {name} must fit float32, got larger values; shrink the scene first")
     names = _names(gaussians.sh.shape[1])
     lines = "".join(f"property float {name}\n" for name in names)
-    comments = [STROKES] * is_strokes + [MIP] * gaussians.antialiased
-    comment = "".join(f"comment {text}\n" for text in comments)
+    stated = [STROKES] * is_strokes + [MIP] * gaussians.antialiased
+    comments = [*(f"comment {text}" for text in stated), *comment_lines(scene, first_view)]
+    comment = "".join(f"{line}\n" for line in comments)
     begin = f"ply\nformat binary_little_endian 1.0\n{comment}element vertex {len(gaussians)}\n"
     header = f"{begin}{lines}end_header\n"
     with replacing(path) as temporary, temporary.open("wb") as file:

@@ -7,6 +7,7 @@ from typing import Literal, Protocol
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
+from brushgs.scene import FirstView
 
 # How the Gaussians of a scene were trained, where that changes how they are drawn: "antialiased" are those of
 # Mip-Splatting and of trainers with the same opacity compensation, "2dgs" flat discs.
@@ -48,6 +49,8 @@ class SceneFile:
         is_strokes: whether the file states that its Gaussians are strokes that brushgs made.
         training: how they were trained, as far as the file states it.
         unknown: columns or extensions of the file that are not read, by name.
+        scene: name of the scene that strokes were made of; None if the file names none.
+        first_view: how that scene is seen; None if the file does not say.
     """
 
     path: Path
@@ -60,3 +63,5 @@ class SceneFile:
     is_strokes: bool = False
     training: Training = "default"
     unknown: tuple[str, ...] = ()
+    scene: str | None = None
+    first_view: FirstView | None = None

@@ -1,0 +1,261 @@
+"""Views that options describe: what they look at, from which side, and the flags that give them again."""
+
+from argparse import ArgumentParser
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from brushgs.cameras.first_view import flags_of, framed_camera, framed_orbit, sayable, up_text
+from brushgs.cameras.framing import (
+    AXES,
+    MARGIN,
+    NEAR_SHARE,
+    direction_of,
+    frame_scene,
+    plain_first_view,
+    with_up,
+)
+from brushgs.cameras.orbit import orbit
+from brushgs.cli import flags
+from brushgs.cli.parser import _joined
+from brushgs.options.painting import ViewConfig
+from brushgs.scene import FirstView
+from tests.cameras.test_framing import box, cloud, pixels
+
+SIZE = (96, 64)
+SMALL = {"width": 96, "height": 64}
+SCENE = cloud(box(center=(3, -4, 5)))
+VIEW = plain_first_view(SCENE)
+TILTED = replace(VIEW, up=np.array([0.1, -0.9, 0.2]) / np.linalg.norm([0.1, -0.9, 0.2]))
+INSIDE = FirstView(
+    box((8, 4, 8), center=(0, 0, 6), num=300),
+    np.array([0.0, -1, 0]),
+    0.0,
+    radians(6),
+    eye=np.array([0.1, 0.2, 0]),
+)
+
+
+def assert_same(one, other):
+    np.testing.assert_array_equal(one.viewmat, other.viewmat)
+    np.testing.assert_array_equal(one.K, other.K)
+    assert (one.width, one.height, one.near) == (other.width, other.height, other.near)
+
+
+def looks(camera):
+    """Position and forward axis."""
+    return camera.position, camera.viewmat[2, :3]
+
+
+def test_the_first_view_is_all_that_a_camera_depends_on():
+    for up in ("-y", "+z", (0.1, -1.0, 0.2)):
+        config = ViewConfig(size=SIZE, azimuth=0.4, elevation=0.1)
+        expected = frame_scene(SCENE, **SMALL, up=direction_of(up), azimuth=0.4, elevation=0.1)
+        assert_same(framed_camera(plain_first_view(SCENE, up), config), expected)
+        assert_same(framed_camera(with_up(VIEW, up), config), expected)
+
+
+def test_points_inside_the_subject_do_not_change_the_camera():
+    many = np.concatenate([VIEW.points, VIEW.points.mean(axis=0) + 0.3 * box(num=500)])
+    assert_same(frame_scene(replace(VIEW, points=many), **SMALL), frame_scene(VIEW, **SMALL))
+
+
+@pytest.mark.parametrize("roll", [-120.0, -20.0, 35.0, 90.0])
+def test_a_roll_turns_the_scene_clockwise_and_keeps_the_subject_whole(roll):
+    config = ViewConfig(size=SIZE, roll=radians(roll))
+    camera, level = framed_camera(VIEW, config), framed_camera(VIEW, ViewConfig(size=SIZE))
+    np.testing.assert_allclose(looks(camera)[1], looks(level)[1], atol=1e-12)
+    middle = VIEW.points.mean(axis=0)
+    seen, _ = pixels(camera, [middle, middle + 0.1 * VIEW.up])
+    x, y = (seen[1] - seen[0]) * (camera.width, camera.height)
+    assert np.degrees(np.arctan2(x, -y)) == pytest.approx(
+        roll, abs=4
+    )  # from the top of the picture, clockwise
+    reach = np.abs(pixels(camera, VIEW.points)[0]).max(axis=0)
+    assert reach.max() == pytest.approx(1 - 2 * MARGIN, abs=0.02)
+
+
+def test_a_pan_moves_the_camera_aside_by_shares_of_the_picture():
+    plain = framed_camera(VIEW, ViewConfig(size=SIZE, zoom=2.0))
+    moved = framed_camera(VIEW, ViewConfig(size=SIZE, zoom=2.0, pan=(0.25, 0.1)))
+    np.testing.assert_array_equal(moved.viewmat[:3, :3], plain.viewmat[:3, :3])
+    np.testing.assert_array_equal(moved.K, plain.K)
+    far = plain.position + plain.near / NEAR_SHARE * looks(plain)[1]  # at the distance of the subject
+    shift = pixels(moved, [far])[0][0] - pixels(plain, [far])[0][0]
+    np.testing.assert_allclose(shift, (-0.5, 0.2), atol=1e-9)  # in halves of the picture, y down
+
+
+def test_a_point_to_look_at_is_in_the_middle_from_as_far_as_the_subject():
+    point = (2.5, -4.2, 5.5)
+    plain, camera = (framed_camera(VIEW, ViewConfig(size=SIZE, look_at=at)) for at in (None, point))
+    np.testing.assert_allclose(pixels(camera, [point])[0][0], 0, atol=1e-12)
+    assert np.linalg.norm(camera.position - point) == pytest.approx(plain.near / NEAR_SHARE)
+    for turned in framed_orbit(VIEW, ViewConfig(size=SIZE, look_at=point), 5):
+        np.testing.assert_allclose(pixels(turned, [point])[0][0], 0, atol=1e-9)
+
+
+def test_a_part_is_the_upper_third():
+    camera = framed_camera(VIEW, ViewConfig(size=SIZE, look_at="part"))
+    heights = VIEW.points @ VIEW.up
+    top = VIEW.points[heights >= heights.max() - np.ptp(heights) / 3]
+    assert (np.abs(pixels(camera, top)[0]) < 1).all()
+    low = VIEW.points[heights < heights.min() + np.ptp(heights) / 10]
+    assert pixels(camera, low)[0][:, 1].max() > 1
+    cone = replace(VIEW, points=np.array([(0, -9, 0), (1, 0, 1), (1, 0, -1), (-1, 0, 0)], float))
+    tip = framed_camera(cone, ViewConfig(size=SIZE, look_at="part", elevation=0.0))
+    _, depths = pixels(tip, [(0, -9, 0)])
+    assert depths[0] > 2, "a tip is not a point"
+
+
+def test_a_scene_with_surroundings_can_be_shown_whole():
+    rng = np.random.default_rng(0)
+    wide = cloud(np.concatenate([box((1, 1, 1)), rng.standard_cauchy((1500, 3)) * 4]))
+    view = plain_first_view(wide)
+    assert view.has_surroundings
+    subject, whole = (framed_camera(view, ViewConfig(size=SIZE, look_at=at)) for at in ("subject", "scene"))
+    corners = np.stack(np.meshgrid(*view.whole.T), axis=-1).reshape(-1, 3)
+    assert (np.abs(pixels(whole, corners)[0]) < 1).all()
+    assert np.linalg.norm(whole.position) > 3 * np.linalg.norm(subject.position)
+    assert VIEW.whole is None
+    assert_same(*(framed_camera(VIEW, ViewConfig(size=SIZE, look_at=at)) for at in ("scene", "subject")))
+
+
+@pytest.mark.parametrize(
+    ("side", "degrees"), [("front", 70), ("right", 160), ("back", 250), ("left", -20), ("three-quarter", 90)]
+)
+def test_a_side_is_counted_from_the_front(side, degrees):
+    view = replace(VIEW, front=radians(70), azimuth=radians(90))
+    camera = framed_camera(view, ViewConfig(size=SIZE, side=side))
+    expected = framed_camera(view, ViewConfig(size=SIZE, azimuth=radians(degrees)))
+    np.testing.assert_allclose(camera.viewmat, expected.viewmat, atol=1e-12)
+    low = framed_camera(view, ViewConfig(size=SIZE, side=side, elevation=-0.2))
+    assert looks(low)[1] @ view.up > 0
+
+
+def test_from_the_top_the_front_is_at_the_bottom_of_the_picture():
+    view = replace(VIEW, front=radians(70))
+    top, front = (framed_camera(view, ViewConfig(size=SIZE, side=side)) for side in ("top", "front"))
+    np.testing.assert_allclose(looks(top)[1], -view.up, atol=1e-12)
+    toward_viewer = -looks(front)[1] + (looks(front)[1] @ view.up) * view.up
+    assert top.viewmat[1, :3] @ toward_viewer > 0.9  # down in the picture
+
+
+def test_sides_that_contradict_each_other_are_refused():
+    with pytest.raises(ValueError, match="azimuth cannot be combined with side 'left'"):
+        ViewConfig(side="left", azimuth=1.0)
+    with pytest.raises(ValueError, match="elevation cannot be combined with side 'top'"):
+        ViewConfig(side="top", elevation=1.0)
+    with pytest.raises(ValueError, match="pan must be two shares"):
+        ViewConfig(pan=(0, 11.0))
+    with pytest.raises(ValueError, match="look-at must be finite"):
+        ViewConfig(look_at=(0, np.inf, 0))
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    up=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1),
+    azimuth=st.floats(-7, 7),
+    elevation=st.floats(-1.5, 1.5),
+    look_at=st.sampled_from([None, "subject", "part", (1.0, 2.0, 3.0)]),
+    pan=st.sampled_from([(0.0, 0.0), (0.3, -0.2)]),
+)
+def test_orbits_are_level(up, azimuth, elevation, look_at, pan):
+    view = plain_first_view(SCENE, up)
+    cameras = orbit(view, 7, **SMALL, azimuth=azimuth, elevation=elevation, look_at=look_at, pan=pan)
+    rights = np.stack([camera.viewmat[0, :3] for camera in cameras])
+    np.testing.assert_allclose(rights @ view.up, 0, atol=1e-12)
+    assert (np.stack([camera.viewmat[1, :3] for camera in cameras]) @ view.up < 0).all()  # none upside down
+
+
+def test_an_orbit_of_rolled_and_panned_views_is_a_turn_of_the_first():
+    cameras = framed_orbit(TILTED, ViewConfig(size=SIZE, roll=0.3, pan=(0.2, 0.1)), 6)
+    first = framed_camera(TILTED, ViewConfig(size=SIZE, roll=0.3, pan=(0.2, 0.1)))
+    np.testing.assert_allclose(cameras[0].viewmat[:3, :3], first.viewmat[:3, :3], atol=1e-12)
+    heights = [camera.position @ TILTED.up for camera in cameras]
+    np.testing.assert_allclose(heights, heights[0], atol=1e-9)
+    seen = [np.abs(pixels(c, TILTED.points)[0]).max() for c in framed_orbit(TILTED, ViewConfig(roll=0.3), 6)]
+    assert max(seen) < 1
+
+
+def test_a_scene_is_seen_from_inside_where_the_camera_stands():
+    camera = framed_camera(INSIDE, ViewConfig(size=SIZE))
+    np.testing.assert_allclose(camera.position, INSIDE.eye, atol=1e-12)
+    turned = framed_camera(INSIDE, ViewConfig(size=SIZE, azimuth=0.2))
+    np.testing.assert_allclose(turned.position, INSIDE.eye, atol=1e-12)
+    assert looks(turned)[1] @ looks(camera)[1] == pytest.approx(np.cos(0.2), abs=1e-3)
+    for config in (ViewConfig(size=SIZE, look_at="subject"), ViewConfig(size=SIZE, side="front")):
+        outside = framed_camera(INSIDE, config)
+        assert (np.abs(pixels(outside, INSIDE.points)[0]) < 1).all()
+
+
+def test_an_orbit_inside_a_scene_is_a_small_level_circle_that_begins_at_the_first_view():
+    camera = framed_camera(INSIDE, ViewConfig(size=SIZE))
+    cameras = framed_orbit(INSIDE, ViewConfig(size=SIZE), 12)
+    np.testing.assert_allclose(cameras[0].viewmat, camera.viewmat, atol=1e-9)
+    np.testing.assert_allclose([c.viewmat[0, :3] @ INSIDE.up for c in cameras], 0, atol=1e-12)
+    moved = np.array([np.linalg.norm(c.position - camera.position) for c in cameras])
+    assert 0.3 < moved.max() < 1.5  # of a room of 8
+    assert min(looks(c)[1] @ looks(camera)[1] for c in cameras) > 0.97
+    around = framed_orbit(INSIDE, ViewConfig(size=SIZE, look_at="subject"), 12)
+    assert min(looks(c)[1] @ looks(around[0])[1] for c in around) < -0.8
+
+
+def parsed(text):
+    """`ViewConfig` of flags."""
+    parser = ArgumentParser()
+    flags.add_view(parser)
+    return ViewConfig(size=SIZE, **flags.given(parser.parse_args(_joined(text.split())), "view"))
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    azimuth=st.floats(-400, 400),
+    elevation=st.floats(-90, 90),
+    roll=st.sampled_from([0.0, -20.3, 1.0]),
+    zoom=st.sampled_from([1.0, 2.5, 1 / 3]),
+    pan=st.sampled_from([(0.0, 0.0), (-0.1, 1 / 3)]),
+    look_at=st.sampled_from([None, "part", (-1.5, 2.0, 1 / 3)]),
+    up=st.sampled_from(["-y", "+z", "0.0175,-0.9998,0.0349", "1,2,3"]),
+)
+def test_the_flags_of_a_view_give_it_again_to_the_last_bit(azimuth, elevation, roll, zoom, pan, look_at, up):
+    view = plain_first_view(SCENE, up)
+    config = ViewConfig(
+        size=SIZE,
+        azimuth=radians(azimuth),
+        elevation=radians(elevation),
+        roll=radians(roll),
+        zoom=zoom,
+        pan=pan,
+        look_at=look_at,
+        fov_y=radians(41.7),
+    )
+    again = parsed(flags_of(view, config))
+    assert_same(framed_camera(plain_first_view(SCENE, again.up), again), framed_camera(view, config))
+
+
+def test_the_flags_of_a_side_are_its_angles():
+    view = replace(VIEW, front=radians(70))
+    assert flags_of(view, ViewConfig(side="left")) == "--up -y --azimuth -20 --elevation 15"
+    inside = flags_of(INSIDE, ViewConfig(side="back"), with_up=False)
+    assert inside == "--azimuth 180 --elevation 6 --look-at subject"
+    assert flags_of(VIEW, ViewConfig(), with_up=False) == "--azimuth 30 --elevation 15"
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    up=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1), angle=st.floats(-7, 7)
+)
+def test_a_sayable_view_is_nearly_the_same_and_short_to_say(up, angle):
+    up = np.array(up) / np.linalg.norm(up)
+    view = FirstView(VIEW.points, up, angle, min(max(angle, -1.57), 1.57), front=-angle)
+    said = sayable(view)
+    assert said.up @ up > 1 - 1e-7
+    assert said.azimuth == pytest.approx(angle, abs=radians(0.051))
+    assert len(up_text(said.up)) <= 60
+    np.testing.assert_array_equal(sayable(said).up, said.up)
+    for axis in AXES:
+        assert up_text(sayable(with_up(VIEW, axis)).up) == axis

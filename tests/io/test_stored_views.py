@@ -1,0 +1,167 @@
+"""The name and the first view of a scene in the header of a file of strokes."""
+
+import base64
+import json
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import brushgs as bg
+from brushgs.errors import SceneWarning
+from brushgs.io import read_scene
+from brushgs.io.scenes.view_comments import PREFIX, comment_lines, read_comments
+from brushgs.io.scenes.write import write_scene
+from brushgs.scene import FirstView
+from tests.io.test_write_ply import make
+
+EVERY_FIELD = FirstView(
+    points=np.array([[0.1, -2e30, 1 / 3], [-0.0, 5e-324, 7]]),
+    up=np.array([0.6, -0.8, 0.0]),
+    azimuth=1 / 3,
+    elevation=-0.1,
+    eye=np.array([1e-9, 2.0, -3.0]),
+    has_surroundings=True,
+    probability=0.4071,
+    ups=(("-y", 0.4071), ("+z", 1 / 7)),
+    front=-2.5,
+    whole=np.array([[-1.5, 0, 0], [1, 2, 1 / 3]]),
+)
+FEWEST_FIELDS = FirstView(np.ones((1, 3)), np.array([0.0, 0, 1]), 0.0, 0.0)
+
+
+def text_of(lines):
+    assert all(line.startswith(PREFIX) for line in lines)
+    return "".join(line.removeprefix(PREFIX) for line in lines)
+
+
+def assert_same(one, other):
+    for field in fields(FirstView):
+        a, b = getattr(one, field.name), getattr(other, field.name)
+        assert type(a) is type(b), field.name
+        assert (a.tobytes(), a.shape) == (b.tobytes(), b.shape) if isinstance(a, np.ndarray) else a == b
+
+
+@pytest.mark.parametrize("view", [EVERY_FIELD, FEWEST_FIELDS])
+@pytest.mark.parametrize("name", ["koala", "Käfer \N{KOALA}", 'a "b" \\c', None])
+def test_what_is_written_reads_back_to_the_last_bit(tmp_path, view, name):
+    write_scene(make(100), tmp_path / "a.ply", is_strokes=True, scene=name, first_view=view)
+    _, notes = read_scene(tmp_path / "a.ply")
+    assert notes.scene == name
+    assert notes.is_strokes
+    assert_same(notes.first_view, view)
+
+
+def test_every_field_of_a_first_view_is_stored():
+    stored = json.loads(text_of(comment_lines("a", EVERY_FIELD)))["first_view"]
+    assert set(stored) == {field.name for field in fields(FirstView)}
+
+
+def test_lines_are_short_and_in_ascii():
+    many = replace(EVERY_FIELD, points=np.random.default_rng(0).normal(size=(500, 3)))
+    lines = comment_lines("\N{KOALA}" * 300, many)
+    assert max(map(len, lines)) <= 200
+    assert all(line.isascii() and line.isprintable() for line in lines)
+    name, view = read_comments(text_of(lines))
+    assert name == "\N{KOALA}" * 200, "longer names are cut off"
+    assert_same(view, many)
+
+
+def test_a_file_without_a_first_view_has_no_comment(tmp_path):
+    bg.save(make(100), tmp_path / "a.ply")
+    assert b"comment" not in (tmp_path / "a.ply").read_bytes().split(b"end_header")[0]
+    _, notes = read_scene(tmp_path / "a.ply")
+    assert (notes.scene, notes.first_view) == (None, None)
+
+
+def test_a_view_with_too_many_points_is_omitted():
+    view = replace(FEWEST_FIELDS, points=np.zeros((4001, 3)))
+    assert read_comments(text_of(comment_lines("a", view))) == ("a", None)
+
+
+def test_a_name_that_cannot_be_printed_is_written_so_that_it_can():
+    assert read_comments(text_of(comment_lines("a\nend_header\n\udcff", None))) == ("a?end_header??", None)
+
+
+def damaged(**changed):
+    content = json.loads(text_of(comment_lines("a", EVERY_FIELD)))
+    content["first_view"] |= changed
+    return json.dumps(content)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{",
+        "[]",
+        "3",
+        "[" * 100_000,
+        '{"scene":3}',
+        '{"scene":"' + "a" * 201 + '"}',
+        '{"scene":"a\\u0000"}',
+        '{"first_view":[]}',
+        '{"first_view":{}}',
+        '{"first_view":{"up":[0,0,1]}}',
+        damaged(up=[0, 0, 2]),
+        damaged(up=[0, 1]),
+        damaged(up="+z"),
+        damaged(azimuth=float("nan")),
+        damaged(azimuth="1"),
+        damaged(azimuth=10**400),
+        damaged(elevation=1.6),
+        damaged(probability=1.5),
+        damaged(probability=True),
+        damaged(ups=[["+w", 0.5]]),
+        damaged(ups=[["+z"]]),
+        damaged(ups=[["+z", 0.1]] * 7),
+        damaged(has_surroundings=1),
+        damaged(eye=[0, 0, 1e39]),
+        damaged(points=""),
+        damaged(points="!" * 32),
+        damaged(points=base64.b64encode(np.full((2, 3), np.nan)).decode()),
+        damaged(points=base64.b64encode(np.ones(4)).decode()),
+        damaged(points=base64.b64encode(np.ones((4001, 3))).decode()),
+        damaged(points=None),
+        damaged(whole=base64.b64encode(np.ones((3, 3))).decode()),
+        damaged(whole=base64.b64encode(np.array([[1.0] * 3, [0.0] * 3])).decode()),
+    ],
+)
+def test_a_damaged_comment_is_told_and_not_used(tmp_path, text):
+    with pytest.raises(ValueError):
+        read_comments(text)
+    write_scene(make(100), tmp_path / "a.ply", is_strokes=True)
+    before, after = (tmp_path / "a.ply").read_bytes().split(b"element", 1)
+    comments = "".join(f"{PREFIX}{text[i : i + 150]}\n" for i in range(0, len(text), 150))
+    (tmp_path / "a.ply").write_bytes(before + comments.encode() + b"element" + after)
+    with pytest.warns(SceneWarning, match="the view in its header cannot be read .* framed anew"):
+        _, notes = read_scene(tmp_path / "a.ply")
+    assert (notes.scene, notes.first_view, notes.is_strokes) == (None, None, True)
+
+
+@settings(max_examples=200, deadline=None)
+@given(data=st.data())
+def test_no_change_of_a_byte_is_more_than_a_value_error(data):
+    text = bytearray(text_of(comment_lines("koala", EVERY_FIELD)).encode())
+    for _ in range(data.draw(st.integers(1, 4))):
+        text[data.draw(st.integers(0, len(text) - 1))] = data.draw(st.integers(32, 126))
+    try:
+        _, view = read_comments(text.decode())
+    except ValueError:
+        return
+    if view is not None:
+        assert np.isfinite(view.points).all()
+        assert np.linalg.norm(view.up) == pytest.approx(1)
+
+
+def test_other_comments_of_the_same_beginning_are_ignored(tmp_path: Path):
+    write_scene(make(100), tmp_path / "a.ply")
+    content = (
+        (tmp_path / "a.ply")
+        .read_bytes()
+        .replace(b"element", b"comment brushgsx 1\ncomment brushgs\nelement", 1)
+    )
+    (tmp_path / "a.ply").write_bytes(content)
+    assert read_scene(tmp_path / "a.ply")[1].first_view is None
