@@ -15,7 +15,11 @@ if TYPE_CHECKING:
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 NOT_FRAMING = {"size", "camera_file", "view"}  # fields of a view that do not place the camera
-RENAMED = {"fov_y": "fov-deg", "is_resumed": "resume"}  # field -> flag, where messages name it
+RENAMED = {
+    "fov_y": "fov-deg",
+    "is_resumed": "resume",
+    "side": "from",
+}  # field -> flag, where messages name it
 
 
 def scene_source(args: Namespace) -> "SceneSource":
@@ -106,6 +110,10 @@ def _check_view(view: Mapping[str, Any]) -> None:
         _refuse([name for name in view if name not in NOT_FRAMING], "--camera-file, which places the camera")
     elif "view" in view:
         raise ValueError("--view needs --camera-file, which lists the views")
+    if "side" in view:
+        _refuse([name for name in ("azimuth",) if name in view], "--from, which is an azimuth")
+        if view["side"] == "top":
+            _refuse([name for name in ("elevation",) if name in view], "--from top, which is 90 degrees")
 
 
 def _refuse(fields: Iterable[str], other: str) -> None:

@@ -27,6 +27,7 @@ from brushgs.options.choices import (
     Filter,
     Merge,
     Order,
+    Side,
     StrokesFor,
     Weight,
 )
@@ -125,7 +126,8 @@ def add_report(parser: ArgumentParser) -> None:
 
 def add_draw(parser: ArgumentParser) -> None:
     """`DrawConfig`, without the lock, which matters along a path."""
-    flags = ConfigFlags(parser.add_argument_group("drawing"), "draw")
+    container = parser.add_argument_group("drawing")
+    flags = ConfigFlags(container, "draw")
     flags.add(
         "--stroke",
         metavar="NAME|FILE",
@@ -155,7 +157,12 @@ def add_draw(parser: ArgumentParser) -> None:
         help="transparent, '#rrggbb', an image file, scaled to fill the picture, or one of "
         f"{', '.join(COLORS)}; default white (dark brown in the demo)",
     )
-    flags.add(
+    add_threads(container)
+
+
+def add_threads(container: Container) -> None:
+    """`DrawConfig.threads`."""
+    ConfigFlags(container, "draw").add(
         "--threads",
         type=values.count_from(1),
         metavar="N",
@@ -325,13 +332,46 @@ def add_framing(container: Container, *, size: str) -> None:
         "--azimuth",
         type=values.degrees,
         metavar="DEG",
-        help="degrees around the scene to the viewer's right, any, default 30",
+        help="degrees around the scene to the viewer's right, any; 0 is a view along an axis of the scene; "
+        "default 30",
     )
     flags.add(
         "--elevation",
         type=values.degrees,
         metavar="DEG",
         help="degrees above the horizon, -90 to 90, default 15 (40 above flat ground)",
+    )
+    flags.add(
+        "--from",
+        field="side",
+        choices=get_args(Side),
+        help="in place of --azimuth, the side that is shown; 'left' and 'right' are those of who sees "
+        "the front; default 'three-quarter'",
+    )
+    add_aim(container)
+
+
+def add_aim(container: Container) -> None:
+    """`ViewConfig` of what a framed view looks at, and how near."""
+    flags = ConfigFlags(container, "view")
+    flags.add(
+        "--look-at",
+        type=values.look_at,
+        metavar="X,Y,Z|NAME",
+        help="what is in the middle: 'subject', whole (default), 'scene', with all surroundings, 'part', the "
+        "upper third of the subject, where heads are, or a point in world units",
+    )
+    flags.add(
+        "--pan",
+        type=values.pair,
+        metavar="RIGHT,UP",
+        help="move the camera aside without turning it, in shares of the picture, -10 to 10, default 0,0",
+    )
+    flags.add(
+        "--roll",
+        type=values.degrees,
+        metavar="DEG",
+        help="degrees by which the scene is turned clockwise in the picture, any, default 0",
     )
     flags.add(
         "--fov-deg",

@@ -19,6 +19,7 @@ COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
     "cluster": "merge Gaussians into fewer and larger ones: scene in, scene out",
     "recolor": "give a scene the colours of a picture: scene and picture in, scene out",
     "refine": "fit strokes to the scene, or to a style image: scene in, scene out",
+    "views": "show a scene from all around on one sheet, each picture with the flags that give it",
     "stability": "measure how stable the strokes are along a camera path",
     "bench": "measure error against run time on a scene, as curves",
     "doctor": "find faults and oddities in a scene file, and fix them",
@@ -26,6 +27,8 @@ COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
     "info": "describe the contents of a scene file",
 }
 
+# Flags whose values may begin with a minus and be no plain number, as -y, -1,2 and -1e-3 are.
+SIGNED = {"--up", "--look-at", "--pan", "--azimuth", "--elevation", "--roll"}
 DESCRIPTION = "Paint trained 3D Gaussian Splatting scenes with brush strokes, on the CPU."
 EPILOG = """\
 examples:
@@ -86,11 +89,12 @@ def _asking_for_help(words: Sequence[str]) -> Sequence[str]:
 
 
 def _joined(words: Sequence[str]) -> list[str]:
-    """`--up -y` as `--up=-y`: argparse would take -y for a flag."""
+    """`--up -y` as `--up=-y`, `--pan -1,0` as `--pan=-1,0`: argparse would take the values for flags."""
     joined: list[str] = []
     for word in words:
-        if joined and joined[-1] == "--up" and re.match(r"-([xyz]$|[0-9.])", word, re.IGNORECASE):
-            joined[-1] = f"--up={word}"
+        flag = joined[-1] if joined else ""
+        if flag in SIGNED and re.match(r"-([xyz]$|[0-9.])", word, re.IGNORECASE):
+            joined[-1] = f"{flag}={word}"
         else:
             joined.append(word)
     return joined

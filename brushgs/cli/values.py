@@ -8,9 +8,9 @@ import re
 from argparse import ArgumentTypeError
 from collections.abc import Callable
 from math import isfinite, radians
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeVar, get_args
 
-from brushgs.options.choices import size_rule
+from brushgs.options.choices import Target, size_rule
 
 if TYPE_CHECKING:
     from brushgs.options.painting import ErrorBudget, StrokeSize
@@ -40,6 +40,30 @@ def share(text: str) -> float:
 def degrees(text: str) -> float:
     """An angle given in degrees, in radians."""
     return radians(number(text))
+
+
+def numbers(text: str, count: int) -> tuple[float, ...]:
+    """So many finite numbers, separated by commas."""
+    words = text.split(",")
+    if len(words) != count:
+        raise ArgumentTypeError(f"must be {count} numbers separated by commas, got {text!r}")
+    return tuple(number(word) for word in words)
+
+
+def pair(text: str) -> tuple[float, ...]:
+    """Two finite numbers."""
+    return numbers(text, 2)
+
+
+def look_at(text: str) -> str | tuple[float, ...]:
+    """A value of `ViewConfig.look_at`."""
+    if text in get_args(Target):
+        return text
+    try:
+        return numbers(text, 3)
+    except ArgumentTypeError:
+        names = ", ".join(get_args(Target))
+        raise ArgumentTypeError(f"must be {names} or three numbers such as 0,1.5,-2, got {text!r}") from None
 
 
 def count_from(least: int) -> Callable[[str], int]:

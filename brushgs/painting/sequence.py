@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from brushgs.errors import SceneWarning
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 from brushgs.io.pictures.video import check_rate, check_size, open_video, padded_size
 from brushgs.options.painting import DrawConfig, PaintConfig
@@ -22,13 +23,15 @@ from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.drawing import NOTHING_SEEN
 from brushgs.painting.frame_painter import FramePainter, FrameView
+from brushgs.painting.outputs import check_output, input_files
 from brushgs.painting.parallel import parallel_map
 from brushgs.painting.parallel.connection import Waiting, check_scheduler
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report, Stage, Stopwatch
 from brushgs.painting.resume import check_same_painting, describe_painting, read_manifest
 from brushgs.painting.sequence_outputs import check_target, plan_output
-from brushgs.painting.strokes import file_size
+from brushgs.painting.strokes import file_size, name_of
+from brushgs.painting.views_sheet import write_sheet_of
 
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
@@ -45,6 +48,7 @@ def paint_sequence(
     sequence: SequenceConfig | None = None,
     *,
     report: Report | None = None,
+    sheet: str | Path | None = None,
 ) -> Report:
     """Paint a scene file along a camera path.
 
@@ -56,6 +60,7 @@ def paint_sequence(
         config: see `PaintConfig`; of its view what `plan_path` takes.
         sequence: where the frames are painted, and which.
         report: gets the stages; a new one if None.
+        sheet: another picture, which shows the plain scene from all around, see `views_sheet`; None for none.
 
     Returns:
         The report, with one stage per step.
@@ -80,7 +85,20 @@ def paint_sequence(
             check_rate(target, path.fps)
             check_size(target, path.cameras[0].width, path.cameras[0].height)
 
-    prepared = prepare(scene, config, report, views=path_config, check_path=check_path)
+    has_sheet = sheet is not None
+    if sheet is not None:
+        check_output(Path(sheet), PICTURE_SUFFIXES, inputs=input_files(scene, config))
+    prepared = prepare(
+        scene,
+        config,
+        report,
+        views=path_config,
+        check_path=check_path,
+        needs_first_view=has_sheet,
+        keeps_scene=has_sheet,
+    )
+    if sheet is not None:
+        write_sheet_of(prepared, Path(sheet), config, report, name=name_of(scene, prepared.notes))
     track = _track(prepared, config.draw, report)
     frames = _Frames(prepared, config, track, sequence)
     if isinstance(target, Path):

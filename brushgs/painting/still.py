@@ -13,6 +13,8 @@ from brushgs.painting.drawing import project_scene, rasterize_boxes, write_pictu
 from brushgs.painting.outputs import check_output, check_transparency, input_files
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
+from brushgs.painting.strokes import name_of
+from brushgs.painting.views_sheet import write_sheet_of
 from brushgs.scene import Camera, Frame, Gaussians
 
 SPENT_OUTSIDE = "most lie outside: --strokes-for view spends all in this view"
@@ -25,6 +27,7 @@ def paint_file(
     *,
     camera: Camera | None = None,
     report: Report | None = None,
+    sheet: str | Path | None = None,
 ) -> Report:
     """Paint a scene file to a picture file.
 
@@ -34,6 +37,7 @@ def paint_file(
         config: see `PaintConfig`.
         camera: the view, in place of the one that `config.view` describes.
         report: gets the stages; a new one if None.
+        sheet: another picture, which shows the plain scene from all around, see `views_sheet`; None for none.
 
     Returns:
         The report, with one stage per step.
@@ -45,10 +49,15 @@ def paint_file(
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
     check_output(output, PICTURE_SUFFIXES, inputs=input_files(scene, config))
     check_transparency(output, config)
-    prepared = prepare(scene, config, report, views=camera)
+    if sheet is not None:
+        check_output(Path(sheet), PICTURE_SUFFIXES, inputs=(*input_files(scene, config), output))
+    has_sheet = sheet is not None
+    prepared = prepare(scene, config, report, views=camera, needs_first_view=has_sheet, keeps_scene=has_sheet)
     frame = paint_view(prepared, report, depth=holds_depth(output))
     write_picture(frame, output, prepared.background, config.draw, report)
     report.output = str(output)
+    if sheet is not None:
+        write_sheet_of(prepared, Path(sheet), config, report, name=name_of(scene, prepared.notes))
     return report
 
 

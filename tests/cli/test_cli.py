@@ -140,6 +140,24 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
         (["--seed", "-1"], r"--seed"),
         (["--view", "3"], r"--view needs --camera-file"),
         (["--camera-file", "c.json", "--azimuth", "3"], r"--azimuth cannot be combined with --camera-file"),
+        (["--camera-file", "c.json", "--from", "left"], r"--from cannot be combined with --camera-file"),
+        (
+            ["--camera-file", "c.json", "--look-at", "part"],
+            r"--look-at cannot be combined with --camera-file",
+        ),
+        (["--camera-file", "c.json", "--pan", "-1,0"], r"--pan cannot be combined with --camera-file"),
+        (["--camera-file", "c.json", "--roll", "5"], r"--roll cannot be combined with --camera-file"),
+        (["--path", "c.json", "--roll", "5"], r"--roll cannot be combined with --path, which places"),
+        (
+            ["--from", "left", "--azimuth", "5"],
+            r"--azimuth cannot be combined with --from, which is an azimuth",
+        ),
+        (["--from", "top", "--elevation", "5"], r"--elevation cannot be combined with --from top"),
+        (["--look-at", "head"], r"--look-at must be subject, scene, part or three numbers such as 0,1.5,-2"),
+        (["--look-at", "1,2"], r"--look-at must be subject, scene, part or three numbers"),
+        (["--pan", "1"], r"--pan must be 2 numbers separated by commas, got '1'"),
+        (["--pan", "0,11"], r"pan must be two shares in -10 to 10, got 0,11"),
+        (["--roll", "nan"], r"--roll must be a number"),
         (["--camera-file", "c.json", "--fov-deg", "3"], r"--fov-deg cannot be combined with --camera-file"),
         (["--camera-file", "none.json"], r"none\.json: "),
         (["--up", "sideways"], r"up must be one of .* or three numbers .* got 'sideways'"),
@@ -440,10 +458,41 @@ def test_strokes_from_a_file_are_all_painted_unless_a_share_is_asked_for(scene, 
     assert counts["load"]["is_strokes"]
     assert counts["prune"]["after"] == counts["load"]["gaussians"]
     _, out, _ = run(capsys, "render", *words, "--keep", "0.5", "--json")
-    assert json.loads(out)["stages"][4]["counts"]["after"] == round(0.5 * counts["load"]["gaussians"])
+    counts_now = {stage["name"]: stage["counts"] for stage in json.loads(out)["stages"]}
+    assert counts_now["prune"]["after"] == round(0.5 * counts["load"]["gaussians"])
     assert run(capsys, "prune", "few.ply", "--keep", "0.9", "-o", "fewer.ply")[0] == 0
     _, out, _ = run(capsys, "render", "fewer.ply", "--json")
     assert json.loads(out)["stages"][1]["counts"]["is_strokes"], "a pass over strokes leaves strokes"
+
+
+def test_views_writes_a_sheet_and_lists_its_cells(scene, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, "views", scene, "--size", "48x36")
+    assert (code, out) == (0, f"{Path(scene).stem}-views.png\n")
+    assert "24 pictures in 3 rows" in err
+    _, out, _ = run(capsys, "views", scene, "--size", "48x36", "--up", "+z", "-o", "sheet.png", "--json")
+    cells = json.loads(out)["cells"]
+    assert [(cell["row"], cell["column"]) for cell in cells] == [(r, c) for r in range(3) for c in range(8)]
+    assert cells[1]["flags"] == "--up +z --azimuth 75 --elevation 15"
+    words = ["render", scene, "--stroke", "gaussian", "--size", "48x36", "-o", "a.png", "--json"]
+    _, out, _ = run(capsys, *words, *cells[1]["flags"].split())
+    counts = {stage["name"]: stage["counts"] for stage in json.loads(out)["stages"]}
+    assert counts["camera"]["flags"] == cells[1]["flags"]
+
+
+@pytest.mark.parametrize(
+    "words", [["-o", "a/b.png"], ["--orbit", "3", "-o", "a/turn.gif"], ["--orbit", "3", "-o", "a/frames/"]]
+)
+def test_render_writes_the_sheet_beside_the_picture(scene, tmp_path, monkeypatch, capsys, words):
+    monkeypatch.chdir(tmp_path)
+    Path("a").mkdir()
+    options = ["--stroke", "gaussian", "--size", "32x24", "--views", "--json"]
+    code, out, _ = run(capsys, "render", scene, *words, *options)
+    assert code == 0
+    sheet = f"{Path(scene).stem}-views.png"
+    assert sheet in names("a")
+    assert json.loads(out)["output"] != sheet
+    assert "views" in [stage["name"] for stage in json.loads(out)["stages"]]
 
 
 @pytest.mark.parametrize(

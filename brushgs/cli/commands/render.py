@@ -38,6 +38,12 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_strokes_for(flags.add_cluster(parser))
     flags.add_palette(parser)
     flags.add_view(parser)
+    parser.add_argument(
+        "--views",
+        action="store_true",
+        help="write a sheet beside the picture, SCENE-views.png, as `brushgs views` does: the scene from all "
+        "around, each picture with the flags that give it",
+    )
     _add_path(parser)
     flags.add_report(parser)
 
@@ -87,15 +93,20 @@ def run(args: Namespace) -> None:
     config, scene = paint_config(args), scene_source(args)
     suffix = (PICTURE_SUFFIXES if path is None else VIDEO_SUFFIXES)[0]
     output = args.output or output_beside(scene, Path(config.draw.stroke).stem, suffix)
+    sheet = None
+    if args.views:
+        from brushgs.painting.views_sheet import sheet_beside
+
+        sheet = sheet_beside(output, scene.name)
     with reported(args) as report:
         if path is None:
             from brushgs.painting.still import paint_file
 
-            paint_file(scene, output, config, report=report)
+            paint_file(scene, output, config, report=report, sheet=sheet)
         else:
             from brushgs.painting.sequence import paint_sequence
 
-            paint_sequence(scene, output, path, config, sequence, report=report)
+            paint_sequence(scene, output, path, config, sequence, report=report, sheet=sheet)
 
 
 def sequence_config(args: Namespace) -> "SequenceConfig":

@@ -1,0 +1,45 @@
+"""Words on a picture, drawn by OpenImageIO with the fonts that come with it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from brushgs.arrays import F32
+
+BOLD, PLAIN = "DroidSans-Bold", "DroidSans"
+
+
+@dataclass(frozen=True)
+class Words:
+    """One line of text.
+
+    Attributes:
+        text: the line.
+        x: left end, pixels.
+        y: baseline, pixels.
+        size: height of the letters, pixels.
+        color: RGB, display-encoded, 0 to 1.
+        font: `BOLD` or `PLAIN`.
+    """
+
+    text: str
+    x: int
+    y: int
+    size: int
+    color: tuple[float, float, float]
+    font: str = PLAIN
+
+
+def with_words(picture: F32, words: Sequence[Words]) -> F32 | None:
+    """A copy of a picture [H, W, 3] with lines of text; None where OpenImageIO was built without letters."""
+    import OpenImageIO
+
+    canvas = OpenImageIO.ImageBuf(np.ascontiguousarray(picture, np.float32))
+    for line in words:
+        is_drawn = OpenImageIO.ImageBufAlgo.render_text(
+            canvas, line.x, line.y, line.text, line.size, line.font, line.color
+        )
+        if line.text and not is_drawn:
+            return None
+    return np.asarray(canvas.get_pixels(OpenImageIO.FLOAT), np.float32)
