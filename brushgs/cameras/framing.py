@@ -262,12 +262,16 @@ def _corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.
     return np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
-def subject(gaussians: Gaussians) -> tuple[NDArray[np.float64], bool]:
+def subject(gaussians: Gaussians, *, is_whole: bool = False) -> tuple[NDArray[np.float64], bool]:
     """Where the subject of a scene is.
 
     Quantiles are weighted by opacity; the unit is the largest interquartile range of the three axes. Along
     each axis the subject lies between the quantiles `TAIL` and 1 - `TAIL`, widened by `TIP` units; where they
     are more than `MAX_OBJECT_SPAN` units apart, within `SUBJECT_REACH` units of the median.
+
+    Args:
+        gaussians: N Gaussians.
+        is_whole: takes a scene without surroundings, whatever its span.
 
     Returns:
         [n, 3] centres of at most `MAX_POINTS` Gaussians of the subject, and whether it has surroundings,
@@ -277,7 +281,7 @@ def subject(gaussians: Gaussians) -> tuple[NDArray[np.float64], bool]:
     at = (TAIL, 0.25, 0.5, 0.75, 1 - TAIL)
     low, q1, median, q3, high = np.transpose([weighted_quantiles(column, weights, at) for column in means.T])
     unit = (q3 - q1).max()
-    has_surroundings = bool((high - low).max() > MAX_OBJECT_SPAN * unit > 0)
+    has_surroundings = not is_whole and bool((high - low).max() > MAX_OBJECT_SPAN * unit > 0)
     if has_surroundings:
         low = np.maximum(low, median - SUBJECT_REACH * unit)
         high = np.minimum(high, median + SUBJECT_REACH * unit)
