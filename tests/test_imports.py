@@ -20,7 +20,7 @@ LAYERS = [
     ["io"],
     ["brushes", "cameras", "passes", "still_life"],
     ["rendering"],
-    ["autograd"],
+    ["autograd", "first_view"],
     ["stroke_count"],
     ["painting"],
     ["doctor", "measure"],
