@@ -1,0 +1,110 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.cameras.framing import frame_scene, subject
+from brushgs.cameras.outline import outline
+from brushgs.first_view import find_first_view
+from brushgs.first_view.attached import with_attached
+from brushgs.first_view.front import wrapped
+from brushgs.first_view.surroundings import clear_azimuth, has_surroundings
+from tests.first_view.scenes import gaussians, joined, moved, on_a_plaza, relief, statue, statue_view
+
+UP = np.array([0.0, -1.0, 0.0])
+
+
+def test_a_statue_is_the_whole_of_its_scene():
+    view = statue_view()
+    assert not view.has_surroundings
+    assert view.eye is None
+    assert view.whole is None
+    low, high = statue().means.min(axis=0), statue().means.max(axis=0)
+    assert np.ptp(view.points, axis=0) == pytest.approx(high - low, rel=0.03)
+
+
+def test_a_statue_on_a_plaza_is_framed_as_if_it_stood_alone():
+    view, alone = find_first_view(on_a_plaza()), statue_view()
+    assert view.has_surroundings
+    assert np.ptp(view.points, axis=0) == pytest.approx(np.ptp(alone.points, axis=0), rel=0.25)
+    assert view.points.mean(axis=0) == pytest.approx(alone.points.mean(axis=0), abs=0.3)
+    assert np.ptp(view.whole, axis=0)[0] > 15
+
+
+def test_points_are_their_own_outline():
+    points = statue_view().points
+    assert np.array_equal(outline(points), points)
+
+
+def test_a_subject_behind_a_board_is_seen_from_beside_it():
+    rng = np.random.default_rng(0)
+    board = rng.uniform((-0.8, -2.2, -2.6), (0.8, 0, -2.5), (3000, 3))
+    scene = joined(on_a_plaza(), gaussians(board, np.tile([0.0, 0, 1], (3000, 1)), 0.1, (0.3, 0.2, 0.1)))
+    view = statue_view()
+    first = np.radians(10)
+    view = replace(view, azimuth=first)
+    assert clear_azimuth(on_a_plaza(), view) == first
+    found = np.degrees(wrapped(clear_azimuth(scene, view)))
+    assert abs(found) >= 28
+
+
+def test_thin_legs_are_part_of_an_object_and_floaters_are_not():
+    """Legs of little opacity, which quantiles of the opacity miss; floaters below, attached to nothing."""
+    rng = np.random.default_rng(0)
+    legs = rng.uniform((-0.03, 0, -0.03), (0.03, 0.55, 0.03), (160, 3))
+    legs = np.concatenate([legs + np.array([x, 0.1, z]) for x in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    floaters = rng.uniform((-0.7, 0.75, -0.7), (0.7, 0.9, 0.7), (12, 3))
+    up = np.tile([0.0, -1, 0], (len(legs), 1))
+    scene = joined(
+        statue(),
+        gaussians(legs, up, 0.03, (0.3, 0.3, 0.3), 0.1),
+        gaussians(floaters, up[:12], 0.05, (1, 1, 1), 0.5),
+    )
+    middle, _ = subject(scene)
+    assert middle[:, 1].max() < 0.5  # y is down
+    lowest = with_attached(scene, middle)[:, 1].max()
+    assert 0.6 < lowest < 0.75
+    points = find_first_view(scene, up=UP, azimuth=0.0).points
+    assert points[:, 1].max() == lowest
+
+
+def test_a_single_gaussian_is_framed_by_its_size():
+    rng = np.random.default_rng(0)
+    one = gaussians(np.array([[1.0, 2, 3]]), np.array([[0.0, 1, 0]]), 0.5, rng.uniform(size=(1, 3)))
+    view = find_first_view(one)
+    assert np.ptp(view.points, axis=0) == pytest.approx([2, 2, 2])
+    assert 1.5 < np.linalg.norm(frame_scene(view, width=64, height=64).position - (1, 2, 3)) < 5
+
+
+def test_a_capture_that_faces_one_way_is_seen_from_inside():
+    view = find_first_view(relief())
+    assert view.eye is not None
+    assert np.array_equal(view.eye, (0, 0, 0))
+    assert np.array_equal(view.up, UP)
+    assert (view.azimuth, view.elevation) == (0, 0)
+    assert view.ups[0] == ("-y", view.probability)
+    assert sum(p for _, p in view.ups) == pytest.approx(1)
+    assert np.allclose(frame_scene(view, width=64, height=48).viewmat, np.eye(4))
+
+
+def test_a_capture_along_minus_z_is_seen_from_inside_with_y_up():
+    view = find_first_view(moved(relief(), rotation=np.diag([1.0, -1, -1])))
+    assert view.eye is not None
+    assert np.array_equal(view.up, -UP)
+    assert np.allclose(frame_scene(view, width=64, height=48).viewmat[2, :3], (0, 0, -1))
+
+
+def test_a_capture_along_another_axis_or_with_another_stated_up_is_seen_from_outside():
+    sideways = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    assert find_first_view(moved(relief(), rotation=sideways)).eye is None
+    assert find_first_view(relief(), up="+z").eye is None
+    assert find_first_view(relief(), up="-y").eye is not None
+
+
+def test_a_scene_of_a_wide_span_without_things_around_is_an_object():
+    """A needle on a statue spans more than its bulk, but hardly any pixels."""
+    rng = np.random.default_rng(0)
+    mast = rng.uniform((-0.02, -9, -0.02), (0.02, -1.5, 0.02), (3000, 3))
+    scene = joined(statue(), gaussians(mast, np.tile([0.0, 0, -1], (3000, 1)), 0.03, (0.5, 0.5, 0.5)))
+    assert subject(scene)[1]
+    assert not has_surroundings(scene, UP)

@@ -1,0 +1,51 @@
+import numpy as np
+import pytest
+
+from brushgs.first_view import find_first_view
+from brushgs.first_view.front import LEAN, find_front, wrapped
+from brushgs.first_view.sample import take_sample
+from brushgs.first_view.symmetry import NUM_PLANES, mirror_likeness
+from tests.first_view.scenes import about, moved, statue
+
+UP = np.array([0.0, -1.0, 0.0])
+
+
+def apart(a, b):
+    """Degrees between two azimuths in radians."""
+    return abs(np.degrees(wrapped(a - b)))
+
+
+@pytest.mark.parametrize("turn", [0, 77, 160, 235])
+def test_the_front_is_where_the_face_is(turn):
+    view = find_first_view(moved(statue(), rotation=about(UP, turn)))
+    assert apart(view.front, np.radians(turn)) < 15
+    assert apart(view.azimuth, view.front) == pytest.approx(np.degrees(LEAN))
+
+
+def test_a_given_azimuth_is_taken_and_no_front_is_searched(monkeypatch):
+    monkeypatch.setattr("brushgs.first_view.find_front", None)
+    assert find_first_view(statue(), azimuth=1.25).azimuth == 1.25
+
+
+def test_without_a_better_side_the_one_nearer_to_azimuth_zero_is_the_front():
+    """A plinth is as good from behind: whichever plane is best, the front is not far behind azimuth 0."""
+    plinth = statue().take(statue().means[:, 1] > -0.25)
+    for turn in (0, 90, 180):
+        front = find_front(take_sample(moved(plinth, rotation=about(UP, turn))), UP)
+        assert np.cos(front.azimuth) > -0.3
+
+
+def test_a_mirror_plane_is_found_among_the_planes_through_the_axis():
+    rng = np.random.default_rng(0)
+    half = rng.uniform((0.1, -0.5, -0.6), (0.3, 0.5, 0.2), (4000, 3))
+    half[:, 1] *= 1 - half[:, 2]
+    places = np.concatenate([half, half * (-1, 1, 1)])  # left and right alike, front and back not
+    for plane in (0, 5, 20):
+        turned = places @ about((0, 1, 0), -180 * plane / NUM_PLANES).T
+        likeness = mirror_likeness(turned, np.ones(len(turned)))
+        assert likeness.argmax() == plane
+        assert likeness.max() > 0.9
+
+
+def test_what_has_no_weight_has_no_better_plane():
+    assert (mirror_likeness(np.zeros((5, 3)), np.zeros(5)) == 1).all()

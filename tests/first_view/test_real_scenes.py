@@ -1,0 +1,139 @@
+"""Real scenes, where they are present: upright or said to be unsure, from the front, whole.
+
+What is true was seen in pictures from all sides, see `TRUE`.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.cameras.framing import AXES, frame_scene
+from brushgs.first_view import find_first_view
+from brushgs.first_view.front import wrapped
+from brushgs.first_view.sample import take_sample
+from brushgs.first_view.up import EVIDENCE, PRIORS, SURE, measure_up
+from brushgs.scene import FirstView
+from tests.first_view.scenes import ROTATIONS
+from tests.scenes import real_scene
+
+# Scene -> the axis that is up, whether that is to be found, and the azimuth in degrees at which the face, the
+# strings or the seat look at the camera, for that axis; None where no side is the front.
+TRUE = {
+    "koala.ply": ("-y", True, 180),
+    "rubber_toy_cloud.ply": ("+y", False, None),
+    "sunflower_tile.ply": ("+z", True, None),
+    "biker.compressed.ply": ("-y", True, -95),
+    "derived/truck.ply": ("-y", True, -113),
+    "derived/chair.ply": ("+z", False, 0),
+    "derived/skull_sh3.ply": ("-y", False, 180),
+    "derived/playbot_sh2.ply": ("-y", True, 0),
+    "derived/campsite.ply": ("-y", True, None),
+    "train_first1000.ply": ("-y", False, None),
+}
+
+
+COMMON = 0.15  # prior of the axes that most scenes have up
+
+
+@cache
+def scene_of(name: str) -> bg.Gaussians:
+    return bg.load(real_scene(name))
+
+
+@cache
+def view_of(name: str) -> FirstView:
+    """The first view, all of it estimated."""
+    return find_first_view(scene_of(name))
+
+
+@cache
+def upright_view_of(name: str) -> FirstView:
+    """The first view with the true axis up."""
+    up = TRUE[name][0]
+    is_found = np.array_equal(view_of(name).up, AXES[up])
+    return view_of(name) if is_found else find_first_view(scene_of(name), up=up)
+
+
+@pytest.mark.parametrize("name", TRUE)
+def test_a_real_scene_is_upright_or_said_to_be_unsure(name: str) -> None:
+    up, is_found, _ = TRUE[name]
+    view = view_of(name)
+    assert view.probability is not None
+    if is_found:
+        assert view.probability >= SURE
+        assert np.degrees(np.arccos(min(view.up @ np.array(AXES[up]), 1.0))) < 5
+    else:
+        assert view.probability < SURE
+        assert np.array_equal(view.up, AXES["-y"])
+        assert dict(view.ups)[up] > 0.4
+
+
+@pytest.mark.parametrize("name", TRUE)
+def test_a_turned_real_scene_is_upright_or_said_to_be_unsure(name: str) -> None:
+    """Turns that put up on an axis that scenes do have up, from the evidence of one: it turns with the scene.
+
+    Of 13 scenes in 156 such turns 84 are sure, all of them right; so are 28 of the 29 from 0.70 to 0.85.
+    """
+    up = TRUE[name][0]
+    evidence = sum(EVIDENCE[kind].score(v) for kind, v in measure_up(take_sample(scene_of(name))).items())
+    names, directions = list(AXES), np.array(list(AXES.values()))
+    for rotation in ROTATIONS:
+        turned = [int(np.argmax(directions @ (rotation @ axis))) for axis in directions]
+        odds = np.log([PRIORS[axis] for axis in names])
+        odds[turned] += evidence
+        chances = np.exp(odds) / np.exp(odds).sum()
+        true = turned[names.index(up)]
+        if PRIORS[names[true]] >= COMMON and chances.max() >= SURE:
+            assert chances.argmax() == true
+
+
+@pytest.mark.parametrize("name", [name for name, (_, _, front) in TRUE.items() if front is not None])
+def test_a_real_scene_is_seen_from_its_front(name: str) -> None:
+    view, front = upright_view_of(name), np.radians(TRUE[name][2])
+    assert abs(np.degrees(wrapped(view.front - front))) < 25
+    assert abs(np.degrees(wrapped(view.azimuth - front))) < 45
+
+
+@pytest.mark.parametrize("name", TRUE)
+def test_only_the_truck_is_a_subject_in_surroundings(name: str) -> None:
+    assert view_of(name).has_surroundings == (name == "derived/truck.ply")
+    assert view_of(name).eye is None
+
+
+OBJECTS = [name for name in TRUE if name not in ("train_first1000.ply", "derived/truck.ply")]
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_an_object_is_whole_and_large_in_its_first_picture(name: str) -> None:
+    """Of the pixels that a wider picture covers at most 1 % lie outside (koala's deck 0.3, else 0.1).
+
+    What is covered reaches over at least 80 % of the width or height.
+    """
+    view = upright_view_of(name)
+    camera = frame_scene(view, width=96, height=96)
+    K = camera.K.copy()
+    K[:2, :2] *= 0.6
+    wide = bg.render(
+        scene_of(name),
+        bg.Camera(camera.viewmat, K, 96, 96, near=camera.near),
+        bg.StrokeTexture.open("gaussian"),
+        depth=False,
+    )
+    covered = wide.alpha > 0.5
+    frame = np.zeros_like(covered)
+    edge = round(0.2 * 96)
+    frame[edge:-edge, edge:-edge] = True
+    assert (covered & ~frame).sum() <= 0.01 * covered.sum()
+    rows, columns = np.nonzero(covered & frame)
+    assert max(np.ptp(rows), np.ptp(columns)) + 1 >= 0.8 * (96 - 2 * edge)
+
+
+@pytest.mark.parametrize("frame", [0, 5])
+def test_a_firework_of_dots_has_a_first_view(frame: int) -> None:
+    """Of frame 0 all dots lie on one line, and are as large as they are far apart."""
+    view = find_first_view(bg.load(real_scene(f"hanabi_frames/frame_{frame:03d}.ply")))
+    assert view.probability is not None
+    assert view.probability < SURE
+    assert np.ptp(view.points, axis=0).min() > 0.02 * np.ptp(view.points, axis=0).max()
