@@ -43,7 +43,10 @@ KINDS = {
     "unnormalised-quaternions": Kind("normalises them where it uses them", "writes them at length 1"),
     "empty-sh-bands": Kind("skips SH bands that are zero in every row", "removes the bands"),
     "too-sparse": Kind("paints it", "searches for no floaters"),
-    "up-axis": Kind("takes the axis stated in the header, else -y; --up overrides both", "changes nothing"),
+    "up-axis": Kind(
+        "takes the axis stated in the header, else the likely one, else -y; --up overrides all",
+        "changes nothing",
+    ),
     "unit": Kind("paints it: nothing depends on the unit", "changes nothing"),
 }
 

@@ -10,6 +10,7 @@ import brushgs as bg
 from brushgs.doctor import examine_file
 from tests.doctor import plant
 from tests.doctor.scenes import ball, fruit, scaled
+from tests.first_view.scenes import about, moved, statue
 
 MADE = {"fruit": fruit, "ball": ball}
 UNITS = [1e-4, 1e-2, 1.0, 30.0, 1e4]
@@ -118,7 +119,9 @@ def test_a_few_damaged_rows_do_not_hide_another_reading(tmp_path: Path) -> None:
 def test_the_up_axis_is_stated_by_the_header_or_not_sure(up: str, tmp_path: Path) -> None:
     bg.save(ball(), tmp_path / "a.ply")
     note = next(f for f in bg.examine(tmp_path / "a.ply") if f.name == "up-axis")
-    assert note.facts == {"up": "-y", "confidence": "not sure"}
+    assert (note.facts["up"], note.facts["confidence"]) == ("-y", "not sure")
+    assert note.facts["probability"] == note.facts["ups"]["-y"]
+    assert f"-y {note.facts['probability']:.2f}" in note.what
     text = (
         (tmp_path / "a.ply").read_bytes().replace(b"1.0\n", f"1.0\ncomment Vertical Axis: {up}\n".encode(), 1)
     )
@@ -127,24 +130,16 @@ def test_the_up_axis_is_stated_by_the_header_or_not_sure(up: str, tmp_path: Path
     assert note.facts == {"up": up, "confidence": "stated"}
 
 
-@pytest.mark.parametrize(("axis", "sign"), [(0, 1), (1, -1), (1, 1), (2, 1)])
-def test_a_level_ground_below_everything_tells_which_way_is_up(axis: int, sign: int, tmp_path: Path) -> None:
-    """A ball over a square floor."""
-    rng = np.random.default_rng(3)
-    scene, count = ball(), 3000
-    means = rng.uniform(-3, 3, (count, 3))
-    means[:, axis] = -1.5 * sign
-    scales = np.full((count, 3), 0.1)
-    scales[:, axis] = 0.005
-    quats = np.tile([1.0, 0, 0, 0], (count, 1))
-    floor = means, quats, scales, np.full(count, 0.9), np.zeros((count, 1, 3))
-    names = ("means", "quats", "scales", "opacities", "sh")
-    columns = [
-        np.concatenate([getattr(scene, n), c.astype(np.float32)]) for n, c in zip(names, floor, strict=True)
-    ]
-    bg.save(bg.Gaussians(*columns), tmp_path / "a.ply")
+@pytest.mark.parametrize("turns", [0, 1])
+def test_what_stands_upright_tells_which_way_is_up(turns: int, tmp_path: Path) -> None:
+    """The estimate is that of the first view. Three quarter turns about x take -y to +z."""
+    bg.save(moved(statue(), rotation=about((1, 0, 0), 270 * turns)), tmp_path / "a.ply")
     note = next(f for f in bg.examine(tmp_path / "a.ply") if f.name == "up-axis")
-    assert note.facts == {"up": f"{'+' if sign > 0 else '-'}{'xyz'[axis]}", "confidence": "likely"}
+    ups = note.facts.pop("ups")
+    probability = note.facts.pop("probability")
+    assert note.facts == {"up": ["-y", "+z"][turns], "confidence": "likely"}
+    assert probability == max(ups.values())
+    assert f"(p {probability:.2f})" in note.what
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 17, 50])
