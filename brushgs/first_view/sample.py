@@ -14,7 +14,9 @@ from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import C0
 
-MOST_ROWS = 40_000  # a picture costs 0.2 us a row, hardly anything a pixel
+# A picture costs 0.2 us a row and hardly anything a pixel. With 100,000 rows up and front of 13 real scenes are
+# the same, in 2.5 times the time; the probabilities differ by 0.03 at most, the chair's by 0.2.
+MOST_ROWS = 30_000
 SIDE = 96  # pixels
 FAINTEST = 0.02  # opacity: below, haze
 DISTANCE = 4.0  # of the camera from the middle, in radii
