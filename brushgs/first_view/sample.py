@@ -14,7 +14,7 @@ from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import C0
 
-# A picture costs 0.2 us a row and hardly anything a pixel. With 100,000 rows up and front of 13 real scenes are
+# A picture costs 0.2 us a row and hardly anything a pixel. With 100,000 rows up and front of 13 scenes are
 # the same, in 2.5 times the time; the probabilities differ by 0.03 at most, the chair's by 0.2.
 MOST_ROWS = 30_000
 SIDE = 96  # pixels

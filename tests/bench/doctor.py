@@ -10,7 +10,7 @@ import argparse
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -37,8 +37,8 @@ PICTURE = (135, 180)
 CLEAR = 0.08  # radii of the scene from anything, beyond both their sizes: a floater that all would call one
 
 
-def scenes(wanted: list[str] | None) -> Iterator[tuple[str, bg.Gaussians]]:
-    for name in SCENES:
+def scenes(wanted: list[str] | None, names: Iterable[str] = SCENES) -> Iterator[tuple[str, bg.Gaussians]]:
+    for name in names:
         if wanted and not any(part in name for part in wanted):
             continue
         if name == "still life":

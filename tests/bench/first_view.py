@@ -20,10 +20,12 @@ from brushgs.first_view.up import PRIORS, SURE, up_evidence
 from brushgs.io.pictures.images import write_frame
 from brushgs.scene import Frame
 from brushgs.threads import at_most
-from tests.bench.doctor import SCENES, print_row, scenes
+from tests.bench.doctor import SCENES as PLY_SCENES
+from tests.bench.doctor import print_row, scenes
 from tests.bench.machine import describe
 from tests.first_view.scenes import ROTATIONS
 
+SCENES = PLY_SCENES | {"plant.splat": "-y", "guitar.ksplat": "-y"}
 COMMON = 0.15  # prior of the axes that most scenes have up
 BINS = ((SURE, "0.85 and more"), (0.7, "0.70 to 0.85"), (0.0, "below 0.70"))
 WIDTH, HEIGHT, COLUMNS = 320, 240, 4
@@ -60,7 +62,7 @@ def count_turns(name: str, gaussians: bg.Gaussians, counts: dict[tuple[bool, str
 
 def draw(path: Path, wanted: list[str] | None) -> None:
     texture, pictures = bg.StrokeTexture.open("gaussian"), []
-    for _, gaussians in scenes(wanted):
+    for _, gaussians in scenes(wanted, SCENES):
         camera = frame_scene(find_first_view(gaussians), width=WIDTH, height=HEIGHT)
         pictures.append(bg.render(gaussians, camera, texture, depth=False).over((1.0, 1.0, 1.0)))
     rows = -(-len(pictures) // COLUMNS)
@@ -84,7 +86,7 @@ def main() -> None:
     print_row(*["---"] * 10)
     counts: dict[tuple[bool, str], list[int]] = {}
     with at_most(1):
-        for name, gaussians in scenes(args.scenes):
+        for name, gaussians in scenes(args.scenes, SCENES):
             scene_row(name, gaussians)
             count_turns(name, gaussians, counts)
     print()

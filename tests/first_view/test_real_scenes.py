@@ -31,6 +31,9 @@ TRUE = {
     "derived/playbot_sh2.ply": ("-y", True, 0),
     "derived/campsite.ply": ("-y", True, None),
     "train_first1000.ply": ("-y", False, None),
+    "plant.splat": ("-y", False, None),
+    "guitar.ksplat": ("-y", True, 0),
+    "biker.spz": ("+y", False, -95),
 }
 
 
@@ -74,7 +77,7 @@ def test_a_real_scene_is_upright_or_said_to_be_unsure(name: str) -> None:
 def test_a_turned_real_scene_is_upright_or_said_to_be_unsure(name: str) -> None:
     """Turns that put up on an axis that scenes do have up, from the evidence of one: it turns with the scene.
 
-    Of 13 scenes in 156 such turns 84 are sure, all of them right; so are 28 of the 29 from 0.70 to 0.85.
+    Of 13 scenes in 156 such turns 83 are sure, all of them right; so are 27 of the 28 from 0.70 to 0.85.
     """
     up = TRUE[name][0]
     evidence = sum(EVIDENCE[kind].score(v) for kind, v in measure_up(take_sample(scene_of(name))).items())
