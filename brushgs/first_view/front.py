@@ -20,6 +20,7 @@ NUM_VIEWS = 16  # around the subject
 VIEW_SIDE = 112  # pixels
 VIEW_ELEVATION = np.radians(12.0)
 SEEN = 0.5  # alpha from which a pixel shows the subject
+OPAQUE = 0.3  # alpha from which its depth is that of a surface; below, nothing is hidden
 NEIGHBOUR = 3  # pixels between those whose contrast is coarse: shapes, not noise
 COLORS = 8  # steps of each of red, green and blue whose entropy is taken
 SOLID = 0.2  # opacity from which a Gaussian counts as one that should be visible
@@ -164,7 +165,7 @@ def _visible_share(sample: Sample, camera: Camera, frame: Frame) -> float:
     depths = places[:, 2]  # all well before the camera, which stands outside the sample
     x = (camera.K[0, 0] * places[:, 0] / depths + camera.K[0, 2]).astype(np.int64)
     y = (camera.K[1, 1] * places[:, 1] / depths + camera.K[1, 2]).astype(np.int64)
-    surface = np.where(frame.alpha > 0.3, frame.depth, np.inf)
+    surface = np.where(frame.alpha > OPAQUE, frame.depth, np.inf)
     is_solid = sample.gaussians.opacities > SOLID
     inside = (x >= 0) & (x < camera.width) & (y >= 0) & (y < camera.height)
     shown = surface[np.clip(y, 0, camera.height - 1), np.clip(x, 0, camera.width - 1)]

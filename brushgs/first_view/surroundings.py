@@ -15,7 +15,7 @@ from brushgs.scene import Camera, FirstView, Gaussians
 MOST_ROWS = 60_000
 NUM_VIEWS = 4  # around the scene
 ELEVATION = np.radians(15.0)
-SEEN = 0.5  # alpha from which a pixel is covered
+SEEN, SOLID = 0.5, 0.6  # alpha from which a pixel is covered, and from which its depth is that of a surface
 # Covered pixels around the middle of a scene over those of the middle itself, median over views: objects
 # have up to 1.5, a truck on a plaza 4.1.
 MOST_AROUND = 2.0
@@ -26,6 +26,7 @@ DENSE_TAIL = 0.015
 HIDDEN = 0.1  # share of the subject behind something else from which another azimuth is tried
 STEPS = np.radians((-20.0, 20.0, -40.0, 40.0))  # from the first azimuth, the next ones tried
 GAIN = 0.03  # of the hidden share that makes another azimuth better
+EXTENT = (0.02, 0.98)  # quantiles of the depths between which a subject lies
 BEFORE = 0.3  # depths of the subject by which something must hang before it to hide it
 
 
@@ -96,7 +97,7 @@ def _hidden_share(scene: Gaussians, inner: Gaussians, camera: Camera) -> float:
     assert frame.depth is not None
     assert alone.depth is not None
     depths = inner.means @ camera.viewmat[2, :3] + camera.viewmat[2, 3]
-    nearest, farthest = np.quantile(depths, (0.02, 0.98)) if len(depths) else (0.0, 0.0)
-    covered = alone.alpha > 0.6
+    nearest, farthest = np.quantile(depths, EXTENT) if len(depths) else (0.0, 0.0)
+    covered = alone.alpha > SOLID
     hidden = covered & (frame.depth < alone.depth - BEFORE * (farthest - nearest))
     return float(hidden.sum() / max(covered.sum(), 1))
