@@ -1,6 +1,6 @@
 """The first view of a scene: which way is up, from where it is seen, and what is framed.
 
-    inside? else: sample -> up -> tilt -> surroundings -> front -> points
+    inside? else: sample -> up -> level -> surroundings -> front -> points
 
 All of it is estimated from the Gaussians alone, with some 60 small pictures of them: about 0.5 s of one
 processor for 100,000 Gaussians. It depends neither on the unit of the scene nor on threads.
@@ -22,13 +22,13 @@ from brushgs.cameras.framing import (
     scene_bounds,
     subject,
 )
+from brushgs.cameras.ground import level_up
 from brushgs.cameras.outline import outline
 from brushgs.first_view.attached import with_attached
 from brushgs.first_view.front import find_front, wrapped
 from brushgs.first_view.inside import inside_up, inside_ups
 from brushgs.first_view.sample import take_sample
 from brushgs.first_view.surroundings import clear_azimuth, dense_middle, has_surroundings
-from brushgs.first_view.tilt import tilted_up
 from brushgs.first_view.up import SURE, Ups, believed_up, up_probabilities
 from brushgs.scene import FirstView, Gaussians
 
@@ -68,8 +68,8 @@ def find_first_view(
         ups = up_probabilities(sample)
         name, probability = believed_up(ups)
         direction = np.array(AXES[name])
-        if sample is not None and probability >= SURE:
-            direction = tilted_up(sample, direction)
+        if probability >= SURE:
+            direction = level_up(gaussians, direction)
     else:
         direction = stated
     is_part = has_surroundings(gaussians, direction)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.cameras.framing import frame_scene
+from brushgs.cameras.framing import AXES, frame_scene
+from brushgs.cameras.ground import level_up
 from brushgs.first_view import find_first_view
 from brushgs.threads import at_most
 from tests.first_view.scenes import moved, on_a_plaza, statue, statue_view
@@ -119,6 +120,7 @@ def test_an_extreme_scene_has_a_first_view(name):
     with np.errstate(all="raise", under="ignore"):
         view = find_first_view(scene)
         camera = frame_scene(view, width=64, height=48)
+        assert np.linalg.norm(level_up(scene, np.array(AXES["+z"]))) == pytest.approx(1)
     assert view.points.shape[1] == 3
     assert np.isfinite(view.points).all()
     assert np.linalg.norm(view.up) == pytest.approx(1)
