@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from brushgs.arrays import F64
 from brushgs.cameras.first_view import flags_of, framed_camera, sayable, up_text
 from brushgs.cameras.framing import DEFAULT_UP, direction_of, plain_first_view, with_up
-from brushgs.cameras.ground import level_up
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.options.choices import file_size_rule
 from brushgs.options.painting import CleanConfig, Up, ViewConfig
@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     from brushgs.io.scenes.notes import LoadNotes
     from brushgs.options.sequence import PathConfig
 
-# Probability of an estimated up axis from which nothing is said: of 131 such estimates 131 were right.
-SURE = 0.85
-
 
 def choose_first_view(
     gaussians: Gaussians, config: ViewConfig, notes: "LoadNotes | None", report: Report
@@ -36,7 +33,7 @@ def choose_first_view(
 
     Args:
         gaussians: the scene as loaded, N >= 1.
-        config: only `up` is used, which is stronger than all else.
+        config: `up` is stronger than all else; no front is searched where `azimuth` is given.
         notes: of the file; those of strokes hold the first view of their scene, which is used as it is.
         report: gets the stage.
 
@@ -51,12 +48,18 @@ def choose_first_view(
             how, known = ("as given", "flag") if config.up else ("that of the scene", "strokes")
         elif stored is not None:
             view, how, known = with_up(stored, stated or DEFAULT_UP), "as given", "flag"
-        elif stated is not None:
-            view = plain_first_view(gaussians, stated)
-            how, known = ("as given", "flag") if config.up else ("from the file", "header")
         else:
-            view = sayable(_leveled(gaussians, plain_first_view(gaussians), stage))
-            how, known = "assumed; change it with --up", "assumed"
+            from brushgs.first_view import find_first_view
+
+            azimuth = None if config.side is not None else config.azimuth
+            view = sayable(find_first_view(gaussians, up=stated, azimuth=azimuth))
+            if stated is not None:
+                view = replace(view, up=_unit(direction_of(stated)))
+                how, known = ("as given", "flag") if config.up else ("from the file", "header")
+            elif in_doubt(view):
+                how, known = "assumed", "assumed"
+            else:
+                how, known = "estimated", "estimate"
         _describe_first_view(stage, view, how, known)
         _warn_of_doubt(view, config)
     return view
@@ -134,6 +137,8 @@ def plan_views(
 
 def in_doubt(view: FirstView) -> bool:
     """Whether the up axis was estimated and may well be wrong."""
+    from brushgs.first_view.up import SURE
+
     return view.probability is not None and view.probability < SURE
 
 
@@ -145,22 +150,17 @@ def doubt_in_words(view: FirstView) -> str:
 
 def _is_up_of(view: FirstView, up: Up) -> bool:
     """Whether an up axis as given is that of a view."""
-    direction = direction_of(up)
-    return bool(np.allclose(direction / np.linalg.norm(direction), view.up, rtol=0, atol=1e-12))
+    return bool(np.allclose(_unit(direction_of(up)), view.up, rtol=0, atol=1e-12))
 
 
-def _leveled(gaussians: Gaussians, view: FirstView, stage: Stage) -> FirstView:
-    """The view with the up axis perpendicular to the ground, where there is one and up is not in doubt."""
-    if in_doubt(view) or view.eye is not None:
-        return view
-    up = level_up(gaussians, view.up)
-    tilt = float(np.degrees(np.arccos(min(float(up @ view.up), 1.0))))
-    if tilt > 0:
-        stage.details.append(f"the ground leans by {tilt:.1f} degrees; up is perpendicular to it")
-    return replace(view, up=up)
+def _unit(direction: F64) -> F64:
+    return np.asarray(direction / np.linalg.norm(direction))
 
 
 def _describe_first_view(stage: Stage, view: FirstView, how: str, known: str) -> None:
+    tilt = float(np.degrees(np.arccos(min(float(np.abs(view.up).max()), 1.0))))
+    if known == "estimate" and tilt > 0:
+        stage.details.append(f"the ground leans by {tilt:.1f} degrees; up is perpendicular to it")
     up, sure = up_text(view.up), "" if view.probability is None else f", probability {view.probability:.2f}"
     kind = "seen from inside" if view.eye is not None else "seen from outside"
     if view.has_surroundings and view.eye is None:
