@@ -3,7 +3,6 @@
 `choose_first_view` is the only place where a scene is examined for how it is seen.
 """
 
-import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +12,7 @@ import numpy as np
 from brushgs.arrays import F64
 from brushgs.cameras.first_view import flags_of, framed_camera, sayable, up_text
 from brushgs.cameras.framing import DEFAULT_UP, direction_of, plain_first_view, with_up
-from brushgs.errors import SceneError, SceneWarning
+from brushgs.errors import SceneError
 from brushgs.options.choices import file_size_rule
 from brushgs.options.painting import CleanConfig, Up, ViewConfig
 from brushgs.painting.clean import clean_scene
@@ -61,7 +60,8 @@ def choose_first_view(
             else:
                 how, known = "estimated", "estimate"
         _describe_first_view(stage, view, how, known)
-        _warn_of_doubt(view, config)
+        if config.up is None and in_doubt(view):
+            report.tell(_doubt_and_cure(view))
     return view
 
 
@@ -178,13 +178,11 @@ def _describe_first_view(stage: Stage, view: FirstView, how: str, known: str) ->
     }
 
 
-def _warn_of_doubt(view: FirstView, config: ViewConfig) -> None:
-    """Say once that the picture may be upside down, and the cure."""
-    if config.up is not None or not in_doubt(view):
-        return
+def _doubt_and_cure(view: FirstView) -> str:
+    """That the picture may be upside down, and what to do then."""
     other = next((name for name, _ in view.ups if name != up_text(view.up)), DEFAULT_UP)
     cure = f"'brushgs views' shows them all, and --up {other} turns it"
-    warnings.warn(SceneWarning(f"{doubt_in_words(view)}; {cure}"), stacklevel=3)
+    return f"{doubt_in_words(view)}; {cure}"
 
 
 def _camera_of_file(path: Path, config: ViewConfig, stage: Stage) -> Camera:

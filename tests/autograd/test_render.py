@@ -54,7 +54,12 @@ def strokes_of(name):
 @pytest.mark.parametrize("name", ["koala.ply", "derived/chair.ply"])
 @pytest.mark.parametrize("stroke", ["swirl", "flat", "gaussian"])
 def test_float32_gradients_are_those_of_float64_on_trained_scenes(name, stroke):
-    """2000 strokes; a loss by colour, alpha and depth. The difference is taken value by value."""
+    """2000 strokes; a loss by colour, alpha and depth. The difference is taken value by value.
+
+    The derivative of a picture jumps where a pixel lies on the edge of a box or on a line of texels. There
+    the two precisions may take different sides, and one stroke be off by some 5 %: three such strokes are
+    allowed.
+    """
     strokes, camera = strokes_of(name)
     norms, gradients = {}, {}
     for dtype in (np.float32, np.float64):
@@ -65,14 +70,16 @@ def test_float32_gradients_are_those_of_float64_on_trained_scenes(name, stroke):
         gradients[dtype] = {n: c.grad.double() for n, c in columns(tensors).items()}
     for column in GAUSSIAN_COLUMNS:
         single, double = (gradients[dtype][column] for dtype in (np.float32, np.float64))
-        norms[column] = float((single - double).norm() / double.norm())
+        off = (single - double).reshape(len(double), -1).norm(dim=1)
+        norms[column] = float(off.sort().values[:-3].norm() / double.norm())
+        assert off.norm() <= 2e-3 * double.norm()
         print(f"{name} {stroke} {column}: {norms[column]:.1e} of {float(double.norm()):.3g}")
         assert double.norm() > 0
         # No row's gradient is missing where the other precision has a large one.
         rows = [g.flatten(1).norm(dim=1) if g.ndim > 1 else g.abs() for g in (single, double)]
         is_large = rows[1] > 1e-3 * rows[1].max()
         assert (rows[0][is_large] > 0.5 * rows[1][is_large]).double().mean() > 0.995
-    assert max(norms.values()) <= 1e-3, norms
+    assert max(norms.values()) <= 3e-4, norms
 
 
 def test_only_what_requires_a_gradient_gets_one():

@@ -21,6 +21,7 @@ from brushgs.painting.report import Report
 from brushgs.painting.stroke_chart import CELL, COLUMNS, PAPER
 from brushgs.sh import base_colors
 from brushgs.still_life import still_life
+from tests.scenes import save_upright
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -28,7 +29,7 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "pears.ply"
-    bg.save(still_life(2000), path)
+    save_upright(still_life(2000), path)
     return path
 
 

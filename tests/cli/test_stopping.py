@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-import brushgs as bg
 from brushgs.cli.stopping import Stop, hearing_stops
 from brushgs.still_life import still_life
+from tests.scenes import save_upright
 
 ROOT = Path(__file__).resolve().parents[2]
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "a.ply"
-    bg.save(still_life(2000), path)
+    save_upright(still_life(2000), path)
     return path
 
 

@@ -21,6 +21,7 @@ from brushgs.options.experiments import StabilityConfig
 from brushgs.rendering.options import RenderOptions
 from brushgs.still_life import still_life
 from tests.baseline.painterly import painterly_painters
+from tests.scenes import save_upright
 
 WHITE = (1.0, 1.0, 1.0)
 WIDTH, HEIGHT = 48, 36
@@ -329,7 +330,7 @@ def test_bad_numbers_are_refused(options, match):
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "pears.ply"
-    bg.save(still_life(2000), path)
+    save_upright(still_life(2000), path)
     return path
 
 

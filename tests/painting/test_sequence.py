@@ -16,8 +16,8 @@ import OpenImageIO
 import pytest
 
 import brushgs as bg
-from brushgs.cameras.framing import plain_first_view
 from brushgs.cameras.paths import plan_path
+from brushgs.io import read_scene
 from brushgs.io.pictures.images import encode_frame, read_image
 from brushgs.io.pictures.numbered import Manifest
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
@@ -25,9 +25,11 @@ from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.report import Report, Stopwatch, pace
 from brushgs.painting.sequence import FramePainter, FrameView, paint_sequence
 from brushgs.painting.sequence_outputs import plan_output
+from brushgs.painting.views import choose_first_view
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
 from brushgs.still_life import still_life
+from tests.scenes import save_upright
 
 ROOT = Path(__file__).resolve().parents[2]
 NUM_FRAMES = 6
@@ -42,7 +44,7 @@ FILES = [f"{index:05}.png" for index in range(NUM_FRAMES)]
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "still_life.ply"
-    bg.save(still_life(2000), path)
+    save_upright(still_life(2000), path)
     return path
 
 
@@ -121,7 +123,8 @@ def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(
     # The same from Python: the strokes, the directions along the closed path, then one frame.
     gaussians = bg.load(scene)
     strokes = bg.cluster(bg.prune(gaussians), 150)
-    path, texture = plan_path(plain_first_view(gaussians), VIEW, ORBIT), bg.StrokeTexture.open("flat")
+    first_view = choose_first_view(gaussians, VIEW, read_scene(scene)[1], Report())
+    path, texture = plan_path(first_view, VIEW, ORBIT), bg.StrokeTexture.open("flat")
     painter = FramePainter(strokes, texture, (1.0, 1.0, 1.0), MOVING, suffix)
     shot = FrameView(4, path.cameras[4], track_directions(strokes, path.closed).directions(4))
     assert painter(shot) == files[f"00004{suffix}"]

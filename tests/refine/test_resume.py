@@ -19,9 +19,23 @@ from brushgs import cli  # noqa: E402
 from brushgs.io.scenes import write  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
 from brushgs.still_life import still_life  # noqa: E402
+from tests.scenes import save_upright  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[2]
-SMALL = ["--strokes", "100", "--steps", "10", "--views", "4", "--size", "64x48", "--stroke", "flat"]
+SMALL = [
+    "--strokes",
+    "100",
+    "--steps",
+    "10",
+    "--views",
+    "4",
+    "--size",
+    "64x48",
+    "--stroke",
+    "flat",
+    "--up",
+    "-y",
+]
 CHECKPOINT, OUTPUT = "pears-refined.checkpoint", "pears-refined.ply"
 
 
@@ -29,8 +43,8 @@ CHECKPOINT, OUTPUT = "pears-refined.checkpoint", "pears-refined.ply"
 def made(tmp_path_factory):
     """Two scenes, and the refined strokes of the first."""
     folder = tmp_path_factory.mktemp("scene")
-    bg.save(still_life(3000), folder / "pears.ply")
-    bg.save(still_life(2000), folder / "apples.ply")
+    save_upright(still_life(3000), folder / "pears.ply")
+    save_upright(still_life(2000), folder / "apples.ply")
     words = ["refine", str(folder / "pears.ply"), *SMALL, "-o", str(folder / OUTPUT), "--quiet"]
     assert cli.main(words) == 0
     return folder

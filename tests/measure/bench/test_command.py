@@ -19,6 +19,7 @@ from brushgs.measure.bench.families import SIZES, STOPS
 from brushgs.options.experiments import BenchConfig
 from brushgs.painting.report import pace
 from brushgs.still_life import still_life
+from tests.scenes import save_upright
 
 FAMILIES = ["strokes", "merge", "filter", "precision", "sh", "size"]
 SMALL = ["--stroke", "dry_brush", "--size", "64x48", "--repeats", "1", "--strokes", "30,90"]
@@ -32,7 +33,7 @@ def made(tmp_path_factory):
     sh = np.zeros((len(scene), 4, 3), np.float32)
     sh[:, :1] = scene.sh[:, :1]
     sh[:, 1:] = 0.1 * np.random.default_rng(0).normal(size=(len(scene), 3, 3))
-    bg.save(bg.Gaussians(scene.means, scene.quats, scene.scales, scene.opacities, sh), path)
+    save_upright(bg.Gaussians(scene.means, scene.quats, scene.scales, scene.opacities, sh), path)
     return path
 
 

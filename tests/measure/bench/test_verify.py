@@ -27,6 +27,7 @@ from brushgs.rendering.rasterize import rasterize
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.threads import num_threads_or_default
 from tests.rendering.strokes import bristles, random_boxes
+from tests.scenes import save_upright
 
 SCENE = still_life(3000)
 STROKES = bg.cluster(bg.prune(SCENE), 200)
@@ -106,7 +107,7 @@ def test_a_run_with_another_result_is_named():
 
 def subject_of(tmp_path, names):
     path = tmp_path / "scene.ply"
-    bg.save(SCENE, path)
+    save_upright(SCENE, path)
     paint = PaintConfig(draw=DrawConfig("dry_brush"))
     config = BenchConfig(families=names, strokes=(50, 200), count=50, repeats=1)
     kept = replace(paint, cluster=ClusterConfig(strokes=None))
