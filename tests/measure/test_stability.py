@@ -51,7 +51,7 @@ def comparison():
     """The still life from 8 places, closed."""
     scene = still_life(4000)
     cameras = swing(8)
-    return comparison_of(scene, bg.cluster(bg.prune(scene), 150), [*cameras, cameras[0]])
+    return comparison_of(scene, bg.cluster(bg.prune(scene), 300), [*cameras, cameras[0]])
 
 
 @pytest.fixture(scope="module")
@@ -342,6 +342,7 @@ def scene(made, tmp_path, monkeypatch):
 
 
 SMALL = ["--stroke", "dry_brush", "--strokes", "80", "--size", "32x24", "--orbit", "4"]
+WHOLE = [*SMALL, "--look-at", "scene"]  # from so far that views 90 degrees apart show the same surfaces
 
 
 def run(capsys, *words):
@@ -356,7 +357,7 @@ def names(folder="."):
 
 
 def test_the_command_writes_figures_and_plot_and_prints_a_table(scene, capsys):
-    code, out, err = run(capsys, scene, *SMALL)
+    code, out, err = run(capsys, scene, *WHOLE)
     assert (code, out) == (0, "pears-stability\n"), err
     assert names("pears-stability") == ["stability.json", "stability.png"]
     assert names() == ["pears-stability"]
@@ -498,7 +499,7 @@ def test_a_plot_that_cannot_be_drawn_leaves_what_was_there(result, tmp_path, mon
 
 def test_the_plot_needs_matplotlib_and_the_figures_do_not(scene, capsys, monkeypatch):
     monkeypatch.setattr(plotting, "find_spec", lambda name: None)
-    code, out, err = run(capsys, scene, *SMALL)
+    code, out, err = run(capsys, scene, *WHOLE)
     assert (code, out) == (0, "pears-stability\n")
     note = (
         "pears-stability/stability.png is skipped: it needs matplotlib, which is not installed; pip install"
@@ -506,8 +507,8 @@ def test_the_plot_needs_matplotlib_and_the_figures_do_not(scene, capsys, monkeyp
     assert err.startswith(f"brushgs: note: {note} matplotlib\n")
     assert err.count("note:") == 1
     assert names("pears-stability") == ["stability.json"]
-    assert run(capsys, scene, *SMALL, "--quiet") == (0, "", "")
-    code, out, err = run(capsys, scene, *SMALL, "-o", "one.png")
+    assert run(capsys, scene, *WHOLE, "--quiet") == (0, "", "")
+    code, out, err = run(capsys, scene, *WHOLE, "-o", "one.png")
     assert (code, out) == (2, "")
     assert err == (
         "brushgs: the plot needs matplotlib, which is not installed; pip install matplotlib, or name a "
