@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-import brushgs._core as _core
+from brushgs.native import core as _core
 from brushgs.passes import gaps
 from brushgs.passes.gaps import CURLED, PLANE, growth
 from brushgs.passes.merge import merge_clusters
