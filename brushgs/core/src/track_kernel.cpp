@@ -321,8 +321,8 @@ void choose_row(const TrackParams& params, const CostTable& table, const Ellipse
                 TrackScratch& scratch, const Series& limit) {
     if (!params.is_coarse) {
         const bool spends = choose<kReach, kHalfTurnReach, false>(params, table, ellipses, row, scratch);
-        const float step =
-            least((spends ? kHalfTurnLimit : kLimit) * static_cast<float>(params.step), static_cast<float>(params.most_turn));
+        const float step = least((spends ? kHalfTurnLimit : kLimit) * static_cast<float>(params.step),
+                                 static_cast<float>(params.most_turn));
         for (std::size_t knot = 0; knot < params.num_views; ++knot) limit.at(knot)[row] = step;
         return;
     }
@@ -343,7 +343,8 @@ void smooth(const TrackParams& params, const Ellipses& ellipses, const Series& l
     const std::size_t num_views = params.num_views, last = num_views - 1;
     const bool is_closed = params.is_closed;
     // The squared turn from knot to knot weighs as much, for a given rate of turning, however far apart they are.
-    const float smoothing = params.is_coarse ? static_cast<float>(kSmoothing / (params.step * params.step)) : kSmoothing;
+    const float smoothing =
+        params.is_coarse ? static_cast<float>(kSmoothing / (params.step * params.step)) : kSmoothing;
     for (std::size_t knot = 0; knot < num_views; ++knot) {
         const bool is_pinned = is_closed && (knot == 0 || knot == last);
         const float* slenderness = ellipses.slenderness.at(knot);
