@@ -27,7 +27,7 @@ from brushgs.options.choices import (
 )
 
 DEFAULT_KEEP = 0.7  # of the Gaussians, as published
-DEFAULT_STROKE = "impasto"  # swirls that are smaller than theirs should be look like bubbles
+DEFAULT_STROKE = "impasto"  # reads at any size; a swirl under some 20 px looks like a bubble
 DEFAULT_SIZE = (1280, 720)
 MAX_PAN = 10.0  # pictures: more is a typing error
 MAX_PSNR = 100.0  # dB; pictures of 16 bits agree no better

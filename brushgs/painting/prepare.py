@@ -147,10 +147,14 @@ def prepare(
     num_loaded, scene = len(gaussians), gaussians if keeps_scene else None
     if is_for_view:
         gaussians = select_seen(gaussians, cameras, report)
-    # What is seen is all needed: hidden and faint Gaussians are gone already.
-    keeps_all = is_strokes or is_for_view
-    clustering = None if merges_later else cluster
-    gaussians = prune_scene(gaussians, config.prune, report, is_strokes=keeps_all, cluster=clustering)
+    gaussians = prune_scene(
+        gaussians,
+        config.prune,
+        report,
+        is_strokes=is_strokes,
+        is_seen=is_for_view,
+        cluster=None if merges_later else cluster,
+    )
     gaussians = cluster_scene(gaussians, cluster, report, num_loaded=num_loaded, view_model=view_model)
     gaussians = recolor_scene(gaussians, palette, config.palette, report)
     return Prepared(gaussians, texture, options, cameras, path, background, palette, notes, first_view, scene)

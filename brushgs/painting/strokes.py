@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from brushgs.stroke_count.view_model import ViewModel
 
 SMALL_SCENE = 256  # Gaussians that are kept where the number of strokes is yet to be chosen
-
-
 TRAINED = {"antialiased": "antialiased", "2dgs": "2DGS, flat discs"}  # in words
 MOST_NAMES = 6  # of columns that are not read
 
@@ -85,6 +83,7 @@ def prune_scene(
     report: Report,
     *,
     is_strokes: bool = False,
+    is_seen: bool = False,
     cluster: ClusterConfig | None = None,
 ) -> Gaussians:
     """Keep the Gaussians of highest weight.
@@ -97,11 +96,12 @@ def prune_scene(
         config: which Gaussians are kept.
         report: gets the stage.
         is_strokes: whether they are strokes already.
+        is_seen: whether they are only those that the views show: hidden and faint ones are gone already.
         cluster: how many strokes will be made of them; None if they will not be clustered.
     """
     with report.stage("prune") as stage:
         num_before = len(gaussians)
-        reason, at_least = _why_kept(num_before, config, is_strokes, cluster)
+        reason, at_least = _why_kept(num_before, config, is_strokes, is_seen, cluster)
         if reason is None:
             from brushgs.passes.prune import prune
 
@@ -117,13 +117,15 @@ def prune_scene(
 
 
 def _why_kept(
-    num: int, config: PruneConfig, is_strokes: bool, cluster: ClusterConfig | None
+    num: int, config: PruneConfig, is_strokes: bool, is_seen: bool, cluster: ClusterConfig | None
 ) -> tuple[str | None, int]:
     """Why all Gaussians are kept, None if not, and how many are kept at least."""
     if config.keep is not None:
         return ("keep = 1" if config.keep == 1 else None), 1
     if is_strokes:
         return "they are strokes already", num
+    if is_seen:
+        return "what is not seen is dropped already", num
     if cluster is None:
         return None, 1
     if cluster.target is not None:

@@ -71,6 +71,7 @@ def test_all_strokes_are_spent_where_the_camera_looks():
     assert (prepared.strokes.means[:, 0] < 4).all()
     assert (prepared.strokes.means[:, 2] < 0.3).all()  # the back of the ball is hidden
     assert stage(report, "seen").counts["after"] < len(ball())
+    assert stage(report, "prune").skipped == ["pruning: what is not seen is dropped already"]
     plain_report = Report()
     both = prepare(TWO, PAINT, plain_report, views=CAMERA)
     assert "seen" not in [stage.name for stage in plain_report.stages]
