@@ -1,5 +1,7 @@
 """How much of a view each Gaussian makes up."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,13 +29,7 @@ def visible_areas(
     """
     kernel = StrokeTexture.open("gaussian")
     options = RenderOptions.of(kernel, depth=False, num_threads=num_threads)
-    plain = Gaussians(
-        gaussians.means,
-        gaussians.quats,
-        gaussians.scales,
-        gaussians.opacities,
-        np.ascontiguousarray(gaussians.sh[:, :1]),
-    )
+    plain = replace(gaussians, sh=gaussians.sh[:, :1])  # how much is seen does not depend on colours
     boxes, _ = project_with(plain, camera, options)
     areas = np.zeros(len(gaussians))
     if len(boxes) == 0:

@@ -1,5 +1,7 @@
 """What each Gaussian makes up of a picture is measured exactly."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -29,9 +31,11 @@ def joined(*scenes):
     return bg.Gaussians(*(np.concatenate([getattr(scene, name) for scene in scenes]) for name in names))
 
 
-def test_together_they_are_the_alpha_of_the_picture():
-    frame = bg.render(ball(), CAMERA, KERNEL)
-    assert visible_areas(ball(), CAMERA).sum() == pytest.approx(frame.alpha.sum(dtype=np.float64), rel=1e-5)
+@pytest.mark.parametrize("antialiased", [False, True])
+def test_together_they_are_the_alpha_of_the_picture(antialiased):
+    scene = replace(ball(), scales=ball().scales * np.float32(0.2), antialiased=antialiased)
+    frame = bg.render(scene, CAMERA, KERNEL)
+    assert visible_areas(scene, CAMERA).sum() == pytest.approx(frame.alpha.sum(dtype=np.float64), rel=1e-5)
 
 
 def test_one_more_unit_of_colour_brightens_the_picture_by_that_area():
