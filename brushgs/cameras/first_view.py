@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from brushgs.arrays import F64
-from brushgs.cameras.framing import AXES, direction_of, frame_scene
+from brushgs.cameras.framing import AXES, frame_scene, unit_of
 from brushgs.cameras.framing import plain_first_view as plain_first_view
 from brushgs.cameras.orbit import orbit
 from brushgs.options.painting import DEFAULT_SIZE, ViewConfig
@@ -60,7 +60,7 @@ def sayable(view: FirstView) -> FirstView:
     )
     up = view.up
     for _ in range(_ROUNDINGS):
-        up = _unit(direction_of(_numbers_text(up, 4)))
+        up = unit_of(_numbers_text(up, 4))
     return replace(view, up=up, azimuth=azimuth, elevation=min(max(elevation, -pi / 2), pi / 2), front=front)
 
 
@@ -93,7 +93,7 @@ def up_text(up: F64) -> str:
         if np.array_equal(up, axis):
             return name
     texts = [_numbers_text(up, digits) for digits in (4, 8, None)]
-    return next((text for text in texts if np.array_equal(_unit(direction_of(text)), up)), texts[-1])
+    return next((text for text in texts if np.array_equal(unit_of(text), up)), texts[-1])
 
 
 def degrees_text(angle: float) -> str:
@@ -102,10 +102,6 @@ def degrees_text(angle: float) -> str:
     texts = [f"{near:.{digits}f}" for digits in range(13)]
     texts += [repr(number) for number in (near, nextafter(near, inf), nextafter(near, -inf))]
     return next((text for text in texts if radians(float(text)) == angle), repr(near))
-
-
-def _unit(direction: F64) -> F64:
-    return np.asarray(direction / np.linalg.norm(direction))
 
 
 def _numbers_text(numbers: Any, digits: int | None = None) -> str:

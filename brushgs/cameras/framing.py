@@ -110,7 +110,7 @@ def with_up(view: FirstView, up: str | ArrayLike) -> FirstView:
     camera_axes(direction, 0.0, 0.0)  # checks it
     return replace(
         view,
-        up=direction / np.linalg.norm(direction),
+        up=unit_of(direction),
         azimuth=DEFAULT_AZIMUTH,
         elevation=default_elevation(view.points, direction),
         front=0.0,
@@ -118,6 +118,12 @@ def with_up(view: FirstView, up: str | ArrayLike) -> FirstView:
         probability=None,
         ups=(),
     )
+
+
+def unit_of(up: str | ArrayLike) -> NDArray[np.float64]:
+    """`direction_of`, at length 1. Raises the same."""
+    direction = direction_of(up)
+    return np.asarray(direction / np.linalg.norm(direction))
 
 
 def frame_scene(

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.arrays import F64
 from brushgs.cameras.first_view import flags_of, framed_camera, sayable, up_text
-from brushgs.cameras.framing import DEFAULT_UP, direction_of, plain_first_view, with_up
+from brushgs.cameras.framing import DEFAULT_UP, plain_first_view, unit_of, with_up
 from brushgs.errors import SceneError
 from brushgs.options.choices import file_size_rule
 from brushgs.options.painting import CleanConfig, Up, ViewConfig
@@ -53,7 +52,7 @@ def choose_first_view(
             azimuth = None if config.side is not None else config.azimuth
             view = sayable(find_first_view(gaussians, up=stated, azimuth=azimuth))
             if stated is not None:
-                view = replace(view, up=_unit(direction_of(stated)))
+                view = replace(view, up=unit_of(stated))
                 how, known = ("as given", "flag") if config.up else ("from the file", "header")
             elif in_doubt(view):
                 how, known = "assumed", "assumed"
@@ -150,11 +149,7 @@ def doubt_in_words(view: FirstView) -> str:
 
 def _is_up_of(view: FirstView, up: Up) -> bool:
     """Whether an up axis as given is that of a view."""
-    return bool(np.allclose(_unit(direction_of(up)), view.up, rtol=0, atol=1e-12))
-
-
-def _unit(direction: F64) -> F64:
-    return np.asarray(direction / np.linalg.norm(direction))
+    return bool(np.allclose(unit_of(up), view.up, rtol=0, atol=1e-12))
 
 
 def _describe_first_view(stage: Stage, view: FirstView, how: str, known: str) -> None:
