@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from brushgs.passes.prune import prune as prune
     from brushgs.passes.recolor import Palette as Palette
     from brushgs.passes.recolor import recolor as recolor
+    from brushgs.passes.repaint import repaint as repaint
+    from brushgs.rendering.plain import plain_views as plain_views
     from brushgs.rendering.project import project as project
     from brushgs.rendering.rasterize import rasterize as rasterize
     from brushgs.rendering.render import render as render
@@ -48,6 +50,8 @@ _MODULES = {
     "passes.cluster": "cluster",
     "passes.prune": "prune",
     "passes.recolor": "Palette recolor",
+    "passes.repaint": "repaint",
+    "rendering.plain": "plain_views",
     "rendering.project": "project",
     "rendering.rasterize": "rasterize",
     "rendering.render": "render render_sequence",

@@ -6,6 +6,7 @@ Source: Kerbl et al. 2023; Sloan 2008, Stupid Spherical Harmonics Tricks, append
 Condon-Shortley sign).
 """
 
+from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -92,6 +93,21 @@ def base_colors(sh: Array) -> NDArray[np.float64]:
         [N, 3] RGB, display-encoded, float64.
     """
     return np.asarray(np.clip(0.5 + C0 * sh[:, 0].astype(np.float64), 0.0, 1.0))
+
+
+def shift_base_colors(gaussians: Gaussians, steps: Array) -> Gaussians:
+    """The Gaussians in other colours; how a colour depends on the view stays.
+
+    Args:
+        gaussians: N Gaussians.
+        steps: [N, 3] what is added to each RGB channel. No colour without its view-dependent part leaves 0 to
+            1 by it; one that lies outside goes no further.
+    """
+    before = 0.5 + C0 * gaussians.sh[:, 0].astype(np.float64)
+    after = np.clip(before + steps, np.minimum(before, 0.0), np.maximum(before, 1.0))
+    sh = gaussians.sh.copy()
+    sh[:, 0] = (after - 0.5) / C0
+    return replace(gaussians, sh=sh)
 
 
 def used_sh_degree(gaussians: Gaussians) -> int:

@@ -177,11 +177,9 @@ def _cluster(gaussians: Gaussians, num_strokes: int, config: ClusterConfig) -> "
     if len(gaussians) <= num_strokes:
         return gaussians, None
     from brushgs.passes.cluster import group
-    from brushgs.passes.merge import merge_clusters
 
     grouping = group(gaussians, num_strokes, features=config.features, method=config.method, seed=config.seed)
-    strokes = merge_clusters(gaussians, grouping.labels, merge=config.merge, visible=grouping.visible)
-    return strokes, grouping
+    return grouping.merged(config.merge), grouping
 
 
 def _describe_clusters(

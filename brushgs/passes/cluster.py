@@ -1,25 +1,31 @@
 """Gaussians -> at most k Gaussians, one per cluster of similar neighbours: the strokes in space.
 
 Three steps, each usable alone: `features.cluster_features` defines similarity, `group` finds the clusters by
-k-means, `merge.merge_clusters` makes one Gaussian of each.
+k-means, `merge.merge_clusters` makes one Gaussian of each. With views of the scene strokes go where pictures
+need them: what is seen weighs most (`seen`), clusters that differ from the pictures are cut (`split`), and
+strokes get the colours that are seen at their places.
 """
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.arrays import check
 from brushgs.options.choices import Features, Merge, Method
-from brushgs.passes.contribution import contributions, visible_shares
+from brushgs.passes.contribution import contributions, projected_areas, visible_shares
 from brushgs.passes.detail import color_detail
 from brushgs.passes.features import cluster_features
 from brushgs.passes.lloyd import Clusters, lloyd
-from brushgs.passes.merge import merge_clusters
+from brushgs.passes.merge import OVERLAP, merge_clusters
 from brushgs.passes.minibatch import minibatch
-from brushgs.scene import Gaussians
+from brushgs.passes.seen import Seen, seen_in
+from brushgs.passes.split import FIRST_SHARE, split
+from brushgs.rendering.plain import PlainViews
+from brushgs.scene import Camera, Gaussians
 
 MAX_SEED = 2**32 - 1  # of scikit-learn
 # Of the weights in k-means, see `cluster_weights`: 1/4 costs the skull 0.1 dB, 1/2 the still life 0.6.
@@ -41,7 +47,9 @@ class Grouping:
         reason: why that method, in words.
         num_steps: Lloyd steps, or passes over the data.
         inertia: sum of weight x squared feature distance to the nearest centre.
-        visible: [N] `visible_shares` of the Gaussians where these were computed, for the merge that follows.
+        num_split: how many of the clusters were made by cutting others, see `split`.
+        gaussians: the Gaussians, in the colours that are to be merged.
+        visible: [N] how visible each is, for the merge that follows; None if that was not computed.
     """
 
     labels: NDArray[np.int32]
@@ -50,7 +58,15 @@ class Grouping:
     reason: str
     num_steps: int
     inertia: float
+    gaussians: Gaussians
+    num_split: int = 0
     visible: NDArray[np.float64] | None = None
+
+    def merged(self, merge: Merge) -> Gaussians:
+        """The strokes: one per cluster."""
+        if self.method == "none":
+            return self.gaussians
+        return merge_clusters(self.gaussians, self.labels, merge=merge, visible=self.visible)
 
 
 def cluster(
@@ -61,6 +77,8 @@ def cluster(
     merge: Merge = "cover",
     method: Method = "auto",
     seed: int = 0,
+    views: Sequence[Camera] | PlainViews | None = None,
+    focus: NDArray[np.float64] | None = None,
 ) -> Gaussians:
     """Merge Gaussians into fewer and larger ones.
 
@@ -74,23 +92,35 @@ def cluster(
         method: "minibatch" as published, "lloyd" with exact steps, "auto" by `choose_method`.
         seed: of all random choices, 0 to 2^32 - 1. Equal seeds give equal results, bit for bit, for any
             number of threads.
+        views: what the strokes are for: cameras, a few small ones (see `plain_views`), or plain pictures of
+        the
+            whole scene, already drawn. Then Gaussians are weighed by what these views show of them, strokes
+            that differ from the pictures are cut in two, and have the colours seen in them. Where no view
+            shows anything, and None: all Gaussians count, wherever they are.
+        focus: [N] > 0, how many times as many strokes per area each Gaussian is to get; None is 1 for all.
 
     Returns:
         At most k Gaussians; the input itself, unmerged, where k >= N.
 
     Raises:
         TypeError: if `num_strokes` or `seed` is not an integer.
-        ValueError: if an option is out of range or unknown.
+        ValueError: if an option is out of range or unknown, or `focus` or `views` do not suit.
 
     Shuffled rows give the same clusters under other labels as long as no two Gaussians have equal weight and
     position. Sums over a cluster then differ in the last bits only, which can move a Gaussian that lies
     midway between two clusters.
     """
     _check_choice("merge", merge, get_args(Merge))
-    grouping = group(gaussians, num_strokes, features=features, method=method, seed=seed)
-    if grouping.method == "none":
-        return gaussians
-    return merge_clusters(gaussians, grouping.labels, merge=merge, visible=grouping.visible)
+    grouping = group(
+        gaussians,
+        num_strokes,
+        features=features,
+        method=method,
+        seed=seed,
+        views=views,
+        focus=focus,
+    )
+    return grouping.merged(merge)
 
 
 def cluster_labels(
@@ -112,28 +142,94 @@ def group(
     features: Features = "balanced",
     method: Method = "auto",
     seed: int = 0,
+    views: Sequence[Camera] | PlainViews | None = None,
+    focus: NDArray[np.float64] | None = None,
+    worth_keeping: Callable[[Gaussians], NDArray[np.bool_]] | None = None,
 ) -> Grouping:
-    """Find clusters of similar neighbours by k-means. Arguments and errors are those of `cluster`."""
+    """Find clusters of similar neighbours by k-means. Arguments and errors are those of `cluster`.
+
+    `worth_keeping` is that of `split`: where strokes are not worth keeping, more than `num_strokes` clusters
+    come back.
+    """
     num_strokes = _integer("num_strokes", num_strokes, 1, None)
     seed = _integer("seed", seed, 0, MAX_SEED)
     _check_choice("features", features, get_args(Features))
     _check_choice("method", method, ("auto", *METHODS))
     num = len(gaussians)
+    if focus is not None:
+        check("cluster", means=(gaussians.means, "N 3"), focus=(focus, "N"))
+        if not (np.isfinite(focus).all() and focus.min(initial=1) > 0):
+            raise ValueError("cluster: focus must be > 0 and finite")
     if num_strokes >= num:
         labels, reason = (
             np.arange(num, dtype=np.int32),
             f"{num} Gaussians are not more than {num_strokes} strokes",
         )
-        return Grouping(labels, num, "none", reason, 0, 0.0)
+        return Grouping(labels, num, "none", reason, 0, 0.0, gaussians)
     chosen, reason = choose_method(num, num_strokes) if method == "auto" else (method, "asked for")
+    plain = None if views is None else PlainViews.of(gaussians, views)
+    seen = None if plain is None else seen_in(gaussians, plain)
+    if plain is not None and seen is not None:
+        return _group_seen(seen, plain, num_strokes, chosen, reason, features, seed, focus, worth_keeping)
     points = cluster_features(gaussians, features)
     # Not reused from pruning: without the pruned rows other shares are visible. With the shares of the whole
     # scene strokes are up to 0.6 dB worse (biker, 250) or 0.3 dB better (skull, 250), over six scenes 0.02 dB
     # worse; and running the passes one by one would give another painting than the whole command.
     visible = None if features == "paper" else visible_shares(gaussians)
     weights = np.ones(num) if visible is None else cluster_weights(gaussians, visible)
+    if focus is not None:
+        weights = weights * focus
     found = METHODS[chosen](points, weights, num_strokes, seed=seed)
-    return Grouping(found.labels, found.num_clusters, chosen, reason, found.num_steps, found.inertia, visible)
+    return Grouping(
+        found.labels,
+        found.num_clusters,
+        chosen,
+        reason,
+        found.num_steps,
+        found.inertia,
+        gaussians,
+        visible=visible,
+    )
+
+
+def _group_seen(
+    seen: Seen,
+    views: PlainViews,
+    num_strokes: int,
+    method: str,
+    reason: str,
+    features: Features,
+    seed: int,
+    focus: NDArray[np.float64] | None,
+    worth_keeping: Callable[[Gaussians], NDArray[np.bool_]] | None,
+) -> Grouping:
+    """Clusters of Gaussians by what views show of them."""
+    gaussians, weights = seen.gaussians, seen.weights(focus)
+    points = cluster_features(gaussians, features)
+    # Merged colours are weighed by opacity x area x this: by what is seen.
+    largest = gaussians.opacities * projected_areas(gaussians.scales)
+    visible = np.maximum(seen.areas / np.maximum(largest, largest.max() * 1e-12), 1e-12)
+    first = max(1, round(FIRST_SHARE * num_strokes))
+    found = METHODS[method](points, weights, first, seed=seed)
+
+    def merged(labels: NDArray[np.intp]) -> Gaussians:
+        return merge_clusters(gaussians, labels, overlap=OVERLAP, visible=visible)
+
+    labels = split(
+        found.labels, merged, points, weights, views, num_strokes, worth_keeping=worth_keeping, focus=focus
+    )
+    num = int(labels.max()) + 1
+    return Grouping(
+        labels.astype(np.int32),
+        num,
+        method,
+        reason,
+        found.num_steps,
+        found.inertia,
+        gaussians,
+        num_split=num - found.num_clusters,
+        visible=visible,
+    )
 
 
 def choose_method(num_points: int, num_clusters: int) -> tuple[Literal["minibatch", "lloyd"], str]:

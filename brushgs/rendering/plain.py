@@ -1,0 +1,63 @@
+"""The plain pictures of a scene in a few small views, which strokes are made to resemble.
+
+They are drawn once for a painting, and handed on to every pass that looks at the scene.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Union
+
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering.render import render
+from brushgs.scene import Camera, Frame, Gaussians
+
+
+@dataclass(frozen=True, eq=False)
+class PlainViews:
+    """V cameras, and the plain picture of the scene in each.
+
+    Attributes:
+        cameras: the views.
+        frames: one for each, without depth, in the size of its camera.
+
+    Raises:
+        ValueError: if there are not as many frames as cameras, or sizes differ.
+    """
+
+    cameras: tuple[Camera, ...]
+    frames: tuple[Frame, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.cameras) != len(self.frames):
+            counts = f"{len(self.frames)} and {len(self.cameras)}"
+            raise ValueError(f"PlainViews: there must be one frame per camera, got {counts}")
+        for index, (camera, frame) in enumerate(zip(self.cameras, self.frames, strict=True)):
+            if frame.alpha.shape != (camera.height, camera.width):
+                height, width = frame.alpha.shape
+                raise ValueError(
+                    f"PlainViews: frame {index} must have the size of its camera, "
+                    f"{camera.width}x{camera.height}, got {width}x{height}"
+                )
+
+    def __len__(self) -> int:
+        return len(self.cameras)
+
+    @classmethod
+    def of(cls, gaussians: Gaussians, views: Union[Sequence[Camera], "PlainViews"]) -> "PlainViews":
+        """The views themselves; cameras get the plain pictures of these Gaussians."""
+        return views if isinstance(views, PlainViews) else plain_views(gaussians, views)
+
+
+def plain_views(
+    gaussians: Gaussians, cameras: Sequence[Camera], *, num_threads: int | None = None
+) -> PlainViews:
+    """Draw the plain picture of a scene in each view.
+
+    Args:
+        gaussians: the whole scene, N Gaussians.
+        cameras: the views. Some 100,000 pixels each are enough: strokes are compared with them, not shown.
+        num_threads: None takes the processors available to this process. The pictures do not depend on it.
+    """
+    kernel = StrokeTexture.open("gaussian")
+    frames = [render(gaussians, camera, kernel, depth=False, num_threads=num_threads) for camera in cameras]
+    return PlainViews(tuple(cameras), tuple(frames))

@@ -1,0 +1,199 @@
+"""Strokes go where views show something, and in the colours that are seen there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.measure.likeness import psnr
+from brushgs.passes.cluster import group
+from brushgs.passes.seen import seen_in
+from brushgs.passes.split import painted_errors
+from brushgs.rendering.plain import PlainViews
+from brushgs.still_life import still_life
+from brushgs.threads import at_most
+from tests.doctor.scenes import ball
+
+KERNEL = bg.StrokeTexture.open("gaussian")
+DAB = bg.StrokeTexture.open("ellipse")
+WHITE = (1.0, 1.0, 1.0)
+
+
+def cameras(count=6, *, width=120, height=90, distance=4.0, shift=0.0):
+    """Cameras in a level ring around the origin."""
+    angles = 2 * np.pi * (np.arange(count) + shift) / count
+    eyes = distance * np.stack([np.sin(angles), np.full(count, -0.3), -np.cos(angles)], axis=1)
+    return [bg.Camera.look_at(eye, (0, 0, 0), width=width, height=height) for eye in eyes]
+
+
+def squares(*, num=40, far_side=(0.5, 0.5, 0.5)):
+    """A wall of opaque dots, black on its left half and white on its right; another behind it."""
+    x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(-1, 1, num), np.linspace(-1, 1, num)))
+    colors = np.where(x[:, None] < 0, 0.0, 1.0) * np.ones(3)
+    means = np.concatenate([np.stack([x, y, np.full(num * num, z)], axis=1) for z in (0.0, 1.0)])
+    colors = np.concatenate([colors, np.tile(far_side, (num * num, 1))])
+    return bg.Gaussians(
+        means.astype(np.float32),
+        np.tile(np.float32([1, 0, 0, 0]), (2 * num * num, 1)),
+        np.tile(np.float32([0.03, 0.03, 0.001]), (2 * num * num, 1)),
+        np.full(2 * num * num, 0.95, np.float32),
+        ((colors - 0.5) / 0.28209479)[:, None].astype(np.float32),
+    )
+
+
+FRONT = [bg.Camera.look_at((0, 0, -3), (0, 0, 0), width=120, height=90)]
+
+
+def mean_psnr(strokes, scene, views):
+    pairs = [
+        (bg.render(strokes, view, DAB).over(WHITE), bg.render(scene, view, KERNEL).over(WHITE))
+        for view in views
+    ]
+    return float(np.mean([psnr(painted, plain) for painted, plain in pairs]))
+
+
+def test_strokes_for_views_are_nearer_to_the_scene_also_in_views_that_were_not_used():
+    scene, used, unused = still_life(20_000), cameras(8), cameras(8, shift=0.5)
+    before = bg.cluster(scene, 600)
+    after = bg.repaint(bg.cluster(scene, 600, views=used), scene, used)
+    assert len(after) <= 600
+    for views in (used, unused):
+        assert mean_psnr(after, scene, views) > mean_psnr(before, scene, views) + 1
+
+
+def test_what_no_view_shows_gets_few_strokes():
+    scene = squares()
+    behind, without = (
+        np.count_nonzero(strokes.means[:, 2] > 0.5)
+        for strokes in (bg.cluster(scene, 200, views=FRONT), bg.cluster(scene, 200))
+    )
+    assert without > 80
+    assert behind < 0.4 * without
+
+
+def test_an_edge_gets_smaller_strokes_than_what_is_of_one_colour():
+    scene = squares()
+    strokes = bg.cluster(scene, 200, views=FRONT)
+    strokes = strokes.take(strokes.means[:, 2] < 0.5)
+    is_at_edge = np.abs(strokes.means[:, 0]) < 0.15
+    sizes = strokes.scales.max(axis=1)
+    assert np.median(sizes[is_at_edge]) < 0.8 * np.median(sizes[~is_at_edge])
+
+
+def test_twice_the_focus_is_about_twice_the_strokes_there_and_the_same_total():
+    scene = squares(far_side=(0, 0, 0))
+    rng = np.random.default_rng(1)  # detail everywhere, so that halves differ by focus only
+    scene = replace(scene, sh=rng.normal(0, 1, scene.sh.shape).astype(np.float32))
+    focus = np.where(scene.means[:, 1] < 0, 2.0, 1.0)
+    strokes = bg.cluster(scene, 400, views=FRONT, focus=focus)
+    up = np.count_nonzero(strokes.means[:, 1] < 0)
+    assert 1.5 < up / (len(strokes) - up) < 2.6
+    assert 380 <= len(strokes) <= 400
+
+
+def test_the_seen_colour_of_a_thin_layer_is_that_of_what_shows_through():
+    scene = squares(far_side=(1, 0, 0))
+    opacities = scene.opacities.copy()
+    opacities[:1600] = 0.02
+    seen = seen_in(
+        replace(scene, opacities=opacities), bg.plain_views(replace(scene, opacities=opacities), FRONT)
+    )
+    colors = 0.5 + 0.28209479 * seen.gaussians.sh[:1600, 0]
+    inner = (np.abs(scene.means[:1600, :2]) < 0.7).all(axis=1)
+    assert colors[inner, 0].mean() > 0.85
+    assert colors[inner, 1:].max() < 0.25
+
+
+def test_repainting_recovers_colours_that_were_lost():
+    scene = squares()
+    views = bg.plain_views(scene, FRONT)
+    strokes = replace(scene, sh=np.zeros_like(scene.sh))
+    found = bg.repaint(strokes, scene, views)
+    assert mean_psnr(found, scene, FRONT) > mean_psnr(strokes, scene, FRONT) + 10
+    again = bg.repaint(found, scene, views, num_steps=10)  # converges
+    assert mean_psnr(again, scene, FRONT) > mean_psnr(found, scene, FRONT) - 0.05
+    colors = 0.5 + 0.28209479 * found.sh[:1600, 0]
+    x = scene.means[:1600, 0]
+    assert np.median(colors[x < -0.1]) < 0.1
+    assert np.median(colors[x > 0.1]) > 0.9
+
+
+def test_the_error_of_a_picture_is_shared_among_its_strokes():
+    scene = squares()
+    views = bg.plain_views(scene, FRONT)
+    strokes = bg.cluster(scene, 100)
+    errors = painted_errors(strokes, views)
+    frame, plain = bg.render(strokes, FRONT[0], DAB, depth=False), views.frames[0]
+    total = 0.0
+    for shade in (0.0, 1.0):
+        away = frame.over((shade,) * 3) - plain.over((shade,) * 3)
+        total += 0.5 * float((frame.alpha[..., None] * away**2).sum(dtype=np.float64))
+    assert errors.sum() == pytest.approx(total, rel=1e-4)
+    assert (errors >= 0).all()
+
+
+def test_equal_input_gives_equal_strokes_for_any_number_of_threads():
+    scene = squares()
+    first = bg.cluster(scene, 150, views=FRONT)
+    with at_most(1):
+        second = bg.cluster(scene, 150, views=FRONT)
+    for name, column in first.columns().items():
+        np.testing.assert_array_equal(column, getattr(second, name))
+
+
+def test_strokes_not_worth_keeping_are_replaced():
+    scene = squares()
+    whole = group(scene, 150, views=FRONT)
+
+    def is_left(strokes):
+        return strokes.means[:, 0] < 0
+
+    part = group(scene, 150, views=FRONT, worth_keeping=is_left)
+    assert part.num_clusters > whole.num_clusters
+    assert 140 <= np.count_nonzero(is_left(part.merged("cover"))) <= 160
+
+
+AWAY = [bg.Camera.look_at((0, 0, -3), (0, 0, -9), width=40, height=30)]
+
+
+@pytest.mark.parametrize(
+    ("scene", "views"),
+    [
+        (squares(), AWAY),  # all behind the view
+        (replace(squares(), opacities=np.zeros(3200, np.float32)), FRONT),  # transparent
+        (ball(), [bg.Camera.look_at((0, 0, 0), (0, 0, 1), width=40, height=30)]),  # inside
+        (replace(squares(), sh=np.full((3200, 1, 3), -1.7724539, np.float32)), FRONT),  # black
+        (squares().take(slice(1)), FRONT),
+        (squares().take(slice(2)), FRONT),
+        (squares().take(np.zeros(500, int)), FRONT),  # equal
+        (squares().take(slice(0)), FRONT),
+    ],
+    ids=["behind", "transparent", "inside", "black", "one", "two", "equal", "none"],
+)
+def test_stiff_scenes_have_strokes_like_others(scene, views):
+    strokes = bg.repaint(bg.cluster(scene, 50, views=views), scene, views)
+    assert len(strokes) == min(50, len(scene)) or 0 < len(strokes) <= 50
+    for column in strokes.columns().values():
+        assert np.isfinite(column).all()
+
+
+def test_a_view_that_shows_nothing_changes_nothing():
+    scene = squares()
+    plain, seen = bg.cluster(scene, 60), bg.cluster(scene, 60, views=AWAY)
+    np.testing.assert_array_equal(plain.means, seen.means)
+    repainted = bg.repaint(plain, scene, AWAY)
+    np.testing.assert_allclose(repainted.sh, plain.sh, atol=1e-6)
+
+
+def test_wrong_views_are_named():
+    scene = squares()
+    with pytest.raises(ValueError, match="at least one camera"):
+        bg.repaint(scene, scene, [])
+    frame = bg.render(scene, FRONT[0], KERNEL)
+    with pytest.raises(ValueError, match="size of its camera"):
+        PlainViews((FRONT[0].resized(60, 45),), (frame,))
+    with pytest.raises(ValueError, match="one frame per camera"):
+        PlainViews(tuple(FRONT), ())
+    with pytest.raises(ValueError, match="focus must be > 0"):
+        bg.cluster(scene, 50, focus=np.zeros(len(scene)))
