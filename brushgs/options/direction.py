@@ -1,0 +1,51 @@
+"""Which way strokes run, as text: a field of the scene, the marks of a painting, or guides in a file."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+FieldName = Literal["own", "form", "colour"]  # a field of the scene
+DirectionKind = Literal["own", "form", "colour", "painting", "guides"]
+KINDS_WITH_FILE = ("painting", "guides")
+FORMS = "own, form, colour, painting:FILE or guides:FILE"
+
+
+@dataclass(frozen=True)
+class Direction:
+    """Which way strokes run within their own plane, see `brushgs.passes.direction`.
+
+    Attributes:
+        kind: "own" leaves strokes as they are, "form" and "colour" are fields of the scene; "painting" and
+            "guides" are read from a file.
+        file: of "painting" a picture, of "guides" lines in space; None of the others.
+
+    Raises:
+        ValueError: if the kind is unknown, or has a file it does not take, or lacks one.
+    """
+
+    kind: DirectionKind = "form"
+    file: Path | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("own", "form", "colour", *KINDS_WITH_FILE):
+            raise ValueError(f"direction must be {FORMS}, got {self.kind!r}")
+        if (self.kind in KINDS_WITH_FILE) != (self.file is not None):
+            cure = f"write {self.kind}:FILE" if self.file is None else f"write {self.kind} alone"
+            raise ValueError(f"direction must be {FORMS}, got {str(self)!r}; {cure}")
+
+    @classmethod
+    def of(cls, text: str) -> "Direction":
+        """Parse a text such as "form" or "guides:lines.obj".
+
+        Raises:
+            ValueError: if it has none of the `FORMS`.
+        """
+        kind, colon, file = text.partition(":")
+        kind = "colour" if kind == "color" else kind
+        if kind in KINDS_WITH_FILE and not file:
+            raise ValueError(f"direction must be {FORMS}, got {text!r}; write {kind}:FILE")
+        return cls(kind, Path(file) if colon else None)  # type: ignore[arg-type]  # checked there
+
+    def __str__(self) -> str:
+        """The text that `of` takes."""
+        return self.kind if self.file is None else f"{self.kind}:{self.file}"
