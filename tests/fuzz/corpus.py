@@ -260,6 +260,26 @@ def manifests(folder: Path) -> list[bytes]:
     ]
 
 
+def guide_lines(folder: Path) -> list[bytes]:
+    """Lines as OBJ: in one row, in rows of two points, counted from the end, with a reach."""
+    points = b"".join(b"v %g %g %g\n" % (i, 0.5 * i, -i) for i in range(9))
+    rows = b"".join(b"l %d %d\n" % (i, i + 1) for i in range(1, 9))
+    return [
+        points + b"l 1 2 3 4 5\nl 6/1 7/2 8\n",
+        b"# Blender 4.2\no Curve\n" + points + rows,
+        b"# reach 0.5\r\n" + points.replace(b"\n", b"\r\n") + b"l -1 -2 -3\r\n",
+        b"v 0 0 0\nv 1e14 0 0 1 1 1\nvn 0 0 1\nl 1 2\nf 1 2 1\n",
+        b"v 0 0 0\nv 1 1 1\nl" + b" 1 2" * 5000,
+    ]
+
+
+def guide_lists(folder: Path) -> list[bytes]:
+    """Lines as JSON, some nested too deeply."""
+    lines = [[[float(i), 0.5 * i, -1.0] for i in range(4)], [[0, 0, 0], [1, 1, 1]]]
+    found = [json.dumps(lines).encode(), json.dumps({"reach": 0.5, "guides": lines}).encode()]
+    return found + [b'{"guides": ' + deep.encode() + b"}" for deep in DEEP[:2]]
+
+
 def _pixels(channels: int, dtype: type, side: int = 16) -> np.ndarray:
     values = np.random.default_rng([20251121, channels]).random((side, side, channels))
     values[4:12, 4:12] = 0.1
@@ -467,6 +487,10 @@ CAMERAS = {
         Seeds("colmap", lambda folder: colmap_models(folder, "bin"), COLMAP, "images.bin"),
         Seeds("colmap-text", lambda folder: colmap_models(folder, "txt"), COLMAP, "images.txt"),
     ),
+}
+GUIDES = {
+    "obj": (Seeds("guides", guide_lines, (b"v ", b"l ", b"-1", b"/", b"# reach ", b"nan", b"1e400", b"\r")),),
+    "lists": (Seeds("guide-lists", guide_lists, (*JSON, b'"guides":', b'"reach":')),),
 }
 # By the name of the format.
 PICTURES = {

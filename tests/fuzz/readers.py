@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from brushgs.io.cameras.formats import CAMERA_FORMATS
+from brushgs.io.guides.formats import GUIDE_FORMATS
 from brushgs.io.pictures.formats import PICTURE_FORMATS
 from brushgs.io.scenes.formats import SCENE_FORMATS
 from tests.fuzz import corpus
@@ -42,6 +43,15 @@ def _picture(path: Path) -> object:
     return [image, background, texture.height if texture.height is not None else image]
 
 
+def _guides(path: Path) -> object:
+    from brushgs.io.guides.guide_file import MAX_COORDINATE
+    from brushgs.io.guides.read import read_guides
+
+    guides = read_guides(path)
+    # Judged like a picture: finite, and 0 to 1.
+    return [abs(guides.starts) / MAX_COORDINATE, abs(guides.ends) / MAX_COORDINATE]
+
+
 def _manifest(path: Path) -> object:
     from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 
@@ -72,6 +82,7 @@ READERS = {
     for reader in (
         *_readers([(row.reader, f"scene{row.suffixes[0]}") for row in SCENE_FORMATS], corpus.SCENES, _scene),
         *_readers([(row.reader, row.file) for row in CAMERA_FORMATS], corpus.CAMERAS, _cameras),
+        *_readers([(row.reader, row.file) for row in GUIDE_FORMATS], corpus.GUIDES, _guides),
         Reader("manifest", ".%05d.png.json", corpus.manifests, _manifest, corpus.JSON),
         *PICTURE_READERS,
     )

@@ -1,0 +1,1 @@
+"""Files of guides: lines in space that strokes run along; see `formats.py`."""

@@ -1,0 +1,32 @@
+"""The table of formats of guides. To add one: write a module beside this one, and its line here.
+
+Error texts, help texts and the fuzzer read this table.
+"""
+
+from typing import NamedTuple
+
+from brushgs.io.formats import in_words
+
+
+class GuideFormat(NamedTuple):
+    """A format of guides.
+
+    Attributes:
+        name: in words, for help and error texts.
+        suffixes: of its files, in lower case.
+        reader: module of this package with `read(path, content) -> Guides`, of the bytes of the file.
+        file: a usual name of such a file.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    reader: str
+    file: str
+
+
+GUIDE_FORMATS = (
+    GuideFormat("OBJ with lines, as Blender exports them", (".obj",), "obj", "guides.obj"),
+    GuideFormat("JSON, a list of lists of points [x, y, z]", (".json",), "lists", "guides.json"),
+)
+# For help and error texts, in the order of the table.
+GUIDES_READ = in_words([f"{row.name} ({', '.join(row.suffixes)})" for row in GUIDE_FORMATS])

@@ -1,0 +1,142 @@
+"""Files of guides: what they may hold, and the sentence for what they may not."""
+
+import json
+
+import numpy as np
+import pytest
+
+from brushgs import SceneError
+from brushgs.io.guides.formats import GUIDES_READ
+from brushgs.io.guides.obj import MAX_LINE, MAX_POINTS
+from brushgs.io.guides.read import read_guides
+
+OBJ = "v 0 0 0\nv 1 0 0\nv 1 2 0\n"
+
+
+def read(folder, text, suffix=".obj"):
+    path = folder / f"guides{suffix}"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_guides(path)
+
+
+def corners(guides):
+    return [(*a, *b) for a, b in zip(guides.starts.tolist(), guides.ends.tolist(), strict=True)]
+
+
+BOTH = [(0, 0, 0, 1, 0, 0), (1, 0, 0, 1, 2, 0)]
+
+
+def test_obj_lines_of_several_points(tmp_path):
+    guides = read(tmp_path, OBJ + "l 1 2 3\n")
+    assert corners(guides) == BOTH
+    assert guides.reach is None
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "l 1 2\nl 2 3\n",  # one edge a line, as Blender writes them
+        "l -3 -2 -1",
+        "o Curve\nvn 0 0 1\nl 1/1 2/5 3\nf 1 2 3\nusemtl (null)\n",
+        "g a\r\nl\t1  2   3\r\n\r\n# a comment\r\n",
+        "l 1\nl 1 2 2 3\n",  # a single point, and a point twice, are no segment
+    ],
+)
+def test_other_ways_to_write_them(tmp_path, lines):
+    assert corners(read(tmp_path, OBJ + lines)) == BOTH
+
+
+def test_points_may_follow_the_lines_that_use_them_and_have_colours(tmp_path):
+    guides = read(tmp_path, "l 1 2\nv 0 0 0 1.0 0.5 0.5\nv 1e3 -2.5 .5 1 1 1\n")
+    assert corners(guides) == [(0, 0, 0, 1000, -2.5, 0.5)]
+
+
+@pytest.mark.parametrize("comment", ["# reach 0.5", "#  reach: 0.5", "# reach= 5e-1"])
+def test_a_comment_states_the_reach(tmp_path, comment):
+    assert read(tmp_path, f"{comment}\n{OBJ}l 1 2").reach == 0.5
+
+
+def test_json_lists_and_objects(tmp_path):
+    lines = [[[0, 0, 0], [1, 0, 0], [1, 2, 0]], [], [[5, 5, 5]]]
+    assert corners(read(tmp_path, json.dumps(lines), ".json")) == BOTH
+    guides = read(tmp_path, json.dumps({"reach": 2, "guides": lines}), ".JSON")
+    assert (corners(guides), guides.reach) == (BOTH, 2.0)
+
+
+NO_LINE = "holds no line.*draw a line of two points or more"
+BAD_OBJ = {
+    "": NO_LINE,
+    OBJ: "holds no line, only 3 points; draw",
+    OBJ + "l 2 2": NO_LINE,
+    OBJ
+    + "l 1 4": r"a line runs to point 4 of 3; write points as 'v 0 1\.5 2' and lines as 'l 1 2 3', numbered",
+    OBJ + "l 1 0": 'line 4: "0" is no point',
+    OBJ + "l 1 -4": 'line 4: "-4" is no point',
+    OBJ + "l 1 two": 'line 4: "two" is no point',
+    OBJ + "l 1 99999999999999999999": "is no point",
+    "v 0 0\n" + OBJ + "l 1 2": "line 1 must hold three coordinates; write points as",
+    "v 0 a 0\n" + OBJ + "l 1 2": "line 1 must hold three coordinates",
+    "v 0 nan 0\nv 1 1 1\nl 1 2": r"point 1 must have finite coordinates up to 1e\+15, got \[0.0, nan, 0.0\]",
+    "v 0 1e20 0\nv 1 1 1\nl 1 2": "point 1 must have finite coordinates",
+    "# reach far\n" + OBJ + "l 1 2": "line 1: 'reach' must be a number; write '# reach 0.5'",
+    "# reach 0\n" + OBJ + "l 1 2": "'reach' must be a distance above 0 in world units, got 0; correct it",
+    "# reach nan\n" + OBJ + "l 1 2": "'reach' must be a distance above 0",
+    "v 0 0 0 " + "1 " * MAX_LINE: f"line 1 has more than {MAX_LINE} bytes; split it",
+    "l " + "1 2 " * 9000 + "\xff": "is no point",
+}
+BAD_JSON = {
+    "": "is not JSON",
+    "[": "is not JSON",
+    "[]": NO_LINE,
+    "[[[0,0,0]]]": NO_LINE,
+    "[[0,0,0],[1,0,0]]": r"line 1 must be a list of points \[x, y, z\], got \[0.0, 0.0, 0.0\]; write lines",
+    "[[[0,0,0],[1,0]]]": "line 1 must be a list of points",
+    "[[[0,0,0],[1,0,true]]]": "line 1 must be a list of points",
+    "[[[0,0,0],[1,0,NaN]]]": "point 2 must have finite coordinates",
+    "3": "must hold a list of lines, got 3.0",
+    '{"lines": []}': "must hold 'guides', and may hold 'reach', got",
+    '{"guides": [], "color": 1}': "must hold 'guides', and may hold 'reach'",
+    '{"guides": {}}': "must hold a list of lines",
+    '{"guides": [[[0,0,0],[1,0,0]]], "reach": "1"}': "'reach' must be a number, got",
+    '{"guides": [[[0,0,0],[1,0,0]]], "reach": -1}': "'reach' must be a distance above 0",
+    "[" * 5000: "nested too deeply",
+}
+BAD = [(text, ".obj", rule) for text, rule in BAD_OBJ.items()]
+BAD += [(text, ".json", rule) for text, rule in BAD_JSON.items()]
+
+
+@pytest.mark.parametrize(("text", "suffix", "message"), BAD, ids=range(len(BAD)))
+def test_bad_files_are_refused_in_a_sentence_with_the_cure(tmp_path, text, suffix, message):
+    with pytest.raises(SceneError, match=message) as caught:
+        read(tmp_path, text, suffix)
+    sentence = str(caught.value)
+    assert sentence.startswith(f"{tmp_path}/guides{suffix}: ")
+    assert sentence.isprintable()
+    assert "; " in sentence
+
+
+def test_files_of_other_formats_missing_ones_and_folders_are_refused(tmp_path):
+    with pytest.raises(SceneError, match="is no file of guides of a known format; give OBJ"):
+        read_guides(tmp_path / "guides.ply")
+    with pytest.raises(SceneError, match="there is no such file"):
+        read_guides(tmp_path / "guides.obj")
+    (tmp_path / "a.obj").mkdir()
+    with pytest.raises(SceneError, match="is a folder"):
+        read_guides(tmp_path / "a.obj")
+    assert ".obj" in GUIDES_READ
+    assert ".json" in GUIDES_READ
+
+
+def test_too_many_points_are_refused(tmp_path):
+    with pytest.raises(SceneError, match=f"holds more than {MAX_POINTS} points; simplify"):
+        read(tmp_path, b"v 0 0 0\n" * (MAX_POINTS + 1))
+    row = b"l" + b" 1 2" * 16_000 + b"\n"
+    with pytest.raises(SceneError, match="simplify the lines"):
+        read(tmp_path, b"v 0 0 0\nv 1 0 0\n" + row * 20)
+
+
+def test_as_many_points_as_are_allowed_are_read(tmp_path):
+    points = b"".join(b"v %d 0 0\n" % i for i in range(20_000))
+    lines = b"".join(b"l %d %d\n" % (i, i + 1) for i in range(1, 20_000))
+    guides = read(tmp_path, points + lines)
+    np.testing.assert_array_equal(guides.ends[:, 0] - guides.starts[:, 0], np.ones(19_999))
