@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from brushgs.io.scenes.encoding import Reading as Reading
     from brushgs.passes.clean import clean as clean
     from brushgs.passes.cluster import cluster as cluster
+    from brushgs.passes.direction.orient import orient as orient
     from brushgs.passes.prune import prune as prune
     from brushgs.passes.recolor import Palette as Palette
     from brushgs.passes.recolor import recolor as recolor
@@ -48,6 +49,7 @@ _MODULES = {
     "io.scenes.encoding": "Encoding Reading",
     "passes.clean": "clean",
     "passes.cluster": "cluster",
+    "passes.direction.orient": "orient",
     "passes.prune": "prune",
     "passes.recolor": "Palette recolor",
     "passes.repaint": "repaint",
