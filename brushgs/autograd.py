@@ -48,6 +48,7 @@ from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.project import LOW_PASS, Directions, ProjectOptions, project_by
 from brushgs.rendering.rasterize import rasterize as rasterize_arrays
+from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import GAUSSIAN_COLUMNS, LAYERS, Camera
 
 try:
@@ -115,9 +116,11 @@ class Boxes:
     colors: Tensor  # [M, 3]
     opacities: Tensor  # [M]
     ids: Tensor  # [M] int32, the Gaussian (row) behind each box: no gradient
+    setbacks: Tensor | None = None  # [M], for underpaint: no gradient
 
     def __post_init__(self) -> None:
-        _check_tensors("Boxes", {name: getattr(self, name) for name in BOX_COLUMNS})
+        optional = {} if self.setbacks is None else {"setbacks": self.setbacks}
+        _check_tensors("Boxes", {name: getattr(self, name) for name in BOX_COLUMNS} | optional)
 
     @classmethod
     def of(cls, boxes: scene.Boxes, *, requires_grad: bool = False) -> Self:
@@ -129,7 +132,8 @@ class Boxes:
         if boxes.softness is not None:
             raise ValueError('Boxes: boxes must have no softness here; project with order="depth"')
         columns = {n: torch.tensor(getattr(boxes, n)).requires_grad_(requires_grad) for n in BOX_COLUMNS}
-        return cls(**columns, ids=torch.tensor(boxes.ids))
+        setbacks = None if boxes.setbacks is None else torch.tensor(boxes.setbacks)
+        return cls(**columns, ids=torch.tensor(boxes.ids), setbacks=setbacks)
 
     def __len__(self) -> int:
         return len(self.centers)
@@ -171,6 +175,7 @@ def project(
     lock: ViewLock | Directions = "off",
     fade: bool = False,
     order: Order = "depth",
+    underpaint: bool = False,
     num_threads: int | None = None,
 ) -> Boxes:
     """Project Gaussians to boxes: `brushgs.project` with gradients by all columns of the Gaussians.
@@ -185,6 +190,7 @@ def project(
         lock: "off" and "anchor" pass gradients through the angle, `Directions` do not.
         fade: whether strokes fade that would otherwise appear or vanish.
         order: "depth"; "soft" has no gradient.
+        underpaint: whether boxes have setbacks, which pass no gradients on.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Raises:
@@ -192,7 +198,13 @@ def project(
         ValueError: if a value is out of range or `order` is "soft".
     """
     options = ProjectOptions(
-        num_sigmas=num_sigmas, low_pass=low_pass, lock=lock, fade=fade, order=order, num_threads=num_threads
+        num_sigmas=num_sigmas,
+        low_pass=low_pass,
+        lock=lock,
+        fade=fade,
+        order=order,
+        underpaint=underpaint,
+        num_threads=num_threads,
     )
     return _projected("project", gaussians, camera, options)
 
@@ -220,6 +232,8 @@ def rasterize(
     width: int,
     filter: Filter = "mip",
     depth: bool = True,
+    underpaint: Underpaint | None = None,
+    streaks: float = 0.0,
     min_transmittance: float = MIN_TRANSMITTANCE,
     num_threads: int | None = None,
 ) -> Frame:
@@ -234,6 +248,8 @@ def rasterize(
         width: pixels.
         filter: how a stroke image is read.
         depth: whether the frame has a depth, which has a gradient too.
+        underpaint: what lies behind each stroke; its gradients add to those of the box.
+        streaks: amplitude of the streaks along strokes.
         min_transmittance: what lies behind a pixel that lets less light through has no gradient.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
@@ -247,9 +263,11 @@ def rasterize(
         )
     stroke, coverage = _stroke_of("rasterize", texture)
     options: dict[str, Any] = {"height": height, "width": width, "filter": filter, "depth": depth}
+    options |= {"underpaint": underpaint, "streaks": streaks}
     options |= {"min_transmittance": min_transmittance, "num_threads": num_threads}
     columns = (getattr(boxes, name) for name in BOX_COLUMNS)
-    rgb, alpha, *layers = _Rasterize.apply(stroke, options, boxes.ids, coverage, *columns)
+    constants = boxes.ids, boxes.setbacks
+    rgb, alpha, *layers = _Rasterize.apply(stroke, options, constants, coverage, *columns)
     return Frame(rgb, alpha, **dict(zip(LAYERS, layers, strict=True)))
 
 
@@ -264,6 +282,8 @@ def render(
     num_sigmas: float | None = None,
     low_pass: float = LOW_PASS,
     depth: bool = True,
+    underpaint: bool | Underpaint = False,
+    streaks: float = 0.0,
     num_threads: int | None = None,
 ) -> Frame:
     """Paint Gaussians as one camera sees them: `brushgs.render` with gradients.
@@ -278,6 +298,8 @@ def render(
         num_sigmas: half length of a box in standard deviations; None takes the texture's, held fixed.
         low_pass: see `project`.
         depth: see `rasterize`.
+        underpaint: see `brushgs.render`.
+        streaks: see `rasterize`.
         num_threads: see `rasterize`.
 
     Raises:
@@ -292,6 +314,8 @@ def render(
         num_sigmas=num_sigmas,
         low_pass=low_pass,
         depth=depth,
+        underpaint=underpaint,
+        streaks=streaks,
         num_threads=num_threads,
     )
     boxes = _projected("render", gaussians, camera, replace(options.projection, order=order))
@@ -302,6 +326,8 @@ def render(
         width=camera.width,
         filter=filter,
         depth=depth,
+        underpaint=options.underpaint,
+        streaks=options.streaks,
         num_threads=num_threads,
     )
 
@@ -313,10 +339,11 @@ class _Project(torch.autograd.Function):  # type: ignore[misc]
     ) -> tuple[Tensor, ...]:
         gaussians = scene.Gaussians(*map(_array, columns), antialiased=antialiased)
         boxes, _ = project_by(gaussians, camera, options)
-        outputs = {name: _tensor(getattr(boxes, name)) for name in (*BOX_COLUMNS, "ids")}
+        names = (*BOX_COLUMNS, "ids") if boxes.setbacks is None else (*BOX_COLUMNS, "ids", "setbacks")
+        outputs = {name: _tensor(getattr(boxes, name)) for name in names}
         ctx.gaussians, ctx.boxes, ctx.camera, ctx.options = gaussians, boxes, camera, options
         ctx.set_materialize_grads(False)
-        ctx.mark_non_differentiable(outputs["ids"])
+        ctx.mark_non_differentiable(*(outputs[name] for name in names[len(BOX_COLUMNS) :]))
         ctx.save_for_backward(*columns, outputs["ids"], outputs["colors"])  # torch sees that none changes
         return tuple(outputs.values())
 
@@ -329,7 +356,7 @@ class _Project(torch.autograd.Function):  # type: ignore[misc]
             ctx.gaussians,
             ctx.camera,
             ctx.boxes,
-            BoxGradients(*(None if g is None else _array(g) for g in gradients[:-1])),
+            BoxGradients(*(None if g is None else _array(g) for g in gradients[: len(BOX_COLUMNS)])),
             ctx.options,
             columns=[name for name, is_needed in needs if is_needed],
         )
@@ -343,19 +370,20 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
         ctx: Any,
         texture: StrokeTexture,
         options: dict[str, Any],
-        ids: Tensor,
+        constants: tuple[Tensor, Tensor | None],  # ids and setbacks
         coverage: Tensor | None,  # what `texture` was made of
         *columns: Tensor,
     ) -> tuple[Tensor | None, ...]:
-        arrays: list[Any] = [_array(column) for column in (*columns, ids)]
-        boxes = scene.Boxes(*arrays)
+        ids, setbacks = constants
+        arrays = {name: _array(c) for name, c in zip((*BOX_COLUMNS, "ids"), (*columns, ids), strict=True)}
+        boxes = scene.Boxes(**arrays, setbacks=None if setbacks is None else _array(setbacks))
         frame = rasterize_arrays(boxes, texture, **options)
         planes = (frame.rgb, frame.alpha, *(getattr(frame, name) for name in LAYERS))
         picture = [None if plane is None else torch.from_numpy(plane) for plane in planes]
         ctx.boxes, ctx.frame, ctx.texture, ctx.options = boxes, frame, texture, options
         ctx.coverage_dtype = None if coverage is None else coverage.dtype
         ctx.set_materialize_grads(False)
-        ctx.save_for_backward(*columns, ids, *picture)
+        ctx.save_for_backward(*columns, *(c for c in constants if c is not None), *picture)
         return tuple(picture)
 
     @staticmethod
@@ -371,10 +399,10 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
             np.zeros_like(ctx.frame.rgb) if v_rgb is None else v_rgb,
             v_alpha,
             dict(zip(LAYERS, v_layers, strict=True)),
-            filter=ctx.options["filter"],
-            min_transmittance=ctx.options["min_transmittance"],
             with_coverage=needs_coverage,
-            num_threads=ctx.options["num_threads"],
+            **{
+                name: value for name, value in ctx.options.items() if name not in ("height", "width", "depth")
+            },
         )
         by_column = (getattr(found, name) for name in BOX_COLUMNS)
         return (

@@ -268,10 +268,12 @@ class Boxes:
         ids: [M] int32, the Gaussian (row) behind each box.
         softness: [M] world units, >= 0, or None. Two boxes whose depths differ by less than the root of the
             sum of their squared softness hide each other in part, see `rasterize`; None is zero for all.
+        setbacks: [M] world units, >= 0, or None: how far behind each stroke its underpaint lies, see
+            `rasterize`; None for boxes without.
 
     Raises:
         TypeError: if a column has another dtype.
-        ValueError: if a shape is wrong, the depths descend or a softness is negative.
+        ValueError: if a shape is wrong, the depths descend or a softness or setback is negative.
     """
 
     centers: Array  # [M, 2]
@@ -282,6 +284,7 @@ class Boxes:
     opacities: Array  # [M]
     ids: NDArray[np.int32]  # [M]
     softness: Array | None = None  # [M]
+    setbacks: Array | None = None  # [M]
 
     def __post_init__(self) -> None:
         _freeze_floats("Boxes", self, except_for=("ids",))
@@ -296,15 +299,20 @@ class Boxes:
             colors=(self.colors, "M 3"),
             opacities=(self.opacities, "M"),
             ids=(self.ids, "M"),
-            **({} if self.softness is None else {"softness": (self.softness, "M")}),
+            **{name: (column, "M") for name, column in self._optional().items()},
         )
         _check_finite("Boxes", self)
         _check_rows("Boxes", "depths", "ascend: sort by depth", np.diff(self.depths) < 0)
-        if self.softness is not None and self.softness.min(initial=0) < 0:
-            _check_rows("Boxes", "softness", "be >= 0", self.softness < 0)
+        for name, column in self._optional().items():
+            if column.min(initial=0) < 0:
+                _check_rows("Boxes", name, "be >= 0", column < 0)
 
     def __len__(self) -> int:
         return len(self.centers)
+
+    def _optional(self) -> dict[str, Array]:
+        columns = {"softness": self.softness, "setbacks": self.setbacks}
+        return {name: column for name, column in columns.items() if column is not None}
 
     def attributes(self) -> dict[str, Array]:
         """The columns that become layers of a frame, by the name of the layer; see `LAYERS`."""

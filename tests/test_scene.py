@@ -30,7 +30,8 @@ def boxes(dtype=np.float32) -> Boxes:
     shapes = ((N, 2), (N, 2), (N,), (N,), (N, 3), (N,))
     columns = [g.uniform(0, 1, shape).astype(dtype) for shape in shapes]
     columns[3].sort()
-    return Boxes(*columns, np.arange(N, dtype=np.int32), g.uniform(0, 1, N).astype(dtype))
+    softness, setbacks = (g.uniform(0, 1, N).astype(dtype) for _ in range(2))
+    return Boxes(*columns, np.arange(N, dtype=np.int32), softness, setbacks)
 
 
 def camera(**changes) -> Camera:
@@ -207,36 +208,38 @@ def test_whether_a_scene_is_antialiased_stays_with_it():
     assert not gaussians().take(slice(0, 1)).antialiased
 
 
-def test_boxes_need_no_softness():
-    without = replace(boxes(), softness=None)
-    assert without.softness is None
-    assert without.take(slice(2)).softness is None
-    assert without.astype(np.float64).softness is None
+@pytest.mark.parametrize("name", ["softness", "setbacks"])
+def test_boxes_need_no_softness_and_no_setbacks(name):
+    without = replace(boxes(), **{name: None})
+    assert getattr(without, name) is None
+    assert getattr(without.take(slice(2)), name) is None
+    assert getattr(without.astype(np.float64), name) is None
     assert len(without.take(slice(2))) == 2
 
 
+@pytest.mark.parametrize("name", ["softness", "setbacks"])
 @pytest.mark.parametrize(
-    ("softness", "error", "message"),
+    ("values", "error", "message"),
     [
         (
             np.array([0.1, -0.1, 0, 0, -1, 0], np.float32),
             ValueError,
-            "Boxes: softness must be >= 0, got 2 other rows",
+            "Boxes: {name} must be >= 0, got 2 other rows",
         ),
         (
             np.full(6, np.nan, np.float32),
             ValueError,
-            "Boxes: softness must be finite, got 6 other rows, first at 0",
+            "Boxes: {name} must be finite, got 6 other rows, first at 0",
         ),
-        (np.zeros(6), TypeError, "Boxes: softness must be float32 like centers, got float64"),
-        (np.zeros(5, np.float32), ValueError, "Boxes: softness must have shape"),
-        ([0.0] * 5, ValueError, "Boxes: softness must have shape"),
-        (0.0, TypeError, "Boxes: softness must be a NumPy array, got float"),
+        (np.zeros(6), TypeError, "Boxes: {name} must be float32 like centers, got float64"),
+        (np.zeros(5, np.float32), ValueError, "Boxes: {name} must have shape"),
+        ([0.0] * 5, ValueError, "Boxes: {name} must have shape"),
+        (0.0, TypeError, "Boxes: {name} must be a NumPy array, got float"),
     ],
 )
-def test_softness_is_checked_like_any_column(softness, error, message):
-    with refused(error, message):
-        replace(boxes(), softness=softness)
+def test_softness_and_setbacks_are_checked_like_any_column(values, error, message, name):
+    with refused(error, message.format(name=name)):
+        replace(boxes(), **{name: values})
 
 
 @pytest.mark.parametrize("make", [gaussians, boxes])

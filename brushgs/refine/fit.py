@@ -70,6 +70,8 @@ class Drawing:
             num_sigmas=options.num_sigmas,
             low_pass=options.low_pass,
             depth=options.depth,
+            underpaint=options.underpaint or False,
+            streaks=options.streaks,
             num_threads=options.num_threads,
         )
 

@@ -17,7 +17,9 @@ from brushgs.native import core as _core
 from brushgs.options.choices import Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.project import ProjectOptions
+from brushgs.rendering.streaks import check_streaks, streak_arguments, streak_slopes
 from brushgs.rendering.texture_levels import coverage_gradient, kernel_of, levels_for
+from brushgs.rendering.underpaint import Underpaint, underpaint_arguments
 from brushgs.scene import GAUSSIAN_COLUMNS, LAYERS, Boxes, Camera, Frame, Gaussians
 from brushgs.threads import num_threads_or_default
 
@@ -103,6 +105,8 @@ def rasterize_backward(
     v_layers: Mapping[str, Array | None] | None = None,
     *,
     filter: Filter = "mip",
+    underpaint: Underpaint | None = None,
+    streaks: float = 0.0,
     min_transmittance: float = MIN_TRANSMITTANCE,
     with_coverage: bool = False,
     num_threads: int | None = None,
@@ -117,6 +121,9 @@ def rasterize_backward(
         v_alpha: [H, W] or None for zeros.
         v_layers: by the layers of the frame, by their names; None or missing for zeros.
         filter: as painted with.
+        underpaint: as painted with; a box gets the gradients of stroke and underpaint together, its setback
+            none.
+        streaks: as painted with.
         min_transmittance: as painted with.
         with_coverage: whether to compute the gradient by the texture's coverage.
         num_threads: None takes the processors available to this process. The result does not depend on it.
@@ -128,6 +135,8 @@ def rasterize_backward(
         raise ValueError('rasterize_backward: boxes must have no softness; project with order="depth"')
     if with_coverage and texture.kind != "image":
         raise ValueError(f"rasterize_backward: the built-in kernel {texture.kind!r} has no coverage")
+    check_streaks("rasterize_backward", streaks)
+    streaks = streaks if texture.kind == "image" else 0.0
     levels = levels_for(boxes, texture, filter)
     given = {name: v for name, v in (v_layers or {}).items() if v is not None}
     gradients: dict[str, Any] = {
@@ -149,6 +158,10 @@ def rasterize_backward(
         colors=boxes.colors,
         opacities=boxes.opacities,
         attributes=[getattr(boxes, LAYERS[name]) for name in given],
+        depths=boxes.depths,
+        **underpaint_arguments("rasterize_backward", boxes, texture, underpaint),
+        **streak_arguments(boxes, streaks),
+        streak_slopes=streak_slopes(boxes, streaks),
         rgb=frame.rgb,
         alpha=frame.alpha,
         layers=[getattr(frame, name) for name in given],

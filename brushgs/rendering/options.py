@@ -11,6 +11,7 @@ from brushgs.options.choices import Filter, Lock, Order, ViewLock
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.project import LOW_PASS, Directions, ProjectCounts, ProjectOptions, project_by
 from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.underpaint import STROKE_REACH, Underpaint
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 
@@ -27,6 +28,8 @@ class RenderOptions:
         low_pass: variance added to every projected Gaussian, px^2, >= 0.
         fade: whether strokes fade where they would otherwise appear or vanish, see `project`.
         depth: whether frames have a depth.
+        underpaint: what lies behind each stroke, see `rasterize`; None for nothing.
+        streaks: amplitude of the streaks along strokes, see `rasterize`.
         min_transmittance: see `rasterize`.
         num_threads: None takes the processors available to this process. The picture does not depend on it.
     """
@@ -38,23 +41,40 @@ class RenderOptions:
     low_pass: float = LOW_PASS
     fade: bool = True
     depth: bool = True
+    underpaint: Underpaint | None = None
+    streaks: float = 0.0
     min_transmittance: float = MIN_TRANSMITTANCE
     num_threads: int | None = None
 
     @classmethod
     def of(
-        cls, texture: StrokeTexture, *, num_sigmas: float | None = None, **options: Any
+        cls,
+        texture: StrokeTexture,
+        *,
+        num_sigmas: float | None = None,
+        underpaint: bool | Underpaint | None = False,
+        **options: Any,
     ) -> "RenderOptions":
-        """The options for a texture. A built-in kernel is drawn with lock "off", by depth, and never fades.
+        """The options for a texture.
+
+        A built-in kernel is drawn with lock "off", by depth, without underpaint and streaks, and never fades.
 
         Args:
             texture: what strokes are painted with.
-            num_sigmas: None takes `texture.fitted_sigmas`.
+            num_sigmas: None takes `texture.fitted_sigmas`, over underpaint `STROKE_REACH` times that.
+            underpaint: True takes that of `Underpaint.for_sigmas`.
             **options: other fields; what is not given keeps its default.
         """
         sigmas = texture.fitted_sigmas if num_sigmas is None else num_sigmas
-        resolved = cls(num_sigmas=sigmas, **options)
-        return resolved if texture.is_directed else replace(resolved, lock="off", order="depth", fade=False)
+        if not texture.is_directed:
+            plain = {"lock": "off", "order": "depth", "fade": False, "streaks": 0.0}
+            return cls(num_sigmas=sigmas, **options | plain)
+        if not underpaint:
+            return cls(num_sigmas=sigmas, **options)
+        if num_sigmas is None:
+            sigmas *= STROKE_REACH
+        layer = underpaint if isinstance(underpaint, Underpaint) else Underpaint.for_sigmas(sigmas)
+        return cls(num_sigmas=sigmas, underpaint=layer, **options)
 
     def in_direction(self, lock: ViewLock | Directions) -> "RenderOptions":
         """The same for one view of a path, whose strokes point in these directions."""
@@ -73,6 +93,7 @@ class RenderOptions:
             lock=self.lock,
             fade=self.fade,
             order=self.order,
+            underpaint=self.underpaint is not None,
             num_threads=self.num_threads,
         )
 
@@ -91,6 +112,8 @@ def rasterize_with(boxes: Boxes, camera: Camera, texture: StrokeTexture, options
         width=camera.width,
         filter=options.filter,
         depth=options.depth,
+        underpaint=options.underpaint,
+        streaks=options.streaks,
         min_transmittance=options.min_transmittance,
         num_threads=options.num_threads,
     )

@@ -99,6 +99,7 @@ class ProjectOptions:
     lock: Lock | Directions = "off"  # "track" is refused: one view alone has no path
     fade: bool = False
     order: Order = "depth"
+    underpaint: bool = False
     num_threads: int | None = None
 
     def __post_init__(self) -> None:
@@ -163,6 +164,7 @@ def project(
     lock: ViewLock | Directions = "off",
     fade: bool = False,
     order: Order = "depth",
+    underpaint: bool = False,
     num_threads: int | None = None,
 ) -> Boxes:
     """Project Gaussians to oriented boxes on the image plane.
@@ -191,6 +193,8 @@ def project(
             do that in any case).
         order: "depth": boxes without softness. "soft": each with `SOFTNESS` times the geometric mean of the
             two larger scales of its Gaussian, over which `rasterize` lets boxes fade into each other.
+        underpaint: whether boxes have setbacks: each the geometric mean of the two larger scales of its
+            Gaussian, which does not depend on the view. `rasterize` then can paint them over underpaint.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Returns:
@@ -205,7 +209,13 @@ def project(
     Where both axes are equally long the angle of "off" is undefined: 0 is returned there.
     """
     options = ProjectOptions(
-        num_sigmas=num_sigmas, low_pass=low_pass, lock=lock, fade=fade, order=order, num_threads=num_threads
+        num_sigmas=num_sigmas,
+        low_pass=low_pass,
+        lock=lock,
+        fade=fade,
+        order=order,
+        underpaint=underpaint,
+        num_threads=num_threads,
     )
     return project_by(gaussians, camera, options)[0]
 
@@ -217,6 +227,7 @@ def project_by(gaussians: Gaussians, camera: Camera, options: ProjectOptions) ->
         **arguments,
         sh_degree=used_sh_degree(gaussians),
         softness=SOFTNESS if options.order == "soft" else 0.0,
+        with_setbacks=bool(options.underpaint),
     )
     return Boxes(**columns), ProjectCounts(**culled)
 

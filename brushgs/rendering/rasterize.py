@@ -10,7 +10,9 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.native import core as _core
 from brushgs.options.choices import MAX_PIXELS, MAX_SIDE, Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
+from brushgs.rendering.streaks import check_streaks, streak_arguments
 from brushgs.rendering.texture_levels import kernel_of, levels_for
+from brushgs.rendering.underpaint import Underpaint, underpaint_arguments
 from brushgs.scene import Boxes, Frame
 from brushgs.threads import num_threads_or_default
 
@@ -25,6 +27,8 @@ def rasterize(
     width: int,
     filter: Filter = "mip",
     depth: bool = True,
+    underpaint: Underpaint | None = None,
+    streaks: float = 0.0,
     min_transmittance: float = MIN_TRANSMITTANCE,
     num_threads: int | None = None,
 ) -> Frame:
@@ -46,6 +50,16 @@ def rasterize(
     all so far, however near, would leave less than 1e-31. Boxes further apart than b give the same bits as
     boxes without softness. The built-in kernels ("gaussian", "ellipse") ignore softness.
 
+    With `underpaint` each box is painted twice: as a stroke at its depth, and behind that, at its depth plus
+    its setback, as the kernel "gaussian" in the same colour, its half extents and its opacity those of the
+    box times `underpaint.reach` and `underpaint.opacity`. All 2 M are blended in the order of these depths,
+    ties strokes first, then by row; for a layer like the depth both count as the box itself.
+
+    With `streaks` the colour of a stroke, though not of its underpaint, is multiplied by 1 + streaks x s,
+    where s, -1 to 1, is a noise across the stroke that the row in `ids` shifts: of twelve bristles and of
+    tufts of several. Either fades out where boxes are too narrow to show it, see `rendering/streaks.py`. The
+    built-in kernels have neither.
+
     Args:
         boxes: M strokes, nearest first.
         texture: what fills a box; or its name or path, see `render`.
@@ -55,6 +69,8 @@ def rasterize(
             "mip": bilinear from a copy of the image filtered for the stroke's size, so that small strokes do
             not shimmer. "nearest": the nearest texel. The built-in kernels need no filter.
         depth: whether the frame has a depth.
+        underpaint: what lies behind each stroke, or None for nothing; the boxes must have setbacks.
+        streaks: largest share by which the colour of a stroke is lighter or darker, 0 to 0.5.
         min_transmittance: a pixel is finished before it would let less light through, in [0, 1); strokes
             behind are skipped, and could change the picture by about as much. The default is just below 1e-4,
             so that two strokes of full paint, which leave exactly that, are both seen. 0: all strokes count
@@ -65,7 +81,8 @@ def rasterize(
         The frame, in the dtype of the boxes.
 
     Raises:
-        ValueError: if an option is out of range.
+        TypeError: if `underpaint` is neither None nor `Underpaint`.
+        ValueError: if an option is out of range, or `underpaint` is given and boxes have no setbacks.
     """
     if filter not in get_args(Filter):
         raise ValueError(f"rasterize: filter must be one of {', '.join(get_args(Filter))}, got {filter!r}")
@@ -78,8 +95,10 @@ def rasterize(
         )
     if not 0 <= min_transmittance < 1:
         raise ValueError(f"rasterize: min_transmittance must be in [0, 1), got {min_transmittance}")
+    check_streaks("rasterize", streaks)
     texture, threads = StrokeTexture.of(texture), num_threads_or_default(num_threads)
     is_soft = boxes.softness is not None and texture.kind == "image"
+    streaks = streaks if texture.kind == "image" else 0.0
     boxes, exponent = _in_plain_range(boxes) if is_soft else (boxes, 0)
     attributes = {name: a for name, a in boxes.attributes().items() if depth or name != "depth"}
     is_single = boxes.centers.dtype == np.float32
@@ -97,8 +116,10 @@ def rasterize(
         colors=boxes.colors,
         opacities=boxes.opacities,
         attributes=list(attributes.values()),
-        depths=boxes.depths if is_soft else None,
+        depths=boxes.depths,
         softness=boxes.softness if is_soft else None,
+        **underpaint_arguments("rasterize", boxes, texture, underpaint),
+        **streak_arguments(boxes, streaks),
         rgb=rgb,
         alpha=alpha,
         layers=list(layers.values()),
@@ -109,7 +130,7 @@ def rasterize(
 
 
 def _in_plain_range(boxes: Boxes) -> tuple[Boxes, int]:
-    """Boxes with depths and softness in units of 2^-exponent, in which squared softness fits the dtype.
+    """Boxes with all lengths of the world in units of 2^-exponent, in which squared softness fits the dtype.
 
     The kernel squares softness: in float32 that overflows from 1e19 world units on and vanishes below 1e-19.
     """
@@ -118,6 +139,10 @@ def _in_plain_range(boxes: Boxes) -> tuple[Boxes, int]:
     if largest == 0 or 2.0**-PLAIN_EXPONENT < largest < 2.0**PLAIN_EXPONENT:
         return boxes, 0
     largest_exponent = np.finfo(boxes.depths.dtype).maxexp - 2
-    exponent = int(min(-np.frexp(largest)[1], largest_exponent - np.frexp(boxes.depths[-1])[1]))
-    depths, softness = np.ldexp(boxes.depths, exponent), np.ldexp(boxes.softness, exponent)
-    return replace(boxes, depths=depths, softness=softness), exponent
+    farthest = boxes.depths[-1]
+    if boxes.setbacks is not None:
+        farthest = max(farthest, boxes.setbacks.max())
+    exponent = int(min(-np.frexp(largest)[1], largest_exponent - np.frexp(farthest)[1]))
+    columns = {"depths": boxes.depths, "softness": boxes.softness, "setbacks": boxes.setbacks}
+    scaled: Any = {name: np.ldexp(c, exponent) for name, c in columns.items() if c is not None}
+    return replace(boxes, **scaled), exponent

@@ -4,7 +4,8 @@
 them to that. Nothing else calls these functions.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter
 from brushgs.rendering.constants import GAUSSIAN_SIGMAS, LEAST_LIGHT, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
 from brushgs.rendering.project import SOFTNESS, Directions, ProjectOptions
+from brushgs.rendering.streaks import BRISTLES, noise, streak_starts, streak_weights
+from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.sh import sh_basis
 
@@ -85,6 +88,7 @@ def project(gaussians: Gaussians, camera: Camera, **options: Any) -> Boxes:
         opacities[kept],
         ids[kept],
         SOFTNESS * sizes[kept] if given.order == "soft" else None,
+        sizes[kept] if given.underpaint else None,
     )
 
 
@@ -171,60 +175,62 @@ def rasterize(
     height: int,
     width: int,
     filter: Filter = "mip",
+    underpaint: Underpaint | None = None,
+    streaks: float = 0.0,
     min_transmittance: float = MIN_TRANSMITTANCE,
 ) -> Frame:
     """Paint boxes, nearest first; arguments and result as `brushgs.rasterize`, always in float64.
 
     Source: Xiang et al. 2025, 3.4 (texture mapping); Kerbl et al. 2023 (blending and its thresholds).
     """
+    layers = _layers(boxes, texture, height, width, filter, underpaint, streaks)
     if boxes.softness is not None and texture.kind == "image":
-        size = height, width
-        return _rasterize_softly(boxes, boxes.softness, texture, *size, filter, min_transmittance)
+        return _rasterize_softly(boxes, boxes.softness, layers, height, width, min_transmittance)
     rgb, sums = np.zeros((height, width, 3)), _no_layers(boxes, height, width)
     transmittance, is_open = np.ones((height, width)), np.ones((height, width), dtype=bool)
-    for row, window, alpha in _alphas(boxes, texture, height, width, filter):
+    for layer in layers:
+        row, window, alpha = layer.row, layer.window, layer.alpha
         is_painted = is_open[window] & (alpha >= MIN_ALPHA)
         is_last = is_painted & (transmittance[window] * (1 - alpha) < min_transmittance)
         weight = np.where(is_painted & ~is_last, alpha * transmittance[window], 0)
-        rgb[window] += weight[..., None] * boxes.colors[row].astype(np.float64)
+        rgb[window] += (weight * layer.shade)[..., None] * boxes.colors[row].astype(np.float64)
         for name, attribute in boxes.attributes().items():
             sums[name][window] += np.multiply.outer(weight, attribute[row].astype(np.float64))
         transmittance[window] -= weight
         is_open[window] &= ~is_last
     alpha = 1 - transmittance
-    layers = {name: _over_alpha(total, alpha) for name, total in sums.items()}
-    return Frame(rgb, alpha, **layers)
+    means = {name: _over_alpha(total, alpha) for name, total in sums.items()}
+    return Frame(rgb, alpha, **means)
 
 
 def _rasterize_softly(
     boxes: Boxes,
     softness: Array,
-    texture: StrokeTexture,
+    layers: Iterable["_Layer"],
     height: int,
     width: int,
-    filter: Filter,
     min_transmittance: float,
 ) -> Frame:
     """Boxes that fade into each other where their depths are close, pixel by pixel."""
     rgb, alpha = np.zeros((height, width, 3)), np.zeros((height, width))
-    layers = _no_layers(boxes, height, width)
+    means = _no_layers(boxes, height, width)
     rows: dict[tuple[int, int], list[int]] = {}
-    alphas: dict[tuple[int, int], list[float]] = {}
-    for row, window, values in _alphas(boxes, texture, height, width, filter):
-        for y, x in np.argwhere(values >= MIN_ALPHA):
+    fragments: dict[tuple[int, int], list[tuple[float, float, float]]] = {}
+    for layer in layers:
+        window = layer.window
+        for y, x in np.argwhere(layer.alpha >= MIN_ALPHA):
             pixel = window[0].start + int(y), window[1].start + int(x)
-            rows.setdefault(pixel, []).append(row)
-            alphas.setdefault(pixel, []).append(values[y, x])
+            rows.setdefault(pixel, []).append(layer.row)
+            fragment = layer.alpha[y, x], layer.depth, layer.shade[y, x]
+            fragments.setdefault(pixel, []).append(fragment)
     for pixel, own in rows.items():
-        z, colors = boxes.depths[own].astype(np.float64), boxes.colors[own].astype(np.float64)
-        weights, alpha[pixel] = soft_weights(
-            np.array(alphas[pixel]), z, softness[own].astype(np.float64), min_transmittance
-        )
+        alphas, z, shades = np.array(fragments[pixel]).T
+        weights, alpha[pixel] = soft_weights(alphas, z, softness[own].astype(np.float64), min_transmittance)
         if alpha[pixel] > 0:
-            rgb[pixel] = weights @ colors
+            rgb[pixel] = (weights * shades) @ boxes.colors[own].astype(np.float64)
             for name, attribute in boxes.attributes().items():
-                layers[name][pixel] = weights @ attribute[own].astype(np.float64) / alpha[pixel]
-    return Frame(rgb, alpha, **layers)
+                means[name][pixel] = weights @ attribute[own].astype(np.float64) / alpha[pixel]
+    return Frame(rgb, alpha, **means)
 
 
 def _no_layers(boxes: Boxes, height: int, width: int) -> dict[str, F64]:
@@ -261,28 +267,84 @@ def soft_weights(
     return (weights * (alpha / weights.sum()) if alpha > 0 else weights), alpha
 
 
-def _alphas(
-    boxes: Boxes, texture: StrokeTexture, height: int, width: int, filter: Filter
-) -> Iterator[tuple[int, tuple[slice, slice], F64]]:
-    """Each box that reaches into the picture: its row, a window around it, alpha there (0 outside it)."""
-    columns = (boxes.centers, boxes.half_extents, boxes.angles, boxes.opacities)
-    boxes64 = zip(*(c.astype(np.float64) for c in columns), strict=True)
+@dataclass(frozen=True, eq=False)
+class _Layer:
+    """A stroke or its underpaint, where it reaches into the picture."""
+
+    row: int
+    depth: float
+    window: tuple[slice, slice]
+    alpha: F64  # of the window; 0 outside the box
+    shade: F64  # of the window: factor of the colour
+
+
+def _layers(
+    boxes: Boxes,
+    texture: StrokeTexture,
+    height: int,
+    width: int,
+    filter: Filter,
+    underpaint: Underpaint | None,
+    streaks: float,
+) -> Iterator[_Layer]:
+    """All strokes and, with `underpaint`, as many soft kernels behind them; nearest first."""
+    centers, half_extents, angles, depths, opacities = (
+        column.astype(np.float64)
+        for column in (boxes.centers, boxes.half_extents, boxes.angles, boxes.depths, boxes.opacities)
+    )
+    is_image, kernel = texture.kind == "image", StrokeTexture.open("gaussian")
+    starts, weights = streak_starts(boxes), streak_weights(boxes, streaks if is_image else 0.0)
     copies: dict[tuple[int, int], NDArray[np.uint8]] = {}
-    for row, (center, half, angle, opacity) in enumerate(boxes64):
-        coverage, scale = _coverage_of_box(texture, half, filter, copies)
+    order = [(depth, 0, row) for row, depth in enumerate(depths)]
+    if underpaint is not None and is_image:
+        assert boxes.setbacks is not None, "only boxes with setbacks have underpaint"
+        with np.errstate(over="ignore"):  # as far as a number can say
+            behind = np.minimum(depths + boxes.setbacks.astype(np.float64), np.finfo(np.float64).max)
+        order += [(depth, 1, row) for row, depth in enumerate(behind)]
+    for depth, is_underpaint, row in sorted(order):
+        filling, half, opacity = texture, half_extents[row], opacities[row]
+        if is_underpaint:
+            assert underpaint is not None
+            filling, half, opacity = kernel, half * underpaint.reach, opacity * underpaint.opacity
+        coverage, scale = _coverage_of_box(filling, half, filter, copies)
         half = half * scale
-        reach = np.abs([[np.cos(angle), np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ half
-        low = np.clip(np.floor(center - reach), 0, (width, height)).astype(int)
-        high = np.clip(np.ceil(center + reach), 0, (width, height)).astype(int)
-        if (half <= 0).any() or (low >= high).any():
+        window = _window(centers[row], half, angles[row], height, width)
+        if window is None:
             continue
-        window = np.s_[int(low[1]) : int(high[1]), int(low[0]) : int(high[0])]
-        y, x = np.mgrid[window] + 0.5
-        s = (np.cos(angle) * (x - center[0]) + np.sin(angle) * (y - center[1])) / half[0]
-        t = (np.cos(angle) * (y - center[1]) - np.sin(angle) * (x - center[0])) / half[1]
+        s, t = _place_in_box(centers[row], half, angles[row], window)
         is_inside = (np.abs(s) < 1) & (np.abs(t) < 1)
-        alpha = np.minimum(MAX_ALPHA, opacity * _sample(texture, coverage, s, t, filter))
-        yield row, window, np.where(is_inside, alpha, 0)
+        alpha = np.minimum(MAX_ALPHA, opacity * _sample(filling, coverage, s, t, filter))
+        is_streaked = not is_underpaint and weights[row].any()
+        shade = _streaks(t * scale[1], int(starts[row]), weights[row]) if is_streaked else np.ones_like(t)
+        yield _Layer(row, float(depth), window, np.where(is_inside, alpha, 0), shade)
+
+
+def _window(center: F64, half: F64, angle: np.float64, height: int, width: int) -> tuple[slice, slice] | None:
+    """Rows and columns of the picture around a box; None where it does not reach into it."""
+    reach = np.abs([[np.cos(angle), np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ half
+    low = np.clip(np.floor(center - reach), 0, (width, height)).astype(int)
+    high = np.clip(np.ceil(center + reach), 0, (width, height)).astype(int)
+    if (half <= 0).any() or (low >= high).any():
+        return None
+    return np.s_[int(low[1]) : int(high[1]), int(low[0]) : int(high[0])]
+
+
+def _place_in_box(center: F64, half: F64, angle: np.float64, window: tuple[slice, slice]) -> tuple[F64, F64]:
+    """Pixel centres along u and v of a box, in its half extents."""
+    y, x = np.mgrid[window] + 0.5
+    s = (np.cos(angle) * (x - center[0]) + np.sin(angle) * (y - center[1])) / half[0]
+    t = (np.cos(angle) * (y - center[1]) - np.sin(angle) * (x - center[0])) / half[1]
+    return s, t
+
+
+def _streaks(t: F64, start: int, weights: Array) -> F64:
+    """What streaks multiply the colour by, at t of the box's half extents across the stroke."""
+    place = 0.5 * BRISTLES * (1 + t)
+    bristle = np.floor(place).astype(int)
+    values = noise().astype(np.float64) / 127.5 - 1
+    near, far = (values[(start + bristle + k) % len(values)] for k in (0, 1))
+    f = (place - bristle)[..., None]
+    return np.asarray(1 + ((1 - f) * near + f * far) @ weights.astype(np.float64))
 
 
 def _coverage_of_box(

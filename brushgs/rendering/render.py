@@ -9,6 +9,7 @@ from brushgs.options.choices import Filter, Lock, Order, ViewLock
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.rendering.project import LOW_PASS, Directions
 from brushgs.rendering.track import track_directions
+from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Camera, Frame, Gaussians
 
 
@@ -23,6 +24,8 @@ def render(
     num_sigmas: float | None = None,
     low_pass: float = LOW_PASS,
     depth: bool = True,
+    underpaint: bool | Underpaint = False,
+    streaks: float = 0.0,
     num_threads: int | None = None,
 ) -> Frame:
     """Paint Gaussians as one camera sees them: `project`, then `rasterize`.
@@ -45,6 +48,12 @@ def render(
             at which a stroke paints about as much as its Gaussian. The published method takes 2.
         low_pass: variance in px^2 added to every projected Gaussian, >= 0.
         depth: whether the frame has a depth.
+        underpaint: whether each stroke is laid over a soft copy of itself, which closes the gaps between
+            strokes; or what that copy is like, see `rasterize`. It lies behind by the size of the stroke, and
+            with `num_sigmas` None strokes over it are drawn at 0.88 of their reach. The built-in kernels have
+            none.
+        streaks: amplitude of the streaks of bristles along strokes, 0 to 0.5, see `rasterize`. The built-in
+            kernels have none.
         num_threads: None takes the processors available to this process. The picture does not depend on it.
 
     Returns:
@@ -62,6 +71,8 @@ def render(
         num_sigmas=num_sigmas,
         low_pass=low_pass,
         depth=depth,
+        underpaint=underpaint,
+        streaks=streaks,
         num_threads=num_threads,
     )
     return render_with(gaussians, camera, texture, options)
@@ -78,6 +89,8 @@ def render_sequence(
     num_sigmas: float | None = None,
     low_pass: float = LOW_PASS,
     depth: bool = True,
+    underpaint: bool | Underpaint = False,
+    streaks: float = 0.0,
     num_threads: int | None = None,
 ) -> Iterator[Frame]:
     """Paint Gaussians along a camera path, one frame per camera, each when it is asked for.
@@ -93,6 +106,8 @@ def render_sequence(
         num_sigmas: see `render`.
         low_pass: see `render`.
         depth: whether frames have a depth.
+        underpaint: see `render`.
+        streaks: see `render`.
         num_threads: see `render`.
 
     Raises:
@@ -109,6 +124,8 @@ def render_sequence(
         num_sigmas=num_sigmas,
         low_pass=low_pass,
         depth=depth,
+        underpaint=underpaint,
+        streaks=streaks,
         num_threads=num_threads,
     )
     track = None

@@ -105,6 +105,18 @@ def test_render(path, lock, name):
     check(function, columns_of(scene, GAUSSIAN_COLUMNS), name)
 
 
+@pytest.mark.parametrize("name", GAUSSIAN_COLUMNS)
+def test_render_over_underpaint_with_streaks(name):
+    texture, scene = texture_of("image"), scene_of(3, 2, seed=1, sizes=(0.1, 0.4))
+
+    def function(**columns):
+        how = {"filter": "bilinear", "underpaint": True, "streaks": 0.4}
+        frame = ba.render(ba.Gaussians(**columns), CAMERA, texture, **how)
+        return frame.rgb, frame.alpha, frame.depth
+
+    check(function, columns_of(scene, GAUSSIAN_COLUMNS), name)
+
+
 def test_coverage_by_whole_steps_of_8_bits():
     """Coverage is rounded to 8 bits, so its steps are whole ones: alpha is linear in each texel."""
     boxes = ba.Boxes.of(small_boxes().take(np.s_[:1]))

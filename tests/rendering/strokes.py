@@ -71,6 +71,13 @@ def softened(boxes: Boxes, largest: float, *, seed: int = 0) -> Boxes:
     return replace(boxes, softness=(largest * share).astype(boxes.depths.dtype))
 
 
+def set_back(boxes: Boxes, largest: float, *, seed: int = 0) -> Boxes:
+    """The boxes with setbacks up to `largest`, world units; one in five is 0."""
+    g = np.random.default_rng([seed, len(boxes)])
+    setbacks = largest * g.uniform(0, 1, len(boxes)) * (g.random(len(boxes)) < 0.8)
+    return replace(boxes, setbacks=setbacks.astype(boxes.depths.dtype))
+
+
 def bristles(height: int = 40, width: int = 96, *, seed: int = 0) -> StrokeTexture:
     """Noise from texel to texel with bare and full places: the hardest image to sample."""
     g = np.random.default_rng([seed, height, width])

@@ -12,19 +12,29 @@ import pytest
 
 from brushgs import _core
 from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Frame
-from tests.rendering.strokes import PATHS, random_boxes, softened, texture_of
+from tests.rendering.strokes import PATHS, random_boxes, set_back, softened, texture_of
 
 SIZE = {"width": 201, "height": 97}
-ALL_PATHS = [*PATHS, *(f"soft {path}" for path, (kind, _) in PATHS.items() if kind == "image")]
+IMAGES = [path for path, (kind, _) in PATHS.items() if kind == "image"]
+LOOKS = {
+    "underpainted": {"underpaint": Underpaint(1.8)},
+    "streaked": {"streaks": 0.3},
+    "layered": {"underpaint": Underpaint(1.8), "streaks": 0.3},
+}
+HOW = ["soft", *LOOKS, *(f"soft {look}" for look in LOOKS)]
+ALL_PATHS = [*PATHS, *(f"{how} {path}" for how in HOW for path in IMAGES)]
 
 
 def frame_of(path: str, dtype, *, n: int = 5000, **options) -> Frame:
-    kind, filter = PATHS[path.removeprefix("soft ")]
-    boxes = random_boxes(n, **SIZE, seed=6, sizes=(0.3, 15), dtype=dtype)
-    if path.startswith("soft "):
+    *how, name = path.split()
+    kind, filter = PATHS[name]
+    boxes = set_back(random_boxes(n, **SIZE, seed=6, sizes=(0.3, 15), dtype=dtype), 0.5)
+    if "soft" in how:
         boxes = softened(boxes, 0.2)
-    return rasterize(boxes, texture_of(kind), filter=filter, **SIZE, **options)
+    look = LOOKS.get(how[-1], {}) if how else {}
+    return rasterize(boxes, texture_of(kind), filter=filter, **SIZE, **look, **options)
 
 
 def assert_identical(actual: Frame, expected: Frame) -> None:

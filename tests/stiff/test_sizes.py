@@ -11,6 +11,7 @@ from brushgs.errors import SceneError
 from brushgs.rendering import reference
 from brushgs.rendering.project import Directions, project
 from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.underpaint import Underpaint
 from tests.brushes.test_texture import PALETTE_PNG, blob, rgba, write_image
 from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
 from tests.stiff.scenes import EYE, orbit, random_scene
@@ -69,8 +70,8 @@ def test_strips_of_a_picture_are_the_picture():
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("path", PATHS)
 def test_boxes_of_any_finite_numbers_are_painted_finite(path, dtype):
-    """Places, extents, angles, depths, colours and softness from the smallest to the largest float32, at
-    random.
+    """Places, extents, angles, depths, colours, softness and setbacks from the smallest to the largest
+    float32, at random.
     """
     kind, filter = PATHS[path]
     g, texture = np.random.default_rng(0), texture_of(kind)
@@ -91,6 +92,10 @@ def test_boxes_of_any_finite_numbers_are_painted_finite(path, dtype):
             assert_finite(
                 rasterize(replace(boxes, softness=softness), texture, height=50, width=70, filter=filter)
             )
+            setbacks = g.choice((0, 1e-45, 1e-20, 1, 1e20, 3e38), n).astype(dtype)
+            look = {"underpaint": Underpaint(float(g.choice((1e-20, 0.5, 2, 1e20)))), "streaks": 0.5}
+            layered = replace(boxes, softness=softness, setbacks=setbacks)
+            assert_finite(rasterize(layered, texture, height=50, width=70, filter=filter, **look))
 
 
 @pytest.mark.parametrize("angle", [1e6, -3e9, 1e20, 3e38])

@@ -136,7 +136,7 @@ template <class T>
 nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
                   const brushgs::View& view, double num_sigmas, double low_pass, brushgs::Lock lock,
                   std::optional<In<float, 1>> directions, std::optional<In<float, 1>> area_scales, bool antialiased,
-                  bool fades, int sh_degree, double softness, int num_threads) {
+                  bool fades, int sh_degree, bool with_setbacks, double softness, int num_threads) {
     const auto gaussians = columns_of<T>(means, quats, scales, opacities, sh);
     const brushgs::ProjectParams params{.view = view,
                                         .num_sigmas = num_sigmas,
@@ -148,6 +148,7 @@ nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opac
                                         .area_scales = data_or_null(area_scales),
                                         .antialiased = antialiased,
                                         .fades = fades,
+                                        .with_setbacks = with_setbacks,
                                         .softness = softness};
     brushgs::BoxColumns<T> boxes;
     {
@@ -165,6 +166,7 @@ nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opac
     columns["opacities"] = column(boxes.opacities, count, 0, owner);
     columns["ids"] = column(boxes.ids, count, 0, owner);
     if (boxes.softness != nullptr) columns["softness"] = column(boxes.softness, count, 0, owner);
+    if (boxes.setbacks != nullptr) columns["setbacks"] = column(boxes.setbacks, count, 0, owner);
     culled["behind_near"] = boxes.culled.behind_near;
     culled["not_finite"] = boxes.culled.not_finite;
     culled["faint"] = boxes.culled.faint;
@@ -177,7 +179,7 @@ void def_project(nb::module_& m) {
     m.def("project", &project<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(), "scales"_a.noconvert(),
           "opacities"_a.noconvert(), "sh"_a.noconvert(), "view"_a, "num_sigmas"_a, "low_pass"_a, "lock"_a,
           "directions"_a.noconvert().none(), "area_scales"_a.noconvert().none(), "antialiased"_a, "fades"_a,
-          "sh_degree"_a, "softness"_a, "num_threads"_a,
+          "sh_degree"_a, "with_setbacks"_a, "softness"_a, "num_threads"_a,
           "The columns of the boxes, nearest first, and how many Gaussians have none for each reason, both by name.");
 }
 
@@ -204,6 +206,7 @@ void project_backward(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> 
                                         .area_scales = data_or_null(area_scales),
                                         .antialiased = antialiased,
                                         .fades = fades,
+                                        .with_setbacks = false,
                                         .softness = 0};
     const brushgs::ProjectedBoxes<T> boxes{.count = ids.shape(0),
                                            .ids = ids.data(),
@@ -320,18 +323,26 @@ brushgs::RasterParams raster_params(brushgs::Kernel kernel, const Levels& levels
 template <class T>
 void rasterize(brushgs::Kernel kernel, const Levels& levels, double min_transmittance, int num_threads,
                In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles, In<T, 2> colors, In<T, 1> opacities,
-               const std::vector<AnyIn<T>>& attributes, std::optional<In<T, 1>> depths,
-               std::optional<In<T, 1>> softness, Out<T, 3> rgb, Out<T, 2> alpha, const std::vector<AnyOut<T>>& layers) {
+               const std::vector<AnyIn<T>>& attributes, In<T, 1> depths, std::optional<In<T, 1>> softness,
+               std::optional<In<T, 1>> setbacks, double underpaint_reach, double underpaint_opacity,
+               std::optional<In<std::uint16_t, 1>> streak_noise, std::optional<In<std::uint8_t, 1>> streak_starts,
+               std::optional<In<T, 2>> streak_weights, Out<T, 3> rgb, Out<T, 2> alpha,
+               const std::vector<AnyOut<T>>& layers) {
     const auto params = raster_params(kernel, levels, rgb.shape(0), rgb.shape(1), min_transmittance, num_threads);
-    const brushgs::BoxView<T> boxes{.count = centers.shape(0),
-                                    .centers = centers.data(),
-                                    .half_extents = half_extents.data(),
-                                    .angles = angles.data(),
-                                    .colors = colors.data(),
-                                    .opacities = opacities.data(),
-                                    .layers = channels_of<const T>(attributes, 1),
-                                    .depths = data_or_null(depths),
-                                    .softness = data_or_null(softness)};
+    const brushgs::BoxView<T> boxes{
+        .count = centers.shape(0),
+        .centers = centers.data(),
+        .half_extents = half_extents.data(),
+        .angles = angles.data(),
+        .colors = colors.data(),
+        .opacities = opacities.data(),
+        .layers = channels_of<const T>(attributes, 1),
+        .depths = depths.data(),
+        .softness = data_or_null(softness),
+        .underpaint = {.setbacks = data_or_null(setbacks), .reach = underpaint_reach, .opacity = underpaint_opacity},
+        .streaks = {.noise = data_or_null(streak_noise),
+                    .starts = data_or_null(streak_starts),
+                    .weights = data_or_null(streak_weights)}};
     const brushgs::Picture<T> picture{.rgb = rgb.data(), .alpha = alpha.data(), .layers = channels_of<T>(layers, 2)};
     const nb::gil_scoped_release without_gil;
     brushgs::rasterize(params, boxes, picture);
@@ -352,10 +363,13 @@ template <class T>
 void def_rasterize(nb::module_& m) {
     m.def("rasterize", &rasterize<T>, nb::kw_only(), "kernel"_a, "levels"_a, "min_transmittance"_a, "num_threads"_a,
           "centers"_a.noconvert(), "half_extents"_a.noconvert(), "angles"_a.noconvert(), "colors"_a.noconvert(),
-          "opacities"_a.noconvert(), "attributes"_a.noconvert(), "depths"_a.noconvert().none(),
-          "softness"_a.noconvert().none(), "rgb"_a.noconvert(), "alpha"_a.noconvert(), "layers"_a.noconvert(),
+          "opacities"_a.noconvert(), "attributes"_a.noconvert(), "depths"_a.noconvert(),
+          "softness"_a.noconvert().none(), "setbacks"_a.noconvert().none(), "underpaint_reach"_a,
+          "underpaint_opacity"_a, "streak_noise"_a.noconvert().none(), "streak_starts"_a.noconvert().none(),
+          "streak_weights"_a.noconvert().none(), "rgb"_a.noconvert(), "alpha"_a.noconvert(), "layers"_a.noconvert(),
           "Paint boxes into rgb, alpha and for each attribute of the boxes, [M] or [M, channels], a layer [H, W] or "
-          "[H, W, channels]. Depths and softness go together: with both the order is soft.");
+          "[H, W, channels]. With softness the order is soft; with setbacks, of stroke images only, boxes have "
+          "underpaint; with noise, which goes with starts and weights, strokes have streaks.");
     m.def("choose_levels", &choose_levels<T>, nb::kw_only(), "half_extents"_a.noconvert(), "bounds_u"_a.noconvert(),
           "bounds_v"_a.noconvert(),
           "For boxes of half extents [M, 2] the level codes in use, level_u * (len(bounds_v) + 1) + level_v, and "
@@ -365,19 +379,30 @@ void def_rasterize(nb::module_& m) {
 template <class T>
 void rasterize_backward(brushgs::Kernel kernel, const Levels& levels, double min_transmittance, int num_threads,
                         In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles, In<T, 2> colors, In<T, 1> opacities,
-                        const std::vector<AnyIn<T>>& attributes, In<T, 3> rgb, In<T, 2> alpha,
+                        const std::vector<AnyIn<T>>& attributes, In<T, 1> depths, std::optional<In<T, 1>> setbacks,
+                        double underpaint_reach, double underpaint_opacity,
+                        std::optional<In<std::uint16_t, 1>> streak_noise,
+                        std::optional<In<std::uint8_t, 1>> streak_starts, std::optional<In<T, 2>> streak_weights,
+                        std::optional<In<T, 2>> streak_slopes, In<T, 3> rgb, In<T, 2> alpha,
                         const std::vector<AnyIn<T>>& layers, In<T, 3> v_rgb, std::optional<In<T, 2>> v_alpha,
                         const std::vector<AnyIn<T>>& v_layers, Out<T, 2> v_centers, Out<T, 2> v_half_extents,
                         Out<T, 1> v_angles, Out<T, 2> v_colors, Out<T, 1> v_opacities,
                         const std::vector<AnyOut<T>>& v_attributes, const std::vector<Out<double, 2>>& v_texels) {
     const auto params = raster_params(kernel, levels, rgb.shape(0), rgb.shape(1), min_transmittance, num_threads);
-    const brushgs::BoxView<T> boxes{.count = centers.shape(0),
-                                    .centers = centers.data(),
-                                    .half_extents = half_extents.data(),
-                                    .angles = angles.data(),
-                                    .colors = colors.data(),
-                                    .opacities = opacities.data(),
-                                    .layers = channels_of<const T>(attributes, 1)};
+    const brushgs::BoxView<T> boxes{
+        .count = centers.shape(0),
+        .centers = centers.data(),
+        .half_extents = half_extents.data(),
+        .angles = angles.data(),
+        .colors = colors.data(),
+        .opacities = opacities.data(),
+        .layers = channels_of<const T>(attributes, 1),
+        .depths = depths.data(),
+        .underpaint = {.setbacks = data_or_null(setbacks), .reach = underpaint_reach, .opacity = underpaint_opacity},
+        .streaks = {.noise = data_or_null(streak_noise),
+                    .starts = data_or_null(streak_starts),
+                    .weights = data_or_null(streak_weights),
+                    .slopes = data_or_null(streak_slopes)}};
     const brushgs::PictureGradients<T> picture{.rgb = rgb.data(),
                                                .alpha = alpha.data(),
                                                .layers = channels_of<const T>(layers, 2),
@@ -400,7 +425,10 @@ template <class T>
 void def_rasterize_backward(nb::module_& m) {
     m.def("rasterize_backward", &rasterize_backward<T>, nb::kw_only(), "kernel"_a, "levels"_a, "min_transmittance"_a,
           "num_threads"_a, "centers"_a.noconvert(), "half_extents"_a.noconvert(), "angles"_a.noconvert(),
-          "colors"_a.noconvert(), "opacities"_a.noconvert(), "attributes"_a.noconvert(), "rgb"_a.noconvert(),
+          "colors"_a.noconvert(), "opacities"_a.noconvert(), "attributes"_a.noconvert(), "depths"_a.noconvert(),
+          "setbacks"_a.noconvert().none(), "underpaint_reach"_a, "underpaint_opacity"_a,
+          "streak_noise"_a.noconvert().none(), "streak_starts"_a.noconvert().none(),
+          "streak_weights"_a.noconvert().none(), "streak_slopes"_a.noconvert().none(), "rgb"_a.noconvert(),
           "alpha"_a.noconvert(), "layers"_a.noconvert(), "v_rgb"_a.noconvert(), "v_alpha"_a.noconvert().none(),
           "v_layers"_a.noconvert(), "v_centers"_a.noconvert(), "v_half_extents"_a.noconvert(), "v_angles"_a.noconvert(),
           "v_colors"_a.noconvert(), "v_opacities"_a.noconvert(), "v_attributes"_a.noconvert(), "v_texels"_a.noconvert(),
@@ -482,6 +510,8 @@ NB_MODULE(_core, m) {
     m.attr("MIN_ALPHA") = brushgs::kMinAlpha;
     m.attr("MIN_TRANSMITTANCE") = brushgs::kMinTransmittance;
     m.attr("LEAST_LIGHT") = brushgs::kLeastLight;
+    m.attr("BRISTLES") = brushgs::kBristles;
+    m.attr("BRISTLE_MARGIN") = brushgs::kBristleMargin;
     m.attr("GAUSSIAN_SIGMAS") = brushgs::kGaussianSigmas;
     m.attr("AREA_SCALE_STEPS") = brushgs::kAreaScaleSteps;
     m.attr("MOST_DIMENSIONS") = brushgs::kMostDimensions;

@@ -98,7 +98,7 @@ std::span<const Entry> radix_sort(std::span<Entry> entries, std::span<Entry> oth
 }
 
 template <class T>
-BoxColumns<T> allocate(std::size_t count, bool has_softness) {
+BoxColumns<T> allocate(std::size_t count, bool has_softness, bool has_setbacks) {
     // Columns start on cache lines.
     constexpr std::size_t line = 64;
     const auto padded = [](std::size_t bytes) { return (bytes + line - 1) / line * line; };
@@ -106,7 +106,8 @@ BoxColumns<T> allocate(std::size_t count, bool has_softness) {
                       three = padded(3 * count * sizeof(T)), ids = padded(count * sizeof(std::int32_t));
     BoxColumns<T> columns{};
     columns.count = count;
-    columns.memory = make_buffer<std::byte>((has_softness ? 4 : 3) * one + 2 * two + three + ids);
+    const std::size_t num_optional = (has_softness ? 1u : 0u) + (has_setbacks ? 1u : 0u);
+    columns.memory = make_buffer<std::byte>((3 + num_optional) * one + 2 * two + three + ids);
     std::byte* next = columns.memory.get();
     const auto column = [&next](std::size_t bytes) { return std::exchange(next, next + bytes); };
     columns.centers = reinterpret_cast<T*>(column(two));
@@ -117,6 +118,7 @@ BoxColumns<T> allocate(std::size_t count, bool has_softness) {
     columns.opacities = reinterpret_cast<T*>(column(one));
     columns.ids = reinterpret_cast<std::int32_t*>(column(ids));
     columns.softness = has_softness ? reinterpret_cast<T*>(column(one)) : nullptr;
+    columns.setbacks = has_setbacks ? reinterpret_cast<T*>(column(one)) : nullptr;
     return columns;
 }
 
@@ -171,7 +173,7 @@ BoxColumns<T> project(const GaussianColumns<T>& gaussians, const ProjectParams& 
     });
     const auto sorted = radix_sort<SortEntry<T>>(entries, {entries.data() + count, count}, num_threads);
 
-    BoxColumns<T> columns = allocate<T>(count, params.softness > 0);
+    BoxColumns<T> columns = allocate<T>(count, params.softness > 0, params.with_setbacks);
     for (const ProjectCounts& counts : culled) {
         columns.culled.behind_near += counts.behind_near;
         columns.culled.not_finite += counts.not_finite;
@@ -186,11 +188,13 @@ BoxColumns<T> project(const GaussianColumns<T>& gaussians, const ProjectParams& 
             __builtin_prefetch(&ahead.id);
             write_row(records[sorted[row].position], row, columns);
         }
-        if (columns.softness == nullptr) return;
+        if (columns.softness == nullptr && columns.setbacks == nullptr) return;
         for (std::size_t row = range.begin; row < range.end; ++row) {
             const double size = size_of(gaussians.scales + 3 * static_cast<std::size_t>(columns.ids[row]));
             const double largest = static_cast<double>(std::numeric_limits<T>::max());
-            columns.softness[row] = static_cast<T>(std::min(params.softness * size, largest));
+            if (columns.softness != nullptr)
+                columns.softness[row] = static_cast<T>(std::min(params.softness * size, largest));
+            if (columns.setbacks != nullptr) columns.setbacks[row] = static_cast<T>(std::min(size, largest));
         }
     });
     return columns;

@@ -82,7 +82,7 @@ namespace {
 template <class T>
 void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture) {
     const Kernels<T> kernels;
-    const auto storage = std::make_unique_for_overwrite<Record<T>[]>(boxes.count);
+    const auto storage = std::make_unique_for_overwrite<Record<T>[]>(num_records(boxes));
     Record<T>* records = storage.get();
     const TileLists tiles = make_tiles(params, kernels.make_records, boxes, records);
     const auto columns = static_cast<std::size_t>(tiles.columns);
@@ -99,6 +99,7 @@ void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Pict
             return;
         }
         thread_local SoftQueues<T> queues;
+        keep_shades(queues, boxes.streaks.noise != nullptr || boxes.underpaint.setbacks != nullptr);
         kernels.paint_tile_softly(task, queues, picture);
     });
 }
@@ -119,10 +120,11 @@ std::vector<Strip> strips_of(const RasterParams& params, const BoxView<T>& boxes
     const int columns = (params.width + kTileWidth - 1) / kTileWidth;
     const int rows = (params.height + kTileHeight - 1) / kTileHeight;
     const double most_visits = static_cast<double>(boxes.count) * columns * rows;
+    const double larger = std::max(boxes.underpaint.reach, 1.0);
     double visits = 0;
     for (std::size_t i = 0; i < boxes.count && most_visits > kMostVisits; ++i) {
         const double half_u = static_cast<double>(boxes.half_extents[2 * i]);
-        const double reach = half_u + static_cast<double>(boxes.half_extents[2 * i + 1]);
+        const double reach = larger * (half_u + static_cast<double>(boxes.half_extents[2 * i + 1]));
         const auto tiles = [&](T center, int length, int tile) {
             const double c = static_cast<double>(center);
             return 1 + std::max(std::min(c + reach, 1.0 * length) - std::max(c - reach, 0.0), 0.0) / tile;

@@ -33,11 +33,26 @@ struct BackwardKernels {
     }
 };
 
-// The gradients by box i from what its tiles summed.
+// The gradients by one box.
+struct RowGradients {
+    double center[2], half_extents[2], angle, color[3], opacity, layers[kMostChannels];
+
+    RowGradients& operator+=(const RowGradients& other) {
+        for (std::size_t k = 0; k < 2; ++k) center[k] += other.center[k];
+        for (std::size_t k = 0; k < 2; ++k) half_extents[k] += other.half_extents[k];
+        angle += other.angle;
+        for (std::size_t k = 0; k < 3; ++k) color[k] += other.color[k];
+        opacity += other.opacity;
+        for (std::size_t k = 0; k < kMostChannels; ++k) layers[k] += other.layers[k];
+        return *this;
+    }
+};
+
+// The gradients by box i of one of its records from what the tiles summed for that. Half extents and opacity of
+// underpaint are multiples of those of the box, so they change by the same shares.
 template <class T>
-void write_gradients(const RasterParams& params, const BoxView<T>& boxes, const Record<T>& record, std::size_t i,
-                     const double* sums, const BoxGradients<T>& gradients) {
-    const bool is_image = params.kernel == Kernel::bilinear || params.kernel == Kernel::nearest;
+RowGradients gradients_of(const RasterParams& params, const BoxView<T>& boxes, const Record<T>& record, bool is_image,
+                          std::size_t i, const double* sums, int channels) {
     double middle_u = 0, middle_v = 0;
     if (is_image) {
         const Level& level = params.levels[static_cast<std::size_t>(record.level)];
@@ -59,32 +74,62 @@ void write_gradients(const RasterParams& params, const BoxView<T>& boxes, const 
     const double along = per_pixel_v > 0 ? per_pixel_u / per_pixel_v : 0;  // 0: an image of one texel
     const double across = per_pixel_u > 0 ? per_pixel_v / per_pixel_u : 0;
 
-    gradients.centers[2 * i] = static_cast<T>(-(du_dx * v_u + dv_dx * v_v));
-    gradients.centers[2 * i + 1] = static_cast<T>(-(du_dy * v_u + dv_dy * v_v));
-    gradients.half_extents[2 * i] = static_cast<T>(-u_by_u / value(boxes.half_extents[2 * i]));
-    gradients.half_extents[2 * i + 1] = static_cast<T>(-v_by_v / value(boxes.half_extents[2 * i + 1]));
-    gradients.angles[i] = static_cast<T>(along * v_by_u - across * u_by_v);
-    gradients.colors[3 * i] = static_cast<T>(sums[kRed]);
-    gradients.colors[3 * i + 1] = static_cast<T>(sums[kGreen]);
-    gradients.colors[3 * i + 2] = static_cast<T>(sums[kBlue]);
-    gradients.opacities[i] = static_cast<T>(sums[kAlpha] / value(boxes.opacities[i]));
+    RowGradients row{};
+    row.center[0] = -(du_dx * v_u + dv_dx * v_v);
+    row.center[1] = -(du_dy * v_u + dv_dy * v_v);
+    row.half_extents[0] = -u_by_u / value(boxes.half_extents[2 * i]);
+    row.half_extents[1] = -v_by_v / value(boxes.half_extents[2 * i + 1]);
+    if (boxes.streaks.noise != nullptr) row.half_extents[1] += sums[kLayers + channels];
+    row.angle = along * v_by_u - across * u_by_v;
+    for (std::size_t k = 0; k < 3; ++k) row.color[k] = sums[kRed + k];
+    row.opacity = sums[kAlpha] / value(boxes.opacities[i]);
+    for (int c = 0; c < channels; ++c) row.layers[c] = sums[kLayers + c];
+    return row;
+}
+
+template <class T>
+void write_gradients(const RowGradients& row, std::size_t i, const BoxGradients<T>& gradients) {
+    for (std::size_t k = 0; k < 2; ++k) gradients.centers[2 * i + k] = static_cast<T>(row.center[k]);
+    for (std::size_t k = 0; k < 2; ++k) gradients.half_extents[2 * i + k] = static_cast<T>(row.half_extents[k]);
+    gradients.angles[i] = static_cast<T>(row.angle);
+    for (std::size_t k = 0; k < 3; ++k) gradients.colors[3 * i + k] = static_cast<T>(row.color[k]);
+    gradients.opacities[i] = static_cast<T>(row.opacity);
     for (int c = 0; c < gradients.layers.count; ++c) {
         const Channel<T> layer = gradients.layers.channels[c];
-        layer.values[i * layer.stride] = static_cast<T>(sums[kLayers + c]);
+        layer.values[i * layer.stride] = static_cast<T>(row.layers[c]);
     }
 }
 
-// Adds up what the tiles summed for box i, [num_sums(channels)], and turns it into gradients.
+// What the tiles summed for one record of box i in all: `sums` are those of all entries of the tile lists.
 template <int channels, class T>
-void gather_gradients(const RasterParams& params, const BoxView<T>& boxes, const Record<T>& record,
-                      const BoxVisits& visits, std::size_t i, const T* sums, const BoxGradients<T>& gradients) {
-    constexpr std::size_t width = num_sums(channels);
-    double of_box[width] = {};
-    for (std::uint32_t k = visits.starts[i]; k < visits.starts[i + 1]; ++k) {
-        const T* of_tile = sums + width * visits.entries[k];
-        for (std::size_t s = 0; s < width; ++s) of_box[s] += static_cast<double>(of_tile[s]);
+struct BoxSums {
+    double values[num_sums(channels)] = {};
+
+    BoxSums(const BoxVisits& visits, std::size_t i, const T* sums) {
+        constexpr std::size_t width = num_sums(channels);
+        for (std::uint32_t k = visits.starts[i]; k < visits.starts[i + 1]; ++k) {
+            const T* of_tile = sums + width * visits.entries[k];
+            for (std::size_t s = 0; s < width; ++s) values[s] += static_cast<double>(of_tile[s]);
+        }
     }
-    write_gradients(params, boxes, record, i, of_box, gradients);
+};
+
+// Adds up what the tiles summed for box i and turns it into gradients.
+template <int channels, class T>
+void gather_gradients(const RasterParams& params, const BoxView<T>& boxes, const Record<T>* records,
+                      const BoxVisits& visits, std::size_t i, const TileSums<T>& sums,
+                      const BoxGradients<T>& gradients) {
+    const bool is_image = params.kernel == Kernel::bilinear || params.kernel == Kernel::nearest;
+    RowGradients row{};  // zeros of a stroke that paints nothing
+    if (records[i].right >= records[i].left) {
+        const BoxSums<channels, T> strokes(visits, i, sums.strokes);
+        row = gradients_of(params, boxes, records[i], is_image, i, strokes.values, channels);
+    }
+    if (sums.underpaints != nullptr && records[boxes.count + i].right >= records[boxes.count + i].left) {
+        const BoxSums<channels, T> underpaints(visits, i, sums.underpaints);
+        row += gradients_of(params, boxes, records[boxes.count + i], false, i, underpaints.values, channels);
+    }
+    write_gradients(row, i, gradients);
 }
 
 template <class T>
@@ -135,16 +180,21 @@ void rasterize_backward(const RasterParams& params, const BoxView<T>& boxes, con
                         const BoxGradients<T>& gradients, std::span<double* const> texels) {
     const BackwardKernels<T> kernels;
     thread_local Scratch<Record<T>> record_memory;
-    Record<T>* const records = record_memory.take(boxes.count).data();
+    Record<T>* const records = record_memory.take(num_records(boxes)).data();
     BoxVisits visits;
     const TileLists tiles = make_tiles(params, kernels.make_records, boxes, records, &visits);
     const auto num_tiles = static_cast<std::size_t>(tiles.columns) * static_cast<std::size_t>(tiles.rows);
     thread_local Scratch<T> sum_memory;
     const auto width = static_cast<std::size_t>(num_sums(picture.v_layers.count));
-    T* const sums = sum_memory.take(width * tiles.starts.back()).data();
+    const bool has_underpaint = boxes.underpaint.setbacks != nullptr;
+    const std::size_t num_values = width * tiles.starts.back();
+    T* const memory = sum_memory.take((has_underpaint ? 2 : 1) * num_values).data();
+    const TileSums<T> sums{memory, has_underpaint ? memory + num_values : nullptr};
     const auto differentiate = [&](std::size_t tile, double* const* into) {
         const TileTask<T> task = task_of(params, boxes, records, tiles, tile);
-        kernels.differentiate_tile(task, picture, sums + width * tiles.starts[tile], into);
+        const std::size_t first = width * tiles.starts[tile];
+        const TileSums<T> of_tile{sums.strokes + first, has_underpaint ? sums.underpaints + first : nullptr};
+        kernels.differentiate_tile(task, picture, of_tile, into);
     };
     if (texels.empty()) {
         parallel_for(num_tiles, params.num_threads, [&](std::size_t tile) { differentiate(tile, nullptr); });
@@ -164,7 +214,7 @@ void rasterize_backward(const RasterParams& params, const BoxView<T>& boxes, con
                 if (visits.starts[i] == visits.starts[i + 1])
                     write_zeros(i, gradients);
                 else
-                    gather_gradients<channels>(params, boxes, records[i], visits, i, sums, gradients);
+                    gather_gradients<channels>(params, boxes, records, visits, i, sums, gradients);
             }
         });
     });

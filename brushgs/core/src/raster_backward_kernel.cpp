@@ -2,7 +2,9 @@
 #include "brushgs/raster_backward.hpp"
 
 #include "brushgs/sampling.hpp"
+#include "brushgs/streaks.hpp"
 #include "brushgs/tile_state.hpp"
+#include "brushgs/underpaint.hpp"
 
 namespace brushgs::BRUSHGS_ISA {
 
@@ -190,8 +192,33 @@ void add_texels(const TileTask<T>& task, const Record<T>& record, std::uint32_t 
     }
 }
 
-template <class T, Kernel kernel, int channels>
-[[gnu::always_inline]] inline void differentiate_record(const TileTask<T>& task,
+// The factors of a record's colour at the pixels of a tile, and their derivatives by texels along v and by the half
+// extent along v as far as streaks fade with it; 0 outside its box.
+template <class T>
+struct Shades {
+    alignas(64) T factor[kNumBlocks][kBlockPixels];
+    alignas(64) T by_v[kNumBlocks][kBlockPixels];
+    alignas(64) T by_extent[kNumBlocks][kBlockPixels];
+};
+
+// What `sample_record` calls to fill `shades` with the streaks of box `id`.
+template <class T>
+[[gnu::always_inline]] inline auto streak_shader(const TileTask<T>& task, const Record<T>& record, std::uint32_t id,
+                                                 Shades<T>& shades) {
+    using L = Lanes<T>;
+    const StreakView<T>& view = task.boxes.streaks;
+    const Streaks<T> streaks(view, task.params.levels[static_cast<std::size_t>(record.level)], id);
+    const typename Streaks<T>::Mix mix(1, view.weights + 2 * id), mix_slope(0, view.slopes + 2 * id);
+    return [ streaks, mix, mix_slope, &shades ](int b, int lane, auto v, auto inside) __attribute__((always_inline)) {
+        const auto noise = streaks.at(v, inside);
+        L::store(shades.factor[b] + lane, L::where(inside, noise.mixed(mix)));
+        L::store(shades.by_v[b] + lane, L::where(inside, noise.slope(mix) * streaks.scale));
+        L::store(shades.by_extent[b] + lane, L::where(inside, noise.mixed(mix_slope)));
+    };
+}
+
+template <class T, Kernel kernel, bool has_streaks = false, int channels>
+[[gnu::always_inline]] inline void differentiate_record(const TileTask<T>& task, const Record<T>& record,
                                                         const Attributes<T, channels>& attributes, std::uint32_t id,
                                                         GradientTile<T, channels>& tile, T* sums,
                                                         double* const* texels) {
@@ -199,13 +226,17 @@ template <class T, Kernel kernel, int channels>
     using Real = typename L::Real;
     constexpr int W = L::width, num_planes = 3 + channels;
     constexpr bool has_slopes = kernel == Kernel::bilinear || kernel == Kernel::gaussian;
-    const Record<T>& record = task.records[id];
     const int x0 = task.x0, y0 = task.y0;
     alignas(64) T alphas[kNumBlocks][kBlockPixels];
     std::uint16_t pixels[kNumBlocks];
     Slopes<T> slopes;
-    const std::uint32_t blocks =
-        sample_record<T, kernel, true, has_slopes>(task.params, record, x0, y0, tile, alphas, pixels, &slopes);
+    Shades<T> shades;
+    std::uint32_t blocks;
+    if constexpr (has_streaks)
+        blocks = sample_record<T, kernel, true, has_slopes>(task.params, record, x0, y0, tile, alphas, pixels, &slopes,
+                                                            streak_shader(task, record, id, shades));
+    else
+        blocks = sample_record<T, kernel, true, has_slopes>(task.params, record, x0, y0, tile, alphas, pixels, &slopes);
     if (blocks == 0) {
         __builtin_memset(sums, 0, num_sums(channels) * sizeof *sums);
         return;
@@ -213,13 +244,14 @@ template <class T, Kernel kernel, int channels>
     const auto all = L::from_bits(~0u);
     const Real darkest = L::set(tile.min_transmittance);
     const Real one = L::set(1), zero = L::set(0);
+    const Real per_opacity = L::set(1 / record.opacity);  // the sums of an image are multiplied by it in the end
     Real values[num_planes];
     for (int c = 0; c < 3; ++c) values[c] = L::set(record.color[c]);
     for (int c = 0; c < channels; ++c) values[3 + c] = L::set(attributes.of(id, c));
     alignas(64) T lanes[num_sums(channels)][kBlockPixels];
     for (int lane = 0; lane < kBlockPixels; lane += W) {
         const Real pixel_x = L::load(offsets<T>.pixel_x + lane), pixel_y = L::load(offsets<T>.pixel_y + lane);
-        Real u = zero, ux = zero, uy = zero, v = zero, vx = zero, vy = zero, a = zero;
+        Real u = zero, ux = zero, uy = zero, v = zero, vx = zero, vy = zero, a = zero, extent = zero;
         Real v_values[num_planes];
         for (int k = 0; k < num_planes; ++k) v_values[k] = zero;
         for (std::uint32_t rest = blocks; rest != 0; rest &= rest - 1) {
@@ -236,9 +268,19 @@ template <class T, Kernel kernel, int channels>
 
             Real v_color[3];
             for (int c = 0; c < 3; ++c) v_color[c] = L::load(tile.v_color[c][b] + lane);
-            Real shade = (v_color[0] * values[0] + v_color[1] * values[1]) +
-                         (v_color[2] * values[2] + L::load(tile.v_weight[b] + lane));
-            for (int c = 0; c < 3; ++c) v_values[c] = v_values[c] + weight * v_color[c];
+            Real shade, of_color = weight, v_factor = zero;
+            if constexpr (has_streaks) {
+                const Real factor = L::load(shades.factor[b] + lane);
+                const Real whole = (v_color[0] * values[0] + v_color[1] * values[1]) + v_color[2] * values[2];
+                shade = whole * factor + L::load(tile.v_weight[b] + lane);
+                of_color = weight * factor;
+                v_factor = weight * whole;
+                extent = extent + v_factor * L::load(shades.by_extent[b] + lane);
+            } else {
+                shade = (v_color[0] * values[0] + v_color[1] * values[1]) +
+                        (v_color[2] * values[2] + L::load(tile.v_weight[b] + lane));
+            }
+            for (int c = 0; c < 3; ++c) v_values[c] = v_values[c] + of_color * v_color[c];
             for (int c = 0; c < channels; ++c) {
                 const Real v_sum = L::load(tile.v_sum[c][b] + lane);
                 shade = shade + v_sum * values[3 + c];
@@ -251,15 +293,19 @@ template <class T, Kernel kernel, int channels>
             const Real v_alpha = L::where(is_free, before * shade - behind / (one - alpha));
             const Real v_log = v_alpha * alpha;
             a = a + v_log;
-            if constexpr (has_slopes) {
+            if constexpr (has_slopes || has_streaks) {
                 const Real x = pixel_x + L::set(static_cast<T>(x0 + b % kBlockColumns * kBlockSize - record.anchor_x));
                 const Real y = pixel_y + L::set(static_cast<T>(y0 + b / kBlockColumns * kBlockSize - record.anchor_y));
                 const Real v_coverage = kernel == Kernel::gaussian ? v_log : v_alpha;
-                const Real v_u = v_coverage * L::load(slopes.u[b] + lane);
-                const Real v_v = v_coverage * L::load(slopes.v[b] + lane);
-                u = u + v_u;
-                ux = ux + v_u * x;
-                uy = uy + v_u * y;
+                Real v_v = zero;
+                if constexpr (has_slopes) {
+                    const Real v_u = v_coverage * L::load(slopes.u[b] + lane);
+                    v_v = v_coverage * L::load(slopes.v[b] + lane);
+                    u = u + v_u;
+                    ux = ux + v_u * x;
+                    uy = uy + v_u * y;
+                }
+                if constexpr (has_streaks) v_v = v_v + v_factor * L::load(shades.by_v[b] + lane) * per_opacity;
                 v = v + v_v;
                 vx = vx + v_v * x;
                 vy = vy + v_v * y;
@@ -269,7 +315,8 @@ template <class T, Kernel kernel, int channels>
         const auto put = [&](int sum, Real value) { L::store(lanes[sum] + lane, value); };
         put(kU, u), put(kUx, ux), put(kUy, uy), put(kV, v), put(kVx, vx), put(kVy, vy), put(kAlpha, a);
         for (int k = 0; k < num_planes; ++k) put(kRed + k, v_values[k]);
-        for (int k = kRed + num_planes; k < num_sums(channels); ++k) put(k, zero);
+        put(kRed + num_planes, extent);
+        for (int k = kRed + num_planes + 1; k < num_sums(channels); ++k) put(k, zero);
     }
     add_lanes(lanes, sums);
     if constexpr (kernel == Kernel::bilinear || kernel == Kernel::nearest)
@@ -284,38 +331,77 @@ void differentiate_all(const TileTask<T> task, GradientTile<T, channels>& tile, 
     std::size_t i = 0;
     for (; i < task.num_ids && tile.alive_blocks != 0; ++i) {
         prefetch(task, attributes, i);
-        differentiate_record<T, kernel>(task, attributes, task.ids[i], tile, sums + width * i, texels);
+        const std::uint32_t id = task.ids[i];
+        differentiate_record<T, kernel>(task, task.records[id], attributes, id, tile, sums + width * i, texels);
     }
     __builtin_memset(sums + width * i, 0, (task.num_ids - i) * width * sizeof *sums);
+}
+
+// Strokes with underpaint, with streaks, or with both. By value, as above.
+template <class T, Kernel kernel, int channels>
+void differentiate_all_layers(const TileTask<T> task, GradientTile<T, channels>& tile, const TileSums<T> sums,
+                              double* const* texels) {
+    constexpr std::size_t width = num_sums(channels);
+    const Attributes<T, channels> attributes(task.boxes.layers);
+    const std::size_t bytes = task.num_ids * width * sizeof(T);
+    __builtin_memset(sums.strokes, 0, bytes);
+    if (sums.underpaints != nullptr) __builtin_memset(sums.underpaints, 0, bytes);
+    LayerOrder<T> order(task);
+    for (Layer layer; tile.alive_blocks != 0 && order.next(layer);) {
+        const std::uint32_t id = task.ids[layer.place];
+        if (layer.is_underpaint) {
+            T* const own = sums.underpaints + width * layer.place;
+            differentiate_record<T, Kernel::gaussian>(task, task.underpaints[id], attributes, id, tile, own, nullptr);
+            continue;
+        }
+        prefetch(task, attributes, layer.place);
+        const Record<T>& record = task.records[id];
+        T* const own = sums.strokes + width * layer.place;
+        if (shows_streaks(task, record, id))
+            differentiate_record<T, kernel, true>(task, record, attributes, id, tile, own, texels);
+        else
+            differentiate_record<T, kernel>(task, record, attributes, id, tile, own, texels);
+    }
+}
+
+template <class T, Kernel kernel, int channels>
+void differentiate_image(const TileTask<T>& task, GradientTile<T, channels>& tile, const TileSums<T>& sums,
+                         double* const* texels) {
+    if (task.underpaints != nullptr || task.boxes.streaks.noise != nullptr)
+        differentiate_all_layers<T, kernel>(task, tile, sums, texels);
+    else
+        differentiate_all<T, kernel>(task, tile, sums.strokes, texels);
 }
 
 }  // namespace
 
 template <class T>
-void differentiate_tile(const TileTask<T>& task, const PictureGradients<T>& picture, T* sums, double* const* texels) {
+void differentiate_tile(const TileTask<T>& task, const PictureGradients<T>& picture, const TileSums<T>& sums,
+                        double* const* texels) {
     if (task.num_ids == 0) return;
     with_channels(picture.v_layers.count, [&]<int channels>() {
         GradientTile<T, channels> tile;
         start(task, picture, tile);
         switch (task.params.kernel) {
             case Kernel::bilinear:
-                differentiate_all<T, Kernel::bilinear>(task, tile, sums, texels);
+                differentiate_image<T, Kernel::bilinear>(task, tile, sums, texels);
                 break;
             case Kernel::nearest:
-                differentiate_all<T, Kernel::nearest>(task, tile, sums, texels);
+                differentiate_image<T, Kernel::nearest>(task, tile, sums, texels);
                 break;
             case Kernel::gaussian:
-                differentiate_all<T, Kernel::gaussian>(task, tile, sums, texels);
+                differentiate_all<T, Kernel::gaussian>(task, tile, sums.strokes, texels);
                 break;
             case Kernel::ellipse:
-                differentiate_all<T, Kernel::ellipse>(task, tile, sums, texels);
+                differentiate_all<T, Kernel::ellipse>(task, tile, sums.strokes, texels);
                 break;
         }
     });
 }
 
-template void differentiate_tile<float>(const TileTask<float>&, const PictureGradients<float>&, float*, double* const*);
-template void differentiate_tile<double>(const TileTask<double>&, const PictureGradients<double>&, double*,
-                                         double* const*);
+template void differentiate_tile<float>(const TileTask<float>&, const PictureGradients<float>&, const TileSums<float>&,
+                                        double* const*);
+template void differentiate_tile<double>(const TileTask<double>&, const PictureGradients<double>&,
+                                         const TileSums<double>&, double* const*);
 
 }  // namespace brushgs::BRUSHGS_ISA

@@ -2,11 +2,15 @@
 #include "brushgs/raster.hpp"
 
 #include <cmath>
+#include <limits>
+#include <type_traits>
 
 #include "brushgs/sampling.hpp"
 #include "brushgs/soft_order.hpp"
+#include "brushgs/streaks.hpp"
 #include "brushgs/tile_state.hpp"
 #include "brushgs/trig.hpp"
+#include "brushgs/underpaint.hpp"
 
 namespace brushgs::BRUSHGS_ISA {
 
@@ -37,37 +41,50 @@ double visible_sigmas(double opacity) {
     return sigmas < kGaussianSigmas ? sigmas : kGaussianSigmas;
 }
 
-template <class T>
-void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_t i, SinCos axis, Record<T>& record,
-                 Outline& outline) {
-    record.left = record.top = 0;
-    record.right = record.bottom = -1;
-    const double half_u = static_cast<double>(boxes.half_extents[2 * i]);
-    const double half_v = static_cast<double>(boxes.half_extents[2 * i + 1]);
-    const double opacity = static_cast<double>(boxes.opacities[i]);
-    if (!(half_u > kMinExtent && half_v > kMinExtent) || opacity < kMinAlpha) return;
-
-    const bool is_image = params.kernel == Kernel::bilinear || params.kernel == Kernel::nearest;
+// What fills a box, or is its underpaint.
+struct Filling {
     AxisMap u, v;
-    double limit = 1;
-    record.level = 0;
-    if (is_image) {
-        record.level = params.level_of_box.empty() ? 0 : params.level_of_box[i];
-        const Level& level = params.levels[static_cast<std::size_t>(record.level)];
-        u = image_axis(half_u, level.columns, level.reach_u);
-        v = image_axis(half_v, level.rows, level.reach_v);
-    } else if (params.kernel == Kernel::gaussian) {
-        limit = visible_sigmas(opacity);
-        u = {kGaussianSigmas / half_u, 0, limit / kGaussianSigmas};
-        v = {kGaussianSigmas / half_v, 0, limit / kGaussianSigmas};
-    } else {
-        u = {1 / half_u, 0, 1};
-        v = {1 / half_v, 0, 1};
-    }
+    double opacity;      // of the record
+    double limit;        // as in `Record`
+    std::int32_t level;  // of an image
+};
+
+struct HalfExtents {
+    double u, v;  // pixels
+};
+
+Filling kernel_filling(Kernel kernel, HalfExtents half, double opacity) {
+    if (kernel != Kernel::gaussian) return {{1 / half.u, 0, 1}, {1 / half.v, 0, 1}, opacity, 1, 0};
+    const double limit = visible_sigmas(opacity);
+    return {{kGaussianSigmas / half.u, 0, limit / kGaussianSigmas},
+            {kGaussianSigmas / half.v, 0, limit / kGaussianSigmas},
+            opacity,
+            limit,
+            0};
+}
+
+Filling image_filling(const RasterParams& params, std::size_t i, HalfExtents half, double opacity) {
+    const std::int32_t row = params.level_of_box.empty() ? 0 : params.level_of_box[i];
+    const Level& level = params.levels[static_cast<std::size_t>(row)];
+    return {image_axis(half.u, level.columns, level.reach_u), image_axis(half.v, level.rows, level.reach_v),
+            opacity / 255, 1, row};
+}
+
+// Fills the record and the outline of box i, whose u axis is `axis`, or of its underpaint.
+template <class T, class MakeFilling>
+[[gnu::always_inline]] inline void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_t i,
+                                               SinCos axis, HalfExtents half, double opacity,
+                                               const MakeFilling& filling_of, Record<T>& record, Outline& outline) {
+    record.left = record.top = outline.left = outline.top = 0;
+    record.right = record.bottom = outline.right = outline.bottom = -1;
+    for (std::size_t c = 0; c < 3; ++c) record.color[c] = boxes.colors[3 * i + c];  // also that of the underpaint
+    if (!(half.u > kMinExtent && half.v > kMinExtent) || opacity < kMinAlpha) return;
+    const Filling filling = filling_of(half, opacity);
+    const AxisMap u = filling.u, v = filling.v;
 
     const double center_x = static_cast<double>(boxes.centers[2 * i]);
     const double center_y = static_cast<double>(boxes.centers[2 * i + 1]);
-    const double reach_u = half_u * u.reach, reach_v = half_v * v.reach;
+    const double reach_u = half.u * u.reach, reach_v = half.v * v.reach;
     const double reach_x = std::fabs(axis.cos) * reach_u + std::fabs(axis.sin) * reach_v;
     const double reach_y = std::fabs(axis.sin) * reach_u + std::fabs(axis.cos) * reach_v;
     const double left = std::ceil(clamped(center_x - reach_x - 0.5, 0.0, 1e5));
@@ -93,11 +110,57 @@ void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_
     record.du_dy = static_cast<T>(du_dy);
     record.dv_dx = static_cast<T>(dv_dx);
     record.dv_dy = static_cast<T>(dv_dy);
-    for (std::size_t c = 0; c < 3; ++c) record.color[c] = boxes.colors[3 * i + c];
-    record.opacity = static_cast<T>(is_image ? opacity / 255 : opacity);
-    record.limit = static_cast<T>(limit);
-    outline = {static_cast<float>(center_x), static_cast<float>(center_y), static_cast<float>(axis.cos),
-               static_cast<float>(axis.sin), static_cast<float>(reach_u),  static_cast<float>(reach_v)};
+    record.opacity = static_cast<T>(filling.opacity);
+    record.limit = static_cast<T>(filling.limit);
+    record.level = filling.level;
+    outline = {static_cast<float>(center_x),
+               static_cast<float>(center_y),
+               static_cast<float>(axis.cos),
+               static_cast<float>(axis.sin),
+               static_cast<float>(reach_u),
+               static_cast<float>(reach_v),
+               record.left,
+               record.top,
+               record.right,
+               record.bottom};
+}
+
+// Makes an outline hold another of the same place and direction.
+void unite(Outline& outline, const Outline& other) {
+    if (other.right < other.left) return;
+    if (outline.right < outline.left) {
+        outline = other;
+        return;
+    }
+    const auto larger = [](auto x, auto y) { return x > y ? x : y; };
+    const auto smaller = [](auto x, auto y) { return x < y ? x : y; };
+    outline.reach_u = larger(outline.reach_u, other.reach_u);
+    outline.reach_v = larger(outline.reach_v, other.reach_v);
+    outline.left = smaller(outline.left, other.left);
+    outline.top = smaller(outline.top, other.top);
+    outline.right = larger(outline.right, other.right);
+    outline.bottom = larger(outline.bottom, other.bottom);
+}
+
+template <class T>
+void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_t i, SinCos axis, Record<T>* records,
+                 Outline& outline) {
+    const HalfExtents half{static_cast<double>(boxes.half_extents[2 * i]),
+                           static_cast<double>(boxes.half_extents[2 * i + 1])};
+    const double opacity = static_cast<double>(boxes.opacities[i]);
+    const bool is_image = params.kernel == Kernel::bilinear || params.kernel == Kernel::nearest;
+    const auto fill = [&](HalfExtents of, double how) {
+        return is_image ? image_filling(params, i, of, how) : kernel_filling(params.kernel, of, how);
+    };
+    make_record(params, boxes, i, axis, half, opacity, fill, records[i], outline);
+    const UnderpaintView<T>& under = boxes.underpaint;
+    if (under.setbacks == nullptr) return;
+    Outline other;
+    make_record(
+        params, boxes, i, axis, {under.reach * half.u, under.reach * half.v}, under.opacity * opacity,
+        [](HalfExtents of, double how) { return kernel_filling(Kernel::gaussian, of, how); }, records[boxes.count + i],
+        other);
+    unite(outline, other);
 }
 
 }  // namespace
@@ -116,23 +179,45 @@ void make_records(const RasterParams& params, const BoxView<T>& boxes, std::size
             cosines[k] = axis.cos;
         }
         for (std::size_t k = 0; k < count; ++k)
-            make_record(params, boxes, first + k, {sines[k], cosines[k]}, records[first + k],
-                        outlines[first - begin + k]);
+            make_record(params, boxes, first + k, {sines[k], cosines[k]}, records, outlines[first - begin + k]);
     }
 }
 
 namespace {
 
-template <class T, Kernel kernel, int channels>
-[[gnu::always_inline]] inline void blend_record(const TileTask<T>& task, const Attributes<T, channels>& attributes,
-                                                std::uint32_t id, TileState<T, channels>& tile) {
+// The factors of a record's colour at the pixels of a tile; 0 outside its box.
+template <class T>
+using Shades = T[kNumBlocks][kBlockPixels];
+
+// What `sample_record` calls to fill `shades` with the streaks of box `id`.
+template <class T>
+[[gnu::always_inline]] inline auto streak_shader(const TileTask<T>& task, const Record<T>& record, std::uint32_t id,
+                                                 Shades<T>& shades) {
+    using L = Lanes<T>;
+    const StreakView<T>& view = task.boxes.streaks;
+    const Streaks<T> streaks(view, task.params.levels[static_cast<std::size_t>(record.level)], id);
+    const typename Streaks<T>::Mix mix(1, view.weights + 2 * id);
+    return [ streaks, mix, &shades ](int b, int lane, auto v, auto inside) __attribute__((always_inline)) {
+        L::store(shades[b] + lane, L::where(inside, streaks.at(v, inside).mixed(mix)));
+    };
+}
+
+template <class T, Kernel kernel, bool has_streaks = false, int channels>
+[[gnu::always_inline]] inline void blend_record(const TileTask<T>& task, const Record<T>& record,
+                                                const Attributes<T, channels>& attributes, std::uint32_t id,
+                                                TileState<T, channels>& tile) {
     using L = Lanes<T>;
     using Real = typename L::Real;
     constexpr int W = L::width, num_planes = TileState<T, channels>::num_planes;
-    const Record<T>& record = task.records[id];
     // Two passes over the blocks: what a gather makes wait is then only the first, and that has few instructions.
     alignas(64) T alphas[kNumBlocks][kBlockPixels];
-    std::uint32_t blocks = sample_record<T, kernel>(task.params, record, task.x0, task.y0, tile, alphas);
+    alignas(64) Shades<T> shades;
+    std::uint32_t blocks;
+    if constexpr (has_streaks)
+        blocks = sample_record<T, kernel>(task.params, record, task.x0, task.y0, tile, alphas, nullptr, nullptr,
+                                          streak_shader(task, record, id, shades));
+    else
+        blocks = sample_record<T, kernel>(task.params, record, task.x0, task.y0, tile, alphas);
     Real values[num_planes];
     for (int c = 0; c < 3; ++c) values[c] = L::set(record.color[c]);
     for (int c = 0; c < channels; ++c) values[3 + c] = L::set(attributes.of(id, c));
@@ -150,10 +235,12 @@ template <class T, Kernel kernel, int channels>
             const Real after = before - full;
             const auto kept = L::at_least(painted, after, darkest);
             const Real weight = L::where(kept, full);
+            Real of_color = weight;
+            if constexpr (has_streaks) of_color = weight * L::load(shades[b] + lane);
             L::store(tile.transmittance[b] + lane, L::select(kept, after, before));
             for (int k = 0; k < num_planes; ++k) {
                 T* const plane = tile.planes[k][b] + lane;
-                L::store(plane, L::load(plane) + weight * values[k]);
+                L::store(plane, L::load(plane) + (k < 3 ? of_color : weight) * values[k]);
             }
             finished |= (L::bits(painted) & ~L::bits(kept)) << lane;
         }
@@ -167,48 +254,171 @@ void blend_all(const TileTask<T> task, TileState<T, channels>& tile) {
     const Attributes<T, channels> attributes(task.boxes.layers);
     for (std::size_t i = 0; i < task.num_ids && tile.alive_blocks != 0; ++i) {
         prefetch(task, attributes, i);
-        blend_record<T, kernel>(task, attributes, task.ids[i], tile);
+        const std::uint32_t id = task.ids[i];
+        blend_record<T, kernel>(task, task.records[id], attributes, id, tile);
     }
+}
+
+// Strokes with underpaint, with streaks, or with both. By value, as above.
+template <class T, Kernel kernel, int channels>
+void blend_all_layers(const TileTask<T> task, TileState<T, channels>& tile) {
+    const Attributes<T, channels> attributes(task.boxes.layers);
+    LayerOrder<T> order(task);
+    for (Layer layer; tile.alive_blocks != 0 && order.next(layer);) {
+        const std::uint32_t id = task.ids[layer.place];
+        if (layer.is_underpaint) {
+            blend_record<T, Kernel::gaussian>(task, task.underpaints[id], attributes, id, tile);
+            continue;
+        }
+        prefetch(task, attributes, layer.place);
+        const Record<T>& record = task.records[id];
+        if (shows_streaks(task, record, id))
+            blend_record<T, kernel, true>(task, record, attributes, id, tile);
+        else
+            blend_record<T, kernel>(task, record, attributes, id, tile);
+    }
+}
+
+// What a record is at the pixels of a tile, for the soft order.
+template <class T, bool has_shades>
+struct SoftSamples {
+    SoftRecord<T> record;
+    alignas(64) T alphas[kNumBlocks][kBlockPixels];
+    alignas(64) T shades[has_shades ? kNumBlocks : 1][kBlockPixels];
+    std::uint16_t pixels[kNumBlocks];
+    std::uint32_t blocks;
+};
+
+template <class T, Kernel kernel, bool has_shades, int channels, class Shader = NoShader>
+[[gnu::always_inline]] inline void sample_softly(const TileTask<T>& task, const Record<T>& record,
+                                                 const TileState<T, channels>& tile,
+                                                 SoftSamples<T, has_shades>& samples, const Shader& shader = {}) {
+    samples.blocks = sample_record<T, kernel, true>(task.params, record, task.x0, task.y0, tile, samples.alphas,
+                                                    samples.pixels, nullptr, shader);
+    if constexpr (has_shades && std::is_same_v<Shader, NoShader>)
+        for (std::uint32_t blocks = samples.blocks; blocks != 0; blocks &= blocks - 1)
+            for (T& shade : samples.shades[__builtin_ctz(blocks)]) shade = 1;
+}
+
+// The largest squared softness of each stroke of a tile and all behind it, and 0 at the end.
+template <class T>
+const T* find_reaches(const TileTask<T>& task, SoftQueues<T>& queues) {
+    make_reaches(queues, task.num_ids + 1);
+    T largest = queues.reaches[task.num_ids] = 0;
+    for (std::size_t i = task.num_ids; i > 0; --i) {
+        const T own = task.boxes.softness[task.ids[i - 1]], squared = own * own;
+        queues.reaches[i - 1] = largest = squared > largest ? squared : largest;
+    }
+    return queues.reaches;
+}
+
+// By value, as above. `next` samples a record into its argument, or returns false at the end. A record is sampled
+// before the one in front of it is blended: what blending does next hangs on the samples.
+template <class T, bool has_shades, int channels, class Next>
+[[gnu::always_inline]] inline void blend_softly(const TileTask<T>& task, SoftQueues<T>& queues,
+                                                TileState<T, channels>& tile, const Next& next) {
+    SoftState<T> soft;
+    SoftBlender<T, has_shades, channels> blender(task, queues, soft, tile);
+    SoftSamples<T, has_shades> samples[2];
+    bool is_end = false;
+    for (std::size_t i = 0; !is_end && tile.alive_blocks != 0; ++i) {
+        is_end = !next(samples[i % 2]);
+        if (i == 0) continue;
+        const SoftSamples<T, has_shades>& own = samples[(i - 1) % 2];
+        for (std::uint32_t blocks = own.blocks; blocks != 0; blocks &= blocks - 1) {
+            const int b = __builtin_ctz(blocks);
+            blender.blend(own.record, {b, own.alphas[b], own.shades[has_shades ? b : 0], own.pixels[b]});
+        }
+    }
+    blender.finish();
 }
 
 template <class T, Kernel kernel, int channels>
 void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T, channels>& tile) {
-    const T* const softness = task.boxes.softness;
-    const T* const depths = task.boxes.depths;
     clear(queues);
-    make_reaches(queues, task.num_ids);
-    T* const reaches = queues.reaches;
-    T largest = 0;
-    for (std::size_t i = task.num_ids; i > 0; --i) {
-        const T squared = softness[task.ids[i - 1]] * softness[task.ids[i - 1]];
-        reaches[i - 1] = largest = squared > largest ? squared : largest;
-    }
-    // A record is sampled before the one in front of it is blended: what blending does next hangs on the samples.
-    struct Samples {
-        alignas(64) T alphas[kNumBlocks][kBlockPixels];
-        std::uint16_t pixels[kNumBlocks];
-        std::uint32_t blocks;
-    } samples[2];
+    const T* const reaches = find_reaches(task, queues);
     const Attributes<T, channels> attributes(task.boxes.layers);
-    SoftState<T> soft;
-    SoftBlender<T, channels> blender(task, queues, soft, tile);
-    for (std::size_t i = 0; i <= task.num_ids && tile.alive_blocks != 0; ++i) {
-        if (i < task.num_ids) {
+    std::size_t i = 0;
+    blend_softly<T, false>(
+        task, queues, tile, [&](SoftSamples<T, false> & samples) __attribute__((always_inline)) {
+            if (i == task.num_ids) return false;
             prefetch(task, attributes, i);
-            Samples& next = samples[i % 2];
-            next.blocks = sample_record<T, kernel, true>(task.params, task.records[task.ids[i]], task.x0, task.y0, tile,
-                                                         next.alphas, next.pixels);
-        }
-        if (i == 0) continue;
-        const std::uint32_t id = task.ids[i - 1];
-        const Samples& own = samples[(i - 1) % 2];
-        const SoftRecord<T> record{id, depths[id], softness[id] * softness[id], reaches[i - 1]};
-        for (std::uint32_t blocks = own.blocks; blocks != 0; blocks &= blocks - 1) {
-            const int b = __builtin_ctz(blocks);
-            blender.blend(record, {b, own.alphas[b], own.pixels[b]});
-        }
+            const std::uint32_t id = task.ids[i];
+            const T softness = task.boxes.softness[id];
+            samples.record = {id, task.boxes.depths[id], softness * softness, reaches[i]};
+            sample_softly<T, kernel>(task, task.records[id], tile, samples);
+            ++i;
+            return true;
+        });
+}
+
+// The largest squared softness of the underpaint that waits.
+template <class T>
+struct WaitingReach {
+    T value = 0;
+
+    void add(T squared) { value = squared > value ? squared : value; }
+    template <class Squared>
+    void take(T squared, const UnderpaintHeap<T>& rest, const Squared& squared_of) {
+        if (squared < value) return;
+        value = 0;
+        for (std::size_t k = 0; k < rest.size() && value < squared; ++k) add(squared_of(rest.place(k)));
     }
-    blender.finish();
+};
+
+// Strokes with underpaint, with streaks, or with both.
+template <class T, Kernel kernel, int channels>
+void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T, channels>& tile) {
+    clear(queues);
+    const T* const reaches = find_reaches(task, queues);
+    const Attributes<T, channels> attributes(task.boxes.layers);
+    const auto squared_of = [&](std::size_t place) {
+        const T softness = task.boxes.softness[task.ids[place]];
+        return softness * softness;
+    };
+    constexpr T largest = std::numeric_limits<T>::max();  // infinite depths would have no gap between them
+    LayerOrder<T> order(task);
+    WaitingReach<T> waiting;
+    blend_softly<T, true>(
+        task, queues, tile, [&](SoftSamples<T, true> & samples) __attribute__((always_inline)) {
+            Layer layer;
+            if (!order.next(layer, [&](std::uint32_t place) { waiting.add(squared_of(place)); })) return false;
+            const std::uint32_t id = task.ids[layer.place];
+            const T squared = squared_of(layer.place);
+            const T coming = reaches[layer.is_underpaint ? order.next_place() : layer.place];
+            samples.record = {id, task.boxes.depths[id], squared, coming > waiting.value ? coming : waiting.value};
+            if (layer.is_underpaint) {
+                const double behind = underpaint_depth(task.boxes, id);
+                samples.record.depth = behind < static_cast<double>(largest) ? static_cast<T>(behind) : largest;
+                waiting.take(squared, order.waiting(), squared_of);
+                sample_softly<T, Kernel::gaussian>(task, task.underpaints[id], tile, samples);
+                return true;
+            }
+            prefetch(task, attributes, layer.place);
+            const Record<T>& record = task.records[id];
+            if (shows_streaks(task, record, id))
+                sample_softly<T, kernel>(task, record, tile, samples, streak_shader(task, record, id, samples.shades));
+            else
+                sample_softly<T, kernel>(task, record, tile, samples);
+            return true;
+        });
+}
+
+// Whether strokes are more than their image.
+template <class T>
+bool has_layers(const TileTask<T>& task) {
+    return task.underpaints != nullptr || task.boxes.streaks.noise != nullptr;
+}
+
+template <class T, Kernel kernel, int channels>
+void blend_image(const TileTask<T>& task, TileState<T, channels>& tile) {
+    has_layers(task) ? blend_all_layers<T, kernel>(task, tile) : blend_all<T, kernel>(task, tile);
+}
+
+template <class T, Kernel kernel, int channels>
+void blend_image_softly(const TileTask<T>& task, SoftQueues<T>& queues, TileState<T, channels>& tile) {
+    has_layers(task) ? blend_all_layers_softly<T, kernel>(task, queues, tile)
+                     : blend_all_softly<T, kernel>(task, queues, tile);
 }
 
 }  // namespace
@@ -219,10 +429,10 @@ void paint_tile(const TileTask<T>& task, const Picture<T>& picture) {
         TileState<T, channels> tile(task);
         switch (task.params.kernel) {
             case Kernel::bilinear:
-                blend_all<T, Kernel::bilinear>(task, tile);
+                blend_image<T, Kernel::bilinear>(task, tile);
                 break;
             case Kernel::nearest:
-                blend_all<T, Kernel::nearest>(task, tile);
+                blend_image<T, Kernel::nearest>(task, tile);
                 break;
             case Kernel::gaussian:
                 blend_all<T, Kernel::gaussian>(task, tile);
@@ -240,9 +450,9 @@ void paint_tile_softly(const TileTask<T>& task, SoftQueues<T>& queues, const Pic
     with_channels(picture.layers.count, [&]<int channels>() {
         TileState<T, channels> tile(task);
         if (task.params.kernel == Kernel::bilinear)
-            blend_all_softly<T, Kernel::bilinear>(task, queues, tile);
+            blend_image_softly<T, Kernel::bilinear>(task, queues, tile);
         else
-            blend_all_softly<T, Kernel::nearest>(task, queues, tile);
+            blend_image_softly<T, Kernel::nearest>(task, queues, tile);
         write_tile(task, tile, picture);
     });
 }

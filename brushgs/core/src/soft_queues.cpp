@@ -5,6 +5,8 @@
 
 namespace brushgs {
 
+constexpr std::size_t kSlotPixels = 16;
+
 template <class T>
 void add_slots(SoftQueues<T>& queues) {
     const std::size_t before = queues.num_slots, after = before == 0 ? 256 : 2 * before;
@@ -14,11 +16,25 @@ void add_slots(SoftQueues<T>& queues) {
     std::copy_n(queues.free_slots, queues.num_free, free_slots.get());
     for (std::size_t slot = after; slot > before; --slot)
         free_slots[queues.num_free++] = static_cast<std::uint32_t>(slot - 1);
+    if (queues.keeps_shades) {
+        auto shades = std::make_unique_for_overwrite<T[]>(kSlotPixels * after);
+        std::copy_n(queues.shades, kSlotPixels * before, shades.get());
+        queues.shade_memory = std::move(shades);
+        queues.shades = queues.shade_memory.get();
+    }
     queues.slot_memory = std::move(slots);
     queues.free_memory = std::move(free_slots);
     queues.slots = queues.slot_memory.get();
     queues.free_slots = queues.free_memory.get();
     queues.num_slots = after;
+}
+
+template <class T>
+void keep_shades(SoftQueues<T>& queues, bool keeps) {
+    if (queues.keeps_shades == keeps) return;
+    queues.keeps_shades = keeps;
+    queues.shade_memory = keeps ? std::make_unique_for_overwrite<T[]>(kSlotPixels * queues.num_slots) : nullptr;
+    queues.shades = queues.shade_memory.get();
 }
 
 template <class T>
@@ -57,6 +73,8 @@ template void add_slots(SoftQueues<float>&);
 template void add_slots(SoftQueues<double>&);
 template void lengthen_queues(SoftQueues<float>&);
 template void lengthen_queues(SoftQueues<double>&);
+template void keep_shades(SoftQueues<float>&, bool);
+template void keep_shades(SoftQueues<double>&, bool);
 template void make_reaches(SoftQueues<float>&, std::size_t);
 template void make_reaches(SoftQueues<double>&, std::size_t);
 

@@ -27,8 +27,15 @@ def supersampled(
         y = large.centers[:, 1] - FACTOR * top
         is_near = (y + reach > 0) & (y - reach < FACTOR * rows)
         strip = replace(large, centers=np.stack([large.centers[:, 0], y], axis=1)).take(is_near)
-        size = {"height": FACTOR * rows, "width": FACTOR * width}
-        frame = rasterize(strip, texture, filter="bilinear", depth=False, num_threads=num_threads, **size)
+        frame = rasterize(
+            strip,
+            texture,
+            height=FACTOR * rows,
+            width=FACTOR * width,
+            filter="bilinear",
+            depth=False,
+            num_threads=num_threads,
+        )
         blocks = rows, FACTOR, width, FACTOR
         rgb.append(frame.rgb.reshape(*blocks, 3).mean(axis=(1, 3)))
         alpha.append(frame.alpha.reshape(blocks).mean(axis=(1, 3)))

@@ -46,6 +46,7 @@ struct ProjectParams {
     const float* area_scales;  // [count] least area of boxes in areas of the smallest, for Lock::given; or null
     bool antialiased;          // whether opacities fall by what the low-pass adds to the area, see compensation_of
     bool fades;                // whether strokes fade that would otherwise appear or vanish, see fade_of
+    bool with_setbacks;        // whether boxes have the size of their Gaussian, by which underpaint lies behind
     double softness;           // depth over which two strokes hide each other in part, in sizes of a stroke; 0: none
 };
 
@@ -71,6 +72,7 @@ struct BoxColumns {
     T *centers, *half_extents, *angles, *depths, *colors, *opacities;
     std::int32_t* ids;
     T* softness;  // or null, where the parameter `softness` is 0
+    T* setbacks;  // or null
     Buffer<std::byte> memory;
     ProjectCounts culled;
 };

@@ -22,6 +22,27 @@ constexpr int kTileHeight = 16;  // pixels
 
 enum class Kernel { bilinear, nearest, gaussian, ellipse };
 
+// Each box of a stroke image once more, as a soft kernel (Kernel::gaussian) behind the stroke.
+template <class T>
+struct UnderpaintView {
+    const T* setbacks = nullptr;  // [M] world units behind the stroke; null: no underpaint
+    double reach = 0;             // half extents, in those of the box
+    double opacity = 0;           // in that of the box
+};
+
+// Streaks of bristles: what a stroke's colour is multiplied by across the stroke, see brushgs/rendering/streaks.py.
+constexpr int kBristles = 12;       // across a box
+constexpr int kBristleMargin = 12;  // beyond it on either side: filtered levels of an image are larger than the box
+template <class T>
+struct StreakView {
+    // Two bands of noise, 0 to 255: entry 2 k packs bristles k and k + 1 of the first, low byte first, entry 2 k + 1
+    // those of the second, so that one load gets all four. Box i starts at bristle starts[i] + kBristleMargin.
+    const std::uint16_t* noise = nullptr;  // [2 (256 + kBristles + 2 kBristleMargin + 2)]; null: no streaks
+    const std::uint8_t* starts = nullptr;  // [M]
+    const T* weights = nullptr;            // [M, 2] of the bands: the factor is 1 + sum of weight (noise / 127.5 - 1)
+    const T* slopes = nullptr;             // [M, 2] derivative of the weights by the half extent along v, per pixel
+};
+
 // M boxes, nearest first; layout as in brushgs.Boxes.
 template <class T>
 struct BoxView {
@@ -32,8 +53,10 @@ struct BoxView {
     const T* colors;              // [M, 3]
     const T* opacities;           // [M]
     Channels<const T> layers;     // [M] each: what the layers of the picture are means of
-    const T* depths = nullptr;    // [M] world units, for the soft order
+    const T* depths = nullptr;    // [M] world units, for the soft order and for underpaint
     const T* softness = nullptr;  // [M] world units; null: each box hides all that lies behind it
+    UnderpaintView<T> underpaint = {};
+    StreakView<T> streaks = {};
 };
 
 // One pre-filtered version of the stroke image. Entry (row i, column j) of `pairs` packs the 8-bit texels (i, j)
@@ -82,11 +105,12 @@ struct alignas(64) Record {
 };
 static_assert(sizeof(Record<float>) == 64);
 
-// The outline of a painted box, for the question which tiles it reaches.
+// The outline of a painted box, its underpaint included, for the question which tiles it reaches.
 struct Outline {
-    float center_x, center_y;  // pixels
-    float cos, sin;            // of the u axis
-    float reach_u, reach_v;    // painted half lengths, pixels
+    float center_x, center_y;               // pixels
+    float cos, sin;                         // of the u axis
+    float reach_u, reach_v;                 // painted half lengths, pixels
+    std::int16_t left, top, right, bottom;  // as in `Record`; if empty, nothing else is set
 };
 
 // Records of tile t: ids[starts[t]] to ids[starts[t + 1]], in stroke order.
@@ -96,15 +120,23 @@ struct TileLists {
     std::unique_ptr<std::uint32_t[]> ids;
 };
 
+// Underpaint of a stroke that has been painted, which lies behind some that have not.
+struct WaitingUnderpaint {
+    double depth;         // world units
+    std::uint32_t place;  // of the stroke, in the list of the tile
+};
+
 // One tile, to be painted or differentiated.
 template <class T>
 struct TileTask {
     const RasterParams& params;
     const BoxView<T>& boxes;
-    const Record<T>* records;  // [M]
-    const std::uint32_t* ids;  // [num_ids] the records that reach the tile, in stroke order
+    const Record<T>* records;      // [M]
+    const Record<T>* underpaints;  // [M] or null
+    const std::uint32_t* ids;      // [num_ids] the records that reach the tile, or their underpaint, in stroke order
     std::size_t num_ids;
-    int x0, y0;  // pixels: the first of the tile
+    int x0, y0;                  // pixels: the first of the tile
+    WaitingUnderpaint* waiting;  // memory for num_ids of them, where there is underpaint
 };
 
 // The pre-filtered level that each box needs: along each axis the number of `bounds` (half extents in pixels,
@@ -125,8 +157,8 @@ void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Pictur
 template <class T>
 struct SoftQueues;
 
-// Implemented once per instruction set, in raster_kernel.cpp. Boxes begin to end become records[begin...] and
-// outlines[0...].
+// Implemented once per instruction set, in raster_kernel.cpp. Boxes begin to end become records[begin...], their
+// underpaint, if any, records[M + begin...], and outlines[0...].
 #define BRUSHGS_DECLARE_RASTER_KERNELS(isa)                                                                           \
     namespace isa {                                                                                                   \
     template <class T>                                                                                                \

@@ -36,11 +36,19 @@ struct BoxGradients {
 
 // What a tile sums for one record. With a the alpha, x and y the pixel from the record's anchor, and U and V the
 // derivative of the loss by u and v, but for the factor `opacity` of the record where it is an image. From kLayers on
-// there is one sum for each channel of the layers.
+// there is one sum for each channel of the layers, then one of the derivative by the half extent along v as far as
+// streaks fade with it.
 enum Sum { kU, kUx, kUy, kV, kVx, kVy, kAlpha, kRed, kGreen, kBlue, kLayers };
 
 // How many numbers there are for each record: a multiple of four, since they are added up in fours.
-constexpr int num_sums(int channels) { return (kLayers + channels + 3) / 4 * 4; }
+constexpr int num_sums(int channels) { return (kLayers + channels + 1 + 3) / 4 * 4; }
+
+// Where a tile writes its sums: [num_ids, num_sums(channels)] each.
+template <class T>
+struct TileSums {
+    T* strokes;
+    T* underpaints;  // or null, where there is no underpaint
+};
 
 // Differentiate. `texels` has for each level of `params` the gradient by its texels, [rows, columns], by coverage
 // of 0 to 1, which is added to; or is empty. Results do not depend on `num_threads`, bit for bit. `params` are those
@@ -49,12 +57,12 @@ template <class T>
 void rasterize_backward(const RasterParams& params, const BoxView<T>& boxes, const PictureGradients<T>& picture,
                         const BoxGradients<T>& gradients, std::span<double* const> texels);
 
-// Implemented once per instruction set, in raster_backward_kernel.cpp. Writes sums[num_ids, num_sums(channels)];
-// `texels` may be null.
-#define BRUSHGS_DECLARE_RASTER_BACKWARD(isa)                                                                 \
-    namespace isa {                                                                                          \
-    template <class T>                                                                                       \
-    void differentiate_tile(const TileTask<T>&, const PictureGradients<T>&, T* sums, double* const* texels); \
+// Implemented once per instruction set, in raster_backward_kernel.cpp. `texels` may be null.
+#define BRUSHGS_DECLARE_RASTER_BACKWARD(isa)                                                         \
+    namespace isa {                                                                                  \
+    template <class T>                                                                               \
+    void differentiate_tile(const TileTask<T>&, const PictureGradients<T>&, const TileSums<T>& sums, \
+                            double* const* texels);                                                  \
     }
 BRUSHGS_DECLARE_RASTER_BACKWARD(baseline)
 BRUSHGS_DECLARE_RASTER_BACKWARD(avx2)

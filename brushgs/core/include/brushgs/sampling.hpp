@@ -219,16 +219,22 @@ struct Slopes {
     alignas(64) T v[kNumBlocks][kBlockPixels];
 };
 
+// Does nothing with a sample.
+struct NoShader {
+    template <class Real, class Mask>
+    [[gnu::always_inline]] inline void operator()(int, int, Real, Mask) const {}
+};
+
 // The alpha of a record at the pixels of a tile that still let light through, 0 outside its box; returns the blocks
 // of 4 x 4 pixels that it may touch, of which alone `alphas`, and `slopes` unless null, are written. Sifted:
 // alphas too faint to count are 0, only blocks with others are returned, and `pixels` says which pixels of a block
-// these are.
-template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = false, class Tile>
+// these are. `shader` is called with block, lane, the coordinates v of the lanes and those of them inside the box.
+template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = false, class Tile, class Shader = NoShader>
 [[gnu::always_inline]] inline std::uint32_t sample_record(const RasterParams& params, const Record<T>& record, int x0,
                                                           int y0, const Tile& tile,
                                                           T (&alphas)[kNumBlocks][kBlockPixels],
-                                                          std::uint16_t* pixels = nullptr,
-                                                          Slopes<T>* slopes = nullptr) {
+                                                          std::uint16_t* pixels = nullptr, Slopes<T>* slopes = nullptr,
+                                                          const Shader& shader = {}) {
     using L = Lanes<T>;
     using Real = typename L::Real;
     constexpr int W = L::width;
@@ -255,6 +261,7 @@ template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = fal
             const auto inside = sampler.inside(L::from_bits(static_cast<unsigned>(tile.alive[b]) >> lane), u, v);
             const auto sample = sampler.sample(u, v, inside);
             const Real alpha = L::min(opacity * sample.coverage, L::set(static_cast<T>(kMaxAlpha)));
+            shader(b, lane, v, inside);
             if constexpr (with_slopes) {
                 L::store(slopes->u[b] + lane, sample.slope_u);
                 L::store(slopes->v[b] + lane, sample.slope_v);

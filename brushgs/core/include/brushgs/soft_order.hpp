@@ -86,13 +86,14 @@ template <class T>
 struct BlockFragments {
     int b;
     const T* alphas;  // [kBlockPixels]
+    const T* shades;  // [kBlockPixels] factors of the colour, where they are kept
     unsigned pixels;  // bit p: whether pixel p has one
 };
 
 // Blends the records of one tile. All its functions are inlined, so that its fields live in registers: where the
 // columns of the queues lie is copied here because vector stores may touch any memory, and each field behind a
 // reference would be read anew after each of them.
-template <class T, int channels>
+template <class T, bool has_shades, int channels>
 class SoftBlender {
     using L = Lanes<T>;
     using Real = typename L::Real;
@@ -168,7 +169,7 @@ public:
             }
         }
         soft_.shared[b] = static_cast<std::uint16_t>(soft_.shared[b] | shared);
-        append(record, b, tail, pixels, alpha, front, seen);
+        append(record, fragments, tail, pixels, alpha, front, seen);
         queues_.tails[queue] = tail + 1 - start;
     }
 
@@ -196,7 +197,7 @@ public:
 
 private:
     [[gnu::always_inline]] inline void copy_columns() {
-        slots_ = queues_.slots, free_slots_ = queues_.free_slots, entries_ = queues_.entries;
+        slots_ = queues_.slots, shades_ = queues_.shades, free_slots_ = queues_.free_slots, entries_ = queues_.entries;
         depths_ = queues_.depths, squared_softness_ = queues_.squared_softness;
         queue_size_ = queues_.queue_size;
     }
@@ -241,9 +242,10 @@ private:
     }
 
     // Puts the fragments of a record at place `tail` of the queue of block b.
-    [[gnu::always_inline]] inline void append(const SoftRecord<T>& record, int b, std::size_t tail, unsigned pixels,
-                                              const Real (&alpha)[num_parts], const Real (&front)[num_parts],
-                                              const Real (&seen)[num_parts]) {
+    [[gnu::always_inline]] inline void append(const SoftRecord<T>& record, const BlockFragments<T>& fragments,
+                                              std::size_t tail, unsigned pixels, const Real (&alpha)[num_parts],
+                                              const Real (&front)[num_parts], const Real (&seen)[num_parts]) {
+        const int b = fragments.b;
         const std::uint32_t slot_id = free_slots_[--num_free_];
         FragmentSlot<T>& slot = slots_[slot_id];
         unsigned last = 0, shown = 0;
@@ -258,6 +260,8 @@ private:
             L::store(slot.alpha + lane, alpha[part]);
             L::store(slot.weight + lane, L::where(kept, seen[part] * alpha[part]));
             L::store(slot.before + lane, before);
+            if constexpr (has_shades)
+                L::store(shades_ + kBlockPixels * slot_id + lane, L::load(fragments.shades + lane));
             last |= L::bits(L::less(all, after, L::set(static_cast<T>(kLeastLight)))) << lane;
         }
         entries_[tail] = {slot_id, record.id, static_cast<std::uint16_t>(pixels), static_cast<std::uint16_t>(shown)};
@@ -279,7 +283,9 @@ private:
                 const FragmentSlot<T>& slot = slots[entries[k].slot];
                 const Record<T>& record = records_[entries[k].record];
                 const Real weight = L::load(slot.weight + lane);
-                for (int c = 0; c < 3; ++c) planes[c] = planes[c] + weight * L::set(record.color[c]);
+                Real of_color = weight;
+                if constexpr (has_shades) of_color = weight * L::load(shades_ + kBlockPixels * entries[k].slot + lane);
+                for (int c = 0; c < 3; ++c) planes[c] = planes[c] + of_color * L::set(record.color[c]);
                 for (int c = 0; c < channels; ++c)
                     planes[3 + c] = planes[3 + c] + weight * L::set(attributes_.of(entries[k].record, c));
                 sum = sum + weight;
@@ -300,6 +306,7 @@ private:
     Tile& tile_;
     // Copied from `queues_`.
     FragmentSlot<T>* slots_;
+    T* shades_;
     std::uint32_t* free_slots_;
     FragmentEntry* entries_;
     T* depths_;

@@ -33,15 +33,17 @@ struct SoftQueues {
     std::unique_ptr<FragmentSlot<T>[]> slot_memory;
     std::unique_ptr<std::uint32_t[]> free_memory;
     std::unique_ptr<FragmentEntry[]> entry_memory;
-    std::unique_ptr<T[]> depth_memory, softness_memory, reach_memory;
+    std::unique_ptr<T[]> depth_memory, softness_memory, reach_memory, shade_memory;
     FragmentSlot<T>* slots = nullptr;     // [num_slots]
+    T* shades = nullptr;                  // [num_slots, 16] factors of the colour; null unless they are kept
     std::uint32_t* free_slots = nullptr;  // [num_slots] the first num_free are free, the last of them next
     FragmentEntry* entries = nullptr;     // [num_queues, queue_size]
     T* depths = nullptr;                  // [num_queues, queue_size] camera z
     T* squared_softness = nullptr;        // [num_queues, queue_size]
-    T* reaches = nullptr;                 // [num_ids of a tile] the largest squared softness from there on
+    T* reaches = nullptr;                 // [num_ids of a tile + 1] the largest squared softness from there on
     std::size_t num_slots = 0, num_free = 0, queue_size = 0, num_reaches = 0;
     std::size_t heads[num_queues] = {}, tails[num_queues] = {};
+    bool keeps_shades = false;
 };
 
 // These allocate, in soft_queues.cpp: a kernel's file would compile the library's templates for its instruction set.
@@ -53,6 +55,10 @@ void add_slots(SoftQueues<T>& queues);
 // Doubles the room of every queue.
 template <class T>
 void lengthen_queues(SoftQueues<T>& queues);
+
+// Whether slots have shades from now on; none may be in use.
+template <class T>
+void keep_shades(SoftQueues<T>& queues, bool keeps);
 
 // Makes room for `count` reaches.
 template <class T>

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "brushgs/cpu.hpp"
+#include "brushgs/memory.hpp"
 #include "brushgs/raster.hpp"
 
 namespace brushgs {
@@ -125,11 +126,11 @@ inline void visit_four(const TileRange& range, const Outline& o, int columns, Ch
     chunk.visit(first + columns + 1, (skipped & 8) == 0);
 }
 
-// Visits the tiles whose pixel centres may lie inside the record's box, row by row.
-template <class T>
-void visit_tiles(const Record<T>& r, const Outline& outline, int columns, Chunk& chunk) {
-    if (r.right < r.left) return;
-    const TileRange range{r.left / kTileWidth, r.right / kTileWidth, r.top / kTileHeight, r.bottom / kTileHeight};
+// Visits the tiles whose pixel centres may lie inside the outline, row by row.
+inline void visit_tiles(const Outline& outline, int columns, Chunk& chunk) {
+    if (outline.right < outline.left) return;
+    const TileRange range{outline.left / kTileWidth, outline.right / kTileWidth, outline.top / kTileHeight,
+                          outline.bottom / kTileHeight};
     const int num_columns = range.last_column - range.first_column + 1;
     const int num_rows = range.last_row - range.first_row + 1;
     if (num_columns * num_rows <= 2) {  // most strokes are small; whether it is one tile or two is beyond prediction
@@ -164,6 +165,12 @@ struct BoxVisits {
     std::unique_ptr<std::uint32_t[]> entries;
 };
 
+// How many records boxes have: with underpaint two each.
+template <class T>
+std::size_t num_records(const BoxView<T>& boxes) {
+    return boxes.underpaint.setbacks == nullptr ? boxes.count : 2 * boxes.count;
+}
+
 // Records for all boxes, and for every tile the records that reach it. Chunks of boxes are counted apart and
 // laid end to end within each tile, so a list is in stroke order however many threads there are.
 // `visits`, unless null, becomes the same the other way round.
@@ -189,7 +196,7 @@ TileLists make_tiles(const RasterParams& params, MakeRecords<T> make_records, co
         chunk.make_room(2 * count);
         for (std::size_t i = 0; i < count; ++i) {
             const std::size_t before = chunk.count;
-            visit_tiles(records[chunk.begin + i], outlines[i], tiles.columns, chunk);
+            visit_tiles(outlines[i], tiles.columns, chunk);
             chunk.num_visits[i] = static_cast<std::uint32_t>(chunk.count - before);
         }
     });
@@ -225,19 +232,23 @@ TileLists make_tiles(const RasterParams& params, MakeRecords<T> make_records, co
     return tiles;
 }
 
-// What there is to do for one tile.
+// What there is to do for one tile. Its memory for waiting underpaint is the thread's own.
 template <class T>
 TileTask<T> task_of(const RasterParams& params, const BoxView<T>& boxes, const Record<T>* records,
                     const TileLists& tiles, std::size_t tile) {
     const std::uint32_t first = tiles.starts[tile];
+    const bool has_underpaint = boxes.underpaint.setbacks != nullptr;
+    thread_local Scratch<WaitingUnderpaint> waiting;
     const int column = static_cast<int>(tile) % tiles.columns, row = static_cast<int>(tile) / tiles.columns;
     return {.params = params,
             .boxes = boxes,
             .records = records,
+            .underpaints = has_underpaint ? records + boxes.count : nullptr,
             .ids = tiles.ids.get() + first,
             .num_ids = tiles.starts[tile + 1] - first,
             .x0 = column * kTileWidth,
-            .y0 = row * kTileHeight};
+            .y0 = row * kTileHeight,
+            .waiting = has_underpaint ? waiting.take(tiles.starts[tile + 1] - first).data() : nullptr};
 }
 
 }  // namespace brushgs

@@ -1,0 +1,108 @@
+"""Streaks: bristles leave lines of lighter and darker paint along a stroke.
+
+A stroke's colour is multiplied by 1 + streaks x s, s in -1 to 1 being a fixed noise across the stroke. It is
+read from a place in the noise that belongs to the Gaussian behind the box, so a stroke keeps its streaks from
+view to view. The noise has two bands: single bristles, and tufts of several. Each fades out, as a stroke gets
+smaller, before a pixel could no longer resolve it, so that nothing shimmers.
+"""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import F64, Array
+from brushgs.native import core as _core
+from brushgs.scene import Boxes
+
+MOST_STREAKS = 0.5
+PERIOD = 256  # bristles after which the noise repeats; also how many places strokes may read it from
+TUFT = 8  # bristles: width of the window that smooths bristles to tufts
+# Pixels of a bristle where its band begins to show and where it shows in full: waves of 2 and 4 pixels.
+BRISTLE_FADE = (1.0, 2.0)
+TUFT_FADE = (0.25, 0.5)
+BRISTLES: int = _core.BRISTLES  # 12 across a box
+# On either side of it: filtered levels of a stroke image are larger than the box.
+MARGIN: int = _core.BRISTLE_MARGIN
+
+
+def streak_arguments(boxes: Boxes, streaks: float) -> dict[str, Any]:
+    """What the core takes of streaks; nothing where they are 0."""
+    names = "streak_noise", "streak_starts", "streak_weights"
+    if streaks == 0:
+        return dict.fromkeys(names)
+    return dict(
+        zip(names, (packed_noise(), streak_starts(boxes), streak_weights(boxes, streaks)), strict=True)
+    )
+
+
+def streak_starts(boxes: Boxes) -> NDArray[np.uint8]:
+    """[M] the bristle of the noise at which each box begins: a hash of the row behind it."""
+    return (boxes.ids.astype(np.uint32) * np.uint32(0x9E3779B1) >> np.uint32(24)).astype(np.uint8)
+
+
+def streak_weights(boxes: Boxes, streaks: float) -> Array:
+    """[M, 2] amplitude of single bristles and of tufts in each box, >= 0, in all at most `streaks`."""
+    return _weights(boxes, streaks, 0)
+
+
+def streak_slopes(boxes: Boxes, streaks: float) -> Array | None:
+    """[M, 2] derivative of the weights by the half extent across the stroke, 1/px; None without streaks."""
+    return None if streaks == 0 else _weights(boxes, streaks, 1)
+
+
+def _weights(boxes: Boxes, streaks: float, derivative: int) -> Array:
+    half_v = boxes.half_extents[:, 1].astype(np.float64)
+    bristles, tufts = (_shown(half_v, fade)[derivative] for fade in (BRISTLE_FADE, TUFT_FADE))
+    return (streaks * np.stack([bristles, tufts - bristles], 1)).astype(boxes.half_extents.dtype)
+
+
+def check_streaks(where: str, streaks: float) -> None:
+    """Raise ValueError if an amplitude is out of range."""
+    if not 0 <= streaks <= MOST_STREAKS:
+        raise ValueError(f"{where}: streaks must be in 0 to {MOST_STREAKS}, got {streaks}")
+
+
+def _shown(half_v: F64, fade: tuple[float, float]) -> tuple[F64, F64]:
+    """[M] share of a band that shows in boxes of these half extents, and its derivative by them."""
+    bristle = 2 / BRISTLES  # pixels of a bristle, per pixel of half extent
+    t = np.clip((half_v * bristle - fade[0]) / (fade[1] - fade[0]), 0, 1)
+    return t * t * (3 - 2 * t), 6 * t * (1 - t) * bristle / (fade[1] - fade[0])
+
+
+@lru_cache
+def noise() -> NDArray[np.uint8]:
+    """[PERIOD, 2] the noise of single bristles (all bands) and of tufts alone; 127.5 is 0, 255 is 1.
+
+    One half of the period is the other with its sign changed, so the mean is 0. Deviations are 0.5.
+    """
+    k = np.arange(PERIOD // 2, dtype=np.uint64) + 1
+    for factor in (0x9E3779B1, 0x85EBCA6B, 0xC2B2AE35):  # an integer hash: the same on every machine
+        k = k * np.uint64(factor) & np.uint64(0xFFFFFFFF)
+        k ^= k >> np.uint64(15)
+    single = k.astype(np.float64) / 2**31 - 1
+    single = np.concatenate([single, -single])
+    window = np.sin(np.pi * (np.arange(TUFT) + 0.5) / TUFT) ** 2
+    tufts = sum(w * np.roll(single, j - TUFT // 2) for j, w in enumerate(window))
+    tufts = 0.5 * tufts / np.sqrt((tufts**2).mean())
+    whole = 0.7 * tufts + 0.6 * single
+    steps: NDArray[np.uint8] = np.rint(127.5 * (1 + np.clip(np.stack([whole, tufts], 1), -1, 1))).astype(
+        np.uint8
+    )
+    steps[PERIOD // 2 :] = 255 - steps[: PERIOD // 2]
+    steps.flags.writeable = False
+    return steps
+
+
+@lru_cache
+def packed_noise() -> NDArray[np.uint16]:
+    """The noise as the core reads it, see `StreakView` in core/include/brushgs/raster.hpp.
+
+    Entry 2 k packs the bristles k - MARGIN and k - MARGIN + 1 of the first column, entry 2 k + 1 those of the
+    second: as many as any box reads from any start.
+    """
+    places = np.arange(-MARGIN, PERIOD + BRISTLES + MARGIN + 2)
+    steps = noise().astype(np.uint16)
+    packed = steps[places % PERIOD] | steps[(places + 1) % PERIOD] << 8
+    return packed.ravel().astype(np.uint16)
