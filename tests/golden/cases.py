@@ -16,13 +16,15 @@ from numpy.typing import NDArray
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter, Order
 from brushgs.rendering.project import project
+from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Boxes, Gaussians
 from brushgs.still_life import still_life, still_life_camera
 
 FOLDER = Path(__file__).parent
 WIDTH, HEIGHT = 128, 96
 WHITE = (1.0, 1.0, 1.0)
-NUM_STROKES, NUM_FINE_STROKES = 2400, 8000  # about
+NUM_STROKES, NUM_FINE_STROKES, NUM_LARGE_STROKES = 2400, 8000, 1000  # about
+UNDERPAINT = Underpaint.for_sigmas(2)  # `num_sigmas` of every stroke image
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,8 @@ class Case:
     filter: Filter
     boxes: Callable[[float], Boxes]  # num_sigmas -> float64 boxes
     background: tuple[float, float, float] | None = WHITE  # None: transparent
+    underpaint: Underpaint | None = None
+    streaks: float = 0.0
 
     @property
     def texture(self) -> StrokeTexture:
@@ -46,7 +50,7 @@ def scene(num_strokes: int) -> Gaussians:
 
 def boxes_of(gaussians: Gaussians, num_sigmas: float, order: Order = "depth") -> Boxes:
     camera = still_life_camera(width=WIDTH, height=HEIGHT)
-    return project(gaussians, camera, num_sigmas=num_sigmas, order=order)
+    return project(gaussians, camera, num_sigmas=num_sigmas, order=order, underpaint=True)
 
 
 def still_life_boxes(num_sigmas: float) -> Boxes:
@@ -61,6 +65,22 @@ def soft_wheel_boxes(num_sigmas: float) -> Boxes:
     """The wheel with softness that reach over much of a ring, and one stroke in 25 that reaches over all."""
     boxes = wheel_boxes(num_sigmas)
     return replace(boxes, softness=np.where(np.arange(len(boxes)) % 25 == 0, 10, 0.1))
+
+
+def large_boxes(num_sigmas: float) -> Boxes:
+    """Few strokes, large enough to show streaks."""
+    return boxes_of(scene(NUM_LARGE_STROKES), 1.8 * num_sigmas)
+
+
+def large_soft_boxes(num_sigmas: float) -> Boxes:
+    return boxes_of(scene(NUM_LARGE_STROKES), 1.8 * num_sigmas, order="soft")
+
+
+def set_back_wheel_boxes(num_sigmas: float) -> Boxes:
+    """The wheel enlarged by half, underpaint from none to three rings behind its stroke."""
+    boxes = wheel_boxes(num_sigmas)
+    setbacks = np.arange(len(boxes)) % 7 * 0.5
+    return replace(boxes, half_extents=1.5 * boxes.half_extents, setbacks=setbacks)
 
 
 def fine_boxes(num_sigmas: float) -> Boxes:
@@ -98,5 +118,12 @@ CASES = {
     "ellipse": Case("ellipse", "mip", still_life_boxes),
     "wheel_on_nothing": Case("filbert", "mip", wheel_boxes, background=None),
     "dry_brush_soft": Case("dry_brush", "mip", soft_boxes),
+    "dry_brush_underpaint": Case("dry_brush", "mip", still_life_boxes, underpaint=UNDERPAINT),
+    "dry_brush_underpaint_soft": Case("dry_brush", "mip", soft_boxes, underpaint=UNDERPAINT),
+    "impasto_streaks": Case("impasto", "mip", large_boxes, streaks=0.5),
+    "flat_underpaint_streaks_soft": Case(
+        "flat", "bilinear", large_soft_boxes, underpaint=UNDERPAINT, streaks=0.4
+    ),
+    "wheel_underpaint": Case("filbert", "nearest", set_back_wheel_boxes, None, Underpaint(1.3), 0.5),
     "wheel_soft": Case("filbert", "bilinear", soft_wheel_boxes, background=None),
 }

@@ -15,7 +15,8 @@ def frame_of(case: Case) -> Frame:
     """What the definition paints."""
     texture = case.texture
     boxes = case.boxes(texture.num_sigmas)
-    return reference.rasterize(boxes, texture, width=WIDTH, height=HEIGHT, filter=case.filter)
+    size, look = {"width": WIDTH, "height": HEIGHT}, {"underpaint": case.underpaint, "streaks": case.streaks}
+    return reference.rasterize(boxes, texture, filter=case.filter, **size, **look)
 
 
 def main() -> None:

@@ -24,8 +24,10 @@ MAX_BYTES = 50 * 1024
 def kernel_frame(case: Case, dtype: type[np.floating], num_threads: int) -> Frame:
     texture = case.texture
     boxes = case.boxes(texture.num_sigmas)
-    size = {"width": WIDTH, "height": HEIGHT}
-    return rasterize(boxes.astype(dtype), texture, filter=case.filter, num_threads=num_threads, **size)
+    size, look = {"width": WIDTH, "height": HEIGHT}, {"underpaint": case.underpaint, "streaks": case.streaks}
+    return rasterize(
+        boxes.astype(dtype), texture, filter=case.filter, num_threads=num_threads, **size, **look
+    )
 
 
 def decoded(path) -> np.ndarray:
