@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from brushgs.passes.recolor import Palette as Palette
     from brushgs.passes.recolor import recolor as recolor
     from brushgs.passes.repaint import repaint as repaint
+    from brushgs.passes.solid import solidify as solidify
     from brushgs.rendering.plain import plain_views as plain_views
     from brushgs.rendering.project import project as project
     from brushgs.rendering.rasterize import rasterize as rasterize
@@ -53,6 +54,7 @@ _MODULES = {
     "passes.prune": "prune",
     "passes.recolor": "Palette recolor",
     "passes.repaint": "repaint",
+    "passes.solid": "solidify",
     "rendering.plain": "plain_views",
     "rendering.project": "project",
     "rendering.rasterize": "rasterize",

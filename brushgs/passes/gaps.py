@@ -73,7 +73,7 @@ def _growth_of(
     alone = opacities[rows].copy()
     num_touching, parallel = np.zeros((2, len(rows)))
     for rank, others in enumerate(neighbors.T):
-        away = _squared_distances(rows, others, means, scales, axes)
+        away = squared_distances(rows, others, means, scales, axes)
         alone *= 1 - opacities[others] * np.exp(-0.5 * away)
         if rank < NUM_TOUCHING:
             touches = away < TOUCH
@@ -84,7 +84,7 @@ def _growth_of(
     return np.asarray((CURLED + (PLANE - CURLED) * flat) * touched * _ramp(alone, *ALONE))
 
 
-def _squared_distances(
+def squared_distances(
     rows: NDArray[np.intp],
     others: NDArray[np.int32],
     means: NDArray[np.float64],
