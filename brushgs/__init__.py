@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from brushgs.io.pictures.video import save_video as save_video
     from brushgs.io.scenes.encoding import Encoding as Encoding
     from brushgs.io.scenes.encoding import Reading as Reading
+    from brushgs.passes.broken_color import break_colors as break_colors
     from brushgs.passes.clean import clean as clean
     from brushgs.passes.cluster import cluster as cluster
     from brushgs.passes.direction.orient import orient as orient
@@ -48,6 +49,7 @@ _MODULES = {
     "io": "load load_cameras save",
     "io.pictures.video": "save_video",
     "io.scenes.encoding": "Encoding Reading",
+    "passes.broken_color": "break_colors",
     "passes.clean": "clean",
     "passes.cluster": "cluster",
     "passes.direction.orient": "orient",

@@ -1,4 +1,4 @@
-"""Rows that are equal in all columns given, found by a 64-bit hash of their bits."""
+"""Rows that are equal in all columns given, found by a 64-bit hash of their bits; and that hash."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,15 @@ def equal_rows(*columns: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """
     if not len(columns[0]):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    _, first, groups = np.unique(row_hashes(*columns), return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return first[order], rank[groups.reshape(-1)]
+
+
+def row_hashes(*columns: Array) -> NDArray[np.uint64]:
+    """A hash [N] of the bits of each row of columns [N, ...], taken as float32; 0 and -0 are the same."""
     hashes = np.zeros(len(columns[0]), np.uint64)
     flat = [values for column in columns for values in column.reshape(len(column), -1).T]
     for place, values in enumerate(flat, 1):
@@ -22,8 +31,4 @@ def equal_rows(*columns: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         mixed = (bits.astype(np.uint64) + np.uint64(place * _ODD % 2**64)) * np.uint64(_ODD)
         hashes = (hashes ^ mixed ^ (mixed >> np.uint64(29))) * np.uint64(_ODD)
         hashes ^= hashes >> np.uint64(32)
-    _, first, groups = np.unique(hashes, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    return first[order], rank[groups.reshape(-1)]
+    return hashes
