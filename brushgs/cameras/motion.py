@@ -98,9 +98,9 @@ def screw_motion(first: F64, second: F64, shares: ArrayLike) -> F64:
     is_turn = half > 0
     chord = np.where(is_turn, np.sin(shares * half) / np.sin(np.where(is_turn, half, 1.0)), shares)
     along = (step[:, :3, 3] * axis).sum(axis=1, keepdims=True) * axis
-    across = (_turns(axis, (shares - 1) * half) @ (step[:, :3, 3] - along)[..., None])[..., 0]
+    across = (turns(axis, (shares - 1) * half) @ (step[:, :3, 3] - along)[..., None])[..., 0]
     part = np.zeros_like(step)
-    part[:, :3, :3] = _turns(axis, shares * theta)
+    part[:, :3, :3] = turns(axis, shares * theta)
     part[:, :3, 3] = np.asarray(shares)[..., None] * along + chord[:, None] * across
     part[:, 3, 3] = 1
     return part @ first
@@ -148,7 +148,7 @@ def _axis_angle(rotations: F64) -> tuple[F64, F64]:
     return axis, 2 * np.arctan2(sine, quats[:, 0])
 
 
-def _turns(axis: F64, angles: F64) -> F64:
+def turns(axis: F64, angles: F64) -> F64:
     """[n, 3, 3] rotations by `angles` about unit axes [n, 3]."""
     half = 0.5 * np.broadcast_to(angles, axis.shape[:1])[:, None]
     return rotation_matrices(np.concatenate([np.cos(half), np.sin(half) * axis], axis=1))
