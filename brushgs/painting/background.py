@@ -50,7 +50,7 @@ def open_background(text: str, width: int, height: int) -> Background:
         return rgb_of(text)
     from brushgs.io.pictures.images import read_image
 
-    return _fill(_flatten_rows(read_image(text)), width, height)
+    return fill_picture(_flatten_rows(read_image(text)), width, height)
 
 
 def _crop(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
@@ -83,7 +83,7 @@ def _flatten_rows(image: NDArray[np.float32]) -> NDArray[np.float32]:
     return flat
 
 
-def _fill(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
+def fill_picture(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
     """Scale to cover width x height, antialiased where it shrinks, and crop to the centre."""
     rows, columns = image.shape[:2]
     if (rows, columns) != (height, width):

@@ -1,0 +1,98 @@
+"""Where the strokes of a scene go: a factor per Gaussian on the strokes per area, for `cluster(focus=...)`.
+
+Inside the focus the factor is `STRENGTH`, outside 1, with a smooth edge between: the strokes of a painting
+are as many as without it, and inside there are twice as many to an area as outside.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from brushgs.arrays import F64, Array, check
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering.backward import rasterize_backward
+from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
+from brushgs.scene import Camera, FirstView, Gaussians
+
+STRENGTH = 2.0  # times as many strokes to an area
+EDGE = 0.15  # half width of the smooth edge: of the radius of a sphere, or of the half diagonal of a box
+LEAST_SEEN = 0.01  # pixels: what makes up less of a picture is not seen, and no focus for it is known
+
+
+def sphere_focus(gaussians: Gaussians, center: ArrayLike, radius: float) -> F64:
+    """Factors [N], 1 to `STRENGTH`, of a focus in a sphere; halfway at its surface.
+
+    Args:
+        gaussians: N Gaussians.
+        center: [3], world units.
+        radius: world units, > 0.
+    """
+    middle = np.asarray(center, np.float64)
+    distances = np.linalg.norm(gaussians.means.astype(np.float64) - middle, axis=1)
+    return _factors(_smooth(0.5 - (distances / radius - 1) / (2 * EDGE)))
+
+
+def subject_focus(gaussians: Gaussians, view: FirstView) -> F64:
+    """Factors [N], 1 to `STRENGTH`, of a focus on the framed subject: the bounds of its points.
+
+    Of a scene without surroundings nearly everything is the subject, and nothing changes.
+
+    Args:
+        gaussians: N Gaussians.
+        view: how the scene is seen.
+    """
+    low, high = view.points.min(axis=0), view.points.max(axis=0)
+    means = gaussians.means.astype(np.float64)
+    outside = np.linalg.norm(np.maximum(np.maximum(low - means, means - high), 0), axis=1)
+    edge = max(2 * EDGE * 0.5 * float(np.linalg.norm(high - low)), np.finfo(np.float64).tiny)
+    return _factors(_smooth(1 - outside / edge))
+
+
+def mask_focus(gaussians: Gaussians, camera: Camera, mask: Array, *, num_threads: int | None = None) -> F64:
+    """Factors [N], 1 to `STRENGTH`, of a focus on what a view shows where a picture is light.
+
+    Each Gaussian takes the mean of the picture over the pixels that it makes up, weighted by how much of
+    each. What the view does not show, because it lies outside the picture or behind something, is no focus.
+
+    Args:
+        gaussians: N Gaussians.
+        camera: the view.
+        mask: [H, W] in the size of the view, 0 (no focus) to 1.
+        num_threads: None takes the processors available to this process. The result does not depend on it.
+    """
+    check("mask_focus", mask=(mask, f"{camera.height} {camera.width}"))
+    kernel = StrokeTexture.open("gaussian")
+    options = RenderOptions.of(kernel, depth=False, num_threads=num_threads)
+    boxes, _ = project_with(replace(gaussians, sh=gaussians.sh[:, :1]), camera, options)
+    light = np.zeros(len(gaussians))
+    if len(boxes) == 0:
+        return _factors(light)
+    frame = rasterize_with(boxes, camera, kernel, options)
+    v_rgb = np.zeros_like(frame.rgb)
+    v_rgb[..., 0], v_rgb[..., 1] = 1, mask
+    sums = rasterize_backward(
+        boxes, kernel, frame, v_rgb, filter=options.filter, num_threads=num_threads
+    ).colors
+    assert sums is not None
+    areas, lit = sums[:, 0].astype(np.float64), sums[:, 1].astype(np.float64)
+    is_seen = areas >= LEAST_SEEN
+    light[boxes.ids[is_seen]] = lit[is_seen] / areas[is_seen]
+    return _factors(np.clip(light, 0, 1))
+
+
+def contrast(factors: Sequence[float] | F64) -> float:
+    """The largest factor over the smallest: 1 where a focus changes nothing."""
+    values = np.asarray(factors, np.float64)
+    return float(values.max() / values.min()) if len(values) else 1.0
+
+
+def _smooth(x: F64) -> F64:
+    """0 below 0, 1 above 1, with no kink between."""
+    x = np.clip(x, 0, 1)
+    return np.asarray(x * x * (3 - 2 * x))
+
+
+def _factors(share: F64) -> F64:
+    return 1 + (STRENGTH - 1) * share
