@@ -55,9 +55,22 @@ def open_view_model(
 
 
 def choose_count(
-    gaussians: Gaussians, config: ClusterConfig, view_model: "ViewModel", report: Report
+    gaussians: Gaussians,
+    config: ClusterConfig,
+    view_model: "ViewModel",
+    report: Report,
+    *,
+    are_changed: bool = False,
 ) -> "Choice":
-    """Estimate the number of strokes that meets the target."""
+    """Estimate the number of strokes that meets the target.
+
+    Args:
+        gaussians: the scene, pruned.
+        config: its target, and how Gaussians are merged.
+        view_model: the view that the target is for.
+        report: gets the stage.
+        are_changed: whether strokes are changed after clustering, see `choose_for_view_model`.
+    """
     with report.stage("count") as stage:
         from brushgs.stroke_count.choose import choose_for_view_model
 
@@ -69,8 +82,9 @@ def choose_count(
             size=target.pixels if isinstance(target, StrokeSize) else None,
             features=config.features,
             merge=config.merge,
+            are_changed=are_changed,
         )
-        stage.did = f"{choice.strokes:,} strokes: {_explain(choice)}"
+        stage.did = f"{choice.strokes:,} strokes: {_explain(choice, 'at least ' if are_changed else '')}"
         stage.counts = {
             "target": str(target),
             "strokes": choice.strokes,
@@ -84,17 +98,17 @@ def choose_count(
     return choice
 
 
-def _explain(choice: "Choice") -> str:
-    """Why this count, in words."""
+def _explain(choice: "Choice", at_least: str) -> str:
+    """Why this count, in words; `at_least` where strokes will be better than the cells of the estimate."""
     if choice.rule == "size":
         return f"estimated to be {choice.size:.0f} px long"
     if choice.rule == "psnr":
-        return f"estimated to reach {choice.psnr:.1f} dB"
+        return f"estimated to reach {at_least}{choice.psnr:.1f} dB"
     if choice.knee is None:
         return "one per Gaussian of so small a scene"
     gain, cost = choice.knee.gain_of_doubling, choice.knee.cost_of_doubling
     doubling = f"doubling gains {gain:.1f} dB for {cost:.1f} x the time"
-    return f"the knee, where {doubling}; expected {choice.psnr:.1f} dB"
+    return f"the knee, where {doubling}; expected {at_least}{choice.psnr:.1f} dB"
 
 
 def cluster_to_target(
@@ -103,12 +117,14 @@ def cluster_to_target(
     view_model: "ViewModel",
     choice: "Choice",
     cluster: "Cluster",
+    *,
+    are_changed: bool = False,
 ) -> "Found":
     """Cluster `num` Gaussians until the strokes meet a budget or a size; see `stroke_count.search`."""
     from brushgs.stroke_count.search import search_budget, search_size
 
     if isinstance(target, ErrorBudget):
-        return search_budget(num, target.psnr, view_model, choice, cluster)
+        return search_budget(num, target.psnr, view_model, choice, cluster, descends=are_changed)
     return search_size(target.pixels, view_model, choice, cluster)
 
 

@@ -65,6 +65,11 @@ class Choice:
         """The fewest strokes with an expected typical size of at most `size` pixels; N if there are none."""
         return _first_within(self.curve.strokes, self.sizes, size)
 
+    def count_below(self, count: int, decibels: float) -> int:
+        """The fewest strokes expected to be worse than `count` strokes by at most so many dB, >= 0."""
+        counts, errors = self.curve.strokes, np.minimum.accumulate(self.curve.rmse)
+        return _first_within(counts, errors, _at(counts, errors, count) * 10 ** (decibels / 20))
+
 
 def choose_strokes(
     gaussians: Gaussians,
@@ -137,8 +142,13 @@ def choose_for_view_model(
     size: float | None = None,
     features: Features = "balanced",
     merge: Merge = "cover",
+    are_changed: bool = False,
 ) -> Choice:
-    """`choose_strokes` with the plain picture already rendered; takes and raises the same."""
+    """`choose_strokes` with the plain picture already rendered; takes and raises the same.
+
+    Where strokes `are_changed` after clustering, it is not known here which PSNR all of them reach: none is
+    refused, and where the sampled counts do not reach it the count is N.
+    """
     num = len(gaussians)
     rule: Rule = "psnr" if psnr is not None else "size" if size is not None else "knee"
     samples = []
@@ -152,8 +162,8 @@ def choose_for_view_model(
                 view_model.size(boxes),
             )
         )
-        if psnr is not None and len(strokes) == num:
-            _check_reach(num, psnr_of(view_model.rmse(boxes)), psnr, view_model.texture.name)
+        if psnr is not None and len(strokes) == num and not are_changed:
+            check_reach(num, psnr_of(view_model.rmse(boxes)), psnr, view_model.texture.name)
     counts, errors, costs, sizes = (np.array(column) for column in zip(*reversed(samples), strict=True))
     curve, sizes = ErrorCurve(counts, errors, costs), np.minimum.accumulate(sizes)
     bend = None
@@ -211,7 +221,12 @@ def _as_seen(gaussians: Gaussians, view_model: ViewModel) -> Gaussians:
     return replace(gaussians, sh=((colors - 0.5) / C0)[:, None].astype(gaussians.sh.dtype))
 
 
-def _check_reach(num: int, reached: float, asked: float, stroke: str) -> None:
+def check_reach(num: int, reached: float, asked: float, stroke: str) -> None:
+    """Refuse an error budget that all N strokes do not meet.
+
+    Raises:
+        ValueError: if they do not.
+    """
     if reached < asked:
         raise ValueError(
             f"strokes: the error budget must be one that {stroke!r} can meet, got {asked:g} dB; all {num:,} "

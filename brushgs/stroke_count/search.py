@@ -5,13 +5,13 @@ measured in the picture, so here the clusters themselves are compared with the t
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from brushgs.passes.cluster import Grouping
 from brushgs.scene import Gaussians
-from brushgs.stroke_count.choose import Choice
+from brushgs.stroke_count.choose import Choice, check_reach
 from brushgs.stroke_count.curve import psnr_of
 from brushgs.stroke_count.view_model import ViewModel
 
@@ -19,6 +19,7 @@ from brushgs.stroke_count.view_model import ViewModel
 # budget starts a step below the estimate, and each step multiplies the count by 1.19.
 STEP = 2**0.25
 START = 1 / STEP
+CHANGED_START = 0.5  # where strokes are changed after clustering: they reach it at 0.2 to 0.7 of that count
 SIZE_TOLERANCE, SIZE_TRIES = 0.05, 4  # relative to the target length; clusterings
 
 # Strokes, and how the Gaussians were grouped; None if each is a stroke of its own.
@@ -45,7 +46,15 @@ class Found:
     psnr: float
 
 
-def search_budget(num: int, psnr: float, view_model: ViewModel, choice: Choice, cluster: Cluster) -> Found:
+def search_budget(
+    num: int,
+    psnr: float,
+    view_model: ViewModel,
+    choice: Choice,
+    cluster: Cluster,
+    *,
+    descends: bool = False,
+) -> Found:
     """Find the first of a ladder of counts whose clusters reach a PSNR.
 
     The ladder is the same for every budget, so a stricter budget never gives fewer strokes.
@@ -56,15 +65,42 @@ def search_budget(num: int, psnr: float, view_model: ViewModel, choice: Choice, 
         view_model: the view.
         choice: the estimate to start from.
         cluster: merges the Gaussians.
+        descends: whether the strokes may be far better than the cells of the estimate, so that lower counts
+            are tried where the first reaches the budget.
+
+    Raises:
+        ValueError: if even one stroke per Gaussian does not reach it.
     """
-    step, tries = int(np.ceil(np.log(max(1.0, START * choice.strokes)) / np.log(STEP))), 0
+    step, tries = _step_of((CHANGED_START if descends else START) * choice.strokes), 0
+    low, best = None, None  # the highest step that fails, and the lowest one that does not
     while True:
-        count, tries, step = min(num, round(STEP**step)), tries + 1, step + 1
+        count, tries = min(num, round(STEP**step)), tries + 1
         clustered = cluster(count)
         boxes = view_model.boxes(clustered[0])
         reached = psnr_of(view_model.rmse(boxes))
-        if count == num or reached >= psnr:
-            return Found(clustered, count, tries, view_model.size(boxes), reached)
+        if count == num:
+            check_reach(num, reached, psnr, view_model.texture.name)
+        if reached >= psnr:
+            best = step, Found(clustered, count, tries, view_model.size(boxes), reached)
+        else:
+            low = step
+        if best is None:
+            step += 1
+            continue
+        high, found = best
+        if not descends or found.count == 1 or high - 1 == low:
+            return replace(found, tries=tries)
+        if low is not None:
+            step = (low + high) // 2
+        elif tries == 1:  # strokes are better than cells by so much, and mostly as much at other counts
+            step = min(high - 1, _step_of(choice.count_below(count, reached - psnr)))
+        else:
+            step = max(0, high - 2 ** (tries - 1))
+
+
+def _step_of(count: float) -> int:
+    """The first step of the ladder that is not below a count."""
+    return int(np.ceil(np.log(max(1.0, count)) / np.log(STEP)))
 
 
 def search_size(pixels: float, view_model: ViewModel, choice: Choice, cluster: Cluster) -> Found:

@@ -14,6 +14,7 @@ from brushgs.options.painting import (
     DrawConfig,
     ErrorBudget,
     PaintConfig,
+    StrokesConfig,
     StrokeSize,
     ViewConfig,
 )
@@ -179,7 +180,10 @@ def test_errors_are_those_of_the_pictures_on_their_ground(pears, camera):
 def painted(pears, strokes, **draw):
     report = Report()
     config = PaintConfig(
-        cluster=ClusterConfig(strokes), view=SMALL, draw=DrawConfig(**{"stroke": "swirl"} | draw)
+        cluster=ClusterConfig(strokes),
+        view=SMALL,
+        draw=DrawConfig(**{"stroke": "swirl"} | draw),
+        strokes=StrokesConfig.off() if draw.get("stroke") == "gaussian" else StrokesConfig(),
     )
     frame = paint(pears, config, report=report)
     return frame, {stage.name: stage for stage in report.stages}
