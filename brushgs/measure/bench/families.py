@@ -97,7 +97,7 @@ def _strokes(subject: Subject) -> FamilyPlan:
 
     def trials() -> Iterator[Trial]:
         for count in counts:
-            strokes = subject.cluster(subject.kept, count)
+            strokes = subject.cluster(count)
             name = f"strokes {len(strokes):,}"
             frame = subject.draw(strokes)
             yield Trial(
@@ -163,7 +163,14 @@ def _filter(subject: Subject) -> FamilyPlan:
     def trials() -> Iterator[Trial]:
         boxes, _ = project_with(subject.strokes, camera, subject.options)
         threads = subject.paint.draw.threads
-        true = supersampled(boxes, subject.texture, num_threads=threads, **size)
+        true = supersampled(
+            boxes,
+            subject.texture,
+            underpaint=subject.options.underpaint,
+            streaks=subject.options.streaks,
+            num_threads=threads,
+            **size,
+        )
         _check_supersampled(subject, true)
         for filter in get_args(Filter):
             frame = subject.draw(subject.strokes, filter=filter)
@@ -200,6 +207,8 @@ def _precision(subject: Subject) -> FamilyPlan:
             width=camera.width,
             height=camera.height,
             filter=options.filter,
+            underpaint=options.underpaint,
+            streaks=options.streaks,
             min_transmittance=0,
         )
         for dtype in dtypes:
@@ -311,7 +320,13 @@ def _check_supersampled(subject: Subject, true: Frame) -> None:
         boxes, centers=FACTOR * (boxes.centers - (x, y)), half_extents=FACTOR * boxes.half_extents
     )
     fine = reference.rasterize(
-        large, subject.texture, height=FACTOR * height, width=FACTOR * width, filter="bilinear"
+        large,
+        subject.texture,
+        height=FACTOR * height,
+        width=FACTOR * width,
+        filter="bilinear",
+        underpaint=subject.options.underpaint,
+        streaks=subject.options.streaks,
     )
     blocks = height, FACTOR, width, FACTOR
     expected = Frame(

@@ -6,6 +6,7 @@ import numpy as np
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Boxes, Frame
 
 FACTOR = 8  # samples per pixel along each side
@@ -13,7 +14,14 @@ STRIP = 32  # rows of the picture at a time: 8 x 8 samples of a whole picture ta
 
 
 def supersampled(
-    boxes: Boxes, texture: StrokeTexture, *, height: int, width: int, num_threads: int | None = None
+    boxes: Boxes,
+    texture: StrokeTexture,
+    *,
+    height: int,
+    width: int,
+    underpaint: Underpaint | None = None,
+    streaks: float = 0.0,
+    num_threads: int | None = None,
 ) -> Frame:
     """The mean of 8 x 8 bilinear samples per pixel, premultiplied, in the dtype of the boxes.
 
@@ -21,7 +29,7 @@ def supersampled(
     """
     rgb, alpha = [], []
     large = replace(boxes, centers=FACTOR * boxes.centers, half_extents=FACTOR * boxes.half_extents)
-    reach = np.hypot(*large.half_extents.T)
+    reach = np.hypot(*large.half_extents.T) * (1.0 if underpaint is None else max(1.0, underpaint.reach))
     for top in range(0, height, STRIP):
         rows = min(STRIP, height - top)
         y = large.centers[:, 1] - FACTOR * top
@@ -34,6 +42,8 @@ def supersampled(
             width=FACTOR * width,
             filter="bilinear",
             depth=False,
+            underpaint=underpaint,
+            streaks=streaks,
             num_threads=num_threads,
         )
         blocks = rows, FACTOR, width, FACTOR

@@ -103,13 +103,16 @@ def check_square(
     boxes = expected_boxes(gaussians, camera, options)
     x, y = busiest_square(boxes, camera, side)
     width, height = min(side, camera.width - x), min(side, camera.height - y)
-    near = replace(boxes, centers=boxes.centers - (x, y)).take(touching(boxes, x, y, side))
+    reach = 2.0 if options.underpaint is None else 2.0 * max(1.0, options.underpaint.reach)
+    near = replace(boxes, centers=boxes.centers - (x, y)).take(touching(boxes, x, y, side, reach))
     expected = reference.rasterize(
         near,
         texture,
         width=width,
         height=height,
         filter=options.filter,
+        underpaint=options.underpaint,
+        streaks=options.streaks,
         min_transmittance=options.min_transmittance,
     )
     square = Frame(frame.rgb[y : y + height, x : x + width], frame.alpha[y : y + height, x : x + width])
@@ -131,8 +134,8 @@ def busiest_square(boxes: Boxes, camera: Camera, side: int) -> tuple[int, int]:
     return x * side, y * side
 
 
-def touching(boxes: Boxes, x: int, y: int, side: int) -> Any:
-    """[M] whether a box may reach into a square; filtered stroke images reach slightly beyond their box."""
+def touching(boxes: Boxes, x: int, y: int, side: int, reach: float = 2.0) -> Any:
+    """[M] whether a box may reach into a square; filtered stroke images, and underpaint, reach beyond it."""
     middle = np.array([x, y]) + 0.5 * side
-    reach = 2 * np.hypot(*boxes.half_extents.T)[:, None] + side
-    return (np.abs(boxes.centers - middle) < reach).all(axis=1)
+    farthest = reach * np.hypot(*boxes.half_extents.T)[:, None] + side
+    return (np.abs(boxes.centers - middle) < farthest).all(axis=1)
