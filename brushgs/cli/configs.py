@@ -49,6 +49,7 @@ def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig
         PaintConfig,
         PaletteConfig,
         PruneConfig,
+        StrokesConfig,
         ViewConfig,
     )
 
@@ -75,6 +76,7 @@ def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig
         view=ViewConfig(**fields("view")),
         draw=DrawConfig(**fields("draw")),
         clean=CleanConfig(**fields("clean")),
+        strokes=StrokesConfig.of(**fields("strokes")),
     )
 
 

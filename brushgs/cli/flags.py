@@ -27,6 +27,7 @@ from brushgs.options.choices import (
     Filter,
     Merge,
     Order,
+    See,
     Side,
     StrokesFor,
     Weight,
@@ -152,6 +153,18 @@ def add_draw(parser: ArgumentParser) -> None:
         "equal depth blend, so that none pops (default along a path)",
     )
     flags.add(
+        "--underpaint",
+        type=values.on_off,
+        metavar="on|off",
+        help="a soft copy of each stroke behind it, so that nothing shows between strokes, default on",
+    )
+    flags.add(
+        "--streaks",
+        type=values.number,
+        metavar="SHARE",
+        help="by what share bristles are lighter or darker than their stroke, 0 to 0.5, default 0.05",
+    )
+    flags.add(
         "--background",
         metavar="COLOR|FILE",
         help="transparent, '#rrggbb', an image file, scaled to fill the picture, or one of "
@@ -207,6 +220,48 @@ def add_cluster(parser: ArgumentParser) -> Container:
     add_stroke_count(group)
     add_merging(group)
     return group
+
+
+def add_stroke_passes(parser: ArgumentParser) -> None:
+    """`StrokesConfig`."""
+    group = parser.add_argument_group(
+        "strokes",
+        "what strokes are beside clusters of Gaussians; files of strokes are painted as they are, and "
+        "--preset paper and --stroke gaussian switch these off, with --underpaint and --streaks",
+    )
+    flags = ConfigFlags(group, "strokes")
+    flags.add(
+        "--see",
+        choices=get_args(See),
+        help="'views': small plain pictures of what is painted decide where strokes go, which of them are "
+        "split, and their colours (default); 'off': the scene alone",
+    )
+    flags.add(
+        "--focus",
+        type=values.focus,
+        metavar="subject|X,Y,Z,R|FILE",
+        help="where twice as many strokes go to an area, out of the same number: the subject, a sphere in "
+        "world units, or where a picture in the place of the painting is light; default nowhere",
+    )
+    flags.add(
+        "--solid",
+        type=values.on_off,
+        metavar="on|off",
+        help="paint in place of glass: faint strokes become smaller and opaque, default on",
+    )
+    flags.add(
+        "--direction",
+        type=values.direction,
+        metavar="own|form|colour|painting:FILE|guides:FILE",
+        help="which way strokes run: 'own', as clustered; 'form', along shapes and edges (default); "
+        "'colour', along edges of colour; as the brush marks of a painting, or along lines in space do",
+    )
+    flags.add(
+        "--broken-color",
+        type=values.number,
+        metavar="L",
+        help="by how much strokes differ in lightness from their neighbours, OKLab, 0 to 0.2, default 0.016",
+    )
 
 
 def add_stroke_count(container: Container) -> None:

@@ -28,7 +28,7 @@ COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
 }
 
 # Flags whose values may begin with a minus and be no plain number, as -y, -1,2 and -1e-3 are.
-SIGNED = {"--up", "--look-at", "--pan", "--azimuth", "--elevation", "--roll"}
+SIGNED = {"--up", "--look-at", "--pan", "--azimuth", "--elevation", "--roll", "--focus"}
 DESCRIPTION = "Paint trained 3D Gaussian Splatting scenes with brush strokes, on the CPU."
 EPILOG = """\
 examples:

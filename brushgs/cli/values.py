@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, TypeVar, get_args
 from brushgs.options.choices import Target, size_rule
 
 if TYPE_CHECKING:
+    from brushgs.options.direction import Direction
+    from brushgs.options.focus import Focus
     from brushgs.options.painting import ErrorBudget, StrokeSize
     from brushgs.options.region import Region
 
@@ -137,6 +139,27 @@ def region(text: str) -> "Region":
     from brushgs.options.region import Region
 
     return _checked(Region.parse, text)
+
+
+def on_off(text: str) -> bool:
+    """Whether a switch is on."""
+    if text not in ("on", "off"):
+        raise ArgumentTypeError(f"must be on or off, got {text!r}")
+    return text == "on"
+
+
+def focus(text: str) -> "Focus":
+    """Where more strokes go, see `Focus.of`."""
+    from brushgs.options.focus import Focus
+
+    return _checked(Focus.of, text)
+
+
+def direction(text: str) -> "Direction":
+    """Which way strokes run, see `Direction.of`."""
+    from brushgs.options.direction import Direction
+
+    return _checked(Direction.of, text)
 
 
 def _checked(make: Callable[..., T], *values: object) -> T:

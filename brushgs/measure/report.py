@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -12,6 +12,8 @@ from brushgs.errors import SceneError
 from brushgs.io.files import replacing
 from brushgs.measure.plotting import NO_MATPLOTLIB, can_plot, check_plot
 from brushgs.options.choices import REPORT_SUFFIXES
+from brushgs.options.direction import Direction
+from brushgs.options.focus import Focus
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.painting.background import check_background
@@ -207,14 +209,15 @@ def check_opaque_background(background: str) -> None:
 
 def plain_paint(scene: SceneFiles, paint: PaintConfig) -> dict[str, Any]:
     """The scene files and how it is painted, ready for JSON."""
-    parts = {name: getattr(paint, name) for name in ("prune", "cluster", "draw", "view")}
+    parts = {name: getattr(paint, name) for name in ("prune", "cluster", "strokes", "draw", "view")}
     return {"scene": str(SceneSource.of(scene))} | {name: plain_config(part) for name, part in parts.items()}
 
 
 def plain_config(config: Any) -> dict[str, Any]:
     """A configuration, ready for JSON."""
-    values = asdict(config)
-    return {name: str(value) if isinstance(value, Path) else value for name, value in values.items()}
+    values = {field.name: getattr(config, field.name) for field in fields(config)}
+    as_text = {name: str(v) for name, v in values.items() if isinstance(v, Path | Focus | Direction)}
+    return asdict(config) | as_text
 
 
 def plain_camera(camera: Camera) -> dict[str, Any]:

@@ -22,6 +22,7 @@ ColorSpace = Literal["lab", "linear", "srgb"]  # in which a palette is matched
 BenchFamily = Literal["strokes", "merge", "filter", "precision", "sh", "size"]
 Clean = Literal["off", "sure", "strong"]  # which floaters are dropped: none, detached ones, nearer ones too
 Params = Literal["colour", "free", "all"]  # of strokes, fitted by refinement
+See = Literal["views", "off"]  # what decides which strokes there are beside the scene: what views of it show
 
 StepValues = Mapping[str, Mapping[str, Any]]  # step of a painting -> field of its config -> value
 
@@ -32,6 +33,9 @@ METHODS: Mapping[Method, str] = {
     "minibatch": "with random batches, as published",
 }
 
+# Strokes as clustering leaves them, and drawn as they are.
+PLAIN_STROKES: Mapping[str, Any] = {"see": "off", "solid": False, "direction": "own", "broken_color": 0.0}
+PLAIN_PAINT: Mapping[str, Any] = {"underpaint": False, "streaks": 0.0}
 # "paper" is the published method (Xiang et al. 2025) without its defects.
 PRESETS: Mapping[str, StepValues] = {
     "default": {},
@@ -39,10 +43,18 @@ PRESETS: Mapping[str, StepValues] = {
         "clean": {"floaters": "off"},
         "prune": {"weight": "paper"},
         "cluster": {"strokes": 7000, "features": "paper", "merge": "paper", "method": "minibatch"},
-        "draw": {"stroke": "swirl", "filter": "bilinear", "extent": "paper", "lock": "off", "order": "depth"},
+        "strokes": PLAIN_STROKES,
+        "draw": {"stroke": "swirl", "filter": "bilinear", "extent": "paper", "lock": "off", "order": "depth"}
+        | dict(PLAIN_PAINT),
     },
 }
-PLAIN_SCENE: StepValues = {"prune": {"keep": 1.0}, "cluster": {"strokes": None}}  # every Gaussian, unmerged
+# Every Gaussian, unmerged.
+PLAIN_SCENE: StepValues = {
+    "prune": {"keep": 1.0},
+    "cluster": {"strokes": None},
+    "strokes": PLAIN_STROKES,
+    "draw": PLAIN_PAINT,
+}
 
 # Of the files that a command which measures writes, by its name: figures, tables, plots.
 REPORT_SUFFIXES: Mapping[str, tuple[str, ...]] = {

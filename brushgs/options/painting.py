@@ -6,10 +6,11 @@ Only the standard library is imported, so that a command line is checked without
 from dataclasses import dataclass, field
 from math import ceil, inf, pi, radians
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from brushgs.options.choices import (
     MAX_SIDE,
+    PLAIN_STROKES,
     Clean,
     ColorSpace,
     Extent,
@@ -19,18 +20,23 @@ from brushgs.options.choices import (
     Merge,
     Method,
     Order,
+    See,
     Side,
     StrokesFor,
     Target,
     Weight,
     size_rule,
 )
+from brushgs.options.direction import Direction
+from brushgs.options.focus import Focus
 
 DEFAULT_KEEP = 0.7  # of the Gaussians, as published
 DEFAULT_STROKE = "impasto"  # reads at any size; a swirl under some 20 px looks like a bubble
 DEFAULT_SIZE = (1280, 720)
 MAX_PAN = 10.0  # pictures: more is a typing error
 MAX_PSNR = 100.0  # dB; pictures of 16 bits agree no better
+MAX_BROKEN_COLOR = 0.2  # OKLab lightness: more would leave nothing of the scene's own light
+MAX_STREAKS = 0.5  # of the core
 
 Up = str | tuple[float, float, float]
 
@@ -171,6 +177,55 @@ class ClusterConfig:
 
 
 @dataclass(frozen=True)
+class StrokesConfig:
+    """What strokes are beside clusters of Gaussians; none of it changes a file of strokes.
+
+    Attributes:
+        see: "views": small plain pictures of what a painting shows decide where strokes go, where they are
+            split, and their colours; "off": the scene alone does.
+        focus: where twice as many strokes go to an area, out of the same number; None for nowhere.
+        solid: whether faint strokes become crisp paint, see `brushgs.passes.solid`.
+        direction: which way strokes run within their own plane, see `brushgs.passes.direction`.
+        broken_color: standard deviation of the lightness by which strokes differ from their neighbours,
+            OKLab, 0 to 0.2, see `brushgs.passes.broken_color`; 0 for none.
+    """
+
+    see: See = "views"
+    focus: Focus | None = None
+    solid: bool = True
+    direction: Direction = field(default_factory=lambda: Direction("form"))
+    broken_color: float = 0.016
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.broken_color <= MAX_BROKEN_COLOR:
+            raise ValueError(f"broken-color must be 0 to {MAX_BROKEN_COLOR:g}, got {self.broken_color:g}")
+
+    @classmethod
+    def of(cls, **fields: Any) -> "StrokesConfig":
+        """The same with the direction as text, as tables of presets hold it."""
+        if isinstance(fields.get("direction"), str):
+            fields["direction"] = Direction.of(fields["direction"])
+        return cls(**fields)
+
+    @classmethod
+    def off(cls) -> "StrokesConfig":
+        """Strokes as clustering by the scene alone leaves them."""
+        return cls.of(**PLAIN_STROKES)
+
+    @property
+    def needs_camera(self) -> bool:
+        """Whether strokes depend on how the first picture is seen."""
+        is_masked = self.focus is not None and self.focus.mask is not None
+        return self.see == "views" or is_masked or self.direction.kind == "painting"
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files that strokes are made from beside the scene."""
+        mask = None if self.focus is None else self.focus.mask
+        return tuple(path for path in (mask, self.direction.file) if path is not None)
+
+
+@dataclass(frozen=True)
 class ViewConfig:
     """The view: a camera from a file, or one framed on the scene by its first view.
 
@@ -246,6 +301,8 @@ class DrawConfig:
         order: "depth": the nearer stroke hides the other; "soft": strokes of similar depth fade into each
             other, so that none jumps in moving pictures, see `render`. None for "depth" in one picture, and
             "soft" along a path.
+        underpaint: whether a soft copy of each stroke lies behind it, so that nothing shows between strokes.
+        streaks: by what share bristles are lighter or darker than their stroke, 0 to 0.5.
         threads: None takes every processor available; the picture does not depend on it.
     """
 
@@ -255,9 +312,13 @@ class DrawConfig:
     background: str = "white"
     lock: Lock | None = None
     order: Order | None = None
+    underpaint: bool = True
+    streaks: float = 0.05
     threads: int | None = None
 
     def __post_init__(self) -> None:
+        if not 0 <= self.streaks <= MAX_STREAKS:
+            raise ValueError(f"streaks must be 0 to {MAX_STREAKS:g}, got {self.streaks:g}")
         if self.threads is not None and self.threads < 1:
             raise ValueError(f"threads must be at least 1, got {self.threads}")
 
@@ -310,3 +371,4 @@ class PaintConfig:
     view: ViewConfig = field(default_factory=ViewConfig)
     draw: DrawConfig = field(default_factory=DrawConfig)
     clean: CleanConfig = field(default_factory=CleanConfig)
+    strokes: StrokesConfig = field(default_factory=StrokesConfig)

@@ -57,7 +57,7 @@ def render_options(draw: DrawConfig, texture: "StrokeTexture", *, along_path: bo
     resolved = {
         "lock": draw.lock_of(along_path=along_path),
         "order": draw.order_of(along_path=along_path),
-        "num_sigmas": texture.fitted_sigmas if draw.extent == "fitted" else texture.num_sigmas,
+        "num_sigmas": None if draw.extent == "fitted" else texture.num_sigmas,
         "num_threads": draw.threads,
     }
     return RenderOptions.of(texture, **{name: getattr(draw, name) for name in shared} | resolved)

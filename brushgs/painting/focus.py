@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from brushgs.arrays import F64, Array
 
 DARK = 0.02  # luminance up to which a mask is dark
+MOST = 0.95  # share of the Gaussians; of more in focus the report says that it hardly matters
 SAME = 1.02  # contrast of factors up to which a focus changes nothing
 
 
@@ -90,6 +91,8 @@ def place_focus(
         if contrast(factors) <= SAME:
             stage.skipped.append("focus: all of the scene is in it")
             return None
+        if in_focus > MOST * len(gaussians):
+            stage.did += "; that is nearly all, so little changes"
     return factors
 
 

@@ -18,7 +18,13 @@ def scene_inputs(scene: SceneFiles) -> tuple[Path, ...]:
 def input_files(scene: SceneFiles, config: PaintConfig) -> tuple[Path, ...]:
     """The files that a painting is made of; names of built-in strokes and colours among them are no files."""
     palette = () if config.palette is None else (config.palette.file,)
-    return *scene_inputs(scene), Path(config.draw.stroke), Path(config.draw.background), *palette
+    return (
+        *scene_inputs(scene),
+        Path(config.draw.stroke),
+        Path(config.draw.background),
+        *palette,
+        *config.strokes.files,
+    )
 
 
 def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...] = ()) -> None:

@@ -1,7 +1,8 @@
 """The one preparation of every command: from a scene and options to the strokes, the views and how to draw.
 
-    stroke (-> palette) -> load -> clean (-> first view) -> camera or path (-> background, plain, seen)
-        -> prune (-> count) -> cluster (-> recolor)
+    stroke (-> palette) -> load -> clean (-> first view) -> camera or path (-> background, plain)
+        -> plain views (-> seen) -> prune (-> focus, count) -> cluster -> solid -> direction -> repaint
+        (-> recolor) -> broken colour
 
 Cameras are framed on the cleaned scene, so that paintings of one scene with different counts line up.
 """
@@ -16,6 +17,8 @@ from brushgs.painting.background import Background, check_background
 from brushgs.painting.clean import clean_scene, select_seen
 from brushgs.painting.count import open_view_model
 from brushgs.painting.drawing import open_picture_background, open_stroke, render_options
+from brushgs.painting.guidance import Guidance, open_guidance
+from brushgs.painting.make_strokes import ALREADY_STROKES, StrokeMaker, broken_color_pass, stroke_passes
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import cluster_scene, load_scene, open_palette, prune_scene, recolor_scene
 from brushgs.painting.views import choose_camera, choose_first_view, known_first_view, plan_views
@@ -45,6 +48,7 @@ class Prepared:
         notes: what the scene file holds beside its Gaussians; None for Gaussians in memory.
         first_view: how the scene is seen; None if neither a view nor an output needs it.
         scene: the Gaussians as loaded, without floaters; None unless they are kept.
+        maker: makes other numbers of strokes; None unless the caller clusters.
     """
 
     strokes: Gaussians
@@ -57,6 +61,7 @@ class Prepared:
     notes: "LoadNotes | None"
     first_view: FirstView | None
     scene: Gaussians | None
+    maker: StrokeMaker | None = None
 
     @property
     def camera(self) -> Camera:
@@ -74,6 +79,12 @@ class Prepared:
         """The Gaussians as loaded, without floaters, which `prepare` keeps with `keeps_scene`."""
         assert self.scene is not None, "prepare with keeps_scene=True"
         return self.scene
+
+    @property
+    def stroke_maker(self) -> StrokeMaker:
+        """What makes strokes of the pruned scene, which `prepare` keeps with `merges_later`."""
+        assert self.maker is not None, "prepare with merges_later=True"
+        return self.maker
 
 
 def prepare(
@@ -104,8 +115,8 @@ def prepare(
         needs_background: False opens the background only where the number of strokes is chosen for a view.
         needs_first_view: whether the first view is found also where the cameras do not depend on it.
         keeps_scene: whether the Gaussians as loaded are kept beside the strokes.
-        merges_later: whether the caller will cluster what it gets: then a scene is pruned also where
-            `config` asks for every Gaussian.
+        merges_later: whether the caller will make strokes by `Prepared.stroke_maker`: then a scene is pruned
+            also where `config` asks for every Gaussian, and `Prepared.strokes` is the pruned scene.
 
     Raises:
         SceneError: if a file cannot be read.
@@ -124,11 +135,15 @@ def prepare(
     if is_strokes and cluster.strokes == "auto":
         cluster = replace(cluster, strokes=None)
     is_counted, is_for_view = cluster.target is not None, cluster.strokes_for == "view" and not is_strokes
-    needs_view = needs_view or is_counted or is_for_view
+    passes, skip = config.strokes, ALREADY_STROKES if is_strokes else None
+    if len(gaussians) == 0:
+        skip = "there are no Gaussians"
+    needs_view = needs_view or is_counted or is_for_view or (passes.needs_camera and skip is None)
     needs_background = needs_background or is_counted
+    is_framed = _is_framed(views, config, needs_view=needs_view)
 
     path, cameras, background, view_model, first_view = None, [], None, None, None
-    if needs_first_view or _is_framed(views, config, needs_view=needs_view):
+    if needs_first_view or is_framed:
         first_view = choose_first_view(gaussians, config.view, notes, report)
     if views is not None and not isinstance(views, Camera):
         path = plan_views(first_view or known_first_view(gaussians, notes), config.view, views, report)
@@ -145,6 +160,19 @@ def prepare(
         view_model = open_view_model(gaussians, cameras[0], texture, still, background, report)
 
     num_loaded, scene = len(gaussians), gaussians if keeps_scene else None
+    guidance = Guidance()
+    if skip is None:
+        guidance = open_guidance(
+            gaussians,
+            cameras,
+            config,
+            notes,
+            report,
+            first_view=first_view,
+            is_path=path is not None,
+            is_framed=is_framed,
+            with_ring=not is_for_view,
+        )
     if is_for_view:
         gaussians = select_seen(gaussians, cameras, report)
     gaussians = prune_scene(
@@ -155,8 +183,28 @@ def prepare(
         is_seen=is_for_view,
         cluster=None if merges_later else cluster,
     )
-    gaussians = cluster_scene(gaussians, cluster, report, num_loaded=num_loaded, view_model=view_model)
-    gaussians = recolor_scene(gaussians, palette, config.palette, report)
+    focus = None if skip else guidance.focus(gaussians, passes.focus, report, num_threads=config.draw.threads)
+    maker = StrokeMaker(
+        gaussians,
+        cluster,
+        guidance.views,
+        focus,
+        is_solid=passes.solid and skip is None,
+        passes=stroke_passes(gaussians, passes, views=guidance.views, field=guidance.field, skip=skip),
+    )
+    last = broken_color_pass(passes, seed=cluster.seed, skip=skip)
+    if palette is None:  # so that a budget is met with it
+        maker.passes.append(last)
+    if merges_later:
+        return Prepared(
+            gaussians, texture, options, cameras, path, background, None, notes, first_view, scene, maker
+        )
+    gaussians = cluster_scene(maker, report, num_loaded=num_loaded, view_model=view_model)
+    if palette is not None:
+        gaussians = recolor_scene(gaussians, palette, config.palette, report)
+        gaussians = last(gaussians)
+        if last.skip is None:
+            last.report(report)
     return Prepared(gaussians, texture, options, cameras, path, background, palette, notes, first_view, scene)
 
 

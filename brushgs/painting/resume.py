@@ -6,7 +6,7 @@ where clustering rounds differently on another machine, the strokes differ, and 
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,9 @@ def describe_options(config: PaintConfig) -> dict[str, Any]:
     steps["keep"] = config.prune.share()
     if config.cluster.target is not None:
         steps["strokes"] = str(config.cluster.target)
+    steps |= {field.name: getattr(config.strokes, field.name) for field in fields(config.strokes)}
+    for name in ("focus", "direction"):
+        steps[name] = None if steps[name] is None else str(steps[name])
     if config.palette is not None:
         steps |= {f"palette {name}": str(value) for name, value in asdict(config.palette).items()}
     moving = {

@@ -4,7 +4,6 @@ Each adds a `Stage` to the report, and imports heavy packages only when it runs.
 """
 
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +18,7 @@ from brushgs.options.painting import (
 )
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.painting.count import choose_count, cluster_to_target, describe_search
+from brushgs.painting.make_strokes import StrokeMaker
 from brushgs.painting.report import Report, Stage
 from brushgs.scene import FirstView, Gaussians
 
@@ -137,49 +137,40 @@ def _why_kept(
 
 
 def cluster_scene(
-    gaussians: Gaussians,
-    config: ClusterConfig,
-    report: Report,
-    *,
-    num_loaded: int,
-    view_model: "ViewModel | None" = None,
+    maker: StrokeMaker, report: Report, *, num_loaded: int, view_model: "ViewModel | None" = None
 ) -> Gaussians:
-    """Merge Gaussians into fewer and larger ones: the strokes in space.
+    """Merge Gaussians into fewer and larger ones: the strokes in space; and do to them what options ask for.
 
     Args:
-        gaussians: the scene, pruned.
-        config: how many, and how.
-        report: gets the stage, and that of choosing the count where there is a target.
+        maker: makes strokes of the pruned scene.
+        report: gets the stage, that of choosing the count where there is a target, and those of the passes.
         num_loaded: number of Gaussians in the scene as loaded, of which a share is taken.
         view_model: what `open_view_model` returned: the view that a target is for.
     """
-    choice = None if view_model is None else choose_count(gaussians, config, view_model, report)
-    with report.stage("cluster") as stage:
+    gaussians, config = maker.gaussians, maker.cluster
+    choice, are_changed = None, maker.skip is None
+    if view_model is not None:
+        choice = choose_count(gaussians, config, view_model, report, are_changed=are_changed)
+    with report.stage("cluster", apart=maker.pass_watch) as stage:
         num, target, found = len(gaussians), config.target, None
         if choice is None or view_model is None:
             count = config.num_strokes(num_loaded) if config.strokes is not None else num
-            clustered = _cluster(gaussians, count, config)
+            clustered = maker(count)
         elif isinstance(target, ErrorBudget | StrokeSize):
-            cluster = partial(_cluster, gaussians, config=config)
-            found = cluster_to_target(num, target, view_model, choice, cluster)
+            found = cluster_to_target(num, target, view_model, choice, maker, are_changed=are_changed)
             count, clustered = found.count, found.clustered
         else:
             count = choice.strokes
-            clustered = _cluster(gaussians, count, config)
+            clustered = maker(count)
         _describe_clusters(clustered, num, count, config, stage)
         if found is not None and isinstance(target, ErrorBudget | StrokeSize):
             describe_search(found, target, stage)
+        if maker.skip is not None:
+            stage.skipped.append(f"{', '.join(one.name for one in maker.passes)}: {maker.skip}")
+    if maker.skip is None:
+        for one in maker.passes:
+            one.report(report)
     return clustered[0]
-
-
-def _cluster(gaussians: Gaussians, num_strokes: int, config: ClusterConfig) -> "Clustered":
-    """Merge Gaussians where there are more than so many."""
-    if len(gaussians) <= num_strokes:
-        return gaussians, None
-    from brushgs.passes.cluster import group
-
-    grouping = group(gaussians, num_strokes, features=config.features, method=config.method, seed=config.seed)
-    return grouping.merged(config.merge), grouping
 
 
 def _describe_clusters(
@@ -197,11 +188,18 @@ def _describe_clusters(
         stage.skipped.append(f"clustering: {why}")
         return
     stage.did = f"{num_before:,} into {len(strokes):,} strokes"
+    dropped = grouping.num_clusters - len(strokes)
+    if dropped:
+        stage.did += f", {dropped:,} not worth keeping dropped"
     stage.details.append(f"by {grouping.method}, {grouping.num_steps} steps ({grouping.reason})")
+    if grouping.num_split:
+        stage.details.append(f"{grouping.num_split:,} by splitting where pictures of strokes were wrong")
     stage.counts |= {
         "method": grouping.method,
         "steps": grouping.num_steps,
         "inertia": grouping.inertia,
+        "split": grouping.num_split,
+        "dropped": dropped,
     }
 
 

@@ -12,12 +12,11 @@ from numpy.typing import ArrayLike
 
 from brushgs.arrays import F64, Array, check
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.rendering.backward import rasterize_backward
-from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
+from brushgs.rendering.visibility import painted_sums
 from brushgs.scene import Camera, FirstView, Gaussians
 
 STRENGTH = 2.0  # times as many strokes to an area
-EDGE = 0.15  # half width of the smooth edge: of the radius of a sphere, or of the half diagonal of a box
+EDGE = 0.15  # half width of the smooth edge of a sphere over its radius; that of a box over its half diagonal
 LEAST_SEEN = 0.01  # pixels: what makes up less of a picture is not seen, and no focus for it is known
 
 
@@ -46,7 +45,7 @@ def subject_focus(gaussians: Gaussians, view: FirstView) -> F64:
     low, high = view.points.min(axis=0), view.points.max(axis=0)
     means = gaussians.means.astype(np.float64)
     outside = np.linalg.norm(np.maximum(np.maximum(low - means, means - high), 0), axis=1)
-    edge = max(2 * EDGE * 0.5 * float(np.linalg.norm(high - low)), np.finfo(np.float64).tiny)
+    edge = max(EDGE * 0.5 * float(np.linalg.norm(high - low)), np.finfo(np.float64).tiny)
     return _factors(_smooth(1 - outside / edge))
 
 
@@ -64,21 +63,17 @@ def mask_focus(gaussians: Gaussians, camera: Camera, mask: Array, *, num_threads
     """
     check("mask_focus", mask=(mask, f"{camera.height} {camera.width}"))
     kernel = StrokeTexture.open("gaussian")
-    options = RenderOptions.of(kernel, depth=False, num_threads=num_threads)
-    boxes, _ = project_with(replace(gaussians, sh=gaussians.sh[:, :1]), camera, options)
-    light = np.zeros(len(gaussians))
-    if len(boxes) == 0:
-        return _factors(light)
-    frame = rasterize_with(boxes, camera, kernel, options)
-    v_rgb = np.zeros_like(frame.rgb)
-    v_rgb[..., 0], v_rgb[..., 1] = 1, mask
-    sums = rasterize_backward(
-        boxes, kernel, frame, v_rgb, filter=options.filter, num_threads=num_threads
-    ).colors
-    assert sums is not None
-    areas, lit = sums[:, 0].astype(np.float64), sums[:, 1].astype(np.float64)
-    is_seen = areas >= LEAST_SEEN
-    light[boxes.ids[is_seen]] = lit[is_seen] / areas[is_seen]
+    plain = replace(gaussians, sh=gaussians.sh[:, :1])  # how much is seen does not depend on colours
+    sums = painted_sums(
+        plain,
+        camera,
+        kernel,
+        lambda frame: (np.repeat(mask[..., None], 3, axis=2), np.ones_like(frame.alpha)),
+        num_threads=num_threads,
+    )
+    areas, lit = sums.shares.astype(np.float64), sums.values[:, 0].astype(np.float64)
+    light, is_seen = np.zeros(len(gaussians)), areas >= LEAST_SEEN
+    light[sums.boxes.ids[is_seen]] = lit[is_seen] / areas[is_seen]
     return _factors(np.clip(light, 0, 1))
 
 

@@ -1,5 +1,6 @@
 """Flags become frozen configuration, and every flag explains itself."""
 
+import re
 from dataclasses import fields
 from pathlib import Path
 
@@ -8,17 +9,22 @@ import pytest
 from brushgs.cli.commands import bench, refine, render
 from brushgs.cli.configs import paint_config, path_config
 from brushgs.cli.parser import COMMANDS, build_parser, parse
+from brushgs.options.direction import Direction
 from brushgs.options.experiments import BenchConfig, RefineConfig, StabilityConfig
+from brushgs.options.focus import Focus
 from brushgs.options.painting import (
     CleanConfig,
     ClusterConfig,
     DrawConfig,
     PaletteConfig,
     PruneConfig,
+    StrokesConfig,
     ViewConfig,
 )
 from brushgs.options.region import Region
 from brushgs.options.sequence import PathConfig, SequenceConfig
+
+PLAIN = {"underpaint": False, "streaks": 0.0}  # of the drawing of presets that paint no underpaint
 
 
 @pytest.mark.parametrize(
@@ -29,31 +35,31 @@ from brushgs.options.sequence import PathConfig, SequenceConfig
             ["--stroke", "gaussian"],
             PruneConfig(keep=1.0),
             ClusterConfig(strokes=None),
-            DrawConfig("gaussian"),
+            DrawConfig("gaussian", **PLAIN),
         ),
         (
             ["--stroke", "gaussian", "--strokes", "50", "--keep", "0.5"],
             PruneConfig(keep=0.5),
             ClusterConfig(strokes=50),
-            DrawConfig("gaussian"),
+            DrawConfig("gaussian", **PLAIN),
         ),
         (
             ["--preset", "paper"],
             PruneConfig(weight="paper"),
             ClusterConfig(strokes=7000, features="paper", merge="paper", method="minibatch"),
-            DrawConfig("swirl", filter="bilinear", extent="paper", lock="off", order="depth"),
+            DrawConfig("swirl", filter="bilinear", extent="paper", lock="off", order="depth", **PLAIN),
         ),
         (
             ["--preset", "paper", "--stroke", "gaussian"],
             PruneConfig(weight="paper"),
             ClusterConfig(7000, features="paper", merge="paper", method="minibatch"),
-            DrawConfig("gaussian", filter="bilinear", extent="paper", lock="off", order="depth"),
+            DrawConfig("gaussian", filter="bilinear", extent="paper", lock="off", order="depth", **PLAIN),
         ),
         (
             ["--preset", "paper", "--merge", "cover", "--filter", "mip", "--lock", "anchor"],
             PruneConfig(weight="paper"),
             ClusterConfig(strokes=7000, features="paper", merge="cover", method="minibatch"),
-            DrawConfig("swirl", filter="mip", extent="paper", lock="anchor", order="depth"),
+            DrawConfig("swirl", filter="mip", extent="paper", lock="anchor", order="depth", **PLAIN),
         ),
         (
             ["--strokes", "10%", "--seed", "4", "--threads", "2", "--background", "black"],
@@ -67,6 +73,59 @@ from brushgs.options.sequence import PathConfig, SequenceConfig
 def test_flags_become_configuration(words, prune, cluster, draw):
     config = paint_config(parse(["render", "a.ply", *words]))
     assert (config.prune, config.cluster, config.draw) == (prune, cluster, draw)
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ([], StrokesConfig()),
+        (["--preset", "paper"], StrokesConfig.off()),
+        (["--stroke", "gaussian"], StrokesConfig.off()),
+        (
+            ["--stroke", "gaussian", "--solid", "on"],
+            StrokesConfig("off", None, True, Direction("own"), 0.0),
+        ),
+        (
+            ["--see", "off", "--solid", "off", "--direction", "own", "--broken-color", "0"],
+            StrokesConfig.off(),
+        ),
+        (
+            ["--focus", "-1,2,-3,0.5", "--direction", "guides:a.obj", "--broken-color", "0.1"],
+            StrokesConfig(
+                focus=Focus((-1.0, 2.0, -3.0, 0.5)),
+                direction=Direction("guides", Path("a.obj")),
+                broken_color=0.1,
+            ),
+        ),
+        (["--focus", "subject"], StrokesConfig(focus=Focus())),
+        (["--focus", "eyes.png"], StrokesConfig(focus=Focus(mask=Path("eyes.png")))),
+    ],
+)
+def test_flags_of_strokes_become_configuration(words, expected):
+    assert paint_config(parse(["render", "a.ply", *words])).strokes == expected
+    if not {"--preset", "--stroke"} & set(words):
+        for command in ("cluster", "refine", "stability", "bench"):
+            assert paint_config(parse([command, "a.ply", *words])).strokes == expected
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--see", "all"], "--see: invalid choice: 'all'"),
+        (["--solid", "yes"], "--solid must be on or off, got 'yes'"),
+        (["--underpaint", "1"], "--underpaint must be on or off, got '1'"),
+        (["--streaks", "0.9"], "streaks must be 0 to 0.5, got 0.9"),
+        (["--broken-color", "2"], "broken-color must be 0 to 0.2, got 2"),
+        (["--focus", "1,2,3"], "--focus must be subject, x,y,z,radius in world units"),
+        (["--focus", "1,2,3,0"], "--focus must be four finite numbers, the radius above 0"),
+        (["--focus", "1,2,nan,1"], "--focus must be four finite numbers, the radius above 0"),
+        (["--focus", ""], "--focus must be subject"),
+        (["--direction", "up"], "--direction must be own, form, colour, painting:FILE or guides:FILE"),
+    ],
+)
+def test_what_flags_of_strokes_do_not_take_gets_one_sentence(words, sentence):
+    with pytest.raises(ValueError, match=re.escape(sentence)):
+        paint_config(parse(["render", "a.ply", *words]))
 
 
 @pytest.mark.parametrize(
@@ -143,6 +202,7 @@ STEPS = {
     "clean": CleanConfig,
     "prune": PruneConfig,
     "cluster": ClusterConfig,
+    "strokes": StrokesConfig,
     "palette": PaletteConfig,
     "view": ViewConfig,
     "draw": DrawConfig,

@@ -7,7 +7,14 @@ import pytest
 
 import brushgs as bg
 from brushgs.io.scenes.write import write_scene
-from brushgs.options.painting import CleanConfig, ClusterConfig, DrawConfig, PaintConfig, ViewConfig
+from brushgs.options.painting import (
+    CleanConfig,
+    ClusterConfig,
+    DrawConfig,
+    PaintConfig,
+    StrokesConfig,
+    ViewConfig,
+)
 from brushgs.options.sequence import PathConfig
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
@@ -78,15 +85,23 @@ def test_all_strokes_are_spent_where_the_camera_looks():
     assert (both.strokes.means[:, 0] > 4).sum() > 50
 
 
+def bare(config):
+    draw = replace(config.draw, underpaint=False, streaks=0.0)
+    return replace(config, draw=draw, strokes=StrokesConfig.off())
+
+
 @pytest.mark.parametrize(("zoom", "ratio"), [(1, 0.8), (3, 0.5)])
 def test_that_comes_nearer_to_the_plain_picture(zoom, ratio):
-    """Squared error against that of strokes for the scene; measured here: 0.64 and 0.30."""
+    """Squared error against that of strokes for the scene; measured here: 0.64 and 0.30.
+
+    Of bare clusters: strokes for views are already spent where the camera looks, by 4 of 14 views.
+    """
     fruit, camera = still_life(20000), still_life_camera(width=96, height=72)
     camera = replace(camera, K=camera.K * np.diag([zoom, zoom, 1]) + camera.K * (1 - np.eye(3)))
     plain = bg.render(fruit, camera, bg.StrokeTexture.open("gaussian")).over((1, 1, 1))
     errors = [
         np.square(paint(fruit, config, camera=camera).over((1, 1, 1)) - plain).mean()
-        for config in (PAINT, FOR_VIEW)
+        for config in (bare(PAINT), bare(FOR_VIEW))
     ]
     assert errors[1] < ratio * errors[0]
 

@@ -21,6 +21,7 @@ from brushgs.options.painting import (
     PaintConfig,
     PaletteConfig,
     PruneConfig,
+    StrokesConfig,
     ViewConfig,
 )
 from brushgs.options.scene_source import SceneSource
@@ -35,6 +36,7 @@ from brushgs.still_life import still_life
 STROKES = 60
 SMALL = ViewConfig(size=(48, 36))
 PAINT = PaintConfig(cluster=ClusterConfig(STROKES), draw=DrawConfig("flat"), view=SMALL)
+BARE = replace(PAINT, strokes=StrokesConfig.off())  # clusters, and nothing done to them
 COLUMNS = ("means", "quats", "scales", "opacities", "sh")
 
 
@@ -108,9 +110,9 @@ def test_all_commands_make_the_same_strokes(folder, tmp_path, monkeypatch, comma
     path = folder / ("strokes.ply" if case == "strokes" else "scene.ply")
     keep = 0.4 if case == "keep" else 0.7
     paint = {
-        "keep": replace(PAINT, prune=PruneConfig(keep=keep)),
-        "palette": replace(PAINT, palette=PaletteConfig(folder / "picture.png")),
-    }.get(case, PAINT)
+        "keep": replace(BARE, prune=PruneConfig(keep=keep)),
+        "palette": replace(BARE, palette=PaletteConfig(folder / "picture.png")),
+    }.get(case, BARE)
     loaded = bg.load(path)
     expected = bg.cluster(loaded if case == "strokes" else bg.prune(loaded, keep), STROKES)
     if case == "palette":
@@ -123,8 +125,27 @@ def test_all_commands_make_the_same_strokes(folder, tmp_path, monkeypatch, comma
 
     monkeypatch.setattr(f"{COMMANDS[command]}.prepare", watched)
     found = command(path, paint, tmp_path, caught)
+    assert_same(found, expected)
+
+
+def assert_same(found, expected):
     for name in COLUMNS:
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
+
+
+@pytest.mark.filterwarnings("ignore::brushgs.SceneWarning")
+@pytest.mark.parametrize("command", [bench, refine, render_path, stability])
+def test_strokes_for_views_are_the_same_in_all_commands(folder, tmp_path, monkeypatch, command):
+    caught = []
+
+    def watched(*args, **options):
+        caught.append(prepare(*args, **options))
+        return caught[-1]
+
+    monkeypatch.setattr(f"{COMMANDS[command]}.prepare", watched)
+    views = PathConfig(orbit=3) if command in (render_path, stability) else None
+    expected = prepare(folder / "scene.ply", PAINT, Report(), views=views).strokes
+    assert_same(command(folder / "scene.ply", PAINT, tmp_path, caught), expected)
 
 
 @pytest.mark.parametrize("keeps_scene", [False, True])
@@ -156,7 +177,7 @@ def test_only_what_is_needed_is_opened(folder, tmp_path):
     with pytest.raises(bg.SceneError, match=r"broken\.png"):
         prepare(folder / "scene.ply", broken, Report())
     report = Report()
-    prepared = prepare(folder / "scene.ply", PAINT, report, needs_view=False)
+    prepared = prepare(folder / "scene.ply", BARE, report, needs_view=False)
     assert (prepared.cameras, prepared.background) == ([], None)
     assert [stage.name for stage in report.stages] == ["stroke", "load", "clean", "prune", "cluster"]
     counted = replace(PAINT, cluster=ClusterConfig("auto"))
@@ -194,9 +215,20 @@ def test_options_are_those_of_a_still_or_of_a_path(folder, stroke, along_path, l
 
 def test_every_option_of_drawing_is_resolved_or_handed_on_by_name(folder):
     by_itself = {"stroke", "extent", "background", "threads"}  # texture, num_sigmas, background, num_threads
-    assert {field.name for field in fields(DrawConfig)} - by_itself == {"lock", "order", "filter"}
-    draw = DrawConfig("flat", filter="nearest", extent="paper", lock="off", order="soft", threads=2)
-    options = prepare(folder / "scene.ply", replace(PAINT, draw=draw), Report()).options
+    by_name = {"lock", "order", "filter", "underpaint", "streaks"}
+    assert {field.name for field in fields(DrawConfig)} - by_itself == by_name
+    draw = DrawConfig(
+        "flat",
+        filter="nearest",
+        extent="paper",
+        lock="off",
+        order="soft",
+        underpaint=True,
+        streaks=0.1,
+        threads=2,
+    )
+    options = prepare(folder / "scene.ply", replace(BARE, draw=draw), Report()).options
+    assert (options.underpaint is not None, options.streaks) == (True, 0.1)
     assert (options.filter, options.num_sigmas, options.num_threads) == ("nearest", 2.0, 2)
     assert (options.lock, options.order) == ("off", "soft")
 

@@ -20,7 +20,15 @@ from brushgs.cameras.paths import plan_path
 from brushgs.io import read_scene
 from brushgs.io.pictures.images import encode_frame, read_image
 from brushgs.io.pictures.numbered import Manifest
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
+from brushgs.options.focus import Focus
+from brushgs.options.painting import (
+    ClusterConfig,
+    DrawConfig,
+    PaintConfig,
+    PruneConfig,
+    StrokesConfig,
+    ViewConfig,
+)
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.report import Report, Stopwatch, pace
 from brushgs.painting.sequence import FramePainter, FrameView, paint_sequence
@@ -37,6 +45,7 @@ FLAT = bg.StrokeTexture.open("flat")
 MOVING = RenderOptions.of(FLAT, order="soft")
 ORBIT = PathConfig(orbit=NUM_FRAMES, fps=12)
 VIEW = ViewConfig(size=(48, 36))
+PASSES = ["solid", "direction", "repaint", "broken colour"]
 MANIFEST = ".%05d.png.json"
 FILES = [f"{index:05}.png" for index in range(NUM_FRAMES)]
 
@@ -55,9 +64,18 @@ def folder(tmp_path, monkeypatch):
 
 
 def config(**draw):
+    """Bare clusters, which are made and drawn in few steps; `seen` has all of them."""
+    options = {"stroke": "flat", "underpaint": False, "streaks": 0.0} | draw
     return PaintConfig(
-        cluster=ClusterConfig(strokes=150), draw=DrawConfig(**{"stroke": "flat"} | draw), view=VIEW
+        cluster=ClusterConfig(strokes=150),
+        draw=DrawConfig(**options),
+        view=VIEW,
+        strokes=StrokesConfig.off(),
     )
+
+
+def seen():
+    return replace(config(underpaint=True, streaks=0.05), strokes=StrokesConfig())
 
 
 def paint(scene, output="f/", path=ORBIT, paint_config=None, **sequence):
@@ -110,6 +128,21 @@ def test_the_stages_run_in_order_and_the_frames_are_counted(scene, folder):
     assert all(stage.did and stage.seconds >= 0 for stage in report.stages)
     assert sum(stage.seconds for stage in report.stages) < report.seconds
     json.loads(report.as_json())
+
+
+def test_strokes_for_the_views_of_a_path_are_the_same_whichever_frames_are_painted(scene, folder):
+    report = paint(scene, "all/", paint_config=seen())
+    order = [stage.name for stage in report.stages]
+    assert order[4:-3] == ["path", "plain views", "prune", "cluster", *PASSES]
+    assert stage(report, "plain views").counts["own"] == NUM_FRAMES
+    paint(scene, "some/", paint_config=seen())
+    for name in FILES[1:4]:
+        Path("some", name).unlink()
+    paint(scene, "some/", paint_config=seen(), is_resumed=True, jobs=2)
+    assert contents("some") == contents("all")
+    other = replace(seen(), strokes=StrokesConfig(focus=Focus((0.0, -1.0, 0.0, 1.0))))
+    with pytest.raises(bg.SceneError, match=r"focus None, now 0,-1,0,1"):
+        paint(scene, "some/", paint_config=other, is_resumed=True)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".jpg"])

@@ -54,8 +54,8 @@ def stage(report, name):
 
 def test_the_stages_run_in_order_and_their_counts_fit_together(scene, tmp_path):
     report = paint_file(scene, tmp_path / "a.png", config())
-    names = ["stroke", "load", "clean", "first view", "camera", "prune", "cluster"]
-    names += ["project", "rasterise", "write"]
+    names = ["stroke", "load", "clean", "first view", "camera", "plain views", "prune", "cluster", "solid"]
+    names += ["direction", "repaint", "broken colour", "project", "rasterise", "write"]
     assert [stage.name for stage in report.stages] == names
     counts = {stage.name: stage.counts for stage in report.stages}
     assert counts["prune"]["before"] == counts["load"]["gaussians"]
@@ -160,7 +160,7 @@ def test_a_scene_in_which_every_gaussian_counts_keeps_more_and_the_report_says_s
 def test_the_method_of_clustering_is_told_with_its_reason(gaussians, method):
     report = Report()
     paint(gaussians, config(cluster=ClusterConfig(strokes=50, method=method)), report=report)
-    counts, (detail,) = stage(report, "cluster").counts, stage(report, "cluster").details
+    counts, (detail, *_) = stage(report, "cluster").counts, stage(report, "cluster").details
     assert counts["method"] in ("lloyd", "minibatch")
     assert counts["method"] == method or (method == "auto" and "asked for" not in detail)
     assert f"by {counts['method']}, {counts['steps']} steps" in detail
@@ -191,7 +191,7 @@ def test_mip_levels_that_no_stroke_reaches_are_counted(gaussians):
     camera = still_life_camera(width=64, height=48)
     boxes = bg.project(gaussians, camera)
     report = Report()
-    options = drawing.render_options(DrawConfig(), texture, along_path=False)
+    options = drawing.render_options(DrawConfig(underpaint=False), texture, along_path=False)
     drawing.rasterize_boxes(boxes, camera, texture, options, report)
     rows, columns = texture.coverage.shape
     pairs = {(level_index(u, columns), level_index(v, rows)) for u, v in boxes.half_extents}

@@ -49,6 +49,7 @@ def add_flags(parser: ArgumentParser) -> None:
     group = parser.add_argument_group("clustering")
     flags.add_clean(group)
     flags.add_merging(group)
+    flags.add_stroke_passes(parser)
     flags.add_view(parser)
     flags.add_report(parser)
 

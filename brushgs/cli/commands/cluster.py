@@ -13,6 +13,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_scene(parser)
     flags.add_scene_output(parser, "strokes")
     flags.add_cluster(parser)
+    flags.add_stroke_passes(parser)
     flags.add_up(
         parser.add_argument_group("view", "recorded with the strokes, which are seen as their scene")
     )

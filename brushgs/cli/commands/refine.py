@@ -23,6 +23,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_draw(parser)
     flags.add_prune(parser)
     flags.add_cluster(parser)
+    flags.add_stroke_passes(parser)
     flags.add_palette(parser)
     flags.add_report(parser)
 

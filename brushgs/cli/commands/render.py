@@ -36,6 +36,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_draw(parser)
     flags.add_prune(parser)
     flags.add_strokes_for(flags.add_cluster(parser))
+    flags.add_stroke_passes(parser)
     flags.add_palette(parser)
     flags.add_view(parser)
     parser.add_argument(

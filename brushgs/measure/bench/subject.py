@@ -16,7 +16,7 @@ from brushgs.options.scene_source import SceneSource
 from brushgs.painting.background import Background, open_background
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
-from brushgs.passes.cluster import Grouping, cluster, group
+from brushgs.passes.cluster import Grouping, group
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.scene import Camera, Frame, Gaussians
 
@@ -68,7 +68,7 @@ class Subject:
     @cached_property
     def strokes(self) -> Gaussians:
         """The strokes of all families except `strokes` and `sh`."""
-        return self.cluster(self.kept, self.count)
+        return self.cluster(self.count)
 
     @property
     def count(self) -> int:
@@ -103,19 +103,9 @@ class Subject:
         """Which Gaussians share a stroke, of `count` strokes."""
         return group(self.kept, self.count, features=features, method=method, seed=self.paint.cluster.seed)
 
-    def cluster(self, kept: Gaussians, count: int) -> Gaussians:
+    def cluster(self, count: int) -> Gaussians:
         """The strokes that `brushgs render` makes."""
-        config = self.paint.cluster
-        if count >= len(kept):
-            return kept
-        return cluster(
-            kept,
-            count,
-            features=config.features,
-            merge=config.merge,
-            method=config.method,
-            seed=config.seed,
-        )
+        return self.prepared.stroke_maker(count)[0]
 
     def draw(self, strokes: Gaussians, camera: Camera | None = None, **changed: Any) -> Frame:
         """One frame of strokes, as `brushgs render` draws it, with the options in `changed` replaced."""
@@ -124,7 +114,7 @@ class Subject:
     def painting(self, count: int) -> Frame:
         """A whole painting of `count` strokes, from the scene file to the frame."""
         paint = replace(self.paint, cluster=replace(self.paint.cluster, strokes=count))
-        prepared = prepare(self.source, paint, Report(), views=self.camera, needs_background=False)
+        prepared = prepare(self.source, paint, Report(), needs_background=False)
         return self.draw(prepared.strokes)
 
     def picture(self, frame: Frame) -> Array:

@@ -1,0 +1,221 @@
+"""From Gaussians to strokes of any number: clustering and the passes after it, as one function of the number.
+
+    cluster -> solid -> direction -> repaint (-> recolor) -> broken colour
+
+Whoever needs strokes calls it: a painting once, the search for an error budget or a stroke size again and
+again, and the bench for each point of its curves. So what is measured is what is painted.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from brushgs.options.painting import ClusterConfig, StrokesConfig
+from brushgs.painting.report import Report, Stage, Stopwatch
+from brushgs.scene import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.arrays import F64, Mask
+    from brushgs.io.guides.guide_file import Guides
+    from brushgs.options.direction import FieldName
+    from brushgs.passes.direction.marks import Marks
+    from brushgs.rendering.plain import PlainViews
+    from brushgs.stroke_count.search import Clustered
+
+ALREADY_STROKES = "they are strokes already"
+
+
+@dataclass(eq=False)
+class StrokePass:
+    """A pass that changes strokes and keeps their number, or most of it.
+
+    Attributes:
+        name: of its stage.
+        what: it does, in words.
+        run: from strokes to strokes.
+        skip: why it does not run, in words; None where it does.
+        counts: for its stage.
+        watch: adds up its seconds.
+        num_before: strokes that it was last called with.
+        num_after: and that it returned.
+    """
+
+    name: str
+    what: str
+    run: Callable[[Gaussians], Gaussians]
+    skip: str | None = None
+    counts: dict[str, Any] = field(default_factory=dict)
+    watch: Stopwatch = field(default_factory=Stopwatch)
+    num_before: int = 0
+    num_after: int = 0
+
+    def __call__(self, strokes: Gaussians) -> Gaussians:
+        """The strokes after the pass; they themselves where it is skipped."""
+        self.num_before = len(strokes)
+        if self.skip is None:
+            with self.watch.running():
+                strokes = self.run(strokes)
+        self.num_after = len(strokes)
+        return strokes
+
+    def report(self, report: Report) -> None:
+        """Add its stage, after it ran."""
+        with report.stage(self.name, earlier=self.watch) as stage:
+            self._describe(stage)
+
+    def _describe(self, stage: Stage) -> None:
+        if self.skip is not None:
+            stage.did = "nothing"
+            stage.skipped.append(f"{self.name}: {self.skip}")
+        else:
+            stage.did = f"{self.num_after:,} strokes {self.what}"
+            if dropped := self.num_before - self.num_after:
+                stage.did += f", {dropped:,} dropped"
+        stage.counts = {"before": self.num_before, "after": self.num_after} | self.counts
+
+
+@dataclass(frozen=True, eq=False)
+class StrokeMaker:
+    """Makes strokes of a scene.
+
+    Attributes:
+        gaussians: the scene, pruned.
+        cluster: how they are merged; its number of strokes is that of each call.
+        views: small plain pictures of the scene that decide about strokes; None for the scene alone.
+        focus: [N] factors on the strokes per area; None for the same everywhere.
+        is_solid: whether strokes that are not worth keeping are dropped, see `brushgs.passes.worth`; where
+            there are views, others take their places.
+        passes: what is done to the clusters, in this order.
+        pass_watch: adds up the seconds of all passes.
+    """
+
+    gaussians: Gaussians
+    cluster: ClusterConfig
+    views: "PlainViews | None" = None
+    focus: "F64 | None" = None
+    is_solid: bool = False
+    passes: list[StrokePass] = field(default_factory=list)
+    pass_watch: Stopwatch = field(default_factory=Stopwatch)
+
+    @property
+    def skip(self) -> str | None:
+        """Why all passes are skipped, in words; None where one runs."""
+        reasons = {one.skip for one in self.passes}
+        if None in reasons:
+            return None
+        return reasons.pop() if len(reasons) == 1 else "they are switched off"
+
+    def __call__(self, num_strokes: int) -> "Clustered":
+        """At most so many strokes, and how the Gaussians were grouped; None where each is a stroke."""
+        strokes, grouping = self._clustered(num_strokes)
+        with self.pass_watch.running():
+            for one in self.passes:
+                strokes = one(strokes)
+        return strokes, grouping
+
+    def _clustered(self, num_strokes: int) -> "Clustered":
+        if len(self.gaussians) <= num_strokes:
+            return self.gaussians, None
+        from brushgs.passes.cluster import group
+
+        config = self.cluster
+        grouping = group(
+            self.gaussians,
+            num_strokes,
+            features=config.features,
+            method=config.method,
+            seed=config.seed,
+            views=self.views,
+            focus=self.focus,
+            worth_keeping=_worth_keeping if self.is_solid else None,
+        )
+        strokes = grouping.merged(config.merge)
+        if self.is_solid:
+            strokes = _most_worth(strokes.take(_worth_keeping(strokes)), num_strokes)
+        return strokes, grouping
+
+
+def _worth_keeping(strokes: Gaussians) -> "Mask":
+    """Mask [k] of the strokes that paint something; all, where that would be none."""
+    from brushgs.passes.worth import worth_keeping
+
+    kept = worth_keeping(strokes)
+    return kept if kept.any() else ~kept
+
+
+def _most_worth(strokes: Gaussians, most: int) -> Gaussians:
+    """At most so many strokes: as more are made where some are not worth keeping, a few may be too many."""
+    if len(strokes) <= most:
+        return strokes
+    from brushgs.passes.contribution import contributions
+    from brushgs.passes.prune import highest
+
+    return strokes.take(highest(contributions(strokes), most))
+
+
+def stroke_passes(
+    gaussians: Gaussians,
+    config: StrokesConfig,
+    *,
+    views: "PlainViews | None",
+    field: "FieldName | Guides | Marks | None",
+    skip: str | None,
+) -> list[StrokePass]:
+    """The passes that options ask for, but for broken colour, each with its reason where it is skipped.
+
+    Args:
+        gaussians: that strokes are made of.
+        config: the options.
+        views: see `StrokeMaker`.
+        field: what `open_field` opened; None where no direction is needed.
+        skip: why all are skipped; None if they are not.
+    """
+
+    def solid(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.solid import solidify
+
+        return solidify(strokes)
+
+    def direction(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.direction.orient import orient
+
+        assert field is not None, "a direction is opened unless it is skipped"
+        return orient(strokes, gaussians, field)
+
+    def seen(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.repaint import repaint
+
+        assert views is not None, "repainting needs views"
+        return repaint(strokes, gaussians, views)
+
+    where = config.direction
+    return [
+        StrokePass("solid", "of solid paint", solid, skip or (None if config.solid else "--solid off")),
+        StrokePass(
+            "direction",
+            f"run by {where}",
+            direction,
+            skip or ("--direction own" if where.kind == "own" else None),
+            {"direction": str(where)},
+        ),
+        StrokePass(
+            "repaint",
+            "in the colours that are seen there",
+            seen,
+            skip or ("--see off" if views is None else None),
+        ),
+    ]
+
+
+def broken_color_pass(config: StrokesConfig, *, seed: int, skip: str | None) -> StrokePass:
+    """The last pass, after a palette."""
+
+    def broken(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.broken_color import CHROMA, LIGHTNESS, break_colors
+
+        share = config.broken_color / LIGHTNESS
+        return break_colors(strokes, config.broken_color, share * CHROMA, seed=seed)
+
+    is_off = "--broken-color 0" if config.broken_color == 0 else None
+    what = f"differ by {config.broken_color:g} in lightness"
+    return StrokePass("broken colour", what, broken, skip or is_off, {"lightness": config.broken_color})
