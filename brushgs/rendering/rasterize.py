@@ -53,7 +53,8 @@ def rasterize(
     With `underpaint` each box is painted twice: as a stroke at its depth, and behind that, at its depth plus
     its setback, as the kernel "gaussian" in the same colour, its half extents and its opacity those of the
     box times `underpaint.reach` and `underpaint.opacity`. All 2 M are blended in the order of these depths,
-    ties strokes first, then by row; for a layer like the depth both count as the box itself.
+    ties strokes first, then by row. For a layer like the depth both count as the box itself; underpaint has
+    no softness.
 
     With `streaks` the colour of a stroke, though not of its underpaint, is multiplied by 1 + streaks x s,
     where s, -1 to 1, is a noise across the stroke that the row in `ids` shifts: of twelve bristles and of

@@ -211,21 +211,22 @@ def _rasterize_softly(
     width: int,
     min_transmittance: float,
 ) -> Frame:
-    """Boxes that fade into each other where their depths are close, pixel by pixel."""
+    """Boxes that fade into each other where depths are close, pixel by pixel; but for their underpaint."""
     rgb, alpha = np.zeros((height, width, 3)), np.zeros((height, width))
     means = _no_layers(boxes, height, width)
     rows: dict[tuple[int, int], list[int]] = {}
-    fragments: dict[tuple[int, int], list[tuple[float, float, float]]] = {}
+    fragments: dict[tuple[int, int], list[tuple[float, float, float, float]]] = {}
     for layer in layers:
         window = layer.window
+        reach = 0.0 if layer.is_underpaint else float(softness[layer.row])
         for y, x in np.argwhere(layer.alpha >= MIN_ALPHA):
             pixel = window[0].start + int(y), window[1].start + int(x)
             rows.setdefault(pixel, []).append(layer.row)
-            fragment = layer.alpha[y, x], layer.depth, layer.shade[y, x]
+            fragment = layer.alpha[y, x], layer.depth, layer.shade[y, x], reach
             fragments.setdefault(pixel, []).append(fragment)
     for pixel, own in rows.items():
-        alphas, z, shades = np.array(fragments[pixel]).T
-        weights, alpha[pixel] = soft_weights(alphas, z, softness[own].astype(np.float64), min_transmittance)
+        alphas, z, shades, reaches = np.array(fragments[pixel]).T
+        weights, alpha[pixel] = soft_weights(alphas, z, reaches, min_transmittance)
         if alpha[pixel] > 0:
             rgb[pixel] = (weights * shades) @ boxes.colors[own].astype(np.float64)
             for name, attribute in boxes.attributes().items():
@@ -272,6 +273,7 @@ class _Layer:
     """A stroke or its underpaint, where it reaches into the picture."""
 
     row: int
+    is_underpaint: bool
     depth: float
     window: tuple[slice, slice]
     alpha: F64  # of the window; 0 outside the box
@@ -316,7 +318,7 @@ def _layers(
         alpha = np.minimum(MAX_ALPHA, opacity * _sample(filling, coverage, s, t, filter))
         is_streaked = not is_underpaint and weights[row].any()
         shade = _streaks(t * scale[1], int(starts[row]), weights[row]) if is_streaked else np.ones_like(t)
-        yield _Layer(row, float(depth), window, np.where(is_inside, alpha, 0), shade)
+        yield _Layer(row, bool(is_underpaint), float(depth), window, np.where(is_inside, alpha, 0), shade)
 
 
 def _window(center: F64, half: F64, angle: np.float64, height: int, width: int) -> tuple[slice, slice] | None:

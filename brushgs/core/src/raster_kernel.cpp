@@ -352,48 +352,28 @@ void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T
         });
 }
 
-// The largest squared softness of the underpaint that waits.
-template <class T>
-struct WaitingReach {
-    T value = 0;
-
-    void add(T squared) { value = squared > value ? squared : value; }
-    template <class Squared>
-    void take(T squared, const UnderpaintHeap<T>& rest, const Squared& squared_of) {
-        if (squared < value) return;
-        value = 0;
-        for (std::size_t k = 0; k < rest.size() && value < squared; ++k) add(squared_of(rest.place(k)));
-    }
-};
-
 // Strokes with underpaint, with streaks, or with both.
 template <class T, Kernel kernel, int channels>
 void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T, channels>& tile) {
     clear(queues);
     const T* const reaches = find_reaches(task, queues);
     const Attributes<T, channels> attributes(task.boxes.layers);
-    const auto squared_of = [&](std::size_t place) {
-        const T softness = task.boxes.softness[task.ids[place]];
-        return softness * softness;
-    };
     constexpr T largest = std::numeric_limits<T>::max();  // infinite depths would have no gap between them
     LayerOrder<T> order(task);
-    WaitingReach<T> waiting;
     blend_softly<T, true>(
         task, queues, tile, [&](SoftSamples<T, true> & samples) __attribute__((always_inline)) {
             Layer layer;
-            if (!order.next(layer, [&](std::uint32_t place) { waiting.add(squared_of(place)); })) return false;
+            if (!order.next(layer)) return false;
             const std::uint32_t id = task.ids[layer.place];
-            const T squared = squared_of(layer.place);
-            const T coming = reaches[layer.is_underpaint ? order.next_place() : layer.place];
-            samples.record = {id, task.boxes.depths[id], squared, coming > waiting.value ? coming : waiting.value};
-            if (layer.is_underpaint) {
+            if (layer.is_underpaint) {  // has no softness of its own
                 const double behind = underpaint_depth(task.boxes, id);
-                samples.record.depth = behind < static_cast<double>(largest) ? static_cast<T>(behind) : largest;
-                waiting.take(squared, order.waiting(), squared_of);
+                const T depth = behind < static_cast<double>(largest) ? static_cast<T>(behind) : largest;
+                samples.record = {id, depth, 0, reaches[order.next_place()]};
                 sample_softly<T, Kernel::gaussian>(task, task.underpaints[id], tile, samples);
                 return true;
             }
+            const T softness = task.boxes.softness[id];
+            samples.record = {id, task.boxes.depths[id], softness * softness, reaches[layer.place]};
             prefetch(task, attributes, layer.place);
             const Record<T>& record = task.records[id];
             if (shows_streaks(task, record, id))

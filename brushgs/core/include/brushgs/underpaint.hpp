@@ -32,8 +32,6 @@ public:
     [[gnu::always_inline]] inline explicit UnderpaintHeap(const TileTask<T>& task) : heap_(task.waiting) {}
 
     bool is_empty() const { return count_ == 0; }
-    std::size_t size() const { return count_; }
-    std::uint32_t place(std::size_t i) const { return heap_[i].place; }
     double nearest() const { return heap_[0].depth; }
 
     void add(double depth, std::uint32_t place) {
@@ -81,9 +79,8 @@ class LayerOrder {
 public:
     [[gnu::always_inline]] inline explicit LayerOrder(const TileTask<T>& task) : task_(task), waiting_(task) {}
 
-    // False at the end. Calls `added(place)` for underpaint that begins to wait.
-    template <class Added>
-    [[gnu::always_inline]] inline bool next(Layer& layer, const Added& added) {
+    // False at the end.
+    [[gnu::always_inline]] inline bool next(Layer& layer) {
         constexpr std::size_t ahead = 4;  // as `prefetch`
         while (next_ < task_.num_ids) {
             const std::uint32_t id = task_.ids[next_];
@@ -92,10 +89,8 @@ public:
             if (task_.underpaints != nullptr) {
                 const std::size_t soon = next_ + ahead < task_.num_ids ? next_ + ahead : place;
                 __builtin_prefetch(&task_.underpaints[task_.ids[soon]]);
-                if (reaches_tile(task_.underpaints[id], task_.x0, task_.y0)) {
+                if (reaches_tile(task_.underpaints[id], task_.x0, task_.y0))
                     waiting_.add(underpaint_depth(task_.boxes, id), place);
-                    added(place);
-                }
             }
             if (!reaches_tile(task_.records[id], task_.x0, task_.y0)) continue;
             layer = {place, false};
@@ -105,13 +100,9 @@ public:
         layer = {waiting_.take(), true};
         return true;
     }
-    [[gnu::always_inline]] inline bool next(Layer& layer) {
-        return next(layer, [](std::uint32_t) {});
-    }
 
-    // Of the strokes still to come, and all that waits.
+    // Of the strokes still to come.
     std::size_t next_place() const { return next_; }
-    const UnderpaintHeap<T>& waiting() const { return waiting_; }
 
 private:
     const TileTask<T>& task_;
