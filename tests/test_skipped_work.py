@@ -11,7 +11,14 @@ import brushgs as bg
 from brushgs import _core
 from brushgs.brushes import levels
 from brushgs.io.pictures.oiio import quantise
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
+from brushgs.options.painting import (
+    ClusterConfig,
+    DrawConfig,
+    PaintConfig,
+    PruneConfig,
+    StrokesConfig,
+    ViewConfig,
+)
 from brushgs.options.sequence import PathConfig
 from brushgs.painting import sequence as sequence_stages
 from brushgs.painting.report import Report
@@ -194,10 +201,14 @@ def test_the_report_lists_what_was_skipped(scene):
         cluster=ClusterConfig(strokes=None),
         draw=DrawConfig(stroke="gaussian"),
         view=ViewConfig(size=(64, 48), zoom=4.0),
+        strokes=StrokesConfig.off(),
     )
     paint(flat, config, report=report)
     assert stage(report, "prune").skipped == ["pruning: keep = 1"]
-    assert stage(report, "cluster").skipped == ["clustering: every Gaussian is a stroke"]
+    assert stage(report, "cluster").skipped == [
+        "clustering: every Gaussian is a stroke",
+        "solid, direction, repaint, broken colour: they are switched off",
+    ]
     project = stage(report, "project")
     assert "no lock, fading or soft order: a kernel fills the ellipse itself" in project.details
     assert "SH degrees 2 to 3 skipped: zero in every row" in project.details

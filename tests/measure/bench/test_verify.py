@@ -111,7 +111,7 @@ def subject_of(tmp_path, names):
     paint = PaintConfig(draw=DrawConfig("dry_brush"))
     config = BenchConfig(families=names, strokes=(50, 200), count=50, repeats=1)
     kept = replace(paint, cluster=ClusterConfig(strokes=None))
-    prepared = prepare(path, kept, Report(), views=CAMERA, keeps_scene=True)
+    prepared = prepare(path, kept, Report(), views=CAMERA, keeps_scene=True, merges_later=True)
     return subject.Subject(SceneSource.of(path), prepared, paint, config)
 
 
