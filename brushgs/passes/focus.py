@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from brushgs.arrays import F64, Array, check
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.visibility import painted_sums
 from brushgs.scene import Camera, FirstView, Gaussians
 
@@ -64,16 +65,12 @@ def mask_focus(gaussians: Gaussians, camera: Camera, mask: Array, *, num_threads
     check("mask_focus", mask=(mask, f"{camera.height} {camera.width}"))
     kernel = StrokeTexture.open("gaussian")
     plain = replace(gaussians, sh=gaussians.sh[:, :1])  # how much is seen does not depend on colours
-    sums = painted_sums(
-        plain,
-        camera,
-        kernel,
-        lambda frame: (np.repeat(mask[..., None], 3, axis=2), np.ones_like(frame.alpha)),
-        num_threads=num_threads,
-    )
-    areas, lit = sums.shares.astype(np.float64), sums.values[:, 0].astype(np.float64)
+    boxes, _ = project_with(plain, camera, RenderOptions.of(kernel, num_threads=num_threads))
+    values = np.repeat(mask[..., None], 3, axis=2)
+    sums, shares = painted_sums(boxes, kernel, values, np.ones_like(mask), num_threads=num_threads)
+    areas, lit = shares.astype(np.float64), sums[:, 0].astype(np.float64)
     light, is_seen = np.zeros(len(gaussians)), areas >= LEAST_SEEN
-    light[sums.boxes.ids[is_seen]] = lit[is_seen] / areas[is_seen]
+    light[boxes.ids[is_seen]] = lit[is_seen] / areas[is_seen]
     return _factors(np.clip(light, 0, 1))
 
 

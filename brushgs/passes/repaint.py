@@ -10,12 +10,12 @@ projections.
 """
 
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.visibility import painted_sums
 from brushgs.scene import Camera, Frame, Gaussians
@@ -59,11 +59,13 @@ def repaint(
 
 def _step(strokes: Gaussians, views: PlainViews) -> Gaussians:
     kernel = StrokeTexture.open("ellipse")
+    options = RenderOptions.of(kernel, depth=False)
     differences, shares = np.zeros((len(strokes), 3)), np.zeros(len(strokes))
     for camera, plain in zip(views.cameras, views.frames, strict=True):
-        sums = painted_sums(strokes, camera, kernel, partial(_color_differences, plain))
-        differences[sums.boxes.ids] += sums.values
-        shares[sums.boxes.ids] += sums.shares
+        boxes, painted = draw_with(strokes, camera, kernel, options)
+        sums, areas = painted_sums(boxes, kernel, *_color_differences(plain, painted))
+        differences[boxes.ids] += sums
+        shares[boxes.ids] += areas
     known = np.minimum(shares / ENOUGH_PAINT, 1)
     steps = known[:, None] * differences / np.maximum(shares, 1e-12)[:, None]
     return shift_base_colors(strokes, steps)

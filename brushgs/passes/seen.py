@@ -6,16 +6,15 @@ skin that would be white flecks.
 """
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.visibility import painted_sums
-from brushgs.scene import Frame, Gaussians
+from brushgs.scene import Gaussians
 from brushgs.sh import shift_base_colors
 
 SURE_AREA = 0.02  # pixels a view; of less the colour is partly its own, since the pixels are mostly of others
@@ -58,16 +57,13 @@ def seen_in(gaussians: Gaussians, views: PlainViews) -> Seen | None:
     kernel = StrokeTexture.open("gaussian")
     areas, away = np.zeros(len(gaussians)), np.zeros((len(gaussians), 3))
     for camera, plain in zip(views.cameras, views.frames, strict=True):
-        sums = painted_sums(gaussians, camera, kernel, partial(_colors, plain))
-        areas[sums.boxes.ids] += sums.shares
-        away[sums.boxes.ids] += sums.values - sums.shares[:, None] * sums.boxes.colors
+        boxes, _ = project_with(gaussians, camera, RenderOptions.of(kernel))
+        colors = plain.rgb / np.maximum(plain.alpha, 1e-6)[..., None]
+        sums, shares = painted_sums(boxes, kernel, colors, np.ones_like(plain.alpha))
+        areas[boxes.ids] += shares
+        away[boxes.ids] += sums - shares[:, None] * boxes.colors
     if not areas.max(initial=0) > 0:
         return None
     sure = np.minimum(areas / (SURE_AREA * len(views)), 1)
     steps = sure[:, None] * away / np.maximum(areas, 1e-12)[:, None]
     return Seen(areas / len(views), shift_base_colors(gaussians, steps))
-
-
-def _colors(plain: Frame, _: Frame) -> tuple[Array, Array]:
-    """The colours of the plain picture [H, W, 3], and a share of 1 for every pixel [H, W]."""
-    return plain.rgb / np.maximum(plain.alpha, 1e-6)[..., None], np.ones_like(plain.alpha)

@@ -9,13 +9,13 @@ there they stay).
 """
 
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.visibility import painted_sums
 from brushgs.scene import Frame, Gaussians
@@ -86,19 +86,21 @@ def painted_errors(strokes: Gaussians, views: PlainViews) -> F64:
         views: of the scene.
     """
     kernel = StrokeTexture.open("ellipse")
+    options = RenderOptions.of(kernel, depth=False)
     errors = np.zeros(len(strokes))
     for camera, plain in zip(views.cameras, views.frames, strict=True):
-        sums = painted_sums(strokes, camera, kernel, partial(_squared_errors, plain))
-        errors[sums.boxes.ids] += sums.shares
+        boxes, painted = draw_with(strokes, camera, kernel, options)
+        _, sums = painted_sums(boxes, kernel, np.zeros_like(painted.rgb), _squared_errors(plain, painted))
+        errors[boxes.ids] += sums
     return errors
 
 
-def _squared_errors(plain: Frame, painted: Frame) -> tuple[Array, Array]:
-    """Nothing, and the squared error at each pixel [H, W]: mean over a black and a white background."""
+def _squared_errors(plain: Frame, painted: Frame) -> Array:
+    """The squared error at each pixel [H, W]: mean over a black and a white background."""
     on_black = painted.rgb - plain.rgb
     on_white = on_black - (painted.alpha - plain.alpha)[..., None]
-    squares = sum(np.einsum("hwc,hwc->hw", away, away) for away in (on_black, on_white))
-    return np.zeros_like(on_black), 0.5 * squares
+    squares = [np.einsum("hwc,hwc->hw", away, away) for away in (on_black, on_white)]
+    return np.asarray(0.5 * (squares[0] + squares[1]))
 
 
 def _cut(labels: Labels, chosen: Labels, points: Array, weights: F64) -> Labels:

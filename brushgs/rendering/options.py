@@ -119,9 +119,16 @@ def rasterize_with(boxes: Boxes, camera: Camera, texture: StrokeTexture, options
     )
 
 
+def draw_with(
+    gaussians: Gaussians, camera: Camera, texture: StrokeTexture, options: RenderOptions
+) -> tuple[Boxes, Frame]:
+    """The boxes of one view, and the frame that they paint. Raises what `render` does."""
+    boxes, _ = project_with(gaussians, camera, options)
+    return boxes, rasterize_with(boxes, camera, texture, options)
+
+
 def render_with(
     gaussians: Gaussians, camera: Camera, texture: StrokeTexture, options: RenderOptions
 ) -> Frame:
     """`render` by these options. Raises the same."""
-    boxes, _ = project_with(gaussians, camera, options)
-    return rasterize_with(boxes, camera, texture, options)
+    return draw_with(gaussians, camera, texture, options)[1]

@@ -1,12 +1,11 @@
 """What each Gaussian, or stroke, makes up of a view: exact sums over the pixels that it paints.
 
 The weight of a Gaussian at a pixel is its alpha times the light that gets through what lies in front of it:
-the picture is the sum of weight x colour. Sums of anything by these weights are the derivative of a picture
-by colours and depths, so they take one pass forward and one backward.
+the picture is the sum of weight x colour. So sums of anything by these weights are the derivative of a
+picture by its colours, and of a layer by its attribute. They do not depend on colours, and need no picture.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,59 +13,41 @@ from numpy.typing import NDArray
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.backward import rasterize_backward
-from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
+from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 
-@dataclass(frozen=True, eq=False)
-class PaintedSums:
-    """Of each of M boxes, sums over pixels of weight x value.
-
-    Attributes:
-        boxes: M boxes; `boxes.ids` are the rows of the Gaussians.
-        values: [M, 3] sums of weight x the three values of a pixel.
-        shares: [M] sums of weight x the share of a pixel, in pixels.
-    """
-
-    boxes: Boxes
-    values: Array
-    shares: Array
-
-
 def painted_sums(
-    gaussians: Gaussians,
-    camera: Camera,
+    boxes: Boxes,
     kernel: StrokeTexture,
-    values: Callable[[Frame], tuple[Array, Array]],
+    values: Array,
+    shares: Array,
     *,
     num_threads: int | None = None,
-) -> PaintedSums:
-    """Sum values of pixels over what each Gaussian paints.
+) -> tuple[Array, Array]:
+    """Sum values of pixels over what each box paints.
 
     Args:
-        gaussians: N Gaussians.
-        camera: the view.
+        boxes: M boxes.
         kernel: "gaussian", or "ellipse" for strokes.
-        values: from the picture of these Gaussians to three values [H, W, 3] and one share [H, W] per pixel.
+        values: [H, W, 3] of each pixel.
+        shares: [H, W] of each pixel.
         num_threads: None takes the processors available to this process. The result does not depend on it.
+
+    Returns:
+        For each box the sums over pixels of weight x values [M, 3], and of weight x share [M], in pixels; in
+        the dtype of the boxes.
     """
-    options = RenderOptions.of(kernel, num_threads=num_threads)
-    boxes, _ = project_with(gaussians, camera, options)
-    frame = rasterize_with(boxes, camera, kernel, options)
-    v_rgb, share = (np.ascontiguousarray(v, dtype=frame.rgb.dtype) for v in values(frame))
-    # Depth is the mean of the boxes' depths by weight, over alpha: times alpha its derivative is the weight.
+    dtype = boxes.centers.dtype
+    v_rgb, v_depth = (np.ascontiguousarray(v, dtype=dtype) for v in (values, shares))
+    # A layer is a sum by weights over alpha: with an alpha of 1, its derivative is the sum.
+    nothing = Frame(np.zeros_like(v_rgb), np.ones_like(v_depth), np.zeros_like(v_depth))
     gradients = rasterize_backward(
-        boxes,
-        kernel,
-        frame,
-        v_rgb,
-        v_layers={"depth": share * frame.alpha},
-        filter=options.filter,
-        num_threads=num_threads,
+        boxes, kernel, nothing, v_rgb, v_layers={"depth": v_depth}, num_threads=num_threads
     )
     assert gradients.colors is not None
     assert gradients.depths is not None
-    return PaintedSums(boxes, gradients.colors, gradients.depths)
+    return gradients.colors, gradients.depths
 
 
 def visible_areas(
@@ -83,14 +64,10 @@ def visible_areas(
         [N] pixels, >= 0; 0 for what is outside the picture or wholly hidden. Their sum is that of alpha.
     """
     kernel = StrokeTexture.open("gaussian")
-    plain = replace(gaussians, sh=gaussians.sh[:, :1])  # how much is seen does not depend on colours
-    sums = painted_sums(
-        plain,
-        camera,
-        kernel,
-        lambda frame: (np.zeros_like(frame.rgb), np.ones_like(frame.alpha)),
-        num_threads=num_threads,
-    )
+    plain = replace(gaussians, sh=gaussians.sh[:, :1])  # colours do not matter
+    boxes, _ = project_with(plain, camera, RenderOptions.of(kernel, num_threads=num_threads))
+    size = camera.height, camera.width
+    _, sums = painted_sums(boxes, kernel, np.zeros((*size, 3)), np.ones(size), num_threads=num_threads)
     areas = np.zeros(len(gaussians))
-    areas[sums.boxes.ids] = sums.shares
+    areas[boxes.ids] = sums
     return areas
