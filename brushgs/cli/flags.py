@@ -162,7 +162,7 @@ def add_draw(parser: ArgumentParser) -> None:
         "--streaks",
         type=values.number,
         metavar="SHARE",
-        help="by what share bristles are lighter or darker than their stroke, 0 to 0.5, default 0.05",
+        help="by what share bristles are lighter or darker than their stroke, 0 to 0.5, default 0.1",
     )
     flags.add(
         "--background",

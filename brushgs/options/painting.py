@@ -313,7 +313,7 @@ class DrawConfig:
     lock: Lock | None = None
     order: Order | None = None
     underpaint: bool = True
-    streaks: float = 0.05
+    streaks: float = 0.1
     threads: int | None = None
 
     def __post_init__(self) -> None:
