@@ -56,7 +56,7 @@ def run(capsys, *words):
 
 
 def test_render_names_its_output_prints_the_path_and_a_table(scene, capsys):
-    code, out, err = run(capsys, "render", scene, *SMALL)
+    code, out, err = run(capsys, "render", scene, *SMALL, "--solid", "off")
     assert code == 0
     assert out == "pears-ellipse.png\n"
     assert read_image("pears-ellipse.png").shape == (48, 64, 3)
@@ -386,7 +386,7 @@ def blue(scene):
 
 
 def test_a_palette_gives_its_colours(scene, blue, capsys):
-    words = ["--background", "transparent", "--palette", blue]
+    words = ["--background", "transparent", "--palette", blue, "--broken-color", "0"]
     code, _, err = run(capsys, "render", scene, *SMALL, *words)
     assert code == 0
     assert "100% of the way in lab" in err
