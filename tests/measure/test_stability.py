@@ -367,7 +367,7 @@ def test_the_command_writes_figures_and_plot_and_prints_a_table(scene, capsys):
     assert "4 frames, 24 per second, a loop" in err
     assert "4 frames in 5 configurations" in err  # one number of one thing
     assert "5 frames" not in err
-    assert " views" not in err
+    assert "5 views" not in err
     advice = json.loads(Path("pears-stability/stability.json").read_text())["stability"]["advice"]
     assert err.rstrip().splitlines()[-1] == advice
     assert advice.startswith("for this path --lock ")
