@@ -20,7 +20,8 @@ from brushgs.stroke_count.view_model import ViewModel
 STEP = 2**0.25
 START = 1 / STEP
 CHANGED_START = 0.5  # where strokes are changed after clustering: they reach it at 0.2 to 0.7 of that count
-SIZE_TOLERANCE, SIZE_TRIES = 0.05, 4  # relative to the target length; clusterings
+SIZE_TOLERANCE, SIZE_TRIES = 0.05, 5  # relative to the target length; clusterings
+SHALLOWEST = -0.2  # power of the count that sizes fall by: chance may make it flatter
 
 # Strokes, and how the Gaussians were grouped; None if each is a stroke of its own.
 Clustered = tuple[Gaussians, Grouping | None]
@@ -106,7 +107,8 @@ def _step_of(count: float) -> int:
 def search_size(pixels: float, view_model: ViewModel, choice: Choice, cluster: Cluster) -> Found:
     """Find clusters whose typical size comes closest to so many pixels, in a few tries.
 
-    Each try corrects the target size of the cells by the factor that the last clusters missed it by.
+    The second try corrects the target size of the cells by the factor that the first clusters missed it by;
+    later ones take the size as a power of the count, through the two nearest tries.
 
     Args:
         pixels: the target.
@@ -114,17 +116,22 @@ def search_size(pixels: float, view_model: ViewModel, choice: Choice, cluster: C
         choice: the estimate to start from.
         cluster: merges the Gaussians.
     """
-    tried: dict[int, tuple[float, Clustered]] = {}  # count -> distance from the target, clusters
-    count, target = choice.strokes, pixels
+    tried: dict[int, tuple[float, Clustered]] = {}  # count -> logarithm of size over target, clusters
+    count, most = choice.strokes, int(choice.curve.strokes[-1])
     while count not in tried:
         clustered = cluster(count)
         size = view_model.size(view_model.boxes(clustered[0]))
-        tried[count] = abs(np.log(max(size, 1e-9) / pixels)), clustered
-        if tried[count][0] <= SIZE_TOLERANCE or len(tried) == SIZE_TRIES or size == 0:
+        tried[count] = float(np.log(max(size, 1e-9) / pixels)), clustered
+        if abs(tried[count][0]) <= SIZE_TOLERANCE or len(tried) == SIZE_TRIES or size == 0:
             break
-        target *= pixels / size
-        count = choice.count_of_size(target)
-    best = min(tried, key=lambda count: tried[count][0])
+        if len(tried) == 1:
+            count = choice.count_of_size(pixels * pixels / size)
+            continue
+        near, other = sorted(tried, key=lambda count: abs(tried[count][0]))[:2]
+        power = (tried[near][0] - tried[other][0]) / np.log(near / other)
+        step = -tried[near][0] / min(power, SHALLOWEST)
+        count = int(np.clip(round(near * float(np.exp(step))), 1, most))
+    best = min(tried, key=lambda count: abs(tried[count][0]))
     clustered = tried[best][1]
     boxes = view_model.boxes(clustered[0])
     return Found(clustered, best, len(tried), view_model.size(boxes), psnr_of(view_model.rmse(boxes)))
