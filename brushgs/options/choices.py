@@ -23,6 +23,14 @@ BenchFamily = Literal["strokes", "merge", "filter", "precision", "sh", "size"]
 Clean = Literal["off", "sure", "strong"]  # which floaters are dropped: none, detached ones, nearer ones too
 Params = Literal["colour", "free", "all"]  # of strokes, fitted by refinement
 See = Literal["views", "off"]  # what decides which strokes there are beside the scene: what views of it show
+Canvas = Literal["none", "linen", "paper"]  # what lies under the paint
+Medium = Literal["paint", "charcoal", "ink", "watercolour"]  # what strokes are made with
+
+# The looks that come with the program, files in brushgs/looks: as they are listed.
+LOOKS = ("oil", "impressionist", "gouache", "watercolour", "charcoal", "ink", "plain")
+DEFAULT_LOOK, PLAIN_LOOK = "oil", "plain"
+# Strokes of a backdrop: of one that is switched on in a look without, and the most that a look may have.
+DEFAULT_BACKDROP, MAX_BACKDROP = 2500, 20_000
 
 StepValues = Mapping[str, Mapping[str, Any]]  # step of a painting -> field of its config -> value
 

@@ -3,10 +3,12 @@
 Only the standard library is imported, so that a command line is checked without loading NumPy.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
 from math import ceil, inf, pi, radians
 from pathlib import Path
-from typing import Any, Literal
+from types import MappingProxyType
+from typing import Any, Literal, Self, get_args
 
 from brushgs.options.choices import (
     MAX_SIDE,
@@ -22,6 +24,7 @@ from brushgs.options.choices import (
     Order,
     See,
     Side,
+    StepValues,
     StrokesFor,
     Target,
     Weight,
@@ -29,6 +32,7 @@ from brushgs.options.choices import (
 )
 from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
+from brushgs.options.look_parts import BrushesConfig, ColorConfig, GroundConfig, LightConfig, MediaConfig
 
 DEFAULT_KEEP = 0.7  # of the Gaussians, as published
 DEFAULT_STROKE = "impasto"  # reads at any size; a swirl under some 20 px looks like a bubble
@@ -116,6 +120,24 @@ class StrokeSize:
         return f"{self.pixels:g}px"
 
 
+@dataclass(frozen=True)
+class UsualCount:
+    """So many strokes of a scene, and all of a file of strokes: the number of a look, which nobody asked for.
+
+    Attributes:
+        count: >= 1.
+    """
+
+    count: int
+
+    def __post_init__(self) -> None:
+        if self.count < 1:
+            raise ValueError(f"strokes must be a count >= 1, got {self.count}")
+
+    def __str__(self) -> str:
+        return str(self.count)
+
+
 StrokeTarget = Literal["auto"] | ErrorBudget | StrokeSize  # that a number of strokes is chosen for
 
 
@@ -127,7 +149,7 @@ class ClusterConfig:
         strokes: maximum number: a count >= 1, a share of the scene as loaded in (0, 1) given as a float, or
             None for one stroke per Gaussian. Or a target that the count is chosen for: "auto" for the knee of
             error over cost (`choose_strokes`), or all of a file of strokes; an `ErrorBudget` or a
-            `StrokeSize`.
+            `StrokeSize`. A `UsualCount` is a count, but all of a file of strokes.
         features: "balanced" or "paper", see `cluster`.
         merge: "cover" or "paper", see `cluster`.
         method: "auto", "minibatch" or "lloyd", see `cluster`.
@@ -136,7 +158,7 @@ class ClusterConfig:
         seed: of the random numbers, 0 to 2^32 - 1.
     """
 
-    strokes: int | float | StrokeTarget | None = "auto"
+    strokes: int | float | StrokeTarget | UsualCount | None = "auto"
     features: Features = "balanced"
     merge: Merge = "cover"
     method: Method = "auto"
@@ -146,7 +168,7 @@ class ClusterConfig:
     def __post_init__(self) -> None:
         if not 0 <= self.seed < 2**32:
             raise ValueError(f"seed must be 0 to 4294967295, got {self.seed}")
-        if self.strokes is None or isinstance(self.strokes, (ErrorBudget, StrokeSize)):
+        if self.strokes is None or isinstance(self.strokes, (ErrorBudget, StrokeSize, UsualCount)):
             return
         if isinstance(self.strokes, str):
             if self.strokes != "auto":
@@ -161,6 +183,11 @@ class ClusterConfig:
         """The target that the count is chosen for; None if it is given."""
         return self.strokes if isinstance(self.strokes, (str, ErrorBudget, StrokeSize)) else None
 
+    @property
+    def keeps_strokes(self) -> bool:
+        """Whether all of a file of strokes are kept, since nobody asked for a number."""
+        return self.strokes == "auto" or isinstance(self.strokes, UsualCount)
+
     def num_strokes(self, num_gaussians: int) -> int:
         """The count, given the number of Gaussians in the scene as loaded.
 
@@ -171,6 +198,8 @@ class ClusterConfig:
             raise TypeError(f"num_strokes: strokes must be a count, a share or None, got {self.strokes}")
         if self.strokes is None:
             return num_gaussians
+        if isinstance(self.strokes, UsualCount):
+            return self.strokes.count
         if isinstance(self.strokes, float):
             return max(1, ceil(self.strokes * num_gaussians - 1e-9))
         return self.strokes
@@ -363,7 +392,10 @@ class PaletteConfig:
 
 @dataclass(frozen=True)
 class PaintConfig:
-    """A whole painting, step by step; without a palette strokes keep the colours of the scene."""
+    """A whole painting, step by step; without a palette strokes keep the colours of the scene.
+
+    The defaults are the plain method: one brush, no ground, no relief; `brushgs.options.look` has others.
+    """
 
     prune: PruneConfig = field(default_factory=PruneConfig)
     cluster: ClusterConfig = field(default_factory=ClusterConfig)
@@ -372,3 +404,32 @@ class PaintConfig:
     draw: DrawConfig = field(default_factory=DrawConfig)
     clean: CleanConfig = field(default_factory=CleanConfig)
     strokes: StrokesConfig = field(default_factory=StrokesConfig)
+    brushes: BrushesConfig = field(default_factory=BrushesConfig)
+    color: ColorConfig = field(default_factory=ColorConfig)
+    ground: GroundConfig = field(default_factory=GroundConfig)
+    light: LightConfig = field(default_factory=LightConfig)
+    media: MediaConfig = field(default_factory=MediaConfig)
+
+    @classmethod
+    def of(cls, values: StepValues) -> Self:
+        """The painting of which these fields of these steps are known; the others have their defaults.
+
+        Raises:
+            ValueError: if a value is out of range.
+        """
+        return cls(**{step: _make(STEPS[step], of_step) for step, of_step in values.items() if of_step})
+
+
+def _make(kind: type, values: Mapping[str, Any]) -> Any:
+    return getattr(kind, "of", kind)(**values)
+
+
+def _class_of(kind: Any) -> type:
+    """The class of a step, which may be optional."""
+    return next(one for one in (kind, *get_args(kind)) if isinstance(one, type) and is_dataclass(one))
+
+
+# Steps of a painting -> their classes, by the fields of `PaintConfig`.
+STEPS: Mapping[str, type] = MappingProxyType(
+    {step.name: _class_of(step.type) for step in fields(PaintConfig)}
+)

@@ -22,6 +22,9 @@ def input_files(scene: SceneFiles, config: PaintConfig) -> tuple[Path, ...]:
         *scene_inputs(scene),
         Path(config.draw.stroke),
         Path(config.draw.background),
+        *map(Path, config.brushes.names),
+        Path(config.ground.ground),
+        *map(Path, config.ground.backdrop_brushes),
         *palette,
         *config.strokes.files,
     )

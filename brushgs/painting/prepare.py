@@ -132,7 +132,7 @@ def prepare(
     is_strokes = notes is not None and notes.is_strokes
     gaussians = clean_scene(gaussians, config.clean, report, is_strokes=is_strokes)
     cluster = config.cluster
-    if is_strokes and cluster.strokes == "auto":
+    if is_strokes and cluster.keeps_strokes:
         cluster = replace(cluster, strokes=None)
     is_counted, is_for_view = cluster.target is not None, cluster.strokes_for == "view" and not is_strokes
     passes, skip = config.strokes, ALREADY_STROKES if is_strokes else None

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 from brushgs.errors import SceneError
 from brushgs.io.json_file import shown
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
-from brushgs.options.painting import PaintConfig
+from brushgs.options.painting import PaintConfig, UsualCount
 from brushgs.painting.prepare import Prepared
 from brushgs.scene import Camera, Gaussians
 from brushgs.version import __version__
 
 _DIGEST = "digest"
+_OF_LOOKS = ("brushes", "color", "ground", "light", "media")  # steps that plain paintings do nothing in
 
 
 def describe_options(config: PaintConfig) -> dict[str, Any]:
@@ -31,9 +32,14 @@ def describe_options(config: PaintConfig) -> dict[str, Any]:
     steps["keep"] = config.prune.share()
     if config.cluster.target is not None:
         steps["strokes"] = str(config.cluster.target)
+    elif isinstance(config.cluster.strokes, UsualCount):
+        steps["strokes"] = config.cluster.strokes.count
     steps |= {field.name: getattr(config.strokes, field.name) for field in fields(config.strokes)}
     for name in ("focus", "direction"):
         steps[name] = None if steps[name] is None else str(steps[name])
+    for step in _OF_LOOKS:
+        of_step = getattr(config, step)
+        steps |= {f"{step} {known.name}": _flat(getattr(of_step, known.name)) for known in fields(of_step)}
     if config.palette is not None:
         steps |= {f"palette {name}": str(value) for name, value in asdict(config.palette).items()}
     moving = {
@@ -41,6 +47,11 @@ def describe_options(config: PaintConfig) -> dict[str, Any]:
         "order": config.draw.order_of(along_path=True),
     }
     return {"version": __version__} | steps | moving
+
+
+def _flat(value: Any) -> Any:
+    """A value as JSON gives it back: a tuple as text."""
+    return ", ".join(map(str, value)) if isinstance(value, tuple) else value
 
 
 def describe_painting(config: PaintConfig, prepared: Prepared) -> dict[str, Any]:

@@ -1,0 +1,267 @@
+"""The parts of a look beside strokes: brushes, colour, ground, light and medium, one frozen dataclass each.
+
+Their defaults add nothing: strokes of one brush, in the colours of the scene, flat, on a background. A number
+has its range beside its type (`Within`), so a new field needs no other line: files of looks, messages and
+resumed paintings take it from there.
+
+Lengths on the canvas are pixels of a picture of 1000 x 750; they grow with the root of its area.
+"""
+
+from dataclasses import dataclass, fields
+from math import degrees, pi, radians
+from typing import Annotated, Any, NamedTuple, get_args
+
+from brushgs.options.choices import MAX_BACKDROP, Canvas, Medium
+
+MAX_BRUSHES = 256  # of one picture: a stroke holds the row of its brush in 8 bits
+MAX_PIGMENTS = 256
+Pair = tuple[float, float]
+
+
+class Within(NamedTuple):
+    """The range of a number, or of every number of a tuple, beside the type of its field."""
+
+    least: float
+    most: float
+
+
+DEGREES = "degrees"  # beside the type of a field of radians that files give in degrees
+Share = Annotated[float, Within(0, 1)]
+Tint = Annotated[Pair, Within(-0.2, 0.2)]
+
+
+class _Part:
+    """Checks the fields that have a range beside their type."""
+
+    def __post_init__(self) -> None:
+        for known in fields(self):  # type: ignore[arg-type]  # every subclass is a dataclass
+            value = getattr(self, known.name)
+            for rule in getattr(known.type, "__metadata__", ()):
+                for number in value if isinstance(value, tuple) else (value,):
+                    if isinstance(rule, Within) and not rule.least <= number <= rule.most:
+                        raise ValueError(
+                            f"{known.name} must be {rule.least:g} to {rule.most:g}, got {number:g}"
+                        )
+
+
+def _check_choice(name: str, value: str, choices: Any) -> None:
+    known = get_args(choices)
+    if value not in known:
+        raise ValueError(f"{name} must be {', '.join(known[:-1])} or {known[-1]}, got {value!r}")
+
+
+@dataclass(frozen=True)
+class BrushesConfig:
+    """Which brushes paint which strokes: names of built-in strokes, or image files.
+
+    Without any, all strokes are painted with `DrawConfig.stroke`. A list that is empty is that of `other`.
+    Which brush of a list a stroke gets is a hash of its place in space.
+
+    Attributes:
+        long: of strokes that are long: length over width above 1.9.
+        short: of strokes that are nearly round: below 1.35.
+        other: of all others.
+        large: of strokes of more than 2.2 times the median size, whatever their shape.
+    """
+
+    long: tuple[str, ...] = ()
+    short: tuple[str, ...] = ()
+    other: tuple[str, ...] = ()
+    large: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not all(name.strip() for name in self.names):
+            raise ValueError("brushes must be names of strokes or image files, got an empty one; remove it")
+        if len(self.names) > MAX_BRUSHES:
+            raise ValueError(f"brushes must be at most {MAX_BRUSHES}, got {len(self.names)}")
+        if self.names and not self.other:
+            raise ValueError("other must name at least one brush where long, short or large do, got none")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All brushes, each once, in the order of the lists."""
+        return tuple(dict.fromkeys((*self.long, *self.short, *self.other, *self.large)))
+
+
+@dataclass(frozen=True)
+class ColorConfig(_Part):
+    """How the colours of strokes differ from those of the scene, in OKLab; the defaults leave them.
+
+    Attributes:
+        chroma: factor of chroma, 0 (grey) to 3.
+        contrast: factor of lightness around the pivot, 0 to 3.
+        pivot: lightness that contrast leaves, 0 to 1.
+        local: by what share of its difference to its surroundings a stroke gets lighter or darker, 0 to 2.
+        equalize: share in which all tones are made equally frequent, 0 to 1.
+        shadows: shift of (a, b) in the dark, such as (0.012, -0.045) toward violet, each -0.2 to 0.2.
+        lights: the same in the light, such as (0.004, 0.03) toward yellow.
+        pigments: how many colours a painting is mixed of, 2 to 256, or 0 for any.
+        pure: share in which strokes take the colour of their pigment, 0 to 1.
+        gray: whether only lightness is kept.
+    """
+
+    chroma: Annotated[float, Within(0, 3)] = 1.0
+    contrast: Annotated[float, Within(0, 3)] = 1.0
+    pivot: Share = 0.6
+    local: Annotated[float, Within(0, 2)] = 0.0
+    equalize: Share = 0.0
+    shadows: Tint = (0.0, 0.0)
+    lights: Tint = (0.0, 0.0)
+    pigments: Annotated[int, Within(0, MAX_PIGMENTS)] = 0
+    pure: Share = 0.85
+    gray: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.pigments == 1:
+            raise ValueError(f"pigments must be 2 to {MAX_PIGMENTS}, or 0 for any colour, got 1")
+
+
+@dataclass(frozen=True)
+class GroundConfig(_Part):
+    """What lies behind the strokes of the scene: the ground of the canvas, and strokes of a backdrop on it.
+
+    Attributes:
+        ground: "none" for `DrawConfig.background`; "toned": the complement of the scene's mean colour;
+            "canvas" or "paper", as bought; the name of a colour, "#rrggbb", or an image file.
+        lightness: of a toned ground, OKLab, 0 to 1.
+        complement: of a toned ground, 0 (neutral) to 1: how far it goes from the scene's mean colour.
+        warmth: shift of a toned ground, OKLab (a, b), each -0.2 to 0.2.
+        backdrop: number of strokes of the backdrop, which stand in the world on a sphere around the scene; 0
+            for none. Zoomed-in views get more.
+        backdrop_always: whether scenes seen from above, from inside, or with surroundings of their own have a
+            backdrop as well.
+        backdrop_brushes: names of strokes, or image files; without any those of the strokes.
+        backdrop_lightness: OKLab, (above, below).
+        backdrop_complement: how far it goes from the scene's mean colour, (above, below), 0 to 1.
+        backdrop_above: shift of its colour above, OKLab (a, b), each -0.2 to 0.2.
+        backdrop_below: the same below.
+        backdrop_jitter: standard deviations of its strokes, OKLab (L, and a and b), each 0 to 0.2.
+        backdrop_aspect: length of its strokes over their width, 1 to 10.
+        backdrop_size: of its strokes, 1.6 covers the sphere loosely, 0.5 to 4.
+        backdrop_dry: how little paint its strokes hold, 0 to 1: the ground shows through.
+        backdrop_border: share of the picture's smaller side over which it thins toward the border, 0 to 0.5.
+    """
+
+    ground: str = "none"
+    lightness: Share = 0.58
+    complement: Share = 0.6
+    warmth: Tint = (0.012, 0.04)
+    backdrop: Annotated[int, Within(0, MAX_BACKDROP)] = 0
+    backdrop_always: bool = False
+    backdrop_brushes: tuple[str, ...] = ()
+    backdrop_lightness: Annotated[Pair, Within(0, 1)] = (0.66, 0.40)
+    backdrop_complement: Annotated[Pair, Within(0, 1)] = (0.5, 0.3)
+    backdrop_above: Tint = (0.0, 0.03)
+    backdrop_below: Tint = (0.012, 0.03)
+    backdrop_jitter: Annotated[Pair, Within(0, 0.2)] = (0.018, 0.004)
+    backdrop_aspect: Annotated[float, Within(1, 10)] = 3.0
+    backdrop_size: Annotated[float, Within(0.5, 4)] = 1.6
+    backdrop_dry: Share = 0.25
+    backdrop_border: Annotated[float, Within(0, 0.5)] = 0.13
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.ground.strip():
+            raise ValueError(f"ground must be {GROUND_FORMS}, got {self.ground!r}")
+        if not all(name.strip() for name in self.backdrop_brushes):
+            raise ValueError("backdrop_brushes must be names of strokes or image files, got an empty one")
+
+
+GROUND_FORMS = "toned, canvas, paper, none, the name of a colour, #rrggbb or an image file"
+
+
+@dataclass(frozen=True)
+class LightConfig(_Part):
+    """The height of the paint and the canvas, and the lamp on them; the defaults leave pictures flat.
+
+    Attributes:
+        relief: strength of light and shade, 0 (flat) to 1, below which paint does not look like plastic.
+        lamp: (azimuth, elevation), radians: where the light comes from, clockwise in the picture from its
+            right side, so that 225 degrees is the upper left; and how high above the canvas, above 0 to 90
+            degrees. Files and flags give degrees.
+        gloss: strength of highlights, 0 to 0.5; from 0.15 on paint looks like plastic.
+        exponent: of highlights, 1 to 200: higher ones are smaller.
+        gain: height of the ridges in a stroke, pixels, 0 to 10.
+        base: thickness of a stroke, pixels, 0 to 10.
+        canvas: "linen", "paper" or "none": what lies under the paint.
+        canvas_height: pixels, 0 to 2.
+        canvas_period: of the threads of linen, pixels, 2 to 20.
+        canvas_tone: by what share linen and paper are lighter and darker where they are seen, 0 to 0.2.
+    """
+
+    relief: Share = 0.0
+    lamp: Annotated[Pair, DEGREES] = (radians(225.0), radians(52.0))
+    gloss: Annotated[float, Within(0, 0.5)] = 0.06
+    exponent: Annotated[float, Within(1, 200)] = 40.0
+    gain: Annotated[float, Within(0, 10)] = 1.7
+    base: Annotated[float, Within(0, 10)] = 0.4
+    canvas: Canvas = "none"
+    canvas_height: Annotated[float, Within(0, 2)] = 0.2
+    canvas_period: Annotated[float, Within(2, 20)] = 3.6
+    canvas_tone: Annotated[float, Within(0, 0.2)] = 0.014
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_choice("canvas", self.canvas, Canvas)
+        azimuth, elevation = self.lamp
+        if not abs(azimuth) <= 4 * pi:
+            raise ValueError(f"lamp must have an azimuth of -720 to 720 degrees, got {degrees(azimuth):g}")
+        if not 0 < elevation <= pi / 2:
+            found = f"{degrees(elevation):g}"
+            raise ValueError(f"lamp must have an elevation above 0 and at most 90 degrees, got {found}")
+
+
+@dataclass(frozen=True)
+class MediaConfig(_Part):
+    """What strokes are made with, and its numbers; "paint" uses none of them.
+
+    Tones are those of the drawing, from 0, its darkest, to 1, its lightest.
+
+    Attributes:
+        kind: "paint", "charcoal", "ink" or "watercolour".
+        color: of charcoal and ink, "#rrggbb".
+        wash: strength of the soft tone under the marks, 0 to 1.
+        marks: opacity of marks in charcoal, of strokes of ink, and of glazes of watercolour, 0 to 1.
+        dry: how much of the paper's tooth the marks leave open, 0 to 1.
+        dark: tone up to which ink is solid, 0 to 1.
+        middle: tone up to which marks are made: in ink with a dry brush, 0 to 1.
+        white: tone from which chalk is laid, or paper is left white, 0 to 1; 1 for nowhere.
+        chalk: opacity of chalk, 0 to 1.
+        chalk_dry: `dry` of chalk, 0 to 1.
+        rim: how much darker a glaze is at its rim, 0 to 1.
+        behind: sizes of a stroke by which it may lie behind what is seen and be painted, 0 to 10.
+        details: opacity of smaller glazes in the dark, 0 to 1; 0 for none.
+        lines: opacity of lines along edges, 0 to 1; 0 for none.
+        line_color: of them, "#rrggbb".
+        line_width: of them, pixels, 0.2 to 20.
+        line_dry: `dry` of them, 0 to 1.
+        line_strength: of edges from which there are lines, 0 (all) to 1.
+    """
+
+    kind: Medium = "paint"
+    color: str = "#171615"
+    wash: Share = 0.6
+    marks: Share = 0.9
+    dry: Share = 0.0
+    dark: Share = 0.2
+    middle: Share = 0.7
+    white: Share = 1.0
+    chalk: Share = 0.8
+    chalk_dry: Share = 0.34
+    rim: Share = 0.0
+    behind: Annotated[float, Within(0, 10)] = 1.6
+    details: Share = 0.0
+    lines: Share = 0.0
+    line_color: str = "#0f0e0e"
+    line_width: Annotated[float, Within(0.2, 20)] = 1.5
+    line_dry: Share = 0.2
+    line_strength: Share = 0.3
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_choice("kind", self.kind, Medium)
+        for name in ("color", "line_color"):
+            code = getattr(self, name)
+            if len(code) != 7 or code[0] != "#" or set(code[1:].lower()) - set("0123456789abcdef"):
+                raise ValueError(f"{name} must be #rrggbb, got {code!r}")

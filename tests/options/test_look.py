@@ -1,0 +1,280 @@
+"""Looks: the files that come with the program, what is refused in others, and that one is read as written."""
+
+import os
+import re
+from dataclasses import fields
+from math import degrees, radians
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from brushgs.errors import SceneError
+from brushgs.options.choices import LOOKS
+from brushgs.options.look import MAX_BASES, MAX_BYTES, Look, looks_folder
+from brushgs.options.look_parts import (
+    BrushesConfig,
+    ColorConfig,
+    GroundConfig,
+    LightConfig,
+    MediaConfig,
+    Within,
+)
+from brushgs.options.painting import STEPS, PaintConfig, UsualCount
+
+
+def written(folder, text, name="mine.toml"):
+    path = folder / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def test_the_looks_are_the_files_in_their_folder():
+    assert {path.stem for path in looks_folder().glob("*.toml")} == set(LOOKS)
+    assert {path.suffix for path in looks_folder().iterdir()} == {".toml"}
+
+
+@pytest.mark.parametrize("name", LOOKS)
+def test_a_look_says_what_it_is_and_keeps_its_meaning_when_it_is_copied(name, tmp_path):
+    look = Look.open(name)
+    assert look.name == name
+    assert look.title
+    assert look.good_for
+    copy = Look.open(written(tmp_path, look.text))
+    assert (copy.name, copy.title, copy.config) == ("mine", look.title, look.config)
+
+
+@pytest.mark.parametrize("name", sorted(set(LOOKS) - {"plain"}))
+def test_every_look_differs_from_the_plain_one_and_counts_its_strokes(name):
+    config = Look.open(name).config
+    assert isinstance(config.cluster.strokes, UsualCount)
+    assert config.brushes.names
+    assert config.ground.ground != "none"
+
+
+def test_plain_is_the_default_of_every_step():
+    assert Look.open("plain").config == PaintConfig()
+
+
+def test_a_look_changes_what_it_names_and_keeps_the_rest_of_its_base(tmp_path):
+    path = written(tmp_path, 'base = "oil"\n[light]\nlamp = [90, 30]\n[color]\nchroma = 1.5\n')
+    oil, mine = Look.open("oil").config, Look.open(path).config
+    assert mine.light.lamp == (radians(90), radians(30))
+    assert (mine.light.relief, mine.light.canvas) == (oil.light.relief, oil.light.canvas)
+    assert mine.color == ColorConfig(chroma=1.5)
+    assert (mine.cluster, mine.brushes, mine.ground) == (oil.cluster, oil.brushes, oil.ground)
+    assert Look.open(path).title == "mine"
+
+
+def test_a_look_may_start_from_a_file_beside_it(tmp_path, monkeypatch):
+    (tmp_path / "looks").mkdir()
+    written(tmp_path / "looks", "[cluster]\nstrokes = 70\n", "first.toml")
+    path = written(tmp_path / "looks", 'base = "first.toml"\n[color]\ngray = true\n')
+    monkeypatch.chdir(tmp_path)
+    config = Look.open(path).config
+    assert (config.cluster.strokes, config.color.gray) == (UsualCount(70), True)
+
+
+def test_files_of_a_look_lie_beside_it_and_built_in_names_stay(tmp_path):
+    for name in ("brush.png", "linen.jpg"):
+        (tmp_path / name).touch()
+    text = '[brushes]\nother = ["flat", "brush.png", "far.png"]\n[ground]\nground = "linen.jpg"\n'
+    config = Look.open(written(tmp_path, text)).config
+    assert config.brushes.other == ("flat", str(tmp_path / "brush.png"), "far.png")
+    assert config.ground.ground == str(tmp_path / "linen.jpg")
+
+
+@pytest.mark.parametrize(
+    ("text", "strokes"),
+    [("6000", UsualCount(6000)), ("0.25", 0.25), ('"auto"', "auto"), ('"all"', None)],
+)
+def test_strokes_are_a_count_a_share_auto_or_all(tmp_path, text, strokes):
+    config = Look.open(written(tmp_path, f"[cluster]\nstrokes = {text}\n")).config
+    assert config.cluster.strokes == strokes
+    assert config.cluster.keeps_strokes == (text in ("6000", '"auto"'))
+
+
+def test_directions_and_focus_are_text_as_on_the_command_line(tmp_path):
+    path = written(tmp_path, '[strokes]\ndirection = "guides:a.obj"\nfocus = "0,1,2,3"\nsolid = false\n')
+    strokes = Look.open(path).config.strokes
+    assert str(strokes.direction) == "guides:a.obj"
+    assert str(strokes.focus) == "0,1,2,3"
+    assert not strokes.solid
+
+
+REFUSED = [
+    ("[ground]\nbackdorp = 3\n", "[ground] has no 'backdorp'; did you mean 'backdrop'?"),
+    ("[grund]\nground = 'paper'\n", "a look has no [grund]; its tables are"),
+    ("[grund]\n", "did you mean 'ground'?"),
+    ("[view]\nzoom = 2\n", "[view] belongs to one picture, not to a look"),
+    ("[palette]\nfile = 'a.png'\n", "[palette] belongs to one picture"),
+    ("[draw]\nthreads = 3\n", "[draw] has no 'threads'"),
+    ("[draw]\nxyz = 3\n", "[draw] has no 'xyz'; it has stroke, filter"),
+    (
+        "titel = 'a'\n",
+        "there is no 'titel' above the tables, only title, good_for, base; did you mean 'title'?",
+    ),
+    ("gloss = 0.1\n", "'gloss' stands above all tables; write it below [light]"),
+    ("title = 3\n", "title must be text in quotes, got 3"),
+    ("base = ['oil']\n", "base must be text in quotes, got ['oil']"),
+    ("base = 'oli'\n", "base oli: neither a file nor a look, which are oil, impressionist"),
+    ("base = 'mine.toml'\n", "base must not be 'mine.toml', which starts from this file"),
+    ("[light]\nrelief = '0.5'\n", "[light] relief must be a number, got '0.5'"),
+    ("[light]\nrelief = true\n", "[light] relief must be a number, got True"),
+    ("[light]\nrelief = nan\n", "[light] relief must be a number, got nan"),
+    ("[light]\nrelief = inf\n", "[light] relief must be a number, got inf"),
+    ("[light]\nrelief = 1.5\n", "[light] relief must be 0 to 1, got 1.5"),
+    ("[light]\nlamp = 225\n", "[light] lamp must be a list of 2 numbers, got 225"),
+    ("[light]\nlamp = [1, 2, 3]\n", "[light] lamp must be a list of 2 numbers, got [1, 2, 3]"),
+    ("[light]\nlamp = [0, 0]\n", "[light] lamp must have an elevation above 0 and at most 90 degrees, got 0"),
+    ("[light]\nlamp = [9e9, 50]\n", "[light] lamp must have an azimuth of -720 to 720 degrees, got 9e+09"),
+    ("[light]\ncanvas = 'silk'\n", "[light] canvas must be 'none', 'linen' or 'paper', got 'silk'"),
+    ("[light.lamp]\nx = 1\n", "[light] lamp must be a list of 2 numbers, got {'x': 1}"),
+    (
+        "[media]\nkind = 'oil'\n",
+        "[media] kind must be 'paint', 'charcoal', 'ink' or 'watercolour', got 'oil'",
+    ),
+    ("[media]\ncolor = 'black'\n", "[media] color must be #rrggbb, got 'black'"),
+    ("[color]\ngray = 1\n", "[color] gray must be true or false, got 1"),
+    ("[color]\npigments = 2.5\n", "[color] pigments must be a whole number, got 2.5"),
+    ("[color]\npigments = 1\n", "[color] pigments must be 2 to 256, or 0 for any colour, got 1"),
+    ("[color]\nshadows = [0.5, 0]\n", "[color] shadows must be -0.2 to 0.2, got 0.5"),
+    ("[brushes]\nother = 'flat'\n", "[brushes] other must be a list of texts such as"),
+    ("[brushes]\nlong = ['flat']\n", "[brushes] other must name at least one brush"),
+    ("[brushes]\nother = ['']\n", "[brushes] brushes must be names of strokes or image files"),
+    (f"[brushes]\nother = {[f'a{i}' for i in range(300)]}\n", "brushes must be at most 256, got 300"),
+    ("[ground]\nground = ''\n", "[ground] ground must be toned, canvas, paper, none"),
+    ("[cluster]\nstrokes = 0\n", "[cluster] strokes must be a count of 1 or more, a share such as 0.1"),
+    ("[cluster]\nstrokes = true\n", "[cluster] strokes must be a count of 1 or more"),
+    ("[cluster]\nstrokes = '9 dB'\n", "'auto' or 'all', got '9 dB'"),
+    ("[cluster]\nseed = -1\n", "[cluster] seed must be 0 to 4294967295, got -1"),
+    ("[strokes]\ndirection = 'up'\n", "[strokes] direction must be own, form, colour"),
+    ("[strokes]\ndirection = 3\n", "[strokes] direction must be text in quotes, got 3"),
+    ("[strokes]\nfocus = '1,2,3'\n", "[strokes] focus must be subject, x,y,z,radius"),
+    ("[prune]\nkeep = 30\n", "[prune] keep must be in (0, 1], got 30"),
+    ("[prune]\nkeep = 1e999\n", "[prune] keep must be a number, got inf"),
+    ("= 3", "is not TOML: Invalid statement (at line 1, column 1)"),
+    ("[light]\n[light]\n", "is not TOML: Cannot declare ('light',) twice"),
+]
+
+
+@pytest.mark.parametrize(("text", "sentence"), REFUSED)
+def test_what_no_look_has_is_refused_by_name(tmp_path, text, sentence):
+    path = written(tmp_path, text)
+    with pytest.raises(SceneError, match=re.escape(sentence)) as refused:
+        Look.open(path)
+    assert str(refused.value).startswith(str(path))
+    assert "\n" not in str(refused.value)
+
+
+HOSTILE = {
+    "no UTF-8": (b'title = "\xff\xfe"\n', "must be text in UTF-8, byte 9 is not"),
+    "binary": (bytes(range(256)), "must be text in UTF-8"),
+    "large": (b"#" * (MAX_BYTES + 1), f"must have at most {MAX_BYTES} bytes"),
+    "deep": (b"a = " + b"[" * 8_000 + b"]" * 8_000, "is nested too deeply"),
+    "deep value": (b"[light]\nlamp = " + b"[" * 90 + b"]" * 90, "lamp must be a list of 2 numbers"),
+    "deep tables": (b"[" + b".".join([b"a"] * 8_000) + b"]\n", "a look has no [a]"),
+    "deep keys": (b"[light]\n" + b".".join([b"lamp"] * 3_000) + b" = 1\n", "lamp must be a list of 2"),
+    "many digits": (b"[color]\npigments = " + b"9" * 9999, "is not TOML: Exceeds the limit"),
+    "large number": (b"[color]\npigments = " + b"9" * 999, "pigments must be a whole number"),
+    "large float": (b"[light]\nrelief = " + b"9" * 999, "relief must be a number"),
+    "zero byte": (b'[ground]\nground = "a\0.png"\n', "is not TOML"),
+    "escapes": (b'[ground]\n"\\u001b[31m" = 1\n', "[ground] has no '\\x1b[31m'"),
+}
+
+
+@pytest.mark.parametrize(("content", "sentence"), HOSTILE.values(), ids=HOSTILE)
+def test_hostile_files_get_one_sentence(tmp_path, content, sentence):
+    path = written(tmp_path, content)
+    with pytest.raises(SceneError, match=re.escape(sentence)) as refused:
+        Look.open(path)
+    assert str(refused.value).isprintable()
+    assert len(str(refused.value)) < 1500
+
+
+def test_what_is_no_file_is_refused(tmp_path):
+    with pytest.raises(SceneError, match=r"is a folder, not a look; name a \.toml file in it"):
+        Look.open(tmp_path)
+    with pytest.raises(SceneError, match=r"watercolor: neither a file.*; did you mean 'watercolour'\?"):
+        Look.open("watercolor")
+    os.mkfifo(tmp_path / "fifo.toml")
+    with pytest.raises(SceneError, match="neither a file nor a look"):
+        Look.open(tmp_path / "fifo.toml")
+
+
+def test_looks_that_start_from_each_other_are_refused(tmp_path):
+    written(tmp_path, 'base = "b.toml"\n', "a.toml")
+    written(tmp_path, 'base = "a.toml"\n', "b.toml")
+    with pytest.raises(SceneError, match=r"base must not be .a\.toml., which starts from this file"):
+        Look.open(tmp_path / "a.toml")
+
+
+def test_a_long_row_of_bases_is_refused(tmp_path):
+    for number in range(MAX_BASES + 3):
+        written(tmp_path, f'base = "{number + 1}.toml"\n', f"{number}.toml")
+    written(tmp_path, "", f"{MAX_BASES + 3}.toml")
+    with pytest.raises(SceneError, match=f"base must not have more than {MAX_BASES} others before it"):
+        Look.open(tmp_path / "0.toml")
+
+
+@pytest.mark.parametrize("part", [BrushesConfig, ColorConfig, GroundConfig, LightConfig, MediaConfig])
+def test_every_number_of_a_part_has_a_range_that_holds_its_default(part):
+    for field in fields(part):
+        default = field.default
+        is_number = isinstance(default, float) or (isinstance(default, int) and not isinstance(default, bool))
+        if is_number:
+            (rule,) = [rule for rule in field.type.__metadata__ if isinstance(rule, Within)]
+            for beyond in (rule.least - 1, rule.most + 1, float("nan")):
+                with pytest.raises(ValueError, match=f"{field.name} must be"):
+                    part(**{field.name: beyond})
+            part(**{field.name: type(default)(rule.most)})
+        assert field.name in part.__doc__, "every field is explained"
+
+
+PARTS = ["color", "ground", "light", "media"]
+
+
+def texts_of(values):
+    """A table of TOML of the fields of a step."""
+    return "".join(f"{name} = {text_of(value)}\n" for name, value in values.items())
+
+
+def text_of(value):
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(text_of, value))}]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"'{value}'" if isinstance(value, str) else repr(value)
+
+
+@st.composite
+def parts(draw):
+    """A step and some of its fields with values in range."""
+    step = draw(st.sampled_from(PARTS))
+    values = {}
+    for field in fields(STEPS[step]):
+        rules = [rule for rule in getattr(field.type, "__metadata__", ()) if isinstance(rule, Within)]
+        if not rules or not draw(st.booleans()):
+            continue
+        least, most = rules[0]
+        if isinstance(field.default, int):
+            values[field.name] = draw(st.integers(2, int(most)))
+        elif isinstance(field.default, tuple):
+            values[field.name] = draw(st.tuples(*[st.floats(least, most)] * 2))
+        else:
+            values[field.name] = draw(st.floats(least, most))
+    return step, values
+
+
+@given(parts())
+def test_what_is_written_is_read_back(tmp_path_factory, part):
+    step, values = part
+    path = written(tmp_path_factory.mktemp("looks"), f"[{step}]\n{texts_of(values)}")
+    assert Look.open(path).config == PaintConfig(**{step: STEPS[step](**values)})
+
+
+@given(st.integers(-720, 720), st.integers(1, 90))
+def test_a_lamp_is_given_in_degrees(tmp_path_factory, azimuth, elevation):
+    path = written(tmp_path_factory.mktemp("looks"), f"[light]\nlamp = [{azimuth}, {elevation}]\n")
+    lamp = Look.open(path).config.light.lamp
+    assert tuple(map(degrees, lamp)) == pytest.approx((azimuth, elevation))
