@@ -2,11 +2,19 @@
 
 from argparse import Namespace
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from brushgs.cli.flags import given
-from brushgs.options.choices import PLAIN_SCENE, PRESETS
+from brushgs.options.choices import (
+    DEFAULT_BACKDROP,
+    DEFAULT_LOOK,
+    PLAIN_LOOK,
+    PLAIN_SCENE,
+    PRESETS,
+    StepValues,
+)
 
 if TYPE_CHECKING:
     from brushgs.options.painting import PaintConfig
@@ -32,8 +40,8 @@ def scene_source(args: Namespace) -> "SceneSource":
 def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig":
     """How a command makes and draws strokes.
 
-    A field is what its flag says, else what the preset says or, without one, `--stroke gaussian`, else the
-    default of the command, else that of its class.
+    A field is what its flag says, else what the preset says or, without one, `--stroke gaussian`, else what
+    the look says, else the default of the command, else that of its class.
 
     Args:
         args: parsed flags; a command may have only some of those of a painting.
@@ -41,43 +49,81 @@ def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig
 
     Raises:
         ValueError: if a value is out of range, or flags exclude each other.
+        SceneError: if the look is a file that cannot be read.
     """
-    from brushgs.options.painting import (
-        CleanConfig,
-        ClusterConfig,
-        DrawConfig,
-        PaintConfig,
-        PaletteConfig,
-        PruneConfig,
-        StrokesConfig,
-        ViewConfig,
-    )
+    from brushgs.options.look import Look
+    from brushgs.options.painting import STEPS, PaintConfig
 
     preset = PRESETS[getattr(args, "preset", "default")]
     is_plain = given(args, "draw").get("stroke") == "gaussian" and not preset
     plain = PLAIN_SCENE if is_plain else NOTHING
-
-    def fields(step: str) -> dict[str, Any]:
-        layers = (defaults, preset, plain)
-        return {name: value for layer in layers for name, value in layer.get(step, {}).items()} | given(
-            args, step
-        )
-
+    whole = Look.open(look_of(args)).values
+    look = _without_replaced(whole, args)
     _check_view(given(args, "view"))
     palette = given(args, "palette")
     if palette and "file" not in palette:
         raise ValueError(
             f"--palette-{next(iter(palette))} needs --palette, the picture whose colours are taken"
         )
-    return PaintConfig(
-        prune=PruneConfig(**fields("prune")),
-        cluster=ClusterConfig(**fields("cluster")),
-        palette=PaletteConfig(**fields("palette")) if palette else None,
-        view=ViewConfig(**fields("view")),
-        draw=DrawConfig(**fields("draw")),
-        clean=CleanConfig(**fields("clean")),
-        strokes=StrokesConfig.of(**fields("strokes")),
-    )
+    layers = (defaults, look, preset, plain, {step: given(args, step) for step in STEPS})
+    values = {
+        step: {name: value for layer in layers for name, value in layer.get(step, {}).items()}
+        for step in STEPS
+    }
+    values["ground"] |= _backdrop(given(args, "ground").get("backdrop"), whole)
+    return PaintConfig.of(values)
+
+
+def look_of(args: Namespace) -> str:
+    """The name or the file of the look that a command paints in.
+
+    Raises:
+        ValueError: if a look is asked for together with what is the plain one.
+    """
+    if not hasattr(args, "look"):
+        return PLAIN_LOOK
+    plain = None
+    if PRESETS[getattr(args, "preset", "default")]:
+        plain = f"--preset {args.preset}"
+    elif given(args, "draw").get("stroke") == "gaussian":
+        plain = "--stroke gaussian"
+    if plain is None:
+        return DEFAULT_LOOK if args.look is None else str(args.look)
+    if args.look not in (None, PLAIN_LOOK):
+        raise ValueError(f"--look {args.look} cannot be combined with {plain}, which is --look plain")
+    return PLAIN_LOOK
+
+
+def painting_name(args: Namespace, config: "PaintConfig") -> str:
+    """What a painting is called after its scene: the stroke where one is named, else the look."""
+    if "stroke" in given(args, "draw") or PRESETS[getattr(args, "preset", "default")]:
+        return Path(config.draw.stroke).stem
+    return Path(look_of(args)).stem
+
+
+def _without_replaced(look: StepValues, args: Namespace) -> StepValues:
+    """The values of a look without what a flag takes the place of."""
+    draw, ground = given(args, "draw"), given(args, "ground")
+    replaced: set[tuple[str, str]] = set()
+    if "stroke" in draw:
+        replaced |= {("brushes", name) for name in look.get("brushes", ())}
+    if "background" in draw:
+        if "ground" in ground:
+            raise ValueError("--ground cannot be combined with --background, which takes its place")
+        replaced |= {("ground", "ground"), ("ground", "backdrop")}
+    return {
+        step: {name: value for name, value in values.items() if (step, name) not in replaced}
+        for step, values in look.items()
+    }
+
+
+def _backdrop(asked: bool | int | None, look: StepValues) -> dict[str, Any]:
+    """The fields of a ground for `--backdrop on`, `off` or a number; what is asked for is in any scene."""
+    if asked is None:
+        return {}
+    if asked is True:
+        asked = look.get("ground", {}).get("backdrop") or DEFAULT_BACKDROP
+    return {"backdrop": int(asked), "backdrop_always": bool(asked)}
 
 
 def path_config(args: Namespace, *, default_orbit: int | None = None) -> "PathConfig | None":

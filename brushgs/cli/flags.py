@@ -18,8 +18,12 @@ from brushgs.io.pictures.formats import PICTURES_READ
 from brushgs.io.scenes.formats import SCENE_SUFFIXES, SCENES_READ
 from brushgs.options.choices import (
     COLORS,
+    DEFAULT_BACKDROP,
+    DEFAULT_LOOK,
+    LOOKS,
     METHODS,
     REPORT_SUFFIXES,
+    Canvas,
     Clean,
     ColorSpace,
     Extent,
@@ -125,15 +129,86 @@ def add_report(parser: ArgumentParser) -> None:
     amount.add_argument("--verbose", action="store_true", help="print details of each stage in the table")
 
 
-def add_draw(parser: ArgumentParser) -> None:
-    """`DrawConfig`, without the lock, which matters along a path."""
+def add_look(parser: ArgumentParser) -> None:
+    """The look, `args.look`, and the parts of it that no other group has."""
+    group = parser.add_argument_group(
+        "look",
+        "a sensible whole of brushes, strokes, colour, ground and light; every flag overrides its part",
+    )
+    group.add_argument(
+        "--look",
+        metavar="NAME|FILE",
+        help=f"{in_words(LOOKS, 'or')}, the bare method; or a file of your own (`brushgs looks` lists them, "
+        f"`brushgs looks {DEFAULT_LOOK} > mine.toml` gives one to change); where other flags say 'default', "
+        f"a look may say otherwise; default {DEFAULT_LOOK} (plain with --preset paper and --stroke gaussian)",
+    )
+    ground = ConfigFlags(group, "ground")
+    ground.add(
+        "--ground",
+        metavar="NAME|COLOR|FILE",
+        help="what the canvas is toned with: 'toned', the complement of the scene's colours, 'canvas', "
+        "'paper', a colour as of --background, an image file, or 'none' for the background; default that of "
+        "the look",
+    )
+    ground.add(
+        "--backdrop",
+        type=values.on_off_count,
+        metavar="on|off|N",
+        help="loose strokes that stand behind the scene, or their number; 'on' is that of the look or "
+        f"{DEFAULT_BACKDROP}; default that of the look, and none where a scene has surroundings of its own",
+    )
+    color = ConfigFlags(group, "color")
+    color.add(
+        "--pigments",
+        type=values.count_from(0),
+        metavar="N",
+        help="number of colours that paint is mixed of, 2 to 256, or 0 for any; default that of the look",
+    )
+    color.add(
+        "--chroma",
+        type=values.number,
+        metavar="FACTOR",
+        help="how colourful, 0 (grey) to 3; 1 as the scene; default that of the look",
+    )
+    light = ConfigFlags(group, "light")
+    light.add(
+        "--relief",
+        type=values.share,
+        metavar="SHARE",
+        help="strength of light and shade on the paint, 0 (flat) to 1; default that of the look",
+    )
+    light.add(
+        "--lamp",
+        type=values.lamp,
+        metavar="AZ,EL",
+        help="where the light comes from, in degrees clockwise from the right of the picture, and above the "
+        "canvas, up to 90; default that of the look, 225,52: the upper left",
+    )
+    light.add(
+        "--gloss",
+        type=values.number,
+        metavar="SHARE",
+        help="strength of highlights, 0 to 0.5; paint looks like plastic from 0.15 on; default that of the "
+        "look",
+    )
+    light.add(
+        "--canvas",
+        choices=get_args(Canvas),
+        help="what lies under the paint, default that of the look",
+    )
+
+
+def add_draw(parser: ArgumentParser, *, has_look: bool = False) -> None:
+    """`DrawConfig`, without the lock, which matters along a path; `has_look` if a look has the defaults."""
+    stroke = "the brushes of the look, impasto in plain" if has_look else "impasto"
+    background = "the ground of the look, else white" if has_look else "white"
     container = parser.add_argument_group("drawing")
     flags = ConfigFlags(container, "draw")
     flags.add(
         "--stroke",
         metavar="NAME|FILE",
         help="built-in stroke (`brushgs strokes` lists them), an image file, or 'gaussian' for the plain "
-        f"3DGS picture; image files: {PICTURES_READ}; default impasto",
+        f"3DGS picture; image files: {PICTURES_READ}; default {stroke}",
     )
     flags.add(
         "--filter",
@@ -168,7 +243,7 @@ def add_draw(parser: ArgumentParser) -> None:
         "--background",
         metavar="COLOR|FILE",
         help="transparent, '#rrggbb', an image file, scaled to fill the picture, or one of "
-        f"{', '.join(COLORS)}; default white (dark brown in the demo)",
+        f"{', '.join(COLORS)}; default {background} (dark brown in the demo)",
     )
     add_threads(container)
 
@@ -213,11 +288,11 @@ def add_prune(parser: ArgumentParser) -> None:
     )
 
 
-def add_cluster(parser: ArgumentParser) -> Container:
+def add_cluster(parser: ArgumentParser, *, has_look: bool = False) -> Container:
     """`CleanConfig` and `ClusterConfig`, without what strokes are made for; returns their group."""
     group = parser.add_argument_group("clustering")
     add_clean(group)
-    add_stroke_count(group)
+    add_stroke_count(group, has_look=has_look)
     add_merging(group)
     return group
 
@@ -264,8 +339,9 @@ def add_stroke_passes(parser: ArgumentParser) -> None:
     )
 
 
-def add_stroke_count(container: Container) -> None:
+def add_stroke_count(container: Container, *, has_look: bool = False) -> None:
     """`ClusterConfig.strokes`: a count, or a target that the count is chosen for."""
+    usual = "that of the look, auto in plain" if has_look else "auto"
     flags = ConfigFlags(container.add_mutually_exclusive_group(), "cluster")
     flags.add(
         "--strokes",
@@ -273,7 +349,7 @@ def add_stroke_count(container: Container) -> None:
         metavar="COUNT|PERCENT|all|auto|DB",
         help="number of strokes, 1 or more; a share of the scene as loaded such as 10%%; all; auto: the knee "
         "of error against time in this picture; 24dB: the fewest that reach this PSNR to the plain picture, "
-        "above 0 and at most 100; default auto (all with --stroke gaussian)",
+        f"above 0 and at most 100; default {usual} (all with --stroke gaussian)",
     )
     flags.add(
         "--stroke-size",

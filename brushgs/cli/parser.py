@@ -24,16 +24,18 @@ COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
     "bench": "measure error against run time on a scene, as curves",
     "doctor": "find faults and oddities in a scene file, and fix them",
     "strokes": "list the built-in strokes and what each is good for, or draw a chart of them",
+    # "looks": "list the looks and what each is good for, print one to change, or draw a chart of them",
     "info": "describe the contents of a scene file",
 }
 
 # Flags whose values may begin with a minus and be no plain number, as -y, -1,2 and -1e-3 are.
-SIGNED = {"--up", "--look-at", "--pan", "--azimuth", "--elevation", "--roll", "--focus"}
+SIGNED = {"--up", "--look-at", "--pan", "--azimuth", "--elevation", "--roll", "--focus", "--lamp"}
 DESCRIPTION = "Paint trained 3D Gaussian Splatting scenes with brush strokes, on the CPU."
 EPILOG = """\
 examples:
   brushgs demo                                        an example scene, painted
-  brushgs render scene.ply --stroke swirl             any trained 3DGS scene
+  brushgs render scene.ply                            any trained 3DGS scene, in oil
+  brushgs render scene.ply --look charcoal            in another look; `brushgs looks` lists them
   brushgs render scene.ply --stroke gaussian          the plain 3DGS picture
   brushgs render scene.ply --stroke my_brush.png --strokes 2000 --size 1920x1080
   brushgs render scene.ply --orbit 120 -o turn.mp4    one turn around the scene, as a video

@@ -148,6 +148,21 @@ def on_off(text: str) -> bool:
     return text == "on"
 
 
+def on_off_count(text: str) -> bool | int:
+    """Whether a switch is on, or a count; 0 is off."""
+    if text in ("on", "off"):
+        return text == "on"
+    try:
+        return count_from(0)(text) or False
+    except ArgumentTypeError:
+        raise ArgumentTypeError(f"must be on, off or a whole number, got {text!r}") from None
+
+
+def lamp(text: str) -> tuple[float, ...]:
+    """An azimuth and an elevation given in degrees, in radians."""
+    return tuple(map(radians, pair(text)))
+
+
 def focus(text: str) -> "Focus":
     """Where more strokes go, see `Focus.of`."""
     from brushgs.options.focus import Focus

@@ -21,6 +21,7 @@ def paint_demo(
     *,
     report: Report,
     num_gaussians: int | None = None,
+    name: str | None = None,
 ) -> Report:
     """Write the still life as `still_life.ply` into a folder and paint it beside that.
 
@@ -30,6 +31,7 @@ def paint_demo(
             the size is used, 1200 x 900 pixels if None.
         report: gets the stages.
         num_gaussians: of the scene; None for the default of `still_life`.
+        name: of the painting, still_life-NAME.png; None for that of the stroke.
 
     Raises:
         SceneError: if the folder cannot be made or written to.
@@ -39,7 +41,7 @@ def paint_demo(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise SceneError(folder, f"the folder cannot be made: {error.strerror}") from None
-    scene, picture = folder / SCENE_NAME, folder / f"still_life-{Path(config.draw.stroke).stem}.png"
+    scene, picture = folder / SCENE_NAME, folder / f"still_life-{name or Path(config.draw.stroke).stem}.png"
     check_output(scene, SCENE_SUFFIXES)
     with report.stage("build") as stage:
         counts = {} if num_gaussians is None else {"num_gaussians": num_gaussians}

@@ -37,9 +37,7 @@ def describe_options(config: PaintConfig) -> dict[str, Any]:
     steps |= {field.name: getattr(config.strokes, field.name) for field in fields(config.strokes)}
     for name in ("focus", "direction"):
         steps[name] = None if steps[name] is None else str(steps[name])
-    for step in _OF_LOOKS:
-        of_step = getattr(config, step)
-        steps |= {f"{step} {known.name}": _flat(getattr(of_step, known.name)) for known in fields(of_step)}
+    steps |= {step: _changed(getattr(config, step)) for step in _OF_LOOKS}
     if config.palette is not None:
         steps |= {f"palette {name}": str(value) for name, value in asdict(config.palette).items()}
     moving = {
@@ -49,9 +47,14 @@ def describe_options(config: PaintConfig) -> dict[str, Any]:
     return {"version": __version__} | steps | moving
 
 
-def _flat(value: Any) -> Any:
-    """A value as JSON gives it back: a tuple as text."""
-    return ", ".join(map(str, value)) if isinstance(value, tuple) else value
+def _changed(part: Any) -> str:
+    """The fields of a step that differ from its defaults, in words such as "relief 0.5, canvas linen"."""
+    plain = type(part)()
+    values = {known.name: getattr(part, known.name) for known in fields(part)}
+    return (
+        ", ".join(f"{name} {value}" for name, value in values.items() if value != getattr(plain, name))
+        or "plain"
+    )
 
 
 def describe_painting(config: PaintConfig, prepared: Prepared) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from brushgs.cli.parser import COMMANDS, build_parser, parse
 from brushgs.options.direction import Direction
 from brushgs.options.experiments import BenchConfig, RefineConfig, StabilityConfig
 from brushgs.options.focus import Focus
+from brushgs.options.look_parts import ColorConfig, GroundConfig, LightConfig
 from brushgs.options.painting import (
     CleanConfig,
     ClusterConfig,
@@ -30,7 +31,7 @@ PLAIN = {"underpaint": False, "streaks": 0.0}  # of the drawing of presets that 
 @pytest.mark.parametrize(
     ("words", "prune", "cluster", "draw"),
     [
-        ([], PruneConfig(), ClusterConfig(), DrawConfig()),
+        (["--look", "plain"], PruneConfig(), ClusterConfig(), DrawConfig()),
         (
             ["--stroke", "gaussian"],
             PruneConfig(keep=1.0),
@@ -206,6 +207,9 @@ STEPS = {
     "palette": PaletteConfig,
     "view": ViewConfig,
     "draw": DrawConfig,
+    "color": ColorConfig,
+    "ground": GroundConfig,
+    "light": LightConfig,
     "path": PathConfig,
     "sequence": SequenceConfig,
     "refine": RefineConfig,

@@ -4,10 +4,10 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from brushgs.cli import flags, values
-from brushgs.cli.configs import paint_config
+from brushgs.cli.configs import paint_config, painting_name
 from brushgs.cli.console import reported
 
-BACKGROUND = "#2e2113"  # painters tone a canvas: what strokes leave open stays warm and dark
+BACKGROUND = "#2e2113"  # where a look has no ground: what strokes leave open stays warm and dark
 
 
 def add_flags(parser: ArgumentParser) -> None:
@@ -24,8 +24,9 @@ def add_flags(parser: ArgumentParser) -> None:
         "--size", type=values.picture_size, metavar="WxH", help="picture size in pixels, default 1200x900"
     )
     flags.add_seed(parser)
-    flags.add_stroke_count(parser)
-    flags.add_draw(parser)
+    flags.add_stroke_count(parser, has_look=True)
+    flags.add_look(parser)
+    flags.add_draw(parser, has_look=True)
     flags.add_report(parser)
 
 
@@ -35,4 +36,4 @@ def run(args: Namespace) -> None:
     with reported(args) as report:
         from brushgs.painting.demo import paint_demo
 
-        paint_demo(args.output, config, report=report)
+        paint_demo(args.output, config, report=report, name=painting_name(args, config))

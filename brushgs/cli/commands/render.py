@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from brushgs.cli import flags, values
-from brushgs.cli.configs import paint_config, path_config, scene_source
+from brushgs.cli.configs import paint_config, painting_name, path_config, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, PICTURES_WRITTEN, VIDEO_SUFFIXES, VIDEOS_WRITTEN
 from brushgs.options.choices import PRESETS, Lock
@@ -22,20 +22,22 @@ def add_flags(parser: ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="FILE",
-        help=f"picture, {PICTURES_WRITTEN}; default SCENE-STROKE{PICTURE_SUFFIXES[0]} in the current folder; "
-        f"along a path a video, {VIDEOS_WRITTEN}; default SCENE-STROKE{VIDEO_SUFFIXES[0]}; or numbered "
-        f"pictures, FOLDER/%%05d{PICTURE_SUFFIXES[0]} or short FOLDER/",
+        help=f"picture, {PICTURES_WRITTEN}; default SCENE-LOOK{PICTURE_SUFFIXES[0]} in the current folder, "
+        f"SCENE-STROKE{PICTURE_SUFFIXES[0]} where a stroke is named; along a path a video, {VIDEOS_WRITTEN}; "
+        f"default SCENE-LOOK{VIDEO_SUFFIXES[0]}; or numbered pictures, FOLDER/%%05d{PICTURE_SUFFIXES[0]} or "
+        "short FOLDER/",
     )
     parser.add_argument(
         "--preset",
         choices=sorted(PRESETS),
         default="default",
         help="'paper': the published method (weight, features, merge and extent paper, method minibatch, "
-        "filter bilinear, lock off, order depth); other flags override it",
+        "filter bilinear, lock off, order depth, look plain); other flags override it",
     )
-    flags.add_draw(parser)
+    flags.add_look(parser)
+    flags.add_draw(parser, has_look=True)
     flags.add_prune(parser)
-    flags.add_strokes_for(flags.add_cluster(parser))
+    flags.add_strokes_for(flags.add_cluster(parser, has_look=True))
     flags.add_stroke_passes(parser)
     flags.add_palette(parser)
     flags.add_view(parser)
@@ -93,7 +95,7 @@ def run(args: Namespace) -> None:
         _refuse_many(args.output)
     config, scene = paint_config(args), scene_source(args)
     suffix = (PICTURE_SUFFIXES if path is None else VIDEO_SUFFIXES)[0]
-    output = args.output or output_beside(scene, Path(config.draw.stroke).stem, suffix)
+    output = args.output or output_beside(scene, painting_name(args, config), suffix)
     sheet = None
     if args.views:
         from brushgs.painting.views_sheet import sheet_beside

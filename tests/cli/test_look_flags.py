@@ -1,0 +1,189 @@
+"""Looks on the command line: which of them a painting is in, and what takes the place of which part."""
+
+import re
+from dataclasses import replace
+from math import radians
+
+import pytest
+
+from brushgs.cli.configs import look_of, paint_config, painting_name
+from brushgs.cli.parser import parse
+from brushgs.errors import SceneError
+from brushgs.options.choices import DEFAULT_BACKDROP, LOOKS
+from brushgs.options.look import Look
+from brushgs.options.look_parts import BrushesConfig, GroundConfig
+from brushgs.options.painting import (
+    ClusterConfig,
+    DrawConfig,
+    PaintConfig,
+    PruneConfig,
+    StrokesConfig,
+    UsualCount,
+)
+
+OIL = Look.open("oil").config
+COMMANDS = {"render": ["a.ply"], "demo": []}
+
+
+def config_of(*words, command="render"):
+    return paint_config(parse([command, *COMMANDS[command], *words]))
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_oil_is_painted_where_nothing_is_named(command):
+    assert config_of(command=command) == OIL
+    assert config_of("--look", "oil", command=command) == OIL
+
+
+@pytest.mark.parametrize("name", LOOKS)
+def test_a_look_is_painted_as_its_file_says(name):
+    assert config_of("--look", name) == Look.open(name).config
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [(name, ["a.ply"]) for name in ("prune", "cluster", "refine", "stability", "bench", "views")],
+)
+def test_every_other_command_is_plain(command, words):
+    assert paint_config(parse([command, *words])) == PaintConfig()
+
+
+@pytest.mark.parametrize("words", [["--preset", "paper"], ["--stroke", "gaussian"]])
+def test_the_published_method_and_the_plain_picture_have_no_look(words):
+    config = config_of(*words)
+    plain = PaintConfig()
+    for step in ("brushes", "color", "ground", "light", "media"):
+        assert getattr(config, step) == getattr(plain, step)
+    assert config == config_of("--look", "plain", *words)
+    with pytest.raises(ValueError, match=f"--look ink cannot be combined with {' '.join(words)}, which is"):
+        config_of("--look", "ink", *words)
+
+
+def test_a_stroke_takes_the_place_of_the_brushes_and_the_rest_stays():
+    config = config_of("--stroke", "swirl")
+    assert config == PaintConfig(
+        cluster=ClusterConfig(UsualCount(6000)),
+        draw=DrawConfig("swirl"),
+        ground=OIL.ground,
+        light=OIL.light,
+    )
+    assert config_of("--look", "plain", "--stroke", "swirl") == PaintConfig(draw=DrawConfig("swirl"))
+
+
+@pytest.mark.parametrize("background", ["white", "transparent"])
+def test_a_background_takes_the_place_of_ground_and_backdrop(background):
+    config = config_of("--background", background)
+    assert (config.ground.ground, config.ground.backdrop, config.draw.background) == ("none", 0, background)
+    assert (config.brushes, config.light) == (OIL.brushes, OIL.light)
+    with_strokes = config_of("--background", background, "--backdrop", "on").ground
+    assert (with_strokes.ground, with_strokes.backdrop) == ("none", OIL.ground.backdrop)
+    with pytest.raises(ValueError, match="--ground cannot be combined with --background, which takes its"):
+        config_of("--background", background, "--ground", "paper")
+
+
+@pytest.mark.parametrize(
+    ("words", "backdrop", "is_always"),
+    [
+        (["--backdrop", "on"], OIL.ground.backdrop, True),
+        (["--backdrop", "on", "--look", "ink"], DEFAULT_BACKDROP, True),
+        (["--backdrop", "off"], 0, False),
+        (["--backdrop", "0"], 0, False),
+        (["--backdrop", "1"], 1, True),
+        ([], OIL.ground.backdrop, False),
+    ],
+)
+def test_a_backdrop_is_switched_or_counted(words, backdrop, is_always):
+    ground = config_of(*words).ground
+    assert (ground.backdrop, ground.backdrop_always) == (backdrop, is_always)
+
+
+@pytest.mark.parametrize(
+    ("words", "step", "name", "value"),
+    [
+        (["--ground", "#123456"], "ground", "ground", "#123456"),
+        (["--pigments", "12"], "color", "pigments", 12),
+        (["--chroma", "1.5"], "color", "chroma", 1.5),
+        (["--relief", "0"], "light", "relief", 0.0),
+        (["--relief", "40%"], "light", "relief", 0.4),
+        (["--lamp", "-45,30"], "light", "lamp", (radians(-45), radians(30))),
+        (["--gloss", "0.1"], "light", "gloss", 0.1),
+        (["--canvas", "paper"], "light", "canvas", "paper"),
+        (["--strokes", "50"], "cluster", "strokes", 50),
+        (["--strokes", "auto"], "cluster", "strokes", "auto"),
+        (["--broken-color", "0.1"], "strokes", "broken_color", 0.1),
+        (["--underpaint", "off"], "draw", "underpaint", False),
+        (["--keep", "0.5"], "prune", "keep", 0.5),
+    ],
+)
+@pytest.mark.parametrize("look", LOOKS)
+def test_every_flag_overrides_its_part_of_a_look_and_nothing_else(look, words, step, name, value):
+    base = Look.open(look).config
+    step_of_it = replace(getattr(base, step), **{name: value})
+    assert config_of("--look", look, *words) == replace(base, **{step: step_of_it})
+
+
+def test_a_look_lies_between_the_defaults_of_a_command_and_a_preset(tmp_path):
+    (tmp_path / "mine.toml").write_text('[draw]\nstroke = "dab"\nbackground = "teal"\n')
+    args = parse(["render", "a.ply", "--look", str(tmp_path / "mine.toml")])
+    config = paint_config(args, draw={"background": "black", "filter": "nearest"})
+    assert config == PaintConfig(draw=DrawConfig("dab", background="teal", filter="nearest"))
+    paper = config_of("--preset", "paper")
+    assert paper.cluster == ClusterConfig(7000, features="paper", merge="paper", method="minibatch")
+    assert paper.prune == PruneConfig(weight="paper")
+    assert paper.strokes == StrokesConfig.off()
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        ([], "oil"),
+        (["--look", "ink"], "ink"),
+        (["--look", "plain"], "plain"),
+        (["--strokes", "50"], "oil"),
+        (["--stroke", "swirl"], "swirl"),
+        (["--look", "ink", "--stroke", "brushes/my.png"], "my"),
+        (["--stroke", "gaussian"], "gaussian"),
+        (["--preset", "paper"], "swirl"),
+        (["--look", "looks/mine.toml"], "mine"),
+    ],
+)
+def test_a_painting_is_called_after_its_stroke_or_its_look(words, name):
+    args = parse(["render", "a.ply", *words])
+    draw = DrawConfig(words[words.index("--stroke") + 1]) if "--stroke" in words else DrawConfig("swirl")
+    assert painting_name(args, PaintConfig(draw=draw)) == name
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--look", "oyl"], "oyl: neither a file nor a look, which are oil,"),
+        (["--look", ""], ": is a folder, not a look"),
+        (["--relief", "2"], "relief must be 0 to 1, got 2"),
+        (["--gloss", "-1"], "gloss must be 0 to 0.5, got -1"),
+        (["--lamp", "225"], "--lamp must be 2 numbers separated by commas, got '225'"),
+        (["--lamp", "225,0"], "lamp must have an elevation above 0 and at most 90 degrees, got 0"),
+        (["--canvas", "silk"], "--canvas: invalid choice: 'silk'"),
+        (["--pigments", "1"], "pigments must be 2 to 256, or 0 for any colour, got 1"),
+        (["--chroma", "9"], "chroma must be 0 to 3, got 9"),
+        (["--backdrop", "many"], "--backdrop must be on, off or a whole number, got 'many'"),
+        (["--backdrop", "99999"], "backdrop must be 0 to 20000, got 99999"),
+        (["--ground", ""], "ground must be toned, canvas, paper, none"),
+    ],
+)
+def test_what_the_flags_of_a_look_do_not_take_gets_one_sentence(words, sentence):
+    with pytest.raises(ValueError, match=re.escape(sentence)):
+        config_of(*words)
+
+
+def test_a_look_of_ones_own_is_refused_with_its_file(tmp_path):
+    (tmp_path / "mine.toml").write_text("[ground]\nbackdorp = 3\n")
+    with pytest.raises(SceneError, match=r"mine\.toml: \[ground\] has no 'backdorp'; did you mean"):
+        config_of("--look", str(tmp_path / "mine.toml"))
+
+
+def test_brushes_of_a_look_of_ones_own_are_painted_with(tmp_path):
+    (tmp_path / "mine.toml").write_text('base = "ink"\n[brushes]\nother = ["fan"]\nlong = []\n')
+    args = parse(["render", "a.ply", "--look", str(tmp_path / "mine.toml")])
+    assert look_of(args) == str(tmp_path / "mine.toml")
+    assert paint_config(args).brushes == BrushesConfig(other=("fan",))
+    assert paint_config(args).ground == GroundConfig(ground=Look.open("ink").config.ground.ground)
