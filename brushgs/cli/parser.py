@@ -24,7 +24,7 @@ COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
     "bench": "measure error against run time on a scene, as curves",
     "doctor": "find faults and oddities in a scene file, and fix them",
     "strokes": "list the built-in strokes and what each is good for, or draw a chart of them",
-    # "looks": "list the looks and what each is good for, print one to change, or draw a chart of them",
+    "looks": "list the looks and what each is good for, print one to change, or draw a chart of them",
     "info": "describe the contents of a scene file",
 }
 

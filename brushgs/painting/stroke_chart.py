@@ -11,6 +11,7 @@ from brushgs.colors import rgb_of
 from brushgs.errors import SceneError
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
 from brushgs.io.pictures.images import write_frame
+from brushgs.io.pictures.letters import shortened
 from brushgs.painting.outputs import check_output
 from brushgs.rendering.rasterize import rasterize
 from brushgs.scene import Boxes, Frame
@@ -64,7 +65,13 @@ def stroke_chart() -> F32 | None:
         top = number // COLUMNS * height + 40 + MARK[1]
         for text, below, size, font, color in (
             (note.name, NAME_SIZE, NAME_SIZE, BOLD, INK),
-            (_shortened(note.good_for), NAME_SIZE + 8 + NOTE_SIZE, NOTE_SIZE, PLAIN, FADED),
+            (
+                shortened(note.good_for.split(";")[0], LONGEST_NOTE),
+                NAME_SIZE + 8 + NOTE_SIZE,
+                NOTE_SIZE,
+                PLAIN,
+                FADED,
+            ),
         ):
             if text and not OpenImageIO.ImageBufAlgo.render_text(
                 picture, middle, top + below, text, size, font, rgb_of(color), "center", "baseline"
@@ -90,11 +97,3 @@ def _mark(note: StrokeNotes, color: str) -> Frame:
         ids=np.zeros(1, np.int32),
     )
     return rasterize(boxes, texture, width=CELL[0], height=CELL[1], depth=False)
-
-
-def _shortened(text: str) -> str:
-    """The first part of a note, up to a semicolon; a longer one loses its last words."""
-    first = text.split(";")[0]
-    while len(first) > LONGEST_NOTE and " " in first:
-        first = first.rsplit(" ", 1)[0].rstrip(",")
-    return first

@@ -17,6 +17,8 @@ from brushgs.brushes.builtin import stroke_notes
 from brushgs.brushes.texture import builtin_names
 from brushgs.colors import rgb_of
 from brushgs.io.pictures.images import read_image
+from brushgs.options.choices import LOOKS
+from brushgs.options.look import Look
 from brushgs.painting.report import Report
 from brushgs.painting.stroke_chart import CELL, COLUMNS, PAPER
 from brushgs.sh import base_colors
@@ -539,6 +541,95 @@ def test_strokes_draws_a_chart(tmp_path, monkeypatch, capsys):
         assert not paint[:, -4:].any()
     code, _, err = run(capsys, "strokes", "--sheet", "a.txt")
     assert (code, "output must end in .png" in err) == (2, True)
+
+
+def test_looks_lists_the_names_and_what_each_is_good_for(capsys):
+    code, out, err = run(capsys, "looks")
+    assert (code, err) == (0, "")
+    lines = out.splitlines()
+    assert [line.split()[0] for line in lines] == list(LOOKS)
+    for line in lines:
+        look = Look.open(line.split()[0])
+        assert f"  {look.title}, " in line
+        assert line.endswith(f": {look.good_for}")
+        assert len(line) < 110
+    assert [look["name"] for look in json.loads(run(capsys, "looks", "--json")[1])] == list(LOOKS)
+
+
+@pytest.mark.parametrize("name", LOOKS)
+def test_a_look_that_is_printed_to_a_file_is_the_same_look(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, "looks", name)
+    assert (code, err) == (0, "")
+    Path("mine.toml").write_text(out)
+    assert Look.open("mine.toml").config == Look.open(name).config
+    assert run(capsys, "looks", "mine.toml") == (0, out, "")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["oyl"], "oyl: neither a file nor a look, which are oil,"),
+        (["oil", "ink"], "looks prints one look at a time, got 2; add -o to paint them all"),
+        (["oil", "--size", "64x48"], "--size needs -o, the sheet to paint"),
+        (["-o", "a.txt"], "output must end in .png"),
+        (["--scene", "none.ply"], "none.ply: "),
+    ],
+)
+def test_looks_refuses_what_it_cannot_print_or_paint(words, sentence, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, "looks", *words)
+    assert (code, out) == (2, "")
+    assert err.startswith("brushgs: ")
+    assert sentence in err
+    assert err.count("\n") == 1
+    assert names() == []
+
+
+def test_looks_paints_a_sheet_of_a_scene(scene, capsys):
+    words = "looks", "plain", "--size", "64x48", "--scene", scene
+    code, out, err = run(capsys, *words)
+    assert (code, out) == (0, "pears-looks.png\n")
+    assert "Plain strokes" in err
+    assert json.loads(run(capsys, *words, "-o", "a.jpg", "--json")[1])["output"] == "a.jpg"
+    assert names() == ["a.jpg", "pears-looks.png"]
+
+
+def test_a_picture_is_called_after_its_look(scene, capsys):
+    words = ["--strokes", "50", "--size", "64x48"]
+    assert run(capsys, "render", scene, *words)[:2] == (0, "pears-oil.png\n")
+    Path("mine.toml").write_text('base = "ink"\n[light]\nrelief = 0.2\n')
+    assert run(capsys, "render", scene, *words, "--look", "mine.toml")[:2] == (0, "pears-mine.png\n")
+    Path("mine.toml").write_text("[light]\nreleif = 0.2\n")
+    code, out, err = run(capsys, "render", scene, *words, "--look", "mine.toml")
+    assert (code, out) == (2, "")
+    assert err == "brushgs: mine.toml: [light] has no 'releif'; did you mean 'relief'?\n"
+
+
+def test_the_number_of_strokes_of_a_look_is_of_scenes_and_files_of_strokes_stay_whole(scene, capsys):
+    Path("mine.toml").write_text("[cluster]\nstrokes = 20\n")
+    assert run(capsys, "cluster", scene, "--strokes", "50", "-o", "fewer.ply", "--quiet")[0] == 0
+    for path, flags, expected in (scene, [], 20), ("fewer.ply", [], 50), ("fewer.ply", ["--strokes", "9"], 9):
+        words = "render", path, "--look", "mine.toml", "--size", "64x48", "--json", *flags
+        stages = {stage["name"]: stage["counts"] for stage in json.loads(run(capsys, *words)[1])["stages"]}
+        assert stages["project"]["before"] == expected
+
+
+def test_frames_of_another_look_are_not_resumed(scene, capsys):
+    words = ["--strokes", "50", "--size", "32x24", "--orbit", "3", "-o", "f/", "--quiet"]
+    words = ["render", scene, *words]
+    assert run(capsys, *words, "--look", "plain", "--stroke", "dab")[0] == 0
+    for flags, part in (
+        (["--relief", "0.5"], "light plain, now relief 0.5"),
+        (
+            ["--chroma", "1.5"],
+            "color plain, now chroma 1.5",
+        ),
+    ):
+        code, _, err = run(capsys, *words, "--look", "plain", "--stroke", "dab", *flags, "--resume")
+        assert code == 2
+        assert f"the frames there are of another painting ({part})" in err
+    assert run(capsys, *words, "--look", "plain", "--stroke", "dab", "--resume")[0] == 0
 
 
 def test_info_tells_what_a_scene_holds(scene, capsys):

@@ -43,3 +43,10 @@ def with_words(picture: F32, words: Sequence[Words]) -> F32 | None:
         if line.text and not is_drawn:
             return None
     return np.asarray(canvas.get_pixels(OpenImageIO.FLOAT), np.float32)
+
+
+def shortened(text: str, most: int) -> str:
+    """The first words of a text that have at most so many letters together, at least one."""
+    while len(text) > most and " " in text:
+        text = text.rsplit(" ", 1)[0].rstrip(",;")
+    return text
