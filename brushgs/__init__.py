@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from brushgs.version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from brushgs.brushes.brush_set import BrushSet as BrushSet
     from brushgs.brushes.texture import StrokeTexture as StrokeTexture
     from brushgs.doctor import Finding as Finding
     from brushgs.doctor import examine as examine
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from brushgs.stroke_count.choose import choose_strokes as choose_strokes
 
 _MODULES = {
+    "brushes.brush_set": "BrushSet",
     "brushes.texture": "StrokeTexture",
     "doctor": "Finding examine",
     "errors": "SceneError SceneWarning",

@@ -28,13 +28,13 @@ Needs PyTorch: `pip install torch`.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
 import brushgs.scene as scene
-from brushgs.arrays import Array
+from brushgs.arrays import F64, Array
+from brushgs.brushes.brush_set import Brush, BrushSet, Sigmas
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.colors import rgb_of
 from brushgs.options.choices import Filter, Order, ViewLock
@@ -77,16 +77,18 @@ class Gaussians:
     opacities: Tensor  # [N]
     sh: Tensor  # [N, k, 3]
     antialiased: bool = field(default=False, kw_only=True)
+    brushes: Tensor | None = field(default=None, kw_only=True)  # [N] uint8: no gradient
 
     def __post_init__(self) -> None:
         _check_tensors("Gaussians", {name: getattr(self, name) for name in GAUSSIAN_COLUMNS})
+        _check_integers("Gaussians", brushes=(self.brushes, torch.uint8))
 
     @classmethod
     def of(cls, gaussians: scene.Gaussians, *, requires_grad: bool = False) -> Self:
         """Copies of the columns of a scene, in its dtype."""
         columns = (torch.tensor(getattr(gaussians, name)) for name in GAUSSIAN_COLUMNS)
         tensors = (column.requires_grad_(requires_grad) for column in columns)
-        return cls(*tensors, antialiased=gaussians.antialiased)
+        return cls(*tensors, antialiased=gaussians.antialiased, brushes=_integers(gaussians.brushes))
 
     def numpy(self) -> scene.Gaussians:
         """The scene without gradients; it shares the memory of contiguous tensors.
@@ -95,7 +97,8 @@ class Gaussians:
             ValueError: if a shape or value breaks the rules of `brushgs.Gaussians`.
         """
         columns = (_array(getattr(self, name)) for name in GAUSSIAN_COLUMNS)
-        return scene.Gaussians(*columns, antialiased=self.antialiased)
+        brushes = None if self.brushes is None else _array(self.brushes)
+        return scene.Gaussians(*columns, antialiased=self.antialiased, brushes=brushes)
 
     def __len__(self) -> int:
         return len(self.means)
@@ -117,10 +120,12 @@ class Boxes:
     opacities: Tensor  # [M]
     ids: Tensor  # [M] int32, the Gaussian (row) behind each box: no gradient
     setbacks: Tensor | None = None  # [M], for underpaint: no gradient
+    brushes: Tensor | None = None  # [M] uint8, rows of a brush set: no gradient
 
     def __post_init__(self) -> None:
         optional = {} if self.setbacks is None else {"setbacks": self.setbacks}
         _check_tensors("Boxes", {name: getattr(self, name) for name in BOX_COLUMNS} | optional)
+        _check_integers("Boxes", ids=(self.ids, torch.int32), brushes=(self.brushes, torch.uint8))
 
     @classmethod
     def of(cls, boxes: scene.Boxes, *, requires_grad: bool = False) -> Self:
@@ -133,7 +138,8 @@ class Boxes:
             raise ValueError('Boxes: boxes must have no softness here; project with order="depth"')
         columns = {n: torch.tensor(getattr(boxes, n)).requires_grad_(requires_grad) for n in BOX_COLUMNS}
         setbacks = None if boxes.setbacks is None else torch.tensor(boxes.setbacks)
-        return cls(**columns, ids=torch.tensor(boxes.ids), setbacks=setbacks)
+        brushes = _integers(boxes.brushes)
+        return cls(**columns, ids=torch.tensor(boxes.ids), setbacks=setbacks, brushes=brushes)
 
     def __len__(self) -> int:
         return len(self.centers)
@@ -170,7 +176,7 @@ def project(
     gaussians: Gaussians,
     camera: Camera,
     *,
-    num_sigmas: float = 2.0,
+    num_sigmas: float | F64 = 2.0,
     low_pass: float = LOW_PASS,
     lock: ViewLock | Directions = "off",
     fade: bool = False,
@@ -210,23 +216,22 @@ def project(
 
 
 def _projected(where: str, gaussians: Gaussians, camera: Camera, options: ProjectOptions) -> Boxes:
-    if not isinstance(gaussians, Gaussians):
-        raise TypeError(
-            f"{where}: gaussians must be brushgs.autograd.Gaussians, got {type(gaussians).__name__}; "
-            "use Gaussians.of"
-        )
+    _check_gaussians(where, gaussians)
     if options.order != "depth":
         raise ValueError(
             f'{where}: order must be "depth", got {options.order!r}; the soft order has no gradient, '
             'refine with "depth" and paint with "soft"'
         )
     columns = (getattr(gaussians, name) for name in GAUSSIAN_COLUMNS)
-    return Boxes(*_Project.apply(camera, options, gaussians.antialiased, *columns))
+    constants = gaussians.antialiased, gaussians.brushes
+    made: list[str] = []  # names of the columns
+    boxes = _Project.apply(camera, options, constants, made, *columns)
+    return Boxes(**dict(zip(made, boxes, strict=True)))
 
 
 def rasterize(
     boxes: Boxes,
-    texture: StrokeTexture | str | Path | Tensor,
+    texture: Brush | Tensor | Sequence[Tensor],
     *,
     height: int,
     width: int,
@@ -243,7 +248,7 @@ def rasterize(
         boxes: M strokes, nearest first.
         texture: what fills a box, or its name or path; or the coverage of a stroke image as a tensor [h, w]
             of 0 to 1, which then gets a gradient: through the levels of `filter="mip"` as well, by the
-            transpose of what makes them.
+            transpose of what makes them. A list of such tensors is a set of brushes.
         height: pixels, see `brushgs.rasterize`, like the others.
         width: pixels.
         filter: how a stroke image is read.
@@ -261,25 +266,25 @@ def rasterize(
         raise TypeError(
             f"rasterize: boxes must be brushgs.autograd.Boxes, got {type(boxes).__name__}; use Boxes.of"
         )
-    stroke, coverage = _stroke_of("rasterize", texture)
+    brush_set, coverages = _brushes_of("rasterize", texture)
     options: dict[str, Any] = {"height": height, "width": width, "filter": filter, "depth": depth}
     options |= {"underpaint": underpaint, "streaks": streaks}
     options |= {"min_transmittance": min_transmittance, "num_threads": num_threads}
     columns = (getattr(boxes, name) for name in BOX_COLUMNS)
-    constants = boxes.ids, boxes.setbacks
-    rgb, alpha, *layers = _Rasterize.apply(stroke, options, constants, coverage, *columns)
+    constants = boxes.ids, boxes.setbacks, boxes.brushes
+    rgb, alpha, *layers = _Rasterize.apply(brush_set, options, constants, *columns, *coverages)
     return Frame(rgb, alpha, **dict(zip(LAYERS, layers, strict=True)))
 
 
 def render(
     gaussians: Gaussians,
     camera: Camera,
-    texture: StrokeTexture | str | Path | Tensor,
+    texture: Brush | Tensor | Sequence[Tensor],
     *,
     lock: ViewLock | Directions = "anchor",
     order: Order = "depth",
     filter: Filter = "mip",
-    num_sigmas: float | None = None,
+    num_sigmas: Sigmas | None = None,
     low_pass: float = LOW_PASS,
     depth: bool = True,
     underpaint: bool | Underpaint = False,
@@ -306,9 +311,9 @@ def render(
         TypeError: if an argument has another type.
         ValueError: if a value is out of range or `order` is "soft".
     """
-    stroke, coverage = _stroke_of("render", texture)
+    brush_set, coverages = _brushes_of("render", texture)
     options = RenderOptions.of(
-        stroke,
+        brush_set,
         lock=lock,
         filter=filter,
         num_sigmas=num_sigmas,
@@ -318,10 +323,13 @@ def render(
         streaks=streaks,
         num_threads=num_threads,
     )
-    boxes = _projected("render", gaussians, camera, replace(options.projection, order=order))
+    _check_gaussians("render", gaussians)
+    brushes = None if gaussians.brushes is None else _array(gaussians.brushes)
+    projection = replace(options.projection_of(len(gaussians), brushes), order=order)
+    boxes = _projected("render", gaussians, camera, projection)
     return rasterize(
         boxes,
-        stroke if coverage is None else coverage,
+        coverages or brush_set,
         height=camera.height,
         width=camera.width,
         filter=filter,
@@ -332,14 +340,31 @@ def render(
     )
 
 
+def _check_gaussians(where: str, gaussians: Any) -> None:
+    if not isinstance(gaussians, Gaussians):
+        raise TypeError(
+            f"{where}: gaussians must be brushgs.autograd.Gaussians, got {type(gaussians).__name__}; "
+            "use Gaussians.of"
+        )
+
+
 class _Project(torch.autograd.Function):  # type: ignore[misc]
     @staticmethod
     def forward(
-        ctx: Any, camera: Camera, options: ProjectOptions, antialiased: bool, *columns: Tensor
+        ctx: Any,
+        camera: Camera,
+        options: ProjectOptions,
+        constants: tuple[bool, Tensor | None],  # whether antialiased, and the brushes
+        made: list[str],  # gets the names of the columns that are returned
+        *columns: Tensor,
     ) -> tuple[Tensor, ...]:
-        gaussians = scene.Gaussians(*map(_array, columns), antialiased=antialiased)
+        antialiased, brushes = constants
+        rows = None if brushes is None else _array(brushes)
+        gaussians = scene.Gaussians(*map(_array, columns), antialiased=antialiased, brushes=rows)
         boxes, _ = project_by(gaussians, camera, options)
-        names = (*BOX_COLUMNS, "ids") if boxes.setbacks is None else (*BOX_COLUMNS, "ids", "setbacks")
+        optional = (name for name in ("setbacks", "brushes") if getattr(boxes, name) is not None)
+        names = (*BOX_COLUMNS, "ids", *optional)
+        made += names
         outputs = {name: _tensor(getattr(boxes, name)) for name in names}
         ctx.gaussians, ctx.boxes, ctx.camera, ctx.options = gaussians, boxes, camera, options
         ctx.set_materialize_grads(False)
@@ -351,37 +376,41 @@ class _Project(torch.autograd.Function):  # type: ignore[misc]
     @once_differentiable  # type: ignore[untyped-decorator]
     def backward(ctx: Any, *gradients: Tensor | None) -> tuple[Tensor | None, ...]:
         _ = ctx.saved_tensors  # raises where one was changed in place
-        needs = zip(GAUSSIAN_COLUMNS, ctx.needs_input_grad[3:], strict=True)
+        needs = zip(GAUSSIAN_COLUMNS, ctx.needs_input_grad[4:], strict=True)
+        by_box: dict[str, Any] = {
+            name: None if g is None else _array(g) for name, g in zip(BOX_COLUMNS, gradients, strict=False)
+        }
         found = project_backward(
             ctx.gaussians,
             ctx.camera,
             ctx.boxes,
-            BoxGradients(*(None if g is None else _array(g) for g in gradients[: len(BOX_COLUMNS)])),
+            BoxGradients(**by_box),
             ctx.options,
             columns=[name for name, is_needed in needs if is_needed],
         )
         by_column = (getattr(found, name) for name in GAUSSIAN_COLUMNS)
-        return None, None, None, *(None if g is None else torch.from_numpy(g) for g in by_column)
+        return None, None, None, None, *(None if g is None else torch.from_numpy(g) for g in by_column)
 
 
 class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
     @staticmethod
     def forward(
         ctx: Any,
-        texture: StrokeTexture,
+        brush_set: BrushSet,
         options: dict[str, Any],
-        constants: tuple[Tensor, Tensor | None],  # ids and setbacks
-        coverage: Tensor | None,  # what `texture` was made of
-        *columns: Tensor,
+        constants: tuple[Tensor, Tensor | None, Tensor | None],  # ids, setbacks and brushes
+        *tensors: Tensor,  # the columns, and the coverages that the set was made of if it was
     ) -> tuple[Tensor | None, ...]:
-        ids, setbacks = constants
-        arrays = {name: _array(c) for name, c in zip((*BOX_COLUMNS, "ids"), (*columns, ids), strict=True)}
-        boxes = scene.Boxes(**arrays, setbacks=None if setbacks is None else _array(setbacks))
-        frame = rasterize_arrays(boxes, texture, **options)
+        columns, coverages = tensors[: len(BOX_COLUMNS)], tensors[len(BOX_COLUMNS) :]
+        given = zip(("ids", "setbacks", "brushes"), constants, strict=True)
+        arrays = {name: _array(c) for name, c in zip(BOX_COLUMNS, columns, strict=True)}
+        arrays |= {name: _array(c) for name, c in given if c is not None}
+        boxes = scene.Boxes(**arrays)
+        frame = rasterize_arrays(boxes, brush_set, **options)
         planes = (frame.rgb, frame.alpha, *(getattr(frame, name) for name in LAYERS))
         picture = [None if plane is None else torch.from_numpy(plane) for plane in planes]
-        ctx.boxes, ctx.frame, ctx.texture, ctx.options = boxes, frame, texture, options
-        ctx.coverage_dtype = None if coverage is None else coverage.dtype
+        ctx.boxes, ctx.frame, ctx.brush_set, ctx.options = boxes, frame, brush_set, options
+        ctx.coverage_dtypes = [coverage.dtype for coverage in coverages]
         ctx.set_materialize_grads(False)
         ctx.save_for_backward(*columns, *(c for c in constants if c is not None), *picture)
         return tuple(picture)
@@ -391,28 +420,33 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
     def backward(ctx: Any, *gradients: Tensor | None) -> tuple[Tensor | None, ...]:
         _ = ctx.saved_tensors  # raises where one was changed in place
         v_rgb, v_alpha, *v_layers = (None if g is None else _array(g) for g in gradients)
-        needs_coverage, *needs = ctx.needs_input_grad[3:]
+        needs = ctx.needs_input_grad[3:]
+        needs_coverages = needs[len(BOX_COLUMNS) :]
         found = rasterize_backward(
             ctx.boxes,
-            ctx.texture,
+            ctx.brush_set,
             ctx.frame,
             np.zeros_like(ctx.frame.rgb) if v_rgb is None else v_rgb,
             v_alpha,
             dict(zip(LAYERS, v_layers, strict=True)),
-            with_coverage=needs_coverage,
+            with_coverage=any(needs_coverages),
             **{
                 name: value for name, value in ctx.options.items() if name not in ("height", "width", "depth")
             },
         )
         by_column = (getattr(found, name) for name in BOX_COLUMNS)
+        by_coverage = found.coverages or [None] * len(needs_coverages)
         return (
             None,
             None,
             None,
-            None if found.coverage is None else torch.from_numpy(found.coverage).to(ctx.coverage_dtype),
             *(
                 torch.from_numpy(g) if is_needed else None
-                for g, is_needed in zip(by_column, needs, strict=True)
+                for g, is_needed in zip(by_column, needs, strict=False)
+            ),
+            *(
+                torch.from_numpy(g).to(dtype) if g is not None and is_needed else None
+                for g, is_needed, dtype in zip(by_coverage, needs_coverages, ctx.coverage_dtypes, strict=True)
             ),
         )
 
@@ -446,15 +480,30 @@ def _check_tensors(where: str, columns: dict[str, Any]) -> None:
             )
 
 
+def _check_integers(where: str, **columns: tuple[Tensor | None, torch.dtype]) -> None:
+    for name, (column, dtype) in columns.items():
+        if column is not None and not (isinstance(column, Tensor) and column.dtype == dtype):
+            what = _name(column) if isinstance(column, Tensor) else type(column).__name__
+            kind = str(dtype).removeprefix("torch.")
+            raise TypeError(f"{where}: {name} must be a torch tensor of {kind}, got {what}")
+
+
+def _integers(column: Any) -> Tensor | None:
+    """A copy of a column of row numbers."""
+    return None if column is None else torch.tensor(column)
+
+
 def _name(tensor: Tensor) -> str:
     return str(tensor.dtype).removeprefix("torch.")
 
 
-def _stroke_of(
-    where: str, texture: StrokeTexture | str | Path | Tensor
-) -> tuple[StrokeTexture, Tensor | None]:
-    """The texture, and the coverage that it was made of where that is a tensor."""
-    if not isinstance(texture, Tensor):
-        return StrokeTexture.of(texture), None
-    _check_tensors(where, {"texture": texture})
-    return StrokeTexture.from_coverage(_array(texture)), texture
+def _brushes_of(
+    where: str, texture: Brush | Tensor | Sequence[Tensor]
+) -> tuple[BrushSet, tuple[Tensor, ...]]:
+    """The brushes, and the coverages that they were made of where these are tensors."""
+    tensors = (texture,) if isinstance(texture, Tensor) else texture
+    if not (isinstance(tensors, Sequence) and tensors and isinstance(tensors[0], Tensor)):
+        return BrushSet.of(texture), ()
+    for coverage in tensors:
+        _check_tensors(where, {"texture": coverage})
+    return BrushSet(tuple(StrokeTexture.from_coverage(_array(c)) for c in tensors)), tuple(tensors)

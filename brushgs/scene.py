@@ -7,7 +7,7 @@ column j lies at (j + 0.5, i + 0.5); colours are display-encoded, as the scene w
 radians from +x towards +y.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from math import radians
 from typing import Any
@@ -52,9 +52,10 @@ class Gaussians:
             that what is thinner than a pixel gets fainter. Strokes made of such Gaussians keep it: in five
             scenes a flat brush came 0.0 to 3.2 dB nearer to the plain picture so, the plain kernel 0.4 dB
             further away to 6.8 dB nearer. Source: Yu et al. 2024, Mip-Splatting, section 5.2.
+        brushes: [N] uint8, the brush of each stroke: its row of a `BrushSet`; None: the first for all.
 
     Raises:
-        TypeError: if a column is not a float32 or float64 array, or dtypes differ.
+        TypeError: if a column is not a float32 or float64 array, or dtypes differ; or `brushes` not uint8.
         ValueError: if a shape is wrong or a value is outside the range above; names column and row.
     """
 
@@ -64,9 +65,10 @@ class Gaussians:
     opacities: Array  # [N]
     sh: Array  # [N, k, 3]
     antialiased: bool = field(default=False, kw_only=True)
+    brushes: NDArray[np.uint8] | None = field(default=None, kw_only=True)  # [N]
 
     def __post_init__(self) -> None:
-        _freeze_floats("Gaussians", self)
+        _freeze_columns("Gaussians", self, {"brushes": np.uint8})
         sizes = check(
             "Gaussians",
             means=(self.means, "N 3"),
@@ -74,6 +76,7 @@ class Gaussians:
             scales=(self.scales, "N 3"),
             opacities=(self.opacities, "N"),
             sh=(self.sh, "N k 3"),
+            **({} if self.brushes is None else {"brushes": (self.brushes, "N")}),
         )
         if sizes["k"] not in SH_TERMS:
             raise ValueError(f"Gaussians: sh must have 1, 4, 9 or 16 terms, got {sizes['k']}")
@@ -95,15 +98,18 @@ class Gaussians:
         return SH_TERMS[self.sh.shape[1]]
 
     def columns(self) -> dict[str, Any]:
-        """The columns by name."""
+        """The columns of numbers by name; `brushes` is not among them."""
         return {name: getattr(self, name) for name in GAUSSIAN_COLUMNS}
 
     def take(self, rows: NDArray[np.integer[Any]] | NDArray[np.bool_] | slice) -> "Gaussians":
         """The rows chosen by an index array, a mask or a slice, in that order."""
-        return replace(self, **{name: column[rows] for name, column in self.columns().items()})
+        brushes = None if self.brushes is None else self.brushes[rows]
+        return replace(
+            self, **{name: column[rows] for name, column in self.columns().items()}, brushes=brushes
+        )
 
     def astype(self, dtype: type[np.floating[Any]]) -> "Gaussians":
-        """The same Gaussians with all columns as float32 or float64."""
+        """The same Gaussians with all columns but `brushes` as float32 or float64."""
         cast = {name: column.astype(dtype, copy=False) for name, column in self.columns().items()}
         return replace(self, **cast)
 
@@ -252,11 +258,15 @@ class Camera:
         return replace(self, K=K, width=width, height=height)
 
 
+_BOX_INTEGERS: dict[str, type[np.integer[Any]]] = {"ids": np.int32, "brushes": np.uint8}
+
+
 @dataclass(frozen=True, eq=False)
 class Boxes:
     """M oriented rectangles on the image plane, one a stroke, nearest first.
 
-    Columns are arrays of float32 or of float64, `ids` of int32, or lists of numbers; see `Gaussians`.
+    Columns are arrays of float32 or of float64, `ids` of int32, `brushes` of uint8, or lists of numbers; see
+    `Gaussians`.
 
     Attributes:
         centers: [M, 2] (x, y), pixels.
@@ -270,6 +280,7 @@ class Boxes:
             sum of their squared softness hide each other in part, see `rasterize`; None is zero for all.
         setbacks: [M] world units, >= 0, or None: how far behind each stroke its underpaint lies, see
             `rasterize`; None for boxes without.
+        brushes: [M] uint8, the brush of each box: its row of a `BrushSet`; None: the first for all.
 
     Raises:
         TypeError: if a column has another dtype.
@@ -285,11 +296,10 @@ class Boxes:
     ids: NDArray[np.int32]  # [M]
     softness: Array | None = None  # [M]
     setbacks: Array | None = None  # [M]
+    brushes: NDArray[np.uint8] | None = None  # [M]
 
     def __post_init__(self) -> None:
-        _freeze_floats("Boxes", self, except_for=("ids",))
-        if self.ids.dtype != np.int32:
-            raise TypeError(f"Boxes: ids must be int32, got {self.ids.dtype}")
+        _freeze_columns("Boxes", self, _BOX_INTEGERS)
         check(
             "Boxes",
             centers=(self.centers, "M 2"),
@@ -300,6 +310,7 @@ class Boxes:
             opacities=(self.opacities, "M"),
             ids=(self.ids, "M"),
             **{name: (column, "M") for name, column in self._optional().items()},
+            **({} if self.brushes is None else {"brushes": (self.brushes, "M")}),
         )
         _check_finite("Boxes", self)
         _check_rows("Boxes", "depths", "ascend: sort by depth", np.diff(self.depths) < 0)
@@ -326,8 +337,8 @@ class Boxes:
         return Boxes(**taken)
 
     def astype(self, dtype: type[np.floating[Any]]) -> "Boxes":
-        """The same boxes with all columns but `ids` as float32 or float64."""
-        floats = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "ids"}
+        """The same boxes with all columns but `ids` and `brushes` as float32 or float64."""
+        floats = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in _BOX_INTEGERS}
         cast: dict[str, Any] = {n: c if c is None else c.astype(dtype, copy=False) for n, c in floats.items()}
         return replace(self, **cast)
 
@@ -384,26 +395,28 @@ class Frame:
         return behind
 
 
-def _freeze_floats(where: str, value: Any, except_for: tuple[str, ...] = ()) -> None:
-    """Make every column of a frozen dataclass contiguous and read-only; all must share one float dtype.
+def _freeze_columns(where: str, value: Any, integers: Mapping[str, type[np.integer[Any]]]) -> None:
+    """Make every column of a frozen dataclass contiguous and read-only.
 
-    Lists become arrays of that dtype, int32 for the columns `except_for`.
+    All must share one float dtype, but for the columns `integers`, which have a dtype of their own. Lists
+    become arrays of these dtypes.
     """
     dtypes = {}
     columns = {f.name: getattr(value, f.name) for f in fields(value) if f.type is not bool}
-    arrays = (c for name, c in columns.items() if isinstance(c, np.ndarray) and name not in except_for)
+    arrays = (c for name, c in columns.items() if isinstance(c, np.ndarray) and name not in integers)
     dtype_of_lists = next((c.dtype for c in arrays), np.dtype(np.float32))
     for f in fields(value):
         column = columns.get(f.name)
         if (column is None and f.default is None) or f.type is bool:
             continue
         if isinstance(column, list | tuple):
-            dtype = np.dtype(np.int32) if f.name in except_for else dtype_of_lists
-            column = _array_of_list(where, f.name, column, dtype)
+            column = _array_of_list(where, f.name, column, np.dtype(integers.get(f.name, dtype_of_lists)))
         if not isinstance(column, np.ndarray):
             raise TypeError(f"{where}: {f.name} must be a NumPy array, got {type(column).__name__}")
-        if f.name not in except_for:
+        if f.name not in integers:
             dtypes[f.name] = column.dtype
+        elif column.dtype != integers[f.name]:
+            raise TypeError(f"{where}: {f.name} must be {integers[f.name].__name__}, got {column.dtype}")
         column = np.ascontiguousarray(column).view()
         column.flags.writeable = False
         object.__setattr__(value, f.name, column)
@@ -416,14 +429,21 @@ def _freeze_floats(where: str, value: Any, except_for: tuple[str, ...] = ()) -> 
 
 
 def _array_of_list(where: str, name: str, values: Sequence[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
-    """The array that a list of numbers stands for: whole numbers where `dtype` is int32."""
+    """The array that a list of numbers stands for: whole numbers where `dtype` is one of integers."""
     try:
         array = np.asarray(values)
     except (TypeError, ValueError):  # rows of several lengths
         array = np.asarray(None)
-    if array.dtype.kind not in ("iu" if dtype == np.int32 else "iuf") and array.size:
-        kind = "whole numbers" if dtype == np.int32 else "numbers, in rows of one length"
+    is_whole = dtype.kind in "iu"
+    if array.dtype.kind not in ("iu" if is_whole else "iuf") and array.size:
+        kind = "whole numbers" if is_whole else "numbers, in rows of one length"
         raise TypeError(f"{where}: {name} must be an array or a list of {kind}")
+    if is_whole and array.size:
+        least, most = np.iinfo(dtype).min, np.iinfo(dtype).max
+        if array.min() < least or array.max() > most:
+            raise ValueError(
+                f"{where}: {name} must lie in {least} to {most}, got {array.min()} to {array.max()}"
+            )
     return array.astype(dtype)
 
 

@@ -86,6 +86,11 @@ class StrokeTexture:
         return self.kind == "image"
 
     @property
+    def coverages(self) -> tuple[NDArray[np.uint8], ...]:
+        """Its own alone: as of a set of brushes, see `BrushSet`."""
+        return (self.coverage,)
+
+    @property
     def fitted_sigmas(self) -> float:
         """Half length of a box, in standard deviations, for about as much paint as the Gaussian has.
 

@@ -16,7 +16,7 @@ from brushgs.painting.report import Report, Stage
 from brushgs.scene import Camera, Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.brushes.texture import StrokeTexture
+    from brushgs.brushes.brush_set import Brushes
     from brushgs.rendering.options import RenderOptions
     from brushgs.stroke_count.choose import Choice
     from brushgs.stroke_count.search import Cluster, Found
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def open_view_model(
     gaussians: Gaussians,
     camera: Camera,
-    texture: "StrokeTexture",
+    texture: "Brushes",
     options: "RenderOptions",
     background: Background,
     report: Report,

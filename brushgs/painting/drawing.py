@@ -15,7 +15,7 @@ from brushgs.painting.strokes import zero_degrees
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.brushes.texture import StrokeTexture
+    from brushgs.brushes.brush_set import Brushes, BrushSet
     from brushgs.rendering.options import RenderOptions
 
 NOTHING_SEEN = "no stroke is in the picture; check that the camera and the scene belong together"
@@ -29,20 +29,23 @@ CULLED = {  # field of ProjectCounts -> words
 }
 
 
-def open_stroke(config: DrawConfig, report: Report) -> "StrokeTexture":
-    """Open the stroke image or kernel."""
+def open_stroke(config: DrawConfig, report: Report) -> "BrushSet":
+    """Open the stroke image or kernel, or several stroke images."""
     with report.stage("stroke") as stage:
-        from brushgs.brushes.texture import StrokeTexture
+        from brushgs.brushes.brush_set import BrushSet
 
-        texture = StrokeTexture.open(config.stroke)
-        height, width = texture.coverage.shape
-        size = f"{width} x {height} texels" if texture.kind == "image" else "a kernel, no image"
-        stage.did = f"{texture.name}: {size}"
-        stage.counts = {"name": texture.name, "kind": texture.kind, "width": width, "height": height}
-    return texture
+        brush_set = BrushSet.open(config.stroke)
+        height, width = brush_set.textures[0].coverage.shape
+        size = f"{width} x {height} texels" if brush_set.kind == "image" else "a kernel, no image"
+        stage.did = f"{brush_set.name}: {size}"
+        stage.counts = {"name": brush_set.name, "kind": brush_set.kind, "width": width, "height": height}
+        if len(brush_set) > 1:
+            stage.did = f"{brush_set.name}: {len(brush_set)} brushes"
+            stage.counts["brushes"] = list(brush_set.names)
+    return brush_set
 
 
-def render_options(draw: DrawConfig, texture: "StrokeTexture", *, along_path: bool) -> "RenderOptions":
+def render_options(draw: DrawConfig, texture: "Brushes", *, along_path: bool) -> "RenderOptions":
     """Resolve the options for one picture, or for all frames along a path.
 
     Fields that `DrawConfig` and `RenderOptions` share are handed on by name, so that a new one needs no line
@@ -77,7 +80,7 @@ def open_picture_background(config: DrawConfig, camera: Camera, report: Report) 
 def project_scene(
     strokes: Gaussians,
     camera: Camera,
-    texture: "StrokeTexture",
+    texture: "Brushes",
     options: "RenderOptions",
     report: Report,
     *,
@@ -102,7 +105,7 @@ def project_scene(
         stage.counts = {
             "before": len(strokes),
             "after": len(boxes),
-            "sigmas": round(options.num_sigmas, 4),
+            "sigmas": np.round(options.num_sigmas, 4).tolist(),
             "lock": options.lock,
             "order": options.order,
         }
@@ -125,7 +128,7 @@ def project_scene(
 
 
 def rasterize_boxes(
-    boxes: Boxes, camera: Camera, texture: "StrokeTexture", options: "RenderOptions", report: Report
+    boxes: Boxes, camera: Camera, texture: "Brushes", options: "RenderOptions", report: Report
 ) -> Frame:
     """Draw the boxes."""
     with report.stage("rasterise") as stage:
@@ -158,16 +161,17 @@ def _why_blank(boxes: Boxes, camera: Camera, painted: float) -> str:
     )
 
 
-def _describe_levels(boxes: Boxes, texture: "StrokeTexture", filter: str, stage: Stage) -> None:
+def _describe_levels(boxes: Boxes, texture: "Brushes", filter: str, stage: Stage) -> None:
     """Report how many mip levels of the stroke image were not made, because no stroke samples them."""
     if texture.kind != "image":
         stage.details.append("no texture filter: a kernel is computed, not sampled")
         return
     if filter != "mip" or len(boxes) == 0:
         return
+    from brushgs.brushes.brush_set import BrushSet
     from brushgs.rendering.texture_levels import count_levels
 
-    used, total = count_levels(boxes, texture)
+    used, total = count_levels(boxes, BrushSet.of(texture))
     stage.counts |= {"mip_levels": total, "mip_levels_used": used}
     if used < total:
         stage.details.append(f"{total - used} of {total} mip levels skipped: no stroke samples them")

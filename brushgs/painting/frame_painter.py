@@ -12,7 +12,7 @@ from brushgs.rendering.project import Directions
 from brushgs.scene import Camera, Frame, Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.brushes.texture import StrokeTexture
+    from brushgs.brushes.brush_set import Brushes
     from brushgs.rendering.options import RenderOptions
 
 WHITE = (1.0, 1.0, 1.0)
@@ -47,7 +47,7 @@ class FramePainter:
     """
 
     strokes: Gaussians
-    texture: "StrokeTexture"
+    texture: "Brushes"
     background: Background
     options: "RenderOptions"
     suffix: str | None

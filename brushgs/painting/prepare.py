@@ -25,7 +25,7 @@ from brushgs.painting.views import choose_camera, choose_first_view, known_first
 from brushgs.scene import Camera, FirstView, Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.brushes.texture import StrokeTexture
+    from brushgs.brushes.brush_set import Brushes
     from brushgs.cameras.paths import CameraPath
     from brushgs.io.scenes.notes import LoadNotes
     from brushgs.options.sequence import PathConfig
@@ -52,7 +52,7 @@ class Prepared:
     """
 
     strokes: Gaussians
-    texture: "StrokeTexture"
+    texture: "Brushes"
     options: "RenderOptions"
     cameras: Sequence[Camera]
     path: "CameraPath | None"

@@ -63,7 +63,7 @@ def describe_painting(config: PaintConfig, prepared: Prepared) -> dict[str, Any]
     assert path is not None
     return describe_options(config) | {
         "scene": digest(*content_of(strokes)),
-        "stroke image": digest(prepared.texture.coverage),
+        "stroke image": digest(*prepared.texture.coverages),
         "background image": None if background is None else digest(np.asarray(background)),
         "frames": len(path.cameras),
         "loop": path.is_loop,
@@ -133,8 +133,9 @@ def _label(value: Any) -> str:
 
 
 def content_of(gaussians: Gaussians) -> list[NDArray[Any]]:
-    """All that a digest of Gaussians covers; only antialiased ones have more than their columns."""
-    return [*gaussians.columns().values(), *[np.ones(1)] * gaussians.antialiased]
+    """All that a digest of Gaussians covers; antialiased ones, and those with brushes, have more of it."""
+    brushes = [] if gaussians.brushes is None else [gaussians.brushes]
+    return [*gaussians.columns().values(), *[np.ones(1)] * gaussians.antialiased, *brushes]
 
 
 def named_digest(name: str, *arrays: NDArray[Any]) -> dict[str, str]:

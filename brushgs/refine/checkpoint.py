@@ -131,7 +131,7 @@ def describe_fit(
     described: dict[str, Any] = {
         "scene": named_digest(files_of_scene, *content_of(prepared.whole_scene)),
         "stroke": named_digest(
-            texture.name, texture.coverage, np.frombuffer(texture.kind.encode(), np.uint8)
+            texture.name, *texture.coverages, np.frombuffer(texture.kind.encode(), np.uint8)
         ),
         _STROKES: digest(*content_of(prepared.strokes), *content_of(target)),
         "up": _plain(up),

@@ -13,7 +13,7 @@ import numpy as np
 from torch import Tensor
 
 import brushgs.autograd as ba
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.brush_set import Brushes
 from brushgs.refine.checkpoint import SECONDS_BETWEEN_CHECKPOINTS, Checkpoint
 from brushgs.refine.variables import Rates, Variables
 from brushgs.rendering.options import RenderOptions, render_with
@@ -44,11 +44,11 @@ class Drawing:
         options: see `RenderOptions`; the order is "depth", the only one with a gradient.
     """
 
-    texture: StrokeTexture
+    texture: Brushes
     options: RenderOptions
 
     @classmethod
-    def of(cls, texture: StrokeTexture, options: RenderOptions | None = None) -> "Drawing":
+    def of(cls, texture: Brushes, options: RenderOptions | None = None) -> "Drawing":
         """Drawing in order of depth and without a depth image; other options default to those of `render`."""
         options = options or RenderOptions.of(texture)
         return cls(texture, replace(options, order="depth", depth=False))

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from brushgs.arrays import F64, Array
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.brush_set import Brush, BrushSet
 from brushgs.native import core as _core
 from brushgs.options.choices import Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.project import ProjectOptions
 from brushgs.rendering.streaks import check_streaks, streak_arguments, streak_slopes
-from brushgs.rendering.texture_levels import coverage_gradient, kernel_of, levels_for
+from brushgs.rendering.texture_levels import coverage_gradients, kernel_of, levels_for
 from brushgs.rendering.underpaint import Underpaint, underpaint_arguments
 from brushgs.scene import GAUSSIAN_COLUMNS, LAYERS, Boxes, Camera, Frame, Gaussians
 from brushgs.threads import num_threads_or_default
@@ -28,7 +28,7 @@ BOX_COLUMNS = ("centers", "half_extents", "angles", "depths", "colors", "opaciti
 
 @dataclass(frozen=True, eq=False)
 class BoxGradients:
-    """By the columns of boxes, in their dtype, None for zeros; and by the coverage of the texture, 0 to 1."""
+    """By the columns of boxes, in their dtype, None for zeros; and by the coverage of each brush, 0 to 1."""
 
     centers: Array | None = None  # [M, 2]
     half_extents: Array | None = None  # [M, 2]
@@ -36,7 +36,12 @@ class BoxGradients:
     depths: Array | None = None  # [M]
     colors: Array | None = None  # [M, 3]
     opacities: Array | None = None  # [M]
-    coverage: F64 | None = None  # [h, w]; None if not computed
+    coverages: tuple[F64, ...] = ()  # [h, w] by the rows of the brush set; none if not computed
+
+    @property
+    def coverage(self) -> F64 | None:
+        """[h, w] by that of the first brush; None if not computed."""
+        return self.coverages[0] if self.coverages else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +103,7 @@ def project_backward(
 
 def rasterize_backward(
     boxes: Boxes,
-    texture: StrokeTexture,
+    texture: Brush,
     frame: Frame,
     v_rgb: Array,
     v_alpha: Array | None = None,
@@ -125,19 +130,20 @@ def rasterize_backward(
             none.
         streaks: as painted with.
         min_transmittance: as painted with.
-        with_coverage: whether to compute the gradient by the texture's coverage.
+        with_coverage: whether to compute the gradients by the coverage of each brush.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Raises:
         ValueError: if boxes of a stroke image have a softness, or a built-in kernel's coverage is asked for.
     """
-    if boxes.softness is not None and texture.kind == "image":
+    brush_set = BrushSet.of(texture)
+    if boxes.softness is not None and brush_set.kind == "image":
         raise ValueError('rasterize_backward: boxes must have no softness; project with order="depth"')
-    if with_coverage and texture.kind != "image":
-        raise ValueError(f"rasterize_backward: the built-in kernel {texture.kind!r} has no coverage")
+    if with_coverage and brush_set.kind != "image":
+        raise ValueError(f"rasterize_backward: the built-in kernel {brush_set.kind!r} has no coverage")
     check_streaks("rasterize_backward", streaks)
-    streaks = streaks if texture.kind == "image" else 0.0
-    levels = levels_for(boxes, texture, filter)
+    streaks = streaks if brush_set.kind == "image" else 0.0
+    levels = levels_for("rasterize_backward", boxes, brush_set, filter)
     given = {name: v for name, v in (v_layers or {}).items() if v is not None}
     gradients: dict[str, Any] = {
         name: np.empty_like(getattr(boxes, name)) for name in BOX_COLUMNS if name not in LAYERS.values()
@@ -148,7 +154,7 @@ def rasterize_backward(
     }
     v_texels = [np.zeros(shape) for shape in levels.shapes] if with_coverage else []
     _core.rasterize_backward(
-        kernel=kernel_of(texture, filter),
+        kernel=kernel_of(brush_set, filter),
         levels=levels.packed,
         min_transmittance=float(min_transmittance),
         num_threads=num_threads_or_default(num_threads),
@@ -159,7 +165,7 @@ def rasterize_backward(
         opacities=boxes.opacities,
         attributes=[getattr(boxes, LAYERS[name]) for name in given],
         depths=boxes.depths,
-        **underpaint_arguments("rasterize_backward", boxes, texture, underpaint),
+        **underpaint_arguments("rasterize_backward", boxes, brush_set, underpaint),
         **streak_arguments(boxes, streaks),
         streak_slopes=streak_slopes(boxes, streaks),
         rgb=frame.rgb,
@@ -173,5 +179,5 @@ def rasterize_backward(
         v_texels=v_texels,
     )
     gradients |= {LAYERS[name]: v for name, v in v_attributes.items()}
-    coverage = coverage_gradient(texture, levels, v_texels) if with_coverage else None
-    return BoxGradients(**gradients, coverage=coverage)
+    coverages = coverage_gradients(brush_set, levels, v_texels) if with_coverage else ()
+    return BoxGradients(**gradients, coverages=coverages)

@@ -6,7 +6,10 @@ It is resolved once, for a still or for a whole path, and handed on whole.
 from dataclasses import dataclass, replace
 from typing import Any
 
-from brushgs.brushes.texture import StrokeTexture
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.brushes.brush_set import Brushes, Sigmas, per_row
 from brushgs.options.choices import Filter, Lock, Order, ViewLock
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.project import LOW_PASS, Directions, ProjectCounts, ProjectOptions, project_by
@@ -20,7 +23,7 @@ class RenderOptions:
     """How strokes become a frame; `RenderOptions.of` resolves it for a texture.
 
     Attributes:
-        num_sigmas: half extent of a box in standard deviations, > 0.
+        num_sigmas: half extent of a box in standard deviations, > 0; one number, or one for each brush.
         lock: which way strokes point: "anchor" or "off", or the `Directions` of one view; "track" where
             every frame of a path still has to take its own, see `in_direction`.
         order: "depth" or "soft", see `project`.
@@ -34,7 +37,7 @@ class RenderOptions:
         num_threads: None takes the processors available to this process. The picture does not depend on it.
     """
 
-    num_sigmas: float
+    num_sigmas: Sigmas
     lock: Lock | Directions = "anchor"
     order: Order = "depth"
     filter: Filter = "mip"
@@ -49,13 +52,13 @@ class RenderOptions:
     @classmethod
     def of(
         cls,
-        texture: StrokeTexture,
+        texture: Brushes,
         *,
-        num_sigmas: float | None = None,
+        num_sigmas: Sigmas | None = None,
         underpaint: bool | Underpaint | None = False,
         **options: Any,
     ) -> "RenderOptions":
-        """The options for a texture.
+        """The options for a texture or a set of brushes.
 
         A built-in kernel is drawn with lock "off", by depth, without underpaint and streaks, and never fades.
 
@@ -72,7 +75,10 @@ class RenderOptions:
         if not underpaint:
             return cls(num_sigmas=sigmas, **options)
         if num_sigmas is None:
-            sigmas *= STROKE_REACH
+            if isinstance(sigmas, tuple):
+                sigmas = tuple(STROKE_REACH * each for each in sigmas)
+            else:
+                sigmas *= STROKE_REACH
         layer = underpaint if isinstance(underpaint, Underpaint) else Underpaint.for_sigmas(sigmas)
         return cls(num_sigmas=sigmas, underpaint=layer, **options)
 
@@ -80,15 +86,20 @@ class RenderOptions:
         """The same for one view of a path, whose strokes point in these directions."""
         return replace(self, lock=lock)
 
-    @property
-    def projection(self) -> ProjectOptions:
+    def projection_of(self, count: int, brushes: NDArray[np.uint8] | None = None) -> ProjectOptions:
         """Those that `project` takes.
 
+        Args:
+            count: how many strokes there are.
+            brushes: theirs, see `Gaussians`.
+
         Raises:
-            ValueError: if a value is out of range, or `lock` is "track": a frame needs its directions.
+            ValueError: if a value is out of range, `lock` is "track" (a frame needs its directions), or the
+                brush of a stroke lies beyond the set.
         """
+        sigmas = self.num_sigmas
         return ProjectOptions(
-            num_sigmas=self.num_sigmas,
+            num_sigmas=per_row("project", sigmas, brushes, count) if isinstance(sigmas, tuple) else sigmas,
             low_pass=self.low_pass,
             lock=self.lock,
             fade=self.fade,
@@ -100,10 +111,10 @@ class RenderOptions:
 
 def project_with(gaussians: Gaussians, camera: Camera, options: RenderOptions) -> tuple[Boxes, ProjectCounts]:
     """`project` by these options, and what was culled. Raises the same."""
-    return project_by(gaussians, camera, options.projection)
+    return project_by(gaussians, camera, options.projection_of(len(gaussians), gaussians.brushes))
 
 
-def rasterize_with(boxes: Boxes, camera: Camera, texture: StrokeTexture, options: RenderOptions) -> Frame:
+def rasterize_with(boxes: Boxes, camera: Camera, texture: Brushes, options: RenderOptions) -> Frame:
     """`rasterize` by these options, in the size of a camera. Raises the same."""
     return rasterize(
         boxes,
@@ -120,15 +131,13 @@ def rasterize_with(boxes: Boxes, camera: Camera, texture: StrokeTexture, options
 
 
 def draw_with(
-    gaussians: Gaussians, camera: Camera, texture: StrokeTexture, options: RenderOptions
+    gaussians: Gaussians, camera: Camera, texture: Brushes, options: RenderOptions
 ) -> tuple[Boxes, Frame]:
     """The boxes of one view, and the frame that they paint. Raises what `render` does."""
     boxes, _ = project_with(gaussians, camera, options)
     return boxes, rasterize_with(boxes, camera, texture, options)
 
 
-def render_with(
-    gaussians: Gaussians, camera: Camera, texture: StrokeTexture, options: RenderOptions
-) -> Frame:
+def render_with(gaussians: Gaussians, camera: Camera, texture: Brushes, options: RenderOptions) -> Frame:
     """`render` by these options. Raises the same."""
     return draw_with(gaussians, camera, texture, options)[1]

@@ -10,7 +10,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import check
+from brushgs.arrays import F64, check
 from brushgs.native import core as _core
 from brushgs.options.choices import Lock, Order, ViewLock
 from brushgs.scene import Boxes, Camera, Gaussians
@@ -94,7 +94,7 @@ class ProjectOptions:
         ValueError: if a value is out of range.
     """
 
-    num_sigmas: float = 2.0
+    num_sigmas: float | F64 = 2.0
     low_pass: float = LOW_PASS
     lock: Lock | Directions = "off"  # "track" is refused: one view alone has no path
     fade: bool = False
@@ -103,8 +103,12 @@ class ProjectOptions:
     num_threads: int | None = None
 
     def __post_init__(self) -> None:
-        if not 0 < self.num_sigmas < inf:
-            raise ValueError(f"project: num_sigmas must be positive and finite, got {self.num_sigmas}")
+        if isinstance(self.num_sigmas, np.ndarray):
+            check("project", num_sigmas=(self.num_sigmas, "N"))
+        is_wrong = ~((np.atleast_1d(self.num_sigmas) > 0) & (np.atleast_1d(self.num_sigmas) < inf))
+        if is_wrong.any():
+            wrong = np.atleast_1d(self.num_sigmas)[np.argmax(is_wrong)]
+            raise ValueError(f"project: num_sigmas must be positive and finite, got {wrong}")
         if not 0 <= self.low_pass < inf:
             raise ValueError(f"project: low_pass must be >= 0 and finite, got {self.low_pass}")
         if self.order not in get_args(Order):
@@ -137,6 +141,12 @@ class ProjectOptions:
                 f"project: gaussians must be fewer than 2^31, got {len(gaussians)}; prune them first"
             )
         given = self.directions
+        of_row = self.num_sigmas if isinstance(self.num_sigmas, np.ndarray) else None
+        if of_row is not None and len(of_row) != len(gaussians):
+            raise ValueError(
+                f"project: num_sigmas must be one number, or one for each of {len(gaussians)} Gaussians, "
+                f"got {len(of_row)}"
+            )
         if given is not None and len(given) != len(gaussians):
             raise ValueError(
                 f"project: lock must hold {len(gaussians)} directions, one per Gaussian, got {len(given)}"
@@ -145,7 +155,8 @@ class ProjectOptions:
             **gaussians.columns(),
             "antialiased": bool(gaussians.antialiased),
             "view": view_of(camera),
-            "num_sigmas": float(self.num_sigmas),
+            "num_sigmas": float(self.num_sigmas) if of_row is None else 0.0,
+            "sigmas_of_row": None if of_row is None else np.ascontiguousarray(of_row, np.float64),
             "low_pass": float(self.low_pass),
             "lock": _core.Lock.given if given is not None else getattr(_core.Lock, str(self.lock)),
             "directions": None if given is None else given.angles,
@@ -159,7 +170,7 @@ def project(
     gaussians: Gaussians,
     camera: Camera,
     *,
-    num_sigmas: float = 2.0,
+    num_sigmas: float | F64 = 2.0,
     low_pass: float = LOW_PASS,
     lock: ViewLock | Directions = "off",
     fade: bool = False,
@@ -180,7 +191,7 @@ def project(
     Args:
         gaussians: N Gaussians in world space, fewer than 2^31.
         camera: one pinhole camera.
-        num_sigmas: half extent of a box in standard deviations, > 0.
+        num_sigmas: half extent of a box in standard deviations, > 0; or [N] of each Gaussian's box.
         low_pass: variance added to both axes, pixels squared, >= 0; 0.3 is what scenes are trained with.
         lock: which way the u axis of a box points. "off": along the major axis of the ellipse, angle in
             (-pi/2, pi/2], as published: it jumps by half a turn where that axis is vertical. "anchor": the
@@ -199,7 +210,7 @@ def project(
 
     Returns:
         At most N boxes in the dtype of the scene, nearest first, ties by row: equal input gives equal
-        output. Geometry is computed in float64 for either dtype.
+        output. Geometry is computed in float64 for either dtype. They have the brushes of their Gaussians.
 
     Raises:
         TypeError: if an argument has another type.
@@ -229,7 +240,8 @@ def project_by(gaussians: Gaussians, camera: Camera, options: ProjectOptions) ->
         softness=SOFTNESS if options.order == "soft" else 0.0,
         with_setbacks=bool(options.underpaint),
     )
-    return Boxes(**columns), ProjectCounts(**culled)
+    brushes = None if gaussians.brushes is None else gaussians.brushes[columns["ids"]]
+    return Boxes(**columns, brushes=brushes), ProjectCounts(**culled)
 
 
 def project_counted(gaussians: Gaussians, camera: Camera, **options: Any) -> tuple[Boxes, ProjectCounts]:

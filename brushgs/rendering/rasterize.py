@@ -1,12 +1,11 @@
 """Boxes become frames: the public function over the compiled rasteriser."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
 
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.brush_set import Brush, BrushSet
 from brushgs.native import core as _core
 from brushgs.options.choices import MAX_PIXELS, MAX_SIDE, Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
@@ -21,7 +20,7 @@ PLAIN_EXPONENT = 40  # softness of 1e-12 to 1e12 world units needs no other unit
 
 def rasterize(
     boxes: Boxes,
-    texture: StrokeTexture | str | Path,
+    texture: Brush,
     *,
     height: int,
     width: int,
@@ -63,7 +62,8 @@ def rasterize(
 
     Args:
         boxes: M strokes, nearest first.
-        texture: what fills a box; or its name or path, see `render`.
+        texture: what fills a box; or its name or path, see `render`. A `BrushSet` fills each with the brush
+            of its row in `brushes`.
         height: pixels, 1 to 32767.
         width: pixels, 1 to 32767; height x width at most 2^28.
         filter: how a stroke image is sampled. "bilinear": between the four nearest texels, as published.
@@ -83,7 +83,8 @@ def rasterize(
 
     Raises:
         TypeError: if `underpaint` is neither None nor `Underpaint`.
-        ValueError: if an option is out of range, or `underpaint` is given and boxes have no setbacks.
+        ValueError: if an option is out of range, `underpaint` is given and boxes have no setbacks, or the
+            brush of a box lies beyond the set.
     """
     if filter not in get_args(Filter):
         raise ValueError(f"rasterize: filter must be one of {', '.join(get_args(Filter))}, got {filter!r}")
@@ -97,9 +98,10 @@ def rasterize(
     if not 0 <= min_transmittance < 1:
         raise ValueError(f"rasterize: min_transmittance must be in [0, 1), got {min_transmittance}")
     check_streaks("rasterize", streaks)
-    texture, threads = StrokeTexture.of(texture), num_threads_or_default(num_threads)
-    is_soft = boxes.softness is not None and texture.kind == "image"
-    streaks = streaks if texture.kind == "image" else 0.0
+    brush_set, threads = BrushSet.of(texture), num_threads_or_default(num_threads)
+    is_image = brush_set.kind == "image"
+    is_soft = boxes.softness is not None and is_image
+    streaks = streaks if is_image else 0.0
     boxes, exponent = _in_plain_range(boxes) if is_soft else (boxes, 0)
     attributes = {name: a for name, a in boxes.attributes().items() if depth or name != "depth"}
     is_single = boxes.centers.dtype == np.float32
@@ -107,8 +109,8 @@ def rasterize(
     rgb, alpha = new_plane([height, width, 3]), new_plane([height, width])
     layers = {name: new_plane([height, width, *a.shape[1:]]) for name, a in attributes.items()}
     _core.rasterize(
-        kernel=kernel_of(texture, filter),
-        levels=levels_for(boxes, texture, filter).packed,
+        kernel=kernel_of(brush_set, filter),
+        levels=levels_for("rasterize", boxes, brush_set, filter).packed,
         min_transmittance=float(min_transmittance),
         num_threads=threads,
         centers=boxes.centers,
@@ -119,7 +121,7 @@ def rasterize(
         attributes=list(attributes.values()),
         depths=boxes.depths,
         softness=boxes.softness if is_soft else None,
-        **underpaint_arguments("rasterize", boxes, texture, underpaint),
+        **underpaint_arguments("rasterize", boxes, brush_set, underpaint),
         **streak_arguments(boxes, streaks),
         rgb=rgb,
         alpha=alpha,

@@ -4,7 +4,7 @@
 them to that. Nothing else calls these functions.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array
+from brushgs.brushes.brush_set import Brushes, BrushSet
 from brushgs.brushes.levels import axis_levels, level_coverage, level_index
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter
@@ -52,13 +53,14 @@ def project(gaussians: Gaussians, camera: Camera, **options: Any) -> Boxes:
         rows, longest = np.arange(len(ids)), np.argmax(scales[ids], axis=1)
         lengths = scales[ids, longest] * camera.K[[0, 1], [0, 1]].max() / t[:, 2]
         angles = _anchored(angles, M, R[rows, :, longest], M[rows, :, longest], lengths, directions, low_pass)
-    half_extents = num_sigmas * np.sqrt(np.stack(_variances(M, angles, low_pass), axis=1))
+    sigmas = np.broadcast_to(num_sigmas, len(gaussians))[ids]
+    half_extents = sigmas[:, None] * np.sqrt(np.stack(_variances(M, angles, low_pass), axis=1))
     opacities = opacities[ids]
     if gaussians.antialiased and low_pass > 0:
         bare, grown = (np.prod(_variances(M, major, variance), axis=0) for variance in (0, low_pass))
         opacities = opacities * np.sqrt(bare / grown)  # ratio of determinants
     if isinstance(lock, Directions):
-        smallest = num_sigmas**2 * np.sqrt(np.prod(_variances(M, major, low_pass), axis=0))
+        smallest = sigmas**2 * np.sqrt(np.prod(_variances(M, major, low_pass), axis=0))
         area_scales = 1 if lock.area_scales is None else lock.area_scales[ids]
         half_extents *= np.sqrt(np.maximum(area_scales * smallest / half_extents.prod(axis=1), 1))[:, None]
         opacities = opacities * (smallest / half_extents.prod(axis=1))  # the same paint on a larger box
@@ -89,6 +91,7 @@ def project(gaussians: Gaussians, camera: Camera, **options: Any) -> Boxes:
         ids[kept],
         SOFTNESS * sizes[kept] if given.order == "soft" else None,
         sizes[kept] if given.underpaint else None,
+        None if gaussians.brushes is None else gaussians.brushes[ids[kept]],
     )
 
 
@@ -170,7 +173,7 @@ def _fade(depths: F64, half_extents: F64, camera: Camera) -> F64:
 
 def rasterize(
     boxes: Boxes,
-    texture: StrokeTexture,
+    texture: Brushes,
     *,
     height: int,
     width: int,
@@ -183,7 +186,8 @@ def rasterize(
 
     Source: Xiang et al. 2025, 3.4 (texture mapping); Kerbl et al. 2023 (blending and its thresholds).
     """
-    layers = _layers(boxes, texture, height, width, filter, underpaint, streaks)
+    textures = texture.textures if isinstance(texture, BrushSet) else (texture,)
+    layers = _layers(boxes, textures, height, width, filter, underpaint, streaks)
     if boxes.softness is not None and texture.kind == "image":
         return _rasterize_softly(boxes, boxes.softness, layers, height, width, min_transmittance)
     rgb, sums = np.zeros((height, width, 3)), _no_layers(boxes, height, width)
@@ -268,6 +272,9 @@ def soft_weights(
     return (weights * (alpha / weights.sum()) if alpha > 0 else weights), alpha
 
 
+_Copies = dict[tuple[StrokeTexture, int, int], NDArray[np.uint8]]
+
+
 @dataclass(frozen=True, eq=False)
 class _Layer:
     """A stroke or its underpaint, where it reaches into the picture."""
@@ -282,7 +289,7 @@ class _Layer:
 
 def _layers(
     boxes: Boxes,
-    texture: StrokeTexture,
+    textures: Sequence[StrokeTexture],
     height: int,
     width: int,
     filter: Filter,
@@ -294,9 +301,11 @@ def _layers(
         column.astype(np.float64)
         for column in (boxes.centers, boxes.half_extents, boxes.angles, boxes.depths, boxes.opacities)
     )
-    is_image, kernel = texture.kind == "image", StrokeTexture.open("gaussian")
+    is_image, kernel = textures[0].kind == "image", StrokeTexture.open("gaussian")
+    brushes = np.zeros(len(boxes), int) if boxes.brushes is None or not is_image else boxes.brushes
+    reaches = None if underpaint is None else underpaint.reaches(boxes)
     starts, weights = streak_starts(boxes), streak_weights(boxes, streaks if is_image else 0.0)
-    copies: dict[tuple[int, int], NDArray[np.uint8]] = {}
+    copies: _Copies = {}
     order = [(depth, 0, row) for row, depth in enumerate(depths)]
     if underpaint is not None and is_image:
         assert boxes.setbacks is not None, "only boxes with setbacks have underpaint"
@@ -304,10 +313,11 @@ def _layers(
             behind = np.minimum(depths + boxes.setbacks.astype(np.float64), np.finfo(np.float64).max)
         order += [(depth, 1, row) for row, depth in enumerate(behind)]
     for depth, is_underpaint, row in sorted(order):
-        filling, half, opacity = texture, half_extents[row], opacities[row]
+        filling, half, opacity = textures[brushes[row]], half_extents[row], opacities[row]
         if is_underpaint:
             assert underpaint is not None
-            filling, half, opacity = kernel, half * underpaint.reach, opacity * underpaint.opacity
+            reach = underpaint.reach if reaches is None else reaches[row]
+            filling, half, opacity = kernel, half * reach, opacity * underpaint.opacity
         coverage, scale = _coverage_of_box(filling, half, filter, copies)
         half = half * scale
         window = _window(centers[row], half, angles[row], height, width)
@@ -350,7 +360,7 @@ def _streaks(t: F64, start: int, weights: Array) -> F64:
 
 
 def _coverage_of_box(
-    texture: StrokeTexture, half: F64, filter: Filter, copies: dict[tuple[int, int], NDArray[np.uint8]]
+    texture: StrokeTexture, half: F64, filter: Filter, copies: "_Copies"
 ) -> tuple[NDArray[np.uint8], F64]:
     """The texels that serve a box of these half extents, and how much larger than it they reach, [2].
 
@@ -361,9 +371,9 @@ def _coverage_of_box(
     rows, columns = texture.coverage.shape
     u, v = level_index(half[0], columns), level_index(half[1], rows)
     scale = np.array([axis_levels(columns)[u].scale, axis_levels(rows)[v].scale])
-    if (u, v) not in copies:
-        copies[u, v] = level_coverage(texture.coverage, u, v)
-    return copies[u, v], scale
+    if (texture, u, v) not in copies:
+        copies[texture, u, v] = level_coverage(texture.coverage, u, v)
+    return copies[texture, u, v], scale
 
 
 def _sample(texture: StrokeTexture, coverage: NDArray[np.uint8], s: F64, t: F64, filter: Filter) -> F64:

@@ -1,10 +1,9 @@
 """Gaussians and a camera, or a camera path, become frames: `render` and `render_sequence`."""
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import get_args
 
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.brush_set import Brush, BrushSet, Sigmas
 from brushgs.options.choices import Filter, Lock, Order, ViewLock
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.rendering.project import LOW_PASS, Directions
@@ -16,12 +15,12 @@ from brushgs.scene import Camera, Frame, Gaussians
 def render(
     gaussians: Gaussians,
     camera: Camera,
-    texture: StrokeTexture | str | Path,
+    texture: Brush,
     *,
     lock: ViewLock | Directions = "anchor",
     order: Order = "depth",
     filter: Filter = "mip",
-    num_sigmas: float | None = None,
+    num_sigmas: Sigmas | None = None,
     low_pass: float = LOW_PASS,
     depth: bool = True,
     underpaint: bool | Underpaint = False,
@@ -36,16 +35,18 @@ def render(
     Args:
         gaussians: N Gaussians in world space; each becomes a stroke.
         camera: one pinhole camera; its size is the size of the picture.
-        texture: the stroke, or its name or path as `StrokeTexture.open` takes it, which reads it each time;
-            "gaussian" gives the plain 3DGS picture.
+        texture: the stroke, or its name or path as `BrushSet.open` takes it, which reads it each time;
+            "gaussian" gives the plain 3DGS picture. Of a `BrushSet` each stroke takes the brush of its row in
+            `brushes`, see `choose_brushes`; its box has the size that suits that brush.
         lock: which way strokes point: "anchor", "off" (as published), or what `track_directions` found for
             this view of a path; see `project`.
         order: "depth": strokes hide what lies behind them, and change places at once where one passes
             another. "soft": they fade into each other while their depths are close, see `project` and
             `rasterize`; pictures of a sequence then do not jump. The built-in kernels are always by depth.
         filter: see `rasterize`.
-        num_sigmas: half length of a box in standard deviations, > 0; None takes `texture.fitted_sigmas`,
-            at which a stroke paints about as much as its Gaussian. The published method takes 2.
+        num_sigmas: half length of a box in standard deviations, > 0, or one for each brush of a set; None
+            takes `texture.fitted_sigmas`, at which a stroke paints about as much as its Gaussian. The
+            published method takes 2.
         low_pass: variance in px^2 added to every projected Gaussian, >= 0.
         depth: whether the frame has a depth.
         underpaint: whether each stroke is laid over a soft copy of itself, which closes the gaps between
@@ -62,9 +63,9 @@ def render(
     Raises:
         ValueError: if an option is out of range.
     """
-    texture = StrokeTexture.of(texture)
+    brush_set = BrushSet.of(texture)
     options = RenderOptions.of(
-        texture,
+        brush_set,
         lock=lock,
         order=order,
         filter=filter,
@@ -75,18 +76,18 @@ def render(
         streaks=streaks,
         num_threads=num_threads,
     )
-    return render_with(gaussians, camera, texture, options)
+    return render_with(gaussians, camera, brush_set, options)
 
 
 def render_sequence(
     gaussians: Gaussians,
     cameras: Sequence[Camera],
-    texture: StrokeTexture | str | Path,
+    texture: Brush,
     *,
     lock: Lock = "track",
     order: Order = "soft",
     filter: Filter = "mip",
-    num_sigmas: float | None = None,
+    num_sigmas: Sigmas | None = None,
     low_pass: float = LOW_PASS,
     depth: bool = True,
     underpaint: bool | Underpaint = False,
@@ -115,9 +116,9 @@ def render_sequence(
     """
     if lock not in get_args(Lock):
         raise ValueError(f"render_sequence: lock must be one of {', '.join(get_args(Lock))}, got {lock!r}")
-    texture = StrokeTexture.of(texture)
+    brush_set = BrushSet.of(texture)
     options = RenderOptions.of(
-        texture,
+        brush_set,
         lock=lock,
         order=order,
         filter=filter,
@@ -133,4 +134,4 @@ def render_sequence(
         track = track_directions(gaussians, cameras, low_pass=low_pass, num_threads=num_threads)
     for index, camera in enumerate(cameras):
         of_view = options if track is None else options.in_direction(track.directions(index))
-        yield render_with(gaussians, camera, texture, of_view)
+        yield render_with(gaussians, camera, brush_set, of_view)

@@ -1,4 +1,4 @@
-"""A stroke texture as the core reads it: the kernel that fills a box, and the levels of the image it needs.
+"""Brushes as the core reads them: the kernel that fills a box, and the levels of the images that boxes need.
 
 What the texels of a level are is decided in `brushgs.brushes.levels`; here they are packed, and kept for each
 texture as long as it lives.
@@ -12,7 +12,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64
+from brushgs.arrays import F64, Array
+from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.levels import (
     axis_levels,
     filtered_along_u,
@@ -28,78 +29,104 @@ from brushgs.scene import Boxes
 Code = tuple[int, int]  # the level along u and along v, see `level_coverage`
 
 
-def kernel_of(texture: StrokeTexture, filter: Filter) -> _core.Kernel:
+def kernel_of(brush_set: BrushSet, filter: Filter) -> _core.Kernel:
     """What the core fills a box with."""
-    if texture.kind == "gaussian":
+    if brush_set.kind == "gaussian":
         return _core.Kernel.gaussian
-    if texture.kind == "ellipse":
+    if brush_set.kind == "ellipse":
         return _core.Kernel.ellipse
     return _core.Kernel.nearest if filter == "nearest" else _core.Kernel.bilinear
 
 
 @dataclass(frozen=True, eq=False)
 class TextureLevels:
-    """The L levels of a stroke image that a set of boxes needs; none for a built-in kernel.
+    """The L levels of stroke images that a set of boxes needs; none for a built-in kernel.
 
     Attributes:
-        packed: as the core reads them, with the level of each box.
+        packed: as the core reads them, with the level of each box; those of one brush after the other.
+        brushes: L times the row of the brush.
         codes: L times the level along u and along v.
         shapes: L times rows and columns of `packed`; an image of one row or column has two there.
     """
 
     packed: _core.Levels
+    brushes: list[int]
     codes: list[Code]
     shapes: list[tuple[int, int]]
 
 
-def levels_for(boxes: Boxes, texture: StrokeTexture, filter: Filter) -> TextureLevels:
-    """The levels that serve these boxes; the image itself for all of them unless the filter is "mip"."""
-    codes: list[Code] = []
+def levels_for(where: str, boxes: Boxes, brush_set: BrushSet, filter: Filter) -> TextureLevels:
+    """The levels that serve these boxes; each image itself for all its boxes unless the filter is "mip".
+
+    Raises:
+        ValueError: if the brush of a box lies beyond the set; `where` is the function that asks.
+    """
     of_box = np.empty(0, np.uint16)  # all boxes use the first level
-    if texture.kind == "image":
-        codes = [(0, 0)]
-        if filter == "mip":
-            used, of_box = _choose_levels(boxes, texture)
-            num_levels_v = len(axis_levels(texture.coverage.shape[0]))
-            codes = [divmod(int(code), num_levels_v) for code in used]
-    rows, columns = texture.coverage.shape
-    levels = _packed_levels(texture, codes)
-    reaches = [(axis_levels(columns)[u].scale, axis_levels(rows)[v].scale) for u, v in codes]
-    shapes = [shape for _, shape in levels]
-    packed = _core.Levels(
-        pairs=[pairs for pairs, _ in levels],
+    chosen: list[tuple[int, list[Code]]] = []  # brushes in use, and the codes of their levels
+    rows = brush_set.rows_of(where, boxes.brushes)
+    if rows is not None:
+        of_box = np.zeros(len(boxes), np.uint16)
+        first = 0
+        for brush in np.flatnonzero(np.bincount(rows, minlength=1)).tolist():
+            own = np.flatnonzero(rows == brush)
+            codes, level = _levels_of(boxes.half_extents[own], brush_set.textures[brush], filter)
+            of_box[own] = first + level if len(level) else first
+            chosen.append((brush, codes))
+            first += len(codes)
+    elif brush_set.kind == "image":
+        codes, of_box = _levels_of(boxes.half_extents, brush_set.textures[0], filter)
+        chosen.append((0, codes))
+    packed: list[_Packed] = []
+    reaches = []
+    for brush, codes in chosen:
+        texture = brush_set.textures[brush]
+        height, width = texture.coverage.shape
+        packed += _packed_levels(texture, codes)
+        reaches += [(axis_levels(width)[u].scale, axis_levels(height)[v].scale) for u, v in codes]
+    shapes = [shape for _, shape in packed]
+    levels = _core.Levels(
+        pairs=[pairs for pairs, _ in packed],
         sizes=np.array([shape[::-1] for shape in shapes], np.int32).reshape(-1, 2),
         reaches=np.array(reaches, np.float64).reshape(-1, 2),
         of_box=of_box,
     )
-    return TextureLevels(packed, codes, shapes)
+    brushes = [brush for brush, codes in chosen for _ in codes]
+    return TextureLevels(levels, brushes, [code for _, codes in chosen for code in codes], shapes)
 
 
-def count_levels(boxes: Boxes, texture: StrokeTexture) -> tuple[int, int]:
-    """How many levels of a stroke image these boxes need with `filter="mip"`, and how many there could be."""
-    rows, columns = texture.coverage.shape
-    used, _ = _choose_levels(boxes, texture)
-    return len(used), len(axis_levels(columns)) * len(axis_levels(rows))
+def count_levels(boxes: Boxes, brush_set: BrushSet) -> tuple[int, int]:
+    """How many levels of its images these boxes need with `filter="mip"`, and how many there could be."""
+    most = 0
+    for texture in brush_set.textures:
+        rows, columns = texture.coverage.shape
+        most += len(axis_levels(columns)) * len(axis_levels(rows))
+    return len(levels_for("count_levels", boxes, brush_set, "mip").codes), most
 
 
-def coverage_gradient(texture: StrokeTexture, levels: TextureLevels, v_texels: list[F64]) -> F64:
-    """[h, w] gradient by the coverage of a texture, from that by the texels of each level as packed."""
-    total = np.zeros(texture.coverage.shape)
-    for code, values in zip(levels.codes, v_texels, strict=True):
+def coverage_gradients(brush_set: BrushSet, levels: TextureLevels, v_texels: list[F64]) -> tuple[F64, ...]:
+    """Of each brush the gradient by its coverage, [h, w], from that by the texels of each level as packed."""
+    totals = tuple(np.zeros(texture.coverage.shape) for texture in brush_set.textures)
+    for brush, code, values in zip(levels.brushes, levels.codes, v_texels, strict=True):
+        coverage = brush_set.textures[brush].coverage
         for axis in (0, 1):  # an axis of one texel was given a second one like it
-            if texture.coverage.shape[axis] == 1:
+            if coverage.shape[axis] == 1:
                 values = values.sum(axis, keepdims=True)
-        total += level_gradient(texture.coverage, *code, values)
-    return total
+        totals[brush][...] += level_gradient(coverage, *code, values)
+    return totals
 
 
-def _choose_levels(boxes: Boxes, texture: StrokeTexture) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-    """The codes in use as one number each, ascending, and for each box its row among them."""
+def _levels_of(
+    half_extents: Array, texture: StrokeTexture, filter: Filter
+) -> tuple[list[Code], NDArray[np.uint16]]:
+    """The levels that boxes of one brush use, ascending, and of each box its row; no rows: all the first."""
+    if filter != "mip":
+        return [(0, 0)], np.empty(0, np.uint16)
     rows, columns = texture.coverage.shape
     used, of_box = _core.choose_levels(
-        half_extents=boxes.half_extents, bounds_u=level_bounds(columns), bounds_v=level_bounds(rows)
+        half_extents=half_extents, bounds_u=level_bounds(columns), bounds_v=level_bounds(rows)
     )
-    return used, of_box
+    num_levels_v = len(axis_levels(rows))
+    return [divmod(int(code), num_levels_v) for code in used], of_box
 
 
 _Packed = tuple[NDArray[np.uint16], tuple[int, int]]  # texels, and their rows and columns

@@ -81,7 +81,7 @@ def track(
     gaussians: Gaussians,
     cameras: Sequence[Camera],
     *,
-    num_sigmas: float = 2.0,
+    num_sigmas: float | F64 = 2.0,
     low_pass: float = LOW_PASS,
     fade: bool = False,
     order: Order = "soft",

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any, Self
 
-from brushgs.brushes.texture import StrokeTexture
+import numpy as np
+
+from brushgs.arrays import F64
+from brushgs.brushes.brush_set import BrushSet, Sigmas, per_row
 from brushgs.rendering.constants import GAUSSIAN_SIGMAS
 from brushgs.scene import Boxes
 
@@ -27,30 +30,42 @@ class Underpaint:
 
     Attributes:
         reach: half extents of the soft kernel in those of the stroke's box, > 0. It ends at three standard
-            deviations, as the kernel "gaussian" does.
+            deviations, as the kernel "gaussian" does. One number, or one for each brush of a set.
         opacity: in that of the stroke, above 0 to 1.
 
     Raises:
         ValueError: if a value is out of range.
     """
 
-    reach: float
+    reach: float | tuple[float, ...]
     opacity: float = OPACITY
 
     def __post_init__(self) -> None:
-        if not 0 < self.reach < inf:
+        if not all(0 < reach < inf for reach in np.atleast_1d(self.reach)):
             raise ValueError(f"Underpaint: reach must be positive and finite, got {self.reach}")
         if not 0 < self.opacity <= 1:
             raise ValueError(f"Underpaint: opacity must be above 0 to 1, got {self.opacity}")
 
     @classmethod
-    def for_sigmas(cls, num_sigmas: float) -> Self:
+    def for_sigmas(cls, num_sigmas: Sigmas) -> Self:
         """That of boxes whose half extents are so many standard deviations: `SIZE` times the Gaussian."""
+        if isinstance(num_sigmas, tuple):
+            return cls(reach=tuple(SIZE * GAUSSIAN_SIGMAS / sigmas for sigmas in num_sigmas))
         return cls(reach=SIZE * GAUSSIAN_SIGMAS / num_sigmas)
+
+    def reaches(self, boxes: Boxes) -> F64 | None:
+        """[M] the reach of each box; None where it is one for all.
+
+        Raises:
+            ValueError: if the brush of a box has none.
+        """
+        if not isinstance(self.reach, tuple):
+            return None
+        return per_row("Underpaint", self.reach, boxes.brushes, len(boxes))
 
 
 def underpaint_arguments(
-    where: str, boxes: Boxes, texture: StrokeTexture, underpaint: Underpaint | None
+    where: str, boxes: Boxes, brush_set: BrushSet, underpaint: Underpaint | None
 ) -> dict[str, Any]:
     """What the core takes of underpaint: nothing where there is none, nor under a built-in kernel.
 
@@ -58,8 +73,9 @@ def underpaint_arguments(
         TypeError: if `underpaint` is neither None nor `Underpaint`.
         ValueError: if the boxes have no setbacks.
     """
-    if underpaint is None or texture.kind != "image":
-        return {"setbacks": None, "underpaint_reach": 0.0, "underpaint_opacity": 0.0}
+    if underpaint is None or brush_set.kind != "image":
+        nothing = {"setbacks": None, "underpaint_reaches": None}
+        return nothing | {"underpaint_reach": 0.0, "underpaint_opacity": 0.0}
     if not isinstance(underpaint, Underpaint):
         raise TypeError(
             f"{where}: underpaint must be None or Underpaint, got {type(underpaint).__name__}; "
@@ -71,6 +87,7 @@ def underpaint_arguments(
         )
     return {
         "setbacks": boxes.setbacks,
-        "underpaint_reach": float(underpaint.reach),
+        "underpaint_reach": float(np.max(underpaint.reach)),
+        "underpaint_reaches": underpaint.reaches(boxes),
         "underpaint_opacity": float(underpaint.opacity),
     }

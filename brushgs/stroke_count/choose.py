@@ -8,13 +8,13 @@ count on every machine and in every run.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import Array, check
+from brushgs.brushes.brush_set import Brush, BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.colors import rgb_of
 from brushgs.options.choices import Features, Filter, Merge
@@ -74,7 +74,7 @@ class Choice:
 def choose_strokes(
     gaussians: Gaussians,
     camera: Camera,
-    texture: StrokeTexture | str | Path,
+    texture: Brush,
     *,
     psnr: float | None = None,
     size: float | None = None,
@@ -94,7 +94,7 @@ def choose_strokes(
     Args:
         gaussians: N Gaussians, pruned as for painting, N >= 1.
         camera: the view, in the size in which pictures are compared.
-        texture: the stroke, or its name or path.
+        texture: the stroke, or its name or path; see `render`.
         psnr: in place of the knee, the fewest strokes that are expected to reach this PSNR to the plain
             picture, dB, > 0. Clusters mostly reach the error of the sampled cells at 0.7 to 1.4 of their
             count.
@@ -127,10 +127,10 @@ def choose_strokes(
         kernel = StrokeTexture.open("gaussian")
         plain = render(gaussians, camera, kernel, depth=False, num_threads=num_threads)
     check("choose_strokes", plain=(plain.alpha, f"{camera.height} {camera.width}"))
-    texture = StrokeTexture.of(texture)
-    options = RenderOptions.of(texture, filter=filter, num_sigmas=num_sigmas, num_threads=num_threads)
+    brush_set = BrushSet.of(texture)
+    options = RenderOptions.of(brush_set, filter=filter, num_sigmas=num_sigmas, num_threads=num_threads)
     behind = rgb_of(background) if isinstance(background, str) else background
-    view_model = ViewModel(camera, texture, options, plain, np.asarray(behind))
+    view_model = ViewModel(camera, brush_set, options, plain, np.asarray(behind))
     return choose_for_view_model(gaussians, view_model, psnr=psnr, size=size, features=features, merge=merge)
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from brushgs.arrays import Array
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.brush_set import Brushes
 from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
@@ -38,7 +38,7 @@ class ViewModel:
     """
 
     camera: Camera
-    texture: StrokeTexture
+    texture: Brushes
     options: RenderOptions
     plain: Frame
     background: Array

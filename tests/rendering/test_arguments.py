@@ -86,6 +86,7 @@ def test_poisoned_gaussians_are_refused_by_column_and_row(name, bad):
 def test_arguments_are_not_written_to():
     boxes = random_boxes(50, 20, 20)
     boxes = set_back(softened(boxes, 0.5), 1.0)
+    boxes = replace(boxes, brushes=np.zeros(len(boxes), np.uint8))
     before = {name: getattr(boxes, name).copy() for name in Boxes.__dataclass_fields__}
     rasterize(boxes, TEXTURE, height=20, width=20)
     rasterize(boxes, bristles(), height=20, width=20)
@@ -135,6 +136,6 @@ def test_a_stroke_is_taken_by_its_name(tmp_path):
             assert by_texture.alpha.any()
             np.testing.assert_array_equal(by_name.rgb, by_texture.rgb)
     with pytest.raises(
-        TypeError, match="texture must be a StrokeTexture, the name of a stroke or a path, got N"
+        TypeError, match="texture must be a StrokeTexture, a BrushSet, the name of a stroke or a path, got N"
     ):
         render(SCENE, CAMERA, None)

@@ -259,7 +259,7 @@ def test_options_draw_strokes_over_underpaint_smaller_and_underpaint_by_the_gaus
 def test_render_is_the_steps_and_a_sequence_takes_it_to_every_frame():
     scene, texture = scene_of(3), texture_of("image")
     how = RenderOptions.of(texture, underpaint=True, streaks=0.3)
-    boxes, _ = project_by(scene, CAMERA, how.projection)
+    boxes, _ = project_by(scene, CAMERA, how.projection_of(len(scene)))
     steps = rasterize(boxes, texture, height=40, width=60, underpaint=how.underpaint, streaks=0.3)
     frame = render(scene, CAMERA, texture, underpaint=True, streaks=0.3)
     assert_identical(frame, steps)

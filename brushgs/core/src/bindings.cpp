@@ -134,12 +134,14 @@ brushgs::GaussianColumns<T> columns_of(const In<T, 2>& means, const In<T, 2>& qu
 
 template <class T>
 nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
-                  const brushgs::View& view, double num_sigmas, double low_pass, brushgs::Lock lock,
-                  std::optional<In<float, 1>> directions, std::optional<In<float, 1>> area_scales, bool antialiased,
-                  bool fades, int sh_degree, bool with_setbacks, double softness, int num_threads) {
+                  const brushgs::View& view, double num_sigmas, std::optional<In<double, 1>> sigmas_of_row,
+                  double low_pass, brushgs::Lock lock, std::optional<In<float, 1>> directions,
+                  std::optional<In<float, 1>> area_scales, bool antialiased, bool fades, int sh_degree,
+                  bool with_setbacks, double softness, int num_threads) {
     const auto gaussians = columns_of<T>(means, quats, scales, opacities, sh);
     const brushgs::ProjectParams params{.view = view,
                                         .num_sigmas = num_sigmas,
+                                        .sigmas_of_row = data_or_null(sigmas_of_row),
                                         .low_pass = low_pass,
                                         .sh_degree = sh_degree,
                                         .num_threads = num_threads,
@@ -177,27 +179,28 @@ nb::tuple project(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opac
 template <class T>
 void def_project(nb::module_& m) {
     m.def("project", &project<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(), "scales"_a.noconvert(),
-          "opacities"_a.noconvert(), "sh"_a.noconvert(), "view"_a, "num_sigmas"_a, "low_pass"_a, "lock"_a,
-          "directions"_a.noconvert().none(), "area_scales"_a.noconvert().none(), "antialiased"_a, "fades"_a,
-          "sh_degree"_a, "with_setbacks"_a, "softness"_a, "num_threads"_a,
+          "opacities"_a.noconvert(), "sh"_a.noconvert(), "view"_a, "num_sigmas"_a, "sigmas_of_row"_a.noconvert().none(),
+          "low_pass"_a, "lock"_a, "directions"_a.noconvert().none(), "area_scales"_a.noconvert().none(),
+          "antialiased"_a, "fades"_a, "sh_degree"_a, "with_setbacks"_a, "softness"_a, "num_threads"_a,
           "The columns of the boxes, nearest first, and how many Gaussians have none for each reason, both by name.");
 }
 
 template <class T>
 void project_backward(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
-                      const brushgs::View& view, double num_sigmas, double low_pass, brushgs::Lock lock,
-                      std::optional<In<float, 1>> directions, std::optional<In<float, 1>> area_scales, bool antialiased,
-                      bool fades, int num_threads, In<std::int32_t, 1> ids, In<T, 2> colors,
-                      std::optional<In<T, 2>> v_box_centers, std::optional<In<T, 2>> v_box_half_extents,
-                      std::optional<In<T, 1>> v_box_angles, std::optional<In<T, 1>> v_box_depths,
-                      std::optional<In<T, 2>> v_box_colors, std::optional<In<T, 1>> v_box_opacities,
-                      std::optional<Out<T, 2>> v_means, std::optional<Out<T, 2>> v_quats,
-                      std::optional<Out<T, 2>> v_scales, std::optional<Out<T, 1>> v_opacities,
-                      std::optional<Out<T, 3>> v_sh) {
+                      const brushgs::View& view, double num_sigmas, std::optional<In<double, 1>> sigmas_of_row,
+                      double low_pass, brushgs::Lock lock, std::optional<In<float, 1>> directions,
+                      std::optional<In<float, 1>> area_scales, bool antialiased, bool fades, int num_threads,
+                      In<std::int32_t, 1> ids, In<T, 2> colors, std::optional<In<T, 2>> v_box_centers,
+                      std::optional<In<T, 2>> v_box_half_extents, std::optional<In<T, 1>> v_box_angles,
+                      std::optional<In<T, 1>> v_box_depths, std::optional<In<T, 2>> v_box_colors,
+                      std::optional<In<T, 1>> v_box_opacities, std::optional<Out<T, 2>> v_means,
+                      std::optional<Out<T, 2>> v_quats, std::optional<Out<T, 2>> v_scales,
+                      std::optional<Out<T, 1>> v_opacities, std::optional<Out<T, 3>> v_sh) {
     const auto gaussians = columns_of<T>(means, quats, scales, opacities, sh);
     const std::size_t terms = gaussians.sh_terms;
     const brushgs::ProjectParams params{.view = view,
                                         .num_sigmas = num_sigmas,
+                                        .sigmas_of_row = data_or_null(sigmas_of_row),
                                         .low_pass = low_pass,
                                         .sh_degree = terms == 1 ? 0 : (terms == 4 ? 1 : (terms == 9 ? 2 : 3)),
                                         .num_threads = num_threads,
@@ -229,11 +232,11 @@ void project_backward(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> 
 template <class T>
 void def_project_backward(nb::module_& m) {
     m.def("project_backward", &project_backward<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
-          "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(), "view"_a, "num_sigmas"_a, "low_pass"_a,
-          "lock"_a, "directions"_a.noconvert().none(), "area_scales"_a.noconvert().none(), "antialiased"_a, "fades"_a,
-          "num_threads"_a, "ids"_a.noconvert(), "colors"_a.noconvert(), "v_box_centers"_a.noconvert().none(),
-          "v_box_half_extents"_a.noconvert().none(), "v_box_angles"_a.noconvert().none(),
-          "v_box_depths"_a.noconvert().none(), "v_box_colors"_a.noconvert().none(),
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(), "view"_a, "num_sigmas"_a,
+          "sigmas_of_row"_a.noconvert().none(), "low_pass"_a, "lock"_a, "directions"_a.noconvert().none(),
+          "area_scales"_a.noconvert().none(), "antialiased"_a, "fades"_a, "num_threads"_a, "ids"_a.noconvert(),
+          "colors"_a.noconvert(), "v_box_centers"_a.noconvert().none(), "v_box_half_extents"_a.noconvert().none(),
+          "v_box_angles"_a.noconvert().none(), "v_box_depths"_a.noconvert().none(), "v_box_colors"_a.noconvert().none(),
           "v_box_opacities"_a.noconvert().none(), "v_means"_a.noconvert().none(), "v_quats"_a.noconvert().none(),
           "v_scales"_a.noconvert().none(), "v_opacities"_a.noconvert().none(), "v_sh"_a.noconvert().none(),
           "From the gradients v_box_* of a loss by the boxes write those by the Gaussians, v_*, where they are given; "
@@ -324,25 +327,28 @@ template <class T>
 void rasterize(brushgs::Kernel kernel, const Levels& levels, double min_transmittance, int num_threads,
                In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles, In<T, 2> colors, In<T, 1> opacities,
                const std::vector<AnyIn<T>>& attributes, In<T, 1> depths, std::optional<In<T, 1>> softness,
-               std::optional<In<T, 1>> setbacks, double underpaint_reach, double underpaint_opacity,
+               std::optional<In<T, 1>> setbacks, double underpaint_reach,
+               std::optional<In<double, 1>> underpaint_reaches, double underpaint_opacity,
                std::optional<In<std::uint16_t, 1>> streak_noise, std::optional<In<std::uint8_t, 1>> streak_starts,
                std::optional<In<T, 2>> streak_weights, Out<T, 3> rgb, Out<T, 2> alpha,
                const std::vector<AnyOut<T>>& layers) {
     const auto params = raster_params(kernel, levels, rgb.shape(0), rgb.shape(1), min_transmittance, num_threads);
-    const brushgs::BoxView<T> boxes{
-        .count = centers.shape(0),
-        .centers = centers.data(),
-        .half_extents = half_extents.data(),
-        .angles = angles.data(),
-        .colors = colors.data(),
-        .opacities = opacities.data(),
-        .layers = channels_of<const T>(attributes, 1),
-        .depths = depths.data(),
-        .softness = data_or_null(softness),
-        .underpaint = {.setbacks = data_or_null(setbacks), .reach = underpaint_reach, .opacity = underpaint_opacity},
-        .streaks = {.noise = data_or_null(streak_noise),
-                    .starts = data_or_null(streak_starts),
-                    .weights = data_or_null(streak_weights)}};
+    const brushgs::BoxView<T> boxes{.count = centers.shape(0),
+                                    .centers = centers.data(),
+                                    .half_extents = half_extents.data(),
+                                    .angles = angles.data(),
+                                    .colors = colors.data(),
+                                    .opacities = opacities.data(),
+                                    .layers = channels_of<const T>(attributes, 1),
+                                    .depths = depths.data(),
+                                    .softness = data_or_null(softness),
+                                    .underpaint = {.setbacks = data_or_null(setbacks),
+                                                   .reach = underpaint_reach,
+                                                   .reaches = data_or_null(underpaint_reaches),
+                                                   .opacity = underpaint_opacity},
+                                    .streaks = {.noise = data_or_null(streak_noise),
+                                                .starts = data_or_null(streak_starts),
+                                                .weights = data_or_null(streak_weights)}};
     const brushgs::Picture<T> picture{.rgb = rgb.data(), .alpha = alpha.data(), .layers = channels_of<T>(layers, 2)};
     const nb::gil_scoped_release without_gil;
     brushgs::rasterize(params, boxes, picture);
@@ -365,8 +371,9 @@ void def_rasterize(nb::module_& m) {
           "centers"_a.noconvert(), "half_extents"_a.noconvert(), "angles"_a.noconvert(), "colors"_a.noconvert(),
           "opacities"_a.noconvert(), "attributes"_a.noconvert(), "depths"_a.noconvert(),
           "softness"_a.noconvert().none(), "setbacks"_a.noconvert().none(), "underpaint_reach"_a,
-          "underpaint_opacity"_a, "streak_noise"_a.noconvert().none(), "streak_starts"_a.noconvert().none(),
-          "streak_weights"_a.noconvert().none(), "rgb"_a.noconvert(), "alpha"_a.noconvert(), "layers"_a.noconvert(),
+          "underpaint_reaches"_a.noconvert().none(), "underpaint_opacity"_a, "streak_noise"_a.noconvert().none(),
+          "streak_starts"_a.noconvert().none(), "streak_weights"_a.noconvert().none(), "rgb"_a.noconvert(),
+          "alpha"_a.noconvert(), "layers"_a.noconvert(),
           "Paint boxes into rgb, alpha and for each attribute of the boxes, [M] or [M, channels], a layer [H, W] or "
           "[H, W, channels]. With softness the order is soft; with setbacks, of stroke images only, boxes have "
           "underpaint; with noise, which goes with starts and weights, strokes have streaks.");
@@ -380,8 +387,8 @@ template <class T>
 void rasterize_backward(brushgs::Kernel kernel, const Levels& levels, double min_transmittance, int num_threads,
                         In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles, In<T, 2> colors, In<T, 1> opacities,
                         const std::vector<AnyIn<T>>& attributes, In<T, 1> depths, std::optional<In<T, 1>> setbacks,
-                        double underpaint_reach, double underpaint_opacity,
-                        std::optional<In<std::uint16_t, 1>> streak_noise,
+                        double underpaint_reach, std::optional<In<double, 1>> underpaint_reaches,
+                        double underpaint_opacity, std::optional<In<std::uint16_t, 1>> streak_noise,
                         std::optional<In<std::uint8_t, 1>> streak_starts, std::optional<In<T, 2>> streak_weights,
                         std::optional<In<T, 2>> streak_slopes, In<T, 3> rgb, In<T, 2> alpha,
                         const std::vector<AnyIn<T>>& layers, In<T, 3> v_rgb, std::optional<In<T, 2>> v_alpha,
@@ -389,20 +396,22 @@ void rasterize_backward(brushgs::Kernel kernel, const Levels& levels, double min
                         Out<T, 1> v_angles, Out<T, 2> v_colors, Out<T, 1> v_opacities,
                         const std::vector<AnyOut<T>>& v_attributes, const std::vector<Out<double, 2>>& v_texels) {
     const auto params = raster_params(kernel, levels, rgb.shape(0), rgb.shape(1), min_transmittance, num_threads);
-    const brushgs::BoxView<T> boxes{
-        .count = centers.shape(0),
-        .centers = centers.data(),
-        .half_extents = half_extents.data(),
-        .angles = angles.data(),
-        .colors = colors.data(),
-        .opacities = opacities.data(),
-        .layers = channels_of<const T>(attributes, 1),
-        .depths = depths.data(),
-        .underpaint = {.setbacks = data_or_null(setbacks), .reach = underpaint_reach, .opacity = underpaint_opacity},
-        .streaks = {.noise = data_or_null(streak_noise),
-                    .starts = data_or_null(streak_starts),
-                    .weights = data_or_null(streak_weights),
-                    .slopes = data_or_null(streak_slopes)}};
+    const brushgs::BoxView<T> boxes{.count = centers.shape(0),
+                                    .centers = centers.data(),
+                                    .half_extents = half_extents.data(),
+                                    .angles = angles.data(),
+                                    .colors = colors.data(),
+                                    .opacities = opacities.data(),
+                                    .layers = channels_of<const T>(attributes, 1),
+                                    .depths = depths.data(),
+                                    .underpaint = {.setbacks = data_or_null(setbacks),
+                                                   .reach = underpaint_reach,
+                                                   .reaches = data_or_null(underpaint_reaches),
+                                                   .opacity = underpaint_opacity},
+                                    .streaks = {.noise = data_or_null(streak_noise),
+                                                .starts = data_or_null(streak_starts),
+                                                .weights = data_or_null(streak_weights),
+                                                .slopes = data_or_null(streak_slopes)}};
     const brushgs::PictureGradients<T> picture{.rgb = rgb.data(),
                                                .alpha = alpha.data(),
                                                .layers = channels_of<const T>(layers, 2),
@@ -426,8 +435,8 @@ void def_rasterize_backward(nb::module_& m) {
     m.def("rasterize_backward", &rasterize_backward<T>, nb::kw_only(), "kernel"_a, "levels"_a, "min_transmittance"_a,
           "num_threads"_a, "centers"_a.noconvert(), "half_extents"_a.noconvert(), "angles"_a.noconvert(),
           "colors"_a.noconvert(), "opacities"_a.noconvert(), "attributes"_a.noconvert(), "depths"_a.noconvert(),
-          "setbacks"_a.noconvert().none(), "underpaint_reach"_a, "underpaint_opacity"_a,
-          "streak_noise"_a.noconvert().none(), "streak_starts"_a.noconvert().none(),
+          "setbacks"_a.noconvert().none(), "underpaint_reach"_a, "underpaint_reaches"_a.noconvert().none(),
+          "underpaint_opacity"_a, "streak_noise"_a.noconvert().none(), "streak_starts"_a.noconvert().none(),
           "streak_weights"_a.noconvert().none(), "streak_slopes"_a.noconvert().none(), "rgb"_a.noconvert(),
           "alpha"_a.noconvert(), "layers"_a.noconvert(), "v_rgb"_a.noconvert(), "v_alpha"_a.noconvert().none(),
           "v_layers"_a.noconvert(), "v_centers"_a.noconvert(), "v_half_extents"_a.noconvert(), "v_angles"_a.noconvert(),

@@ -17,6 +17,7 @@ namespace {
 struct alignas(64) Block {
     BlockLane mean[3], quat[4], scale[3], opacity, given_direction, area_scale;          // read
     BlockLane v_center[2], v_half_extents[2], v_angle, v_depth, v_visible, v_toward[3];  // read
+    BlockLane num_sigmas;                                                                // read
     BlockLane toward[3];                                                                 // made first
     BlockLane v_mean[3], v_quat[4], v_scale[3], v_opacity;                               // made
 };
@@ -54,6 +55,7 @@ inline void load(const GaussianColumns<T>& gaussians, const ProjectParams& param
     load_rows(gaussians.quats, 4, ids, count, block.quat);
     load_rows(gaussians.scales, 3, ids, count, block.scale);
     load_rows(gaussians.opacities, 1, ids, count, &block.opacity);
+    if (params.sigmas_of_row != nullptr) load_rows(params.sigmas_of_row, 1, ids, count, &block.num_sigmas);
     if (params.lock == Lock::given) {
         for (std::size_t i = 0; i < count; ++i) {
             const auto row = static_cast<std::size_t>(ids[i]);
@@ -187,8 +189,8 @@ void turn_back(const ProjectParams& params, Block& block) {
             area_factor = growth > 1 ? growth : 1;
         }
         const double thinness = ratio / area_factor;
-        const double half_u = p.num_sigmas * __builtin_sqrt(bare.along * area_factor);
-        const double half_v = p.num_sigmas * __builtin_sqrt(bare.across * area_factor);
+        const double half_u = block.num_sigmas[i] * __builtin_sqrt(bare.along * area_factor);
+        const double half_v = block.num_sigmas[i] * __builtin_sqrt(bare.across * area_factor);
         const double fade_low_pass = antialiased ? 0 : p.low_pass;
         const Fade fade = fade_of(camera, f.depth, 4 * half_u * half_v, smallest.along, fade_low_pass);
         Compensation compensation{};
@@ -211,7 +213,7 @@ void turn_back(const ProjectParams& params, Block& block) {
         Variances v_smallest{v_share > 0 || v_share < 0 ? v_share * near_step * small_step * length_slope : 0.0, 0.0};
 
         // Back through the half extents.
-        const double squared_sigmas = p.num_sigmas * p.num_sigmas;
+        const double squared_sigmas = block.num_sigmas[i] * block.num_sigmas[i];
         Variances v_bare{0.5 * v_half_u * squared_sigmas / half_u, 0.5 * v_half_v * squared_sigmas / half_v};
         if constexpr (lock == Lock::given) {
             const double v_area_factor =
@@ -364,6 +366,7 @@ void project_backward_rows(const GaussianColumns<T>& gaussians, const ProjectPar
                            gradients.opacities != nullptr;
     const ViewFrame view = view_frame(params.view);
     Block block{};
+    for (std::size_t i = 0; i < kBlock; ++i) block.num_sigmas[i] = params.num_sigmas;
     for (std::size_t first = begin; first < end; first += kBlock) {
         const std::size_t count = end - first < kBlock ? end - first : kBlock;
         load(gaussians, params, boxes, first, count, block);

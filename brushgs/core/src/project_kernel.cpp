@@ -30,6 +30,7 @@ constexpr std::size_t kNumReasons = 5;
 
 struct alignas(64) Block {
     BlockLane mean[3], quat[4], scale[3], opacity;                                           // read
+    BlockLane num_sigmas;                                                                    // read
     BlockLane given_direction, area_scale;                                                   // read, for Lock::given
     BlockLane center[2], half_extents[2], angle, depth, direction[3], visible, cull_reason;  // made
 };
@@ -72,8 +73,8 @@ void place(const ProjectParams& params, Block& block) {
             variance.along *= area_factor, variance.across *= area_factor;
             thinness = __builtin_sqrt(smallest / (variance.along * variance.across));
         }
-        const double half_u = p.num_sigmas * __builtin_sqrt(variance.along);
-        const double half_v = p.num_sigmas * __builtin_sqrt(variance.across);
+        const double half_u = block.num_sigmas[i] * __builtin_sqrt(variance.along);
+        const double half_v = block.num_sigmas[i] * __builtin_sqrt(variance.across);
 
         // An antialiased stroke that is shorter than a pixel is made fainter by its compensation already.
         const Fade fade = fade_of(camera, f.depth, 4 * half_u * half_v, major, antialiased ? 0 : p.low_pass);
@@ -116,6 +117,8 @@ void place(const ProjectParams& params, Block& block) {
 
 template <class T>
 void place(const ProjectParams& params, std::size_t first, std::size_t count, Block& block) {
+    if (params.sigmas_of_row != nullptr)
+        for (std::size_t i = 0; i < count; ++i) block.num_sigmas[i] = params.sigmas_of_row[first + i];
     switch (params.lock) {
         case Lock::off:
             place<T, Lock::off>(params, block);
@@ -198,6 +201,7 @@ std::size_t run(const GaussianColumns<T>& gaussians, const ProjectParams& params
                 BoxRecord<T>* boxes, ProjectCounts& culled) {
     std::size_t num_boxes = 0, reasons[kNumReasons] = {};
     Block block{};
+    for (std::size_t i = 0; i < kBlock; ++i) block.num_sigmas[i] = params.num_sigmas;
     for (std::size_t first = begin; first < end; first += kBlock) {
         const std::size_t count = end - first < kBlock ? end - first : kBlock;
         load(gaussians, first, count, block);

@@ -155,9 +155,10 @@ void make_record(const RasterParams& params, const BoxView<T>& boxes, std::size_
     make_record(params, boxes, i, axis, half, opacity, fill, records[i], outline);
     const UnderpaintView<T>& under = boxes.underpaint;
     if (under.setbacks == nullptr) return;
+    const double reach = under.reaches == nullptr ? under.reach : under.reaches[i];
     Outline other;
     make_record(
-        params, boxes, i, axis, {under.reach * half.u, under.reach * half.v}, under.opacity * opacity,
+        params, boxes, i, axis, {reach * half.u, reach * half.v}, under.opacity * opacity,
         [](HalfExtents of, double how) { return kernel_filling(Kernel::gaussian, of, how); }, records[boxes.count + i],
         other);
     unite(outline, other);

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from brushgs.arrays import Array
+from brushgs.brushes.brush_set import Brushes
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.bench.verify import check_square
 from brushgs.options.choices import Features, Method
@@ -55,7 +56,7 @@ class Subject:
         return self.prepared.camera
 
     @property
-    def texture(self) -> StrokeTexture:
+    def texture(self) -> Brushes:
         """The stroke."""
         return self.prepared.texture
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.brush_set import Brushes
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Boxes, Frame
@@ -15,7 +15,7 @@ STRIP = 32  # rows of the picture at a time: 8 x 8 samples of a whole picture ta
 
 def supersampled(
     boxes: Boxes,
-    texture: StrokeTexture,
+    texture: Brushes,
     *,
     height: int,
     width: int,

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.brush_set import Brushes
 from brushgs.measure.bench.figures import Verified
 from brushgs.rendering import reference
 from brushgs.rendering.options import RenderOptions
@@ -90,7 +90,7 @@ def check_square(
     frame: Frame,
     gaussians: Gaussians,
     camera: Camera,
-    texture: StrokeTexture,
+    texture: Brushes,
     options: RenderOptions,
     *,
     side: int = SIDE,
@@ -103,7 +103,7 @@ def check_square(
     boxes = expected_boxes(gaussians, camera, options)
     x, y = busiest_square(boxes, camera, side)
     width, height = min(side, camera.width - x), min(side, camera.height - y)
-    reach = 2.0 if options.underpaint is None else 2.0 * max(1.0, options.underpaint.reach)
+    reach = 2.0 if options.underpaint is None else 2.0 * max(1.0, np.max(options.underpaint.reach))
     near = replace(boxes, centers=boxes.centers - (x, y)).take(touching(boxes, x, y, side, reach))
     expected = reference.rasterize(
         near,
@@ -121,7 +121,9 @@ def check_square(
 
 def expected_boxes(gaussians: Gaussians, camera: Camera, options: RenderOptions) -> Boxes:
     """The float64 boxes that `render_with` should paint by these options."""
-    return reference.project(gaussians, camera, **vars(options.projection))
+    return reference.project(
+        gaussians, camera, **vars(options.projection_of(len(gaussians), gaussians.brushes))
+    )
 
 
 def busiest_square(boxes: Boxes, camera: Camera, side: int) -> tuple[int, int]:

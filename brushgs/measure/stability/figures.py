@@ -75,7 +75,7 @@ class Figures:
         lock: how directions are chosen.
         filter: how the stroke image is sampled.
         order: "depth" or "soft".
-        num_sigmas: half extent of a box in standard deviations.
+        num_sigmas: half extent of a box in standard deviations; the mean of several brushes.
         events: flips, spins, size pops and so on.
         off_axis_share: of slender stroke-frames, those off both axes.
         shortfall: of the worst box, as a share of the reach of its ellipse; 0 or less if every box covers

@@ -189,7 +189,7 @@ def _figures(painter: Painter, errors: PairErrors, schedule: FrameSchedule, *, a
         lock=str(lasting.options.lock) if lasting else None,
         filter=lasting.options.filter if lasting else None,
         order=lasting.options.order if lasting else None,
-        num_sigmas=painter.options.num_sigmas if isinstance(painter, StrokePainter) else None,
+        num_sigmas=float(np.mean(painter.options.num_sigmas)) if isinstance(painter, StrokePainter) else None,
         events=_events(lasting) if lasting else None,
         off_axis_share=off_axis_share(*_boxes_and_ellipses(lasting)) if lasting else None,
         shortfall=worst_shortfall(*_boxes_and_ellipses(lasting)) if lasting else None,

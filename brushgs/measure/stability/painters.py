@@ -6,6 +6,7 @@ from functools import partial
 from typing import Protocol
 
 from brushgs.arrays import Array
+from brushgs.brushes.brush_set import Brushes
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.stability.figures import Seconds
 from brushgs.options.choices import Lock, ViewLock
@@ -65,7 +66,7 @@ class StrokePainter:
     what: str
     gaussians: Gaussians
     cameras: Sequence[Camera]
-    texture: StrokeTexture
+    texture: Brushes
     options: RenderOptions
     timer: PaintTimer = field(default_factory=PaintTimer)
     _track: Track | None = None
@@ -127,7 +128,7 @@ class Comparison:
     scene: Gaussians
     strokes: Gaussians
     cameras: Sequence[Camera]
-    texture: StrokeTexture
+    texture: Brushes
     options: RenderOptions
     background: Sequence[float] | Array
 

@@ -37,9 +37,10 @@ enum class Lock {
 
 struct ProjectParams {
     View view;
-    double num_sigmas;  // half extent of a box in standard deviations
-    double low_pass;    // added to the projected covariance, pixels squared
-    int sh_degree;      // terms evaluated: 0 to 3, at most those stored
+    double num_sigmas;            // half extent of a box in standard deviations
+    const double* sigmas_of_row;  // [count] the same of each Gaussian, in place of num_sigmas; or null
+    double low_pass;              // added to the projected covariance, pixels squared
+    int sh_degree;                // terms evaluated: 0 to 3, at most those stored
     int num_threads;
     Lock lock;
     const float* directions;   // [count] radians, for Lock::given

@@ -25,9 +25,10 @@ enum class Kernel { bilinear, nearest, gaussian, ellipse };
 // Each box of a stroke image once more, as a soft kernel (Kernel::gaussian) behind the stroke.
 template <class T>
 struct UnderpaintView {
-    const T* setbacks = nullptr;  // [M] world units behind the stroke; null: no underpaint
-    double reach = 0;             // half extents, in those of the box
-    double opacity = 0;           // in that of the box
+    const T* setbacks = nullptr;      // [M] world units behind the stroke; null: no underpaint
+    double reach = 0;                 // half extents, in those of the box; with `reaches` the largest of them
+    const double* reaches = nullptr;  // [M] the same of each box, in place of `reach`; or null
+    double opacity = 0;               // in that of the box
 };
 
 // Streaks of bristles: what a stroke's colour is multiplied by across the stroke, see brushgs/rendering/streaks.py.
