@@ -16,6 +16,7 @@ Extent = Literal["fitted", "paper"]
 ViewLock = Literal["anchor", "off"]  # of a single view
 Lock = Literal["track", "anchor", "off"]  # of a single view or a path
 Order = Literal["depth", "soft"]
+Blend = Literal["cover", "glaze"]
 Side = Literal["front", "left", "back", "right", "top", "three-quarter"]  # that a view shows
 Target = Literal["subject", "scene", "part"]  # what a view shows whole
 ColorSpace = Literal["lab", "linear", "srgb"]  # in which a palette is matched

@@ -7,8 +7,10 @@ import numpy as np
 
 from brushgs.brushes.brush_set import Brush, BrushSet
 from brushgs.native import core as _core
-from brushgs.options.choices import MAX_PIXELS, MAX_SIDE, Filter
+from brushgs.options.choices import MAX_PIXELS, MAX_SIDE, Blend, Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
+from brushgs.rendering.depth_test import DepthTest, depth_test_arguments
+from brushgs.rendering.glaze import check_glaze, glaze_colors
 from brushgs.rendering.streaks import check_streaks, streak_arguments
 from brushgs.rendering.texture_levels import kernel_of, levels_for
 from brushgs.rendering.underpaint import Underpaint, underpaint_arguments
@@ -28,6 +30,8 @@ def rasterize(
     depth: bool = True,
     underpaint: Underpaint | None = None,
     streaks: float = 0.0,
+    blend: Blend = "cover",
+    in_front_of: DepthTest | None = None,
     min_transmittance: float = MIN_TRANSMITTANCE,
     num_threads: int | None = None,
 ) -> Frame:
@@ -60,6 +64,14 @@ def rasterize(
     tufts of several. Either fades out where boxes are too narrow to show it, see `rendering/streaks.py`. The
     built-in kernels have neither.
 
+    With `blend="glaze"` paint is transparent. The frame's rgb is then a tint, what is left of the light
+    behind: the product over boxes of c^alpha, c each channel of a colour held within 0.02 to 1; it is 1 where
+    nothing is painted. Alpha is 1 - product of (1 - alpha) as before. The order of boxes plays no part, nor
+    softness; no pixel is ever finished, and there is no depth.
+
+    With `in_front_of` boxes fade out behind a limit that each pixel sets, see `DepthTest`; a box and its
+    underpaint alike, by the depth of the box.
+
     Args:
         boxes: M strokes, nearest first.
         texture: what fills a box; or its name or path, see `render`. A `BrushSet` fills each with the brush
@@ -72,6 +84,8 @@ def rasterize(
         depth: whether the frame has a depth.
         underpaint: what lies behind each stroke, or None for nothing; the boxes must have setbacks.
         streaks: largest share by which the colour of a stroke is lighter or darker, 0 to 0.5.
+        blend: "cover": paint hides what lies behind it. "glaze": it tints what lies behind it.
+        in_front_of: how far back boxes are seen, or None for all the way.
         min_transmittance: a pixel is finished before it would let less light through, in [0, 1); strokes
             behind are skipped, and could change the picture by about as much. The default is just below 1e-4,
             so that two strokes of full paint, which leave exactly that, are both seen. 0: all strokes count
@@ -82,9 +96,10 @@ def rasterize(
         The frame, in the dtype of the boxes.
 
     Raises:
-        TypeError: if `underpaint` is neither None nor `Underpaint`.
-        ValueError: if an option is out of range, `underpaint` is given and boxes have no setbacks, or the
-            brush of a box lies beyond the set.
+        TypeError: if `underpaint` or `in_front_of` is neither None nor of its type.
+        ValueError: if an option is out of range; if `underpaint` is given and boxes have no setbacks; if the
+            brush of a box lies beyond the set; if a glaze is to have underpaint or streaks; or if
+            `in_front_of` is of another size.
     """
     if filter not in get_args(Filter):
         raise ValueError(f"rasterize: filter must be one of {', '.join(get_args(Filter))}, got {filter!r}")
@@ -98,12 +113,16 @@ def rasterize(
     if not 0 <= min_transmittance < 1:
         raise ValueError(f"rasterize: min_transmittance must be in [0, 1), got {min_transmittance}")
     check_streaks("rasterize", streaks)
+    check_glaze("rasterize", blend, underpaint, streaks)
+    is_glaze = blend == "glaze"
+    depth_test = depth_test_arguments("rasterize", boxes, in_front_of, height, width)
     brush_set, threads = BrushSet.of(texture), num_threads_or_default(num_threads)
     is_image = brush_set.kind == "image"
-    is_soft = boxes.softness is not None and is_image
+    is_soft = boxes.softness is not None and is_image and not is_glaze
     streaks = streaks if is_image else 0.0
     boxes, exponent = _in_plain_range(boxes) if is_soft else (boxes, 0)
     attributes = {name: a for name, a in boxes.attributes().items() if depth or name != "depth"}
+    attributes = {} if is_glaze else attributes
     is_single = boxes.centers.dtype == np.float32
     new_plane: Any = _core.new_plane_float32 if is_single else _core.new_plane_float64
     rgb, alpha = new_plane([height, width, 3]), new_plane([height, width])
@@ -116,7 +135,7 @@ def rasterize(
         centers=boxes.centers,
         half_extents=boxes.half_extents,
         angles=boxes.angles,
-        colors=boxes.colors,
+        colors=glaze_colors(boxes) if is_glaze else boxes.colors,
         opacities=boxes.opacities,
         attributes=list(attributes.values()),
         depths=boxes.depths,
@@ -126,6 +145,8 @@ def rasterize(
         rgb=rgb,
         alpha=alpha,
         layers=list(layers.values()),
+        blend=_core.Blend.glaze if is_glaze else _core.Blend.cover,
+        **depth_test,
     )
     if exponent and "depth" in layers:
         np.ldexp(layers["depth"], -exponent, out=layers["depth"])

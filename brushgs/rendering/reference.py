@@ -5,7 +5,7 @@ them to that. Nothing else calls these functions.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,10 @@ from brushgs.arrays import F64, Array
 from brushgs.brushes.brush_set import Brushes, BrushSet
 from brushgs.brushes.levels import axis_levels, level_coverage, level_index
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.options.choices import Filter
+from brushgs.options.choices import Blend, Filter
 from brushgs.rendering.constants import GAUSSIAN_SIGMAS, LEAST_LIGHT, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
+from brushgs.rendering.depth_test import DepthTest
+from brushgs.rendering.glaze import pigments
 from brushgs.rendering.project import SOFTNESS, Directions, ProjectOptions
 from brushgs.rendering.streaks import BRISTLES, noise, streak_starts, streak_weights
 from brushgs.rendering.underpaint import Underpaint
@@ -180,6 +182,8 @@ def rasterize(
     filter: Filter = "mip",
     underpaint: Underpaint | None = None,
     streaks: float = 0.0,
+    blend: Blend = "cover",
+    in_front_of: DepthTest | None = None,
     min_transmittance: float = MIN_TRANSMITTANCE,
 ) -> Frame:
     """Paint boxes, nearest first; arguments and result as `brushgs.rasterize`, always in float64.
@@ -188,6 +192,10 @@ def rasterize(
     """
     textures = texture.textures if isinstance(texture, BrushSet) else (texture,)
     layers = _layers(boxes, textures, height, width, filter, underpaint, streaks)
+    if in_front_of is not None:
+        layers = (_in_front_of(layer, boxes, in_front_of) for layer in layers)
+    if blend == "glaze":
+        return _glaze(boxes, layers, height, width)
     if boxes.softness is not None and texture.kind == "image":
         return _rasterize_softly(boxes, boxes.softness, layers, height, width, min_transmittance)
     rgb, sums = np.zeros((height, width, 3)), _no_layers(boxes, height, width)
@@ -205,6 +213,24 @@ def rasterize(
     alpha = 1 - transmittance
     means = {name: _over_alpha(total, alpha) for name, total in sums.items()}
     return Frame(rgb, alpha, **means)
+
+
+def _glaze(boxes: Boxes, layers: Iterable["_Layer"], height: int, width: int) -> Frame:
+    """Boxes that tint what lies behind them."""
+    tint, transmittance = np.ones((height, width, 3)), np.ones((height, width))
+    for layer in layers:
+        alpha = np.where(layer.alpha >= MIN_ALPHA, layer.alpha, 0)
+        tint[layer.window] *= pigments(boxes.colors[layer.row].astype(np.float64)) ** alpha[..., None]
+        transmittance[layer.window] *= 1 - alpha
+    return Frame(tint, 1 - transmittance)
+
+
+def _in_front_of(layer: "_Layer", boxes: Boxes, test: DepthTest) -> "_Layer":
+    """What is left of a stroke, or of its underpaint, behind the limit of each pixel."""
+    tolerance = max(float(test.tolerance[layer.row]), 4 * float(np.finfo(boxes.depths.dtype).tiny))
+    end = float(boxes.depths[layer.row]) - tolerance
+    x = np.clip((test.limit[layer.window].astype(np.float64) - end) / (tolerance / 2), 0, 1)
+    return replace(layer, alpha=layer.alpha * x * x * (3 - 2 * x))
 
 
 def _rasterize_softly(

@@ -6,6 +6,7 @@ import numpy as np
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Filter
+from brushgs.rendering.depth_test import DepthTest
 from brushgs.scene import Boxes
 
 # Stroke and filter of every path through the kernel.
@@ -69,6 +70,14 @@ def softened(boxes: Boxes, largest: float, *, seed: int = 0) -> Boxes:
     """The boxes with softness of 0.2 to 1 times `largest`, world units."""
     share = np.random.default_rng([seed, len(boxes)]).uniform(0.2, 1, len(boxes))
     return replace(boxes, softness=(largest * share).astype(boxes.depths.dtype))
+
+
+def depth_test_of(boxes: Boxes, width: int, height: int, *, seed: int = 0) -> DepthTest:
+    """A limit that differs from pixel to pixel, with a part that has none, and tolerances of 0.2 to 2."""
+    g = np.random.default_rng([seed, len(boxes)])
+    limit = g.uniform(1.0, 7.0, (height, width))
+    limit[: height // 4, width // 2 :] = np.inf
+    return DepthTest(limit, g.uniform(0.2, 2.0, len(boxes)))
 
 
 def set_back(boxes: Boxes, largest: float, *, seed: int = 0) -> Boxes:

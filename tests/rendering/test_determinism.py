@@ -14,7 +14,7 @@ from brushgs import _core
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Frame
-from tests.rendering.strokes import PATHS, random_boxes, set_back, softened, texture_of
+from tests.rendering.strokes import PATHS, depth_test_of, random_boxes, set_back, softened, texture_of
 
 SIZE = {"width": 201, "height": 97}
 IMAGES = [path for path, (kind, _) in PATHS.items() if kind == "image"]
@@ -22,8 +22,10 @@ LOOKS = {
     "underpainted": {"underpaint": Underpaint(1.8)},
     "streaked": {"streaks": 0.3},
     "layered": {"underpaint": Underpaint(1.8), "streaks": 0.3},
+    "glazed": {"blend": "glaze"},
 }
 HOW = ["soft", *LOOKS, *(f"soft {look}" for look in LOOKS)]
+HOW += ["cut", "cut soft", "cut layered", "cut soft layered", "cut glazed"]
 ALL_PATHS = [*PATHS, *(f"{how} {path}" for how in HOW for path in IMAGES)]
 
 
@@ -34,7 +36,8 @@ def frame_of(path: str, dtype, *, n: int = 5000, **options) -> Frame:
     if "soft" in how:
         boxes = softened(boxes, 0.2)
     look = LOOKS.get(how[-1], {}) if how else {}
-    return rasterize(boxes, texture_of(kind), filter=filter, **SIZE, **look, **options)
+    test = depth_test_of(boxes, **SIZE) if "cut" in how else None
+    return rasterize(boxes, texture_of(kind), filter=filter, **SIZE, in_front_of=test, **look, **options)
 
 
 def assert_identical(actual: Frame, expected: Frame) -> None:
@@ -98,7 +101,9 @@ planes = {}
 for path in ALL_PATHS:
     for dtype in (np.float32, np.float64):
         frame = frame_of(path, dtype)
-        planes[f"{path} {dtype.__name__}"] = np.dstack([frame.rgb, frame.alpha, frame.depth])
+        planes[f"{path} {dtype.__name__}"] = np.dstack(
+            [frame.rgb, frame.alpha, np.zeros_like(frame.alpha) if frame.depth is None else frame.depth]
+        )
 np.savez(sys.argv[1], isa=_core.isa(), **planes)
 """
 

@@ -331,8 +331,10 @@ void rasterize(brushgs::Kernel kernel, const Levels& levels, double min_transmit
                std::optional<In<double, 1>> underpaint_reaches, double underpaint_opacity,
                std::optional<In<std::uint16_t, 1>> streak_noise, std::optional<In<std::uint8_t, 1>> streak_starts,
                std::optional<In<T, 2>> streak_weights, Out<T, 3> rgb, Out<T, 2> alpha,
-               const std::vector<AnyOut<T>>& layers) {
-    const auto params = raster_params(kernel, levels, rgb.shape(0), rgb.shape(1), min_transmittance, num_threads);
+               const std::vector<AnyOut<T>>& layers, brushgs::Blend blend, std::optional<In<T, 2>> limits,
+               std::optional<In<T, 2>> fades) {
+    auto params = raster_params(kernel, levels, rgb.shape(0), rgb.shape(1), min_transmittance, num_threads);
+    params.blend = blend;
     const brushgs::BoxView<T> boxes{.count = centers.shape(0),
                                     .centers = centers.data(),
                                     .half_extents = half_extents.data(),
@@ -348,7 +350,9 @@ void rasterize(brushgs::Kernel kernel, const Levels& levels, double min_transmit
                                                    .opacity = underpaint_opacity},
                                     .streaks = {.noise = data_or_null(streak_noise),
                                                 .starts = data_or_null(streak_starts),
-                                                .weights = data_or_null(streak_weights)}};
+                                                .weights = data_or_null(streak_weights)},
+                                    .limits = data_or_null(limits),
+                                    .fades = data_or_null(fades)};
     const brushgs::Picture<T> picture{.rgb = rgb.data(), .alpha = alpha.data(), .layers = channels_of<T>(layers, 2)};
     const nb::gil_scoped_release without_gil;
     brushgs::rasterize(params, boxes, picture);
@@ -374,9 +378,12 @@ void def_rasterize(nb::module_& m) {
           "underpaint_reaches"_a.noconvert().none(), "underpaint_opacity"_a, "streak_noise"_a.noconvert().none(),
           "streak_starts"_a.noconvert().none(), "streak_weights"_a.noconvert().none(), "rgb"_a.noconvert(),
           "alpha"_a.noconvert(), "layers"_a.noconvert(),
+          "blend"_a, "limits"_a.noconvert().none(), "fades"_a.noconvert().none(),
           "Paint boxes into rgb, alpha and for each attribute of the boxes, [M] or [M, channels], a layer [H, W] or "
           "[H, W, channels]. With softness the order is soft; with setbacks, of stroke images only, boxes have "
-          "underpaint; with noise, which goes with starts and weights, strokes have streaks.");
+          "underpaint; with noise, which goes with starts and weights, strokes have streaks. "
+          "Glazes have none of these: their colors are logarithms, and rgb is their tint. With limits, which goes with "
+          "fades, boxes fade out behind them; see raster.hpp.");
     m.def("choose_levels", &choose_levels<T>, nb::kw_only(), "half_extents"_a.noconvert(), "bounds_u"_a.noconvert(),
           "bounds_v"_a.noconvert(),
           "For boxes of half extents [M, 2] the level codes in use, level_u * (len(bounds_v) + 1) + level_v, and "
@@ -529,6 +536,9 @@ NB_MODULE(_core, m) {
         .value("nearest", brushgs::Kernel::nearest)
         .value("gaussian", brushgs::Kernel::gaussian)
         .value("ellipse", brushgs::Kernel::ellipse);
+    nb::enum_<brushgs::Blend>(m, "Blend", "What paint does to what lies behind it.")
+        .value("cover", brushgs::Blend::cover)
+        .value("glaze", brushgs::Blend::glaze);
     nb::enum_<brushgs::Lock>(m, "Lock", "Which way the u axis of a box points.")
         .value("off", brushgs::Lock::off)
         .value("anchor", brushgs::Lock::anchor)

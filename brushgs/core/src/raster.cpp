@@ -30,6 +30,7 @@ struct Kernels {
     decltype(&baseline::make_records<T>) make_records = &baseline::make_records<T>;
     decltype(&baseline::paint_tile<T>) paint_tile = &baseline::paint_tile<T>;
     decltype(&baseline::paint_tile_softly<T>) paint_tile_softly = &baseline::paint_tile_softly<T>;
+    decltype(&baseline::glaze_tile<T>) glaze_tile = &baseline::glaze_tile<T>;
 
     Kernels() {
 #ifdef BRUSHGS_X86
@@ -37,10 +38,12 @@ struct Kernels {
             make_records = &avx512::make_records<T>;
             paint_tile = &avx512::paint_tile<T>;
             paint_tile_softly = &avx512::paint_tile_softly<T>;
+            glaze_tile = &avx512::glaze_tile<T>;
         } else if (best_isa() == Isa::avx2) {
             make_records = &avx2::make_records<T>;
             paint_tile = &avx2::paint_tile<T>;
             paint_tile_softly = &avx2::paint_tile_softly<T>;
+            glaze_tile = &avx2::glaze_tile<T>;
         }
 #endif
     }
@@ -94,6 +97,10 @@ void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Pict
     const double work = kTileCost * static_cast<double>(num_tiles) + kVisitCost * visits;
     parallel_for(num_tiles, useful_threads(work, params.num_threads), [&](std::size_t item) {
         const TileTask<T> task = task_of(params, boxes, records, tiles, first_tile + item);
+        if (params.blend == Blend::glaze) {
+            kernels.glaze_tile(task, picture);
+            return;
+        }
         if (boxes.softness == nullptr) {
             kernels.paint_tile(task, picture);
             return;

@@ -5,6 +5,8 @@
 #include <limits>
 #include <type_traits>
 
+#include "brushgs/depth_test.hpp"
+#include "brushgs/glaze.hpp"
 #include "brushgs/sampling.hpp"
 #include "brushgs/soft_order.hpp"
 #include "brushgs/streaks.hpp"
@@ -210,6 +212,7 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
     using L = Lanes<T>;
     using Real = typename L::Real;
     constexpr int W = L::width, num_planes = TileState<T, channels>::num_planes;
+    if (is_behind(task, id)) return;
     // Two passes over the blocks: what a gather makes wait is then only the first, and that has few instructions.
     alignas(64) T alphas[kNumBlocks][kBlockPixels];
     alignas(64) Shades<T> shades;
@@ -219,6 +222,7 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
                                           streak_shader(task, record, id, shades));
     else
         blocks = sample_record<T, kernel>(task.params, record, task.x0, task.y0, tile, alphas);
+    if (task.limits != nullptr) fade_behind(task, id, blocks, alphas);
     Real values[num_planes];
     for (int c = 0; c < 3; ++c) values[c] = L::set(record.color[c]);
     for (int c = 0; c < channels; ++c) values[3 + c] = L::set(attributes.of(id, c));
@@ -296,6 +300,8 @@ template <class T, Kernel kernel, bool has_shades, int channels, class Shader = 
                                                  SoftSamples<T, has_shades>& samples, const Shader& shader = {}) {
     samples.blocks = sample_record<T, kernel, true>(task.params, record, task.x0, task.y0, tile, samples.alphas,
                                                     samples.pixels, nullptr, shader);
+    if (task.limits != nullptr)
+        samples.blocks = sift_behind(task, samples.record.id, samples.blocks, samples.alphas, samples.pixels);
     if constexpr (has_shades && std::is_same_v<Shader, NoShader>)
         for (std::uint32_t blocks = samples.blocks; blocks != 0; blocks &= blocks - 1)
             for (T& shade : samples.shades[__builtin_ctz(blocks)]) shade = 1;
@@ -438,11 +444,33 @@ void paint_tile_softly(const TileTask<T>& task, SoftQueues<T>& queues, const Pic
     });
 }
 
+template <class T>
+void glaze_tile(const TileTask<T>& task, const Picture<T>& picture) {
+    TileState<T, 0> tile(task);
+    switch (task.params.kernel) {
+        case Kernel::bilinear:
+            glaze_all<T, Kernel::bilinear>(task, tile);
+            break;
+        case Kernel::nearest:
+            glaze_all<T, Kernel::nearest>(task, tile);
+            break;
+        case Kernel::gaussian:
+            glaze_all<T, Kernel::gaussian>(task, tile);
+            break;
+        case Kernel::ellipse:
+            glaze_all<T, Kernel::ellipse>(task, tile);
+            break;
+    }
+    finish_tints(tile);
+    write_tile(task, tile, picture);
+}
+
 #define BRUSHGS_INSTANTIATE(T)                                                                                  \
     template void make_records<T>(const RasterParams&, const BoxView<T>&, std::size_t, std::size_t, Record<T>*, \
                                   Outline*);                                                                    \
     template void paint_tile<T>(const TileTask<T>&, const Picture<T>&);                                         \
-    template void paint_tile_softly<T>(const TileTask<T>&, SoftQueues<T>&, const Picture<T>&);
+    template void paint_tile_softly<T>(const TileTask<T>&, SoftQueues<T>&, const Picture<T>&);                  \
+    template void glaze_tile<T>(const TileTask<T>&, const Picture<T>&);
 BRUSHGS_INSTANTIATE(float)
 BRUSHGS_INSTANTIATE(double)
 #undef BRUSHGS_INSTANTIATE

@@ -21,6 +21,7 @@ constexpr int kTileWidth = 32;   // pixels; measured best, together with the hei
 constexpr int kTileHeight = 16;  // pixels
 
 enum class Kernel { bilinear, nearest, gaussian, ellipse };
+enum class Blend { cover, glaze };
 
 // Each box of a stroke image once more, as a soft kernel (Kernel::gaussian) behind the stroke.
 template <class T>
@@ -51,13 +52,16 @@ struct BoxView {
     const T* centers;             // [M, 2] pixels
     const T* half_extents;        // [M, 2] pixels
     const T* angles;              // [M] radians
-    const T* colors;              // [M, 3]
+    const T* colors;              // [M, 3]; of glazes log2 of the share of the light that they let through, <= 0
     const T* opacities;           // [M]
     Channels<const T> layers;     // [M] each: what the layers of the picture are means of
     const T* depths = nullptr;    // [M] world units, for the soft order and for underpaint
     const T* softness = nullptr;  // [M] world units; null: each box hides all that lies behind it
     UnderpaintView<T> underpaint = {};
     StreakView<T> streaks = {};
+    const T* limits = nullptr;  // [H, W] world units: how far back boxes are seen; null: all the way
+    const T* fades = nullptr;   // [M, 2] with limits: the depth at which a box is gone, were it the limit; and 1 over
+                                // the part of the limits over which it fades
 };
 
 // One pre-filtered version of the stroke image. Entry (row i, column j) of `pairs` packs the 8-bit texels (i, j)
@@ -78,6 +82,7 @@ struct RasterParams {
     int height;                                   // pixels
     int num_threads;                              // >= 1, at most; negative: exactly so many, whether they pay or not
     double min_transmittance;                     // 0 to 1: a pixel is finished before it lets less light through
+    Blend blend = Blend::cover;                   // glaze: without layers, underpaint and streaks
     int first_row = 0;                            // pixels: the rows first_row to end_row are painted alone, as a
     int end_row = 1 << 15;                        // strip of the picture; `rasterize` sets both
     std::span<const Level> levels;                // images only: at least one
@@ -86,7 +91,7 @@ struct RasterParams {
 
 template <class T>
 struct Picture {
-    T* rgb;              // [H, W, 3] premultiplied
+    T* rgb;              // [H, W, 3] premultiplied; of glazes the tint: the product over boxes of colour^alpha
     T* alpha;            // [H, W]
     Channels<T> layers;  // [H, W] each
 };
@@ -127,6 +132,13 @@ struct WaitingUnderpaint {
     std::uint32_t place;  // of the stroke, in the list of the tile
 };
 
+// The limits of one tile, in blocks of 4 x 4 pixels as the tile is painted; infinite beyond the picture.
+template <class T>
+struct TileLimits {
+    alignas(64) T limits[kTileWidth * kTileHeight / 16][16];
+    T nearest, farthest;  // of those in the picture
+};
+
 // One tile, to be painted or differentiated.
 template <class T>
 struct TileTask {
@@ -138,6 +150,7 @@ struct TileTask {
     std::size_t num_ids;
     int x0, y0;                  // pixels: the first of the tile
     WaitingUnderpaint* waiting;  // memory for num_ids of them, where there is underpaint
+    const TileLimits<T>* limits = nullptr;
 };
 
 // The pre-filtered level that each box needs: along each axis the number of `bounds` (half extents in pixels,
@@ -169,6 +182,8 @@ struct SoftQueues;
     void paint_tile(const TileTask<T>&, const Picture<T>&);                                                           \
     template <class T>                                                                                                \
     void paint_tile_softly(const TileTask<T>&, SoftQueues<T>&, const Picture<T>&);                                    \
+    template <class T>                                                                                                \
+    void glaze_tile(const TileTask<T>&, const Picture<T>&);                                                           \
     }
 BRUSHGS_DECLARE_RASTER_KERNELS(baseline)
 BRUSHGS_DECLARE_RASTER_KERNELS(avx2)

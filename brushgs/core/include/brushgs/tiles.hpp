@@ -232,7 +232,26 @@ TileLists make_tiles(const RasterParams& params, MakeRecords<T> make_records, co
     return tiles;
 }
 
-// What there is to do for one tile. Its memory for waiting underpaint is the thread's own.
+// The limits of the tile whose first pixel is (x0, y0).
+template <class T>
+void find_limits(const RasterParams& params, const T* limits, int x0, int y0, TileLimits<T>& tile) {
+    tile.nearest = std::numeric_limits<T>::infinity();
+    tile.farthest = -tile.nearest;
+    std::fill_n(tile.limits[0], kTileWidth * kTileHeight, tile.nearest);
+    const int num_columns = std::min(params.width - x0, kTileWidth),
+              num_rows = std::min(params.height - y0, kTileHeight);
+    for (int y = 0; y < num_rows; ++y) {
+        const std::size_t first = static_cast<std::size_t>(y0 + y) * static_cast<std::size_t>(params.width);
+        for (int x = 0; x < num_columns; ++x) {
+            const T limit = limits[first + static_cast<std::size_t>(x0 + x)];
+            tile.limits[y / 4 * (kTileWidth / 4) + x / 4][y % 4 * 4 + x % 4] = limit;
+            tile.nearest = std::min(tile.nearest, limit);
+            tile.farthest = std::max(tile.farthest, limit);
+        }
+    }
+}
+
+// What there is to do for one tile. Its memory for waiting underpaint and for limits is the thread's own.
 template <class T>
 TileTask<T> task_of(const RasterParams& params, const BoxView<T>& boxes, const Record<T>* records,
                     const TileLists& tiles, std::size_t tile) {
@@ -240,6 +259,8 @@ TileTask<T> task_of(const RasterParams& params, const BoxView<T>& boxes, const R
     const bool has_underpaint = boxes.underpaint.setbacks != nullptr;
     thread_local Scratch<WaitingUnderpaint> waiting;
     const int column = static_cast<int>(tile) % tiles.columns, row = static_cast<int>(tile) / tiles.columns;
+    thread_local TileLimits<T> limits;
+    if (boxes.limits != nullptr) find_limits(params, boxes.limits, column * kTileWidth, row * kTileHeight, limits);
     return {.params = params,
             .boxes = boxes,
             .records = records,
@@ -248,7 +269,8 @@ TileTask<T> task_of(const RasterParams& params, const BoxView<T>& boxes, const R
             .num_ids = tiles.starts[tile + 1] - first,
             .x0 = column * kTileWidth,
             .y0 = row * kTileHeight,
-            .waiting = has_underpaint ? waiting.take(tiles.starts[tile + 1] - first).data() : nullptr};
+            .waiting = has_underpaint ? waiting.take(tiles.starts[tile + 1] - first).data() : nullptr,
+            .limits = boxes.limits == nullptr ? nullptr : &limits};
 }
 
 }  // namespace brushgs
