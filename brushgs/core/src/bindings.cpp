@@ -16,6 +16,7 @@
 #include "brushgs/finish.hpp"
 #include "brushgs/frame_pool.hpp"
 #include "brushgs/nearest.hpp"
+#include "brushgs/press.hpp"
 #include "brushgs/project.hpp"
 #include "brushgs/project_backward.hpp"
 #include "brushgs/raster.hpp"
@@ -465,6 +466,27 @@ void def_finish(nb::module_& m) {
           "bytes"_a.noconvert(), "Write a picture on a background, [3] or [H, W, 3], to bytes [H, W, 3].");
 }
 
+template <class T>
+void press(In<T, 3> rgb, In<T, 2> alpha, In<T, 2> grain, double dry, double softness, Out<T, 3> pressed_rgb,
+           Out<T, 2> pressed_alpha) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::press<T>({.rgb = rgb.data(),
+                       .alpha = alpha.data(),
+                       .grain = grain.data(),
+                       .dry = static_cast<T>(dry),
+                       .softness = static_cast<T>(softness),
+                       .num_pixels = alpha.size(),
+                       .pressed_rgb = pressed_rgb.data(),
+                       .pressed_alpha = pressed_alpha.data()});
+}
+
+template <class T>
+void def_press(nb::module_& m) {
+    m.def("press", &press<T>, nb::kw_only(), "rgb"_a.noconvert(), "alpha"_a.noconvert(), "grain"_a.noconvert(), "dry"_a,
+          "softness"_a, "pressed_rgb"_a.noconvert(), "pressed_alpha"_a.noconvert(),
+          "Write the part of a picture that the grain of a paper takes, see brushgs/rendering/tooth.py.");
+}
+
 // Arrays
 
 nb::tuple nearest(In<float, 2> points, In<double, 2> centers, int num_threads) {
@@ -557,6 +579,8 @@ NB_MODULE(_core, m) {
     def_rasterize_backward<double>(m);
     def_finish<float>(m);
     def_finish<double>(m);
+    def_press<float>(m);
+    def_press<double>(m);
     m.def("new_plane_float32", &new_plane<float>, "shape"_a, "An uninitialised array for a frame.");
     m.def("new_plane_float64", &new_plane<double>, "shape"_a, "An uninitialised array for a frame.");
     m.def("nearest", &nearest, "points"_a.noconvert(), "centers"_a.noconvert(), "num_threads"_a,

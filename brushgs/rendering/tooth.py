@@ -1,0 +1,52 @@
+"""Marks pressed through the tooth of a paper: a dry medium takes hold on the peaks of the grain only.
+
+A step on the finished frame, since it is the paper that takes or leaves the paint, however many strokes left
+it there.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from brushgs.arrays import Array, check
+from brushgs.native import core as _core
+from brushgs.scene import Frame
+
+SOFTNESS = 0.28  # in alpha: the step between bare paper and all of the paint
+
+
+def press(frame: Frame, grain: Array, dry: float) -> Frame:
+    """Leave of a frame what the grain of a paper takes.
+
+    The share s(e) = e^2 (3 - 2 e) of the paint stays in a pixel, e = (alpha - dry (1 - grain)) / 0.28 clipped
+    to 0 to 1: firm marks are whole, faint ones are left on the peaks alone. Alpha and colour get fainter
+    alike.
+
+    Args:
+        frame: H x W pixels.
+        grain: [H, W] the surface of the paper, 0 (a valley) to 1 (a peak).
+        dry: how deep the valleys are for this medium, in alpha, 0 to 1. 0.42 is charcoal; with 0 only paint
+            of an alpha below 0.28 gets fainter.
+
+    Returns:
+        The frame, in its dtype, with other colours and alpha; a depth is a mean and stays.
+
+    Raises:
+        TypeError: if `grain` is no array.
+        ValueError: if it is of another size than the frame, or `dry` is out of range.
+    """
+    if not 0 <= dry <= 1:
+        raise ValueError(f"press: dry must be in 0 to 1, got {dry}")
+    check("press", alpha=(frame.alpha, "H W"), grain=(grain, "H W"))
+    rgb, alpha = np.ascontiguousarray(frame.rgb), np.ascontiguousarray(frame.alpha)
+    pressed_rgb, pressed_alpha = np.empty_like(rgb), np.empty_like(alpha)
+    _core.press(
+        rgb=rgb,
+        alpha=alpha,
+        grain=np.ascontiguousarray(grain, dtype=alpha.dtype),
+        dry=dry,
+        softness=SOFTNESS,
+        pressed_rgb=pressed_rgb,
+        pressed_alpha=pressed_alpha,
+    )
+    return replace(frame, rgb=pressed_rgb, alpha=pressed_alpha)

@@ -1,0 +1,86 @@
+"""Marks pressed through the tooth of a paper."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.tooth import SOFTNESS, press
+from brushgs.scene import Frame
+from tests.rendering.strokes import random_boxes
+
+
+def frame_of(height: int = 37, width: int = 23, dtype=np.float64) -> Frame:
+    g = np.random.default_rng(1)
+    alpha = g.uniform(0, 1, (height, width))
+    alpha[:3] = 0
+    alpha[3:6] = 1
+    rgb = alpha[..., None] * g.uniform(0, 1, (height, width, 3))
+    return Frame(rgb.astype(dtype), alpha.astype(dtype), np.full((height, width), 2, dtype))
+
+
+def expected(frame: Frame, grain, dry: float):
+    e = np.clip((frame.alpha - dry * (1 - grain)) / SOFTNESS, 0, 1)
+    share = e * e * (3 - 2 * e)
+    return frame.rgb * share[..., None], frame.alpha * share
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("dry", [0, 0.2, 0.42, 1])
+@pytest.mark.parametrize("size", [(37, 23), (1, 1), (16, 16), (40, 40)])
+def test_pressed_marks_are_those_of_the_formula(size, dry, dtype):
+    frame = frame_of(*size, dtype=dtype)
+    grain = np.random.default_rng(2).uniform(0, 1, size)
+    pressed = press(frame, grain, dry)
+    rtol, atol = (1e-9, 1e-12) if dtype == np.float64 else (1e-4, 1e-6)
+    rgb, alpha = expected(frame, grain, dry)
+    np.testing.assert_allclose(pressed.rgb, rgb, rtol, atol)
+    np.testing.assert_allclose(pressed.alpha, alpha, rtol, atol)
+    assert pressed.rgb.dtype == pressed.alpha.dtype == dtype
+    np.testing.assert_array_equal(pressed.depth, frame.depth)
+
+
+def test_firm_marks_are_whole_and_faint_ones_stay_on_the_peaks():
+    alpha = np.array([[0.9, 0.9, 0.4, 0.4]])
+    frame = Frame(alpha[..., None] * np.ones(3), alpha)
+    pressed = press(frame, np.array([[0.0, 1.0, 0.0, 1.0]]), 0.42)
+    np.testing.assert_allclose(pressed.alpha, [[0.9, 0.9, 0, 0.4]])
+    assert (pressed.rgb[0, 2] == 0).all()
+
+
+def test_more_grain_and_less_dryness_never_take_paint_away():
+    frame, grain = frame_of(), np.random.default_rng(2).uniform(0, 1, (37, 23))
+    base = press(frame, grain, 0.4).alpha
+    assert (press(frame, np.minimum(grain + 0.1, 1), 0.4).alpha >= base).all()
+    assert (press(frame, grain, 0.3).alpha >= base).all()
+    assert (base <= frame.alpha).all()
+
+
+def test_the_frame_that_is_pressed_stays_as_it_is():
+    frame = frame_of()
+    rgb, alpha = frame.rgb.copy(), frame.alpha.copy()
+    press(frame, np.zeros((37, 23)), 0.5)
+    np.testing.assert_array_equal(frame.rgb, rgb)
+    np.testing.assert_array_equal(frame.alpha, alpha)
+
+
+def test_a_painted_frame_and_a_grain_of_another_dtype_and_layout_are_taken():
+    frame = rasterize(random_boxes(50, 30, 20, dtype=np.float32), "flat", width=30, height=20)
+    grain = np.random.default_rng(2).uniform(0, 1, (30, 20)).T
+    once = press(frame, grain, 0.4)
+    again = press(frame, np.ascontiguousarray(grain, np.float32), 0.4)
+    np.testing.assert_array_equal(once.rgb, again.rgb)
+    turned = replace(frame, rgb=np.asfortranarray(frame.rgb), alpha=np.asfortranarray(frame.alpha))
+    np.testing.assert_array_equal(press(turned, grain, 0.4).rgb, once.rgb)
+
+
+def test_what_does_not_fit_is_refused():
+    frame = frame_of()
+    with pytest.raises(ValueError, match=r"press: grain must have shape \[H=37, W=23\], got \[23, 37\]"):
+        press(frame, np.zeros((23, 37)), 0.4)
+    with pytest.raises(TypeError, match="grain must be a NumPy array"):
+        press(frame, 0.5, 0.4)
+    for dry in (-0.1, 1.1, np.nan):
+        with pytest.raises(ValueError, match="dry must be in 0 to 1"):
+            press(frame, np.zeros((37, 23)), dry)
