@@ -1,0 +1,92 @@
+"""Boxes thin out toward the border of the picture."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.rendering.border import WIDTH, thin_to_border, uniform_of
+from brushgs.scene import Camera
+from tests.rendering.strokes import boxes_of
+
+CAMERA = Camera.look_at((0, 0, -5), (0, 0, 0), width=400, height=300)
+
+
+def boxes_at(x: float, y: float, n: int = 4000, dtype=np.float64):
+    return boxes_of(np.full((n, 2), (x, y)), 5.0, depths=np.ones(n), opacities=0.8, dtype=dtype)
+
+
+def share_at(x: float, y: float, **options) -> float:
+    boxes = boxes_at(x, y)
+    return float((thin_to_border(boxes, CAMERA, **options).opacities / boxes.opacities).mean())
+
+
+def test_inside_nothing_changes_and_far_outside_nothing_is_left():
+    border = WIDTH * 300
+    for place in ((200, 150), (border, 150), (400 - border, 150), (200, border), (200, 300 - border)):
+        boxes = boxes_at(*place)
+        np.testing.assert_array_equal(thin_to_border(boxes, CAMERA).opacities, boxes.opacities)
+    for place in ((-0.36 * border, 150), (200, 300 + 0.36 * border), (-1e6, 150)):
+        assert not thin_to_border(boxes_at(*place), CAMERA).opacities.any()
+
+
+def test_fewer_boxes_are_left_the_nearer_the_border_is():
+    shares = [share_at(x, 150) for x in np.linspace(-20, 60, 30)]
+    assert (np.diff(shares) >= 0).all()
+    assert share_at(0, 150) == pytest.approx(0.2045, abs=0.02)
+    assert share_at(3, 150) == pytest.approx(share_at(397, 150)) == pytest.approx(share_at(200, 297))
+
+
+def test_an_upright_picture_has_a_border_as_wide_as_a_lying_one():
+    upright = Camera.look_at((0, 0, -5), (0, 0, 0), width=300, height=400)
+    turned = thin_to_border(boxes_at(150, 12), upright).opacities
+    np.testing.assert_array_equal(turned, thin_to_border(boxes_at(12, 150), CAMERA).opacities)
+
+
+def test_while_a_box_moves_it_fades_without_a_jump():
+    path = np.linspace(-20, 60, 801)  # pixels, 0.1 apart
+    faded = np.array([thin_to_border(boxes_at(x, 150, 50), CAMERA).opacities for x in path])
+    assert np.abs(np.diff(faded, axis=0)).max() <= 0.8 * 0.1 / (0.25 * WIDTH * 300) + 1e-12
+    assert (np.ptp(faded, axis=0) > 0.79).all()
+
+
+def test_which_boxes_are_left_belongs_to_their_rows():
+    boxes = boxes_at(10, 150, 300)
+    thinned = thin_to_border(boxes, CAMERA)
+    some = boxes.take(np.s_[100:200])
+    np.testing.assert_array_equal(thin_to_border(some, CAMERA).opacities, thinned.opacities[100:200])
+    assert (thin_to_border(boxes, CAMERA, seed=1).opacities != thinned.opacities).any()
+    large = replace(CAMERA, K=CAMERA.K * [[2, 1, 2], [1, 2, 2], [1, 1, 1]], width=800, height=600)
+    np.testing.assert_allclose(
+        thin_to_border(replace(boxes, centers=2 * boxes.centers), large).opacities, thinned.opacities
+    )
+
+
+def test_numbers_of_rows_are_even_and_do_not_follow_the_rows():
+    numbers = uniform_of(np.arange(20000, dtype=np.int32), 3)
+    assert (numbers >= 0).all()
+    assert (numbers < 1).all()
+    assert np.histogram(numbers, 20)[0] == pytest.approx(np.full(20, 1000), abs=150)
+    for step in (1, 2, 55, 89, 144):  # neighbours on a Fibonacci lattice are so many rows apart
+        assert abs(np.corrcoef(numbers[:-step], numbers[step:])[0, 1]) < 0.03
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_only_opacities_change_and_the_dtype_stays(dtype):
+    boxes = boxes_at(10, 150, 30, dtype)
+    thinned = thin_to_border(boxes, CAMERA)
+    assert thinned.opacities.dtype == dtype
+    for name in ("centers", "half_extents", "angles", "depths", "colors", "ids"):
+        assert getattr(thinned, name) is not None
+        np.testing.assert_array_equal(getattr(thinned, name), getattr(boxes, name))
+    assert len(thin_to_border(boxes.take(slice(0)), CAMERA)) == 0
+
+
+def test_options_out_of_range_are_refused():
+    boxes = boxes_at(10, 150, 3)
+    for width in (0, -1, np.inf, np.nan):
+        with pytest.raises(ValueError, match="width must be positive and finite"):
+            thin_to_border(boxes, CAMERA, width=width)
+    for seed in (-1, 2**32):
+        with pytest.raises(ValueError, match="seed must be in 0 to"):
+            thin_to_border(boxes, CAMERA, seed=seed)
