@@ -4,7 +4,8 @@ A stroke is laid in three steps. `sheet` runs a brush of some hundred bristles, 
 wobble and end, along a straight line and returns the thickness of the paint on a strip (s along the stroke,
 t across it). `lay` bends that strip along a path onto the picture. `finish` lets the paint settle on the
 grain of the canvas: what is thick enough covers, what is thin breaks up. All lengths are in units of the
-picture's width and everything is drawn SUPERSAMPLE times larger and averaged down.
+picture's width; heights of pictures are for a width of WIDTH. Everything is drawn on SUPERSAMPLE x WIDTH
+samples and averaged down, to WIDTH pixels or to twice as many.
 """
 
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 SUPERSAMPLE = 4
-WIDTH = 256  # pixels, also the longest side that is used of a stroke image
+WIDTH = 256  # pixels, also the longest side that is used of a stroke image in pictures up to 2000 pixels
 STRIP = (480, 1536)  # samples of a strip across and along
 
 
@@ -119,17 +120,19 @@ def lay(strip, s, t):
     return map_coordinates(strip, [rows, s * (strip.shape[1] - 1)], order=1, mode="constant")
 
 
-def straight(height, half_width=None, bow=0.0, margin=0.012):
+def straight(height, half_width=None, bow=0.0, margin=0.012, slant=0.0):
     """Stroke coordinates of a stroke from left to right.
 
-    half_width(s) is relative to the widest that fits; bow is the rise of the middle in picture widths.
+    half_width(s) is relative to the widest that fits; bow is the rise of the middle in picture widths; slant
+    is how much earlier its lower side lands than its middle, in lengths of the stroke.
     """
     x, y = canvas(height)
     s = (x - margin) / (1 - 2 * margin)
     middle = 0.5 * height / WIDTH + bow * (4 * (s - 0.5) ** 2 - 0.5)
     widest = 0.5 * height / WIDTH - abs(bow) / 2 - margin
     half = widest * (1.0 if half_width is None else half_width(np.clip(s, 0, 1)))
-    return s, (y - middle) / np.maximum(half, 1e-3)
+    t = (y - middle) / np.maximum(half, 1e-3)
+    return s + slant * t.clip(-1.2, 1.2), t
 
 
 def segment(height, start, stop, half, half_width=None):
@@ -149,26 +152,29 @@ def over(top, bottom):
 
 
 def finish(rng, thickness, *, dryness=0.25, soft=0.25, floor=0.1, opacity=2.1, relief=0.5):
-    """Thickness -> RGBA [h, w, 4] at WIDTH pixels: paint settles on the grain of the canvas."""
+    """Thickness -> relief and coverage: paint settles on the grain of the canvas."""
     tooth = grain(rng, thickness.shape)
     touch = smoothstep(0, 1, (thickness - floor - dryness * tooth) / soft)
     coverage = touch * (1 - np.exp(-opacity * thickness.clip(0))) / (1 - np.exp(-opacity * 1.6))
     level = 0.5 + relief * (thickness / (thickness + 0.8) - 0.1) + 0.08 * (0.5 - tooth) * np.exp(-thickness)
     level += 0.006 * noise(rng, thickness.shape, 0.6 * SUPERSAMPLE)
-    return down(level, coverage.clip(0, 1))
+    return level, coverage.clip(0, 1)
 
 
-def down(level, coverage):
-    """Average SUPERSAMPLE x SUPERSAMPLE blocks; the relief counts by coverage, bare canvas is 0.5."""
+def block_mean(a, side):
+    """Mean of each block of side x side samples."""
+    return a.reshape(a.shape[0] // side, side, -1, side).mean(axis=(1, 3))
 
-    def mean(a):
-        """Mean of each block."""
-        return a.reshape(a.shape[0] // SUPERSAMPLE, SUPERSAMPLE, -1, SUPERSAMPLE).mean(axis=(1, 3))
 
-    alpha = mean(coverage)
-    grey = (mean(level * coverage) + 1e-3 * 0.5) / (alpha + 1e-3)
-    grey = np.where(alpha < 0.5 / 255, 0.5, grey)
-    return np.dstack([grey, grey, grey, alpha]).clip(0, 1)
+def down(level, coverage, width):
+    """Relief and coverage -> 8-bit RGBA [h, width, 4]; the relief counts by coverage, bare canvas is 0.5."""
+    side = level.shape[1] // width
+    alpha = block_mean(coverage, side)
+    grey = (block_mean(level * coverage, side) + 1e-3 * 0.5) / (alpha + 1e-3)
+    grey = np.where(alpha < 0.5 / 255, 0.5, grey).clip(0, 1)
+    if width > WIDTH:  # in steps of 3 of 255, which the eye cannot tell: half the size of the file
+        grey = 0.5 + np.rint((grey - 0.5) * 85) / 85
+    return np.rint(np.dstack([grey, grey, grey, alpha.clip(0, 1)]) * 255).astype(np.uint8)
 
 
 def round_head(s, length):

@@ -3,6 +3,10 @@
 RGBA, straight alpha: alpha is the coverage, RGB the relief as grey with 0.5 the level of the canvas. Each
 stroke runs from left to right and has its own fixed seed, so a second run writes the same picture.
 The model of brush, paint and canvas is in `bristles.py`.
+
+Painterly brushes have variants (`flat_2.png`), so that strokes side by side differ: the same brush with other
+bristles, another bow and another way of lifting. Each function takes the number of the variant, 0 for the
+first.
 """
 
 import sys
@@ -26,35 +30,45 @@ from bristles import (
     smoothstep,
     straight,
 )
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import distance_transform_edt, gaussian_filter1d, label
 
 
-def flat(rng):
+def flat(rng, k=0):
     """The all-round brush: even, ragged where it lifts."""
-    brush = Brush(load_spread=0.5, start=0.04, round_start=0.04, end=0.09, round_end=0.04, load=1.05)
-    s, t = straight(96)
+    brush = Brush(
+        load_spread=(0.5, 0.45, 0.6, 0.5)[k],
+        start=0.04,
+        round_start=(0.04, 0.02, 0.05, 0.03)[k],
+        end=(0.09, 0.14, 0.07, 0.2)[k],
+        round_end=(0.04, 0.02, 0.1, 0.05)[k],
+        load=(1.05, 1.15, 1.0, 1.05)[k],
+        runs_dry=((0.9, 1.6), (1.1, 1.8), (0.8, 1.4), (0.75, 1.5))[k],
+    )
+    s, t = straight(96, bow=(0, 0.018, -0.022, 0.01)[k], slant=(0, 0.022, -0.012, -0.03)[k])
     return finish(rng, lay(sheet(rng, brush), s, t * (1.02 + 0.012 * noise(rng, t.shape, (60, 90)))))
 
 
-def filbert(rng):
+def filbert(rng, k=0):
     """A rounded toe that lands broad and leaves on a narrow tail."""
 
     def shape(s):
         """Half width along the stroke."""
-        return 0.45 + 0.55 * round_head(s, 0.3) - 0.55 * smoothstep(0.5, 1.0, s)
+        tail, begins = (0.55, 0.45, 0.6, 0.35)[k], (0.5, 0.35, 0.6, 0.45)[k]
+        return 0.45 + 0.55 * round_head(s, (0.3, 0.36, 0.24, 0.3)[k]) - tail * smoothstep(begins, 1.0, s)
 
     brush = Brush(load_spread=0.5, start=0.02, end=0.05, round_start=0.12, round_end=0.08, pile=0.3)
-    return finish(rng, lay(sheet(rng, brush), *straight(100, shape, bow=0.03)))
+    way = straight(100, shape, bow=(0.03, -0.028, 0.05, 0.0)[k], slant=(0, 0.01, 0.02, -0.015)[k])
+    return finish(rng, lay(sheet(rng, brush), *way))
 
 
-def dry_brush(rng):
+def dry_brush(rng, k=0):
     """Little paint on a stiff brush: the weave of the canvas shows, more so towards the end."""
     brush = Brush(
         num_bristles=150,
         bristle=0.011,
         load=1.0,
         load_spread=0.4,
-        runs_dry=(0.5, 1.4),
+        runs_dry=((0.5, 1.4), (0.6, 1.6), (0.4, 1.2))[k],
         fade=0.9,
         end=0.06,
         start=0.025,
@@ -63,7 +77,8 @@ def dry_brush(rng):
         clumping=0.9,
         wobble=0.008,
     )
-    return finish(rng, lay(sheet(rng, brush), *straight(104)), dryness=0.9, floor=0.02)
+    way = straight(104, bow=(0, 0.02, -0.025)[k], slant=(0, -0.02, 0.03)[k])
+    return finish(rng, lay(sheet(rng, brush), *way), dryness=0.9, floor=0.02)
 
 
 def swirl(rng):
@@ -159,12 +174,13 @@ def x(rng):
     return finish(rng, over(up_right, down_right))
 
 
-def dab(rng):
+def dab(rng, k=0):
     """Pressed down with plenty of paint, hardly moved, lifted."""
 
     def shape(s):
         """Half width along the stroke."""
-        return 0.7 + 0.3 * round_head(s, 0.45) - 0.16 * smoothstep(0.5, 1, s)
+        less = (0.16, 0.05, 0.26, 0.12)[k]
+        return 0.7 + 0.3 * round_head(s, (0.45, 0.5, 0.35, 0.6)[k]) - less * smoothstep(0.5, 1, s)
 
     brush = Brush(
         num_bristles=120,
@@ -180,10 +196,16 @@ def dab(rng):
         runs_dry=(0.85, 1.4),
         wobble=0.016,
     )
-    return finish(rng, lay(sheet(rng, brush), *straight(168, shape, bow=0.03)))
+    return finish(
+        rng,
+        lay(
+            sheet(rng, brush),
+            *straight(168, shape, bow=(0.03, -0.04, 0.05, 0.01)[k], slant=(0, 0.03, -0.04, 0.06)[k]),
+        ),
+    )
 
 
-def fan(rng):
+def fan(rng, k=0):
     """A fan brush: tufts that spread apart."""
     brush = Brush(
         num_bristles=46,
@@ -200,11 +222,11 @@ def fan(rng):
         clumping=0.8,
         wobble=0.006,
     )
-    way = straight(150, lambda s: 0.4 + 0.6 * s)
+    way = straight(150, lambda s: 0.4 + 0.6 * s, bow=(0, 0.04)[k], slant=(0, 0.02)[k])
     return finish(rng, lay(sheet(rng, brush), *way), dryness=0.35, floor=0.04)
 
 
-def impasto(rng):
+def impasto(rng, k=0):
     """Paste laid on thick: few, heavy ridges."""
     brush = Brush(
         num_bristles=44,
@@ -221,19 +243,19 @@ def impasto(rng):
         wobble=0.022,
         clumping=0.9,
     )
-    s, t = straight(116)
+    s, t = straight(116, bow=(0, -0.03, 0.025)[k], slant=(0, 0.03, -0.025)[k])
     t = t * (1.03 + 0.025 * noise(rng, t.shape, (24, 30))) + 0.008 * noise(rng, t.shape, (14, 40))
     return finish(rng, lay(sheet(rng, brush), s, t), dryness=0.15, relief=0.55)
 
 
-def ink(rng):
+def ink(rng, k=0):
     """A loaded round brush on absorbent paper: pressed, drawn out, lifted; pooled rim, feathered edge."""
     x, y = canvas(96)
     shape = x.shape
     s = (x - 0.02) / 0.96
     u = np.clip(s, 0, 1)
     half = 0.168 * round_head(u + 0.12 * (y - 0.1), 0.13) * (1 - 0.55 * smoothstep(0.2, 1.0, u))
-    middle = 0.187 + 0.022 * np.sin(2.8 * u + 0.3) - 0.012
+    middle = 0.187 + (0.022, -0.02, 0.016)[k] * np.sin((2.8, 3.0, 5.2)[k] * u + 0.3) - (0.012, -0.008, 0)[k]
     fibres = (
         0.0016 * noise(rng, shape, (3, 9)) + 0.0022 * noise(rng, shape, 14) + 0.003 * noise(rng, shape, 60)
     )
@@ -245,7 +267,7 @@ def ink(rng):
         bristle=0.018,
         load=1.2,
         load_spread=0.5,
-        runs_dry=(0.62, 1.12),
+        runs_dry=((0.62, 1.12), (0.75, 1.3), (0.5, 1.1))[k],
         fade=0.2,
         end=0.05,
         start=0.0,
@@ -257,16 +279,18 @@ def ink(rng):
     pool = smoothstep(0.35, 0.0, u) + 0.35 * noise(rng, shape, (30, 70))
     wash = 0.87 + 0.05 * pool + 0.12 * rim + 0.012 * noise(rng, shape, 2.5)
     level = 0.52 + 0.1 * rim + 0.03 * pool
-    return down(level, (touch * wash * wet).clip(0, 1))
+    return level, (touch * wash * wet).clip(0, 1)
 
 
-def palette_knife(rng):
+def palette_knife(rng, k=0):
     """Paste spread with a blade: hard edged, ridges where it was squeezed out, torn where it ran thin."""
     x, y = canvas(104)
     shape = x.shape
-    s = (x - 0.02 - 0.05 * (y - 0.2)) / 0.955
+    s = (x - 0.02 - (0.05, -0.08, 0.11)[k] * (y - (0.2, 0.2, 0.1)[k])) / 0.955
     wander = 0.0012 * noise(rng, shape, (4, 30)) + 0.003 * noise(rng, shape, (4, 140))
-    side = np.minimum(y - 0.026 - 0.018 * x + wander, 0.386 - 0.006 * x - y - wander)  # distance to the sides
+    side = np.minimum(
+        y - 0.026 - (0.018, 0.002, 0.03)[k] * x + wander, 0.386 - (0.006, 0.03, 0.0)[k] * x - y - wander
+    )  # distance to the sides
     front = s + 0.0016 * noise(rng, shape, 5)
     scrape = (
         0.5 * noise(rng, shape, (1.6, 320))
@@ -333,58 +357,113 @@ def splatter(rng):
     )
     rim = np.exp(-0.5 * ((field - 1.5) / 0.35) ** 2)
     level = 0.55 + 0.1 * smoothstep(1, 2.5, field) + 0.08 * rim
-    return down(level, (touch * thin).clip(0, 1))
+    return level, (touch * thin).clip(0, 1)
 
 
-def charcoal(rng):
+def charcoal(rng, k=0):
     """The side of a stick on rough paper: the tooth stays white where the pressure is low."""
     x, y = canvas(100)
     shape = x.shape
-    s, t = (x - 0.012) / 0.976, (y / (100 / WIDTH) - 0.5) / 0.47
-    t = t + 0.02 * noise(rng, shape, (20, 90))
+    s, t = (x - 0.012) / 0.976, (y / (100 / WIDTH) - 0.5) / (0.47, 0.43, 0.43, 0.45)[k]
+    t = t + 0.02 * noise(rng, shape, (20, 90)) + (0, 0.1, -0.12, 0.05)[k] * (4 * (s - 0.5) ** 2 - 0.5)
     tooth = 0.6 * noise(rng, shape, 3.2) + 0.5 * noise(rng, shape, 1.7) + 0.3 * noise(rng, shape, (3, 9))
     drag = noise(rng, shape, (3, 240)) * 0.28 + noise(rng, shape, (14, 300)) * 0.3
     press = (
         1.25
-        - 0.75 * smoothstep(0.25, 1.0, s)
-        + 0.35 * smoothstep(0.5, -1.0, t)
+        - (0.75, 0.4, 0.9, 0.6)[k] * smoothstep(0.25, 1.0, s)
+        + 0.35 * smoothstep(0.5, -1.0, t if k % 2 == 0 else -t)
         + 0.25 * noise(rng, shape, (60, 120))
     )
     edge = smoothstep(1.02, 0.86, np.abs(t)) * smoothstep(0, 0.03, s) * smoothstep(1.0, 0.9, s)
     grip = press + 0.75 * tooth + drag - 2.6 * (1 - edge)
     coverage = smoothstep(0.05, 0.75, grip) * (0.72 + 0.24 * smoothstep(0.4, 2.2, grip))
-    return down(0.5 + 0.12 * coverage + 0.02 * tooth, coverage)
+    if k:  # no grains at the border of the picture
+        coverage *= smoothstep(1.12, 1.0, np.abs(t)) * smoothstep(0.52, 0.5, np.abs(s - 0.5))
+    return 0.5 + 0.12 * coverage + 0.02 * tooth, coverage
 
 
+def wash(rng, k=0):
+    """A touch of watercolour: even and thin, darker where it dried at its rim, of a ragged outline."""
+    x, y = canvas((164, 148, 176, 120)[k])
+    shape = x.shape
+    height = shape[0] / shape[1]
+    u, v = (x - 0.5) / 0.42, (y - height / 2) / (height / 2 - 0.055)
+    v = v + (0.1, -0.14, 0.05, 0.16)[k] * (u * u - 0.4)
+    lobes = 0.1 * noise(rng, shape, 120) + 0.05 * noise(rng, shape, 42) + 0.008 * noise(rng, shape, 12)
+    far = (np.abs(u) ** 2.6 + np.abs(v) ** 2.6) ** (1 / 2.6) + lobes.clip(-0.25, 0.12)
+    parts, _ = label(far < 0.9)
+    wet = parts == parts[shape[0] // 2, shape[1] // 2]  # without drops beside it
+    # The tooth of the paper, which the water meets.
+    teeth = 0.0012 * noise(rng, shape, 4) + 0.0007 * noise(rng, shape, 1.5)
+    inside = distance_transform_edt(wet) / shape[1] - distance_transform_edt(~wet) / shape[1] + teeth
+    touch = smoothstep(-0.0016, 0.002, inside)
+    skip = noise(rng, shape, (2.2, 7)) + 0.8 * noise(rng, shape, 30) + 1.6 * u  # dry where it was lifted
+    touch = touch * (1 - 0.85 * smoothstep(2.6, 3.2, skip) * smoothstep(0.04, 0.004, inside))
+    rim = np.exp(-0.5 * ((inside - 0.005) / 0.0055) ** 2) * (1 + 0.35 * noise(rng, shape, 34)).clip(0.2)
+    inner = np.exp(-(inside.clip(0) / 0.035))
+    pool = 0.045 * noise(rng, shape, 70) + 0.03 * noise(rng, shape, 26) + 0.012 * noise(rng, shape, 2.2)
+    if k in (1, 3):  # a bloom: water that ran back into the wash; faint, as one sees it again and again
+        way = np.hypot(x - (0.58, 0.34)[k // 2], (y - (0.62, 0.4)[k // 2] * height) * 1.15)
+        way = way / (0.115 + 0.016 * noise(rng, shape, 26))
+        pool += 0.06 * np.exp(-(((way - 1) / 0.12) ** 2)) - 0.05 * smoothstep(1.0, 0.3, way)
+    film = 0.735 + pool + 0.06 * inner + 0.24 * rim
+    return 0.5 + 0.05 * rim + 0.015 * pool, (touch * film).clip(0, 1)
+
+
+def line(rng, k=0):
+    """An even line of ink, to be joined with others: square ends, edges that waver a little."""
+    x, y = canvas(16)
+    shape = x.shape
+    height = shape[0] / shape[1]
+    half = 0.3 * height * (1 + 0.05 * noise(rng, shape[1], 90) + 0.035 * noise(rng, shape[1], 22))
+    middle = 0.5 * height + height * (0.022 * noise(rng, shape[1], 130) + 0.012 * noise(rng, shape[1], 30))
+    fibres = height * (0.014 * noise(rng, shape, (3, 7)) + 0.008 * noise(rng, shape, 2))
+    ends = np.minimum(x, 1 - x) - 0.004 - 0.006 * (2 * (y / height - 0.5)) ** 2
+    inside = np.minimum(half - np.abs(y - middle) + fibres, ends + fibres)
+    touch = smoothstep(-0.0012, 0.0022, inside)
+    film = 0.95 + 0.03 * noise(rng, shape, (12, 120)) + 0.05 * smoothstep(0.006, 0.002, inside)
+    return 0.52 + 0.03 * smoothstep(0.0, 0.008, inside), (touch * film).clip(0, 1)
+
+
+# Each with the number of its variants.
 STROKES = {
-    stroke.__name__: stroke
-    for stroke in (
-        flat,
-        filbert,
-        dab,
-        impasto,
-        dry_brush,
-        fan,
-        swirl,
-        moon,
-        flower,
-        x,
-        ink,
-        palette_knife,
-        splatter,
-        charcoal,
-    )
+    flat: 4,
+    filbert: 4,
+    dab: 4,
+    impasto: 3,
+    dry_brush: 3,
+    fan: 2,
+    swirl: 1,
+    moon: 1,
+    flower: 1,
+    x: 1,
+    ink: 3,
+    palette_knife: 3,
+    splatter: 1,
+    charcoal: 4,
+    wash: 4,
+    line: 3,
 }
+IMAGES = {
+    stroke.__name__ + (f"_{k + 1}" if k else ""): (stroke, k)
+    for stroke, variants in STROKES.items()
+    for k in range(variants)
+}
+# Images that are twice as wide, so that they are sharp in pictures of 3840 pixels too. The others keep their
+# width, and with it every bit of what is painted with one stroke.
+LARGE = {name for name, (stroke, k) in IMAGES.items() if k or stroke in (wash, line)}
 
 
 def draw(name):
-    """The stroke called `name`, float [h, w, 4] RGBA from 0 to 1, straight alpha."""
-    return STROKES[name](np.random.default_rng([20, *name.encode()]))
+    """The stroke image called `name`, uint8 [h, w, 4] RGBA, straight alpha."""
+    stroke, k = IMAGES[name]
+    rng = np.random.default_rng([20, *name.encode()])
+    return down(*(stroke(rng, k) if k else stroke(rng)), 2 * WIDTH if name in LARGE else WIDTH)
 
 
 def write(name, folder):
     """Draw `name` and write it into `folder` as 8-bit PNG."""
-    pixels = np.ascontiguousarray(np.rint(draw(name) * 255).astype(np.uint8))
+    pixels = np.ascontiguousarray(draw(name))
     path = Path(folder) / f"{name}.png"
     spec = OpenImageIO.ImageSpec(pixels.shape[1], pixels.shape[0], 4, OpenImageIO.UINT8)
     spec.attribute("oiio:UnassociatedAlpha", 1)
@@ -396,5 +475,5 @@ def write(name, folder):
 
 
 if __name__ == "__main__":
-    for stroke in sys.argv[1:] or STROKES:
-        print(write(stroke, Path(__file__).resolve().parent))
+    for image in sys.argv[1:] or IMAGES:
+        print(write(image, Path(__file__).resolve().parent))

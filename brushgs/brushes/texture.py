@@ -7,6 +7,7 @@ built-in images live in `strokes/`; two analytic kernels, `gaussian` and `ellips
 
 import math
 import os
+import re
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from brushgs.arrays import check
 from brushgs.colors import LUMINANCE, split_alpha
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.files import exists, is_plain
+from brushgs.io.files import exists
 
 KERNELS = ("gaussian", "ellipse")  # computed, not drawn
 # Half length of a box in standard deviations: the published stroke covers 2, the 3DGS kernel is clipped at 3.
@@ -33,6 +34,7 @@ LONG_SIDE = 256  # texels kept of a stroke image; more are invisible in pictures
 OPAQUE = 254.5 / 255  # an alpha channel that is nowhere below this is not the coverage
 CANVAS = 0.5  # height where there is no paint
 _ROWS_AT_A_TIME = 64  # of an image
+_VARIANT = re.compile(r"_(\d+)$")  # after the name of a stroke
 BLANK = 0.02  # coverage read from luminance below this is paper grain or JPEG noise
 
 
@@ -107,7 +109,8 @@ class StrokeTexture:
     def open(cls, name_or_path: str | Path, *, size: int = LONG_SIDE) -> "StrokeTexture":
         """A built-in stroke by name, or any image file.
 
-        A built-in name (`builtin_names()`) may be written with capitals, spaces or hyphens ("Dry Brush").
+        A built-in name (`builtin_names()`) may be written with capitals, spaces or hyphens ("Dry Brush"), and
+        with the number of a variant ("flat_2").
         What has a suffix or a folder in it ("flat.png", "./flat"), or is a `Path`, means a file.
 
         In a file, coverage is the alpha channel. Without one, or where it is fully opaque, coverage is the
@@ -129,16 +132,15 @@ class StrokeTexture:
         if size < 1:
             raise ValueError(f"StrokeTexture.open: size must be at least 1, got {size}")
         path, text = Path(name_or_path), str(name_or_path)
-        name = path.stem.lower().replace("-", "_").replace(" ", "_")
+        name = _plain_name(path.stem)
         if isinstance(name_or_path, str) and not path.suffix and "/" not in text and os.sep not in text:
             if name in KERNELS:
                 return cls._kernel(name)
-            builtin = strokes_folder() / f"{name}.png"
-            if is_plain(builtin):
-                return cls._from_file(builtin, name, size)
+            if builtin := variants_of(name):
+                return cls._from_file(strokes_folder() / f"{builtin[0]}.png", builtin[0], size)
             if not exists(path):
                 raise SceneError(path, _unknown(name))
-        elif not exists(path) and name in builtin_names():
+        elif not exists(path) and variants_of(path.stem):
             raise SceneError(text, f"there is no such file; for the built-in stroke write {name}")
         return cls._from_file(path, path.stem, size)
 
@@ -213,8 +215,39 @@ class StrokeTexture:
 
 
 def builtin_names() -> list[str]:
-    """The names that `StrokeTexture.open` accepts without a file."""
-    return [*KERNELS, *sorted(path.stem for path in strokes_folder().glob("*.png"))]
+    """The names that `StrokeTexture.open` accepts without a file; it takes their variants too ("flat_2")."""
+    return [*KERNELS, *sorted(name for name in _image_names() if not _VARIANT.search(name))]
+
+
+def variants_of(name: str) -> list[str]:
+    """The images of a built-in stroke, it itself first: ["flat", "flat_2", ...].
+
+    A name with a number means one of them ("flat_2", and "flat_1" for "flat"). Kernels have one, and what is
+    no built-in stroke has none.
+    """
+    if Path(name).suffix or "/" in name or os.sep in name:
+        return []
+    name = _plain_name(name)
+    names = _image_names()
+    number = _VARIANT.search(name)
+    if number and (name in names or int(number[1]) == 1):
+        first = name if name in names else name[: number.start()]
+        return [first] if first in names else []
+    return [each for each in sorted([*KERNELS, *names]) if without_number(each) == name]
+
+
+def without_number(name: str) -> str:
+    """The stroke that a variant belongs to: "flat" for "flat_2" and for itself."""
+    return _VARIANT.sub("", name)
+
+
+def _image_names() -> list[str]:
+    return [path.stem for path in strokes_folder().glob("*.png")]
+
+
+def _plain_name(stem: str) -> str:
+    """The name of a built-in stroke, which may be written with capitals, spaces or hyphens."""
+    return stem.lower().replace("-", "_").replace(" ", "_")
 
 
 def strokes_folder() -> Path:

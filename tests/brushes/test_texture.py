@@ -7,7 +7,7 @@ import numpy as np
 import OpenImageIO
 import pytest
 
-from brushgs.brushes.texture import StrokeTexture, builtin_names
+from brushgs.brushes.texture import StrokeTexture, builtin_names, variants_of, without_number
 from brushgs.errors import SceneError, SceneWarning
 
 
@@ -88,6 +88,31 @@ def test_every_builtin_name_opens():
     names = builtin_names()
     assert {"gaussian", "ellipse", "swirl", "flat"} <= set(names)
     assert [StrokeTexture.open(name).name for name in names] == names
+
+
+def test_a_built_in_stroke_has_variants_by_number():
+    names = builtin_names()
+    assert "flat_2" not in names
+    assert variants_of("flat") == ["flat", "flat_2", "flat_3", "flat_4"]
+    assert variants_of("Dry Brush") == ["dry_brush", "dry_brush_2", "dry_brush_3"]
+    assert (variants_of("swirl"), variants_of("gaussian")) == (["swirl"], ["gaussian"])
+    assert (variants_of("flat_1"), variants_of("flat-3")) == (["flat"], ["flat_3"])
+    for name in ("flat_9", "flat.png", "./flat", "flower_of_mine", "_1", "swril"):
+        assert variants_of(name) == []
+    assert {without_number(name) for name in variants_of("palette_knife")} == {"palette_knife"}
+    first, second = StrokeTexture.open("flat_1"), StrokeTexture.open("Flat 2")
+    assert (first.name, second.name) == ("flat", "flat_2")
+    np.testing.assert_array_equal(first.coverage, StrokeTexture.open("flat").coverage)
+    assert not np.array_equal(first.coverage, second.coverage)
+    with pytest.raises(SceneError, match=r"^flat_9: neither a file .*did you mean 'flat'"):
+        StrokeTexture.open("flat_9")
+
+
+@pytest.mark.parametrize(("name", "sides"), [("flat", (247, 247)), ("flat_2", (256, 497))])
+def test_variants_are_sharp_in_large_pictures(name, sides):
+    """The first variant keeps its pixels."""
+    for size, side in zip((256, 512), sides, strict=True):
+        assert StrokeTexture.open(name, size=size).coverage.shape[1] == side
 
 
 def test_alpha_is_the_coverage_and_luminance_the_height(tmp_path):
