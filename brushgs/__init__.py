@@ -11,6 +11,7 @@ from brushgs.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet as BrushSet
+    from brushgs.brushes.kit import BrushKit as BrushKit
     from brushgs.brushes.texture import StrokeTexture as StrokeTexture
     from brushgs.doctor import Finding as Finding
     from brushgs.doctor import examine as examine
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from brushgs.io.scenes.encoding import Encoding as Encoding
     from brushgs.io.scenes.encoding import Reading as Reading
     from brushgs.passes.broken_color import break_colors as break_colors
+    from brushgs.passes.choose_brushes import choose_brushes as choose_brushes
     from brushgs.passes.clean import clean as clean
     from brushgs.passes.cluster import cluster as cluster
     from brushgs.passes.direction.orient import orient as orient
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "brushes.brush_set": "BrushSet",
+    "brushes.kit": "BrushKit",
     "brushes.texture": "StrokeTexture",
     "doctor": "Finding examine",
     "errors": "SceneError SceneWarning",
@@ -52,6 +55,7 @@ _MODULES = {
     "io.pictures.video": "save_video",
     "io.scenes.encoding": "Encoding Reading",
     "passes.broken_color": "break_colors",
+    "passes.choose_brushes": "choose_brushes",
     "passes.clean": "clean",
     "passes.cluster": "cluster",
     "passes.direction.orient": "orient",

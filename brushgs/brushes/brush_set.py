@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.brushes.texture import LONG_SIDE, StrokeTexture, builtin_names
+from brushgs.brushes.texture import LONG_SIDE, StrokeTexture, variants_of
 from brushgs.errors import SceneError
 from brushgs.io.files import exists, is_dir, is_plain
 
@@ -46,10 +46,7 @@ class BrushSet:
         for texture in textures:
             if not isinstance(texture, StrokeTexture):
                 raise TypeError(f"BrushSet: textures must be StrokeTexture, got {type(texture).__name__}")
-        if not 1 <= len(textures) <= MOST_BRUSHES:
-            raise ValueError(
-                f"BrushSet: a set must have 1 to {MOST_BRUSHES} brushes, got {len(textures)}; omit some"
-            )
+        check_count(len(textures))
         kernel = next((texture for texture in textures if texture.kind != "image"), None)
         if kernel is not None and len(textures) > 1:
             raise ValueError(
@@ -122,10 +119,7 @@ class BrushSet:
             ValueError: if there are more than 256, or a built-in kernel among several.
         """
         paths = paths_of(stroke) if isinstance(stroke, str | Path) else list(stroke)
-        if len(paths) > MOST_BRUSHES:  # before they are all read
-            raise ValueError(
-                f"BrushSet: a set must have 1 to {MOST_BRUSHES} brushes, got {len(paths)}; omit some"
-            )
+        check_count(len(paths))  # before they are all read
         textures = tuple(StrokeTexture.open(path, size=size) for path in paths)
         is_folder = isinstance(stroke, str | Path) and list(paths) != [stroke] and is_dir(Path(stroke))
         return cls(textures, Path(str(stroke)).resolve().name if is_folder else "")
@@ -155,6 +149,12 @@ class BrushSet:
 Brushes = BrushSet | StrokeTexture  # opened
 # What painting takes: a brush, its name or path, several of these, or a set.
 Brush = BrushSet | StrokeTexture | str | Path | Sequence[StrokeTexture | str | Path]
+
+
+def check_count(count: int) -> None:
+    """Raise ValueError if no set can have so many brushes."""
+    if not 1 <= count <= MOST_BRUSHES:
+        raise ValueError(f"BrushSet: a set must have 1 to {MOST_BRUSHES} brushes, got {count}; omit some")
 
 
 def check_brushes(where: str, brushes: NDArray[np.uint8], count: int) -> None:
@@ -189,7 +189,7 @@ def paths_of(stroke: str | Path) -> Sequence[str | Path]:
         SceneError: if a folder holds no image, or nothing stands between two commas.
     """
     path = Path(stroke)
-    if is_dir(path) and stroke not in builtin_names():
+    if is_dir(path) and not (isinstance(stroke, str) and variants_of(stroke)):
         images = sorted(p for p in path.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES and is_plain(p))
         if not images:
             known = ", ".join(IMAGE_SUFFIXES)

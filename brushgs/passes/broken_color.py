@@ -13,7 +13,7 @@ import numpy as np
 from brushgs.arrays import F64, Array, Mask, Rows
 from brushgs.passes.color_space import oklab_of, rgb_of_oklab
 from brushgs.passes.coverage import nearest_others
-from brushgs.passes.equal_rows import row_hashes
+from brushgs.passes.equal_rows import chances
 from brushgs.scene import Gaussians
 from brushgs.sh import C0, shift_base_colors
 
@@ -23,7 +23,6 @@ LIGHTNESS, CHROMA = 0.016, 0.007
 NUM_AROUND = 8  # strokes around one, whose mean shift with its own is taken away
 MOST = 0.5
 MAX_SEED = 2**32 - 1
-_STEP = 0x9E3779B97F4A7C15  # splitmix64 (Steele, Lea and Flood 2014)
 _BISECTIONS = 8
 
 
@@ -70,13 +69,7 @@ def break_colors(
 
 def _normals(means: Array, seed: int) -> F64:
     """Three normal numbers for each place, [k, 3]."""
-    state = row_hashes(means) ^ np.uint64(seed * _STEP % 2**64)
-    uniform = np.empty((4, len(means)))
-    for row in uniform:
-        state = state + np.uint64(_STEP)
-        bits = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-        bits = (bits ^ (bits >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        row[:] = ((bits ^ (bits >> np.uint64(31))) >> np.uint64(11)) * 2.0**-53
+    uniform = np.stack([chances(means, seed, draw) for draw in range(4)])
     radii, turns = np.sqrt(-2 * np.log1p(-uniform[:2])), 2 * np.pi * uniform[2:]  # Box and Muller 1958
     return np.stack(
         [radii[0] * np.cos(turns[0]), radii[0] * np.sin(turns[0]), radii[1] * np.cos(turns[1])], 1

@@ -1,0 +1,112 @@
+"""Which brushes paint which strokes: long ones, short ones, the rest, and the large ones beside these.
+
+A kit names brushes; a built-in one stands for all its variants ("flat" for flat, flat_2, flat_3 and flat_4),
+so that strokes side by side differ. One variant alone is named by its number, as "flat_2", and "flat_1" for
+flat itself.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.brushes.brush_set import BrushSet, check_count, paths_of
+from brushgs.brushes.texture import LONG_SIDE, variants_of, without_number
+
+# Of the built-in brushes, what suits a long stroke and what a short one; others suit any.
+LONG_BRUSHES = ("flat", "dry_brush", "charcoal", "ink", "palette_knife", "fan", "line")
+SHORT_BRUSHES = ("dab", "splatter", "flower", "x", "swirl")
+
+Names = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class BrushKit:
+    """The brushes of a painting by the strokes that they suit, see `choose_brushes`.
+
+    Attributes:
+        long: names, or paths of images, for strokes at least 1.9 times as long as wide.
+        short: for those at most 1.35 times.
+        other: for the rest.
+        large: what strokes of more than 2.2 times the median size may take beside their own.
+
+    A group without brushes takes those of `other`, and `other` those of `long` or else of `short`.
+
+    Raises:
+        TypeError: if a group is no tuple of texts.
+        ValueError: if no group has a brush.
+    """
+
+    long: Names = ()
+    short: Names = ()
+    other: Names = ()
+    large: Names = ()
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            names = getattr(self, field.name)
+            if not isinstance(names, tuple) or not all(isinstance(name, str) and name for name in names):
+                raise TypeError(f"BrushKit: {field.name} must be a tuple of names of brushes, got {names!r}")
+        if not (self.long or self.short or self.other):
+            raise ValueError("BrushKit: long, short or other must name a brush")
+
+    @classmethod
+    def of(cls, stroke: str | Path | Sequence[str | Path]) -> Self:
+        """The kit of a name, a file, a folder or several, as `BrushSet.open` takes them.
+
+        One name is that image alone. Of several, those that are built in go to the strokes that they suit,
+        with their variants; others go to all strokes.
+
+        Raises:
+            SceneError: if a folder holds no image.
+            ValueError: if there are none.
+        """
+        names = paths_of(stroke) if isinstance(stroke, str | Path) else stroke
+        texts = tuple(str(name) for name in names)
+        if len(texts) == 1:
+            return cls(other=(f"{texts[0]}_1",) if len(variants_of(texts[0])) > 1 else texts)
+        bases = {text: without_number("".join(variants_of(text)[:1])) for text in texts}
+        long = tuple(text for text in texts if bases[text] not in SHORT_BRUSHES)
+        short = tuple(text for text in texts if bases[text] not in LONG_BRUSHES)
+        other = tuple(text for text in long if text in short)
+        return cls(long=long or texts, short=short or texts, other=other or texts)
+
+    @property
+    def images(self) -> tuple[str, ...]:
+        """The names and paths of all images, variants included, each once: the rows of `open`."""
+        names = (name for field in fields(self) for name in getattr(self, field.name))
+        return tuple(dict.fromkeys(image for name in names for image in images_of(name)))
+
+    def open(self, *, size: int = LONG_SIDE) -> BrushSet:
+        """All brushes of the kit. Raises what `BrushSet.open` does."""
+        return BrushSet.open(self.images, size=size)
+
+    def rows(self) -> dict[str, NDArray[np.uint8]]:
+        """The rows of the brush set for "long", "short", "other" and "large" strokes, the last maybe none.
+
+        Raises:
+            ValueError: if there are more images than a set can have.
+        """
+        row_of = {image: row for row, image in enumerate(self.images)}
+        check_count(len(row_of))
+        other = self.other or self.long or self.short
+        groups = {
+            "long": self.long or other,
+            "short": self.short or other,
+            "other": other,
+            "large": self.large,
+        }
+        return {
+            group: np.array(
+                sorted({row_of[image] for name in names for image in images_of(name)}), dtype=np.uint8
+            )
+            for group, names in groups.items()
+        }
+
+
+def images_of(name: str) -> tuple[str, ...]:
+    """The images that a name of a kit stands for: the variants of a built-in brush, or itself."""
+    return tuple(variants_of(name)) or (name,)

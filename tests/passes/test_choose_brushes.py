@@ -1,0 +1,86 @@
+"""Brushes are chosen by the shape, the size and the place of a stroke."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.passes.choose_brushes import LARGE, LONG, SHORT
+from tests.passes.scenes import random_gaussians
+
+KIT = bg.BrushKit(long=("flat",), short=("dab",), other=("filbert",), large=("impasto",))
+NAMES = np.array(KIT.images)
+
+
+def strokes_of(num=600, *, aspects=(1.0, 3.0), seed=0):
+    rng = np.random.default_rng(seed)
+    widths, shapes = rng.uniform(0.8, 1.2, num), rng.uniform(*aspects, num)
+    scales = np.stack([widths / np.sqrt(shapes), 0.01 * widths, widths * np.sqrt(shapes)], axis=1)
+    return replace(random_gaussians(num, seed), scales=scales)
+
+
+def names_of(strokes, **options):
+    return NAMES[bg.choose_brushes(strokes, KIT, **options).brushes]
+
+
+def kinds_of(names):
+    return np.array([name.rsplit("_", 1)[0] if name[-1].isdigit() else name for name in names])
+
+
+def test_long_short_and_other_strokes_take_their_brushes():
+    strokes = strokes_of()
+    kinds = kinds_of(names_of(strokes))
+    scales = np.sort(strokes.scales.astype(np.float64), axis=1)
+    aspects = scales[:, 2] / scales[:, 1]
+    expected = np.where(aspects > LONG, "flat", np.where(aspects < SHORT, "dab", "filbert"))
+    np.testing.assert_array_equal(kinds, expected)
+    assert set(kinds) == {"flat", "dab", "filbert"}
+
+
+def test_large_strokes_have_a_choice_of_their_own_brushes_and_the_large_ones():
+    strokes = strokes_of(1200)
+    scales = strokes.scales.copy()
+    scales[:400] *= 2 * LARGE
+    kinds = kinds_of(names_of(replace(strokes, scales=scales)))
+    assert {"impasto", "flat", "dab", "filbert"} == set(kinds[:400])
+    assert 0.3 < np.mean(kinds[:400] == "impasto") < 0.55  # 3 images beside 4
+    np.testing.assert_array_equal(kinds[400:], kinds_of(names_of(strokes))[400:])
+
+
+def test_variants_are_chosen_evenly_by_place_and_seed():
+    strokes = strokes_of(4000, aspects=(2.2, 3.0))
+    names = names_of(strokes)
+    counts = [np.count_nonzero(names == name) for name in ("flat", "flat_2", "flat_3", "flat_4")]
+    assert sum(counts) == 4000
+    np.testing.assert_allclose(counts, 1000, atol=4 * np.sqrt(1000 * 0.75))
+    shuffle = np.random.default_rng(1).permutation(4000)
+    np.testing.assert_array_equal(names_of(strokes.take(shuffle)), names[shuffle])
+    np.testing.assert_array_equal(names_of(strokes), names)
+    assert np.mean(names_of(strokes, seed=1) == names) < 0.3
+    turned = replace(strokes, quats=np.roll(strokes.quats, 1, axis=1), sh=strokes.sh + 0.1)
+    np.testing.assert_array_equal(names_of(turned), names)
+
+
+def test_strokes_keep_everything_else_and_one_brush_serves_all():
+    strokes = strokes_of(50)
+    chosen = bg.choose_brushes(strokes, KIT)
+    assert chosen.brushes.dtype == np.uint8
+    for name, column in strokes.columns().items():
+        np.testing.assert_array_equal(chosen.columns()[name], column)
+    assert not bg.choose_brushes(strokes, bg.BrushKit.of("flat")).brushes.any()
+    assert bg.choose_brushes(strokes.take(slice(0)), KIT).brushes.shape == (0,)
+
+
+def test_points_and_lines_have_a_brush():
+    strokes = strokes_of(3)
+    scales = np.array([[0, 0, 0], [0, 0, 1], [0, 1, 1]], float)
+    assert kinds_of(names_of(replace(strokes, scales=scales))).tolist()[:2] == ["dab", "flat"]
+
+
+@pytest.mark.parametrize("seed", [-1, 2**32])
+def test_a_seed_out_of_range_is_refused(seed):
+    with pytest.raises(ValueError, match=f"^choose_brushes: seed must be in 0 to 4294967295, got {seed}$"):
+        bg.choose_brushes(strokes_of(3), KIT, seed=seed)
+    with pytest.raises(TypeError):
+        bg.choose_brushes(strokes_of(3), KIT, seed=0.5)
