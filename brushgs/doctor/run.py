@@ -99,5 +99,6 @@ def run_doctor(
             is_strokes=examination.notes.is_strokes,
             scene=name_of(scene, examination.notes),
             first_view=view,  # of the scene before the cure: pictures of both line up
+            brushes=examination.notes.brushes,
         )
     return report

@@ -36,6 +36,7 @@ def prune_file(scene: SceneFiles, output: str | Path, config: PruneConfig, repor
         is_strokes=notes.is_strokes,
         scene=name_of(scene, notes),
         first_view=view,
+        brushes=notes.brushes,
     )
 
 
@@ -74,4 +75,5 @@ def recolor_file(scene: SceneFiles, output: str | Path, config: PaletteConfig, r
         is_strokes=notes.is_strokes,
         scene=name_of(scene, notes),
         first_view=view,
+        brushes=notes.brushes,
     )

@@ -261,16 +261,19 @@ def write_scene(
     is_strokes: bool = False,
     scene: str | None = None,
     first_view: FirstView | None = None,
+    brushes: Sequence[str] = (),
 ) -> Report:
     """Write Gaussians to a scene file, and complete the report.
 
-    The file records whether they are strokes, the name of the scene that they were made of, and how that is
-    seen: `render` shows both from the same cameras.
+    The file records whether they are strokes, the name of the scene that they were made of, how that is seen,
+    so that `render` shows both from the same cameras, and the brushes that strokes have.
     """
     with report.stage("write") as stage:
         from brushgs.io.scenes import write
 
-        write.write_scene(gaussians, output, is_strokes=is_strokes, scene=scene, first_view=first_view)
+        write.write_scene(
+            gaussians, output, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes
+        )
         size = Path(output).stat().st_size
         stage.did = f"{output}, {file_size(size)}"
         stage.counts = {"path": str(output), "bytes": size, "gaussians": len(gaussians)}

@@ -31,7 +31,8 @@ def toy_module() -> ModuleType:
 
         def decode(start: int, stop: int, out: Columns) -> None:
             for column in vars(out).values():
-                column[:] = 0
+                if column is not None:
+                    column[:] = 0
             out.means[:, 0], out.quats[:, 0] = np.arange(start, stop), 1
             out.means[: start == 0, 1] = np.nan
 

@@ -65,7 +65,7 @@ def test_lines_are_short_and_in_ascii():
     lines = comment_lines("\N{KOALA}" * 300, many)
     assert max(map(len, lines)) <= 200
     assert all(line.isascii() and line.isprintable() for line in lines)
-    name, view = read_comments(text_of(lines))
+    name, view, _ = read_comments(text_of(lines))
     assert name == "\N{KOALA}" * 200, "longer names are cut off"
     assert_same(view, many)
 
@@ -79,11 +79,15 @@ def test_a_file_without_a_first_view_has_no_comment(tmp_path):
 
 def test_a_view_with_too_many_points_is_omitted():
     view = replace(FEWEST_FIELDS, points=np.zeros((4001, 3)))
-    assert read_comments(text_of(comment_lines("a", view))) == ("a", None)
+    assert read_comments(text_of(comment_lines("a", view))) == ("a", None, ())
 
 
 def test_a_name_that_cannot_be_printed_is_written_so_that_it_can():
-    assert read_comments(text_of(comment_lines("a\nend_header\n\udcff", None))) == ("a?end_header??", None)
+    assert read_comments(text_of(comment_lines("a\nend_header\n\udcff", None))) == (
+        "a?end_header??",
+        None,
+        (),
+    )
 
 
 def damaged(**changed):
@@ -102,6 +106,10 @@ def damaged(**changed):
         '{"scene":3}',
         '{"scene":"' + "a" * 201 + '"}',
         '{"scene":"a\\u0000"}',
+        '{"brushes":"flat"}',
+        '{"brushes":[3]}',
+        '{"brushes":[""]}',
+        json.dumps({"brushes": ["flat"] * 257}),
         '{"first_view":[]}',
         '{"first_view":{}}',
         '{"first_view":{"up":[0,0,1]}}',

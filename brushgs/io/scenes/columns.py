@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,44 +28,52 @@ class Columns:
     scales: F32  # [n, 3]
     opacities: F32  # [n]
     sh: F32  # [n, k, 3]
+    brushes: NDArray[np.uint8] | None = None  # [n]
 
     @classmethod
-    def empty(cls, num_rows: int, num_terms: int) -> "Columns":
+    def empty(cls, num_rows: int, num_terms: int, *, has_brushes: bool = False) -> "Columns":
         """Uninitialised columns of so many rows and spherical-harmonic terms."""
         shapes = (3,), (4,), (3,), (), (num_terms, 3)
-        return cls(*(np.empty((num_rows, *shape), np.float32) for shape in shapes))
+        columns = cls(*(np.empty((num_rows, *shape), np.float32) for shape in shapes))
+        columns.brushes = np.empty(num_rows, np.uint8) if has_brushes else None
+        return columns
+
+    def _present(self) -> dict[str, NDArray[Any]]:
+        """The columns that there are, by name."""
+        columns = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: column for name, column in columns.items() if column is not None}
 
     @classmethod
     def joined(cls, parts: "list[Columns]") -> "Columns":
         """The rows of all parts in order, with as many spherical-harmonic terms as the most of them have.
 
         The parts are emptied column by column, so that little more than the scene is in memory at once.
+        Brushes are dropped: they are rows of different sets.
         """
         if len(parts) == 1:
             return parts[0]
         num_rows, num_terms = sum(len(p.means) for p in parts), max(p.sh.shape[1] for p in parts)
         whole = cls.empty(num_rows, num_terms)
-        for field in fields(cls):
-            start, column = 0, getattr(whole, field.name)
+        for name, column in whole._present().items():
+            start = 0
             for part in parts:
-                values = getattr(part, field.name)
+                values = getattr(part, name)
                 rows = column[start : start + len(values)]
                 if values.ndim == 3:  # a scene of a lower degree has zeros above it
                     rows[:, values.shape[1] :] = 0
                     rows = rows[:, : values.shape[1]]
                 rows[:] = values
                 start += len(values)
-                setattr(part, field.name, values[:0])
+                setattr(part, name, values[:0])
         return whole
 
     def part(self, start: int, stop: int) -> "Columns":
         """Rows `start` to `stop` as views."""
-        return Columns(*(getattr(self, field.name)[start:stop] for field in fields(self)))
+        return Columns(**{name: column[start:stop] for name, column in self._present().items()})
 
     def move(self, rows: NDArray[np.bool_] | slice, start: int) -> None:
         """Copy the selected rows to `start` and after."""
-        for field in fields(self):
-            column = getattr(self, field.name)
+        for column in self._present().values():
             selected = column[rows]
             column[start : start + len(selected)] = selected
 
@@ -105,7 +114,7 @@ class Columns:
     def gaussians(self, *, antialiased: bool = False) -> Gaussians:
         """The finished scene, without a copy."""
         columns = (self.means, self.quats, self.scales, self.opacities, self.sh)
-        return Gaussians(*columns, antialiased=antialiased)
+        return Gaussians(*columns, antialiased=antialiased, brushes=self.brushes)
 
 
 def check_decoded_size(

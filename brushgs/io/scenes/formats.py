@@ -27,8 +27,8 @@ class SceneFormat(NamedTuple):
         suffixes: of its files, in lower case, the usual one first; the suffix decides what is written.
         matches: whether a path with these first bytes is of this format; a folder has no first bytes.
         reader: module of this package with `open_scene(path) -> SceneFile`; None if it is not read.
-        writer: module of this package with `write_scene(gaussians, path, *, is_strokes, scene, first_view)`;
-            None if it is not written.
+        writer: module of this package with `write_scene(gaussians, path, *, is_strokes, scene, first_view,
+            brushes)`; None if it is not written.
         note: which files of this format are read, for help texts.
         has_levels: whether it may hold a scene in several levels of detail: its reader has
             `open_scene(path, lod)`, the level or None for its default.

@@ -32,6 +32,8 @@ class LoadNotes:
         files: each of several files in words; empty for one.
         scene: name of the scene that strokes were made of; None if the file names none, and for several.
         first_view: how that scene is seen; None if the file does not say, and for several.
+        brushes: names or paths of the brushes that the strokes have rows of; none if the file names none, and
+            for several.
     """
 
     format: str
@@ -46,6 +48,7 @@ class LoadNotes:
     files: tuple[str, ...] = ()
     scene: str | None = None
     first_view: FirstView | None = None
+    brushes: tuple[str, ...] = ()
 
 
 def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used: int) -> LoadNotes:
@@ -72,6 +75,7 @@ def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used:
         files=() if is_one else tuple(f"{f.path.name}: {f.num_rows:,} rows, {f.format}" for f in files),
         scene=files[0].scene if is_one else None,
         first_view=files[0].first_view if is_one else None,
+        brushes=files[0].brushes if is_one else (),
     )
 
 

@@ -15,8 +15,15 @@ from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.ply_compressed import PACKED, check_compressed, is_compressed, read_compressed
-from brushgs.io.scenes.ply_header import Element, Header, parse_header
-from brushgs.io.scenes.ply_inria import FILTER_3D, check_inria, is_flat, read_columns_of, read_inria
+from brushgs.io.scenes.ply_header import BRUSH, Element, Header, parse_header
+from brushgs.io.scenes.ply_inria import (
+    FILTER_3D,
+    check_inria,
+    has_brushes,
+    is_flat,
+    read_columns_of,
+    read_inria,
+)
 from brushgs.io.scenes.ply_rows import warn_of_surplus
 from brushgs.io.scenes.scene_file import SceneFile, Training
 from brushgs.io.scenes.view_comments import Stored, read_comments
@@ -59,7 +66,8 @@ def open_scene(path: Path) -> SceneFile:
         warn_of_surplus(path, header, size)
         return columns, dropped
 
-    scene, first_view = _read_stored(path, header.view_text)
+    scene, first_view, brushes = _read_stored(path, header.view_text)
+    known = PACKED if has_chunks else read_columns_of(num_terms) | ({BRUSH} if has_brushes(vertex) else set())
     layout = "compressed PLY" if has_chunks else "PLY"
     return SceneFile(
         path=path,
@@ -71,9 +79,10 @@ def open_scene(path: Path) -> SceneFile:
         up=header.up,
         is_strokes=header.is_strokes,
         training=_training(header, vertex),
-        unknown=_unknown(vertex, PACKED if has_chunks else read_columns_of(num_terms)),
+        unknown=_unknown(vertex, known),
         scene=scene,
         first_view=first_view,
+        brushes=brushes,
     )
 
 
@@ -84,7 +93,7 @@ def _read_stored(path: Path, text: str) -> Stored:
     except ValueError as error:
         message = f"{path}: the view in its header cannot be read ({error}); the strokes are framed anew"
         warnings.warn(SceneWarning(message), stacklevel=2)
-        return None, None
+        return Stored()
 
 
 def _training(header: Header, vertex: Element) -> Training:

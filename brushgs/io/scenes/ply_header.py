@@ -30,6 +30,7 @@ _TRAINING: dict[str, Training] = {
     **{"default": "default", "0": "default"},
     **{"mip": "antialiased", "1": "antialiased", "2dgs": "2dgs"},
 }
+BRUSH = "brush"  # the column of bytes that holds the brush of each stroke: a row of the brushes in a comment
 MIP = "SplatRenderMode: mip"  # the comment on antialiased Gaussians
 # Scenes have at most 62 properties and a handful of elements; the time for either is quadratic.
 _MAX_PROPERTIES, _MAX_ELEMENTS = 1000, 100

@@ -20,7 +20,7 @@ from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import STANDARD, Encoding
 from brushgs.io.scenes.fill import Decoder, fill
-from brushgs.io.scenes.ply_header import Element, Header
+from brushgs.io.scenes.ply_header import BRUSH, Element, Header
 from brushgs.io.scenes.ply_rows import check_size, open_rows
 
 _MEANS = ("x", "y", "z")
@@ -77,6 +77,11 @@ def read_columns_of(num_terms: int) -> set[str]:
     return {*_MEANS, *_COLORS, *rest, "opacity", *_SCALES, *_QUATS, FILTER_3D}
 
 
+def has_brushes(vertex: Element) -> bool:
+    """Whether strokes have brushes: a column of bytes, which brushgs writes."""
+    return BRUSH in vertex.names and vertex.dtype[BRUSH] == np.uint8
+
+
 def count_terms(path: Path, element: Element) -> int:
     """Number of spherical-harmonic terms that an element with f_rest properties stores.
 
@@ -130,6 +135,8 @@ def read_inria(
     has_filter = FILTER_3D in vertex.names
 
     def decode(rows: NDArray[np.void], out: Columns) -> None:
+        if out.brushes is not None:
+            out.brushes[:] = rows[BRUSH]
         layout.decode(rows, out, flat=0 if encoding.scales == "linear" else -np.inf)
         if has_filter:  # its formula is one of standard values
             out.standardize(encoding)
@@ -141,7 +148,7 @@ def read_inria(
             yield lambda start, stop, out: decode(rows.read(start, stop), out)
 
     columns, dropped = fill(
-        Columns.empty(vertex.count, num_used),
+        Columns.empty(vertex.count, num_used, has_brushes=has_brushes(vertex)),
         open_decoder,
         block_rows=block_rows,
         num_rest=num_terms - 1,

@@ -1,5 +1,6 @@
 """Gaussians become a PLY file of the standard layout, which every 3DGS viewer and trainer reads."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import Array
 from brushgs.io.files import replacing
-from brushgs.io.scenes.ply_header import MIP, STROKES
+from brushgs.io.scenes.ply_header import BRUSH, MIP, STROKES
 from brushgs.io.scenes.view_comments import comment_lines
 from brushgs.scene import FirstView, Gaussians
 
@@ -24,12 +25,14 @@ def write_scene(
     is_strokes: bool = False,
     scene: str | None = None,
     first_view: FirstView | None = None,
+    brushes: Sequence[str] = (),
 ) -> None:
     """Write Gaussians as binary little-endian float32, log-scales and opacity logits.
 
     The values read back within float32 rounding of the logs. No infinity is written: a scale of 0 and
     opacities of 0 and 1 become finite logs that read back as exactly 0 and 1. That Gaussians are antialiased
-    is a comment, in the words of Brush.
+    is a comment, in the words of Brush. Where strokes have brushes, these are a column `brush` of bytes, the
+    last one.
 
     Args:
         gaussians: N >= 1 Gaussians.
@@ -37,9 +40,11 @@ def write_scene(
         is_strokes: whether a comment states that they are strokes: painting keeps all of them by default.
         scene: name of the scene that they were made of, for a comment.
         first_view: of that scene, for comments.
+        brushes: names of the brushes that strokes have rows of, for comments; omitted where they have none.
 
     Raises:
-        ValueError: if there are no Gaussians or a value is too large for float32.
+        ValueError: if there are no Gaussians, a value is too large for float32, a row lies beyond the brushes
+            that are named, or their names are too long.
         SceneError: if the file cannot be written.
     """
     if not len(gaussians):
@@ -51,8 +56,17 @@ def write_scene(
             raise ValueError(f"save: {name} must fit float32, got larger values; shrink the scene first")
     names = _names(gaussians.sh.shape[1])
     lines = "".join(f"property float {name}\n" for name in names)
+    lines += f"property uchar {BRUSH}\n" if gaussians.brushes is not None else ""
+    has_brushes = gaussians.brushes is not None
+    if gaussians.brushes is not None and brushes and (row := int(gaussians.brushes.max())) >= len(brushes):
+        raise ValueError(
+            f"save: brushes must be rows of the {len(brushes)} that are named, got {row}; choose them anew"
+        )
     stated = [STROKES] * is_strokes + [MIP] * gaussians.antialiased
-    comments = [*(f"comment {text}" for text in stated), *comment_lines(scene, first_view)]
+    comments = [
+        *(f"comment {text}" for text in stated),
+        *comment_lines(scene, first_view, brushes if has_brushes else ()),
+    ]
     comment = "".join(f"{line}\n" for line in comments)
     begin = f"ply\nformat binary_little_endian 1.0\n{comment}element vertex {len(gaussians)}\n"
     header = f"{begin}{lines}end_header\n"
@@ -80,7 +94,9 @@ def _encode(gaussians: Gaussians, width: int) -> bytes:
     rows[:, -8] = _logit(gaussians.opacities)
     rows[:, -7:-4] = _log(gaussians.scales)
     rows[:, -4:] = _representable(gaussians.quats)
-    return rows.tobytes()
+    if gaussians.brushes is None:
+        return rows.tobytes()
+    return np.hstack([rows.view(np.uint8), gaussians.brushes[:, None]]).tobytes()
 
 
 def _log(values: Array) -> NDArray[np.float64]:

@@ -58,6 +58,13 @@ def read_scene(
         if encoding.is_standard and not file.has_fixed_encoding:
             _warn_of_other_encoding(file.path, columns)
         parts.append(columns)
+    if len(parts) == 1:
+        _drop_unnamed_brushes(files[0], parts[0])
+    elif strokes := [file.path for file, part in zip(files, parts, strict=True) if part.brushes is not None]:
+        message = (
+            "the brushes of its strokes are dropped, as several files are painted with one set of brushes"
+        )
+        warnings.warn(SceneWarning(f"{strokes[0]}: {message}"), stacklevel=2)
     columns = Columns.joined(parts)
     notes = join_notes(files, rows_dropped=rows_dropped, sh_degree_used=SH_TERMS[columns.sh.shape[1]])
     return columns.gaussians(antialiased=notes.training == "antialiased"), notes
@@ -102,6 +109,16 @@ def _open_file(path: Path, lod: int | None) -> SceneFile:
         )
     file: SceneFile = reader.open_scene(path, lod) if scene_format.has_levels else reader.open_scene(path)
     return file
+
+
+def _drop_unnamed_brushes(file: SceneFile, columns: Columns) -> None:
+    """Drop the brushes of strokes where some are not among those that the file names."""
+    if columns.brushes is None or not file.brushes:
+        return
+    if (row := int(columns.brushes.max(initial=0))) >= len(file.brushes):
+        columns.brushes = None
+        message = f"strokes have brush {row} and the header names {len(file.brushes)}; brushes are dropped"
+        warnings.warn(SceneWarning(f"{file.path}: {message}"), stacklevel=3)
 
 
 def _warn_of_other_encoding(path: Path, columns: Columns) -> None:

@@ -51,6 +51,7 @@ class SceneFile:
         unknown: columns or extensions of the file that are not read, by name.
         scene: name of the scene that strokes were made of; None if the file names none.
         first_view: how that scene is seen; None if the file does not say.
+        brushes: names or paths of the brushes that strokes have rows of, as far as the file states them.
     """
 
     path: Path
@@ -65,3 +66,4 @@ class SceneFile:
     unknown: tuple[str, ...] = ()
     scene: str | None = None
     first_view: FirstView | None = None
+    brushes: tuple[str, ...] = ()

@@ -1,4 +1,4 @@
-"""Header comments that make a file of strokes look like its scene: its name and its first view.
+"""Header comments that make a file of strokes look like its scene: its name, its first view, its brushes.
 
 They are one JSON object, cut into lines that every PLY reader takes. Numbers survive to the last bit: they
 have as many digits as are needed, and points are base64 of little-endian float64.
@@ -9,7 +9,7 @@ import binascii
 import json
 from collections.abc import Callable, Sequence
 from math import isfinite, pi
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,13 +22,31 @@ MAX_TEXT = 1 << 17  # characters of JSON: 4,096 points take 131,072, and outline
 _MAX_POINTS = 4000
 _MAX_NAME = 200
 _AXES = {sign + axis for sign in "+-" for axis in "xyz"}
-Stored = tuple[str | None, FirstView | None]  # the name of the scene, and its first view
+_MOST_BRUSHES = 256  # a row of them is a byte
+_MAX_BRUSH_TEXT = 1 << 16  # characters of JSON: names of all brushes
 
 
-def comment_lines(scene: str | None, first_view: FirstView | None) -> list[str]:
+class Stored(NamedTuple):
+    """What the comments state.
+
+    Attributes:
+        scene: the name of the scene.
+        first_view: how that is seen.
+        brushes: names or paths of the brushes, by row.
+    """
+
+    scene: str | None = None
+    first_view: FirstView | None = None
+    brushes: tuple[str, ...] = ()
+
+
+def comment_lines(scene: str | None, first_view: FirstView | None, brushes: Sequence[str] = ()) -> list[str]:
     """The comments, in ASCII and without newlines; none where there is nothing to say.
 
     A first view of too many points is omitted.
+
+    Raises:
+        ValueError: if the names of the brushes are too long.
     """
     content: dict[str, Any] = {}
     if scene:
@@ -39,6 +57,13 @@ def comment_lines(scene: str | None, first_view: FirstView | None) -> list[str]:
             for name, (write, _) in _CODECS.items()
             if (value := getattr(first_view, name)) is not None
         }
+    if brushes:
+        content["brushes"] = list(brushes)
+        if (length := len(json.dumps(content["brushes"]))) > _MAX_BRUSH_TEXT:
+            raise ValueError(
+                f"save: names of brushes must take at most {_MAX_BRUSH_TEXT:,} characters, got {length:,}; "
+                "use fewer or shorter ones"
+            )
     if not content:
         return []
     text = json.dumps(content, separators=(",", ":"), allow_nan=False)
@@ -52,18 +77,19 @@ def read_comments(text: str) -> Stored:
         ValueError: if it is damaged.
     """
     if not text:
-        return None, None
+        return Stored()
     try:
         content = json.loads(text[: MAX_TEXT + 1])
         if not isinstance(content, dict):
             raise ValueError("no object")
         scene, fields = content.get("scene"), content.get("first_view")
+        brushes = _brushes(content.get("brushes", []))
         if scene is not None:
             scene = _name(scene)
         if fields is None:
-            return scene, None
+            return Stored(scene, None, brushes)
         read = {name: read(fields[name]) for name, (_, read) in _CODECS.items() if name in fields}
-        return scene, FirstView(**read)
+        return Stored(scene, FirstView(**read), brushes)
     except (TypeError, KeyError, AttributeError, RecursionError, OverflowError) as error:
         raise ValueError(f"damaged: {error}") from None
 
@@ -144,6 +170,14 @@ def _name(value: Any) -> str:
     if not isinstance(value, str) or len(value) > _MAX_NAME or not value.isprintable():
         raise ValueError("the name of a scene must be a short text")
     return value
+
+
+def _brushes(value: Any) -> tuple[str, ...]:
+    if not isinstance(value, list) or len(value) > _MOST_BRUSHES:
+        raise ValueError(f"brushes must be a list of at most {_MOST_BRUSHES} names")
+    if not all(isinstance(name, str) and name for name in value):
+        raise ValueError("brushes must be names")
+    return tuple(value)
 
 
 def _plain(value: Any) -> Any:

@@ -1,5 +1,6 @@
 """Gaussians become a scene file; its suffix decides the format."""
 
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 
@@ -15,6 +16,7 @@ def write_scene(
     is_strokes: bool = False,
     scene: str | None = None,
     first_view: FirstView | None = None,
+    brushes: Sequence[str] = (),
 ) -> None:
     """Write Gaussians to a scene file, which appears when it is complete.
 
@@ -25,6 +27,7 @@ def write_scene(
             default.
         scene: name of the scene that they were made of, which the file records.
         first_view: of that scene, which the file records: it is seen by the same cameras as the scene.
+        brushes: names or paths of the brushes that `gaussians.brushes` are rows of, which the file records.
 
     Raises:
         ValueError: if the suffix is of no format, there are no Gaussians, or a value does not fit the format.
@@ -35,4 +38,6 @@ def write_scene(
         known = ", ".join(SCENE_SUFFIXES)
         raise ValueError(f"save: Gaussians must go to a {known} file, got {str(path)!r}; change the suffix")
     writer = import_module(f"brushgs.io.scenes.{scene_format.writer}")
-    writer.write_scene(gaussians, path, is_strokes=is_strokes, scene=scene, first_view=first_view)
+    writer.write_scene(
+        gaussians, path, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes
+    )

@@ -1,0 +1,99 @@
+"""The brushes of strokes in a PLY file: a column of bytes, and their names in the header."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.errors import SceneWarning
+from brushgs.io import read_scene
+from brushgs.io.scenes.read import read_raw
+from brushgs.io.scenes.write import write_scene
+from tests.io.test_write_ply import assert_same, make
+
+NAMES = ("flat", "flat_2", "/brushes/Käfer, \N{KOALA}.png")
+
+
+def strokes_of(num=300, *, terms=4, count=3, dtype=np.float32):
+    brushes = np.random.default_rng(num).integers(0, count, num).astype(np.uint8)
+    return replace(make(num, terms, dtype=dtype), brushes=brushes)
+
+
+def header_of(path):
+    return path.read_bytes().split(b"end_header\n")[0].decode()
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("num", [1, 300, 40_000])  # the last in several blocks
+def test_brushes_and_their_names_read_back(tmp_path, num, dtype):
+    strokes = strokes_of(num, dtype=dtype)
+    write_scene(strokes, tmp_path / "a.ply", is_strokes=True, scene="koala", brushes=NAMES)
+    read, notes = read_scene(tmp_path / "a.ply")
+    np.testing.assert_array_equal(read.brushes, strokes.brushes)
+    if dtype == np.float32:
+        assert_same(read, strokes)
+    assert (notes.brushes, notes.scene, notes.unknown) == (NAMES, "koala", ())
+    raw, _ = read_raw(tmp_path / "a.ply")
+    np.testing.assert_array_equal(raw.brushes, strokes.brushes)
+
+
+def test_the_column_is_the_last_and_one_byte(tmp_path):
+    plain, brushed = tmp_path / "plain.ply", tmp_path / "brushed.ply"
+    write_scene(replace(strokes_of(), brushes=None), plain, brushes=NAMES)
+    bg.save(strokes_of(), brushed)
+    assert "brush" not in header_of(plain)
+    assert header_of(brushed).endswith("property float rot_3\nproperty uchar brush\n")
+    rows = brushed.read_bytes().split(b"end_header\n", 1)[1]
+    expected = plain.read_bytes().split(b"end_header\n", 1)[1]
+    width = len(expected) // 300
+    table = np.frombuffer(rows, np.uint8).reshape(300, width + 1)
+    assert table[:, :-1].tobytes() == expected
+    np.testing.assert_array_equal(table[:, -1], strokes_of().brushes)
+    read, notes = read_scene(brushed)  # which names none
+    np.testing.assert_array_equal(read.brushes, strokes_of().brushes)
+    assert notes.brushes == ()
+
+
+def test_rows_that_are_dropped_take_their_brushes_with_them(tmp_path):
+    strokes = strokes_of()
+    path = tmp_path / "a.ply"
+    write_scene(strokes, path, brushes=NAMES)
+    begin, rows = path.read_bytes().split(b"end_header\n", 1)
+    table = np.frombuffer(rows, np.uint8).reshape(300, -1).copy()
+    table[[3, 70], :4] = np.frombuffer(np.float32(np.nan).tobytes(), np.uint8)
+    path.write_bytes(begin + b"end_header\n" + table.tobytes())
+    with pytest.warns(SceneWarning, match="2 of 300 rows were dropped"):
+        read = bg.load(path)
+    np.testing.assert_array_equal(read.brushes, np.delete(strokes.brushes, [3, 70]))
+
+
+def test_brushes_that_the_header_does_not_name_are_dropped_and_told(tmp_path):
+    path = tmp_path / "a.ply"
+    write_scene(strokes_of(), path, brushes=NAMES)
+    path.write_bytes(path.read_bytes().replace(b'"flat","flat_2",', b'"flat, flat__2",'))
+    with pytest.warns(SceneWarning, match="strokes have brush 2 and the header names 2; brushes are dropped"):
+        read, _ = read_scene(path)
+    assert read.brushes is None
+    with pytest.raises(ValueError, match=r"^save: brushes must be rows of the 2 that are named, got 2"):
+        write_scene(strokes_of(), tmp_path / "b.ply", brushes=NAMES[:2])
+    with pytest.raises(ValueError, match=r"^save: names of brushes must take at most 65,536 characters"):
+        write_scene(strokes_of(), tmp_path / "b.ply", brushes=["a" * 30_000] * 3)
+    assert not (tmp_path / "b.ply").exists()
+
+
+def test_several_files_are_painted_with_one_set_of_brushes(tmp_path):
+    paths = [tmp_path / "a.ply", tmp_path / "b.ply"]
+    for path in paths:
+        write_scene(strokes_of(), path, is_strokes=True, brushes=NAMES)
+    with pytest.warns(SceneWarning, match=r"a\.ply: the brushes of its strokes are dropped"):
+        read, notes = read_scene(paths)
+    assert (len(read), read.brushes, notes.brushes) == (600, None, ())
+
+
+def test_a_column_of_another_type_is_none_of_ours(tmp_path):
+    path = tmp_path / "a.ply"
+    write_scene(strokes_of(), path)
+    path.write_bytes(path.read_bytes().replace(b"property uchar brush", b"property char brush"))
+    read, notes = read_scene(path)
+    assert (read.brushes, notes.unknown) == (None, ("brush",))
