@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.brush_set import BrushSet
 from brushgs.options.choices import Filter, Order
 from brushgs.rendering.project import project
 from brushgs.rendering.underpaint import Underpaint
@@ -39,8 +39,8 @@ class Case:
     streaks: float = 0.0
 
     @property
-    def texture(self) -> StrokeTexture:
-        return StrokeTexture.open(self.stroke)
+    def texture(self) -> BrushSet:
+        return BrushSet.open(self.stroke)
 
 
 @lru_cache
@@ -70,6 +70,11 @@ def soft_wheel_boxes(num_sigmas: float) -> Boxes:
 def large_boxes(num_sigmas: float) -> Boxes:
     """Few strokes, large enough to show streaks."""
     return boxes_of(scene(NUM_LARGE_STROKES), 1.8 * num_sigmas)
+
+
+def large_boxes_of_three(num_sigmas: float) -> Boxes:
+    boxes = large_boxes(num_sigmas)
+    return replace(boxes, brushes=(boxes.ids % 3).astype(np.uint8))
 
 
 def large_soft_boxes(num_sigmas: float) -> Boxes:
@@ -125,5 +130,6 @@ CASES = {
         "flat", "bilinear", large_soft_boxes, underpaint=UNDERPAINT, streaks=0.4
     ),
     "wheel_underpaint": Case("filbert", "nearest", set_back_wheel_boxes, None, Underpaint(1.3), 0.5),
+    "three_brushes": Case("filbert_2,dab,wash", "mip", large_boxes_of_three, streaks=0.2),
     "wheel_soft": Case("filbert", "bilinear", soft_wheel_boxes, background=None),
 }
