@@ -121,8 +121,9 @@ class BrushSet:
         paths = paths_of(stroke) if isinstance(stroke, str | Path) else list(stroke)
         check_count(len(paths))  # before they are all read
         textures = tuple(StrokeTexture.open(path, size=size) for path in paths)
-        is_folder = isinstance(stroke, str | Path) and list(paths) != [stroke] and is_dir(Path(stroke))
-        return cls(textures, Path(str(stroke)).resolve().name if is_folder else "")
+        if isinstance(stroke, str | Path) and is_folder(stroke):
+            return cls(textures, name_of(stroke))
+        return cls(textures)
 
     @classmethod
     def of(cls, stroke: Any) -> "BrushSet":
@@ -189,7 +190,7 @@ def paths_of(stroke: str | Path) -> Sequence[str | Path]:
         SceneError: if a folder holds no image, or nothing stands between two commas.
     """
     path = Path(stroke)
-    if is_dir(path) and not (isinstance(stroke, str) and variants_of(stroke)):
+    if is_folder(stroke):
         images = sorted(p for p in path.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES and is_plain(p))
         if not images:
             known = ", ".join(IMAGE_SUFFIXES)
@@ -201,6 +202,22 @@ def paths_of(stroke: str | Path) -> Sequence[str | Path]:
     if not all(parts):
         raise SceneError(stroke, "nothing stands between two commas; write names or files, as in flat,dab")
     return parts
+
+
+def is_folder(stroke: str | Path) -> bool:
+    """Whether a text or path means the images of a folder; the name of a built-in stroke does not."""
+    return is_dir(Path(stroke)) and not (isinstance(stroke, str) and variants_of(stroke))
+
+
+def name_of(stroke: str | Path) -> str:
+    """A name for what `BrushSet.open` takes, fit for that of a file, without reading an image.
+
+    Raises:
+        SceneError: if a folder holds no image, or nothing stands between two commas.
+    """
+    if is_folder(stroke):
+        return Path(stroke).resolve().name
+    return joined_name([Path(path).stem for path in paths_of(stroke)])
 
 
 def joined_name(names: Sequence[str]) -> str:

@@ -97,7 +97,9 @@ def look_of(args: Namespace) -> str:
 def painting_name(args: Namespace, config: "PaintConfig") -> str:
     """What a painting is called after its scene: the stroke where one is named, else the look."""
     if "stroke" in given(args, "draw") or PRESETS[getattr(args, "preset", "default")]:
-        return Path(config.draw.stroke).stem
+        from brushgs.brushes.brush_set import name_of
+
+        return name_of(config.draw.stroke)
     return Path(look_of(args)).stem
 
 

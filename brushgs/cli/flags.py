@@ -206,9 +206,10 @@ def add_draw(parser: ArgumentParser, *, has_look: bool = False) -> None:
     flags = ConfigFlags(container, "draw")
     flags.add(
         "--stroke",
-        metavar="NAME|FILE",
+        metavar="NAME|FILE|FOLDER",
         help="built-in stroke (`brushgs strokes` lists them), an image file, or 'gaussian' for the plain "
-        f"3DGS picture; image files: {PICTURES_READ}; default {stroke}",
+        "3DGS picture; several with commas between them (flat,dab: long strokes take the flat brush, short "
+        f"ones dabs), or a folder of images: any of them; image files: {PICTURES_READ}; default {stroke}",
     )
     flags.add(
         "--filter",

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from brushgs.brushes.brush_set import name_of
 from brushgs.errors import SceneError
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.painting import PaintConfig
@@ -41,7 +42,7 @@ def paint_demo(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise SceneError(folder, f"the folder cannot be made: {error.strerror}") from None
-    scene, picture = folder / SCENE_NAME, folder / f"still_life-{name or Path(config.draw.stroke).stem}.png"
+    scene, picture = folder / SCENE_NAME, folder / f"still_life-{name or name_of(config.draw.stroke)}.png"
     check_output(scene, SCENE_SUFFIXES)
     with report.stage("build") as stage:
         counts = {} if num_gaussians is None else {"num_gaussians": num_gaussians}

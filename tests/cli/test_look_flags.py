@@ -142,6 +142,8 @@ def test_a_look_lies_between_the_defaults_of_a_command_and_a_preset(tmp_path):
         (["--strokes", "50"], "oil"),
         (["--stroke", "swirl"], "swirl"),
         (["--look", "ink", "--stroke", "brushes/my.png"], "my"),
+        (["--stroke", "flat, brushes/my dab.png"], "flat-my dab"),
+        (["--stroke", "flat,dab,ink,fan"], "flat-and-3-more"),
         (["--stroke", "gaussian"], "gaussian"),
         (["--preset", "paper"], "swirl"),
         (["--look", "looks/mine.toml"], "mine"),
