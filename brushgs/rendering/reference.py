@@ -298,7 +298,7 @@ def soft_weights(
     return (weights * (alpha / weights.sum()) if alpha > 0 else weights), alpha
 
 
-_Copies = dict[tuple[StrokeTexture, int, int], NDArray[np.uint8]]
+_Copies = dict[tuple[int, int, int], NDArray[np.uint8]]  # identity of the texture, and levels
 
 
 @dataclass(frozen=True, eq=False)
@@ -397,9 +397,9 @@ def _coverage_of_box(
     rows, columns = texture.coverage.shape
     u, v = level_index(half[0], columns), level_index(half[1], rows)
     scale = np.array([axis_levels(columns)[u].scale, axis_levels(rows)[v].scale])
-    if (texture, u, v) not in copies:
-        copies[texture, u, v] = level_coverage(texture.coverage, u, v)
-    return copies[texture, u, v], scale
+    if (id(texture), u, v) not in copies:
+        copies[id(texture), u, v] = level_coverage(texture.coverage, u, v)
+    return copies[id(texture), u, v], scale
 
 
 def _sample(texture: StrokeTexture, coverage: NDArray[np.uint8], s: F64, t: F64, filter: Filter) -> F64:
