@@ -23,6 +23,7 @@ SH_TERMS = {1: 0, 4: 1, 9: 2, 16: 3}  # number of spherical-harmonic terms -> de
 # alpha-weighted mean it is. Boxes without the column give frames without the layer. How many channels the
 # core has room for is said in core/include/brushgs/layers.hpp.
 LAYERS = {"depth": "depths"}
+_OPTIONAL = {"softness": "M", "setbacks": "M", "reliefs": "M 2"}  # columns of Boxes, >= 0 -> shape
 GAUSSIAN_COLUMNS = (
     "means",
     "quats",
@@ -281,10 +282,12 @@ class Boxes:
         setbacks: [M] world units, >= 0, or None: how far behind each stroke its underpaint lies, see
             `rasterize`; None for boxes without.
         brushes: [M] uint8, the brush of each box: its row of a `BrushSet`; None: the first for all.
+        reliefs: [M, 2] pixels, >= 0, or None: the thickness of each stroke's paint, and what the height of
+            its brush, less 1/2, is multiplied by; see `rasterize`.
 
     Raises:
         TypeError: if a column has another dtype.
-        ValueError: if a shape is wrong, the depths descend or a softness or setback is negative.
+        ValueError: if a shape is wrong, the depths descend or a softness, setback or relief is negative.
     """
 
     centers: Array  # [M, 2]
@@ -297,6 +300,7 @@ class Boxes:
     softness: Array | None = None  # [M]
     setbacks: Array | None = None  # [M]
     brushes: NDArray[np.uint8] | None = None  # [M]
+    reliefs: Array | None = None  # [M, 2]
 
     def __post_init__(self) -> None:
         _freeze_columns("Boxes", self, _BOX_INTEGERS)
@@ -309,20 +313,20 @@ class Boxes:
             colors=(self.colors, "M 3"),
             opacities=(self.opacities, "M"),
             ids=(self.ids, "M"),
-            **{name: (column, "M") for name, column in self._optional().items()},
+            **{name: (column, _OPTIONAL[name]) for name, column in self._optional().items()},
             **({} if self.brushes is None else {"brushes": (self.brushes, "M")}),
         )
         _check_finite("Boxes", self)
         _check_rows("Boxes", "depths", "ascend: sort by depth", np.diff(self.depths) < 0)
         for name, column in self._optional().items():
             if column.min(initial=0) < 0:
-                _check_rows("Boxes", name, "be >= 0", column < 0)
+                _check_rows("Boxes", name, "be >= 0", np.any(column.reshape(len(self), -1) < 0, axis=1))
 
     def __len__(self) -> int:
         return len(self.centers)
 
     def _optional(self) -> dict[str, Array]:
-        columns = {"softness": self.softness, "setbacks": self.setbacks}
+        columns = {name: getattr(self, name) for name in _OPTIONAL}
         return {name: column for name, column in columns.items() if column is not None}
 
     def attributes(self) -> dict[str, Array]:
@@ -351,11 +355,15 @@ class Frame:
         rgb: [H, W, 3] colour premultiplied by alpha, display-encoded, float32 or float64.
         alpha: [H, W] 1 - transmittance, 0 to 1.
         depth: [H, W] alpha-weighted mean camera z, 0 where nothing is painted; None if the frame has none.
+        height: [H, W] how high the paint stands, pixels: the sum over strokes of the weight of their colour
+            times the height of their paint, so 0 where nothing is painted, see `rasterize`; None if the frame
+            has none.
     """
 
     rgb: Array  # [H, W, 3]
     alpha: Array  # [H, W]
     depth: Array | None = None  # [H, W]
+    height: Array | None = None  # [H, W]
 
     def over(self, background: Sequence[float] | Array | str) -> Array:
         """The picture on a background, [H, W, 3].

@@ -31,7 +31,8 @@ def boxes(dtype=np.float32) -> Boxes:
     columns = [g.uniform(0, 1, shape).astype(dtype) for shape in shapes]
     columns[3].sort()
     softness, setbacks = (g.uniform(0, 1, N).astype(dtype) for _ in range(2))
-    return Boxes(*columns, np.arange(N, dtype=np.int32), softness, setbacks)
+    reliefs = g.uniform(0, 1, (N, 2)).astype(dtype)
+    return Boxes(*columns, np.arange(N, dtype=np.int32), softness, setbacks, reliefs=reliefs)
 
 
 def camera(**changes) -> Camera:

@@ -38,6 +38,7 @@ MARGIN_PIXELS = 0.45
 # keeps every box of the default settings above 2.2 px.
 SHORTEST_BOX = 0.25
 _QUADRATURE = 4  # midpoints on each side of a texel's hat
+_FAINT_PAINT = 2.0  # of 255: the height of less is mostly noise, and fades to none
 _TOO_SMALL = 1e-6  # a weight; 255 texels of it stay far below half a step of 8 bits
 
 
@@ -109,6 +110,32 @@ def level_coverage(coverage: NDArray[np.uint8], level_u: int, level_v: int) -> N
     return filtered_along_v(filtered_along_u(coverage, level_u), level_v)
 
 
+def level_height(
+    height: NDArray[np.uint8], coverage: NDArray[np.uint8], level_u: int, level_v: int
+) -> NDArray[np.uint8]:
+    """The texels of one level of the height of the paint: its mean over the paint, 1/2 where there is none.
+
+    A pixel sees the height of the paint in it, not of the gaps between bristles; so heights are weighted by
+    coverage.
+
+    Args:
+        height: uint8 [h, w] source, 255 = 1.
+        coverage: uint8 [h, w] where the paint is, 255 = full.
+        level_u: as for `level_coverage`.
+        level_v: as for `level_coverage`.
+
+    Returns:
+        uint8 like `level_coverage`; the source itself for levels (0, 0).
+    """
+    if level_u == 0 and level_v == 0:
+        return height
+    weight = coverage.astype(np.float64)
+    paint = unrounded_coverage(coverage, level_u, level_v)
+    above = _along_v(_along_u((height - 127.5) * weight, level_u), level_v)
+    mean = 127.5 + above / np.maximum(paint, _FAINT_PAINT)
+    return np.asarray(np.clip(np.rint(mean), 0, 255).astype(np.uint8))
+
+
 def level_gradient(
     coverage: NDArray[np.uint8], level_u: int, level_v: int, v_texels: NDArray[np.float64]
 ) -> NDArray[np.float64]:
@@ -144,7 +171,10 @@ def unrounded_coverage(coverage: NDArray[np.uint8], level_u: int, level_v: int) 
 
 def filtered_along_u(coverage: NDArray[np.uint8], level_u: int) -> NDArray[np.float64]:
     """The first half of `level_coverage`, which all its levels of one `level_u` share."""
-    texels = coverage.astype(np.float64)
+    return _along_u(coverage.astype(np.float64), level_u)
+
+
+def _along_u(texels: NDArray[np.float64], level_u: int) -> NDArray[np.float64]:
     if level_u == 0:
         return texels
     return np.ascontiguousarray(_filtered(np.ascontiguousarray(texels.T), level_u).T)

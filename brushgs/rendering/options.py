@@ -14,6 +14,7 @@ from brushgs.options.choices import Filter, Lock, Order, ViewLock
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.project import LOW_PASS, Directions, ProjectCounts, ProjectOptions, project_by
 from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.relief import Relief
 from brushgs.rendering.underpaint import STROKE_REACH, Underpaint
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
@@ -33,6 +34,7 @@ class RenderOptions:
         depth: whether frames have a depth.
         underpaint: what lies behind each stroke, see `rasterize`; None for nothing.
         streaks: amplitude of the streaks along strokes, see `rasterize`.
+        relief: how high the paint lies, see `project`; frames then have a height. None for none.
         min_transmittance: see `rasterize`.
         num_threads: None takes the processors available to this process. The picture does not depend on it.
     """
@@ -46,6 +48,7 @@ class RenderOptions:
     depth: bool = True
     underpaint: Underpaint | None = None
     streaks: float = 0.0
+    relief: Relief | None = None
     min_transmittance: float = MIN_TRANSMITTANCE
     num_threads: int | None = None
 
@@ -105,6 +108,7 @@ class RenderOptions:
             fade=self.fade,
             order=self.order,
             underpaint=self.underpaint is not None,
+            relief=self.relief,
             num_threads=self.num_threads,
         )
 
@@ -125,6 +129,7 @@ def rasterize_with(boxes: Boxes, camera: Camera, texture: Brushes, options: Rend
         depth=options.depth,
         underpaint=options.underpaint,
         streaks=options.streaks,
+        relief=options.relief is not None,
         min_transmittance=options.min_transmittance,
         num_threads=options.num_threads,
     )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from brushgs.arrays import F64, check
 from brushgs.native import core as _core
 from brushgs.options.choices import Lock, Order, ViewLock
+from brushgs.rendering.relief import Relief
 from brushgs.scene import Boxes, Camera, Gaussians
 from brushgs.sh import used_sh_degree
 from brushgs.threads import num_threads_or_default
@@ -100,6 +101,7 @@ class ProjectOptions:
     fade: bool = False
     order: Order = "depth"
     underpaint: bool = False
+    relief: bool | Relief | None = None
     num_threads: int | None = None
 
     def __post_init__(self) -> None:
@@ -176,6 +178,7 @@ def project(
     fade: bool = False,
     order: Order = "depth",
     underpaint: bool = False,
+    relief: bool | Relief = False,
     num_threads: int | None = None,
 ) -> Boxes:
     """Project Gaussians to oriented boxes on the image plane.
@@ -206,6 +209,9 @@ def project(
             two larger scales of its Gaussian, over which `rasterize` lets boxes fade into each other.
         underpaint: whether boxes have setbacks: each the geometric mean of the two larger scales of its
             Gaussian, which does not depend on the view. `rasterize` then can paint them over underpaint.
+        relief: whether boxes have reliefs, or how high the paint lies. Both numbers of a stroke grow with the
+            root of its size among all strokes, vary from row to row, and scale with the root of the picture's
+            area.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Returns:
@@ -226,6 +232,7 @@ def project(
         fade=fade,
         order=order,
         underpaint=underpaint,
+        relief=relief,
         num_threads=num_threads,
     )
     return project_by(gaussians, camera, options)[0]
@@ -240,6 +247,8 @@ def project_by(gaussians: Gaussians, camera: Camera, options: ProjectOptions) ->
         softness=SOFTNESS if options.order == "soft" else 0.0,
         with_setbacks=bool(options.underpaint),
     )
+    if (relief := Relief.of(options.relief)) is not None:
+        columns["reliefs"] = relief.of_boxes(gaussians, columns["ids"], camera)
     brushes = None if gaussians.brushes is None else gaussians.brushes[columns["ids"]]
     return Boxes(**columns, brushes=brushes), ProjectCounts(**culled)
 

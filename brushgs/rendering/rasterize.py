@@ -11,6 +11,7 @@ from brushgs.options.choices import MAX_PIXELS, MAX_SIDE, Blend, Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.depth_test import DepthTest, depth_test_arguments
 from brushgs.rendering.glaze import check_glaze, glaze_colors
+from brushgs.rendering.relief import check_relief, relief_arguments
 from brushgs.rendering.streaks import check_streaks, streak_arguments
 from brushgs.rendering.texture_levels import kernel_of, levels_for
 from brushgs.rendering.underpaint import Underpaint, underpaint_arguments
@@ -30,6 +31,7 @@ def rasterize(
     depth: bool = True,
     underpaint: Underpaint | None = None,
     streaks: float = 0.0,
+    relief: bool = False,
     blend: Blend = "cover",
     in_front_of: DepthTest | None = None,
     min_transmittance: float = MIN_TRANSMITTANCE,
@@ -64,10 +66,17 @@ def rasterize(
     tufts of several. Either fades out where boxes are too narrow to show it, see `rendering/streaks.py`. The
     built-in kernels have neither.
 
+    With `relief` the frame has a height: the sum over strokes of the weight of their colour times thickness +
+    gain (h - 1/2), both from the box's `reliefs`, h the height of the stroke image, sampled as its coverage
+    is (its coverage, where the image has no height). The built-in kernels add their thickness alone,
+    underpaint 15/80 of that. Weights are those of the colours, though real paint keeps a part of what it
+    covers: so a pixel that is finished has its whole height, and in soft order heights are as continuous as
+    colours. No gradient passes through them.
+
     With `blend="glaze"` paint is transparent. The frame's rgb is then a tint, what is left of the light
     behind: the product over boxes of c^alpha, c each channel of a colour held within 0.02 to 1; it is 1 where
     nothing is painted. Alpha is 1 - product of (1 - alpha) as before. The order of boxes plays no part, nor
-    softness; no pixel is ever finished, and there is no depth.
+    softness; no pixel is ever finished, and there is neither depth nor height.
 
     With `in_front_of` boxes fade out behind a limit that each pixel sets, see `DepthTest`; a box and its
     underpaint alike, by the depth of the box.
@@ -84,6 +93,7 @@ def rasterize(
         depth: whether the frame has a depth.
         underpaint: what lies behind each stroke, or None for nothing; the boxes must have setbacks.
         streaks: largest share by which the colour of a stroke is lighter or darker, 0 to 0.5.
+        relief: whether the frame has a height; the boxes must have reliefs.
         blend: "cover": paint hides what lies behind it. "glaze": it tints what lies behind it.
         in_front_of: how far back boxes are seen, or None for all the way.
         min_transmittance: a pixel is finished before it would let less light through, in [0, 1); strokes
@@ -97,9 +107,9 @@ def rasterize(
 
     Raises:
         TypeError: if `underpaint` or `in_front_of` is neither None nor of its type.
-        ValueError: if an option is out of range; if `underpaint` is given and boxes have no setbacks; if the
-            brush of a box lies beyond the set; if a glaze is to have underpaint or streaks; or if
-            `in_front_of` is of another size.
+        ValueError: if an option is out of range; if `underpaint` is given and boxes have no setbacks, or
+            `relief` and they have no reliefs; if the brush of a box lies beyond the set; if a glaze is to
+            have underpaint or streaks; or if `in_front_of` is of another size.
     """
     if filter not in get_args(Filter):
         raise ValueError(f"rasterize: filter must be one of {', '.join(get_args(Filter))}, got {filter!r}")
@@ -115,6 +125,9 @@ def rasterize(
     check_streaks("rasterize", streaks)
     check_glaze("rasterize", blend, underpaint, streaks)
     is_glaze = blend == "glaze"
+    relief = relief and not is_glaze
+    if relief:
+        check_relief("rasterize", boxes)
     depth_test = depth_test_arguments("rasterize", boxes, in_front_of, height, width)
     brush_set, threads = BrushSet.of(texture), num_threads_or_default(num_threads)
     is_image = brush_set.kind == "image"
@@ -127,9 +140,10 @@ def rasterize(
     new_plane: Any = _core.new_plane_float32 if is_single else _core.new_plane_float64
     rgb, alpha = new_plane([height, width, 3]), new_plane([height, width])
     layers = {name: new_plane([height, width, *a.shape[1:]]) for name, a in attributes.items()}
+    height_plane = new_plane([height, width]) if relief else None
     _core.rasterize(
         kernel=kernel_of(brush_set, filter),
-        levels=levels_for("rasterize", boxes, brush_set, filter).packed,
+        levels=levels_for("rasterize", boxes, brush_set, filter, heights=relief).packed,
         min_transmittance=float(min_transmittance),
         num_threads=threads,
         centers=boxes.centers,
@@ -142,6 +156,7 @@ def rasterize(
         softness=boxes.softness if is_soft else None,
         **underpaint_arguments("rasterize", boxes, brush_set, underpaint),
         **streak_arguments(boxes, streaks),
+        **relief_arguments(boxes, height_plane),
         rgb=rgb,
         alpha=alpha,
         layers=list(layers.values()),
@@ -150,7 +165,7 @@ def rasterize(
     )
     if exponent and "depth" in layers:
         np.ldexp(layers["depth"], -exponent, out=layers["depth"])
-    return Frame(rgb, alpha, **layers)
+    return Frame(rgb, alpha, **layers, height=height_plane)
 
 
 def _in_plain_range(boxes: Boxes) -> tuple[Boxes, int]:

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array
 from brushgs.brushes.brush_set import Brushes, BrushSet
-from brushgs.brushes.levels import axis_levels, level_coverage, level_index
+from brushgs.brushes.levels import axis_levels, level_coverage, level_height, level_index
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Blend, Filter
 from brushgs.rendering.constants import GAUSSIAN_SIGMAS, LEAST_LIGHT, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
 from brushgs.rendering.depth_test import DepthTest
 from brushgs.rendering.glaze import pigments
 from brushgs.rendering.project import SOFTNESS, Directions, ProjectOptions
+from brushgs.rendering.relief import UNDERPAINT_THICKNESS, Relief, paint_height
 from brushgs.rendering.streaks import BRISTLES, noise, streak_starts, streak_weights
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
@@ -94,6 +95,7 @@ def project(gaussians: Gaussians, camera: Camera, **options: Any) -> Boxes:
         SOFTNESS * sizes[kept] if given.order == "soft" else None,
         sizes[kept] if given.underpaint else None,
         None if gaussians.brushes is None else gaussians.brushes[ids[kept]],
+        None if (relief := Relief.of(given.relief)) is None else relief.of_boxes(scene, ids[kept], camera),
     )
 
 
@@ -182,6 +184,7 @@ def rasterize(
     filter: Filter = "mip",
     underpaint: Underpaint | None = None,
     streaks: float = 0.0,
+    relief: bool = False,
     blend: Blend = "cover",
     in_front_of: DepthTest | None = None,
     min_transmittance: float = MIN_TRANSMITTANCE,
@@ -191,15 +194,17 @@ def rasterize(
     Source: Xiang et al. 2025, 3.4 (texture mapping); Kerbl et al. 2023 (blending and its thresholds).
     """
     textures = texture.textures if isinstance(texture, BrushSet) else (texture,)
-    layers = _layers(boxes, textures, height, width, filter, underpaint, streaks)
+    layers = _layers(boxes, textures, height, width, filter, underpaint, streaks, relief)
     if in_front_of is not None:
         layers = (_in_front_of(layer, boxes, in_front_of) for layer in layers)
     if blend == "glaze":
         return _glaze(boxes, layers, height, width)
     if boxes.softness is not None and texture.kind == "image":
-        return _rasterize_softly(boxes, boxes.softness, layers, height, width, min_transmittance)
+        frame = _rasterize_softly(boxes, boxes.softness, layers, height, width, min_transmittance)
+        return frame if relief else replace(frame, height=None)
     rgb, sums = np.zeros((height, width, 3)), _no_layers(boxes, height, width)
     transmittance, is_open = np.ones((height, width)), np.ones((height, width), dtype=bool)
+    paint = np.zeros((height, width))
     for layer in layers:
         row, window, alpha = layer.row, layer.window, layer.alpha
         is_painted = is_open[window] & (alpha >= MIN_ALPHA)
@@ -208,11 +213,12 @@ def rasterize(
         rgb[window] += (weight * layer.shade)[..., None] * boxes.colors[row].astype(np.float64)
         for name, attribute in boxes.attributes().items():
             sums[name][window] += np.multiply.outer(weight, attribute[row].astype(np.float64))
+        paint[window] += weight * layer.height
         transmittance[window] -= weight
         is_open[window] &= ~is_last
     alpha = 1 - transmittance
     means = {name: _over_alpha(total, alpha) for name, total in sums.items()}
-    return Frame(rgb, alpha, **means)
+    return Frame(rgb, alpha, **means, height=paint if relief else None)
 
 
 def _glaze(boxes: Boxes, layers: Iterable["_Layer"], height: int, width: int) -> Frame:
@@ -242,26 +248,27 @@ def _rasterize_softly(
     min_transmittance: float,
 ) -> Frame:
     """Boxes that fade into each other where depths are close, pixel by pixel; but for their underpaint."""
-    rgb, alpha = np.zeros((height, width, 3)), np.zeros((height, width))
+    rgb, alpha, paint = np.zeros((height, width, 3)), np.zeros((height, width)), np.zeros((height, width))
     means = _no_layers(boxes, height, width)
     rows: dict[tuple[int, int], list[int]] = {}
-    fragments: dict[tuple[int, int], list[tuple[float, float, float, float]]] = {}
+    fragments: dict[tuple[int, int], list[tuple[float, float, float, float, float]]] = {}
     for layer in layers:
         window = layer.window
         reach = 0.0 if layer.is_underpaint else float(softness[layer.row])
         for y, x in np.argwhere(layer.alpha >= MIN_ALPHA):
             pixel = window[0].start + int(y), window[1].start + int(x)
             rows.setdefault(pixel, []).append(layer.row)
-            fragment = layer.alpha[y, x], layer.depth, layer.shade[y, x], reach
+            fragment = layer.alpha[y, x], layer.depth, layer.shade[y, x], layer.height[y, x], reach
             fragments.setdefault(pixel, []).append(fragment)
     for pixel, own in rows.items():
-        alphas, z, shades, reaches = np.array(fragments[pixel]).T
+        alphas, z, shades, heights, reaches = np.array(fragments[pixel]).T
         weights, alpha[pixel] = soft_weights(alphas, z, reaches, min_transmittance)
         if alpha[pixel] > 0:
             rgb[pixel] = (weights * shades) @ boxes.colors[own].astype(np.float64)
+            paint[pixel] = weights @ heights
             for name, attribute in boxes.attributes().items():
                 means[name][pixel] = weights @ attribute[own].astype(np.float64) / alpha[pixel]
-    return Frame(rgb, alpha, **means)
+    return Frame(rgb, alpha, **means, height=paint)
 
 
 def _no_layers(boxes: Boxes, height: int, width: int) -> dict[str, F64]:
@@ -311,6 +318,7 @@ class _Layer:
     window: tuple[slice, slice]
     alpha: F64  # of the window; 0 outside the box
     shade: F64  # of the window: factor of the colour
+    height: F64  # of the window: of the paint, pixels; 0 where none is asked for
 
 
 def _layers(
@@ -321,6 +329,7 @@ def _layers(
     filter: Filter,
     underpaint: Underpaint | None,
     streaks: float,
+    relief: bool,
 ) -> Iterator[_Layer]:
     """All strokes and, with `underpaint`, as many soft kernels behind them; nearest first."""
     centers, half_extents, angles, depths, opacities = (
@@ -332,6 +341,7 @@ def _layers(
     reaches = None if underpaint is None else underpaint.reaches(boxes)
     starts, weights = streak_starts(boxes), streak_weights(boxes, streaks if is_image else 0.0)
     copies: _Copies = {}
+    heights: _Copies = {}
     order = [(depth, 0, row) for row, depth in enumerate(depths)]
     if underpaint is not None and is_image:
         assert boxes.setbacks is not None, "only boxes with setbacks have underpaint"
@@ -345,7 +355,7 @@ def _layers(
             reach = underpaint.reach if reaches is None else reaches[row]
             filling, half, opacity = kernel, half * reach, opacity * underpaint.opacity
         coverage, scale = _coverage_of_box(filling, half, filter, copies)
-        half = half * scale
+        size, half = half, half * scale
         window = _window(centers[row], half, angles[row], height, width)
         if window is None:
             continue
@@ -354,7 +364,16 @@ def _layers(
         alpha = np.minimum(MAX_ALPHA, opacity * _sample(filling, coverage, s, t, filter))
         is_streaked = not is_underpaint and weights[row].any()
         shade = _streaks(t * scale[1], int(starts[row]), weights[row]) if is_streaked else np.ones_like(t)
-        yield _Layer(row, bool(is_underpaint), float(depth), window, np.where(is_inside, alpha, 0), shade)
+        paint = np.zeros_like(t)
+        if relief:
+            assert boxes.reliefs is not None, "only boxes with reliefs have a height"
+            thickness, gain = boxes.reliefs[row].astype(np.float64)
+            paint += thickness * (UNDERPAINT_THICKNESS if is_underpaint else 1)
+            if filling.kind == "image":
+                level = _height_of_box(filling, size, filter, heights)
+                paint += gain * (_sample(filling, level, s, t, filter) - 0.5)
+        alpha = np.where(is_inside, alpha, 0)
+        yield _Layer(row, bool(is_underpaint), float(depth), window, alpha, shade, paint)
 
 
 def _window(center: F64, half: F64, angle: np.float64, height: int, width: int) -> tuple[slice, slice] | None:
@@ -400,6 +419,19 @@ def _coverage_of_box(
     if (id(texture), u, v) not in copies:
         copies[id(texture), u, v] = level_coverage(texture.coverage, u, v)
     return copies[id(texture), u, v], scale
+
+
+def _height_of_box(texture: StrokeTexture, half: F64, filter: Filter, copies: "_Copies") -> NDArray[np.uint8]:
+    """The height of the paint in the texels that `_coverage_of_box` takes."""
+    if texture.height is None:
+        return _coverage_of_box(texture, half, filter, copies)[0]
+    if filter != "mip":
+        return paint_height(texture)
+    rows, columns = texture.coverage.shape
+    u, v = level_index(half[0], columns), level_index(half[1], rows)
+    if (id(texture), u, v) not in copies:
+        copies[id(texture), u, v] = level_height(paint_height(texture), texture.coverage, u, v)
+    return copies[id(texture), u, v]
 
 
 def _sample(texture: StrokeTexture, coverage: NDArray[np.uint8], s: F64, t: F64, filter: Filter) -> F64:

@@ -7,6 +7,7 @@ from brushgs.brushes.brush_set import Brush, BrushSet, Sigmas
 from brushgs.options.choices import Filter, Lock, Order, ViewLock
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.rendering.project import LOW_PASS, Directions
+from brushgs.rendering.relief import Relief
 from brushgs.rendering.track import track_directions
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Camera, Frame, Gaussians
@@ -25,6 +26,7 @@ def render(
     depth: bool = True,
     underpaint: bool | Underpaint = False,
     streaks: float = 0.0,
+    relief: bool | Relief = False,
     num_threads: int | None = None,
 ) -> Frame:
     """Paint Gaussians as one camera sees them: `project`, then `rasterize`.
@@ -55,6 +57,7 @@ def render(
             none.
         streaks: amplitude of the streaks of bristles along strokes, 0 to 0.5, see `rasterize`. The built-in
             kernels have none.
+        relief: whether the frame has a height, or how high its paint lies, see `Relief`.
         num_threads: None takes the processors available to this process. The picture does not depend on it.
 
     Returns:
@@ -74,6 +77,7 @@ def render(
         depth=depth,
         underpaint=underpaint,
         streaks=streaks,
+        relief=Relief.of(relief),
         num_threads=num_threads,
     )
     return render_with(gaussians, camera, brush_set, options)
@@ -92,6 +96,7 @@ def render_sequence(
     depth: bool = True,
     underpaint: bool | Underpaint = False,
     streaks: float = 0.0,
+    relief: bool | Relief = False,
     num_threads: int | None = None,
 ) -> Iterator[Frame]:
     """Paint Gaussians along a camera path, one frame per camera, each when it is asked for.
@@ -109,6 +114,7 @@ def render_sequence(
         depth: whether frames have a depth.
         underpaint: see `render`.
         streaks: see `render`.
+        relief: see `render`.
         num_threads: see `render`.
 
     Raises:
@@ -127,6 +133,7 @@ def render_sequence(
         depth=depth,
         underpaint=underpaint,
         streaks=streaks,
+        relief=Relief.of(relief),
         num_threads=num_threads,
     )
     track = None

@@ -20,10 +20,12 @@ from brushgs.brushes.levels import (
     filtered_along_v,
     level_bounds,
     level_gradient,
+    level_height,
 )
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.native import core as _core
 from brushgs.options.choices import Filter
+from brushgs.rendering.relief import paint_height
 from brushgs.scene import Boxes
 
 Code = tuple[int, int]  # the level along u and along v, see `level_coverage`
@@ -55,8 +57,12 @@ class TextureLevels:
     shapes: list[tuple[int, int]]
 
 
-def levels_for(where: str, boxes: Boxes, brush_set: BrushSet, filter: Filter) -> TextureLevels:
+def levels_for(
+    where: str, boxes: Boxes, brush_set: BrushSet, filter: Filter, *, heights: bool = False
+) -> TextureLevels:
     """The levels that serve these boxes; each image itself for all its boxes unless the filter is "mip".
+
+    With `heights` they hold the height of the paint beside its coverage.
 
     Raises:
         ValueError: if the brush of a box lies beyond the set; `where` is the function that asks.
@@ -77,11 +83,13 @@ def levels_for(where: str, boxes: Boxes, brush_set: BrushSet, filter: Filter) ->
         codes, of_box = _levels_of(boxes.half_extents, brush_set.textures[0], filter)
         chosen.append((0, codes))
     packed: list[_Packed] = []
+    with_heights: list[NDArray[np.uint32]] = []
     reaches = []
     for brush, codes in chosen:
         texture = brush_set.textures[brush]
         height, width = texture.coverage.shape
         packed += _packed_levels(texture, codes)
+        with_heights += _with_heights(texture, codes) if heights else []
         reaches += [(axis_levels(width)[u].scale, axis_levels(height)[v].scale) for u, v in codes]
     shapes = [shape for _, shape in packed]
     levels = _core.Levels(
@@ -89,6 +97,7 @@ def levels_for(where: str, boxes: Boxes, brush_set: BrushSet, filter: Filter) ->
         sizes=np.array([shape[::-1] for shape in shapes], np.int32).reshape(-1, 2),
         reaches=np.array(reaches, np.float64).reshape(-1, 2),
         of_box=of_box,
+        pairs_with_height=with_heights,
     )
     brushes = [brush for brush, codes in chosen for _ in codes]
     return TextureLevels(levels, brushes, [code for _, codes in chosen for code in codes], shapes)
@@ -141,6 +150,22 @@ def _packed_levels(texture: StrokeTexture, codes: list[Code]) -> list[_Packed]:
         along_u = filtered_along_u(texture.coverage, level_u)
         for _, level_v in group:
             of_texture[level_u, level_v] = _packed(filtered_along_v(along_u, level_v))
+    return [of_texture[code] for code in codes]
+
+
+_height_cache: WeakKeyDictionary[StrokeTexture, dict[Code, NDArray[np.uint32]]] = WeakKeyDictionary()
+
+
+def _with_heights(texture: StrokeTexture, codes: list[Code]) -> list[NDArray[np.uint32]]:
+    """Levels with their heights as the core reads them, each made when it is first needed."""
+    of_texture = _height_cache.setdefault(texture, {})
+    missing = [code for code in codes if code not in of_texture]
+    source = paint_height(texture) if missing else texture.coverage
+    for code, (pairs, _) in zip(missing, _packed_levels(texture, missing), strict=True):
+        heights = pairs
+        if texture.height is not None:
+            heights = _packed(level_height(source, texture.coverage, *code))[0]
+        of_texture[code] = pairs | heights.astype(np.uint32) << np.uint32(16)
     return [of_texture[code] for code in codes]
 
 

@@ -87,6 +87,19 @@ def set_back(boxes: Boxes, largest: float, *, seed: int = 0) -> Boxes:
     return replace(boxes, setbacks=setbacks.astype(boxes.depths.dtype))
 
 
+def relieved(boxes: Boxes, *, seed: int = 0) -> Boxes:
+    """The boxes with paint up to 1 pixel thick and a gain of up to 4."""
+    g = np.random.default_rng([seed, len(boxes)])
+    return replace(boxes, reliefs=g.uniform(0, (1, 4), (len(boxes), 2)).astype(boxes.depths.dtype))
+
+
+def ridges(height: int = 40, width: int = 96, *, seed: int = 0) -> StrokeTexture:
+    """`bristles` whose height is other noise."""
+    relief = np.random.default_rng([seed, width, height]).uniform(0, 1, (height, width)).astype(np.float32)
+    coverage = bristles(height, width, seed=seed).coverage / 255
+    return StrokeTexture.from_coverage(coverage, height=relief, name="ridges")
+
+
 def bristles(height: int = 40, width: int = 96, *, seed: int = 0) -> StrokeTexture:
     """Noise from texel to texel with bare and full places: the hardest image to sample."""
     g = np.random.default_rng([seed, height, width])

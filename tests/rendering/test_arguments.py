@@ -12,7 +12,7 @@ from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.render import render, render_sequence
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Boxes, Camera, Gaussians
-from tests.rendering.strokes import boxes_of, bristles, random_boxes, set_back, softened
+from tests.rendering.strokes import boxes_of, bristles, random_boxes, relieved, set_back, softened
 
 TEXTURE = StrokeTexture.open("ellipse")
 BOXES = boxes_of([[5, 5], [9, 9]], 3)
@@ -86,11 +86,12 @@ def test_poisoned_gaussians_are_refused_by_column_and_row(name, bad):
 def test_arguments_are_not_written_to():
     boxes = random_boxes(50, 20, 20)
     boxes = set_back(softened(boxes, 0.5), 1.0)
-    boxes = replace(boxes, brushes=np.zeros(len(boxes), np.uint8))
+    boxes = replace(relieved(boxes), brushes=np.zeros(len(boxes), np.uint8))
     before = {name: getattr(boxes, name).copy() for name in Boxes.__dataclass_fields__}
     rasterize(boxes, TEXTURE, height=20, width=20)
     rasterize(boxes, bristles(), height=20, width=20)
     rasterize(boxes, bristles(), height=20, width=20, underpaint=Underpaint(1.8), streaks=0.5)
+    rasterize(boxes, bristles(), height=20, width=20, relief=True)
     for name, column in before.items():
         np.testing.assert_array_equal(getattr(boxes, name), column)
 

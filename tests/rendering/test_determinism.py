@@ -14,7 +14,16 @@ from brushgs import _core
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Frame
-from tests.rendering.strokes import PATHS, depth_test_of, random_boxes, set_back, softened, texture_of
+from tests.rendering.strokes import (
+    PATHS,
+    depth_test_of,
+    random_boxes,
+    relieved,
+    ridges,
+    set_back,
+    softened,
+    texture_of,
+)
 
 SIZE = {"width": 201, "height": 97}
 IMAGES = [path for path, (kind, _) in PATHS.items() if kind == "image"]
@@ -23,10 +32,17 @@ LOOKS = {
     "streaked": {"streaks": 0.3},
     "layered": {"underpaint": Underpaint(1.8), "streaks": 0.3},
     "glazed": {"blend": "glaze"},
+    "raised": {"relief": True},
+    "raised layered": {"underpaint": Underpaint(1.8), "streaks": 0.3, "relief": True},
 }
 HOW = ["soft", *LOOKS, *(f"soft {look}" for look in LOOKS)]
-HOW += ["cut", "cut soft", "cut layered", "cut soft layered", "cut glazed"]
-ALL_PATHS = [*PATHS, *(f"{how} {path}" for how in HOW for path in IMAGES)]
+HOW += ["cut", "cut soft", "cut layered", "cut soft layered", "cut glazed", "cut raised", "cut soft raised"]
+ALL_PATHS = [
+    *PATHS,
+    *(f"{how} {path}" for how in HOW for path in IMAGES),
+    "raised gaussian",
+    "raised ellipse",
+]
 
 
 def frame_of(path: str, dtype, *, n: int = 5000, **options) -> Frame:
@@ -35,13 +51,16 @@ def frame_of(path: str, dtype, *, n: int = 5000, **options) -> Frame:
     boxes = set_back(random_boxes(n, **SIZE, seed=6, sizes=(0.3, 15), dtype=dtype), 0.5)
     if "soft" in how:
         boxes = softened(boxes, 0.2)
-    look = LOOKS.get(how[-1], {}) if how else {}
+    look = LOOKS.get(" ".join(word for word in how if word not in ("soft", "cut")), {})
+    texture = texture_of(kind)
+    if "raised" in how:
+        boxes, texture = relieved(boxes), ridges() if kind == "image" else texture
     test = depth_test_of(boxes, **SIZE) if "cut" in how else None
-    return rasterize(boxes, texture_of(kind), filter=filter, **SIZE, in_front_of=test, **look, **options)
+    return rasterize(boxes, texture, filter=filter, **SIZE, in_front_of=test, **look, **options)
 
 
 def assert_identical(actual: Frame, expected: Frame) -> None:
-    for name in ("rgb", "alpha", "depth"):
+    for name in ("rgb", "alpha", "depth", "height"):
         np.testing.assert_array_equal(getattr(actual, name), getattr(expected, name), err_msg=name)
 
 
@@ -101,16 +120,16 @@ planes = {}
 for path in ALL_PATHS:
     for dtype in (np.float32, np.float64):
         frame = frame_of(path, dtype)
-        planes[f"{path} {dtype.__name__}"] = np.dstack(
-            [frame.rgb, frame.alpha, np.zeros_like(frame.alpha) if frame.depth is None else frame.depth]
-        )
+        depth = np.zeros_like(frame.alpha) if frame.depth is None else frame.depth
+        height = [] if frame.height is None else [frame.height]
+        planes[f"{path} {dtype.__name__}"] = np.dstack([frame.rgb, frame.alpha, depth, *height])
 np.savez(sys.argv[1], isa=_core.isa(), **planes)
 """
 
 
 @pytest.fixture(scope="module")
 def pictures(tmp_path_factory) -> dict[str, dict[str, np.ndarray]]:
-    """Instruction set -> path and dtype -> [H, W, 5] rgb, alpha, depth; only those this processor has."""
+    """Instruction set -> path and dtype -> [H, W, 5 or 6] rgb, alpha, depth, height; only those at hand."""
     folder = tmp_path_factory.mktemp("isa")
     result = {}
     for isa in ("baseline", "avx2", "avx512"):

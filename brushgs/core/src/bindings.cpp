@@ -281,23 +281,26 @@ void def_track_directions(nb::module_& m) {
 // The filtered copies of a stroke image that a set of boxes is painted with; keeps their memory.
 struct Levels {
     std::vector<In<std::uint16_t, 1>> arrays;
+    std::vector<In<std::uint32_t, 1>> arrays_with_height;
     std::vector<brushgs::Level> levels;
     In<std::uint16_t, 1> of_box;
 };
 
 void def_levels(nb::module_& m) {
     const auto make = [](Levels* self, const std::vector<In<std::uint16_t, 1>>& pairs, In<std::int32_t, 2> sizes,
-                         In<double, 2> reaches, In<std::uint16_t, 1> of_box) {
-        auto* levels = new (self) Levels{pairs, {}, of_box};
+                         In<double, 2> reaches, In<std::uint16_t, 1> of_box,
+                         const std::vector<In<std::uint32_t, 1>>& pairs_with_height) {
+        auto* levels = new (self) Levels{pairs, pairs_with_height, {}, of_box};
         for (std::size_t i = 0; i < pairs.size(); ++i)
-            levels->levels.push_back({pairs[i].data(), sizes(i, 0), sizes(i, 1), reaches(i, 0), reaches(i, 1)});
+            levels->levels.push_back({pairs[i].data(), sizes(i, 0), sizes(i, 1), reaches(i, 0), reaches(i, 1),
+                                      pairs_with_height.empty() ? nullptr : pairs_with_height[i].data()});
     };
     nb::class_<Levels>(m, "Levels", "The L filtered copies of a stroke image that a set of M boxes is painted with.")
         .def("__init__", make, nb::kw_only(), "pairs"_a.noconvert(), "sizes"_a.noconvert(), "reaches"_a.noconvert(),
-             "of_box"_a.noconvert(),
+             "of_box"_a.noconvert(), "pairs_with_height"_a.noconvert(),
              "pairs: L arrays of texels, each [rows * columns + 1], see raster.hpp; sizes: [L, 2] columns and rows; "
              "reaches: [L, 2] half extents along u and v in those of the box; of_box: [M] row of these, or [0] where "
-             "all boxes use the first.");
+             "all boxes use the first; pairs_with_height: L, or none where pictures have no height.");
 }
 
 template <class T, class Array>
@@ -331,9 +334,9 @@ void rasterize(brushgs::Kernel kernel, const Levels& levels, double min_transmit
                std::optional<In<T, 1>> setbacks, double underpaint_reach,
                std::optional<In<double, 1>> underpaint_reaches, double underpaint_opacity,
                std::optional<In<std::uint16_t, 1>> streak_noise, std::optional<In<std::uint8_t, 1>> streak_starts,
-               std::optional<In<T, 2>> streak_weights, Out<T, 3> rgb, Out<T, 2> alpha,
-               const std::vector<AnyOut<T>>& layers, brushgs::Blend blend, std::optional<In<T, 2>> limits,
-               std::optional<In<T, 2>> fades) {
+               std::optional<In<T, 2>> streak_weights, std::optional<In<T, 2>> reliefs, Out<T, 3> rgb, Out<T, 2> alpha,
+               const std::vector<AnyOut<T>>& layers, std::optional<Out<T, 2>> height_plane, brushgs::Blend blend,
+               std::optional<In<T, 2>> limits, std::optional<In<T, 2>> fades) {
     auto params = raster_params(kernel, levels, rgb.shape(0), rgb.shape(1), min_transmittance, num_threads);
     params.blend = blend;
     const brushgs::BoxView<T> boxes{.count = centers.shape(0),
@@ -352,9 +355,13 @@ void rasterize(brushgs::Kernel kernel, const Levels& levels, double min_transmit
                                     .streaks = {.noise = data_or_null(streak_noise),
                                                 .starts = data_or_null(streak_starts),
                                                 .weights = data_or_null(streak_weights)},
+                                    .reliefs = data_or_null(reliefs),
                                     .limits = data_or_null(limits),
                                     .fades = data_or_null(fades)};
-    const brushgs::Picture<T> picture{.rgb = rgb.data(), .alpha = alpha.data(), .layers = channels_of<T>(layers, 2)};
+    const brushgs::Picture<T> picture{.rgb = rgb.data(),
+                                      .alpha = alpha.data(),
+                                      .layers = channels_of<T>(layers, 2),
+                                      .height = data_or_null(height_plane)};
     const nb::gil_scoped_release without_gil;
     brushgs::rasterize(params, boxes, picture);
 }
@@ -377,14 +384,15 @@ void def_rasterize(nb::module_& m) {
           "opacities"_a.noconvert(), "attributes"_a.noconvert(), "depths"_a.noconvert(),
           "softness"_a.noconvert().none(), "setbacks"_a.noconvert().none(), "underpaint_reach"_a,
           "underpaint_reaches"_a.noconvert().none(), "underpaint_opacity"_a, "streak_noise"_a.noconvert().none(),
-          "streak_starts"_a.noconvert().none(), "streak_weights"_a.noconvert().none(), "rgb"_a.noconvert(),
-          "alpha"_a.noconvert(), "layers"_a.noconvert(),
+          "streak_starts"_a.noconvert().none(), "streak_weights"_a.noconvert().none(), "reliefs"_a.noconvert().none(),
+          "rgb"_a.noconvert(), "alpha"_a.noconvert(), "layers"_a.noconvert(), "height_plane"_a.noconvert().none(),
           "blend"_a, "limits"_a.noconvert().none(), "fades"_a.noconvert().none(),
           "Paint boxes into rgb, alpha and for each attribute of the boxes, [M] or [M, channels], a layer [H, W] or "
           "[H, W, channels]. With softness the order is soft; with setbacks, of stroke images only, boxes have "
-          "underpaint; with noise, which goes with starts and weights, strokes have streaks. "
-          "Glazes have none of these: their colors are logarithms, and rgb is their tint. With limits, which goes with "
-          "fades, boxes fade out behind them; see raster.hpp.");
+          "underpaint; with noise, which goes with starts and weights, strokes have streaks. The plane of the height "
+          "goes with reliefs and, of stroke images, with levels that have pairs with height. Glazes have none of "
+          "these: their colors are logarithms, and rgb is their tint. With limits, which goes with fades, boxes fade "
+          "out behind them; see raster.hpp.");
     m.def("choose_levels", &choose_levels<T>, nb::kw_only(), "half_extents"_a.noconvert(), "bounds_u"_a.noconvert(),
           "bounds_v"_a.noconvert(),
           "For boxes of half extents [M, 2] the level codes in use, level_u * (len(bounds_v) + 1) + level_v, and "
@@ -548,6 +556,7 @@ NB_MODULE(_core, m) {
     m.attr("MIN_ALPHA") = brushgs::kMinAlpha;
     m.attr("MIN_TRANSMITTANCE") = brushgs::kMinTransmittance;
     m.attr("LEAST_LIGHT") = brushgs::kLeastLight;
+    m.attr("UNDERPAINT_THICKNESS") = brushgs::kUnderpaintThickness;
     m.attr("BRISTLES") = brushgs::kBristles;
     m.attr("BRISTLE_MARGIN") = brushgs::kBristleMargin;
     m.attr("GAUSSIAN_SIGMAS") = brushgs::kGaussianSigmas;

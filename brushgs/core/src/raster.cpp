@@ -106,7 +106,9 @@ void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Pict
             return;
         }
         thread_local SoftQueues<T> queues;
-        keep_shades(queues, boxes.streaks.noise != nullptr || boxes.underpaint.setbacks != nullptr);
+        const bool has_relief = picture.height != nullptr;
+        keep_shades(queues, has_relief || boxes.streaks.noise != nullptr || boxes.underpaint.setbacks != nullptr);
+        keep_heights(queues, has_relief);
         kernels.paint_tile_softly(task, queues, picture);
     });
 }

@@ -7,6 +7,7 @@
 
 #include "brushgs/depth_test.hpp"
 #include "brushgs/glaze.hpp"
+#include "brushgs/relief.hpp"
 #include "brushgs/sampling.hpp"
 #include "brushgs/soft_order.hpp"
 #include "brushgs/streaks.hpp"
@@ -188,14 +189,11 @@ void make_records(const RasterParams& params, const BoxView<T>& boxes, std::size
 
 namespace {
 
-// The factors of a record's colour at the pixels of a tile; 0 outside its box.
-template <class T>
-using Shades = T[kNumBlocks][kBlockPixels];
-
-// What `sample_record` calls to fill `shades` with the streaks of box `id`.
-template <class T>
+// What `sample_record` calls to fill `shades` with the streaks of box `id`: the factors of its colour at the pixels of
+// a tile; 0 outside its box.
+template <class T, class Shades>
 [[gnu::always_inline]] inline auto streak_shader(const TileTask<T>& task, const Record<T>& record, std::uint32_t id,
-                                                 Shades<T>& shades) {
+                                                 Shades& shades) {
     using L = Lanes<T>;
     const StreakView<T>& view = task.boxes.streaks;
     const Streaks<T> streaks(view, task.params.levels[static_cast<std::size_t>(record.level)], id);
@@ -205,28 +203,43 @@ template <class T>
     };
 }
 
-template <class T, Kernel kernel, bool has_streaks = false, int channels>
+// What `sample_record` calls for box `id`: streaks, heights, both or neither.
+template <class T, Kernel kernel, bool has_streaks, bool has_relief, class Shades, class Heights>
+[[gnu::always_inline]] inline auto shader_of(const TileTask<T>& task, const Record<T>& record, std::uint32_t id,
+                                             Shades& shades, Heights& heights) {
+    if constexpr (has_relief && is_image<kernel>) {
+        const auto other = shader_of<T, kernel, has_streaks, false>(task, record, id, shades, heights);
+        return HeightShader<T, Heights, std::remove_const_t<decltype(other)>>(task, id, heights, other);
+    } else if constexpr (has_streaks) {
+        return streak_shader(task, record, id, shades);
+    } else {
+        return NoShader{};
+    }
+}
+
+// `share` of the thickness is that of a record without a height of its own.
+template <class T, Kernel kernel, bool has_streaks = false, int channels, bool has_relief>
 [[gnu::always_inline]] inline void blend_record(const TileTask<T>& task, const Record<T>& record,
                                                 const Attributes<T, channels>& attributes, std::uint32_t id,
-                                                TileState<T, channels>& tile) {
+                                                TileState<T, channels, has_relief>& tile, T share = 1) {
     using L = Lanes<T>;
     using Real = typename L::Real;
-    constexpr int W = L::width, num_planes = TileState<T, channels>::num_planes;
+    constexpr int W = L::width, num_values = 3 + channels;
     if (is_behind(task, id)) return;
     // Two passes over the blocks: what a gather makes wait is then only the first, and that has few instructions.
     alignas(64) T alphas[kNumBlocks][kBlockPixels];
-    alignas(64) Shades<T> shades;
-    std::uint32_t blocks;
-    if constexpr (has_streaks)
-        blocks = sample_record<T, kernel>(task.params, record, task.x0, task.y0, tile, alphas, nullptr, nullptr,
-                                          streak_shader(task, record, id, shades));
-    else
-        blocks = sample_record<T, kernel>(task.params, record, task.x0, task.y0, tile, alphas);
+    alignas(64) T shades[kNumBlocks][kBlockPixels];
+    alignas(64) T heights[kNumBlocks][kBlockPixels];
+    std::uint32_t blocks =
+        sample_record<T, kernel>(task.params, record, task.x0, task.y0, tile, alphas, nullptr, nullptr,
+                                 shader_of<T, kernel, has_streaks, has_relief>(task, record, id, shades, heights));
     if (task.limits != nullptr) fade_behind(task, id, blocks, alphas);
-    Real values[num_planes];
+    Real values[num_values];
     for (int c = 0; c < 3; ++c) values[c] = L::set(record.color[c]);
     for (int c = 0; c < channels; ++c) values[3 + c] = L::set(attributes.of(id, c));
     const Real darkest = L::set(tile.min_transmittance);
+    Real height = darkest;
+    if constexpr (has_relief && !is_image<kernel>) height = L::set(thickness_of(task, id, share));
 
     for (; blocks != 0; blocks &= blocks - 1) {
         const int b = __builtin_ctz(blocks);
@@ -243,9 +256,14 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
             Real of_color = weight;
             if constexpr (has_streaks) of_color = weight * L::load(shades[b] + lane);
             L::store(tile.transmittance[b] + lane, L::select(kept, after, before));
-            for (int k = 0; k < num_planes; ++k) {
+            for (int k = 0; k < num_values; ++k) {
                 T* const plane = tile.planes[k][b] + lane;
                 L::store(plane, L::load(plane) + (k < 3 ? of_color : weight) * values[k]);
+            }
+            if constexpr (has_relief) {
+                T* const plane = tile.planes[num_values][b] + lane;
+                if constexpr (is_image<kernel>) height = L::load(heights[b] + lane);
+                L::store(plane, L::load(plane) + weight * height);
             }
             finished |= (L::bits(painted) & ~L::bits(kept)) << lane;
         }
@@ -254,8 +272,8 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
 }
 
 // By value: what lies behind a reference would be read anew after every store to the tile.
-template <class T, Kernel kernel, int channels>
-void blend_all(const TileTask<T> task, TileState<T, channels>& tile) {
+template <class T, Kernel kernel, int channels, bool has_relief>
+void blend_all(const TileTask<T> task, TileState<T, channels, has_relief>& tile) {
     const Attributes<T, channels> attributes(task.boxes.layers);
     for (std::size_t i = 0; i < task.num_ids && tile.alive_blocks != 0; ++i) {
         prefetch(task, attributes, i);
@@ -264,15 +282,16 @@ void blend_all(const TileTask<T> task, TileState<T, channels>& tile) {
     }
 }
 
-// Strokes with underpaint, with streaks, or with both. By value, as above.
-template <class T, Kernel kernel, int channels>
-void blend_all_layers(const TileTask<T> task, TileState<T, channels>& tile) {
+// Strokes with underpaint, with streaks or with relief. By value, as above.
+template <class T, Kernel kernel, int channels, bool has_relief>
+void blend_all_layers(const TileTask<T> task, TileState<T, channels, has_relief>& tile) {
     const Attributes<T, channels> attributes(task.boxes.layers);
     LayerOrder<T> order(task);
     for (Layer layer; tile.alive_blocks != 0 && order.next(layer);) {
         const std::uint32_t id = task.ids[layer.place];
         if (layer.is_underpaint) {
-            blend_record<T, Kernel::gaussian>(task, task.underpaints[id], attributes, id, tile);
+            blend_record<T, Kernel::gaussian>(task, task.underpaints[id], attributes, id, tile,
+                                              static_cast<T>(kUnderpaintThickness));
             continue;
         }
         prefetch(task, attributes, layer.place);
@@ -285,26 +304,32 @@ void blend_all_layers(const TileTask<T> task, TileState<T, channels>& tile) {
 }
 
 // What a record is at the pixels of a tile, for the soft order.
-template <class T, bool has_shades>
+template <class T, bool has_shades, bool has_relief>
 struct SoftSamples {
     SoftRecord<T> record;
     alignas(64) T alphas[kNumBlocks][kBlockPixels];
     alignas(64) T shades[has_shades ? kNumBlocks : 1][kBlockPixels];
+    alignas(64) T heights[has_relief ? kNumBlocks : 1][kBlockPixels];
     std::uint16_t pixels[kNumBlocks];
     std::uint32_t blocks;
 };
 
-template <class T, Kernel kernel, bool has_shades, int channels, class Shader = NoShader>
+// `share` as for `blend_record`.
+template <class T, Kernel kernel, bool has_streaks = false, bool has_shades, int channels, bool has_relief>
 [[gnu::always_inline]] inline void sample_softly(const TileTask<T>& task, const Record<T>& record,
-                                                 const TileState<T, channels>& tile,
-                                                 SoftSamples<T, has_shades>& samples, const Shader& shader = {}) {
-    samples.blocks = sample_record<T, kernel, true>(task.params, record, task.x0, task.y0, tile, samples.alphas,
-                                                    samples.pixels, nullptr, shader);
-    if (task.limits != nullptr)
-        samples.blocks = sift_behind(task, samples.record.id, samples.blocks, samples.alphas, samples.pixels);
-    if constexpr (has_shades && std::is_same_v<Shader, NoShader>)
+                                                 const TileState<T, channels, has_relief>& tile,
+                                                 SoftSamples<T, has_shades, has_relief>& samples, T share = 1) {
+    const std::uint32_t id = samples.record.id;
+    samples.blocks = sample_record<T, kernel, true>(
+        task.params, record, task.x0, task.y0, tile, samples.alphas, samples.pixels, nullptr,
+        shader_of<T, kernel, has_streaks, has_relief>(task, record, id, samples.shades, samples.heights));
+    if (task.limits != nullptr) samples.blocks = sift_behind(task, id, samples.blocks, samples.alphas, samples.pixels);
+    const auto fill = [&](auto& planes, T value) {
         for (std::uint32_t blocks = samples.blocks; blocks != 0; blocks &= blocks - 1)
-            for (T& shade : samples.shades[__builtin_ctz(blocks)]) shade = 1;
+            for (T& pixel : planes[__builtin_ctz(blocks)]) pixel = value;
+    };
+    if constexpr (has_shades && !has_streaks) fill(samples.shades, 1);
+    if constexpr (has_relief && !is_image<kernel>) fill(samples.heights, thickness_of(task, id, share));
 }
 
 // The largest squared softness of each stroke of a tile and all behind it, and 0 at the end.
@@ -321,20 +346,21 @@ const T* find_reaches(const TileTask<T>& task, SoftQueues<T>& queues) {
 
 // By value, as above. `next` samples a record into its argument, or returns false at the end. A record is sampled
 // before the one in front of it is blended: what blending does next hangs on the samples.
-template <class T, bool has_shades, int channels, class Next>
+template <class T, bool has_shades, int channels, bool has_relief, class Next>
 [[gnu::always_inline]] inline void blend_softly(const TileTask<T>& task, SoftQueues<T>& queues,
-                                                TileState<T, channels>& tile, const Next& next) {
+                                                TileState<T, channels, has_relief>& tile, const Next& next) {
     SoftState<T> soft;
-    SoftBlender<T, has_shades, channels> blender(task, queues, soft, tile);
-    SoftSamples<T, has_shades> samples[2];
+    SoftBlender<T, has_shades, channels, has_relief> blender(task, queues, soft, tile);
+    SoftSamples<T, has_shades, has_relief> samples[2];
     bool is_end = false;
     for (std::size_t i = 0; !is_end && tile.alive_blocks != 0; ++i) {
         is_end = !next(samples[i % 2]);
         if (i == 0) continue;
-        const SoftSamples<T, has_shades>& own = samples[(i - 1) % 2];
+        const SoftSamples<T, has_shades, has_relief>& own = samples[(i - 1) % 2];
         for (std::uint32_t blocks = own.blocks; blocks != 0; blocks &= blocks - 1) {
             const int b = __builtin_ctz(blocks);
-            blender.blend(own.record, {b, own.alphas[b], own.shades[has_shades ? b : 0], own.pixels[b]});
+            blender.blend(own.record, {b, own.alphas[b], own.shades[has_shades ? b : 0],
+                                       own.heights[has_relief ? b : 0], own.pixels[b]});
         }
     }
     blender.finish();
@@ -347,7 +373,7 @@ void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T
     const Attributes<T, channels> attributes(task.boxes.layers);
     std::size_t i = 0;
     blend_softly<T, false>(
-        task, queues, tile, [&](SoftSamples<T, false> & samples) __attribute__((always_inline)) {
+        task, queues, tile, [&](SoftSamples<T, false, false> & samples) __attribute__((always_inline)) {
             if (i == task.num_ids) return false;
             prefetch(task, attributes, i);
             const std::uint32_t id = task.ids[i];
@@ -359,16 +385,16 @@ void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T
         });
 }
 
-// Strokes with underpaint, with streaks, or with both.
-template <class T, Kernel kernel, int channels>
-void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T, channels>& tile) {
+// Strokes with underpaint, with streaks or with relief.
+template <class T, Kernel kernel, int channels, bool has_relief>
+void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T, channels, has_relief>& tile) {
     clear(queues);
     const T* const reaches = find_reaches(task, queues);
     const Attributes<T, channels> attributes(task.boxes.layers);
     constexpr T largest = std::numeric_limits<T>::max();  // infinite depths would have no gap between them
     LayerOrder<T> order(task);
     blend_softly<T, true>(
-        task, queues, tile, [&](SoftSamples<T, true> & samples) __attribute__((always_inline)) {
+        task, queues, tile, [&](SoftSamples<T, true, has_relief> & samples) __attribute__((always_inline)) {
             Layer layer;
             if (!order.next(layer)) return false;
             const std::uint32_t id = task.ids[layer.place];
@@ -376,7 +402,8 @@ void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, Tile
                 const double behind = underpaint_depth(task.boxes, id);
                 const T depth = behind < static_cast<double>(largest) ? static_cast<T>(behind) : largest;
                 samples.record = {id, depth, 0, reaches[order.next_place()]};
-                sample_softly<T, Kernel::gaussian>(task, task.underpaints[id], tile, samples);
+                sample_softly<T, Kernel::gaussian>(task, task.underpaints[id], tile, samples,
+                                                   static_cast<T>(kUnderpaintThickness));
                 return true;
             }
             const T softness = task.boxes.softness[id];
@@ -384,7 +411,7 @@ void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, Tile
             prefetch(task, attributes, layer.place);
             const Record<T>& record = task.records[id];
             if (shows_streaks(task, record, id))
-                sample_softly<T, kernel>(task, record, tile, samples, streak_shader(task, record, id, samples.shades));
+                sample_softly<T, kernel, true>(task, record, tile, samples);
             else
                 sample_softly<T, kernel>(task, record, tile, samples);
             return true;
@@ -397,23 +424,37 @@ bool has_layers(const TileTask<T>& task) {
     return task.underpaints != nullptr || task.boxes.streaks.noise != nullptr;
 }
 
-template <class T, Kernel kernel, int channels>
-void blend_image(const TileTask<T>& task, TileState<T, channels>& tile) {
-    has_layers(task) ? blend_all_layers<T, kernel>(task, tile) : blend_all<T, kernel>(task, tile);
+template <class T, Kernel kernel, int channels, bool has_relief>
+void blend_image(const TileTask<T>& task, TileState<T, channels, has_relief>& tile) {
+    if constexpr (!has_relief) {
+        if (!has_layers(task)) return blend_all<T, kernel>(task, tile);
+    }
+    blend_all_layers<T, kernel>(task, tile);
 }
 
-template <class T, Kernel kernel, int channels>
-void blend_image_softly(const TileTask<T>& task, SoftQueues<T>& queues, TileState<T, channels>& tile) {
-    has_layers(task) ? blend_all_layers_softly<T, kernel>(task, queues, tile)
-                     : blend_all_softly<T, kernel>(task, queues, tile);
+template <class T, Kernel kernel, int channels, bool has_relief>
+void blend_image_softly(const TileTask<T>& task, SoftQueues<T>& queues, TileState<T, channels, has_relief>& tile) {
+    if constexpr (!has_relief) {
+        if (!has_layers(task)) return blend_all_softly<T, kernel>(task, queues, tile);
+    }
+    blend_all_layers_softly<T, kernel>(task, queues, tile);
+}
+
+// Calls `work.operator()<channels, has_relief>()` as the picture has them.
+template <class T, class Work>
+void with_planes(const Picture<T>& picture, const Work& work) {
+    with_channels(picture.layers.count, [&]<int channels>() {
+        picture.height == nullptr ? work.template operator()<channels, false>()
+                                  : work.template operator()<channels, true>();
+    });
 }
 
 }  // namespace
 
 template <class T>
 void paint_tile(const TileTask<T>& task, const Picture<T>& picture) {
-    with_channels(picture.layers.count, [&]<int channels>() {
-        TileState<T, channels> tile(task);
+    with_planes(picture, [&]<int channels, bool has_relief>() {
+        TileState<T, channels, has_relief> tile(task);
         switch (task.params.kernel) {
             case Kernel::bilinear:
                 blend_image<T, Kernel::bilinear>(task, tile);
@@ -434,8 +475,8 @@ void paint_tile(const TileTask<T>& task, const Picture<T>& picture) {
 
 template <class T>
 void paint_tile_softly(const TileTask<T>& task, SoftQueues<T>& queues, const Picture<T>& picture) {
-    with_channels(picture.layers.count, [&]<int channels>() {
-        TileState<T, channels> tile(task);
+    with_planes(picture, [&]<int channels, bool has_relief>() {
+        TileState<T, channels, has_relief> tile(task);
         if (task.params.kernel == Kernel::bilinear)
             blend_image_softly<T, Kernel::bilinear>(task, queues, tile);
         else

@@ -16,12 +16,14 @@ void add_slots(SoftQueues<T>& queues) {
     std::copy_n(queues.free_slots, queues.num_free, free_slots.get());
     for (std::size_t slot = after; slot > before; --slot)
         free_slots[queues.num_free++] = static_cast<std::uint32_t>(slot - 1);
-    if (queues.keeps_shades) {
-        auto shades = std::make_unique_for_overwrite<T[]>(kSlotPixels * after);
-        std::copy_n(queues.shades, kSlotPixels * before, shades.get());
-        queues.shade_memory = std::move(shades);
-        queues.shades = queues.shade_memory.get();
-    }
+    const auto lengthen = [&](std::unique_ptr<T[]>& memory, T*& column) {
+        auto longer = std::make_unique_for_overwrite<T[]>(kSlotPixels * after);
+        std::copy_n(column, kSlotPixels * before, longer.get());
+        memory = std::move(longer);
+        column = memory.get();
+    };
+    if (queues.keeps_shades) lengthen(queues.shade_memory, queues.shades);
+    if (queues.keeps_heights) lengthen(queues.height_memory, queues.heights);
     queues.slot_memory = std::move(slots);
     queues.free_memory = std::move(free_slots);
     queues.slots = queues.slot_memory.get();
@@ -35,6 +37,14 @@ void keep_shades(SoftQueues<T>& queues, bool keeps) {
     queues.keeps_shades = keeps;
     queues.shade_memory = keeps ? std::make_unique_for_overwrite<T[]>(kSlotPixels * queues.num_slots) : nullptr;
     queues.shades = queues.shade_memory.get();
+}
+
+template <class T>
+void keep_heights(SoftQueues<T>& queues, bool keeps) {
+    if (queues.keeps_heights == keeps) return;
+    queues.keeps_heights = keeps;
+    queues.height_memory = keeps ? std::make_unique_for_overwrite<T[]>(kSlotPixels * queues.num_slots) : nullptr;
+    queues.heights = queues.height_memory.get();
 }
 
 template <class T>
@@ -75,6 +85,8 @@ template void lengthen_queues(SoftQueues<float>&);
 template void lengthen_queues(SoftQueues<double>&);
 template void keep_shades(SoftQueues<float>&, bool);
 template void keep_shades(SoftQueues<double>&, bool);
+template void keep_heights(SoftQueues<float>&, bool);
+template void keep_heights(SoftQueues<double>&, bool);
 template void make_reaches(SoftQueues<float>&, std::size_t);
 template void make_reaches(SoftQueues<double>&, std::size_t);
 

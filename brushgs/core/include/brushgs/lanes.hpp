@@ -60,6 +60,19 @@ struct GenericLanes {
         }
         return result;
     }
+    // The words table[index] and table[index + 1], where m is set; elsewhere any.
+    struct TwoWords {
+        Int first, second;
+    };
+    BRUSHGS_INLINE TwoWords gather_two(const std::uint32_t* table, Int index, Mask m) {
+        TwoWords result{};
+        for (int i = 0; i < W; ++i) {
+            if (!m[i]) continue;
+            result.first[i] = static_cast<Word>(table[index[i]]);
+            result.second[i] = static_cast<Word>(table[index[i] + 1]);
+        }
+        return result;
+    }
     template <int k>
     BRUSHGS_INLINE Real byte(Int x) {
         return __builtin_convertvector((x >> (8 * k)) & 255, Real);
@@ -78,6 +91,24 @@ struct GenericLanes {
 // The width of the generic lanes: 16 bytes is what every 64-bit processor has.
 template <class T>
 struct Lanes : GenericLanes<T, 16 / sizeof(T)> {};
+
+#if defined(__AVX2__)
+
+// The words table[index] and table[index + 1] of four indices, one pair after the other. By single loads: on an AMD
+// EPYC two gathers of 8 pairs take 11 ns, these 7, and one gather of 16 words 8.
+BRUSHGS_INLINE __m256i four_pairs(const std::uint32_t* table, __m128i index) {
+    const auto two = [&](long long both) __attribute__((always_inline)) {
+        const auto indices = static_cast<std::uint64_t>(both);
+        long long first, second;
+        __builtin_memcpy(&first, table + static_cast<std::uint32_t>(indices), sizeof first);
+        __builtin_memcpy(&second, table + (indices >> 32), sizeof second);
+        return _mm_insert_epi64(_mm_cvtsi64_si128(first), second, 1);
+    };
+    const __m128i low = two(_mm_cvtsi128_si64(index)), high = two(_mm_extract_epi64(index, 1));
+    return _mm256_inserti128_si256(_mm256_castsi128_si256(low), high, 1);
+}
+
+#endif
 
 #if defined(__AVX512F__)
 
@@ -102,6 +133,21 @@ struct Lanes<float> {
     BRUSHGS_INLINE Real whole(Real x) { return _mm512_roundscale_ps(x, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC); }
     BRUSHGS_INLINE Int gather(const std::uint16_t* table, Int index, Mask m) {
         return _mm512_mask_i32gather_epi32(_mm512_setzero_si512(), m, index, table, 2);
+    }
+    struct TwoWords {
+        Int first, second;
+    };
+    BRUSHGS_INLINE TwoWords gather_two(const std::uint32_t* table, Int index, Mask m) {
+        const Int from = _mm512_maskz_mov_epi32(m, index);
+        const auto eight = [&](__m256i of) __attribute__((always_inline)) {
+            const __m256i first = four_pairs(table, _mm256_castsi256_si128(of));
+            return _mm512_inserti64x4(_mm512_castsi256_si512(first), four_pairs(table, _mm256_extracti128_si256(of, 1)),
+                                      1);
+        };
+        const Int low = eight(_mm512_castsi512_si256(from)), high = eight(_mm512_extracti64x4_epi64(from, 1));
+        const Int even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+        const Int odd = _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+        return {_mm512_permutex2var_epi32(low, even, high), _mm512_permutex2var_epi32(low, odd, high)};
     }
     template <int k>
     BRUSHGS_INLINE Real byte(Int x) {
@@ -142,6 +188,17 @@ struct Lanes<float> {
     BRUSHGS_INLINE Int gather(const std::uint16_t* table, Int index, Mask m) {
         return _mm256_mask_i32gather_epi32(_mm256_setzero_si256(), reinterpret_cast<const int*>(table), index,
                                            _mm256_castps_si256(m), 2);
+    }
+    struct TwoWords {
+        Int first, second;
+    };
+    BRUSHGS_INLINE TwoWords gather_two(const std::uint32_t* table, Int index, Mask m) {
+        const Int from = _mm256_and_si256(index, _mm256_castps_si256(m));
+        const __m256 a = _mm256_castsi256_ps(four_pairs(table, _mm256_castsi256_si128(from)));
+        const __m256 b = _mm256_castsi256_ps(four_pairs(table, _mm256_extracti128_si256(from, 1)));
+        constexpr int even = 0x88, odd = 0xDD, in_order = 0xD8;
+        return {_mm256_permute4x64_epi64(_mm256_castps_si256(_mm256_shuffle_ps(a, b, even)), in_order),
+                _mm256_permute4x64_epi64(_mm256_castps_si256(_mm256_shuffle_ps(a, b, odd)), in_order)};
     }
     template <int k>
     BRUSHGS_INLINE Real byte(Int x) {

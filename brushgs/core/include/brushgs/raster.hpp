@@ -45,6 +45,9 @@ struct StreakView {
     const T* slopes = nullptr;             // [M, 2] derivative of the weights by the half extent along v, per pixel
 };
 
+// Underpaint is thinner than its stroke, and smooth: of the stroke's thickness it has so much, of its gain nothing.
+constexpr double kUnderpaintThickness = 0.15 / 0.8;
+
 // M boxes, nearest first; layout as in brushgs.Boxes.
 template <class T>
 struct BoxView {
@@ -59,9 +62,10 @@ struct BoxView {
     const T* softness = nullptr;  // [M] world units; null: each box hides all that lies behind it
     UnderpaintView<T> underpaint = {};
     StreakView<T> streaks = {};
-    const T* limits = nullptr;  // [H, W] world units: how far back boxes are seen; null: all the way
-    const T* fades = nullptr;   // [M, 2] with limits: the depth at which a box is gone, were it the limit; and 1 over
-                                // the part of the limits over which it fades
+    const T* reliefs = nullptr;  // [M, 2] pixels: thickness of the paint, and gain of the brush's own height
+    const T* limits = nullptr;   // [H, W] world units: how far back boxes are seen; null: all the way
+    const T* fades = nullptr;    // [M, 2] with limits: the depth at which a box is gone, were it the limit; and 1 over
+                                 // the part of the limits over which it fades
 };
 
 // One pre-filtered version of the stroke image. Entry (row i, column j) of `pairs` packs the 8-bit texels (i, j)
@@ -74,6 +78,8 @@ struct Level {
     int rows;                    // >= 2
     double reach_u;              // the level spans -reach to reach of the box's half extent; 1: just the box
     double reach_v;
+    // For pictures with a height, or null: `pairs`, and in the high half of each entry the pair of the brush's height.
+    const std::uint32_t* pairs_with_height = nullptr;  // [rows * columns + 1]
 };
 
 struct RasterParams {
@@ -91,9 +97,10 @@ struct RasterParams {
 
 template <class T>
 struct Picture {
-    T* rgb;              // [H, W, 3] premultiplied; of glazes the tint: the product over boxes of colour^alpha
-    T* alpha;            // [H, W]
-    Channels<T> layers;  // [H, W] each
+    T* rgb;               // [H, W, 3] premultiplied; of glazes the tint: the product over boxes of colour^alpha
+    T* alpha;             // [H, W]
+    Channels<T> layers;   // [H, W] each
+    T* height = nullptr;  // [H, W] pixels, or null; needs `reliefs` of the boxes and, of levels, pairs with height
 };
 
 // What one stroke needs at every pixel: texel = offset + gradient . (pixel - anchor). The anchor is a whole pixel

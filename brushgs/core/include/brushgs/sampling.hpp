@@ -99,6 +99,7 @@ struct Sampler {
     static constexpr bool is_image = kernel == Kernel::bilinear || kernel == Kernel::nearest;
     Real low_u, high_u, low_v, high_v;
     const std::uint16_t* pairs = nullptr;
+    const std::uint32_t* pairs_with_height = nullptr;
     Real stride;
 
     [[gnu::always_inline]] inline Sampler(const RasterParams& params, const Record<T>& record) {
@@ -108,6 +109,7 @@ struct Sampler {
             high_u = L::set(static_cast<T>(level.columns - 1));
             high_v = L::set(static_cast<T>(level.rows - 1));
             pairs = level.pairs;
+            pairs_with_height = level.pairs_with_height;
             stride = L::set(static_cast<T>(level.columns));
         } else {
             low_u = low_v = L::set(-record.limit);
@@ -140,21 +142,10 @@ struct Sampler {
     [[gnu::always_inline]] inline Sample sample(Real u, Real v, typename L::Mask mask) const {
         const Real zero = L::set(0);
         if constexpr (is_image) {
-            const Real column = L::whole(u), row = L::whole(v);
-            const auto quad = L::gather(pairs, L::truncate(row * stride + column), mask);
-            Real fu = u - column, fv = v - row;
-            if constexpr (kernel == Kernel::nearest) {
-                fu = nearest_of(fu);
-                fv = nearest_of(fv);
-            }
-            const Real c00 = L::template byte<0>(quad), c10 = L::template byte<1>(quad);
-            const Real c01 = L::template byte<2>(quad), c11 = L::template byte<3>(quad);
-            const Real step_upper = c01 - c00, step_lower = c11 - c10;
-            const Real upper = c00 + fu * step_upper;
-            const Real lower = c10 + fu * step_lower;
-            const Real slope_v = lower - upper, coverage = upper + fv * slope_v;
-            if constexpr (kernel == Kernel::nearest) return {coverage, zero, zero};
-            return {coverage, step_upper + fv * (step_lower - step_upper), slope_v};
+            const Place at = place(u, v);
+            const auto quad = L::gather(pairs, at.texel, mask);
+            return between(at, L::template byte<0>(quad), L::template byte<1>(quad), L::template byte<2>(quad),
+                           L::template byte<3>(quad));
         } else if constexpr (kernel == Kernel::gaussian) {
             constexpr double half_log2_e = 0.5 * 1.44269504088896340736;
             const Real value = exp2_negative<T>((u * u + v * v) * L::set(static_cast<T>(-half_log2_e)));
@@ -162,6 +153,44 @@ struct Sampler {
         } else {
             return {L::where(L::less(mask, u * u + v * v, L::set(1)), L::set(1)), zero, zero};
         }
+    }
+
+    // The same, and the height of an image there, 0 to 255: one load for both.
+    [[gnu::always_inline]] inline void sample_with_height(Real u, Real v, typename L::Mask mask, Sample& sample,
+                                                          Real& height) const {
+        const Place at = place(u, v);
+        const auto quads = L::gather_two(pairs_with_height, at.texel, mask);
+        sample = between(at, L::template byte<0>(quads.first), L::template byte<1>(quads.first),
+                         L::template byte<0>(quads.second), L::template byte<1>(quads.second));
+        height = between(at, L::template byte<2>(quads.first), L::template byte<3>(quads.first),
+                         L::template byte<2>(quads.second), L::template byte<3>(quads.second))
+                     .coverage;
+    }
+
+    [[gnu::always_inline]] static inline Sample empty() { return {L::set(0), L::set(0), L::set(0)}; }
+
+    // Where a point lies among the texels of an image.
+    struct Place {
+        typename L::Int texel;
+        Real fu, fv;
+    };
+    [[gnu::always_inline]] inline Place place(Real u, Real v) const {
+        const Real column = L::whole(u), row = L::whole(v);
+        Real fu = u - column, fv = v - row;
+        if constexpr (kernel == Kernel::nearest) {
+            fu = nearest_of(fu);
+            fv = nearest_of(fv);
+        }
+        return {L::truncate(row * stride + column), fu, fv};
+    }
+    // Between four texels: (0, 0), (1, 0), (0, 1) and (1, 1) as row and column.
+    [[gnu::always_inline]] static inline Sample between(const Place& at, Real c00, Real c10, Real c01, Real c11) {
+        const Real step_upper = c01 - c00, step_lower = c11 - c10;
+        const Real upper = c00 + at.fu * step_upper;
+        const Real lower = c10 + at.fu * step_lower;
+        const Real slope_v = lower - upper, value = upper + at.fv * slope_v;
+        if constexpr (kernel == Kernel::nearest) return {value, L::set(0), L::set(0)};
+        return {value, step_upper + at.fv * (step_lower - step_upper), slope_v};
     }
 
     // 0 where a fraction rounds down, 1 where it rounds up.
@@ -228,7 +257,8 @@ struct NoShader {
 // The alpha of a record at the pixels of a tile that still let light through, 0 outside its box; returns the blocks
 // of 4 x 4 pixels that it may touch, of which alone `alphas`, and `slopes` unless null, are written. Sifted:
 // alphas too faint to count are 0, only blocks with others are returned, and `pixels` says which pixels of a block
-// these are. `shader` is called with block, lane, the coordinates v of the lanes and those of them inside the box.
+// these are. `shader` is called with block, lane, the coordinates v of the lanes and those of them inside the box; of
+// one with `needs_height`, `raise` is called with block, lane, the brush's height there and those inside the box.
 template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = false, class Tile, class Shader = NoShader>
 [[gnu::always_inline]] inline std::uint32_t sample_record(const RasterParams& params, const Record<T>& record, int x0,
                                                           int y0, const Tile& tile,
@@ -259,7 +289,14 @@ template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = fal
             const Real u = L::set(block.u[b]) + lane_u[part];
             const Real v = L::set(block.v[b]) + lane_v[part];
             const auto inside = sampler.inside(L::from_bits(static_cast<unsigned>(tile.alive[b]) >> lane), u, v);
-            const auto sample = sampler.sample(u, v, inside);
+            auto sample = sampler.empty();
+            if constexpr (requires { Shader::needs_height; }) {
+                Real height;
+                sampler.sample_with_height(u, v, inside, sample, height);
+                shader.raise(b, lane, height, inside);
+            } else {
+                sample = sampler.sample(u, v, inside);
+            }
             const Real alpha = L::min(opacity * sample.coverage, L::set(static_cast<T>(kMaxAlpha)));
             shader(b, lane, v, inside);
             if constexpr (with_slopes) {

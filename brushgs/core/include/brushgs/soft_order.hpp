@@ -85,19 +85,20 @@ struct SoftRecord {
 template <class T>
 struct BlockFragments {
     int b;
-    const T* alphas;  // [kBlockPixels]
-    const T* shades;  // [kBlockPixels] factors of the colour, where they are kept
-    unsigned pixels;  // bit p: whether pixel p has one
+    const T* alphas;   // [kBlockPixels]
+    const T* shades;   // [kBlockPixels] factors of the colour, where they are kept
+    const T* heights;  // [kBlockPixels] heights of the paint, where they are kept
+    unsigned pixels;   // bit p: whether pixel p has one
 };
 
 // Blends the records of one tile. All its functions are inlined, so that its fields live in registers: where the
 // columns of the queues lie is copied here because vector stores may touch any memory, and each field behind a
 // reference would be read anew after each of them.
-template <class T, bool has_shades, int channels>
+template <class T, bool has_shades, int channels, bool has_relief>
 class SoftBlender {
     using L = Lanes<T>;
     using Real = typename L::Real;
-    using Tile = TileState<T, channels>;
+    using Tile = TileState<T, channels, has_relief>;
     static constexpr int W = L::width, num_parts = kBlockPixels / W;
 
 public:
@@ -197,7 +198,8 @@ public:
 
 private:
     [[gnu::always_inline]] inline void copy_columns() {
-        slots_ = queues_.slots, shades_ = queues_.shades, free_slots_ = queues_.free_slots, entries_ = queues_.entries;
+        slots_ = queues_.slots, shades_ = queues_.shades, heights_ = queues_.heights, free_slots_ = queues_.free_slots,
+        entries_ = queues_.entries;
         depths_ = queues_.depths, squared_softness_ = queues_.squared_softness;
         queue_size_ = queues_.queue_size;
     }
@@ -262,6 +264,8 @@ private:
             L::store(slot.before + lane, before);
             if constexpr (has_shades)
                 L::store(shades_ + kBlockPixels * slot_id + lane, L::load(fragments.shades + lane));
+            if constexpr (has_relief)
+                L::store(heights_ + kBlockPixels * slot_id + lane, L::load(fragments.heights + lane));
             last |= L::bits(L::less(all, after, L::set(static_cast<T>(kLeastLight)))) << lane;
         }
         entries_[tail] = {slot_id, record.id, static_cast<std::uint16_t>(pixels), static_cast<std::uint16_t>(shown)};
@@ -288,6 +292,9 @@ private:
                 for (int c = 0; c < 3; ++c) planes[c] = planes[c] + of_color * L::set(record.color[c]);
                 for (int c = 0; c < channels; ++c)
                     planes[3 + c] = planes[3 + c] + weight * L::set(attributes_.of(entries[k].record, c));
+                if constexpr (has_relief)
+                    planes[3 + channels] =
+                        planes[3 + channels] + weight * L::load(heights_ + kBlockPixels * entries[k].slot + lane);
                 sum = sum + weight;
                 const auto shown = L::less(L::from_bits(~0u), L::set(0), weight);
                 light = L::select(shown, light - light * L::load(slot.alpha + lane), light);
@@ -307,6 +314,7 @@ private:
     // Copied from `queues_`.
     FragmentSlot<T>* slots_;
     T* shades_;
+    T* heights_;
     std::uint32_t* free_slots_;
     FragmentEntry* entries_;
     T* depths_;

@@ -33,9 +33,10 @@ struct SoftQueues {
     std::unique_ptr<FragmentSlot<T>[]> slot_memory;
     std::unique_ptr<std::uint32_t[]> free_memory;
     std::unique_ptr<FragmentEntry[]> entry_memory;
-    std::unique_ptr<T[]> depth_memory, softness_memory, reach_memory, shade_memory;
+    std::unique_ptr<T[]> depth_memory, softness_memory, reach_memory, shade_memory, height_memory;
     FragmentSlot<T>* slots = nullptr;     // [num_slots]
     T* shades = nullptr;                  // [num_slots, 16] factors of the colour; null unless they are kept
+    T* heights = nullptr;                 // [num_slots, 16] heights of the paint, pixels; null unless they are kept
     std::uint32_t* free_slots = nullptr;  // [num_slots] the first num_free are free, the last of them next
     FragmentEntry* entries = nullptr;     // [num_queues, queue_size]
     T* depths = nullptr;                  // [num_queues, queue_size] camera z
@@ -43,7 +44,7 @@ struct SoftQueues {
     T* reaches = nullptr;                 // [num_ids of a tile + 1] the largest squared softness from there on
     std::size_t num_slots = 0, num_free = 0, queue_size = 0, num_reaches = 0;
     std::size_t heads[num_queues] = {}, tails[num_queues] = {};
-    bool keeps_shades = false;
+    bool keeps_shades = false, keeps_heights = false;
 };
 
 // These allocate, in soft_queues.cpp: a kernel's file would compile the library's templates for its instruction set.
@@ -56,9 +57,11 @@ void add_slots(SoftQueues<T>& queues);
 template <class T>
 void lengthen_queues(SoftQueues<T>& queues);
 
-// Whether slots have shades from now on; none may be in use.
+// Whether slots have shades, and heights, from now on; none may be in use.
 template <class T>
 void keep_shades(SoftQueues<T>& queues, bool keeps);
+template <class T>
+void keep_heights(SoftQueues<T>& queues, bool keeps);
 
 // Makes room for `count` reaches.
 template <class T>

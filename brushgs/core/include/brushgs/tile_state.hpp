@@ -1,6 +1,7 @@
 // The pixels of one tile while it is painted, and how they become a part of the picture.
 //
-// Compiled once per instruction set, see CMakeLists.txt. `channels` is the number of channels of the picture's layers.
+// Compiled once per instruction set, see CMakeLists.txt. `channels` is the number of channels of the picture's layers;
+// `has_relief` says whether the picture has a height.
 #pragma once
 
 #include <cstddef>
@@ -35,12 +36,13 @@ template <class T, int channels>
 }
 
 // Planes of 4 x 4 blocks, so that a block is one run of memory.
-template <class T, int channels>
+template <class T, int channels, bool has_relief = false>
 struct TileState {
-    static constexpr int num_planes = 3 + channels;
+    static constexpr int num_planes = 3 + channels + has_relief;
     alignas(64) T transmittance[kNumBlocks][kBlockPixels];
-    alignas(64) T planes[num_planes][kNumBlocks][kBlockPixels];  // sums of weight x red, green, blue and attributes
-    std::uint16_t alive[kNumBlocks];                             // pixels that still let light through
+    alignas(
+        64) T planes[num_planes][kNumBlocks][kBlockPixels];  // sums of weight x red, green, blue, attributes, height
+    std::uint16_t alive[kNumBlocks];                         // pixels that still let light through
     std::uint32_t alive_blocks;
     T min_transmittance;  // a pixel is finished before it lets less light through
 
@@ -71,8 +73,8 @@ template <class T>
 }
 
 // Four pixels of block b, from p on, to four of the picture.
-template <class T, int channels>
-[[gnu::always_inline]] inline void write_four(const TileState<T, channels>& tile, int b, int p,
+template <class T, int channels, bool has_relief>
+[[gnu::always_inline]] inline void write_four(const TileState<T, channels, has_relief>& tile, int b, int p,
                                               const Picture<T>& picture, std::size_t pixel) {
     using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
     interleave(tile.planes[0][b] + p, tile.planes[1][b] + p, tile.planes[2][b] + p, picture.rgb + 3 * pixel);
@@ -91,12 +93,13 @@ template <class T, int channels>
         else
             for (int i = 0; i < 4; ++i) to[static_cast<std::size_t>(i) * layer.stride] = mean[i];
     }
+    if constexpr (has_relief) __builtin_memcpy(picture.height + pixel, tile.planes[3 + channels][b] + p, sizeof opaque);
 }
 
 // The first `count` of four pixels, where the picture ends within a block.
-template <class T, int channels>
-void write_some(const TileState<T, channels>& tile, int b, int p, const Picture<T>& picture, std::size_t pixel,
-                int count) {
+template <class T, int channels, bool has_relief>
+void write_some(const TileState<T, channels, has_relief>& tile, int b, int p, const Picture<T>& picture,
+                std::size_t pixel, int count) {
     for (int i = p; i < p + count; ++i, ++pixel) {
         for (std::size_t k = 0; k < 3; ++k) picture.rgb[3 * pixel + k] = tile.planes[k][b][i];
         const T opaque = 1 - tile.transmittance[b][i];
@@ -105,12 +108,13 @@ void write_some(const TileState<T, channels>& tile, int b, int p, const Picture<
             const Channel<T> layer = picture.layers.channels[c];
             layer.values[pixel * layer.stride] = opaque > 0 ? tile.planes[3 + c][b][i] / opaque : 0;
         }
+        if constexpr (has_relief) picture.height[pixel] = tile.planes[3 + channels][b][i];
     }
 }
 
 // The picture by value: what lies behind a reference would be read anew after every store.
-template <class T, int channels>
-void write_tile(const TileTask<T>& task, const TileState<T, channels>& tile, const Picture<T> picture) {
+template <class T, int channels, bool has_relief>
+void write_tile(const TileTask<T>& task, const TileState<T, channels, has_relief>& tile, const Picture<T> picture) {
     const int width = task.params.width, height = task.params.height, x0 = task.x0, y0 = task.y0;
     const int num_columns = width - x0 < kTileWidth ? width - x0 : kTileWidth;
     const int num_rows = height - y0 < kTileHeight ? height - y0 : kTileHeight;

@@ -1,0 +1,294 @@
+"""Relief: how high the paint of the strokes stands in each pixel."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.brushes.brush_set import BrushSet
+from brushgs.brushes.levels import level_coverage, level_height
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.cameras.orbit import orbit
+from brushgs.rendering import reference
+from brushgs.rendering.depth_test import DepthTest
+from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.project import project
+from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.relief import (
+    GAIN,
+    GAIN_SPREAD,
+    LEAST_SIZE,
+    MOST_DEVIATIONS,
+    MOST_SIZE,
+    THICKNESS,
+    THICKNESS_SPREAD,
+    UNDERPAINT_THICKNESS,
+    Relief,
+)
+from brushgs.rendering.render import render, render_sequence
+from brushgs.rendering.underpaint import Underpaint
+from brushgs.scene import Boxes, Frame, Gaussians
+from brushgs.still_life import still_life, still_life_camera
+from tests.rendering.strokes import (
+    PATHS,
+    boxes_of,
+    bristles,
+    depth_test_of,
+    random_boxes,
+    relieved,
+    ridges,
+    set_back,
+    softened,
+    texture_of,
+)
+
+IMAGES = [path for path, (kind, _) in PATHS.items() if kind == "image"]
+LOOKS = {"": {}, "layered": {"underpaint": Underpaint(1.8), "streaks": 0.3}}
+TEXTURES = {"ridges": ridges(), "bristles": bristles()}  # with a height of its own, and without
+SOLID = StrokeTexture.from_coverage(np.ones((2, 2)))
+PLANES = ("rgb", "alpha", "depth")
+
+
+def texture_on(path: str, brush: str) -> StrokeTexture:
+    return TEXTURES[brush] if path in IMAGES else texture_of(PATHS[path][0])
+
+
+def painted(boxes: Boxes, texture: StrokeTexture | BrushSet, path: str, **options) -> tuple[Frame, Frame]:
+    """What the kernel paints, and what it should."""
+    how = {"width": 75, "height": 50, "filter": PATHS[path][1], "relief": True} | options
+    return rasterize(boxes, texture, **how), reference.rasterize(boxes, texture, **how)
+
+
+# The definition
+
+
+@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize("softness", [None, 0.5])
+@pytest.mark.parametrize("brush", TEXTURES)
+@pytest.mark.parametrize("path", PATHS)
+def test_kernel_agrees_with_the_definition(path, brush, softness, look):
+    boxes = relieved(set_back(random_boxes(150, 75, 50, seed=3, sizes=(0.3, 60)), 1.0))
+    boxes = boxes if softness is None else softened(boxes, softness)
+    texture = texture_on(path, brush)
+    actual, expected = painted(boxes, texture, path, **LOOKS[look])
+    np.testing.assert_allclose(actual.height, expected.height, rtol=1e-9, atol=1e-11)
+    assert np.ptp(actual.height) > 0.5
+    single, _ = painted(boxes.astype(np.float32), texture, path, **LOOKS[look])
+    off = np.abs(single.height - expected.height)
+    assert single.height.dtype == np.float32
+    assert (off > 4e-4).mean() <= 2e-3
+    assert off[off <= 4e-4].mean() < 1e-5
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize("softness", [None, 0.5])
+@pytest.mark.parametrize("path", PATHS)
+def test_relief_changes_no_bit_of_the_rest(path, softness, look, dtype):
+    boxes = set_back(random_boxes(400, 75, 50, seed=5, sizes=(0.3, 40), dtype=dtype), 1.0)
+    boxes = boxes if softness is None else softened(boxes, softness)
+    how = {"width": 75, "height": 50, "filter": PATHS[path][1]} | LOOKS[look]
+    texture = texture_on(path, "ridges")
+    raised = rasterize(relieved(boxes), texture, relief=True, **how)
+    for other in (rasterize(boxes, texture, **how), rasterize(relieved(boxes), texture, **how)):
+        assert other.height is None
+        for name in PLANES:
+            np.testing.assert_array_equal(getattr(raised, name), getattr(other, name), err_msg=name)
+
+
+@pytest.mark.parametrize("softness", [None, 0.0, 3.0])
+def test_two_strokes_add_their_heights_by_the_weights_of_their_colours(softness):
+    boxes = boxes_of([[5.5, 5.5]] * 2, 5, opacities=[0.6, 0.7], colors=[[1, 0, 0], [0, 1, 0]])
+    boxes = replace(boxes, reliefs=np.array([[2.0, 0.0], [3.0, 8.0]]))
+    if softness is not None:
+        boxes = replace(boxes, softness=np.full(2, softness))
+    quarter = StrokeTexture.from_coverage(np.ones((3, 3)), height=np.full((3, 3), 0.25, np.float32))
+    frame = rasterize(boxes, quarter, width=11, height=11, relief=True)
+    low = np.rint(0.25 * 255) / 255 - 0.5  # heights are sampled at 8 bits
+    expected = 2 * frame.rgb[5, 5, 0] + (3 + 8 * low) * frame.rgb[5, 5, 1]
+    np.testing.assert_allclose(frame.height[5, 5], expected, rtol=1e-9)
+
+
+def test_underpaint_is_thinner_and_smooth():
+    boxes = replace(boxes_of([[10.5, 10.5]], 3), setbacks=np.array([1.0]), reliefs=np.array([[2.0, 50.0]]))
+    frame = rasterize(boxes, ridges(), width=21, height=21, relief=True, underpaint=Underpaint(3.0))
+    beside = (frame.alpha > 0) & (np.abs(np.arange(21) - 10) > 4)
+    assert beside.any()
+    np.testing.assert_allclose(
+        frame.height[beside], 2 * UNDERPAINT_THICKNESS * frame.alpha[beside], rtol=1e-9
+    )
+
+
+@pytest.mark.parametrize("kind", ["gaussian", "ellipse"])
+def test_the_built_in_kernels_have_no_height_of_their_own(kind):
+    boxes = replace(random_boxes(40, 30, 20, sizes=(2, 20)), reliefs=np.tile([1.5, 9.0], (40, 1)))
+    frame = rasterize(boxes, StrokeTexture.open(kind), width=30, height=20, relief=True)
+    np.testing.assert_allclose(frame.height, 1.5 * frame.alpha, rtol=1e-9, atol=1e-12)
+
+
+def test_heights_are_continuous_where_strokes_pass_one_another_in_soft_order():
+    heights = []
+    for gap in np.linspace(-1.5, 1.5, 301):
+        boxes = boxes_of([[5.5, 5.5]] * 2, 5, opacities=0.9, depths=sorted([2.0, 2.0 + gap]))
+        reliefs = np.array([[1.0, 0.0], [4.0, 0.0]])[:: 1 if gap >= 0 else -1]
+        boxes = replace(boxes, reliefs=np.ascontiguousarray(reliefs), softness=np.full(2, 0.7))
+        heights.append(rasterize(boxes, SOLID, width=11, height=11, relief=True).height[5, 5])
+    assert np.ptp(heights) > 2
+    assert np.abs(np.diff(heights)).max() < 0.05
+
+
+def test_each_stroke_has_the_height_of_its_own_brush():
+    brushes = BrushSet((ridges(), bristles(24, 50, seed=2), ridges(31, 60, seed=4)))
+    boxes = relieved(random_boxes(120, 75, 50, seed=8, sizes=(0.5, 40)))
+    boxes = replace(boxes, brushes=np.arange(120, dtype=np.uint8) % 3)
+    for filter in ("mip", "nearest"):
+        actual, expected = painted(boxes, brushes, "mip", filter=filter)
+        np.testing.assert_allclose(actual.height, expected.height, rtol=1e-9, atol=1e-11)
+        alone, _ = painted(replace(boxes, brushes=None), brushes, "mip", filter=filter)
+        assert np.abs(alone.height - actual.height).max() > 0.1
+
+
+@pytest.mark.parametrize("softness", [None, 0.5])
+def test_what_lies_behind_a_limit_has_no_height(softness):
+    boxes = relieved(random_boxes(150, 75, 50, seed=3, sizes=(0.3, 60)))
+    boxes = boxes if softness is None else softened(boxes, softness)
+    test = depth_test_of(boxes, 75, 50)
+    actual, expected = painted(boxes, ridges(), "mip", in_front_of=test)
+    np.testing.assert_allclose(actual.height, expected.height, rtol=1e-9, atol=1e-11)
+    nothing = DepthTest(np.zeros((50, 75)), np.full(len(boxes), 0.1))
+    assert not painted(boxes, ridges(), "mip", in_front_of=nothing)[0].height.any()
+
+
+def test_a_glaze_has_no_height():
+    boxes = relieved(random_boxes(50, 75, 50))
+    actual, expected = painted(boxes, ridges(), "mip", blend="glaze")
+    assert actual.height is None
+    assert expected.height is None
+
+
+# Levels
+
+
+def test_levels_of_a_height_are_those_of_the_paint():
+    """Gaps between bristles lower the coverage, not the height of the bristles."""
+    rows = np.arange(64) % 4 < 2
+    coverage = np.repeat(rows[:, None], 96, 1).astype(np.uint8) * 255
+    height = np.where(coverage > 0, 230, 127).astype(np.uint8)
+    for level_u, level_v in ((0, 8), (5, 8)):
+        paint = level_coverage(coverage, level_u, level_v)
+        inside = paint > 100
+        assert inside.any()
+        assert paint[inside].max() < 160
+        assert np.abs(level_height(height, coverage, level_u, level_v)[inside].astype(int) - 230).max() <= 2
+    assert level_height(height, coverage, 0, 0) is height
+
+
+def test_levels_of_the_height_of_bare_canvas_are_bare_canvas():
+    coverage = np.zeros((40, 60), np.uint8)
+    coverage[10:20, 10:30] = 255
+    heights = level_height(np.full((40, 60), 255, np.uint8), coverage, 3, 3)
+    assert set(np.unique(heights[-3:, -3:])) <= {127, 128}
+
+
+# Projecting
+
+
+SCENE = still_life(3000)
+CAMERA = still_life_camera(width=160, height=120)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_projected_reliefs_are_those_of_the_definition(dtype):
+    scene = SCENE.astype(dtype)
+    boxes, expected = project(scene, CAMERA, relief=True), reference.project(scene, CAMERA, relief=True)
+    assert boxes.reliefs.dtype == dtype
+    np.testing.assert_array_equal(boxes.ids, expected.ids)
+    np.testing.assert_allclose(boxes.reliefs, expected.reliefs, rtol=1e-6)
+    assert project(scene, CAMERA).reliefs is None
+
+
+def test_a_stroke_keeps_its_relief_from_view_to_view():
+    seen: dict[int, np.ndarray] = {}
+    for camera in orbit(SCENE, 4, width=96, height=72):
+        boxes = project(SCENE, camera, relief=True)
+        for row, relief in zip(boxes.ids, boxes.reliefs, strict=True):
+            np.testing.assert_array_equal(seen.setdefault(int(row), relief), relief)
+    assert len(seen) > 1000
+
+
+def test_reliefs_scale_with_the_picture_and_with_the_root_of_the_size():
+    n = 20000
+    sizes = np.repeat([0.1, 0.4, 1.0, 1.0, 2.5, 9.0], n // 6 + 1)[:n]  # the median is 1
+    g = np.random.default_rng(3)
+    means = g.uniform((-0.4, -0.4, 2.6), (0.4, 0.4, 3.4), (n, 3))
+    scene = Gaussians(
+        means,
+        np.tile([1.0, 0, 0, 0], (n, 1)),
+        0.01 * np.stack([sizes, sizes, sizes / 9], 1),
+        np.ones(n),
+        np.zeros((n, 1, 3)),
+    )
+    camera = replace(CAMERA, viewmat=np.eye(4))
+    reliefs = project(scene, camera, relief=Relief(2.0, 3.0))
+    scale = np.sqrt(160 * 120 / 750_000)
+    of_row = np.full((n, 2), np.nan)
+    of_row[reliefs.ids] = reliefs.reliefs / (2 * scale, 3 * scale)
+    for size in np.unique(sizes):
+        expected = np.sqrt(np.clip(size, LEAST_SIZE, MOST_SIZE))
+        thickness, gain = of_row[(sizes == size) & ~np.isnan(of_row[:, 0])].T / expected
+        assert len(gain) > 1000
+        assert abs(np.median(gain) - 1) < 0.03
+        assert abs(np.log(gain).std() - GAIN_SPREAD) < 0.02
+        assert np.abs(np.log(gain)).max() <= GAIN_SPREAD * MOST_DEVIATIONS * (1 + 1e-9)
+        assert abs(thickness.mean() - 1) < 0.03
+        assert 1 - THICKNESS_SPREAD <= thickness.min() < 0.52 < 1.48 < thickness.max() <= 1 + THICKNESS_SPREAD
+    larger = project(scene, replace(camera, width=320, height=240, K=camera.K * [[2], [2], [1]]), relief=True)
+    smaller = project(scene, camera, relief=True)
+    shared, a, b = np.intersect1d(larger.ids, smaller.ids, return_indices=True)
+    np.testing.assert_allclose(larger.reliefs[a], 2 * smaller.reliefs[b], rtol=1e-12)
+    assert np.median(smaller.reliefs[:, 1]) < GAIN
+    assert np.median(smaller.reliefs[:, 0]) < THICKNESS
+    assert len(shared) > 1000
+
+
+def test_strokes_without_a_size_count_as_median_ones():
+    scene = replace(SCENE, scales=np.zeros_like(SCENE.scales))
+    reliefs = project(scene, CAMERA, relief=Relief(1, 1)).reliefs
+    assert np.isfinite(reliefs).all()
+    assert (reliefs > 0).all()
+    assert len(project(SCENE.take(np.s_[:0]), CAMERA, relief=True)) == 0
+
+
+# Rendering, and what is refused
+
+
+def test_render_takes_a_relief_and_paths_do_too():
+    options = {"width": 64, "height": 48}
+    camera = still_life_camera(**options)
+    assert render(SCENE, camera, "flat").height is None
+    frame = render(SCENE, camera, "flat", relief=True)
+    assert frame.height.shape == (48, 64)
+    higher = render(SCENE, camera, "flat", relief=Relief(2 * THICKNESS, 2 * GAIN))
+    np.testing.assert_allclose(higher.height, 2 * frame.height, rtol=1e-4, atol=1e-5)
+    heights = [f.height for f in render_sequence(SCENE, [camera, camera], "flat", relief=True)]
+    assert np.ptp(heights[0]) > 0
+    np.testing.assert_array_equal(*heights)
+    gaussian = StrokeTexture.open("gaussian")
+    assert RenderOptions.of(gaussian, relief=Relief()).relief == Relief()
+
+
+def test_boxes_without_reliefs_are_refused():
+    with pytest.raises(ValueError, match=r"rasterize: boxes must have reliefs .* project with relief=True"):
+        rasterize(random_boxes(5, 20, 20), SOLID, width=20, height=20, relief=True)
+
+
+@pytest.mark.parametrize("name", ["thickness", "gain"])
+@pytest.mark.parametrize("value", [-0.1, np.nan, np.inf])
+def test_numbers_out_of_range_are_refused_by_name(name, value):
+    with pytest.raises(ValueError, match=f"Relief: {name} must be >= 0 and finite, got"):
+        Relief(**{name: value})
+
+
+def test_what_is_no_relief_is_refused():
+    with pytest.raises(TypeError, match="relief must be a bool or a Relief, got float"):
+        project(SCENE, CAMERA, relief=0.5)
