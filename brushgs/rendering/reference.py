@@ -19,6 +19,7 @@ from brushgs.options.choices import Blend, Filter
 from brushgs.rendering.constants import GAUSSIAN_SIGMAS, LEAST_LIGHT, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
 from brushgs.rendering.depth_test import DepthTest
 from brushgs.rendering.glaze import pigments
+from brushgs.rendering.light import Lamp, blur_taps
 from brushgs.rendering.project import SOFTNESS, Directions, ProjectOptions
 from brushgs.rendering.relief import UNDERPAINT_THICKNESS, Relief, paint_height
 from brushgs.rendering.streaks import BRISTLES, noise, streak_starts, streak_weights
@@ -450,3 +451,21 @@ def _sample(texture: StrokeTexture, coverage: NDArray[np.uint8], s: F64, t: F64,
     upper = (1 - fu) * coverage[row, column] + fu * coverage[row, next_column]
     lower = (1 - fu) * coverage[next_row, column] + fu * coverage[next_row, next_column]
     return np.asarray(((1 - fv) * upper + fv * lower) / 255)
+
+
+def light(rgb: Array, height: Array, lamp: Lamp, *, alpha: Array | None = None, blur: float) -> F64:
+    """`brushgs.rendering.light.light`, always in float64."""
+    taps = blur_taps(blur, height.shape[1], height.shape[0])
+    blurred, reach = np.pad(height.astype(np.float64), len(taps) // 2, mode="edge"), len(taps)
+    for axis in (0, 1):
+        blurred = np.lib.stride_tricks.sliding_window_view(blurred, reach, axis) @ taps
+    around = np.pad(blurred, 1, mode="edge")
+    slope_x = (around[1:-1, 2:] - around[1:-1, :-2]) / 2
+    slope_y = (around[2:, 1:-1] - around[:-2, 1:-1]) / 2
+    normals = np.stack([-slope_x, -slope_y, np.ones_like(slope_x)], axis=2)
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    shade = np.clip(normals @ lamp.direction / lamp.direction[2], 0, 2)
+    shine = np.clip(normals @ lamp.half_way, 0, 1) ** lamp.exponent - lamp.half_way[2] ** lamp.exponent
+    shine = np.clip(shine, 0, 1) * (1 if alpha is None else alpha)
+    factor = 1 + lamp.strength * (shade - 1)
+    return np.asarray(rgb * factor[..., None] + lamp.gloss * shine[..., None])

@@ -1,7 +1,7 @@
 """Relief: how thick the paint of a stroke lies, and how deep its bristles furrow it.
 
 `project` gives each box the thickness of its paint and the gain of its brush's own height, both in pixels;
-`rasterize` sums them over the strokes of a pixel to `frame.height`. Both belong to
+`rasterize` sums them over the strokes of a pixel to `frame.height`; `light` shines on that. Both belong to
 the stroke: they follow from its size among the strokes in space and from its row, never from the view.
 """
 

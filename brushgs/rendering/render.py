@@ -57,7 +57,7 @@ def render(
             none.
         streaks: amplitude of the streaks of bristles along strokes, 0 to 0.5, see `rasterize`. The built-in
             kernels have none.
-        relief: whether the frame has a height, or how high its paint lies, see `Relief`.
+        relief: whether the frame has a height, or how high its paint lies, see `Relief` and `light`.
         num_threads: None takes the processors available to this process. The picture does not depend on it.
 
     Returns:

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.options.choices import Filter, Order
+from brushgs.rendering.light import Lamp
 from brushgs.rendering.project import project
+from brushgs.rendering.relief import Relief
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Boxes, Gaussians
 from brushgs.still_life import still_life, still_life_camera
@@ -37,6 +39,7 @@ class Case:
     background: tuple[float, float, float] | None = WHITE  # None: transparent
     underpaint: Underpaint | None = None
     streaks: float = 0.0
+    lamp: Lamp | None = None  # that shines on the height of the paint
 
     @property
     def texture(self) -> BrushSet:
@@ -48,9 +51,11 @@ def scene(num_strokes: int) -> Gaussians:
     return still_life(num_strokes).astype(np.float64)
 
 
-def boxes_of(gaussians: Gaussians, num_sigmas: float, order: Order = "depth") -> Boxes:
+def boxes_of(
+    gaussians: Gaussians, num_sigmas: float, order: Order = "depth", relief: Relief | bool = False
+) -> Boxes:
     camera = still_life_camera(width=WIDTH, height=HEIGHT)
-    return project(gaussians, camera, num_sigmas=num_sigmas, order=order, underpaint=True)
+    return project(gaussians, camera, num_sigmas=num_sigmas, order=order, underpaint=True, relief=relief)
 
 
 def still_life_boxes(num_sigmas: float) -> Boxes:
@@ -79,6 +84,15 @@ def large_boxes_of_three(num_sigmas: float) -> Boxes:
 
 def large_soft_boxes(num_sigmas: float) -> Boxes:
     return boxes_of(scene(NUM_LARGE_STROKES), 1.8 * num_sigmas, order="soft")
+
+
+def thick_boxes(num_sigmas: float) -> Boxes:
+    """Few strokes, large and of thick paint."""
+    return boxes_of(scene(NUM_LARGE_STROKES), 1.8 * num_sigmas, relief=Relief(2.0, 8.0))
+
+
+def thick_soft_boxes(num_sigmas: float) -> Boxes:
+    return boxes_of(scene(NUM_LARGE_STROKES), 1.8 * num_sigmas, "soft", Relief(2.0, 8.0))
 
 
 def set_back_wheel_boxes(num_sigmas: float) -> Boxes:
@@ -131,5 +145,9 @@ CASES = {
     ),
     "wheel_underpaint": Case("filbert", "nearest", set_back_wheel_boxes, None, Underpaint(1.3), 0.5),
     "three_brushes": Case("filbert_2,dab,wash", "mip", large_boxes_of_three, streaks=0.2),
+    "impasto_relief": Case("impasto", "mip", thick_boxes, lamp=Lamp()),
+    "flat_relief_soft": Case(
+        "flat", "bilinear", thick_soft_boxes, None, UNDERPAINT, 0.3, Lamp(elevation=0.7, strength=0.8)
+    ),
     "wheel_soft": Case("filbert", "bilinear", soft_wheel_boxes, background=None),
 }

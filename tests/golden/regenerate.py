@@ -4,9 +4,11 @@ Look at the outcome before it is committed; it travels in a commit of its own.
 """
 
 import sys
+from dataclasses import replace
 
 from brushgs.io.pictures.images import write_frame
 from brushgs.rendering import reference
+from brushgs.rendering.light import BLUR
 from brushgs.scene import Frame
 from tests.golden.cases import CASES, FOLDER, HEIGHT, WIDTH, Case
 
@@ -16,7 +18,12 @@ def frame_of(case: Case) -> Frame:
     texture = case.texture
     boxes = case.boxes(texture.num_sigmas)
     size, look = {"width": WIDTH, "height": HEIGHT}, {"underpaint": case.underpaint, "streaks": case.streaks}
-    return reference.rasterize(boxes, texture, filter=case.filter, **size, **look)
+    if case.lamp is None:
+        return reference.rasterize(boxes, texture, filter=case.filter, **size, **look)
+    frame = reference.rasterize(boxes, texture, filter=case.filter, relief=True, **size, **look)
+    return replace(
+        frame, rgb=reference.light(frame.rgb, frame.height, case.lamp, alpha=frame.alpha, blur=BLUR)
+    )
 
 
 def main() -> None:

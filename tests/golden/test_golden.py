@@ -11,6 +11,7 @@ import pytest
 
 from brushgs.io.pictures.images import read_image, write_frame
 from brushgs.io.pictures.oiio import quantise
+from brushgs.rendering.light import light
 from brushgs.rendering.rasterize import rasterize
 from brushgs.scene import Frame
 from tests.golden.cases import CASES, FOLDER, HEIGHT, NUM_STROKES, WIDTH, Case, boxes_of, scene
@@ -25,9 +26,12 @@ def kernel_frame(case: Case, dtype: type[np.floating], num_threads: int) -> Fram
     texture = case.texture
     boxes = case.boxes(texture.num_sigmas)
     size, look = {"width": WIDTH, "height": HEIGHT}, {"underpaint": case.underpaint, "streaks": case.streaks}
-    return rasterize(
-        boxes.astype(dtype), texture, filter=case.filter, num_threads=num_threads, **size, **look
-    )
+    look |= {"filter": case.filter, "relief": case.lamp is not None, "num_threads": num_threads}
+    frame = rasterize(boxes.astype(dtype), texture, **size, **look)
+    if frame.height is None:
+        return frame
+    lit = light(frame.rgb, frame.height, case.lamp, alpha=frame.alpha, num_threads=num_threads)
+    return replace(frame, rgb=lit)
 
 
 def decoded(path) -> np.ndarray:

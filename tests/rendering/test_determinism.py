@@ -115,6 +115,7 @@ _PAINT = """
 import sys
 import numpy as np
 from brushgs import _core
+from brushgs.rendering.light import light
 from tests.rendering.test_determinism import ALL_PATHS, frame_of
 planes = {}
 for path in ALL_PATHS:
@@ -123,6 +124,8 @@ for path in ALL_PATHS:
         depth = np.zeros_like(frame.alpha) if frame.depth is None else frame.depth
         height = [] if frame.height is None else [frame.height]
         planes[f"{path} {dtype.__name__}"] = np.dstack([frame.rgb, frame.alpha, depth, *height])
+        if frame.height is not None:
+            planes[f"{path} {dtype.__name__} lit"] = light(frame.rgb, frame.height, alpha=frame.alpha)
 np.savez(sys.argv[1], isa=_core.isa(), **planes)
 """
 

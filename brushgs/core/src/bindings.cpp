@@ -15,6 +15,7 @@
 #include "brushgs/filter.hpp"
 #include "brushgs/finish.hpp"
 #include "brushgs/frame_pool.hpp"
+#include "brushgs/light.hpp"
 #include "brushgs/nearest.hpp"
 #include "brushgs/press.hpp"
 #include "brushgs/project.hpp"
@@ -495,6 +496,35 @@ void def_press(nb::module_& m) {
           "Write the part of a picture that the grain of a paper takes, see brushgs/rendering/tooth.py.");
 }
 
+template <class T>
+void light(In<T, 3> rgb, In<T, 2> height, std::optional<In<T, 2>> alpha, In<double, 1> blur, In<double, 1> lamp,
+           In<double, 1> half_way, double strength, double gloss, int exponent, int num_threads, Out<T, 3> lit) {
+    const brushgs::LightParams<T> params{.rgb = rgb.data(),
+                                         .heights = height.data(),
+                                         .alpha = data_or_null(alpha),
+                                         .lit = lit.data(),
+                                         .width = static_cast<int>(rgb.shape(1)),
+                                         .height = static_cast<int>(rgb.shape(0)),
+                                         .blur = {blur.data(), blur.size()},
+                                         .lamp = {lamp(0), lamp(1)},
+                                         .half_way = {half_way(0), half_way(1)},
+                                         .strength = strength,
+                                         .gloss = gloss,
+                                         .exponent = exponent,
+                                         .num_threads = num_threads};
+    const nb::gil_scoped_release without_gil;
+    brushgs::light(params);
+}
+
+template <class T>
+void def_light(nb::module_& m) {
+    m.def("light", &light<T>, nb::kw_only(), "rgb"_a.noconvert(), "height"_a.noconvert(), "alpha"_a.noconvert().none(),
+          "blur"_a.noconvert(), "lamp"_a.noconvert(), "half_way"_a.noconvert(), "strength"_a, "gloss"_a, "exponent"_a,
+          "num_threads"_a, "lit"_a.noconvert(),
+          "Write a picture [H, W, 3] in the light that falls on its height [H, W], see light.hpp. blur: the weights of "
+          "an odd number of pixels; lamp and half_way: x and y of these directions, over their z.");
+}
+
 // Arrays
 
 nb::tuple nearest(In<float, 2> points, In<double, 2> centers, int num_threads) {
@@ -586,6 +616,8 @@ NB_MODULE(_core, m) {
     def_rasterize<double>(m);
     def_rasterize_backward<float>(m);
     def_rasterize_backward<double>(m);
+    def_light<float>(m);
+    def_light<double>(m);
     def_finish<float>(m);
     def_finish<double>(m);
     def_press<float>(m);

@@ -1,0 +1,204 @@
+"""Light on the height of paint."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+
+from brushgs.rendering import reference
+from brushgs.rendering.light import MOST_STRENGTH, STRENGTH, Lamp, blur_taps, light
+
+MATT = Lamp(strength=1.0, gloss=0.0)
+SIZES = [(1, 1), (1, 9), (7, 1), (37, 53), (130, 201)]  # the last in several strips
+
+
+def bumps(height: int, width: int, *, seed: int = 0, dtype=np.float64) -> np.ndarray:
+    return np.random.default_rng([seed, height, width]).normal(0, 0.4, (height, width)).astype(dtype)
+
+
+def colors(height: int, width: int, *, dtype=np.float64) -> np.ndarray:
+    return np.random.default_rng([height, width]).uniform(0, 1, (height, width, 3)).astype(dtype)
+
+
+def waves(height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
+    """A known height, and its unit normals [H, W, 3]."""
+    y, x = np.mgrid[:height, :width].astype(np.float64)
+    a, b = 2 * pi / 60, 2 * pi / 45
+    z = 2.0 * np.sin(a * x) * np.cos(b * y) + 0.1 * x
+    slope_x = 2.0 * a * np.cos(a * x) * np.cos(b * y) + 0.1
+    slope_y = -2.0 * b * np.sin(a * x) * np.sin(b * y)
+    normals = np.stack([-slope_x, -slope_y, np.ones_like(z)], axis=2)
+    return z, normals / np.linalg.norm(normals, axis=2, keepdims=True)
+
+
+# The definition
+
+
+@pytest.mark.parametrize("lamp", [Lamp(), MATT, Lamp(0.3, 0.2, 0.7, 0.5, 7), Lamp(1, pi / 2, 0, 1, 1)])
+@pytest.mark.parametrize("blur", [0.0, 0.6, 9.0])
+@pytest.mark.parametrize("size", SIZES)
+def test_kernel_agrees_with_the_definition(size, blur, lamp):
+    rgb, height = colors(*size), bumps(*size)
+    alpha = np.random.default_rng(1).uniform(0, 1, size)
+    for of in (None, alpha):
+        expected = reference.light(rgb, height, lamp, alpha=of, blur=blur)
+        actual = light(rgb, height, lamp, alpha=of, blur=blur)
+        np.testing.assert_allclose(actual, expected, rtol=1e-9, atol=1e-12)
+        single = light(
+            *(a.astype(np.float32) for a in (rgb, height)),
+            lamp,
+            alpha=None if of is None else of.astype(np.float32),
+            blur=blur,
+        )
+        assert single.dtype == np.float32
+        np.testing.assert_allclose(single, expected, atol=2e-5)
+
+
+def test_shade_is_that_of_the_normals_of_a_known_height():
+    """Three lamps give back the three components of the normals."""
+    height, normals = waves(120, 160)
+    white = np.ones((120, 160, 3))
+    right, below, above = (
+        light(white, height, replace(MATT, azimuth=azimuth, elevation=elevation), blur=0)[..., 0]
+        for azimuth, elevation in ((0, pi / 4), (pi / 2, pi / 4), (0, pi / 2))
+    )
+    found = np.stack([right - above, below - above, above], axis=2)
+    found /= np.linalg.norm(found, axis=2, keepdims=True)
+    angles = np.degrees(np.arccos(np.clip((found * normals).sum(axis=2), -1, 1)))
+    assert np.degrees(np.arccos(normals[..., 2].min())) > 10
+    assert angles[1:-1, 1:-1].max() < 1
+
+
+def test_paint_is_lightest_where_it_faces_the_lamp():
+    y, x = np.mgrid[-20:21, -20:21]
+    dome = 6 * np.exp(-(x**2 + y**2) / 100)
+    lit = light(np.full((41, 41, 3), 0.5), dome, Lamp(gloss=0))[..., 0]
+    assert lit[13, 13] > lit[13, 27] > lit[27, 27]
+    assert lit[13, 13] > 0.55
+    assert lit[27, 27] < 0.45
+    np.testing.assert_allclose(lit[0, 0], 0.5, atol=0.01)
+
+
+def test_highlights_are_those_of_the_mirrored_lamp():
+    """A plane that mirrors the lamp into the eye shines most, by gloss times what a flat one lacks."""
+    lamp = Lamp(strength=0, gloss=0.5, exponent=20)
+    half_way = lamp.half_way
+    y, x = np.mgrid[:30, :40].astype(np.float64)
+    plane = -(half_way[0] * x + half_way[1] * y) / half_way[2]
+    lit = light(np.zeros((30, 40, 3)), plane, lamp, blur=0)
+    np.testing.assert_allclose(lit[1:-1, 1:-1], 0.5 * (1 - half_way[2] ** 20), rtol=1e-9)
+    assert not light(np.zeros((30, 40, 3)), -plane, lamp, blur=0).any()
+
+
+# What stays as it is
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("level", [0.0, 0.37, -5.1])
+@pytest.mark.parametrize("size", SIZES)
+def test_flat_height_changes_no_bit(size, level, dtype):
+    rgb = colors(*size, dtype=dtype)
+    lamp = Lamp(strength=0.9, gloss=0.7)
+    for alpha in (None, rgb[..., 0]):
+        lit = light(rgb, np.full(size, level, dtype), lamp, alpha=alpha)
+        np.testing.assert_array_equal(lit, rgb)
+
+
+def test_what_is_not_painted_stays_empty():
+    alpha = np.zeros((20, 30))
+    alpha[5:15, 10:20] = 0.5
+    rgb = 0.4 * np.repeat(alpha[..., None], 3, axis=2)
+    lit = light(rgb, alpha * 3, Lamp(gloss=1), alpha=alpha)
+    assert not lit[alpha == 0].any()
+    assert (lit[5:15, 10:20] != rgb[5:15, 10:20]).any()
+
+
+def test_arguments_are_not_written_to():
+    rgb, height = colors(20, 30), bumps(20, 30)
+    before = rgb.copy(), height.copy()
+    light(rgb, height)
+    np.testing.assert_array_equal(rgb, before[0])
+    np.testing.assert_array_equal(height, before[1])
+    strided = np.repeat(rgb, 2, axis=1)[:, ::2]
+    np.testing.assert_array_equal(light(strided, np.asfortranarray(height)), light(rgb, height))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_the_picture_does_not_depend_on_threads(dtype):
+    rgb, height = colors(301, 67, dtype=dtype), bumps(301, 67, dtype=dtype)
+    alone = light(rgb, height, num_threads=1)
+    for num_threads in (2, 5):
+        np.testing.assert_array_equal(light(rgb, height, num_threads=num_threads), alone)
+
+
+def test_a_picture_twice_as_large_is_lit_alike():
+    """Heights and the blur are lengths on the canvas."""
+    means = []
+    for scale in (1, 2):
+        y, x = (np.mgrid[: 300 * scale, : 400 * scale] + 0.5) / scale
+        height = scale * 2 * np.sin(2 * pi * (x + 0.4 * y) / 30)
+        lit, sharp = (
+            light(np.full((*height.shape, 3), 0.5), height, Lamp(gloss=0), blur=blur)[..., 0]
+            for blur in (10.0, 0.0)
+        )
+        middle = np.s_[15 * scale : -15 * scale, 15 * scale : -15 * scale]
+        means.append(np.abs(lit - 0.5)[middle].mean())
+        assert means[-1] < 0.8 * np.abs(sharp - 0.5)[middle].mean()
+    np.testing.assert_allclose(means[1], means[0], rtol=0.03)
+
+
+def test_the_blur_is_a_mean():
+    for size in ((100, 75), (1000, 750), (4000, 3000)):
+        taps = blur_taps(0.6, *size)
+        assert len(taps) % 2 == 1
+        np.testing.assert_allclose(taps.sum(), 1, rtol=1e-12)
+        np.testing.assert_array_equal(taps, taps[::-1])
+    assert len(blur_taps(0.6, 100, 75)) == 1
+
+
+# Lamps, and what is refused
+
+
+def test_a_relief_of_one_is_the_most_that_does_not_look_like_plastic():
+    assert Lamp(gloss=0.1).at_relief(1) == Lamp(gloss=0.1, strength=MOST_STRENGTH)
+    assert Lamp().at_relief(0).strength == 0
+    assert Lamp().at_relief(0.59).strength == pytest.approx(STRENGTH, abs=0.002)
+    with pytest.raises(ValueError, match=r"relief must be in 0 to 1, got 1\.5"):
+        Lamp().at_relief(1.5)
+
+
+def test_the_lamp_stands_at_the_upper_left():
+    x, y, z = Lamp().direction
+    assert x == pytest.approx(y)
+    assert x < 0 < z
+    np.testing.assert_allclose(np.linalg.norm([Lamp().direction, Lamp().half_way], axis=1), 1)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "sentence"),
+    [
+        ("azimuth", np.nan, "azimuth must be finite, got nan"),
+        ("elevation", 0.0, "elevation must be above 0 to pi / 2, got 0.0"),
+        ("elevation", 1.6, "elevation must be above 0 to pi / 2, got 1.6"),
+        ("strength", 1.1, "strength must be in 0 to 1, got 1.1"),
+        ("gloss", -0.1, "gloss must be in 0 to 1, got -0.1"),
+        ("exponent", 0, "exponent must be in 1 to 1000, got 0"),
+    ],
+)
+def test_lamps_out_of_range_are_refused_by_name(field, value, sentence):
+    with pytest.raises(ValueError, match=f"Lamp: {sentence}"):
+        Lamp(**{field: value})
+
+
+def test_what_cannot_be_lit_is_refused():
+    with pytest.raises(TypeError, match="Lamp: exponent must be an int, got float"):
+        Lamp(exponent=2.5)
+    with pytest.raises(ValueError, match=r"light: height must have shape \[H=4, W=5\], got \[4, 6\]"):
+        light(colors(4, 5), bumps(4, 6))
+    with pytest.raises(TypeError, match="light: height must be float64 like rgb, got float32"):
+        light(colors(4, 5), bumps(4, 5, dtype=np.float32))
+    with pytest.raises(TypeError, match="light: rgb must be float32 or float64, got uint8"):
+        light(np.zeros((4, 5, 3), np.uint8), bumps(4, 5))
+    with pytest.raises(ValueError, match="light: blur must be in 0 to 10 pixels, got 11"):
+        light(colors(4, 5), bumps(4, 5), blur=11)
