@@ -19,8 +19,8 @@ def press(frame: Frame, grain: Array, dry: float) -> Frame:
     """Leave of a frame what the grain of a paper takes.
 
     The share s(e) = e^2 (3 - 2 e) of the paint stays in a pixel, e = (alpha - dry (1 - grain)) / 0.28 clipped
-    to 0 to 1: firm marks are whole, faint ones are left on the peaks alone. Alpha and colour get fainter
-    alike.
+    to 0 to 1: firm marks are whole, faint ones are left on the peaks alone. Alpha, colour and height get
+    fainter alike.
 
     Args:
         frame: H x W pixels.
@@ -29,7 +29,7 @@ def press(frame: Frame, grain: Array, dry: float) -> Frame:
             of an alpha below 0.28 gets fainter.
 
     Returns:
-        The frame, in its dtype, with other colours and alpha; a depth is a mean and stays.
+        The frame, in its dtype, with other colours, alpha and height; a depth is a mean and stays.
 
     Raises:
         TypeError: if `grain` is no array.
@@ -49,4 +49,7 @@ def press(frame: Frame, grain: Array, dry: float) -> Frame:
         pressed_rgb=pressed_rgb,
         pressed_alpha=pressed_alpha,
     )
-    return replace(frame, rgb=pressed_rgb, alpha=pressed_alpha)
+    height = frame.height
+    if height is not None:
+        height = height * np.divide(pressed_alpha, alpha, out=np.zeros_like(alpha), where=alpha > 0)
+    return replace(frame, rgb=pressed_rgb, alpha=pressed_alpha, height=height)

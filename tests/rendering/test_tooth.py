@@ -49,6 +49,14 @@ def test_firm_marks_are_whole_and_faint_ones_stay_on_the_peaks():
     assert (pressed.rgb[0, 2] == 0).all()
 
 
+def test_where_no_paint_is_left_none_stands():
+    frame, grain = frame_of(), np.random.default_rng(2).uniform(0, 1, (37, 23))
+    assert press(frame, grain, 0.8).height is None
+    pressed = press(replace(frame, height=2 * frame.alpha), grain, 0.8)
+    assert (pressed.alpha[frame.alpha > 0] == 0).any()
+    np.testing.assert_allclose(pressed.height, 2 * pressed.alpha, rtol=1e-12)
+
+
 def test_more_grain_and_less_dryness_never_take_paint_away():
     frame, grain = frame_of(), np.random.default_rng(2).uniform(0, 1, (37, 23))
     base = press(frame, grain, 0.4).alpha
