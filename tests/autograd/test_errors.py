@@ -17,7 +17,8 @@ BOXES = boxes_of([[9, 9]], 4.0)
 
 
 def strokes(**changes):
-    columns = {name: torch.tensor(values) for name, values in vars(scene_of(4)).items()}
+    given = vars(scene_of(4)).items()
+    columns = {name: torch.tensor(values) for name, values in given if values is not None}
     return ba.Gaussians(**{**columns, **changes})
 
 
@@ -41,7 +42,8 @@ def test_other_types_and_dtypes_are_refused():
     ):
         ba.rasterize(BOXES, bristles(), **SIZE)
     with pytest.raises(
-        TypeError, match="texture must be a StrokeTexture, the name of a stroke or a path, got int"
+        TypeError,
+        match="texture must be a StrokeTexture, a BrushSet, the name of a stroke or a path, got int",
     ):
         ba.render(strokes(), CAMERA, 3)
 

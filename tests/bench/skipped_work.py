@@ -26,6 +26,7 @@ import numpy as np
 
 import brushgs as bg
 from brushgs.brushes import levels
+from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.first_view import framed_camera
 from brushgs.cameras.framing import plain_first_view
@@ -239,7 +240,7 @@ def of_drawing(p: Painting) -> list[Shortcut]:
     """What drawing a picture skips."""
     sides = [len(levels.axis_levels(size)) for size in reversed(p.texture.coverage.shape)]
     every = list(np.ndindex(*sides))
-    used = texture_levels.levels_for(p.boxes, p.texture, "mip").codes
+    used = texture_levels.levels_for("of_drawing", p.boxes, BrushSet.of(p.texture), "mip").codes
     sorted_again = replace(p.boxes, softness=np.zeros_like(p.boxes.depths))
     small = replace(p.camera.resized(64, 64))
     few = project(p.strokes, small, p.texture)
