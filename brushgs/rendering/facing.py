@@ -1,0 +1,57 @@
+"""Boxes fade by how they face the camera: lines of silhouettes, which move over the surface as it turns."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import F64
+from brushgs.scene import Boxes, Camera, Gaussians
+
+# Sines of the angles beside a silhouette at which its line begins to fade and is gone. A line of something
+# round then lies 0.8 and 4 % of the radius inside the new silhouette.
+BOUNDS = (0.105, 0.21)
+
+
+def facing(points: NDArray[np.floating], normals: NDArray[np.floating], camera: Camera) -> F64:
+    """[P] sine of the angle between the surface and the view: |view direction . normal|.
+
+    Args:
+        points: [P, 3] world units.
+        normals: [P, 3] of the surface there; one shorter than 1 counts the less, 0 is always 0.
+        camera: the view.
+    """
+    rays = points - camera.position
+    lengths = np.maximum(np.linalg.norm(rays, axis=1), 1e-300)
+    return np.asarray(np.abs((rays * normals).sum(axis=1)) / lengths, np.float64)
+
+
+def fade_by_facing(
+    boxes: Boxes,
+    camera: Camera,
+    strokes: Gaussians,
+    normals: NDArray[np.floating],
+    bounds: tuple[float, float] = BOUNDS,
+) -> Boxes:
+    """Boxes whose opacity falls smoothly to 0 as their surface turns to the camera.
+
+    Args:
+        boxes: M, of these strokes.
+        camera: the view.
+        strokes: N.
+        normals: [N, 3] of the surface each lies on, at most of length 1; 0 for strokes that never fade.
+        bounds: of |view direction . normal|, where fading begins and where nothing is left; ascending, >= 0.
+
+    Raises:
+        ValueError: if there is not one normal for each stroke, or the bounds do not ascend.
+    """
+    if normals.shape != (len(strokes), 3):
+        wanted = [len(strokes), 3]
+        raise ValueError(f"fade_by_facing: normals must have shape {wanted}, got {list(normals.shape)}")
+    low, high = bounds
+    if not 0 <= low < high:
+        raise ValueError(f"fade_by_facing: bounds must ascend from 0 or more, got {bounds}")
+    sines = facing(strokes.means[boxes.ids], normals[boxes.ids], camera)
+    x = np.clip((sines - low) / (high - low), 0, 1)
+    shares = 1 - x * x * (3 - 2 * x)
+    return replace(boxes, opacities=(boxes.opacities * shares).astype(boxes.opacities.dtype))
