@@ -10,7 +10,7 @@ from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from brushgs.arrays import Array
 from brushgs.scene import Gaussians
@@ -107,6 +107,18 @@ def shift_base_colors(gaussians: Gaussians, steps: Array) -> Gaussians:
     after = np.clip(before + steps, np.minimum(before, 0.0), np.maximum(before, 1.0))
     sh = gaussians.sh.copy()
     sh[:, 0] = (after - 0.5) / C0
+    return replace(gaussians, sh=sh)
+
+
+def in_colors(gaussians: Gaussians, colors: ArrayLike) -> Gaussians:
+    """The Gaussians in other colours, which do not depend on the view.
+
+    Args:
+        gaussians: N Gaussians.
+        colors: [N, 3] or [3] RGB, display-encoded.
+    """
+    sh = np.empty((len(gaussians), 1, 3), gaussians.sh.dtype)
+    sh[:, 0] = (np.asarray(colors, np.float64) - 0.5) / C0
     return replace(gaussians, sh=sh)
 
 
