@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import Brushes, Sigmas, per_row
-from brushgs.options.choices import Filter, Lock, Order, ViewLock
+from brushgs.options.choices import Blend, Filter, Lock, Order, ViewLock
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
+from brushgs.rendering.depth_test import DepthTest
 from brushgs.rendering.project import LOW_PASS, Directions, ProjectCounts, ProjectOptions, project_by
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.relief import Relief
@@ -89,6 +90,10 @@ class RenderOptions:
         """The same for one view of a path, whose strokes point in these directions."""
         return replace(self, lock=lock)
 
+    def for_marks(self, texture: Brushes) -> "RenderOptions":
+        """The same for single marks of another texture: without underpaint and streaks."""
+        return replace(self, num_sigmas=texture.fitted_sigmas, underpaint=None, streaks=0.0)
+
     def projection_of(self, count: int, brushes: NDArray[np.uint8] | None = None) -> ProjectOptions:
         """Those that `project` takes.
 
@@ -118,7 +123,15 @@ def project_with(gaussians: Gaussians, camera: Camera, options: RenderOptions) -
     return project_by(gaussians, camera, options.projection_of(len(gaussians), gaussians.brushes))
 
 
-def rasterize_with(boxes: Boxes, camera: Camera, texture: Brushes, options: RenderOptions) -> Frame:
+def rasterize_with(
+    boxes: Boxes,
+    camera: Camera,
+    texture: Brushes,
+    options: RenderOptions,
+    *,
+    blend: Blend = "cover",
+    in_front_of: DepthTest | None = None,
+) -> Frame:
     """`rasterize` by these options, in the size of a camera. Raises the same."""
     return rasterize(
         boxes,
@@ -130,6 +143,8 @@ def rasterize_with(boxes: Boxes, camera: Camera, texture: Brushes, options: Rend
         underpaint=options.underpaint,
         streaks=options.streaks,
         relief=options.relief is not None,
+        blend=blend,
+        in_front_of=in_front_of,
         min_transmittance=options.min_transmittance,
         num_threads=options.num_threads,
     )

@@ -1,0 +1,189 @@
+"""Coats: a painting is laid in one or more of them, each a set of strokes and a way of laying paint.
+
+A coat is decided once for a job. A later one sees of an earlier one only what is on the canvas: what it
+covers, what it glazes, and how far away that is.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import zip_longest
+from typing import Any
+
+import numpy as np
+
+from brushgs.arrays import Array
+from brushgs.brushes.brush_set import BrushSet
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.options.choices import Blend
+from brushgs.rendering.border import thin_to_border
+from brushgs.rendering.depth_test import DepthTest
+from brushgs.rendering.facing import fade_by_facing
+from brushgs.rendering.light import Lamp, light
+from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
+from brushgs.rendering.project import Directions, ProjectCounts
+from brushgs.rendering.surface import Surface
+from brushgs.rendering.tooth import press
+from brushgs.scene import Boxes, Camera, Frame, Gaussians
+
+CARRIED = 0.5  # of the height below a coat that covers it: canvas shows through paint
+
+
+@dataclass(frozen=True, eq=False)
+class Coat:
+    """Strokes that are laid together.
+
+    Attributes:
+        name: for reports.
+        strokes: in space.
+        texture: their stroke image, or images.
+        options: how they become a frame.
+        blend: "cover", or "glaze" to multiply what lies below.
+        dry: share of the tooth of the paper that marks do not fill, 0 to 1; see `press`.
+        tolerance: by how many sizes of a stroke it may lie behind what is on the canvas already; None: it is
+            laid over everything.
+        border: width of the border in which strokes thin out, see `thin_to_border`; 0 for none.
+        normals: [N, 3] for strokes that are seen only edge-on, see `fade_by_facing`; None for others.
+    """
+
+    name: str
+    strokes: Gaussians
+    texture: StrokeTexture | BrushSet
+    options: RenderOptions
+    blend: Blend = "cover"
+    dry: float = 0.0
+    tolerance: float | None = None
+    border: float = 0.0
+    normals: Array | None = field(default=None, kw_only=True)
+
+    def boxes(self, camera: Camera, directions: Directions | None = None) -> tuple[Boxes, ProjectCounts]:
+        """The boxes of one view, and what was culled."""
+        options = self.options if directions is None else self.options.in_direction(directions)
+        boxes, counts = project_with(self.strokes, camera, options)
+        if self.border:
+            boxes = thin_to_border(boxes, camera, width=self.border)
+        if self.normals is not None:
+            boxes = fade_by_facing(boxes, camera, self.strokes, self.normals)
+        return boxes, counts
+
+
+class Canvas:
+    """What has been painted so far in one view.
+
+    Args:
+        camera: gives the size.
+        surface: what is painted on; None for strokes alone.
+        is_transparent: whether the colour of the surface is left out: its height and grain are felt.
+    """
+
+    def __init__(
+        self, camera: Camera, surface: Surface | None = None, *, is_transparent: bool = False
+    ) -> None:
+        self._camera, self._surface, self._is_transparent = camera, surface, is_transparent
+        self._frame: Frame | None = None  # of the strokes alone
+        self._tint: Array | None = None  # [H, W, 3] of all glazes, through which the ground is seen
+
+    def lay(self, coat: Coat, boxes: Boxes) -> Frame:
+        """Lay the boxes of a coat, and return what it alone paints."""
+        more: dict[str, Any] = {}
+        if coat.tolerance is not None and self._frame is not None:
+            more["in_front_of"] = DepthTest.by_picture(self._frame, boxes, coat.strokes, sizes=coat.tolerance)
+        frame = rasterize_with(boxes, self._camera, coat.texture, coat.options, blend=coat.blend, **more)
+        if coat.dry and self._surface is not None:
+            frame = _pressed(frame, coat, self._surface.grain)
+        if coat.blend == "glaze":
+            self._tint = frame.rgb if self._tint is None else self._tint * frame.rgb
+            if self._frame is not None:
+                self._frame = replace(self._frame, rgb=self._frame.rgb * frame.rgb)
+        else:
+            self._frame = frame if self._frame is None else _over(frame, self._frame)
+        return frame
+
+    def finish(self, lamp: Lamp | None = None) -> Frame:
+        """The picture: opaque where the surface has a colour, and lit where there is a lamp."""
+        frame = self._frame
+        if frame is None:
+            shape = self._camera.height, self._camera.width
+            frame = Frame(np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32))
+        surface, height = self._surface, frame.height
+        if surface is not None and lamp is not None:
+            below = (1 - CARRIED * frame.alpha) * surface.height
+            height = below if height is None else height + below
+        if surface is not None and not self._is_transparent:
+            ground = surface.rgb
+            behind = (1 - frame.alpha)[..., None] * (ground if self._tint is None else self._tint * ground)
+            frame = replace(frame, rgb=frame.rgb + behind, alpha=np.ones_like(frame.alpha))
+        elif self._tint is not None:
+            frame = _with_glazes(frame, self._tint)
+        if lamp is None or height is None:
+            return frame
+        return replace(frame, rgb=light(frame.rgb, height, lamp, alpha=frame.alpha), height=height)
+
+
+@dataclass(frozen=True, eq=False)
+class Painting:
+    """Everything that a frame is painted from, but its camera.
+
+    Attributes:
+        coats: the first laid first, at least one.
+        surface: what they are laid on, in the size of the pictures; None for strokes alone.
+        lamp: that lights the height of paint and canvas; None for flat pictures.
+        is_transparent: whether the ground is left out, so that there are strokes alone.
+    """
+
+    coats: tuple[Coat, ...]
+    surface: Surface | None = None
+    lamp: Lamp | None = None
+    is_transparent: bool = False
+
+    def canvas(self, camera: Camera) -> "Canvas":
+        """The bare canvas of one view."""
+        return Canvas(camera, self.surface, is_transparent=self.is_transparent)
+
+    def with_depth(self, depth: bool) -> "Painting":
+        """The same painting, whose frames have a depth or not; coats that others are tested against do."""
+        tested = [coat.tolerance is not None for coat in self.coats]
+        last = max((i for i, is_tested in enumerate(tested) if is_tested), default=0)
+        coats = [
+            replace(coat, options=replace(coat.options, depth=depth or i < last))
+            for i, coat in enumerate(self.coats)
+        ]
+        return replace(self, coats=tuple(coats))
+
+    def frame(self, camera: Camera, directions: Sequence[Directions | None] = ()) -> Frame:
+        """Paint one view.
+
+        Args:
+            camera: the view.
+            directions: of the strokes of each coat where they are tracked, see `track_directions`.
+        """
+        canvas = self.canvas(camera)
+        for coat, of_coat in zip_longest(self.coats, directions):
+            canvas.lay(coat, coat.boxes(camera, of_coat)[0])
+        return canvas.finish(self.lamp)
+
+
+def _pressed(frame: Frame, coat: Coat, grain: Array) -> Frame:
+    if coat.blend == "cover":
+        return press(frame, grain, coat.dry)
+    absorbed = press(replace(frame, rgb=1 - frame.rgb), grain, coat.dry)  # a tint is 1 where nothing is
+    return replace(absorbed, rgb=1 - absorbed.rgb)
+
+
+def _over(front: Frame, back: Frame) -> Frame:
+    """One frame of strokes over another."""
+    passed = 1 - front.alpha
+    alpha = front.alpha + passed * back.alpha
+    depth = height = None
+    if front.depth is not None and back.depth is not None:
+        depth = front.alpha * front.depth + passed * back.alpha * back.depth
+        depth = np.divide(depth, alpha, out=np.zeros_like(depth), where=alpha > 0)
+    if front.height is not None and back.height is not None:
+        height = front.height + (1 - CARRIED * front.alpha) * back.height
+    return Frame(front.rgb + passed[..., None] * back.rgb, alpha, depth, height)
+
+
+def _with_glazes(frame: Frame, tint: Array) -> Frame:
+    """Glazes where there is no ground: as much colour and alpha as give the same picture on white."""
+    passed, darkest = 1 - frame.alpha, tint.min(axis=2)
+    rgb = frame.rgb + (passed[..., None] * (tint - darkest[..., None]))
+    return replace(frame, rgb=rgb, alpha=1 - passed * darkest)

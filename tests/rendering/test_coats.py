@@ -1,0 +1,139 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.light import Lamp
+from brushgs.rendering.options import RenderOptions, draw_with
+from brushgs.rendering.surface import Surface, paper
+from brushgs.sh import in_colors
+from tests.passes.scenes import random_gaussians
+
+CAMERA = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=96, height=72)
+TEXTURE = StrokeTexture.open("flat")
+OPTIONS = RenderOptions.of(TEXTURE, num_threads=1)
+
+
+def strokes_at(depth, color, *, num=40, seed=0, opacity=0.8):
+    """Strokes around the middle of the picture, so far behind the origin."""
+    strokes = random_gaussians(num, seed, spread=0.4, size=0.2, dtype=np.float32)
+    means = strokes.means * (1, 1, 0.05) + np.float32([0, 0, depth])
+    opacities = np.full(num, opacity, np.float32)
+    return in_colors(replace(strokes, means=means.astype(np.float32), opacities=opacities), color)
+
+
+def coat(strokes, **fields):
+    return Coat("test", strokes, TEXTURE, fields.pop("options", OPTIONS), **fields)
+
+
+def surface_of(rgb=(0.9, 0.8, 0.7), **columns):
+    shape = CAMERA.height, CAMERA.width
+    bare = {"height": np.zeros(shape, np.float32), "grain": np.ones(shape, np.float32)}
+    return Surface(np.broadcast_to(np.float32(rgb), (*shape, 3)).copy(), **(bare | columns))
+
+
+def test_one_coat_without_a_surface_is_what_render_draws():
+    strokes = strokes_at(0, (0.8, 0.2, 0.1))
+    _, expected = draw_with(strokes, CAMERA, TEXTURE, OPTIONS)
+    frame = Painting((coat(strokes),)).frame(CAMERA)
+    for name in ("rgb", "alpha", "depth"):
+        np.testing.assert_array_equal(getattr(frame, name), getattr(expected, name))
+
+
+def test_a_later_coat_covers_an_earlier_one_wherever_it_lies():
+    near, far = strokes_at(-1, (1, 0, 0)), strokes_at(1, (0, 0, 1), seed=1)
+    _, front = draw_with(far, CAMERA, TEXTURE, OPTIONS)
+    _, back = draw_with(near, CAMERA, TEXTURE, OPTIONS)
+    frame = Painting((coat(near), coat(far))).frame(CAMERA)
+    passed = 1 - front.alpha
+    np.testing.assert_allclose(frame.rgb, front.rgb + passed[..., None] * back.rgb, atol=1e-6)
+    np.testing.assert_allclose(frame.alpha, 1 - passed * (1 - back.alpha), atol=1e-6)
+
+
+def test_a_depth_test_leaves_out_what_lies_behind_the_canvas_so_far():
+    near, far = strokes_at(-1, (1, 0, 0), opacity=1), strokes_at(3, (0, 0, 1), seed=1)
+    tested = Painting((coat(near), coat(far, tolerance=1.6))).frame(CAMERA)
+    alone = Painting((coat(near),)).frame(CAMERA)
+    is_solid = alone.alpha > 0.9
+    assert is_solid.sum() > 200
+    np.testing.assert_allclose(tested.rgb[is_solid], alone.rgb[is_solid], atol=1e-6)
+    in_front = Painting((coat(far), coat(near, tolerance=1.6))).frame(CAMERA)
+    np.testing.assert_allclose(in_front.alpha[is_solid], 1, atol=0.1)
+
+
+def test_a_surface_makes_the_picture_opaque_unless_strokes_are_to_stand_alone():
+    strokes, surface = strokes_at(0, (0.8, 0.2, 0.1)), surface_of()
+    _, alone = draw_with(strokes, CAMERA, TEXTURE, OPTIONS)
+    frame = Painting((coat(strokes),), surface).frame(CAMERA)
+    assert (frame.alpha == 1).all()
+    np.testing.assert_allclose(frame.rgb, alone.rgb + (1 - alone.alpha)[..., None] * surface.rgb, atol=1e-6)
+    transparent = Painting((coat(strokes),), surface, is_transparent=True).frame(CAMERA)
+    np.testing.assert_array_equal(transparent.alpha, alone.alpha)
+    np.testing.assert_array_equal(transparent.rgb, alone.rgb)
+
+
+def test_glazes_multiply_the_ground_and_what_is_painted():
+    glaze, color = strokes_at(0, (0.5, 0.9, 0.4), opacity=0.6), (0.9, 0.8, 0.7)
+    painting = Painting((coat(glaze, blend="glaze"),), surface_of(color))
+    tint = bg.rasterize(
+        painting.coats[0].boxes(CAMERA)[0], TEXTURE, height=72, width=96, blend="glaze", num_threads=1
+    ).rgb
+    np.testing.assert_allclose(painting.frame(CAMERA).rgb, tint * np.float32(color), atol=1e-6)
+    twice = Painting((coat(glaze, blend="glaze"),) * 2, surface_of(color)).frame(CAMERA)
+    np.testing.assert_allclose(twice.rgb, tint**2 * np.float32(color), atol=1e-6)
+    paint = strokes_at(0, (0.8, 0.2, 0.1), seed=2)
+    below = Painting((coat(paint),), surface_of(color)).frame(CAMERA)
+    glazed = Painting((coat(paint), coat(glaze, blend="glaze")), surface_of(color)).frame(CAMERA)
+    np.testing.assert_allclose(glazed.rgb, tint * below.rgb, atol=1e-6)
+
+
+def test_glazes_without_a_ground_look_on_white_as_they_do_on_white_paper():
+    glaze = strokes_at(0, (0.5, 0.9, 0.4), opacity=0.6)
+    alone = Painting((coat(glaze, blend="glaze"),)).frame(CAMERA)
+    on_white = Painting((coat(glaze, blend="glaze"),), surface_of((1, 1, 1))).frame(CAMERA)
+    assert alone.alpha.max() < 1
+    np.testing.assert_allclose(alone.over((1, 1, 1)), on_white.rgb, atol=1e-6)
+    assert (alone.rgb >= 0).all()
+    assert (alone.rgb <= alone.alpha[..., None] + 1e-6).all()
+
+
+def test_dry_marks_leave_the_hollows_of_the_paper_open():
+    strokes = strokes_at(0, (0.1, 0.1, 0.1), opacity=0.5)
+    grain = np.random.default_rng(0).uniform(0, 1, (72, 96)).astype(np.float32)
+    wet, dry = (
+        Painting((coat(strokes, dry=dry),), surface_of(grain=grain), is_transparent=True).frame(CAMERA).alpha
+        for dry in (0.0, 0.5)
+    )
+    painted = (wet > 0.3) & (wet < 0.7)
+    assert dry[painted & (grain < 0.2)].mean() < 0.6 * dry[painted & (grain > 0.8)].mean()
+    assert (dry <= wet + 1e-6).all()
+
+
+def test_light_changes_the_picture_only_where_there_is_height():
+    strokes = strokes_at(0, (0.8, 0.2, 0.1))
+    surface = paper((0.9, 0.8, 0.7), height=72, width=96, strength=3)
+    unlit = Painting((coat(strokes),), surface).frame(CAMERA)
+    lit = Painting((coat(strokes),), surface, Lamp()).frame(CAMERA)
+    assert lit.height is not None
+    bare = unlit.rgb[:8, :8], lit.rgb[:8, :8]  # of the paper alone
+    assert np.abs(bare[1] - bare[0]).max() > 0.005
+    board = Painting((coat(strokes),), surface_of(), Lamp()).frame(CAMERA)
+    np.testing.assert_array_equal(board.rgb, Painting((coat(strokes),), surface_of()).frame(CAMERA).rgb)
+
+
+def test_with_depth_keeps_it_for_coats_that_others_are_tested_against():
+    strokes = strokes_at(0, (0.8, 0.2, 0.1))
+    painting = Painting((coat(strokes), coat(strokes, tolerance=1.0), coat(strokes)))
+    depths = [each.options.depth for each in painting.with_depth(False).coats]
+    assert depths == [True, False, False]
+    assert all(each.options.depth for each in painting.with_depth(True).coats)
+    without = Painting((coat(strokes),)).with_depth(False).frame(CAMERA)
+    assert without.depth is None
+
+
+def test_no_coats_are_the_bare_canvas():
+    frame = Painting((), surface_of((0.2, 0.3, 0.4))).frame(CAMERA)
+    assert frame.rgb == pytest.approx(np.broadcast_to((0.2, 0.3, 0.4), (72, 96, 3)), abs=1e-6)
