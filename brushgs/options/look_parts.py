@@ -61,7 +61,7 @@ class BrushesConfig:
         long: of strokes that are long: length over width above 1.9.
         short: of strokes that are nearly round: below 1.35.
         other: of all others.
-        large: of strokes of more than 2.2 times the median size, whatever their shape.
+        large: what strokes of more than 2.2 times the median size may take beside their own.
     """
 
     long: tuple[str, ...] = ()
@@ -91,8 +91,9 @@ class ColorConfig(_Part):
         chroma: factor of chroma, 0 (grey) to 3.
         contrast: factor of lightness around the pivot, 0 to 3.
         pivot: lightness that contrast leaves, 0 to 1.
-        local: by what share of its difference to its surroundings a stroke gets lighter or darker, 0 to 2.
-        equalize: share in which all tones are made equally frequent, 0 to 1.
+        local: of drawing media and watercolour: share of a tone that says how a stroke stands out from what
+            surrounds it, 0 to 1.
+        equalize: of these too: share in which all tones are made equally frequent, 0 to 1.
         shadows: shift of (a, b) in the dark, such as (0.012, -0.045) toward violet, each -0.2 to 0.2.
         lights: the same in the light, such as (0.004, 0.03) toward yellow.
         pigments: how many colours a painting is mixed of, 2 to 256, or 0 for any.
@@ -103,7 +104,7 @@ class ColorConfig(_Part):
     chroma: Annotated[float, Within(0, 3)] = 1.0
     contrast: Annotated[float, Within(0, 3)] = 1.0
     pivot: Share = 0.6
-    local: Annotated[float, Within(0, 2)] = 0.0
+    local: Share = 0.0
     equalize: Share = 0.0
     shadows: Tint = (0.0, 0.0)
     lights: Tint = (0.0, 0.0)
@@ -115,6 +116,11 @@ class ColorConfig(_Part):
         super().__post_init__()
         if self.pigments == 1:
             raise ValueError(f"pigments must be 2 to {MAX_PIGMENTS}, or 0 for any colour, got 1")
+
+    @property
+    def grades(self) -> bool:
+        """Whether colours are graded."""
+        return self.chroma != 1 or self.contrast != 1 or any((*self.shadows, *self.lights))
 
 
 @dataclass(frozen=True)
@@ -129,8 +135,8 @@ class GroundConfig(_Part):
         warmth: shift of a toned ground, OKLab (a, b), each -0.2 to 0.2.
         backdrop: number of strokes of the backdrop, which stand in the world on a sphere around the scene; 0
             for none. Zoomed-in views get more.
-        backdrop_always: whether scenes seen from above, from inside, or with surroundings of their own have a
-            backdrop as well.
+        backdrop_always: whether scenes seen from inside, flat ones seen from above, and those that fill the
+            picture, have a backdrop as well.
         backdrop_brushes: names of strokes, or image files; without any those of the strokes.
         backdrop_lightness: OKLab, (above, below).
         backdrop_complement: how far it goes from the scene's mean colour, (above, below), 0 to 1.
@@ -185,9 +191,7 @@ class LightConfig(_Part):
         gain: height of the ridges in a stroke, pixels, 0 to 10.
         base: thickness of a stroke, pixels, 0 to 10.
         canvas: "linen", "paper" or "none": what lies under the paint.
-        canvas_height: pixels, 0 to 2.
-        canvas_period: of the threads of linen, pixels, 2 to 20.
-        canvas_tone: by what share linen and paper are lighter and darker where they are seen, 0 to 0.2.
+        canvas_strength: factor on the height and the tone of linen and paper, 0 to 5.
     """
 
     relief: Share = 0.0
@@ -197,9 +201,7 @@ class LightConfig(_Part):
     gain: Annotated[float, Within(0, 10)] = 1.7
     base: Annotated[float, Within(0, 10)] = 0.4
     canvas: Canvas = "none"
-    canvas_height: Annotated[float, Within(0, 2)] = 0.2
-    canvas_period: Annotated[float, Within(2, 20)] = 3.6
-    canvas_tone: Annotated[float, Within(0, 0.2)] = 0.014
+    canvas_strength: Annotated[float, Within(0, 5)] = 1.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -229,7 +231,6 @@ class MediaConfig(_Part):
         white: tone from which chalk is laid, or paper is left white, 0 to 1; 1 for nowhere.
         chalk: opacity of chalk, 0 to 1.
         chalk_dry: `dry` of chalk, 0 to 1.
-        rim: how much darker a glaze is at its rim, 0 to 1.
         behind: sizes of a stroke by which it may lie behind what is seen and be painted, 0 to 10.
         details: opacity of smaller glazes in the dark, 0 to 1; 0 for none.
         lines: opacity of lines along edges, 0 to 1; 0 for none.
@@ -249,7 +250,6 @@ class MediaConfig(_Part):
     white: Share = 1.0
     chalk: Share = 0.8
     chalk_dry: Share = 0.34
-    rim: Share = 0.0
     behind: Annotated[float, Within(0, 10)] = 1.6
     details: Share = 0.0
     lines: Share = 0.0
@@ -265,3 +265,8 @@ class MediaConfig(_Part):
             code = getattr(self, name)
             if len(code) != 7 or code[0] != "#" or set(code[1:].lower()) - set("0123456789abcdef"):
                 raise ValueError(f"{name} must be #rrggbb, got {code!r}")
+
+    @property
+    def draws_lines(self) -> bool:
+        """Whether there are lines along edges."""
+        return self.kind != "paint" and self.lines > 0

@@ -2,21 +2,25 @@
 
 import warnings
 from dataclasses import fields
+from math import degrees
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from brushgs.errors import SceneWarning
-from brushgs.options.painting import DrawConfig
+from brushgs.options.painting import DEFAULT_SIZE, DrawConfig, PaintConfig
 from brushgs.painting.background import Background, open_background
 from brushgs.painting.report import Report, Stage
 from brushgs.painting.strokes import zero_degrees
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.scene import Boxes, Camera, Frame
 
 if TYPE_CHECKING:
-    from brushgs.brushes.brush_set import Brushes, BrushSet
+    from brushgs.brushes.brush_set import Brushes, BrushSet, Sigmas
+    from brushgs.brushes.kit import BrushKit
+    from brushgs.rendering.coats import Canvas, Coat, Painting
     from brushgs.rendering.options import RenderOptions
+    from brushgs.rendering.relief import Relief
 
 NOTHING_SEEN = "no stroke is in the picture; check that the camera and the scene belong together"
 BLANK = 0.01  # mean alpha of a picture below which one sees next to nothing
@@ -29,23 +33,36 @@ CULLED = {  # field of ProjectCounts -> words
 }
 
 
-def open_stroke(config: DrawConfig, report: Report) -> "BrushSet":
-    """Open the stroke image or kernel, or several stroke images."""
+def open_brushes(config: PaintConfig, report: Report) -> "tuple[BrushSet, BrushKit]":
+    """Open the stroke images, or the kernel; and which strokes each of several suits."""
     with report.stage("stroke") as stage:
-        from brushgs.brushes.brush_set import BrushSet
+        from brushgs.brushes.brush_set import BrushSet, paths_of, size_for
+        from brushgs.brushes.kit import BrushKit
 
-        brush_set = BrushSet.open(config.stroke)
-        height, width = brush_set.textures[0].coverage.shape
-        size = f"{width} x {height} texels" if brush_set.kind == "image" else "a kernel, no image"
-        stage.did = f"{brush_set.name}: {size}"
-        stage.counts = {"name": brush_set.name, "kind": brush_set.kind, "width": width, "height": height}
-        if len(brush_set) > 1:
-            stage.did = f"{brush_set.name}: {len(brush_set)} brushes"
-            stage.counts["brushes"] = list(brush_set.names)
-    return brush_set
+        size = size_for(*(config.view.size or DEFAULT_SIZE))
+        named, stroke = config.brushes, config.draw.stroke
+        if named.names:
+            kit = BrushKit(named.long, named.short, named.other, named.large)
+            texture = kit.open(size=size)
+        else:
+            kit = BrushKit.of(stroke)
+            texture = BrushSet.open(stroke, size=size) if len(paths_of(stroke)) == 1 else kit.open(size=size)
+        shapes = [image.coverage.shape for image in texture.textures]
+        height, width = (max(sides) for sides in zip(*shapes, strict=True))
+        stage.did = f"{texture.name}: {width} x {height} texels"
+        if texture.kind != "image":
+            stage.did = f"{texture.name}: a kernel, no image"
+        elif len(texture) > 1:
+            stage.did = f"{len(texture)} brushes, up to {width} x {height} texels"
+        stage.counts = {"name": texture.name, "kind": texture.kind, "width": width, "height": height}
+        if len(texture) > 1:
+            stage.counts["brushes"] = list(texture.names)
+    return texture, kit
 
 
-def render_options(draw: DrawConfig, texture: "Brushes", *, along_path: bool) -> "RenderOptions":
+def render_options(
+    draw: DrawConfig, texture: "Brushes", *, along_path: bool, relief: "Relief | None" = None
+) -> "RenderOptions":
     """Resolve the options for one picture, or for all frames along a path.
 
     Fields that `DrawConfig` and `RenderOptions` share are handed on by name, so that a new one needs no line
@@ -62,6 +79,7 @@ def render_options(draw: DrawConfig, texture: "Brushes", *, along_path: bool) ->
         "order": draw.order_of(along_path=along_path),
         "num_sigmas": None if draw.extent == "fitted" else texture.num_sigmas,
         "num_threads": draw.threads,
+        "relief": relief,
     }
     return RenderOptions.of(texture, **{name: getattr(draw, name) for name in shared} | resolved)
 
@@ -77,35 +95,26 @@ def open_picture_background(config: DrawConfig, camera: Camera, report: Report) 
     return background
 
 
-def project_scene(
-    strokes: Gaussians,
-    camera: Camera,
-    texture: "Brushes",
-    options: "RenderOptions",
-    report: Report,
-    *,
-    advice: str = "",
-) -> Boxes:
-    """Project the strokes to boxes on the picture, nearest first.
+def project_coat(coat: "Coat", camera: Camera, report: Report, *, advice: str = "", among: int = 1) -> Boxes:
+    """Project the strokes of a coat to boxes on the picture, nearest first.
 
     Args:
-        strokes: strokes in space.
+        coat: strokes in space, and how they are laid.
         camera: the view.
-        texture: the stroke.
-        options: how strokes become a frame.
         report: gets the stage.
         advice: what the report adds where most strokes lie outside the picture.
+        among: how many coats the painting has: one of several is named.
     """
-    with report.stage("project") as stage:
-        from brushgs.rendering.options import project_with
+    strokes, options = coat.strokes, coat.options
+    with report.stage(_stage_name("project", coat, among)) as stage:
         from brushgs.sh import used_sh_degree
 
-        boxes, culled = project_with(strokes, camera, options)
+        boxes, culled = coat.boxes(camera)
         stage.did = f"{len(boxes):,} of {len(strokes):,} strokes in the picture"
         stage.counts = {
             "before": len(strokes),
             "after": len(boxes),
-            "sigmas": np.round(options.num_sigmas, 4).tolist(),
+            "sigmas": _rounded(options.num_sigmas),
             "lock": options.lock,
             "order": options.order,
         }
@@ -116,10 +125,8 @@ def project_scene(
                 stage.skipped.append(f"{count:,} strokes {words}")
         if advice and culled.outside > 0.5 * len(strokes):
             stage.did += f"; {advice}"
-        if not texture.is_directed:
+        if not coat.texture.is_directed:
             stage.details.append("no lock, fading or soft order: a kernel fills the ellipse itself")
-        if len(boxes) == 0:
-            warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
         degree = used_sh_degree(strokes)
         stage.counts["sh_degree"] = degree
         if degree < strokes.sh_degree:
@@ -127,23 +134,52 @@ def project_scene(
     return boxes
 
 
-def rasterize_boxes(
-    boxes: Boxes, camera: Camera, texture: "Brushes", options: "RenderOptions", report: Report
-) -> Frame:
-    """Draw the boxes."""
-    with report.stage("rasterise") as stage:
-        from brushgs.rendering.options import rasterize_with
-
-        frame = rasterize_with(boxes, camera, texture, options)
+def lay_coat(canvas: "Canvas", coat: "Coat", boxes: Boxes, report: Report, *, among: int = 1) -> float:
+    """Draw the boxes of a coat on the canvas, and return its mean alpha; `among` as for `project_coat`."""
+    with report.stage(_stage_name("rasterise", coat, among)) as stage:
+        frame = canvas.lay(coat, boxes)
+        options = coat.options
         painted = float(np.mean(frame.alpha, dtype=np.float64))
         stage.did = f"{len(boxes):,} strokes cover {painted:.1%} of the picture"
         stage.counts = {"strokes": len(boxes), "painted": round(painted, 6), "filter": options.filter}
-        if len(boxes) and painted < BLANK:
-            warnings.warn(SceneWarning(_why_blank(boxes, camera, painted)), stacklevel=2)
-        _describe_levels(boxes, texture, options.filter, stage)
+        _describe_levels(boxes, coat.texture, options.filter, stage)
         if not options.depth:
             stage.details.append("no depth: this file format does not hold it")
+    return painted
+
+
+def warn_if_blank(boxes: Boxes, camera: Camera, painted: float) -> None:
+    """Warn where one sees next to nothing of the scene, and say why.
+
+    Args:
+        boxes: of the coat that shows most.
+        camera: the view.
+        painted: its mean alpha.
+    """
+    if len(boxes) == 0:
+        warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
+    elif painted < BLANK:
+        warnings.warn(SceneWarning(_why_blank(boxes, camera, painted)), stacklevel=2)
+
+
+def light_canvas(canvas: "Canvas", painting: "Painting", report: Report) -> Frame:
+    """The finished picture; a stage only where there is a lamp."""
+    if painting.lamp is None:
+        return canvas.finish()
+    with report.stage("light") as stage:
+        frame, lamp = canvas.finish(painting.lamp), painting.lamp
+        azimuth, elevation = degrees(lamp.azimuth), degrees(lamp.elevation)
+        stage.did = f"a lamp at {azimuth:.0f}, {elevation:.0f} degrees lights paint and canvas"
+        stage.counts = {"azimuth": azimuth, "elevation": elevation, "strength": lamp.strength}
     return frame
+
+
+def _stage_name(step: str, coat: "Coat", among: int) -> str:
+    return step if among == 1 else f"{step} {coat.name}"
+
+
+def _rounded(sigmas: "Sigmas") -> Any:
+    return round(sigmas, 4) if isinstance(sigmas, float) else [round(each, 4) for each in sigmas]
 
 
 def _why_blank(boxes: Boxes, camera: Camera, painted: float) -> str:

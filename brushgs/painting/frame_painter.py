@@ -1,6 +1,6 @@
 """The painter of single frames of a sequence: picklable, so that it runs in any process of any machine."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 from brushgs.io.pictures.formats import holds_depth
 from brushgs.painting.background import Background
 from brushgs.rendering.project import Directions
-from brushgs.scene import Camera, Frame, Gaussians
+from brushgs.scene import Camera, Frame
 
 if TYPE_CHECKING:
-    from brushgs.brushes.brush_set import Brushes
-    from brushgs.rendering.options import RenderOptions
+    from brushgs.rendering.coats import Painting
 
 WHITE = (1.0, 1.0, 1.0)
 
@@ -25,12 +24,12 @@ class FrameView:
     Attributes:
         index: which frame of the path, from 0.
         camera: the view.
-        directions: the directions of the strokes where they are tracked, else None.
+        directions: of the strokes of each coat, None for one whose strokes are not tracked.
     """
 
     index: int
     camera: Camera
-    directions: Directions | None = None
+    directions: tuple[Directions | None, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,28 +37,20 @@ class FramePainter:
     """Everything that is equal in all frames; it is sent to each process once.
 
     Attributes:
-        strokes: the strokes in space.
-        texture: the mark of a stroke.
-        background: what lies behind the strokes, see `open_background`; None keeps pictures transparent.
-        options: how strokes become a frame, but for tracked directions and depth; `num_threads` are those of
+        painting: the coats of strokes, and what they are laid on; `num_threads` of their options are those of
             one process.
+        background: what lies behind the painting, see `open_background`; None keeps pictures transparent.
         suffix: one of `PICTURE_SUFFIXES` for the bytes of such a file, None for pixels.
     """
 
-    strokes: Gaussians
-    texture: "Brushes"
+    painting: "Painting"
     background: Background
-    options: "RenderOptions"
     suffix: str | None
 
     def frame(self, view: FrameView) -> Frame:
         """Paint the frame, with depth if its file holds it."""
-        from brushgs.rendering.options import render_with
-
-        options = replace(self.options, depth=self.suffix is not None and holds_depth(f"a{self.suffix}"))
-        if view.directions is not None:
-            options = options.in_direction(view.directions)
-        return render_with(self.strokes, view.camera, self.texture, options)
+        has_depth = self.suffix is not None and holds_depth(f"a{self.suffix}")
+        return self.painting.with_depth(has_depth).frame(view.camera, view.directions)
 
     def __call__(self, view: FrameView) -> bytes | NDArray[np.uint8]:
         """The content of the finished picture file, or uint8 [H, W, 3] on the background (white if None).

@@ -96,6 +96,7 @@ def open_guidance(
             is_path=is_path,
             is_framed=is_framed,
             with_ring=with_ring,
+            depth=config.media.draws_lines,
             num_threads=config.draw.threads,
         )
     return Guidance(camera, first_view, views, field)

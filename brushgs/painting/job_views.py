@@ -27,6 +27,7 @@ def draw_job_views(
     is_path: bool,
     is_framed: bool,
     with_ring: bool,
+    depth: bool,
     num_threads: int | None,
 ) -> "PlainViews":
     """Draw the scene in the views of a job, see `brushgs.cameras.around`.
@@ -40,6 +41,7 @@ def draw_job_views(
         is_path: whether the cameras are a path, whose own views take the place of those near a picture.
         is_framed: whether the camera of a picture was framed by the options, not given or from a file.
         with_ring: whether views from all around the scene are among them.
+        depth: see `plain_views`.
         num_threads: None takes the processors available to this process.
     """
     with report.stage("plain views") as stage:
@@ -54,7 +56,7 @@ def draw_job_views(
             own, words = near_views(cameras[0], target, first_view.up), "near this one"
         width, height = cameras[0].width, cameras[0].height
         ring = ring_views(first_view, width, height, from_outside=not is_inside) if with_ring else []
-        views = plain_views(gaussians, [*own, *ring], num_threads=num_threads)
+        views = plain_views(gaussians, [*own, *ring], depth=depth, num_threads=num_threads)
         around = f", {len(ring)} {'from where it stands' if is_inside else 'around the subject'}"
         small = f"{own[0].width}x{own[0].height}"
         stage.did = f"{len(own)} small pictures of views {words}{around if ring else ''}, {small}"

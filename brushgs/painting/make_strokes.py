@@ -10,12 +10,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from brushgs.options.look_parts import ColorConfig
 from brushgs.options.painting import ClusterConfig, StrokesConfig
 from brushgs.painting.report import Report, Stage, Stopwatch
 from brushgs.scene import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.arrays import F64, Mask
+    from brushgs.brushes.kit import BrushKit
     from brushgs.io.guides.guide_file import Guides
     from brushgs.options.direction import FieldName
     from brushgs.passes.direction.marks import Marks
@@ -219,3 +221,46 @@ def broken_color_pass(config: StrokesConfig, *, seed: int, skip: str | None) -> 
     is_off = "--broken-color 0" if config.broken_color == 0 else None
     what = f"differ by {config.broken_color:g} in lightness"
     return StrokePass("broken colour", what, broken, skip or is_off, {"lightness": config.broken_color})
+
+
+def color_passes(config: ColorConfig, *, seed: int) -> list[StrokePass]:
+    """The passes that grade colours; none where a look leaves them."""
+
+    def graded(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.tone import grade
+
+        return grade(
+            strokes,
+            chroma=config.chroma,
+            contrast=config.contrast,
+            pivot=config.pivot,
+            shadows=config.shadows,
+            lights=config.lights,
+        )
+
+    def mixed(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.pigments import use_pigments
+
+        return use_pigments(strokes, config.pigments, share=config.pure, seed=seed)
+
+    passes = []
+    if config.grades:
+        passes.append(StrokePass("colour", f"graded, chroma x {config.chroma:g}", graded))
+    if config.pigments:
+        what = f"mixed of {config.pigments} pigments"
+        passes.append(StrokePass("pigments", what, mixed, counts={"pigments": config.pigments}))
+    return passes
+
+
+def brush_passes(kit: "BrushKit", *, seed: int) -> list[StrokePass]:
+    """The pass that chooses a brush for each stroke; none where there is one brush."""
+    if len(kit.images) == 1:
+        return []
+
+    def chosen(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.choose_brushes import choose_brushes
+
+        return choose_brushes(strokes, kit, seed=seed)
+
+    images = list(kit.images)
+    return [StrokePass("brushes", f"of {len(images)} brushes", chosen, counts={"brushes": images})]

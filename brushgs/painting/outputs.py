@@ -4,6 +4,7 @@ import os
 import tempfile
 from pathlib import Path
 
+from brushgs.brushes.brush_set import paths_of
 from brushgs.errors import SceneError
 from brushgs.io.pictures.formats import holds_alpha
 from brushgs.options.painting import PaintConfig
@@ -20,7 +21,7 @@ def input_files(scene: SceneFiles, config: PaintConfig) -> tuple[Path, ...]:
     palette = () if config.palette is None else (config.palette.file,)
     return (
         *scene_inputs(scene),
-        Path(config.draw.stroke),
+        *map(Path, paths_of(config.draw.stroke)),
         Path(config.draw.background),
         *map(Path, config.brushes.names),
         Path(config.ground.ground),

@@ -58,6 +58,7 @@ def cluster_file(scene: SceneFiles, output: str | Path, config: PaintConfig, rep
         is_strokes=True,
         scene=name_of(scene, prepared.notes),
         first_view=prepared.first_view,
+        brushes=prepared.kit.images,
     )
 
 

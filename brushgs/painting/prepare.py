@@ -1,31 +1,51 @@
 """The one preparation of every command: from a scene and options to the strokes, the views and how to draw.
 
-    stroke (-> palette) -> load -> clean (-> first view) -> camera or path (-> background, plain)
-        -> plain views (-> seen) -> prune (-> focus, count) -> cluster -> solid -> direction -> repaint
-        (-> recolor) -> broken colour
+    stroke (-> palette) -> load -> clean (-> first view) -> camera or path (-> background, ground, plain)
+        -> plain views (-> seen, lines) -> prune (-> focus, count) -> cluster -> solid -> direction -> repaint
+        (-> recolor) (-> colour) -> broken colour (-> brushes) (-> backdrop) -> coats
 
 Cameras are framed on the cleaned scene, so that paintings of one scene with different counts line up.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.painting.background import Background, check_background
 from brushgs.painting.clean import clean_scene, select_seen
+from brushgs.painting.coats.materials import Materials
+from brushgs.painting.coats.media import coats_of
 from brushgs.painting.count import open_view_model
-from brushgs.painting.drawing import open_picture_background, open_stroke, render_options
+from brushgs.painting.drawing import open_brushes, open_picture_background, render_options
 from brushgs.painting.guidance import Guidance, open_guidance
-from brushgs.painting.make_strokes import ALREADY_STROKES, StrokeMaker, broken_color_pass, stroke_passes
+from brushgs.painting.look import (
+    mean_ground,
+    open_backdrop,
+    open_lamp,
+    open_lines,
+    open_relief,
+    open_surface,
+)
+from brushgs.painting.make_strokes import (
+    ALREADY_STROKES,
+    StrokeMaker,
+    broken_color_pass,
+    brush_passes,
+    color_passes,
+    stroke_passes,
+)
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import cluster_scene, load_scene, open_palette, prune_scene, recolor_scene
 from brushgs.painting.views import choose_camera, choose_first_view, known_first_view, plan_views
+from brushgs.rendering.coats import Painting
 from brushgs.scene import Camera, FirstView, Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.brushes.brush_set import Brushes
+    from brushgs.brushes.brush_set import BrushSet
+    from brushgs.brushes.kit import BrushKit
     from brushgs.cameras.paths import CameraPath
     from brushgs.io.scenes.notes import LoadNotes
     from brushgs.options.sequence import PathConfig
@@ -39,7 +59,8 @@ class Prepared:
 
     Attributes:
         strokes: the strokes in space.
-        texture: the stroke image or kernel.
+        texture: the stroke images, or a kernel.
+        kit: which strokes each of several images suits; its names are rows of the strokes' brushes.
         options: how strokes become a frame, of a still or along a path.
         cameras: the views, one per frame; empty if no view is needed.
         path: the path that the cameras belong to; None for a still.
@@ -47,12 +68,14 @@ class Prepared:
         palette: the colours that the strokes took; None if they kept their own.
         notes: what the scene file holds beside its Gaussians; None for Gaussians in memory.
         first_view: how the scene is seen; None if neither a view nor an output needs it.
+        painting: the coats that strokes are laid in, on what, and in which light.
         scene: the Gaussians as loaded, without floaters; None unless they are kept.
         maker: makes other numbers of strokes; None unless the caller clusters.
     """
 
     strokes: Gaussians
-    texture: "Brushes"
+    texture: "BrushSet"
+    kit: "BrushKit"
     options: "RenderOptions"
     cameras: Sequence[Camera]
     path: "CameraPath | None"
@@ -60,6 +83,7 @@ class Prepared:
     palette: "Palette | None"
     notes: "LoadNotes | None"
     first_view: FirstView | None
+    painting: Painting
     scene: Gaussians | None
     maker: StrokeMaker | None = None
 
@@ -125,10 +149,12 @@ def prepare(
     along_path = not (views is None or isinstance(views, Camera))
     if needs_background or config.cluster.target is not None:
         check_background(config.draw.background)
-    texture = open_stroke(config.draw, report)
-    options = render_options(config.draw, texture, along_path=along_path)
+    texture, kit = open_brushes(config, report)
+    options = render_options(config.draw, texture, along_path=along_path, relief=open_relief(config.light))
     palette = open_palette(config.palette, report)
     gaussians, notes = (source, None) if isinstance(source, Gaussians) else load_scene(source, report)
+    if gaussians.brushes is not None:  # of other brushes; chosen anew where there are several
+        gaussians = replace(gaussians, brushes=None)
     is_strokes = notes is not None and notes.is_strokes
     gaussians = clean_scene(gaussians, config.clean, report, is_strokes=is_strokes)
     cluster = config.cluster
@@ -142,7 +168,7 @@ def prepare(
     needs_background = needs_background or is_counted
     is_framed = _is_framed(views, config, needs_view=needs_view)
 
-    path, cameras, background, view_model, first_view = None, [], None, None, None
+    path, cameras, background, surface, view_model, first_view = None, [], None, None, None, None
     if needs_first_view or is_framed:
         first_view = choose_first_view(gaussians, config.view, notes, report)
     if views is not None and not isinstance(views, Camera):
@@ -154,10 +180,13 @@ def prepare(
         cameras = [choose_camera(first_view, config.view, report, camera=views)]
     if cameras and needs_background:
         background = open_picture_background(config.draw, cameras[0], report)
+    if cameras and not merges_later:
+        surface = open_surface(config, gaussians, cameras[0], report)
     if is_counted:
         # Strokes are counted for a still with the default lock and order, whatever is painted of them.
         still = render_options(replace(config.draw, lock=None, order=None), texture, along_path=False)
-        view_model = open_view_model(gaussians, cameras[0], texture, still, background, report)
+        behind = background if surface is None or background is None else surface.rgb
+        view_model = open_view_model(gaussians, cameras[0], texture, still, behind, report)
 
     num_loaded, scene = len(gaussians), gaussians if keeps_scene else None
     guidance = Guidance()
@@ -173,6 +202,9 @@ def prepare(
             is_framed=is_framed,
             with_ring=not is_for_view,
         )
+    lines, line_brushes = None, None
+    if cameras and skip is None and not merges_later:
+        lines, line_brushes = open_lines(config, gaussians, guidance.views, cameras, report)
     if is_for_view:
         gaussians = select_seen(gaussians, cameras, report)
     gaussians = prune_scene(
@@ -192,20 +224,52 @@ def prepare(
         is_solid=passes.solid and skip is None,
         passes=stroke_passes(gaussians, passes, views=guidance.views, field=guidance.field, skip=skip),
     )
-    last = broken_color_pass(passes, seed=cluster.seed, skip=skip)
-    if palette is None:  # so that a budget is met with it
-        maker.passes.append(last)
+    after_palette = [
+        *color_passes(config.color, seed=cluster.seed),
+        broken_color_pass(passes, seed=cluster.seed, skip=skip),
+        *brush_passes(kit, seed=cluster.seed),
+    ]
+    if palette is None:  # so that a budget is met with them
+        maker.passes.extend(after_palette)
+    lamp = open_lamp(config.light)
+    everything = partial(
+        Prepared,
+        texture=texture,
+        kit=kit,
+        options=options,
+        cameras=cameras,
+        path=path,
+        background=background,
+        notes=notes,
+        first_view=first_view,
+        scene=scene,
+    )
     if merges_later:
-        return Prepared(
-            gaussians, texture, options, cameras, path, background, None, notes, first_view, scene, maker
-        )
-    gaussians = cluster_scene(maker, report, num_loaded=num_loaded, view_model=view_model)
+        return everything(strokes=gaussians, palette=None, painting=Painting((), surface, lamp), maker=maker)
+    strokes = cluster_scene(maker, report, num_loaded=num_loaded, view_model=view_model)
     if palette is not None:
-        gaussians = recolor_scene(gaussians, palette, config.palette, report)
-        gaussians = last(gaussians)
-        if last.skip is None:
-            last.report(report)
-    return Prepared(gaussians, texture, options, cameras, path, background, palette, notes, first_view, scene)
+        strokes = recolor_scene(strokes, palette, config.palette, report)
+        for one in after_palette:
+            strokes = one(strokes)
+            if one.skip is None:
+                one.report(report)
+    backdrop = open_backdrop(config, gaussians, cameras, first_view, options, texture, guidance.views, report)
+    materials = Materials(
+        strokes,
+        texture,
+        options,
+        config.media,
+        config.color,
+        mean_ground(surface, background),
+        lines,
+        line_brushes,
+        seed=cluster.seed,
+    )
+    coats = (*backdrop, *coats_of(materials))
+    painting = Painting(
+        coats, surface, lamp, is_transparent=background is None and config.ground.ground == "none"
+    )
+    return everything(strokes=strokes, palette=palette, painting=painting)
 
 
 def _is_framed(views: "Camera | PathConfig | None", config: PaintConfig, *, needs_view: bool) -> bool:

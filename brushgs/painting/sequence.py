@@ -23,6 +23,7 @@ from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.drawing import NOTHING_SEEN
 from brushgs.painting.frame_painter import FramePainter, FrameView
+from brushgs.painting.look import BACKDROP
 from brushgs.painting.outputs import check_output, input_files
 from brushgs.painting.parallel import parallel_map
 from brushgs.painting.parallel.connection import Waiting, check_scheduler
@@ -99,8 +100,8 @@ def paint_sequence(
     )
     if sheet is not None:
         write_sheet_of(prepared, Path(sheet), config, report, name=name_of(scene, prepared.notes))
-    track = _track(prepared, config.draw, report)
-    frames = _Frames(prepared, config, track, sequence)
+    tracks = _track(prepared, config.draw, report)
+    frames = _Frames(prepared, config, tracks, sequence)
     if isinstance(target, Path):
         _paint_video(frames, target, report)
         report.output = str(target)
@@ -110,35 +111,45 @@ def paint_sequence(
     return report
 
 
-def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "Track | None":
-    """Choose the directions of the strokes along the whole path, if they are tracked."""
+def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[Track | None]":
+    """Choose the directions of the strokes along the whole path, of each coat whose strokes are tracked."""
     with report.stage("track") as stage:
-        strokes, cameras, texture = prepared.strokes, prepared.cameras, prepared.texture
-        lock = draw.lock_of(along_path=True)
-        stage.counts = {"lock": lock, "strokes": len(strokes), "frames": len(cameras)}
+        cameras, coats = prepared.cameras, prepared.painting.coats
+        tracked = [coat for coat in coats if coat.options.lock == "track"]
+        lock, num_strokes = draw.lock_of(along_path=True), sum(len(coat.strokes) for coat in tracked)
+        stage.counts = {"lock": lock, "strokes": num_strokes, "frames": len(cameras)}
         if not _sees_any(prepared):
             warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
-        if prepared.options.lock != "track":
+        if not tracked:
             stage.did = "nothing"
-            reason = f"{texture.name!r} has no direction" if lock == "track" else f"the lock is {lock!r}"
-            stage.skipped.append(f"tracking: {reason}")
-            return None
+            of_name = f"{prepared.texture.name!r} has no direction"
+            stage.skipped.append(f"tracking: {of_name if lock == 'track' else f'the lock is {lock!r}'}")
+            return [None] * len(coats)
         from brushgs.rendering.track import track_directions
 
         assert prepared.path is not None
-        track = track_directions(strokes, prepared.path.closed, num_threads=draw.threads)
-        stage.did = f"directions of {len(strokes):,} strokes over {len(cameras):,} views"
-    return track
+        closed, threads = prepared.path.closed, draw.threads
+        tracks = [
+            track_directions(coat.strokes, closed, num_threads=threads) if coat in tracked else None
+            for coat in coats
+        ]
+        stage.did = f"directions of {num_strokes:,} strokes over {len(cameras):,} views"
+    return tracks
 
 
 def _sees_any(prepared: Prepared) -> bool:
     """Whether a stroke is visible in a sample of the views."""
     from brushgs.rendering.options import project_with
 
-    options = replace(prepared.options, lock="off", order="depth", fade=False)  # the fastest
     step = -(-len(prepared.cameras) // NUM_SAMPLED_VIEWS)
-    seen = (project_with(prepared.strokes, camera, options)[0] for camera in prepared.cameras[::step])
-    return any(len(boxes) for boxes in seen)
+    for coat in prepared.painting.coats:
+        if coat.name == BACKDROP:
+            continue
+        options = replace(coat.options, lock="off", order="depth", fade=False)  # the fastest
+        seen = (project_with(coat.strokes, camera, options)[0] for camera in prepared.cameras[::step])
+        if any(len(boxes) for boxes in seen):
+            return True
+    return False
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +158,7 @@ class _Frames:
 
     prepared: Prepared
     config: PaintConfig
-    track: "Track | None"
+    tracks: "list[Track | None]"
     sequence: SequenceConfig
 
     @property
@@ -158,20 +169,19 @@ class _Frames:
 
     def painter(self, suffix: str | None) -> FramePainter:
         """The painter of every frame."""
-        prepared = self.prepared
-        return FramePainter(prepared.strokes, prepared.texture, prepared.background, prepared.options, suffix)
+        return FramePainter(self.prepared.painting, self.prepared.background, suffix)
 
     def view(self, index: int) -> FrameView:
         """What is special to one frame."""
-        directions = None if self.track is None else self.track.directions(index)
-        return FrameView(index, self.path.cameras[index], directions)
+        directions = (None if track is None else track.directions(index) for track in self.tracks)
+        return FrameView(index, self.path.cameras[index], tuple(directions))
 
     def identity(self, index: int) -> tuple[object, ...]:
         """Equal for frames whose pictures are equal, bit for bit: the camera rests between them."""
         camera = self.path.cameras[index]
-        place = None if self.track is None else float(self.track.positions[index])
+        places = (float(track.positions[index]) for track in self.tracks if track is not None)
         lens = camera.K.tobytes(), camera.width, camera.height, camera.near
-        return camera.viewmat.tobytes(), *lens, place
+        return camera.viewmat.tobytes(), *lens, *places
 
 
 def _paint(
@@ -234,7 +244,7 @@ def _describe_painted(
     per_frame = seconds / num_painted
     stage.did += f", {per_frame:.3f} s each"
     stage.counts["seconds_per_frame"] = round(per_frame, 6)
-    if frames.track is not None:
+    if any(track is not None for track in frames.tracks):
         tracking = next(earlier.seconds for earlier in reversed(report.stages) if earlier.name == "track")
         share = tracking / num_frames / per_frame
         stage.details.append(f"tracking adds {share:.1%}")

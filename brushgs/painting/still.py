@@ -3,19 +3,23 @@
 The stages are those of `prepare`, then project -> rasterise -> write.
 """
 
-from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, holds_depth
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
-from brushgs.painting.drawing import project_scene, rasterize_boxes, write_picture
+from brushgs.painting.drawing import lay_coat, light_canvas, project_coat, warn_if_blank, write_picture
+from brushgs.painting.look import BACKDROP
 from brushgs.painting.outputs import check_output, check_transparency, input_files
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import name_of
 from brushgs.painting.views_sheet import write_sheet_of
 from brushgs.scene import Camera, Frame, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.options.look import Look
 
 SPENT_OUTSIDE = "most lie outside: --strokes-for view spends all in this view"
 
@@ -63,21 +67,50 @@ def paint_file(
 
 def paint(
     gaussians: Gaussians,
-    config: PaintConfig | None = None,
+    look: "PaintConfig | Look | str | Path | None" = None,
     *,
     camera: Camera | None = None,
     report: Report | None = None,
 ) -> Frame:
-    """Paint Gaussians in memory: `paint_file` without its files. Takes and raises the same."""
-    config, report = config or PaintConfig(), report or Report()
+    """Paint Gaussians in memory, as `brushgs render` paints a file.
+
+    Args:
+        gaussians: the scene, N Gaussians.
+        look: a look, its name ("oil") or its TOML file, or all options, see `PaintConfig`. None for plain
+            strokes.
+        camera: the view, in place of the one that the options describe; None frames the scene.
+        report: gets the stages; a new one if None.
+
+    Returns:
+        The picture. It is opaque where the look has a ground, and has a height where it has a relief.
+
+    Raises:
+        SceneError: if a file of the look cannot be read.
+        ValueError: if an option does not suit the scene.
+    """
+    config, report = _config_of(look), report or Report()
     prepared = prepare(gaussians, config, report, views=camera, needs_background=False)
     return paint_view(prepared, report)
 
 
+def _config_of(look: "PaintConfig | Look | str | Path | None") -> PaintConfig:
+    from brushgs.options.look import Look
+
+    if look is None or isinstance(look, PaintConfig):
+        return look or PaintConfig()
+    return (look if isinstance(look, Look) else Look.open(look)).config
+
+
 def paint_view(prepared: Prepared, report: Report, *, depth: bool = True) -> Frame:
     """Paint the strokes as the first camera sees them."""
-    camera, texture = prepared.camera, prepared.texture
-    options = replace(prepared.options, depth=depth)
+    painting, camera = prepared.painting.with_depth(depth), prepared.camera
     advice = "" if prepared.notes is not None and prepared.notes.is_strokes else SPENT_OUTSIDE
-    boxes = project_scene(prepared.strokes, camera, texture, options, report, advice=advice)
-    return rasterize_boxes(boxes, camera, texture, options, report)
+    canvas, shown = painting.canvas(camera), []
+    for coat in painting.coats:
+        boxes = project_coat(coat, camera, report, advice=advice, among=len(painting.coats))
+        painted = lay_coat(canvas, coat, boxes, report, among=len(painting.coats))
+        if coat.name != BACKDROP:
+            shown.append((painted, len(boxes), boxes))
+    painted, _, boxes = max(shown, key=lambda one: one[:2])
+    warn_if_blank(boxes, camera, painted)
+    return light_canvas(canvas, painting, report)

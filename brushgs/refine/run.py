@@ -104,7 +104,15 @@ def refine_file(
         refined = refine_strokes(strokes, training_views, validation_views, drawing, schedule, config, report)
         report.settings = _settings(scene, paint, config, view)
         # First: a plot that fails must not lose it.
-        write_scene(refined, output, report, is_strokes=True, scene=name, first_view=view)
+        write_scene(
+            refined,
+            output,
+            report,
+            is_strokes=True,
+            scene=name,
+            first_view=view,
+            brushes=prepared.kit.images,
+        )
         checkpoint.remove()
     if outputs is not None:
         title = f"{name}, {len(strokes):,} strokes of {prepared.texture.name}, {config.params}"

@@ -18,7 +18,7 @@ class PlainViews:
 
     Attributes:
         cameras: the views.
-        frames: one for each, without depth, in the size of its camera.
+        frames: one for each, in the size of its camera.
 
     Raises:
         ValueError: if there are not as many frames as cameras, or sizes differ.
@@ -49,15 +49,16 @@ class PlainViews:
 
 
 def plain_views(
-    gaussians: Gaussians, cameras: Sequence[Camera], *, num_threads: int | None = None
+    gaussians: Gaussians, cameras: Sequence[Camera], *, depth: bool = False, num_threads: int | None = None
 ) -> PlainViews:
     """Draw the plain picture of a scene in each view.
 
     Args:
         gaussians: the whole scene, N Gaussians.
         cameras: the views. Some 100,000 pixels each are enough: strokes are compared with them, not shown.
+        depth: whether the pictures have a depth, which only `find_lines` looks at.
         num_threads: None takes the processors available to this process. The pictures do not depend on it.
     """
     kernel = StrokeTexture.open("gaussian")
-    frames = [render(gaussians, camera, kernel, depth=False, num_threads=num_threads) for camera in cameras]
+    frames = [render(gaussians, camera, kernel, depth=depth, num_threads=num_threads) for camera in cameras]
     return PlainViews(tuple(cameras), tuple(frames))

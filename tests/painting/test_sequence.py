@@ -34,6 +34,7 @@ from brushgs.painting.report import Report, Stopwatch, pace
 from brushgs.painting.sequence import FramePainter, FrameView, paint_sequence
 from brushgs.painting.sequence_outputs import plan_output
 from brushgs.painting.views import choose_first_view
+from brushgs.rendering.coats import Coat, Painting
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
 from brushgs.still_life import still_life
@@ -84,6 +85,10 @@ def paint(scene, output="f/", path=ORBIT, paint_config=None, **sequence):
 
 def names(folder):
     return sorted(path.name for path in Path(folder).iterdir())
+
+
+def one_coat(strokes, texture, options):
+    return Painting((Coat("strokes", strokes, texture, options),))
 
 
 def contents(folder):
@@ -158,8 +163,8 @@ def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(
     strokes = bg.cluster(bg.prune(gaussians), 150)
     first_view = choose_first_view(gaussians, VIEW, read_scene(scene)[1], Report())
     path, texture = plan_path(first_view, VIEW, ORBIT), bg.StrokeTexture.open("flat")
-    painter = FramePainter(strokes, texture, (1.0, 1.0, 1.0), MOVING, suffix)
-    shot = FrameView(4, path.cameras[4], track_directions(strokes, path.closed).directions(4))
+    painter = FramePainter(one_coat(strokes, texture, MOVING), (1.0, 1.0, 1.0), suffix)
+    shot = FrameView(4, path.cameras[4], (track_directions(strokes, path.closed).directions(4),))
     assert painter(shot) == files[f"00004{suffix}"]
     frame = next(islice(bg.render_sequence(strokes, path.closed, texture), 4, None))
     if suffix != ".exr":
@@ -170,9 +175,9 @@ def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(
 def test_what_travels_to_a_process_is_light(scene):
     gaussians = bg.load(scene)
     camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), width=48, height=36)
-    shot = FrameView(0, camera, track_directions(gaussians, [camera]).directions(0))
+    shot = FrameView(0, camera, (track_directions(gaussians, [camera]).directions(0),))
     assert len(pickle.dumps(shot)) < 8 * len(gaussians) + 2000  # a direction and an area scale each
-    painter = FramePainter(gaussians, FLAT, None, MOVING, ".png")
+    painter = FramePainter(one_coat(gaussians, FLAT, MOVING), None, ".png")
     again = pickle.loads(pickle.dumps(painter))
     assert again(pickle.loads(pickle.dumps(shot))) == painter(shot)
 
@@ -185,7 +190,7 @@ def test_only_exr_holds_depth(scene, folder):
     gaussians = bg.load(scene)
     camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), width=8, height=6)
     for suffix, has_depth in ((".exr", True), (".png", False), (None, False)):
-        painter = FramePainter(gaussians, FLAT, None, replace(MOVING, lock="off"), suffix)
+        painter = FramePainter(one_coat(gaussians, FLAT, replace(MOVING, lock="off")), None, suffix)
         assert (painter.frame(FrameView(0, camera)).depth is not None) == has_depth
 
 
@@ -214,10 +219,10 @@ def test_the_lock_asked_for_is_the_lock_painted(scene, folder, lock, monkeypatch
     report = paint(scene, "f/", PathConfig(orbit=3), config(lock=lock))
     assert stage(report, "track").counts["lock"] == lock
     if lock == "track":
-        assert [shot.directions.angles.shape for shot in shots] == [(150,)] * 3
+        assert [shot.directions[0].angles.shape for shot in shots] == [(150,)] * 3
     else:
-        assert [shot.directions for shot in shots] == [None] * 3
-        assert [painter.options.lock for painter in painters] == [lock] * 3
+        assert [shot.directions for shot in shots] == [(None,)] * 3
+        assert [painter.painting.coats[0].options.lock for painter in painters] == [lock] * 3
         assert stage(report, "track").skipped == [f"tracking: the lock is {lock!r}"]
 
 

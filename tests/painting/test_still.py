@@ -18,6 +18,7 @@ from brushgs.painting.report import Report
 from brushgs.painting.still import paint, paint_file
 from brushgs.painting.strokes import load_scene
 from brushgs.painting.views import choose_camera, choose_first_view
+from brushgs.rendering.coats import Canvas, Coat
 from brushgs.still_life import still_life, still_life_camera
 from tests.passes.layers import plane
 
@@ -192,7 +193,7 @@ def test_mip_levels_that_no_stroke_reaches_are_counted(gaussians):
     boxes = bg.project(gaussians, camera)
     report = Report()
     options = drawing.render_options(DrawConfig(underpaint=False), texture, along_path=False)
-    drawing.rasterize_boxes(boxes, camera, texture, options, report)
+    drawing.lay_coat(Canvas(camera), Coat("strokes", gaussians, texture, options), boxes, report)
     rows, columns = texture.coverage.shape
     pairs = {(level_index(u, columns), level_index(v, rows)) for u, v in boxes.half_extents}
     counts = report.stages[0].counts

@@ -1,0 +1,130 @@
+"""What every medium is made of: the strokes of a painting, their brushes, and how strokes are altered."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.arrays import Array
+from brushgs.options.look_parts import ColorConfig, MediaConfig
+from brushgs.rendering.coats import Coat
+from brushgs.rendering.options import RenderOptions
+from brushgs.scene import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.arrays import F64
+    from brushgs.brushes.brush_set import BrushSet
+    from brushgs.brushes.texture import StrokeTexture
+    from brushgs.passes.lines import Lines
+
+Color = tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Materials:
+    """What a medium makes its coats of.
+
+    Attributes:
+        strokes: the strokes of the painting, N.
+        texture: their stroke image, or images.
+        options: how they become a frame.
+        media: the numbers of the medium.
+        color: how tones are found.
+        paper: colour of the ground, RGB.
+        lines: along edges of the scene; None where the medium has none.
+        line_texture: their stroke image, or images.
+        seed: of random numbers.
+    """
+
+    strokes: Gaussians
+    texture: "StrokeTexture | BrushSet"
+    options: RenderOptions
+    media: MediaConfig
+    color: ColorConfig
+    paper: Color
+    lines: "Lines | None" = None
+    line_texture: "StrokeTexture | BrushSet | None" = None
+    seed: int = 0
+
+    @cached_property
+    def tones(self) -> "F64":
+        """[N] 0 (black) to 1 (white)."""
+        from brushgs.passes.tone import tones
+
+        return tones(self.strokes, local=self.color.local, equalized=self.color.equalize)
+
+    @cached_property
+    def solidity(self) -> "F64":
+        """[N] 0 to 1: how far a stroke counts as paint; faint ones are drawn fainter still."""
+        return np.asarray(np.minimum(2 * self.strokes.opacities.astype(np.float64), 1))
+
+    def marks(
+        self,
+        name: str,
+        strokes: Gaussians,
+        *,
+        dry: float,
+        tolerance: float | None = None,
+    ) -> Coat:
+        """A coat of single marks: without underpaint and streaks, and only where they are seen."""
+        options = self.options.for_marks(self.texture)
+        return Coat(name, strokes, self.texture, options, dry=dry, tolerance=tolerance or self.media.behind)
+
+    def glaze(self, name: str, strokes: Gaussians, *, dry: float) -> Coat:
+        """A coat of transparent marks, which multiply what lies below."""
+        return replace(self.marks(name, strokes, dry=dry), blend="glaze")
+
+    def smudge(self, name: str, strokes: Gaussians) -> Coat:
+        """A coat of soft tone: each stroke as the kernel "gaussian"."""
+        from brushgs.brushes.texture import StrokeTexture
+
+        kernel = StrokeTexture.open("gaussian")
+        options = RenderOptions.of(kernel, num_threads=self.options.num_threads)
+        return Coat(name, strokes, kernel, options)
+
+    def line_coat(self, color: Color, *, opacity: float, dry: float) -> list[Coat]:
+        """A coat of lines along edges; none where there are no lines."""
+        from brushgs.sh import in_colors
+
+        if self.lines is None or self.line_texture is None or opacity == 0 or len(self.lines.strokes) == 0:
+            return []
+        shown = self.lines.stronger_than(self.media.line_strength)
+        if len(shown) == 0:
+            return []
+        strokes = in_colors(
+            scaled(shown.strokes, 1.0, 1.0, opacities=opacity * shown.strokes.opacities), color
+        )
+        options = self.options.for_marks(self.line_texture)
+        return [
+            Coat(
+                "lines",
+                strokes,
+                self.line_texture,
+                options,
+                dry=dry,
+                tolerance=self.media.behind * LINE_TOLERANCE,
+                normals=shown.normals,
+            )
+        ]
+
+
+LINE_TOLERANCE = 20.0  # a line is thin: its own size says little about what it lies on
+
+
+def scaled(strokes: Gaussians, along: float, across: float, *, opacities: Array | None = None) -> Gaussians:
+    """Strokes with other lengths along and across, and other opacities, clipped to 1."""
+    order = np.argsort(-strokes.scales, axis=1)
+    factors = np.ones_like(strokes.scales)
+    rows = np.arange(len(strokes))
+    factors[rows, order[:, 0]], factors[rows, order[:, 1]] = along, across
+    changed = replace(strokes, scales=strokes.scales * factors)
+    if opacities is None:
+        return changed
+    return replace(changed, opacities=np.clip(opacities, 0, 1).astype(strokes.opacities.dtype))
+
+
+def mixed(paper: Color, color: Color, shares: Array) -> Array:
+    """[N, 3] colours between that of the paper (share 0) and another (1)."""
+    start = np.asarray(paper)
+    return np.asarray(start + (np.asarray(color) - start) * np.asarray(shares)[:, None])

@@ -1,0 +1,34 @@
+"""Watercolour on white paper: a pale wet wash, glazes that multiply, smaller ones in the dark, thin lines.
+
+Light is the paper: nothing is painted white. Colours are lifted before they are laid, for glazes over one
+another get darker than any of them. Source: Bousseau et al. 2006 (density of pigment, dark edges).
+"""
+
+import numpy as np
+
+from brushgs.colors import rgb_of
+from brushgs.painting.coats.materials import Materials, scaled
+from brushgs.rendering.coats import Coat
+from brushgs.sh import base_colors, in_colors
+
+PALEST = 1.15  # tone at which a wash would be clear water
+DETAIL_TONE = 0.30  # below which there are smaller glazes
+
+
+def watercolour(materials: Materials) -> list[Coat]:
+    """The coats of a watercolour."""
+    media, strokes, tones = materials.media, materials.strokes, materials.tones
+    colors = base_colors(strokes.sh)
+    pale = np.clip(PALEST - tones, 0, 1) * media.wash
+    paper = np.asarray(materials.paper)
+    soft = in_colors(strokes, paper + (colors - paper) * pale[:, None])
+    coats = [materials.smudge("wash", scaled(soft, 1.15, 1.15, opacities=1.6 * strokes.opacities))]
+    white = np.clip((tones - media.white) / max(1 - media.white, 1e-6), 0, 1)
+    opacities = media.marks * (1 - 0.9 * white) * materials.solidity
+    glazes = scaled(strokes, 1.12, 1.12, opacities=opacities)
+    coats.append(materials.glaze("glazes", glazes, dry=media.dry))
+    if media.details:
+        dark = np.flatnonzero(tones < DETAIL_TONE)
+        details = scaled(strokes, 0.9, 0.6, opacities=media.details * materials.solidity).take(dark)
+        coats.append(materials.glaze("details", details, dry=media.dry))
+    return coats + materials.line_coat(rgb_of(media.line_color), opacity=media.lines, dry=media.line_dry)

@@ -1,0 +1,203 @@
+"""The stages that make a painting of strokes: what it is laid on, what stands behind, coats, and the lamp."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from brushgs.options.look_parts import GroundConfig, LightConfig
+from brushgs.options.painting import PaintConfig
+from brushgs.painting.background import Background, open_background
+from brushgs.painting.report import Report
+from brushgs.rendering.coats import Coat
+from brushgs.scene import Camera, FirstView, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.brushes.brush_set import BrushSet
+    from brushgs.passes.backdrop import Backdrop
+    from brushgs.passes.lines import Lines
+    from brushgs.rendering.light import Lamp
+    from brushgs.rendering.options import RenderOptions
+    from brushgs.rendering.plain import PlainViews
+    from brushgs.rendering.relief import Relief
+    from brushgs.rendering.surface import Surface
+
+BOUGHT = {"canvas": "#dccfb8", "paper": "#f7f3ea"}  # grounds as they come
+LINE_BRUSH = "line"
+BACKDROP = "backdrop"  # name of its coat
+
+
+def open_lamp(config: LightConfig) -> "Lamp | None":
+    """The lamp of a look; None where pictures stay flat."""
+    if config.relief == 0:
+        return None
+    from brushgs.rendering.light import Lamp
+
+    azimuth, elevation = config.lamp
+    return Lamp(azimuth, elevation, gloss=config.gloss, exponent=int(config.exponent)).at_relief(
+        config.relief
+    )
+
+
+def open_relief(config: LightConfig) -> "Relief | None":
+    """How high the paint of a look lies; None where nothing is seen of it."""
+    if config.relief == 0 or config.gain == config.base == 0:
+        return None
+    from brushgs.rendering.relief import Relief
+
+    return Relief(thickness=config.base, gain=config.gain)
+
+
+def open_surface(
+    config: PaintConfig, gaussians: Gaussians, camera: Camera, report: Report
+) -> "Surface | None":
+    """What a look is painted on, in the size of the picture; None where strokes lie on a plain background.
+
+    Args:
+        config: the options.
+        gaussians: the scene, whose colours a toned ground goes with.
+        camera: gives the size.
+        report: gets the stage, only where there is a surface.
+
+    Raises:
+        SceneError: if the ground is an image that cannot be read.
+    """
+    ground, light = config.ground, config.light
+    if ground.ground == "none" and light.canvas == "none":
+        return None
+    with report.stage("ground") as stage:
+        from brushgs.rendering.surface import flat, linen, paper
+
+        color = _ground_color(config, gaussians, camera.width, camera.height)
+        size: dict[str, int] = {"height": camera.height, "width": camera.width}
+        shown = (1.0, 1.0, 1.0) if color is None else color
+        if light.canvas == "none":
+            surface = flat(shown, **size)
+        else:
+            weave = linen if light.canvas == "linen" else paper
+            surface = weave(shown, **size, strength=light.canvas_strength)
+        of_colour = "transparent" if color is None else "a picture" if np.ndim(color) == 3 else _code(color)
+        stage.did = f"{config.draw.background if ground.ground == 'none' else ground.ground}, {of_colour}"
+        if light.canvas != "none":
+            stage.did += f", on {light.canvas}"
+        stage.counts = {"ground": ground.ground, "canvas": light.canvas}
+    return surface
+
+
+def mean_ground(surface: "Surface | None", background: Background) -> tuple[float, float, float]:
+    """One colour for the ground: what drawing media leave open, and mix their greys from."""
+    behind = background if surface is None or background is None else surface.rgb
+    if behind is None:
+        return 1.0, 1.0, 1.0
+    red, green, blue = np.asarray(behind, np.float64).reshape(-1, 3).mean(axis=0)
+    return float(red), float(green), float(blue)
+
+
+def _ground_color(config: PaintConfig, gaussians: Gaussians, width: int, height: int) -> Background:
+    ground = config.ground
+    if ground.ground == "none":
+        return open_background(config.draw.background, width, height)
+    if ground.ground == "toned":
+        from brushgs.passes.backdrop import Tone, ground_color
+
+        return ground_color(gaussians, Tone(ground.lightness, ground.complement, ground.warmth))
+    return open_background(BOUGHT.get(ground.ground, ground.ground), width, height)
+
+
+def _code(color: ArrayLike) -> str:
+    return "#" + "".join(f"{round(255 * float(channel)):02x}" for channel in np.clip(color, 0, 1))
+
+
+def open_backdrop(
+    config: PaintConfig,
+    gaussians: Gaussians,
+    cameras: Sequence[Camera],
+    first_view: FirstView | None,
+    options: "RenderOptions",
+    texture: "BrushSet",
+    views: "PlainViews | None",
+    report: Report,
+) -> list[Coat]:
+    """The coat of the backdrop; none where the look or the scene has none."""
+    ground = config.ground
+    if ground.backdrop == 0 or first_view is None or not cameras:
+        return []
+    with report.stage("backdrop") as stage:
+        from brushgs.passes.backdrop import backdrop, reason_for_none
+
+        frames = [] if views is None else views.frames[:1]
+        reason = None if ground.backdrop_always else reason_for_none(first_view, frames)
+        if reason is not None:
+            stage.did, stage.counts = "nothing", {"strokes": 0}
+            stage.skipped.append(f"backdrop: {reason}")
+            return []
+        seed = config.cluster.seed
+        strokes = backdrop(gaussians, first_view, cameras, _backdrop_of(ground), seed=seed)
+        if ground.backdrop_brushes:
+            from brushgs.brushes.brush_set import size_for
+            from brushgs.brushes.kit import BrushKit
+            from brushgs.passes.choose_brushes import choose_brushes
+
+            kit = BrushKit(other=ground.backdrop_brushes)
+            texture = kit.open(size=size_for(cameras[0].width, cameras[0].height))
+            strokes = choose_brushes(strokes, kit, seed=seed)
+        options = options.for_marks(texture)
+        stage.did = f"{len(strokes):,} strokes around the scene"
+        stage.counts = {"strokes": len(strokes)}
+    return [Coat(BACKDROP, strokes, texture, options, dry=ground.backdrop_dry, border=ground.backdrop_border)]
+
+
+def _backdrop_of(ground: GroundConfig) -> "Backdrop":
+    from brushgs.passes.backdrop import Backdrop, Tone
+
+    tones = zip(
+        ground.backdrop_lightness,
+        ground.backdrop_complement,
+        (ground.backdrop_above, ground.backdrop_below),
+        strict=True,
+    )
+    above, below = (Tone(*tone) for tone in tones)
+    lightness, chroma = ground.backdrop_jitter
+    return Backdrop(
+        strokes=ground.backdrop,
+        above=above,
+        below=below,
+        aspect=ground.backdrop_aspect,
+        size=ground.backdrop_size,
+        lightness=lightness,
+        chroma=chroma,
+    )
+
+
+def open_lines(
+    config: PaintConfig,
+    gaussians: Gaussians,
+    views: "PlainViews | None",
+    cameras: Sequence[Camera],
+    report: Report,
+) -> "tuple[Lines, BrushSet] | tuple[None, None]":
+    """The lines of a drawing medium, as the views of the job show them, and their brushes; or None."""
+    if not config.media.draws_lines or len(gaussians) == 0:
+        return None, None
+    with report.stage("lines") as stage:
+        from brushgs.brushes.brush_set import size_for
+        from brushgs.brushes.kit import BrushKit
+        from brushgs.passes.lines import find_lines
+
+        camera = cameras[0]
+        brushes = BrushKit(other=(LINE_BRUSH,)).open(size=size_for(camera.width, camera.height))
+        lines = find_lines(
+            gaussians,
+            views or cameras[:1],
+            width=config.media.line_width,
+            num_threads=config.draw.threads,
+        )
+        # All pieces of a line have one brush, or it would not read as one.
+        of_line = (lines.chains % len(brushes)).astype(np.uint8)
+        lines = replace(lines, strokes=replace(lines.strokes, brushes=of_line))
+        num_lines = len(np.unique(lines.chains))
+        stage.did = f"{num_lines:,} lines in {len(lines):,} pieces"
+        stage.counts = {"lines": num_lines, "pieces": len(lines)}
+    return lines, brushes
