@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from brushgs.io.pictures.video import save_video as save_video
     from brushgs.io.scenes.encoding import Encoding as Encoding
     from brushgs.io.scenes.encoding import Reading as Reading
+    from brushgs.options.look import Look as Look
+    from brushgs.painting.still import paint as paint
     from brushgs.passes.broken_color import break_colors as break_colors
     from brushgs.passes.choose_brushes import choose_brushes as choose_brushes
     from brushgs.passes.clean import clean as clean
@@ -33,6 +35,8 @@ if TYPE_CHECKING:
     from brushgs.passes.recolor import recolor as recolor
     from brushgs.passes.repaint import repaint as repaint
     from brushgs.passes.solid import solidify as solidify
+    from brushgs.rendering.light import Lamp as Lamp
+    from brushgs.rendering.light import light as light
     from brushgs.rendering.plain import plain_views as plain_views
     from brushgs.rendering.project import project as project
     from brushgs.rendering.rasterize import rasterize as rasterize
@@ -54,6 +58,8 @@ _MODULES = {
     "io": "load load_cameras save",
     "io.pictures.video": "save_video",
     "io.scenes.encoding": "Encoding Reading",
+    "options.look": "Look",
+    "painting.still": "paint",
     "passes.broken_color": "break_colors",
     "passes.choose_brushes": "choose_brushes",
     "passes.clean": "clean",
@@ -63,6 +69,7 @@ _MODULES = {
     "passes.recolor": "Palette recolor",
     "passes.repaint": "repaint",
     "passes.solid": "solidify",
+    "rendering.light": "Lamp light",
     "rendering.plain": "plain_views",
     "rendering.project": "project",
     "rendering.rasterize": "rasterize",
