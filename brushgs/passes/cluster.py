@@ -10,7 +10,7 @@ import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,8 @@ class Grouping:
         num_split: how many of the clusters were made by cutting others, see `split`.
         gaussians: the Gaussians, in the colours that are to be merged.
         visible: [N] how visible each is, for the merge that follows; None if that was not computed.
+        parents: one array per round of splitting, the first first: the cluster before the round that each
+            cluster after it was a part of, or was.
     """
 
     labels: NDArray[np.int32]
@@ -68,12 +70,14 @@ class Grouping:
     gaussians: Gaussians
     num_split: int = 0
     visible: NDArray[np.float64] | None = None
+    parents: tuple[NDArray[np.intp], ...] = ()
 
-    def merged(self, merge: Merge) -> Gaussians:
-        """The strokes: one per cluster."""
+    def merged(self, merge: Merge, into: NDArray[np.integer[Any]] | None = None) -> Gaussians:
+        """The strokes: one per cluster, or per group of clusters, `into` [num_clusters] that of each."""
         if self.method == "none":
             return self.gaussians
-        return merge_clusters(self.gaussians, self.labels, merge=merge, visible=self.visible)
+        labels = self.labels if into is None else into[self.labels]
+        return merge_clusters(self.gaussians, labels, merge=merge, visible=self.visible)
 
 
 def cluster(
@@ -223,9 +227,13 @@ def _group_seen(
     def merged(labels: NDArray[np.intp]) -> Gaussians:
         return merge_clusters(gaussians, labels, overlap=OVERLAP, visible=visible)
 
-    labels = split(
+    rounds = split(
         found.labels, merged, points, weights, views, num_strokes, worth_keeping=worth_keeping, focus=focus
     )
+    labels, parents = next(rounds), []
+    for after in rounds:
+        parents.append(_parents(labels, after))
+        labels = after
     num = int(labels.max()) + 1
     return Grouping(
         labels.astype(np.int32),
@@ -237,7 +245,15 @@ def _group_seen(
         gaussians,
         num_split=num - found.num_clusters,
         visible=visible,
+        parents=tuple(parents),
     )
+
+
+def _parents(before: NDArray[np.intp], after: NDArray[np.intp]) -> NDArray[np.intp]:
+    """The label before a round of each label after it; both are [N]."""
+    parents = np.empty(int(after.max()) + 1, np.intp)
+    parents[after] = before
+    return parents
 
 
 def choose_method(num_points: int, num_clusters: int) -> tuple[Literal["minibatch", "lloyd"], str]:

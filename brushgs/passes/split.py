@@ -8,7 +8,7 @@ Source: Hertzmann 1998, Painterly rendering with curved brush strokes of multipl
 there they stay).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,7 @@ def split(
     focus: F64 | None = None,
     worth_keeping: Callable[[Gaussians], NDArray[np.bool_]] | None = None,
     num_rounds: int = NUM_ROUNDS,
-) -> Labels:
+) -> Iterator[Labels]:
     """Cut clusters until there are so many.
 
     Args:
@@ -53,11 +53,13 @@ def split(
             that others take their places. None keeps all.
         num_rounds: >= 1.
 
-    Returns:
-        [N] labels, 0 to k' - 1, each in use. Fewer clusters than asked for come back only where there is
-        nothing left to cut: no error, or no cluster of different points.
+    Yields:
+        [N] labels, 0 to k' - 1, each in use: those to start from, and those after each round. In the end
+        there are fewer clusters than asked for only where there is nothing left to cut: no error, or no
+        cluster of different points.
     """
     found = np.asarray(labels, dtype=np.intp)
+    yield found
     for remaining in range(num_rounds, 0, -1):
         strokes = merged(found)
         is_kept = np.ones(len(strokes), bool) if worth_keeping is None else worth_keeping(strokes)
@@ -73,7 +75,7 @@ def split(
         if len(worst) == 0:
             break
         found = _cut(found, np.sort(worst), points, weights)
-    return found
+        yield found
 
 
 def painted_errors(strokes: Gaussians, views: PlainViews) -> F64:
