@@ -10,16 +10,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from brushgs.options.look_parts import ColorConfig
 from brushgs.options.painting import ClusterConfig, StrokesConfig
 from brushgs.painting.report import Report, Stage, Stopwatch
 from brushgs.scene import Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.arrays import F64, Mask
+    from brushgs.arrays import F64, Mask, Rows
     from brushgs.brushes.kit import BrushKit
     from brushgs.io.guides.guide_file import Guides
     from brushgs.options.direction import FieldName
+    from brushgs.passes.cluster import Grouping
     from brushgs.passes.direction.marks import Marks
     from brushgs.rendering.plain import PlainViews
     from brushgs.stroke_count.search import Clustered
@@ -109,19 +112,39 @@ class StrokeMaker:
 
     def __call__(self, num_strokes: int) -> "Clustered":
         """At most so many strokes, and how the Gaussians were grouped; None where each is a stroke."""
-        strokes, grouping = self._clustered(num_strokes)
+        grouping = self._grouped(num_strokes)
+        strokes = self.gaussians if grouping is None else self._merged(grouping, num_strokes)[0]
+        return self._finished(strokes), grouping
+
+    def of_groups(
+        self, grouping: "Grouping", into: "Rows | None" = None, *, most: int
+    ) -> "tuple[Gaussians, Rows]":
+        """The strokes of a grouping, or coarser ones.
+
+        Args:
+            grouping: of the scene, as a call returned it.
+            into: [num_clusters] the group of each cluster; None makes the strokes of the call.
+            most: the largest number of strokes.
+
+        Returns:
+            The strokes, and the cluster or group of each, ascending.
+        """
+        strokes, clusters = self._merged(grouping, most, into)
+        return self._finished(strokes), clusters
+
+    def _finished(self, strokes: Gaussians) -> Gaussians:
         with self.pass_watch.running():
             for one in self.passes:
                 strokes = one(strokes)
-        return strokes, grouping
+        return strokes
 
-    def _clustered(self, num_strokes: int) -> "Clustered":
+    def _grouped(self, num_strokes: int) -> "Grouping | None":
         if len(self.gaussians) <= num_strokes:
-            return self.gaussians, None
+            return None
         from brushgs.passes.cluster import group
 
         config = self.cluster
-        grouping = group(
+        return group(
             self.gaussians,
             num_strokes,
             features=config.features,
@@ -131,10 +154,17 @@ class StrokeMaker:
             focus=self.focus,
             worth_keeping=_worth_keeping if self.is_solid else None,
         )
-        strokes = grouping.merged(config.merge)
+
+    def _merged(
+        self, grouping: "Grouping", most: int, into: "Rows | None" = None
+    ) -> "tuple[Gaussians, Rows]":
+        """The strokes that are worth keeping, at most so many, and the cluster of each."""
+        strokes = grouping.merged(self.cluster.merge, into)
+        rows = np.arange(len(strokes))
         if self.is_solid:
-            strokes = _most_worth(strokes.take(_worth_keeping(strokes)), num_strokes)
-        return strokes, grouping
+            rows = np.flatnonzero(_worth_keeping(strokes))
+            rows = rows[_most_worth(strokes.take(rows), most)]
+        return (strokes if len(rows) == len(strokes) else strokes.take(rows)), rows
 
 
 def _worth_keeping(strokes: Gaussians) -> "Mask":
@@ -145,14 +175,14 @@ def _worth_keeping(strokes: Gaussians) -> "Mask":
     return kept if kept.any() else ~kept
 
 
-def _most_worth(strokes: Gaussians, most: int) -> Gaussians:
-    """At most so many strokes: as more are made where some are not worth keeping, a few may be too many."""
+def _most_worth(strokes: Gaussians, most: int) -> "Rows":
+    """Rows of at most so many: as more are made where some are not worth keeping, a few may be too many."""
     if len(strokes) <= most:
-        return strokes
+        return np.arange(len(strokes))
     from brushgs.passes.contribution import contributions
     from brushgs.passes.prune import highest
 
-    return strokes.take(highest(contributions(strokes), most))
+    return np.flatnonzero(highest(contributions(strokes), most))
 
 
 def stroke_passes(

@@ -138,8 +138,10 @@ def _why_kept(
 
 def cluster_scene(
     maker: StrokeMaker, report: Report, *, num_loaded: int, view_model: "ViewModel | None" = None
-) -> Gaussians:
+) -> "Clustered":
     """Merge Gaussians into fewer and larger ones: the strokes in space; and do to them what options ask for.
+
+    Returns the strokes, and how the Gaussians were grouped; None where each is a stroke.
 
     Args:
         maker: makes strokes of the pruned scene.
@@ -170,7 +172,7 @@ def cluster_scene(
     if maker.skip is None:
         for one in maker.passes:
             one.report(report)
-    return clustered[0]
+    return clustered
 
 
 def _describe_clusters(
