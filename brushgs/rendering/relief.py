@@ -42,6 +42,7 @@ class Relief:
     Attributes:
         thickness: mean thickness of the paint, px of a picture of 1000 x 750, >= 0.
         gain: what the brush's own height, 0 to 1, is multiplied by, in the same pixels, >= 0.
+        size: in place of the median size, that of other strokes, see `median_size`; None for the median.
 
     Raises:
         ValueError: if a value is out of range.
@@ -49,16 +50,19 @@ class Relief:
 
     thickness: float = THICKNESS
     gain: float = GAIN
+    size: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("thickness", "gain"):
             if not 0 <= getattr(self, name) < inf:
                 raise ValueError(f"Relief: {name} must be >= 0 and finite, got {getattr(self, name)}")
+        if self.size is not None and not 0 <= self.size < inf:
+            raise ValueError(f"Relief: size must be >= 0 and finite, got {self.size}")
 
     def of_boxes(self, gaussians: Gaussians, ids: NDArray[np.int32], camera: Camera) -> Array:
         """[M, 2] `Boxes.reliefs` of boxes of these Gaussians, in the dtype of the scene."""
         pixel = canvas_scale(camera.width, camera.height)
-        unit: Array = _in_units(gaussians)[ids] * (self.thickness * pixel, self.gain * pixel)
+        unit: Array = _in_units(gaussians, self.size)[ids] * (self.thickness * pixel, self.gain * pixel)
         return unit.astype(gaussians.means.dtype)
 
     @classmethod
@@ -75,23 +79,35 @@ class Relief:
         raise TypeError(f"relief must be a bool or a Relief, got {type(relief).__name__}")
 
 
-_cache: WeakKeyDictionary[Gaussians, F64] = WeakKeyDictionary()
+def median_size(gaussians: Gaussians) -> float:
+    """The median of the geometric mean of the two larger scales, world units; 0 where there is none."""
+    return float(np.exp(np.median(_log_sizes(gaussians)))) if len(gaussians) else 0.0
 
 
-def _in_units(gaussians: Gaussians) -> F64:
-    """[N, 2] thickness and gain of each stroke over those of one of median size; kept while they live."""
-    if gaussians not in _cache:
-        _cache[gaussians] = _relative(gaussians)
-    return _cache[gaussians]
+_cache: WeakKeyDictionary[Gaussians, dict[float | None, F64]] = WeakKeyDictionary()
 
 
-def _relative(gaussians: Gaussians) -> F64:
-    if len(gaussians) == 0:
-        return np.empty((0, 2))
+def _in_units(gaussians: Gaussians, size: float | None) -> F64:
+    """[N, 2] thickness and gain of each stroke over those of one of usual size; kept while they live."""
+    kept = _cache.setdefault(gaussians, {})
+    if size not in kept:
+        kept[size] = _relative(gaussians, size)
+    return kept[size]
+
+
+def _log_sizes(gaussians: Gaussians) -> F64:
     # A scale may be 0, or too small to be multiplied: the sum of logarithms is neither.
     with np.errstate(divide="ignore"):
-        logs = np.log(np.sort(gaussians.scales, axis=1)[:, 1:].astype(np.float64)).sum(axis=1) / 2
-    middle = np.median(logs)
+        logs: F64 = np.log(np.sort(gaussians.scales, axis=1)[:, 1:].astype(np.float64))
+    return np.asarray(logs.sum(axis=1) / 2)
+
+
+def _relative(gaussians: Gaussians, size: float | None) -> F64:
+    if len(gaussians) == 0:
+        return np.empty((0, 2))
+    logs = _log_sizes(gaussians)
+    with np.errstate(divide="ignore"):
+        middle = np.median(logs) if size is None else np.log(size)
     if not np.isfinite(middle):  # at least half of the strokes have no size: all count alike
         logs, middle = np.zeros(len(logs)), np.float64(0)
     relative = np.exp(np.clip(logs - middle, np.log(LEAST_SIZE), np.log(MOST_SIZE)) / 2)
