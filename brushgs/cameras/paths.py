@@ -51,6 +51,11 @@ class CameraPath:
         return [*self.cameras, self.cameras[0]] if self.is_loop else self.cameras
 
 
+def standing(camera: Camera, num_frames: int, fps: float) -> CameraPath:
+    """A camera that stands still."""
+    return CameraPath([camera] * num_frames, False, fps, "one view")
+
+
 def plan_path(first_view: FirstView | None, view: ViewConfig, path: PathConfig) -> CameraPath:
     """The camera path that options describe.
 

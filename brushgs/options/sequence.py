@@ -1,4 +1,4 @@
-"""Options of a sequence: the path of the camera, and where its frames are painted."""
+"""Options of a sequence: the path of the camera, or how a painting grows, and where frames are painted."""
 
 from dataclasses import dataclass
 from math import inf
@@ -7,6 +7,8 @@ from pathlib import Path
 DEFAULT_FPS = 24.0  # of film
 MAX_FRAMES = 99_999  # more than an hour of film; five digits number them
 WORKERS_TIMEOUT = 60.0  # seconds that a Dask scheduler may have no worker: batch systems are slow to start
+STANDING_SECONDS, STANDING_SHARE = 1.0, 0.25  # at the end of a painting that grows, the shorter of both
+FADE_SECONDS, MOST_FADE = 0.15, 0.1  # in which one of its strokes comes; as a share of the time at most
 MAX_FPS = 1000.0  # more is a typing error, and video formats count milliseconds at the finest
 
 
@@ -52,6 +54,52 @@ class PathConfig:
             raise ValueError(f"seconds must be above 0, got {self.seconds:g}")
         if self.fps is not None and not 0 < self.fps <= MAX_FPS:
             raise ValueError(f"fps must be above 0 and at most {MAX_FPS:g}, got {self.fps:g}")
+
+
+@dataclass(frozen=True)
+class GrowConfig:
+    """A painting that comes into being, seen by one camera that stands still.
+
+    Attributes:
+        seconds: duration, above 0. Its last part, a second or a quarter, shows the finished painting.
+        fps: frames per second of the video, in (0, 1000]; None for 24.
+    """
+
+    seconds: float
+    fps: float | None = None
+
+    def __post_init__(self) -> None:
+        if not 0 < self.seconds < inf:
+            raise ValueError(f"grow must be above 0 seconds, got {self.seconds:g}")
+        if self.fps is not None and not 0 < self.fps <= MAX_FPS:
+            raise ValueError(f"fps must be above 0 and at most {MAX_FPS:g}, got {self.fps:g}")
+        if not 2 <= self.num_frames <= MAX_FRAMES:
+            raise ValueError(f"grow times fps must give 2 to {MAX_FRAMES} frames, got {self.num_frames}")
+
+    @property
+    def rate(self) -> float:
+        """Frames per second."""
+        return self.fps or DEFAULT_FPS
+
+    @property
+    def num_frames(self) -> int:
+        """How many frames there are."""
+        return round(min(self.seconds * self.rate, 2.0 * MAX_FRAMES))
+
+    @property
+    def num_growing(self) -> int:
+        """How many of them show the painting unfinished, at least one: the bare ground."""
+        standing = round(min(STANDING_SECONDS, STANDING_SHARE * self.seconds) * self.rate)
+        return max(self.num_frames - max(standing, 1), 1)
+
+    @property
+    def fade(self) -> float:
+        """The time in which a stroke comes, as a share of that in which the painting grows."""
+        return min(FADE_SECONDS * self.rate / self.num_growing, MOST_FADE)
+
+    def time(self, index: int) -> float:
+        """The time of a frame: 0 is the bare ground, 1 the finished painting."""
+        return min(index / self.num_growing, 1.0)
 
 
 @dataclass(frozen=True)

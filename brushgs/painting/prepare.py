@@ -12,8 +12,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from brushgs.cameras.paths import standing
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
+from brushgs.options.sequence import GrowConfig
 from brushgs.painting.background import Background, check_background
 from brushgs.painting.clean import clean_scene, select_seen
 from brushgs.painting.coats.materials import Materials
@@ -32,6 +34,7 @@ from brushgs.painting.look import (
 from brushgs.painting.make_strokes import (
     ALREADY_STROKES,
     StrokeMaker,
+    StrokePass,
     broken_color_pass,
     brush_passes,
     color_passes,
@@ -48,8 +51,10 @@ if TYPE_CHECKING:
     from brushgs.brushes.kit import BrushKit
     from brushgs.cameras.paths import CameraPath
     from brushgs.io.scenes.notes import LoadNotes
+    from brushgs.options.painting import PaletteConfig
     from brushgs.options.sequence import PathConfig
     from brushgs.passes.recolor import Palette
+    from brushgs.rendering.growing import GrowingPainting
     from brushgs.rendering.options import RenderOptions
 
 
@@ -71,6 +76,7 @@ class Prepared:
         painting: the coats that strokes are laid in, on what, and in which light.
         scene: the Gaussians as loaded, without floaters; None unless they are kept.
         maker: makes other numbers of strokes; None unless the caller clusters.
+        growth: how the painting comes into being; None unless the caller shows it.
     """
 
     strokes: Gaussians
@@ -86,6 +92,7 @@ class Prepared:
     painting: Painting
     scene: Gaussians | None
     maker: StrokeMaker | None = None
+    growth: "GrowingPainting | None" = None
 
     @property
     def camera(self) -> Camera:
@@ -116,13 +123,14 @@ def prepare(
     config: PaintConfig,
     report: Report,
     *,
-    views: "Camera | PathConfig | None" = None,
+    views: "Camera | PathConfig | GrowConfig | None" = None,
     check_path: Callable[["CameraPath"], None] | None = None,
     needs_view: bool = True,
     needs_background: bool = True,
     needs_first_view: bool = False,
     keeps_scene: bool = False,
     merges_later: bool = False,
+    grows: bool = False,
 ) -> Prepared:
     """Make strokes of a scene, and everything else that is needed before the first picture.
 
@@ -132,7 +140,8 @@ def prepare(
         source: the files of a scene, or Gaussians in memory, which count as a scene and not as strokes.
         config: see `PaintConfig`.
         report: gets one stage per step.
-        views: one camera, or a path; None for the one camera that `config.view` describes.
+        views: one camera, or a path; None for the one camera that `config.view` describes, and a painting
+            that grows is seen by it too.
         check_path: refuses a path before the long work, by raising.
         needs_view: False chooses a view, and opens the background, only where the number of strokes is
             chosen for one.
@@ -141,11 +150,13 @@ def prepare(
         keeps_scene: whether the Gaussians as loaded are kept beside the strokes.
         merges_later: whether the caller will make strokes by `Prepared.stroke_maker`: then a scene is pruned
             also where `config` asks for every Gaussian, and `Prepared.strokes` is the pruned scene.
+        grows: whether the caller will show how the painting comes into being, without a `GrowConfig`.
 
     Raises:
         SceneError: if a file cannot be read.
         ValueError: if an option does not suit the scene, before any long work where that can be known.
     """
+    growing, views = (views, None) if isinstance(views, GrowConfig) else (None, views)
     along_path = not (views is None or isinstance(views, Camera))
     if needs_background or config.cluster.target is not None:
         check_background(config.draw.background)
@@ -178,6 +189,11 @@ def prepare(
         cameras = path.cameras
     elif needs_view:
         cameras = [choose_camera(first_view, config.view, report, camera=views)]
+    shown = path
+    if growing is not None:
+        shown = standing(cameras[0], growing.num_frames, growing.rate)
+        if check_path is not None:
+            check_path(shown)
     if cameras and needs_background:
         background = open_picture_background(config.draw, cameras[0], report)
     if cameras and not merges_later:
@@ -237,8 +253,8 @@ def prepare(
         texture=texture,
         kit=kit,
         options=options,
-        cameras=cameras,
-        path=path,
+        cameras=cameras if shown is None else shown.cameras,
+        path=shown,
         background=background,
         notes=notes,
         first_view=first_view,
@@ -246,7 +262,7 @@ def prepare(
     )
     if merges_later:
         return everything(strokes=gaussians, palette=None, painting=Painting((), surface, lamp), maker=maker)
-    strokes = cluster_scene(maker, report, num_loaded=num_loaded, view_model=view_model)
+    strokes, grouping = cluster_scene(maker, report, num_loaded=num_loaded, view_model=view_model)
     if palette is not None:
         strokes = recolor_scene(strokes, palette, config.palette, report)
         for one in after_palette:
@@ -269,7 +285,29 @@ def prepare(
     painting = Painting(
         coats, surface, lamp, is_transparent=background is None and config.ground.ground == "none"
     )
-    return everything(strokes=strokes, palette=palette, painting=painting)
+    growth = None
+    if grows or growing is not None:
+        from brushgs.painting.growth.grow import grow
+
+        finish = _finishing(palette, config.palette, after_palette)
+        growth = grow(painting, strokes, grouping, maker, finish, cameras[0], report)
+    return everything(strokes=strokes, palette=palette, painting=painting, growth=growth)
+
+
+def _finishing(
+    palette: "Palette | None", config: "PaletteConfig | None", passes: list[StrokePass]
+) -> Callable[[Gaussians], Gaussians]:
+    """What is done to strokes after they were made, where they take a palette."""
+
+    def finished(strokes: Gaussians) -> Gaussians:
+        if palette is None:
+            return strokes
+        strokes = recolor_scene(strokes, palette, config, Report())
+        for one in passes:
+            strokes = one(strokes)
+        return strokes
+
+    return finished
 
 
 def _is_framed(views: "Camera | PathConfig | None", config: PaintConfig, *, needs_view: bool) -> bool:

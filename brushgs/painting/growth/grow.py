@@ -1,0 +1,107 @@
+"""From the coats of a painting to one that comes into being, coat after coat."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.arrays import F64
+from brushgs.painting.growth.layers import NONE, Layers
+from brushgs.painting.growth.order import Order, lay_orders
+from brushgs.painting.make_strokes import StrokeMaker
+from brushgs.painting.report import Report
+from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.growing import GrowingCoat, GrowingPainting
+from brushgs.rendering.relief import median_size
+from brushgs.scene import Camera, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.passes.cluster import Grouping
+
+PACE = 0.25  # power of the number of strokes in the time of a stage: small ones come faster
+COVERED_FROM = (
+    0.3  # share of the time of later coats after which come the strokes that they cover for the most part
+)
+
+
+def grow(
+    painting: Painting,
+    strokes: Gaussians,
+    grouping: "Grouping | None",
+    maker: StrokeMaker,
+    finish: Callable[[Gaussians], Gaussians],
+    camera: Camera,
+    report: Report,
+) -> GrowingPainting:
+    """Find how a painting grows.
+
+    Args:
+        painting: the finished one. Coats that hold the very strokes begin with coarser ones; the strokes of
+            others come by their size alone.
+        strokes: of the painting, see `Layers.of` for these and what follows.
+        grouping: None where there are no coarser strokes.
+        maker: of the strokes.
+        finish: of the strokes.
+        camera: the view.
+        report: gets the stage.
+    """
+    with report.stage("order") as stage:
+        of_coats = [
+            Layers.of(strokes, grouping, maker, finish)
+            if grouping is not None and coat.strokes is strokes
+            else Layers.flat(coat.strokes)
+            for coat in painting.coats
+        ]
+        orders = lay_orders(painting.coats, of_coats, camera)
+        growing, num_laid = _paced(painting.coats, of_coats, orders)
+        num_over = sum(len(of_coat.strokes) - of_coat.num_finished for of_coat in of_coats)
+        stage.did = f"{num_laid:,} strokes one after the other, {num_over:,} of them painted over"
+        stage.counts = {"laid": num_laid, "painted_over": num_over}
+    return GrowingPainting(painting, growing)
+
+
+def _paced(
+    coats: Sequence[Coat], layers: Sequence[Layers], orders: Sequence[Order]
+) -> tuple[tuple[GrowingCoat, ...], int]:
+    """The coats with the times of their strokes, and the number of these."""
+    counts = np.concatenate([*(order.counts for order in orders), np.zeros(1, np.intp)])
+    laid, passed = np.cumsum(counts), np.cumsum(counts**PACE)
+    duration = max(float(passed[-1]), 1.0)
+    knots = np.concatenate([[0], laid]), np.concatenate([[0], passed]) / duration
+    times, before = [], 0
+    for order in orders:
+        time = np.where(order.ranks == NONE, np.inf, np.interp(before + order.ranks, *knots))
+        before += int(order.counts.sum())
+        end = float(np.interp(before, *knots))
+        time[order.is_covered] = _spread(end + COVERED_FROM * (1 - end), int(order.is_covered.sum()))
+        times.append(time)
+    comes = [np.where(order.is_hidden, 1.0, time) for order, time in zip(orders, times, strict=True)]
+    in_turn = np.sort(np.concatenate([*comes, np.zeros(0)]))
+    num_laid = int(np.isfinite(in_turn).sum())
+    growing, at_end = [], num_laid - sum(int(order.is_hidden.sum()) for order in orders)
+    for coat, of_coat, order, time, come in zip(coats, layers, orders, times, comes, strict=True):
+        leaves = np.full(len(time), np.inf)
+        replacing = np.flatnonzero((of_coat.parents != NONE) & np.isfinite(time))
+        leaves[of_coat.parents[replacing]] = time[replacing]
+        laid = np.where(np.isfinite(come), np.searchsorted(in_turn, come), np.inf)
+        laid[order.is_hidden] = at_end + np.arange(np.count_nonzero(order.is_hidden))
+        at_end += int(np.count_nonzero(order.is_hidden))
+        shares = laid / max(num_laid, 1)
+        growing.append(GrowingCoat(_with_coarser(coat, of_coat), come, leaves, shares))
+    return tuple(growing), num_laid
+
+
+def _with_coarser(coat: Coat, layers: Layers) -> Coat:
+    """The coat with all its strokes; the paint of the finished ones lies as thick as without the others."""
+    if layers.strokes is coat.strokes:
+        return coat
+    options = coat.options
+    if options.relief is not None:
+        options = replace(options, relief=replace(options.relief, size=median_size(coat.strokes)))
+    return replace(coat, strokes=layers.strokes, options=options)
+
+
+def _spread(start: float, count: int) -> F64:
+    """So many times from a start to the end."""
+    return np.linspace(start, 1, count, endpoint=False)
