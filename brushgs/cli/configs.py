@@ -19,12 +19,15 @@ from brushgs.options.choices import (
 if TYPE_CHECKING:
     from brushgs.options.painting import PaintConfig
     from brushgs.options.scene_source import SceneSource
-    from brushgs.options.sequence import PathConfig
+    from brushgs.options.sequence import GrowConfig, PathConfig
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 NOT_FRAMING = {"size", "camera_file", "view"}  # fields of a view that do not place the camera
+NO_TRACK = "--lock track needs --orbit or --path; only along a path are strokes tracked"
+OF_PATHS = {"frames", "seconds", "loop"}  # fields of a path that a painting that grows does not have
 RENAMED = {
     "fov_y": "fov-deg",
+    "file": "path",
     "is_resumed": "resume",
     "side": "from",
 }  # field -> flag, where messages name it
@@ -128,6 +131,23 @@ def _backdrop(asked: bool | int | None, look: StepValues) -> dict[str, Any]:
     return {"backdrop": int(asked), "backdrop_always": bool(asked)}
 
 
+def grow_config(args: Namespace) -> "GrowConfig | None":
+    """How a painting grows; None for one that is finished.
+
+    Raises:
+        ValueError: if a value is out of range, or a camera path is asked for as well.
+    """
+    grow, path = given(args, "grow"), given(args, "path")
+    if "seconds" not in grow:
+        return None
+    _refuse([name for name in path if name != "fps"], "--grow, before which the camera stands still")
+    if given(args, "draw").get("lock") == "track":
+        raise ValueError(NO_TRACK)
+    from brushgs.options.sequence import GrowConfig
+
+    return GrowConfig(**grow | path)
+
+
 def path_config(args: Namespace, *, default_orbit: int | None = None) -> "PathConfig | None":
     """The path of the camera; None for a single picture.
 
@@ -143,9 +163,10 @@ def path_config(args: Namespace, *, default_orbit: int | None = None) -> "PathCo
         path["orbit"] = default_orbit
     if not {"orbit", "file"} & set(path):
         for field in path | given(args, "sequence"):
-            raise ValueError(f"{_flag(field)} needs --orbit or --path; a single picture does not use it")
+            needed = "--orbit or --path" if field in OF_PATHS else "--orbit, --path or --grow"
+            raise ValueError(f"{_flag(field)} needs {needed}; a single picture does not use it")
         if given(args, "draw").get("lock") == "track":
-            raise ValueError("--lock track needs --orbit or --path; only along a path are strokes tracked")
+            raise ValueError(NO_TRACK)
         return None
     from brushgs.options.sequence import PathConfig
 

@@ -13,6 +13,7 @@ from brushgs.scene import Camera, Frame
 
 if TYPE_CHECKING:
     from brushgs.rendering.coats import Painting
+    from brushgs.rendering.growing import GrowingPainting
 
 WHITE = (1.0, 1.0, 1.0)
 
@@ -25,11 +26,13 @@ class FrameView:
         index: which frame of the path, from 0.
         camera: the view.
         directions: of the strokes of each coat, None for one whose strokes are not tracked.
+        time: of a painting that grows, 0 to 1.
     """
 
     index: int
     camera: Camera
     directions: tuple[Directions | None, ...] = ()
+    time: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,16 +44,21 @@ class FramePainter:
             one process.
         background: what lies behind the painting, see `open_background`; None keeps pictures transparent.
         suffix: one of `PICTURE_SUFFIXES` for the bytes of such a file, None for pixels.
+        growth: how the painting comes into being; None for one that is finished in all frames.
+        fade: the time in which a stroke comes, see `GrowingPainting.at`.
     """
 
     painting: "Painting"
     background: Background
     suffix: str | None
+    growth: "GrowingPainting | None" = None
+    fade: float = 0.0
 
     def frame(self, view: FrameView) -> Frame:
         """Paint the frame, with depth if its file holds it."""
         has_depth = self.suffix is not None and holds_depth(f"a{self.suffix}")
-        return self.painting.with_depth(has_depth).frame(view.camera, view.directions)
+        painting = self.painting if self.growth is None else self.growth.at(view.time, self.fade)
+        return painting.with_depth(has_depth).frame(view.camera, view.directions)
 
     def __call__(self, view: FrameView) -> bytes | NDArray[np.uint8]:
         """The content of the finished picture file, or uint8 [H, W, 3] on the background (white if None).

@@ -17,6 +17,7 @@ from brushgs.errors import SceneError
 from brushgs.io.json_file import shown
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 from brushgs.options.painting import PaintConfig, UsualCount
+from brushgs.options.sequence import GrowConfig
 from brushgs.painting.prepare import Prepared
 from brushgs.scene import Camera, Gaussians
 from brushgs.version import __version__
@@ -25,8 +26,9 @@ _DIGEST = "digest"
 _OF_LOOKS = ("brushes", "color", "ground", "light", "media")  # steps that plain paintings do nothing in
 
 
-def describe_options(config: PaintConfig) -> dict[str, Any]:
+def describe_options(config: PaintConfig, grow: GrowConfig | None = None) -> dict[str, Any]:
     """The options that frames depend on, known before any work: name -> number, text or None."""
+    along_path = grow is None
     steps = asdict(config.prune) | asdict(config.cluster) | asdict(config.draw)
     del steps["threads"]
     steps["keep"] = config.prune.share()
@@ -40,10 +42,12 @@ def describe_options(config: PaintConfig) -> dict[str, Any]:
     steps |= {step: _changed(getattr(config, step)) for step in _OF_LOOKS}
     if config.palette is not None:
         steps |= {f"palette {name}": str(value) for name, value in asdict(config.palette).items()}
-    moving = {
-        "lock": config.draw.lock_of(along_path=True),
-        "order": config.draw.order_of(along_path=True),
+    moving: dict[str, Any] = {
+        "lock": config.draw.lock_of(along_path=along_path),
+        "order": config.draw.order_of(along_path=along_path),
     }
+    if grow is not None:
+        moving |= {"grow": grow.seconds, "fps": grow.rate}
     return {"version": __version__} | steps | moving
 
 
@@ -57,11 +61,13 @@ def _changed(part: Any) -> str:
     )
 
 
-def describe_painting(config: PaintConfig, prepared: Prepared) -> dict[str, Any]:
+def describe_painting(
+    config: PaintConfig, prepared: Prepared, grow: GrowConfig | None = None
+) -> dict[str, Any]:
     """Everything that frames depend on: the options, and digests of what was made from the files."""
     strokes, path, background = prepared.strokes, prepared.path, prepared.background
     assert path is not None
-    return describe_options(config) | {
+    return describe_options(config, grow) | {
         "scene": digest(*content_of(strokes)),
         "stroke image": digest(*prepared.texture.coverages),
         "background image": None if background is None else digest(np.asarray(background)),
@@ -71,7 +77,9 @@ def describe_painting(config: PaintConfig, prepared: Prepared) -> dict[str, Any]
     }
 
 
-def read_manifest(files: NumberedFiles, config: PaintConfig) -> Manifest | None:
+def read_manifest(
+    files: NumberedFiles, config: PaintConfig, grow: GrowConfig | None = None
+) -> Manifest | None:
     """Read the manifest of the painting that is to be resumed; None if there are no frames yet.
 
     Raises:
@@ -79,7 +87,7 @@ def read_manifest(files: NumberedFiles, config: PaintConfig) -> Manifest | None:
     """
     manifest = Manifest.read(files)
     if manifest is not None:
-        check_same_painting(manifest, describe_options(config))
+        check_same_painting(manifest, describe_options(config, grow))
     elif numbers := files.numbers():
         raise SceneError(
             files.manifest,

@@ -1,8 +1,8 @@
-"""A path: a scene file becomes a video or numbered pictures.
+"""A path, or a painting that grows: a scene file becomes a video or numbered pictures.
 
-The stages are those of `prepare`, then track -> paint -> write. The directions of all strokes are tracked
-along the whole path before any frame is painted. After that frames do not depend on each other: any number of
-processes paint the same files, bit for bit, and missing frames can be painted alone.
+The stages are those of `prepare`, then track -> paint -> write. What happens to a stroke is decided before
+any frame is painted: its directions along the whole path, or when it comes. After that frames do not depend
+on each other: any number of processes paint the same files, bit for bit; missing ones can be painted alone.
 """
 
 import time
@@ -20,7 +20,7 @@ from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 from brushgs.io.pictures.video import check_rate, check_size, open_video, padded_size
 from brushgs.options.painting import DrawConfig, PaintConfig
 from brushgs.options.scene_source import SceneFiles
-from brushgs.options.sequence import PathConfig, SequenceConfig
+from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.painting.drawing import NOTHING_SEEN
 from brushgs.painting.frame_painter import FramePainter, FrameView
 from brushgs.painting.look import BACKDROP
@@ -44,20 +44,20 @@ NUM_SAMPLED_VIEWS = 8  # of a path, to see whether any stroke is visible: thousa
 def paint_sequence(
     scene: SceneFiles,
     output: str | Path,
-    path_config: PathConfig,
+    path_config: PathConfig | GrowConfig,
     config: PaintConfig | None = None,
     sequence: SequenceConfig | None = None,
     *,
     report: Report | None = None,
     sheet: str | Path | None = None,
 ) -> Report:
-    """Paint a scene file along a camera path.
+    """Paint a scene file along a camera path, or as it comes into being.
 
     Args:
         scene: the files of a trained 3D Gaussian scene.
         output: a video (.mp4, .webm, .gif), a pattern of numbered pictures such as frames/%05d.png (any
             picture format; the last folder is made), or a folder, which means %05d.png in it.
-        path_config: where the camera goes.
+        path_config: where the camera goes, or how the painting grows before one camera.
         config: see `PaintConfig`; of its view what `plan_path` takes.
         sequence: where the frames are painted, and which.
         report: gets the stages; a new one if None.
@@ -73,13 +73,14 @@ def paint_sequence(
         KeyboardInterrupt: if the run is stopped; says how to resume it. Frames are whole or not there.
     """
     config, sequence, report = config or PaintConfig(), sequence or SequenceConfig(), report or Report()
+    grow = path_config if isinstance(path_config, GrowConfig) else None
     target = plan_output(output, is_resumed=sequence.is_resumed)
     check_target(target, scene, path_config, config)
     if sequence.scheduler is not None:
         check_scheduler(sequence.scheduler, Waiting(sequence.workers_timeout, report.tell))
     found = None
     if sequence.is_resumed and isinstance(target, NumberedFiles):
-        found = read_manifest(target, config)
+        found = read_manifest(target, config, grow)
 
     def check_path(path: "CameraPath") -> None:
         if isinstance(target, Path):
@@ -100,8 +101,10 @@ def paint_sequence(
     )
     if sheet is not None:
         write_sheet_of(prepared, Path(sheet), config, report, name=name_of(scene, prepared.notes))
-    tracks = _track(prepared, config.draw, report)
-    frames = _Frames(prepared, config, tracks, sequence)
+    tracks = _track(prepared, config.draw, report) if grow is None else []
+    if not _sees_any(prepared):
+        warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
+    frames = _Frames(prepared, config, tracks, sequence, grow)
     if isinstance(target, Path):
         _paint_video(frames, target, report)
         report.output = str(target)
@@ -118,8 +121,6 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[Track 
         tracked = [coat for coat in coats if coat.options.lock == "track"]
         lock, num_strokes = draw.lock_of(along_path=True), sum(len(coat.strokes) for coat in tracked)
         stage.counts = {"lock": lock, "strokes": num_strokes, "frames": len(cameras)}
-        if not _sees_any(prepared):
-            warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
         if not tracked:
             stage.did = "nothing"
             of_name = f"{prepared.texture.name!r} has no direction"
@@ -154,12 +155,13 @@ def _sees_any(prepared: Prepared) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Frames:
-    """The frames of a path, ready to be painted."""
+    """The frames of a path, or of a painting that grows, ready to be painted."""
 
     prepared: Prepared
     config: PaintConfig
     tracks: "list[Track | None]"
     sequence: SequenceConfig
+    grow: GrowConfig | None = None
 
     @property
     def path(self) -> "CameraPath":
@@ -169,19 +171,24 @@ class _Frames:
 
     def painter(self, suffix: str | None) -> FramePainter:
         """The painter of every frame."""
-        return FramePainter(self.prepared.painting, self.prepared.background, suffix)
+        painting, background = self.prepared.painting, self.prepared.background
+        fade = 0.0 if self.grow is None else self.grow.fade
+        return FramePainter(painting, background, suffix, self.prepared.growth, fade)
 
     def view(self, index: int) -> FrameView:
         """What is special to one frame."""
         directions = (None if track is None else track.directions(index) for track in self.tracks)
-        return FrameView(index, self.path.cameras[index], tuple(directions))
+        return FrameView(index, self.path.cameras[index], tuple(directions), self._time(index))
 
     def identity(self, index: int) -> tuple[object, ...]:
-        """Equal for frames whose pictures are equal, bit for bit: the camera rests between them."""
+        """Equal for frames whose pictures are equal, bit for bit: nothing moves between them."""
         camera = self.path.cameras[index]
         places = (float(track.positions[index]) for track in self.tracks if track is not None)
         lens = camera.K.tobytes(), camera.width, camera.height, camera.near
-        return camera.viewmat.tobytes(), *lens, *places
+        return camera.viewmat.tobytes(), *lens, *places, self._time(index)
+
+    def _time(self, index: int) -> float:
+        return 1.0 if self.grow is None else self.grow.time(index)
 
 
 def _paint(
@@ -238,7 +245,10 @@ def _describe_painted(
     if num_skipped:
         stage.skipped.append(f"{num_skipped:,} frames: they exist, whole")
     if num_repeated:
-        stage.skipped.append(f"{num_repeated:,} frames: the camera rests, they equal those before")
+        why = (
+            "the camera rests, they equal those before" if frames.grow is None else "the painting is finished"
+        )
+        stage.skipped.append(f"{num_repeated:,} frames: {why}")
     if not num_painted:
         return
     per_frame = seconds / num_painted
@@ -276,7 +286,7 @@ def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
 
 def _paint_files(frames: _Frames, files: NumberedFiles, found: Manifest | None, report: Report) -> None:
     """Paint the missing frames, each to a file."""
-    painting = describe_painting(frames.config, frames.prepared)
+    painting = describe_painting(frames.config, frames.prepared, frames.grow)
     if found is not None:
         check_same_painting(found, painting)
     num_frames, background = len(frames.path.cameras), frames.config.draw.background

@@ -9,7 +9,7 @@ from brushgs.io.pictures.numbered import DEFAULT_NAME, NumberedFiles
 from brushgs.io.pictures.video import check_rate, check_size
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
-from brushgs.options.sequence import PathConfig
+from brushgs.options.sequence import GrowConfig, PathConfig
 from brushgs.painting.background import check_background
 from brushgs.painting.outputs import check_folder, check_output, check_transparency, input_files
 
@@ -42,7 +42,7 @@ def plan_output(output: str | Path, *, is_resumed: bool = False) -> Path | Numbe
 
 
 def check_target(
-    target: Path | NumberedFiles, scene: SceneFiles, path: PathConfig, config: PaintConfig
+    target: Path | NumberedFiles, scene: SceneFiles, path: PathConfig | GrowConfig, config: PaintConfig
 ) -> None:
     """Refuse an output that does not suit the options or cannot be written, before any work.
 

@@ -32,6 +32,7 @@ def paint_file(
     camera: Camera | None = None,
     report: Report | None = None,
     sheet: str | Path | None = None,
+    first: float = 1.0,
 ) -> Report:
     """Paint a scene file to a picture file.
 
@@ -42,6 +43,7 @@ def paint_file(
         camera: the view, in place of the one that `config.view` describes.
         report: gets the stages; a new one if None.
         sheet: another picture, which shows the plain scene from all around, see `views_sheet`; None for none.
+        first: share of the strokes that are laid, 0 to 1: the painting as it is when so much of it is done.
 
     Returns:
         The report, with one stage per step.
@@ -50,14 +52,24 @@ def paint_file(
         SceneError: if a file cannot be read or written.
         ValueError: if an option does not suit the scene, before any long work where that can be known.
     """
+    if not 0 <= first <= 1:
+        raise ValueError(f"first must be in 0 to 1, got {first:g}; for 30 % write 0.3 or 30%")
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
     check_output(output, PICTURE_SUFFIXES, inputs=input_files(scene, config))
     check_transparency(output, config)
     if sheet is not None:
         check_output(Path(sheet), PICTURE_SUFFIXES, inputs=(*input_files(scene, config), output))
     has_sheet = sheet is not None
-    prepared = prepare(scene, config, report, views=camera, needs_first_view=has_sheet, keeps_scene=has_sheet)
-    frame = paint_view(prepared, report, depth=holds_depth(output))
+    prepared = prepare(
+        scene,
+        config,
+        report,
+        views=camera,
+        needs_first_view=has_sheet,
+        keeps_scene=has_sheet,
+        grows=first < 1,
+    )
+    frame = paint_view(prepared, report, depth=holds_depth(output), first=first)
     write_picture(frame, output, prepared.background, config.draw, report)
     report.output = str(output)
     if sheet is not None:
@@ -101,9 +113,12 @@ def _config_of(look: "PaintConfig | Look | str | Path | None") -> PaintConfig:
     return (look if isinstance(look, Look) else Look.open(look)).config
 
 
-def paint_view(prepared: Prepared, report: Report, *, depth: bool = True) -> Frame:
-    """Paint the strokes as the first camera sees them."""
-    painting, camera = prepared.painting.with_depth(depth), prepared.camera
+def paint_view(prepared: Prepared, report: Report, *, depth: bool = True, first: float = 1.0) -> Frame:
+    """Paint the strokes as the first camera sees them; `first` as for `paint_file`."""
+    painting, camera = prepared.painting, prepared.camera
+    if prepared.growth is not None:
+        painting = prepared.growth.first(first)
+    painting = painting.with_depth(depth)
     advice = "" if prepared.notes is not None and prepared.notes.is_strokes else SPENT_OUTSIDE
     canvas, shown = painting.canvas(camera), []
     for coat in painting.coats:
@@ -111,6 +126,7 @@ def paint_view(prepared: Prepared, report: Report, *, depth: bool = True) -> Fra
         painted = lay_coat(canvas, coat, boxes, report, among=len(painting.coats))
         if coat.name != BACKDROP:
             shown.append((painted, len(boxes), boxes))
-    painted, _, boxes = max(shown, key=lambda one: one[:2])
-    warn_if_blank(boxes, camera, painted)
+    if prepared.growth is None:  # else little may be painted yet
+        painted, _, boxes = max(shown, key=lambda one: one[:2])
+        warn_if_blank(boxes, camera, painted)
     return light_canvas(canvas, painting, report)

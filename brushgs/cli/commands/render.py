@@ -1,4 +1,4 @@
-"""`brushgs render`: a scene becomes a picture, or along a camera path numbered frames or a video."""
+"""`brushgs render`: a scene becomes a picture, or along a camera path, or as it grows, frames or a video."""
 
 import os
 from argparse import ArgumentParser, Namespace
@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from brushgs.cli import flags, values
-from brushgs.cli.configs import paint_config, painting_name, path_config, scene_source
+from brushgs.cli.configs import grow_config, paint_config, painting_name, path_config, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, PICTURES_WRITTEN, VIDEO_SUFFIXES, VIDEOS_WRITTEN
 from brushgs.options.choices import PRESETS, Lock
@@ -60,6 +60,20 @@ def _add_path(parser: ArgumentParser) -> None:
         help="how strokes get their direction: 'track' chooses it along the whole path (default there), "
         "'anchor' in each view alone (default for a picture), 'off' as published: strokes flip",
     )
+    flags.ConfigFlags(group, "grow").add(
+        "--grow",
+        field="seconds",
+        type=values.number,
+        metavar="SECONDS",
+        help="a video of so many seconds, above 0, in which the painting comes into being: ground, large "
+        "strokes, small ones, lights; the camera stands still",
+    )
+    group.add_argument(
+        "--first",
+        type=values.share,
+        metavar="SHARE",
+        help="one picture of the painting when so much of it is done, 0 to 1 or 30%%: a share of its strokes",
+    )
     sequence = flags.ConfigFlags(group, "sequence")
     sequence.add(
         "--resume",
@@ -90,7 +104,9 @@ def _add_path(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Paint, and report the stages."""
-    path, sequence = path_config(args), sequence_config(args)
+    path, sequence = grow_config(args) or path_config(args), sequence_config(args)
+    if path is not None and args.first is not None:
+        raise ValueError("--first cannot be combined with --orbit, --path or --grow: it is one picture")
     if path is None and args.output:
         _refuse_many(args.output)
     config, scene = paint_config(args), scene_source(args)
@@ -105,7 +121,8 @@ def run(args: Namespace) -> None:
         if path is None:
             from brushgs.painting.still import paint_file
 
-            paint_file(scene, output, config, report=report, sheet=sheet)
+            first = 1.0 if args.first is None else args.first
+            paint_file(scene, output, config, report=report, sheet=sheet, first=first)
         else:
             from brushgs.painting.sequence import paint_sequence
 
@@ -134,4 +151,4 @@ def _refuse_many(output: str) -> None:
         found = f"{output} is a folder of frames"
     else:
         return
-    raise ValueError(f"{found} and needs a camera path; add --orbit or --path")
+    raise ValueError(f"{found} and needs a camera path; add --orbit or --path, or --grow")
