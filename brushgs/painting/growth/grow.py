@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from brushgs.passes.cluster import Grouping
 
 PACE = 0.25  # power of the number of strokes in the time of a stage: small ones come faster
-COVERED_FROM = (
-    0.3  # share of the time of later coats after which come the strokes that they cover for the most part
-)
+# Shares of a time after which what waits comes: of that of later coats, for strokes that they cover for the
+# most part; of that of its own coat, for what this hides and later coats are tested against.
+COVERED_FROM, HIDDEN_FROM = 0.3, 0.9
 
 
 def grow(
@@ -69,24 +69,27 @@ def _paced(
     laid, passed = np.cumsum(counts), np.cumsum(counts**PACE)
     duration = max(float(passed[-1]), 1.0)
     knots = np.concatenate([[0], laid]), np.concatenate([[0], passed]) / duration
-    times, before = [], 0
+    times, comes, before, start = [], [], 0, 0.0
     for order in orders:
         time = np.where(order.ranks == NONE, np.inf, np.interp(before + order.ranks, *knots))
         before += int(order.counts.sum())
         end = float(np.interp(before, *knots))
         time[order.is_covered] = _spread(end + COVERED_FROM * (1 - end), int(order.is_covered.sum()))
         times.append(time)
-    comes = [np.where(order.is_hidden, 1.0, time) for order, time in zip(orders, times, strict=True)]
+        hidden = start + HIDDEN_FROM * (end - start) if order.is_ahead else 1.0
+        comes.append(np.where(order.is_hidden, hidden, time))
+        start = end
     in_turn = np.sort(np.concatenate([*comes, np.zeros(0)]))
     num_laid = int(np.isfinite(in_turn).sum())
-    growing, at_end = [], num_laid - sum(int(order.is_hidden.sum()) for order in orders)
-    for coat, of_coat, order, time, come in zip(coats, layers, orders, times, comes, strict=True):
+    growing, at_end = [], num_laid - sum(int((come == 1).sum()) for come in comes)
+    for coat, of_coat, time, come in zip(coats, layers, times, comes, strict=True):
         leaves = np.full(len(time), np.inf)
         replacing = np.flatnonzero((of_coat.parents != NONE) & np.isfinite(time))
         leaves[of_coat.parents[replacing]] = time[replacing]
         laid = np.where(np.isfinite(come), np.searchsorted(in_turn, come), np.inf)
-        laid[order.is_hidden] = at_end + np.arange(np.count_nonzero(order.is_hidden))
-        at_end += int(np.count_nonzero(order.is_hidden))
+        is_last = come == 1
+        laid[is_last] = at_end + np.arange(np.count_nonzero(is_last))
+        at_end += int(np.count_nonzero(is_last))
         shares = laid / max(num_laid, 1)
         growing.append(GrowingCoat(_with_coarser(coat, of_coat), come, leaves, shares))
     return tuple(growing), num_laid

@@ -37,12 +37,15 @@ class Order:
         ranks: [N] how many strokes are laid before each one's brood; `NONE` for one that is never seen.
         is_hidden: [N] the strokes that wait for the end, though what they replace leaves in its turn.
         is_covered: [N] those that wait for later coats, which cover most of them.
+        is_ahead: whether the coat is complete before the next one is begun, which is tested against it: then
+            the end of what is hidden is that of the coat, and nothing waits for later coats.
         counts: how many strokes come in each stage, without those that wait.
     """
 
     ranks: Rows
     is_hidden: Mask
     is_covered: Mask
+    is_ahead: bool
     counts: Rows
 
 
@@ -50,16 +53,19 @@ def lay_orders(coats: Sequence[Coat], layers: Sequence[Layers], camera: Camera) 
     """The order of each coat for one view; `layers` are those of the coats."""
     camera = small_view(camera)
     orders: list[Order] = []
-    passed = np.ones((camera.height, camera.width))
+    passed, is_ahead = np.ones((camera.height, camera.width)), False
     for coat, of_coat in zip(reversed(coats), reversed(layers), strict=True):
-        order, alpha = _lay_order(of_coat, camera, passed, with_lights=not orders)
+        order, alpha = _lay_order(of_coat, camera, passed, with_lights=not orders, is_ahead=is_ahead)
         orders.append(order)
+        is_ahead = is_ahead or coat.tolerance is not None
         if coat.blend == "cover" and coat.dry == 0:  # what is below a glaze or in the tooth of paper is seen
             passed = passed * (1 - alpha)
     return orders[::-1]
 
 
-def _lay_order(layers: Layers, camera: Camera, passed: Array, *, with_lights: bool) -> tuple[Order, Array]:
+def _lay_order(
+    layers: Layers, camera: Camera, passed: Array, *, with_lights: bool, is_ahead: bool
+) -> tuple[Order, Array]:
     """The order of one coat, and its alpha.
 
     Args:
@@ -67,6 +73,7 @@ def _lay_order(layers: Layers, camera: Camera, passed: Array, *, with_lights: bo
         camera: a small view.
         passed: [H, W] what later coats let through.
         with_lights: whether the lights come last.
+        is_ahead: see `Order`.
     """
     found = _measure(layers, camera, passed)
     seen = found.seen
@@ -82,7 +89,7 @@ def _lay_order(layers: Layers, camera: Camera, passed: Array, *, with_lights: bo
     order = np.lexsort((layers.broods, keys, layers.level_of, stages))
     order = order[stages[order] != NONE]
     is_hidden &= ~is_coarse
-    is_covered = ~is_hidden & (seen < COVERED * found.own) & (layers.level_of == 0)
+    is_covered = ~is_hidden & (not is_ahead) & (seen < COVERED * found.own) & (layers.level_of == 0)
     comes = ~(is_hidden | is_covered)[order]
     before = np.cumsum(comes) - comes
     is_next = np.ones(len(order), bool)
@@ -90,7 +97,7 @@ def _lay_order(layers: Layers, camera: Camera, passed: Array, *, with_lights: bo
     ranks = np.full(len(stages), NONE)
     ranks[order] = before[is_next][np.cumsum(is_next) - 1]
     counts = np.bincount(stages[order], comes, minlength=last + 1).astype(np.intp)
-    return Order(ranks, is_hidden, is_covered, counts), found.alpha
+    return Order(ranks, is_hidden, is_covered, is_ahead, counts), found.alpha
 
 
 @dataclass(frozen=True, eq=False)
