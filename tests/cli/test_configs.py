@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from brushgs.cli.commands import bench, refine, render
-from brushgs.cli.configs import paint_config, path_config
+from brushgs.cli.configs import grow_config, paint_config, path_config
 from brushgs.cli.parser import COMMANDS, build_parser, parse
 from brushgs.options.direction import Direction
 from brushgs.options.experiments import BenchConfig, RefineConfig, StabilityConfig
@@ -23,7 +23,7 @@ from brushgs.options.painting import (
     ViewConfig,
 )
 from brushgs.options.region import Region
-from brushgs.options.sequence import PathConfig, SequenceConfig
+from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 
 PLAIN = {"underpaint": False, "streaks": 0.0}  # of the drawing of presets that paint no underpaint
 
@@ -143,12 +143,13 @@ def test_what_flags_of_strokes_do_not_take_gets_one_sentence(words, sentence):
             PathConfig(file=Path("p"), frames=9),
             SequenceConfig(scheduler="tcp://host:8786", is_resumed=True),
         ),
+        (["--grow", "8", "--fps", "12", "--jobs", "2"], GrowConfig(8.0, fps=12), SequenceConfig(jobs=2)),
         ([], None, SequenceConfig()),
     ],
 )
 def test_path_flags_become_configuration(words, path, sequence):
     args = parse(["render", "a.ply", *words])
-    assert (path_config(args), render.sequence_config(args)) == (path, sequence)
+    assert (grow_config(args) or path_config(args), render.sequence_config(args)) == (path, sequence)
 
 
 def test_view_flags_become_radians_and_keep_their_signs():
@@ -211,6 +212,7 @@ STEPS = {
     "ground": GroundConfig,
     "light": LightConfig,
     "path": PathConfig,
+    "grow": GrowConfig,
     "sequence": SequenceConfig,
     "refine": RefineConfig,
     "stability": StabilityConfig,

@@ -66,13 +66,14 @@ def _add_path(parser: ArgumentParser) -> None:
         type=values.number,
         metavar="SECONDS",
         help="a video of so many seconds, above 0, in which the painting comes into being: ground, large "
-        "strokes, small ones, lights; the camera stands still",
+        "strokes, small ones, lights; the camera stands still; default the finished painting",
     )
     group.add_argument(
         "--first",
         type=values.share,
         metavar="SHARE",
-        help="one picture of the painting when so much of it is done, 0 to 1 or 30%%: a share of its strokes",
+        help="one picture of the painting when so many of its strokes are laid, a share such as 0.3 or 30%%, "
+        "0 to 1, default 1",
     )
     sequence = flags.ConfigFlags(group, "sequence")
     sequence.add(

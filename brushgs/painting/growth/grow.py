@@ -19,7 +19,7 @@ from brushgs.scene import Camera, Gaussians
 if TYPE_CHECKING:
     from brushgs.passes.cluster import Grouping
 
-PACE = 0.25  # power of the number of strokes in the time of a stage: small ones come faster
+PACE = 0.15  # power of the number of strokes in the time of a stage: small ones come faster
 # Shares of a time after which what waits comes: of that of later coats, for strokes that they cover for the
 # most part; of that of its own coat, for what this hides and later coats are tested against.
 COVERED_FROM, HIDDEN_FROM = 0.3, 0.9
