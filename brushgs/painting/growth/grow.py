@@ -71,20 +71,21 @@ def _paced(
     knots = np.concatenate([[0], laid]), np.concatenate([[0], passed]) / duration
     times, comes, before, start = [], [], 0, 0.0
     for order in orders:
-        time = np.where(order.ranks == NONE, np.inf, np.interp(before + order.ranks, *knots))
+        time = np.interp(before + order.ranks, *knots)
         before += int(order.counts.sum())
         end = float(np.interp(before, *knots))
         time[order.is_covered] = _spread(end + COVERED_FROM * (1 - end), int(order.is_covered.sum()))
         times.append(time)
         hidden = start + HIDDEN_FROM * (end - start) if order.is_ahead else 1.0
-        comes.append(np.where(order.is_hidden, hidden, time))
+        comes.append(np.where(order.is_unseen, np.inf, np.where(order.is_hidden, hidden, time)))
         start = end
     in_turn = np.sort(np.concatenate([*comes, np.zeros(0)]))
     num_laid = int(np.isfinite(in_turn).sum())
     growing, at_end = [], num_laid - sum(int((come == 1).sum()) for come in comes)
     for coat, of_coat, time, come in zip(coats, layers, times, comes, strict=True):
         leaves = np.full(len(time), np.inf)
-        replacing = np.flatnonzero((of_coat.parents != NONE) & np.isfinite(time))
+        leaves[of_coat.num_finished :] = 1.0  # where nothing is worth keeping of what a stroke gives way to
+        replacing = np.flatnonzero(of_coat.parents != NONE)
         leaves[of_coat.parents[replacing]] = time[replacing]
         laid = np.where(np.isfinite(come), np.searchsorted(in_turn, come), np.inf)
         is_last = come == 1

@@ -34,7 +34,8 @@ class Order:
     """When strokes are laid.
 
     Attributes:
-        ranks: [N] how many strokes are laid before each one's brood; `NONE` for one that is never seen.
+        ranks: [N] how many strokes are laid before each one's brood.
+        is_unseen: [N] the coarse strokes that never come, since their level hides them.
         is_hidden: [N] the strokes that wait for the end, though what they replace leaves in its turn.
         is_covered: [N] those that wait for later coats, which cover most of them.
         is_ahead: whether the coat is complete before the next one is begun, which is tested against it: then
@@ -43,6 +44,7 @@ class Order:
     """
 
     ranks: Rows
+    is_unseen: Mask
     is_hidden: Mask
     is_covered: Mask
     is_ahead: bool
@@ -77,27 +79,24 @@ def _lay_order(
     """
     found = _measure(layers, camera, passed)
     seen = found.seen
-    stages = np.where(layers.level_of == NONE, NONE, np.minimum(layers.level_of, layers.num_merged + 1))
+    stages = np.minimum(layers.level_of, layers.num_merged + 1)
     last = int(stages.max(initial=0)) + 1
-    # What is never seen of coarse strokes is not painted.
     is_coarse = np.arange(len(stages)) >= layers.num_finished
     is_hidden = seen < np.where(is_coarse, HIDDEN_COARSE, HIDDEN)
-    stages[is_coarse & is_hidden] = NONE
-    keys = np.where(layers.level_of == 0, -found.sizes, _turns(layers, stages, found))
+    is_unseen, is_hidden = is_coarse & is_hidden, ~is_coarse & is_hidden
+    keys = np.where(layers.level_of == 0, -found.sizes, _turns(layers, is_unseen, found))
     if with_lights:
         stages[_lights(layers, is_coarse)] = last
     order = np.lexsort((layers.broods, keys, layers.level_of, stages))
-    order = order[stages[order] != NONE]
-    is_hidden &= ~is_coarse
     is_covered = ~is_hidden & (not is_ahead) & (seen < COVERED * found.own) & (layers.level_of == 0)
-    comes = ~(is_hidden | is_covered)[order]
+    comes = ~(is_unseen | is_hidden | is_covered)[order]
     before = np.cumsum(comes) - comes
     is_next = np.ones(len(order), bool)
     is_next[1:] = np.diff(layers.broods[order]) != 0
-    ranks = np.full(len(stages), NONE)
+    ranks = np.zeros(len(stages), np.intp)
     ranks[order] = before[is_next][np.cumsum(is_next) - 1]
     counts = np.bincount(stages[order], comes, minlength=last + 1).astype(np.intp)
-    return Order(ranks, is_hidden, is_covered, is_ahead, counts), found.alpha
+    return Order(ranks, is_unseen, is_hidden, is_covered, is_ahead, counts), found.alpha
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,16 +143,16 @@ def _measure(layers: Layers, camera: Camera, passed: Array) -> _Measured:
     return _Measured(own, seen, before, after, sizes, finished.alpha)
 
 
-def _turns(layers: Layers, stages: Rows, found: _Measured) -> F64:
+def _turns(layers: Layers, is_unseen: Mask, found: _Measured) -> F64:
     """[N] when the brood of each stroke has its turn in its level, from 0 to 1.
 
     What nothing visible gives way to lies behind and comes first. Then what mends most; a brood that makes
     the picture worse until others come goes along with one that mends more than that.
     """
-    is_behind = (layers.parents == NONE) | (stages[layers.parents] == NONE)
+    is_behind = (layers.parents == NONE) | is_unseen[layers.parents]
     broods, first, places = np.unique(layers.broods, return_index=True, return_inverse=True)
     gains = np.where(is_behind, 0.0, found.before[layers.parents])[first]
-    gains -= np.bincount(places, np.where(stages == NONE, 0.0, found.after), len(broods))
+    gains -= np.bincount(places, np.where(is_unseen, 0.0, found.after), len(broods))
     turns = np.zeros(len(broods))
     level_of = layers.level_of[first]
     for level in range(1, len(layers.levels)):
@@ -169,8 +168,7 @@ def _lights(layers: Layers, is_coarse: Mask) -> Mask:
     lightness = oklab_of(base_colors(layers.strokes.sh))[:, 0]
     has_parent = layers.parents != NONE
     before = np.where(has_parent, lightness[layers.parents], np.median(lightness) if len(lightness) else 0)
-    gains = np.where(layers.level_of == NONE, -np.inf, lightness - before)
-    gains = _of_broods(layers.broods, gains, np.maximum)
+    gains = _of_broods(layers.broods, lightness - before, np.maximum)
     is_left = _of_broods(layers.broods, np.where(is_coarse, -1.0, 0.0), np.minimum) == 0
     is_begun = layers.level_of > 0 if len(layers.levels) > 1 else layers.level_of == 0
     chosen = is_left & is_begun
