@@ -5,7 +5,7 @@ so that strokes side by side differ. One variant alone is named by its number, a
 flat itself.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Self
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import BrushSet, check_count, paths_of
-from brushgs.brushes.texture import LONG_SIDE, variants_of, without_number
+from brushgs.brushes.texture import LONG_SIDE, StrokeTexture, variants_of, without_number
 
 # Of the built-in brushes, what suits a long stroke and what a short one; others suit any.
 LONG_BRUSHES = ("flat", "dry_brush", "charcoal", "ink", "palette_knife", "fan", "line")
@@ -80,9 +80,21 @@ class BrushKit:
         names = (name for field in fields(self) for name in getattr(self, field.name))
         return tuple(dict.fromkeys(image for name in names for image in images_of(name)))
 
-    def open(self, *, size: int = LONG_SIDE) -> BrushSet:
-        """All brushes of the kit. Raises what `BrushSet.open` does."""
-        return BrushSet.open(self.images, size=size)
+    def open(self, *, size: int = LONG_SIDE, known: Mapping[str, StrokeTexture] | None = None) -> BrushSet:
+        """All brushes of the kit.
+
+        Args:
+            size: longest side kept of each image, texels.
+            known: images that are open already, by their name or path.
+
+        Raises:
+            SceneError: see `BrushSet.open`, as for ValueError.
+        """
+        opened = {} if known is None else dict(known)
+        missing = [image for image in self.images if image not in opened]
+        if missing:
+            opened |= zip(missing, BrushSet.open(missing, size=size).textures, strict=True)
+        return BrushSet(tuple(opened[image] for image in self.images))
 
     def rows(self) -> dict[str, NDArray[np.uint8]]:
         """The rows of the brush set for "long", "short", "other" and "large" strokes, the last maybe none.

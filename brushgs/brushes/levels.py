@@ -129,9 +129,22 @@ def level_height(
     """
     if level_u == 0 and level_v == 0:
         return height
-    weight = coverage.astype(np.float64)
-    paint = unrounded_coverage(coverage, level_u, level_v)
-    above = _along_v(_along_u((height - 127.5) * weight, level_u), level_v)
+    along_u = filtered_along_u(coverage, level_u), raised_along_u(height, coverage, level_u)
+    return height_along_v(*along_u, level_v)
+
+
+def raised_along_u(
+    height: NDArray[np.uint8], coverage: NDArray[np.uint8], level_u: int
+) -> NDArray[np.float64]:
+    """Beside `filtered_along_u`, the height over 1/2 times coverage: the first half of `level_height`."""
+    return _along_u(np.asarray((height - 127.5) * coverage, np.float64), level_u)
+
+
+def height_along_v(
+    coverage: NDArray[np.float64], raised: NDArray[np.float64], level_v: int
+) -> NDArray[np.uint8]:
+    """The second half of `level_height`, from `filtered_along_u` and `raised_along_u`."""
+    paint, above = _along_v(coverage, level_v), _along_v(raised, level_v)
     mean = 127.5 + above / np.maximum(paint, _FAINT_PAINT)
     return np.asarray(np.clip(np.rint(mean), 0, 255).astype(np.uint8))
 
@@ -214,9 +227,11 @@ def _level_matrix(num_source: int, level: int) -> NDArray[np.float64]:
     moments = np.zeros((axis.num_texels, num_source))
     for step in range(-_QUADRATURE, _QUADRATURE):
         offset = (step + 0.5) / _QUADRATURE
-        mean = _pixel_mean(num_source, centers + offset * spacing, axis.footprint)
+        columns, mean = _pixel_mean(num_source, centers + offset * spacing, axis.footprint)
         mean[0 if offset < 0 else -1] = 0
-        moments += (1 - abs(offset)) / _QUADRATURE * mean
+        np.add.at(
+            moments, (np.arange(len(moments))[:, None], columns), (1 - abs(offset)) / _QUADRATURE * mean
+        )
     matrix = _solve_gram(moments)
     return np.where(np.abs(matrix) < _TOO_SMALL, 0.0, matrix)
 
@@ -238,9 +253,17 @@ def _solve_gram(moments: NDArray[np.float64]) -> NDArray[np.float64]:
     return x
 
 
-def _pixel_mean(num_source: int, centers: NDArray[Any], footprint: float) -> NDArray[np.float64]:
-    """[len(centers), num_source]: weights of the source texels in the mean over a pixel at each centre."""
-    columns = np.arange(num_source)
+def _pixel_mean(
+    num_source: int, centers: NDArray[Any], footprint: float
+) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Weights of the source texels in the mean over a pixel at each centre.
+
+    Returns:
+        [len(centers), n] source texels, all that have a weight among them, and their weights. Texels outside
+        the source stand for its first and last one, with a weight of 0.
+    """
+    reach = int(np.ceil(footprint / 2)) + 1
+    columns = np.rint(centers).astype(np.intp)[:, None] + np.arange(-reach, reach + 1)
 
     def integral(x: NDArray[Any]) -> NDArray[np.float64]:
         """Each texel's hat function, clipped at the ends of the box, integrated from the left up to x."""
@@ -248,4 +271,6 @@ def _pixel_mean(num_source: int, centers: NDArray[Any], footprint: float) -> NDA
         inside = np.clip(inside, -1, 1)
         return np.asarray(0.5 + inside - 0.5 * inside * np.abs(inside))
 
-    return (integral(centers + footprint / 2) - integral(centers - footprint / 2)) / footprint
+    weights = (integral(centers + footprint / 2) - integral(centers - footprint / 2)) / footprint
+    weights[(columns < 0) | (columns >= num_source)] = 0
+    return np.clip(columns, 0, num_source - 1), weights

@@ -12,7 +12,6 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -293,21 +292,23 @@ def _coverage_and_height(
 def _average(image: NDArray[np.float32], shape: Sequence[int]) -> NDArray[np.float32]:
     """Area average down to `shape`: preserves the mean, without ringing."""
     for axis, size in enumerate(shape):
-        if size != (length := image.shape[axis]):
-            parts = np.linspace(0, length, size + 1)
-            rows = [_mean_of_part(image, axis, *ends) for ends in pairwise(parts)]
-            image = np.stack(rows, axis=axis)
-    return image
+        if size != image.shape[axis]:
+            image = np.moveaxis(_means_of_parts(np.moveaxis(image, axis, 0), size), 0, axis)
+    return np.ascontiguousarray(image)
 
 
-def _mean_of_part(image: NDArray[np.float32], axis: int, start: float, stop: float) -> NDArray[np.float32]:
-    """The mean along an axis from `start` to `stop`, which may split pixels.
+def _means_of_parts(image: NDArray[np.float32], size: int) -> NDArray[np.float32]:
+    """[size, W] means of so many equal parts of the rows of an image, which may split rows.
 
-    Only the pixels in between are read: one matrix of weights for all parts of a long and thin picture would
-    take more memory than the picture.
+    The first rows of all parts are added together, then the second ones, and so on: no matrix of weights,
+    which would take more memory than a long and thin picture.
     """
-    first, last = math.floor(start), min(math.ceil(stop), image.shape[axis])
-    pixels = np.arange(first, last)
-    weights = (np.minimum(pixels + 1, stop) - np.maximum(pixels, start)) / (stop - start)
-    part = image[first:last] if axis == 0 else image[:, first:last]
-    return np.asarray(np.tensordot(weights.astype(np.float32), part, (0, axis)))
+    ends = np.linspace(0, len(image), size + 1)
+    start, stop = ends[:-1], ends[1:]
+    first = np.floor(start).astype(np.intp)
+    means = np.zeros((size, *image.shape[1:]), np.float32)
+    for step in range(int(np.max(np.ceil(stop) - first))):
+        row = first + step
+        weights = np.clip((np.minimum(row + 1, stop) - np.maximum(row, start)) / (stop - start), 0, None)
+        means += weights.astype(np.float32)[:, None] * image[np.minimum(row, len(image) - 1)]
+    return means

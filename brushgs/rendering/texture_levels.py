@@ -18,9 +18,10 @@ from brushgs.brushes.levels import (
     axis_levels,
     filtered_along_u,
     filtered_along_v,
+    height_along_v,
     level_bounds,
     level_gradient,
-    level_height,
+    raised_along_u,
 )
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.native import core as _core
@@ -157,15 +158,20 @@ _height_cache: WeakKeyDictionary[StrokeTexture, dict[Code, NDArray[np.uint32]]] 
 
 
 def _with_heights(texture: StrokeTexture, codes: list[Code]) -> list[NDArray[np.uint32]]:
-    """Levels with their heights as the core reads them, each made when it is first needed."""
+    """Levels with their heights as the core reads them; missing ones are made as in `_packed_levels`."""
     of_texture = _height_cache.setdefault(texture, {})
-    missing = [code for code in codes if code not in of_texture]
+    missing = sorted(code for code in codes if code not in of_texture)
+    coverages = dict(zip(missing, _packed_levels(texture, missing), strict=True))
     source = paint_height(texture) if missing else texture.coverage
-    for code, (pairs, _) in zip(missing, _packed_levels(texture, missing), strict=True):
-        heights = pairs
-        if texture.height is not None:
-            heights = _packed(level_height(source, texture.coverage, *code))[0]
-        of_texture[code] = pairs | heights.astype(np.uint32) << np.uint32(16)
+    for level_u, group in groupby(missing, key=itemgetter(0)):
+        along_u = filtered_along_u(texture.coverage, level_u)
+        raised = raised_along_u(source, texture.coverage, level_u)
+        for code in group:
+            pairs = heights = coverages[code][0]
+            if texture.height is not None:
+                is_source = code == (0, 0)
+                heights = _packed(source if is_source else height_along_v(along_u, raised, code[1]))[0]
+            of_texture[code] = pairs | heights.astype(np.uint32) << np.uint32(16)
     return [of_texture[code] for code in codes]
 
 

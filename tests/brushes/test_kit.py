@@ -80,3 +80,13 @@ def test_what_is_no_kit_is_refused(tmp_path):
     for asked in (many.open, many.rows, lambda: BrushSet.open(tmp_path / "many")):
         with pytest.raises(ValueError, match=r"^BrushSet: a set must have 1 to 256 brushes, got 300; omit"):
             asked()
+
+
+def test_a_kit_takes_images_that_are_open_already():
+    flat = BrushKit(other=("flat",))
+    known = dict(zip(flat.images, flat.open().textures, strict=True))
+    assert all(a is b for a, b in zip(flat.open(known=known).textures, known.values(), strict=True))
+    both = BrushKit(long=("dab",), other=("flat",))
+    opened = both.open(known=known)
+    assert opened.names == both.images
+    assert sum(texture in known.values() for texture in opened.textures) == 4
