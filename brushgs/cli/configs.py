@@ -54,13 +54,12 @@ def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig
         ValueError: if a value is out of range, or flags exclude each other.
         SceneError: if the look is a file that cannot be read.
     """
-    from brushgs.options.look import Look
     from brushgs.options.painting import STEPS, PaintConfig
 
     preset = PRESETS[getattr(args, "preset", "default")]
     is_plain = given(args, "draw").get("stroke") == "gaussian" and not preset
     plain = PLAIN_SCENE if is_plain else NOTHING
-    whole = Look.open(look_of(args)).values
+    whole = _values_of(look_of(args))
     look = _without_replaced(whole, args)
     _check_view(given(args, "view"))
     palette = given(args, "palette")
@@ -75,6 +74,14 @@ def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig
     }
     values["ground"] |= _backdrop(given(args, "ground").get("backdrop"), whole)
     return PaintConfig.of(values)
+
+
+def _values_of(look: str) -> StepValues:
+    if look == PLAIN_LOOK:  # which adds nothing, and needs no reader of TOML
+        return {}
+    from brushgs.options.look import Look
+
+    return Look.open(look).values
 
 
 def look_of(args: Namespace) -> str:

@@ -16,6 +16,7 @@ from brushgs.scene import Camera, FirstView, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
+    from brushgs.brushes.kit import BrushKit
     from brushgs.passes.backdrop import Backdrop
     from brushgs.passes.lines import Lines
     from brushgs.rendering.light import Lamp
@@ -117,6 +118,7 @@ def open_backdrop(
     first_view: FirstView | None,
     options: "RenderOptions",
     texture: "BrushSet",
+    kit: "BrushKit",
     views: "PlainViews | None",
     report: Report,
 ) -> list[Coat]:
@@ -140,8 +142,11 @@ def open_backdrop(
             from brushgs.brushes.kit import BrushKit
             from brushgs.passes.choose_brushes import choose_brushes
 
+            known = dict(
+                zip(kit.images, texture.textures, strict=False)
+            )  # a single stroke has no row in its kit
             kit = BrushKit(other=ground.backdrop_brushes)
-            texture = kit.open(size=size_for(cameras[0].width, cameras[0].height))
+            texture = kit.open(size=size_for(cameras[0].width, cameras[0].height), known=known)
             strokes = choose_brushes(strokes, kit, seed=seed)
         options = options.for_marks(texture)
         stage.did = f"{len(strokes):,} strokes around the scene"

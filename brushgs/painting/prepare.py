@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from brushgs.cameras.paths import standing
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig
@@ -191,6 +190,8 @@ def prepare(
         cameras = [choose_camera(first_view, config.view, report, camera=views)]
     shown = path
     if growing is not None:
+        from brushgs.cameras.paths import standing
+
         shown = standing(cameras[0], growing.num_frames, growing.rate)
         if check_path is not None:
             check_path(shown)
@@ -269,7 +270,9 @@ def prepare(
             strokes = one(strokes)
             if one.skip is None:
                 one.report(report)
-    backdrop = open_backdrop(config, gaussians, cameras, first_view, options, texture, guidance.views, report)
+    backdrop = open_backdrop(
+        config, gaussians, cameras, first_view, options, texture, kit, guidance.views, report
+    )
     materials = Materials(
         strokes,
         texture,

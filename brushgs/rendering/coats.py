@@ -7,7 +7,7 @@ covers, what it glazes, and how far away that is.
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import zip_longest
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,15 +15,13 @@ from brushgs.arrays import Array
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import Blend
-from brushgs.rendering.border import thin_to_border
-from brushgs.rendering.depth_test import DepthTest
-from brushgs.rendering.facing import fade_by_facing
-from brushgs.rendering.light import Lamp, light
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
 from brushgs.rendering.project import Directions, ProjectCounts
-from brushgs.rendering.surface import Surface
-from brushgs.rendering.tooth import press
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.rendering.light import Lamp
+    from brushgs.rendering.surface import Surface
 
 CARRIED = 0.5  # of the height below a coat that covers it: canvas shows through paint
 
@@ -60,8 +58,12 @@ class Coat:
         options = self.options if directions is None else self.options.in_direction(directions)
         boxes, counts = project_with(self.strokes, camera, options)
         if self.border:
+            from brushgs.rendering.border import thin_to_border
+
             boxes = thin_to_border(boxes, camera, width=self.border)
         if self.normals is not None:
+            from brushgs.rendering.facing import fade_by_facing
+
             boxes = fade_by_facing(boxes, camera, self.strokes, self.normals)
         return boxes, counts
 
@@ -76,29 +78,34 @@ class Canvas:
     """
 
     def __init__(
-        self, camera: Camera, surface: Surface | None = None, *, is_transparent: bool = False
+        self, camera: Camera, surface: "Surface | None" = None, *, is_transparent: bool = False
     ) -> None:
         self._camera, self._surface, self._is_transparent = camera, surface, is_transparent
         self._frame: Frame | None = None  # of the strokes alone
         self._tint: Array | None = None  # [H, W, 3] of all glazes, through which the ground is seen
 
     def lay(self, coat: Coat, boxes: Boxes) -> Frame:
-        """Lay the boxes of a coat, and return what it alone paints."""
+        """Lay the boxes of a coat, and return what it alone paints; the next call changes its arrays."""
         more: dict[str, Any] = {}
         if coat.tolerance is not None and self._frame is not None:
+            from brushgs.rendering.depth_test import DepthTest
+
             more["in_front_of"] = DepthTest.by_picture(self._frame, boxes, coat.strokes, sizes=coat.tolerance)
         frame = rasterize_with(boxes, self._camera, coat.texture, coat.options, blend=coat.blend, **more)
         if coat.dry and self._surface is not None:
             frame = _pressed(frame, coat, self._surface.grain)
         if coat.blend == "glaze":
-            self._tint = frame.rgb if self._tint is None else self._tint * frame.rgb
             if self._frame is not None:
-                self._frame = replace(self._frame, rgb=self._frame.rgb * frame.rgb)
+                np.multiply(self._frame.rgb, frame.rgb, out=self._frame.rgb)
+            if self._tint is None:
+                self._tint = frame.rgb
+            else:
+                np.multiply(self._tint, frame.rgb, out=self._tint)
         else:
             self._frame = frame if self._frame is None else _over(frame, self._frame)
         return frame
 
-    def finish(self, lamp: Lamp | None = None) -> Frame:
+    def finish(self, lamp: "Lamp | None" = None) -> Frame:
         """The picture: opaque where the surface has a colour, and lit where there is a lamp."""
         frame = self._frame
         if frame is None:
@@ -106,17 +113,23 @@ class Canvas:
             frame = Frame(np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32))
         surface, height = self._surface, frame.height
         if surface is not None and lamp is not None:
-            below = (1 - CARRIED * frame.alpha) * surface.height
-            height = below if height is None else height + below
+            below = 1 - CARRIED * frame.alpha
+            below *= surface.height
+            height = below if height is None else np.add(below, height, out=below)
         if surface is not None and not self._is_transparent:
-            ground = surface.rgb
-            behind = (1 - frame.alpha)[..., None] * (ground if self._tint is None else self._tint * ground)
-            frame = replace(frame, rgb=frame.rgb + behind, alpha=np.ones_like(frame.alpha))
+            picture = (1 - frame.alpha)[..., None] * surface.rgb
+            if self._tint is not None:
+                picture *= self._tint
+            picture += frame.rgb
+            frame = replace(frame, rgb=picture, alpha=np.ones_like(frame.alpha))
         elif self._tint is not None:
             frame = _with_glazes(frame, self._tint)
         if lamp is None or height is None:
             return frame
-        return replace(frame, rgb=light(frame.rgb, height, lamp, alpha=frame.alpha), height=height)
+        from brushgs.rendering.light import light
+
+        rgb = light(frame.rgb, height, lamp, alpha=frame.alpha, out=frame.rgb)
+        return replace(frame, rgb=rgb, height=height)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,8 +144,8 @@ class Painting:
     """
 
     coats: tuple[Coat, ...]
-    surface: Surface | None = None
-    lamp: Lamp | None = None
+    surface: "Surface | None" = None
+    lamp: "Lamp | None" = None
     is_transparent: bool = False
 
     def canvas(self, camera: Camera) -> "Canvas":
@@ -163,6 +176,8 @@ class Painting:
 
 
 def _pressed(frame: Frame, coat: Coat, grain: Array) -> Frame:
+    from brushgs.rendering.tooth import press
+
     if coat.blend == "cover":
         return press(frame, grain, coat.dry)
     absorbed = press(replace(frame, rgb=1 - frame.rgb), grain, coat.dry)  # a tint is 1 where nothing is
@@ -170,16 +185,24 @@ def _pressed(frame: Frame, coat: Coat, grain: Array) -> Frame:
 
 
 def _over(front: Frame, back: Frame) -> Frame:
-    """One frame of strokes over another."""
+    """One frame of strokes over another, whose arrays are used up: new ones take longer than the sums."""
     passed = 1 - front.alpha
-    alpha = front.alpha + passed * back.alpha
     depth = height = None
-    if front.depth is not None and back.depth is not None:
-        depth = front.alpha * front.depth + passed * back.alpha * back.depth
-        depth = np.divide(depth, alpha, out=np.zeros_like(depth), where=alpha > 0)
     if front.height is not None and back.height is not None:
-        height = front.height + (1 - CARRIED * front.alpha) * back.height
-    return Frame(front.rgb + passed[..., None] * back.rgb, alpha, depth, height)
+        height = np.multiply(back.height, 1 - CARRIED * front.alpha, out=back.height)
+        height += front.height
+    else:
+        height = back.height if front.height is None else front.height
+    alpha = np.multiply(back.alpha, passed, out=back.alpha)
+    if front.depth is not None and back.depth is not None:
+        depth = np.multiply(back.depth, alpha, out=back.depth)
+        depth += front.alpha * front.depth
+    alpha += front.alpha
+    if depth is not None:
+        np.divide(depth, alpha, out=depth, where=alpha > 0)
+    rgb = np.multiply(back.rgb, passed[..., None], out=back.rgb)
+    rgb += front.rgb
+    return Frame(rgb, alpha, depth, height)
 
 
 def _with_glazes(frame: Frame, tint: Array) -> Frame:

@@ -93,6 +93,7 @@ def light(
     alpha: Array | None = None,
     blur: float = BLUR,
     num_threads: int | None = None,
+    out: Array | None = None,
 ) -> Array:
     """Shine a lamp on a picture.
 
@@ -109,9 +110,10 @@ def light(
         alpha: [H, W] of premultiplied colours: what is not painted does not shine. None: all is opaque.
         blur: standard deviation of the blur of the height, px of a picture of 1000 x 750, 0 to 10.
         num_threads: None takes the processors available to this process. The picture does not depend on it.
+        out: [H, W, 3] contiguous array that takes the picture, such as `rgb` itself; None for a new one.
 
     Returns:
-        [H, W, 3] in the dtype of `rgb`. Where the height is flat, the bits of `rgb`.
+        [H, W, 3] in the dtype of `rgb`, `out` if that is given. Where the height is flat, the bits of `rgb`.
 
     Raises:
         TypeError: if arrays have other dtypes.
@@ -127,9 +129,11 @@ def light(
     for name, (array, _) in arrays.items():
         if array.dtype != rgb.dtype:
             raise TypeError(f"light: {name} must be {rgb.dtype} like rgb, got {array.dtype}")
+    if out is not None and (out.shape != rgb.shape or out.dtype != rgb.dtype or not out.flags.c_contiguous):
+        raise ValueError("light: out must be a contiguous array of the shape and the dtype of rgb")
     taps = blur_taps(blur, rgb.shape[1], rgb.shape[0])
     new_plane: Any = _core.new_plane_float32 if rgb.dtype == np.float32 else _core.new_plane_float64
-    lit: Array = new_plane(list(rgb.shape))
+    lit: Array = new_plane(list(rgb.shape)) if out is None else out
     towards, half_way = lamp.direction, lamp.half_way
     if lit.size:
         _core.light(

@@ -202,3 +202,14 @@ def test_what_cannot_be_lit_is_refused():
         light(np.zeros((4, 5, 3), np.uint8), bumps(4, 5))
     with pytest.raises(ValueError, match="light: blur must be in 0 to 10 pixels, got 11"):
         light(colors(4, 5), bumps(4, 5), blur=11)
+
+
+def test_light_in_place_gives_the_same_picture():
+    g = np.random.default_rng(0)
+    rgb, height = g.uniform(0, 1, (30, 40, 3)), g.normal(0, 1, (30, 40))
+    expected = light(rgb, height)
+    out = rgb.copy()
+    assert light(out, height, out=out) is out
+    np.testing.assert_array_equal(out, expected)
+    with pytest.raises(ValueError, match="out must be"):
+        light(rgb, height, out=np.empty((30, 40, 3), np.float32))
