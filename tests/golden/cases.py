@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import BrushSet
-from brushgs.options.choices import Filter, Order
+from brushgs.options.choices import Blend, Filter, Order
 from brushgs.rendering.light import Lamp
 from brushgs.rendering.project import project
 from brushgs.rendering.relief import Relief
+from brushgs.rendering.surface import Surface, paper
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Boxes, Gaussians
 from brushgs.still_life import still_life, still_life_camera
@@ -40,6 +41,8 @@ class Case:
     underpaint: Underpaint | None = None
     streaks: float = 0.0
     lamp: Lamp | None = None  # that shines on the height of the paint
+    blend: Blend = "cover"
+    surface: Callable[[], Surface] | None = None  # what the strokes are laid on
 
     @property
     def texture(self) -> BrushSet:
@@ -91,8 +94,19 @@ def thick_boxes(num_sigmas: float) -> Boxes:
     return boxes_of(scene(NUM_LARGE_STROKES), 1.8 * num_sigmas, relief=Relief(2.0, 8.0))
 
 
+def thick_wheel_boxes(num_sigmas: float) -> Boxes:
+    """The wheel in thick paint, so that much of the ground is seen."""
+    boxes = wheel_boxes(num_sigmas)
+    return replace(boxes, reliefs=np.tile((2.0, 8.0), (len(boxes), 1)))
+
+
 def thick_soft_boxes(num_sigmas: float) -> Boxes:
     return boxes_of(scene(NUM_LARGE_STROKES), 1.8 * num_sigmas, "soft", Relief(2.0, 8.0))
+
+
+def toned_paper() -> Surface:
+    """A paper in a warm tone, rough enough for so small a picture."""
+    return paper((0.80, 0.72, 0.58), height=HEIGHT, width=WIDTH, strength=6.0)
 
 
 def set_back_wheel_boxes(num_sigmas: float) -> Boxes:
@@ -148,6 +162,10 @@ CASES = {
     "impasto_relief": Case("impasto", "mip", thick_boxes, lamp=Lamp()),
     "flat_relief_soft": Case(
         "flat", "bilinear", thick_soft_boxes, None, UNDERPAINT, 0.3, Lamp(elevation=0.7, strength=0.8)
+    ),
+    "wash_glaze_on_paper": Case("wash", "mip", wheel_boxes, blend="glaze", surface=toned_paper),
+    "dry_brush_relief_on_paper": Case(
+        "dry_brush", "mip", thick_wheel_boxes, lamp=Lamp(), surface=toned_paper
     ),
     "wheel_soft": Case("filbert", "bilinear", soft_wheel_boxes, background=None),
 }

@@ -6,8 +6,11 @@ Look at the outcome before it is committed; it travels in a commit of its own.
 import sys
 from dataclasses import replace
 
+import numpy as np
+
 from brushgs.io.pictures.images import write_frame
 from brushgs.rendering import reference
+from brushgs.rendering.coats import CARRIED
 from brushgs.rendering.light import BLUR
 from brushgs.scene import Frame
 from tests.golden.cases import CASES, FOLDER, HEIGHT, WIDTH, Case
@@ -18,12 +21,21 @@ def frame_of(case: Case) -> Frame:
     texture = case.texture
     boxes = case.boxes(texture.num_sigmas)
     size, look = {"width": WIDTH, "height": HEIGHT}, {"underpaint": case.underpaint, "streaks": case.streaks}
+    look |= {"filter": case.filter, "blend": case.blend}
+    frame = reference.rasterize(boxes, texture, relief=case.lamp is not None, **size, **look)
+    height = frame.height
+    if case.surface is not None:
+        surface = case.surface()
+        if height is not None:
+            height = height + (1 - CARRIED * frame.alpha) * surface.height
+        if case.blend == "glaze":
+            rgb = frame.rgb * surface.rgb
+        else:
+            rgb = frame.rgb + (1 - frame.alpha)[..., None] * surface.rgb
+        frame = Frame(rgb, np.ones_like(frame.alpha))
     if case.lamp is None:
-        return reference.rasterize(boxes, texture, filter=case.filter, **size, **look)
-    frame = reference.rasterize(boxes, texture, filter=case.filter, relief=True, **size, **look)
-    return replace(
-        frame, rgb=reference.light(frame.rgb, frame.height, case.lamp, alpha=frame.alpha, blur=BLUR)
-    )
+        return frame
+    return replace(frame, rgb=reference.light(frame.rgb, height, case.lamp, alpha=frame.alpha, blur=BLUR))
 
 
 def main() -> None:

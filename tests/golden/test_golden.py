@@ -11,9 +11,13 @@ import pytest
 
 from brushgs.io.pictures.images import read_image, write_frame
 from brushgs.io.pictures.oiio import quantise
+from brushgs.rendering.coats import Canvas, Coat
 from brushgs.rendering.light import light
+from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.rasterize import rasterize
-from brushgs.scene import Frame
+from brushgs.rendering.relief import Relief
+from brushgs.scene import Boxes, Frame
+from brushgs.still_life import still_life_camera
 from tests.golden.cases import CASES, FOLDER, HEIGHT, NUM_STROKES, WIDTH, Case, boxes_of, scene
 
 MEAN_LIMIT = 0.1  # steps of 8 bits
@@ -25,6 +29,8 @@ MAX_BYTES = 50 * 1024
 def kernel_frame(case: Case, dtype: type[np.floating], num_threads: int) -> Frame:
     texture = case.texture
     boxes = case.boxes(texture.num_sigmas)
+    if case.surface is not None:
+        return canvas_frame(case, boxes.astype(dtype), num_threads)
     size, look = {"width": WIDTH, "height": HEIGHT}, {"underpaint": case.underpaint, "streaks": case.streaks}
     look |= {"filter": case.filter, "relief": case.lamp is not None, "num_threads": num_threads}
     frame = rasterize(boxes.astype(dtype), texture, **size, **look)
@@ -32,6 +38,15 @@ def kernel_frame(case: Case, dtype: type[np.floating], num_threads: int) -> Fram
         return frame
     lit = light(frame.rgb, frame.height, case.lamp, alpha=frame.alpha, num_threads=num_threads)
     return replace(frame, rgb=lit)
+
+
+def canvas_frame(case: Case, boxes: Boxes, num_threads: int) -> Frame:
+    """The boxes laid on a surface, as paintings are."""
+    relief = None if case.lamp is None else Relief()
+    options = RenderOptions.of(case.texture, filter=case.filter, relief=relief, num_threads=num_threads)
+    canvas = Canvas(still_life_camera(width=WIDTH, height=HEIGHT), case.surface())
+    canvas.lay(Coat("golden", scene(NUM_STROKES), case.texture, options, blend=case.blend), boxes)
+    return canvas.finish(case.lamp)
 
 
 def decoded(path) -> np.ndarray:
