@@ -1,11 +1,13 @@
-"""Writes the pictures of the README: a painting, two charts and a moving picture.
+"""Writes the pictures of the README: a painting, three charts and two moving pictures.
 
-still_life.jpg  what `brushgs demo --stroke flat` paints
+still_life.jpg  what `brushgs demo` paints
+looks.jpg       the still life in six looks
+grow.webp       the painting comes into being
 strokes.jpg     lemon, pear and apple with every built-in stroke
 options.jpg     one view of the still life, once for each line of `OPTIONS`
 sway.webp       a loop: the camera moves to both sides of the still life and back
 
-Labels and files are made with Pillow, which comes with scikit-image. It takes about 20 seconds.
+Labels and files are made with Pillow, which comes with scikit-image. It takes about a minute.
 
 python examples/make_pictures.py [-o FOLDER] [--frames COUNT]
 """
@@ -31,8 +33,10 @@ from brushgs.brushes.texture import builtin_names
 from brushgs.cli import main as brushgs
 from brushgs.still_life import still_life_camera
 
+LOOKS = "oil", "impressionist", "gouache", "watercolour", "charcoal", "ink"
 TONED, CREAM = "#2e2113", "#eadfc8"  # the background of the demo, and the labels on it
 TONED_RGB = 0x2E / 255, 0x21 / 255, 0x13 / 255
+FRAMES_PER_SECOND = 15
 GAP, LABEL = 6, 36  # between the cells of a chart, and the height of their labels; pixels
 FRUIT = 105, 290, 535, 357  # lemon, pear and apple in the view of 1000 x 750: left, top, width, height
 STROKES_OF_CHART = 3000
@@ -72,26 +76,26 @@ def main() -> None:
     parser.add_argument(
         "-o", "--output", type=Path, default=Path(__file__).parent / "pictures", help="folder"
     )
-    parser.add_argument("--frames", type=int, default=60, help="of the moving picture, 3 or more")
+    parser.add_argument("--frames", type=int, default=60, help="of each moving picture, 3 or more")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
-    painting, strokes, options, moving = (
-        args.output / name for name in ("still_life.jpg", "strokes.jpg", "options.jpg", "sway.webp")
-    )
-    print(f"writes {painting}, {strokes.name}, {options.name} and {moving.name}")
+    names = "still_life.jpg", "looks.jpg", "grow.webp", "strokes.jpg", "options.jpg", "sway.webp"
+    files = [args.output / name for name in names]
+    painting, looks, growing, strokes, options, moving = files
+    print(f"writes {', '.join(map(str, files))}")
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        run("demo", "--stroke", "flat", "-o", folder)
-        picture = open_picture(folder / "still_life-flat.png")
+        run("demo", "-o", folder)
+        picture = open_picture(folder / "still_life-oil.png")
         picture.resize((1000, 750), Image.Resampling.LANCZOS).save(painting, quality=88)
+        looks_chart(folder).save(looks, quality=88)
+        save_animation(growing_picture(folder, args.frames), growing)
         options_chart(folder).save(options, quality=85)
+        save_animation(moving_picture(folder, args.frames), moving)
         scene = bg.load(folder / "still_life.ply")
     strokes_chart(scene).save(strokes, quality=85)
-    first, *others = moving_picture(scene, args.frames)
-    animation = {"save_all": True, "append_images": others, "duration": 67, "loop": 0}
-    first.save(moving, quality=72, method=4, **animation)
-    for path in (painting, strokes, options, moving):
+    for path in files:
         print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
 
@@ -111,25 +115,63 @@ def strokes_chart(scene: bg.Gaussians) -> Image.Image:
 def options_chart(folder: Path) -> Image.Image:
     """One view of `still_life.ply` in a folder, painted by the command line with each of `OPTIONS`."""
     view = still_life_camera(width=400, height=300)
-    run_view = ["--camera-file", write_view(view, folder / "cameras.json"), "--background", TONED]
+    view_file = write_views([view], folder / "cameras.json")
+    run_view = ["--camera-file", view_file, "--background", TONED]
     palettes = {file: draw_palette(colors, folder / file) for file, colors in PALETTES.items()}
     cells = []
     for label in progress(OPTIONS, "options.jpg"):
         words = [folder / word if word in palettes else word for word in shlex.split(label)]
         output = folder / "cell.png"
-        run("render", folder / "still_life.ply", "--stroke", "flat", *run_view, *words, "-o", output)
+        run(
+            "render",
+            folder / "still_life.ply",
+            "--look",
+            "plain",
+            "--stroke",
+            "flat",
+            *run_view,
+            *words,
+            "-o",
+            output,
+        )
         mark = next((palettes[word] for word in label.split() if word in palettes), None)
         cells.append(Cell(label, open_picture(output), mark))
     return chart(cells, columns=3)
 
 
-def moving_picture(scene: bg.Gaussians, num_frames: int) -> list[Image.Image]:
+def looks_chart(folder: Path) -> Image.Image:
+    """One view of `still_life.ply` in a folder, painted by the command line in each look."""
+    view = write_views([still_life_camera(width=640, height=480)], folder / "cameras.json")
+    scene, cells = folder / "still_life.ply", []
+    for look in progress(LOOKS, "looks.jpg"):
+        run("render", scene, "--look", look, "--camera-file", view, "-o", folder / "cell.png")
+        cells.append(Cell(look, open_picture(folder / "cell.png")))
+    return chart(cells, columns=2)
+
+
+def growing_picture(folder: Path, num_frames: int) -> list[Image.Image]:
+    """The painting of `still_life.ply` in a folder as it comes into being."""
+    view = write_views([still_life_camera(width=480, height=360)], folder / "cameras.json")
+    frames, scene = folder / "growing", folder / "still_life.ply"
+    grow = "--grow", num_frames / FRAMES_PER_SECOND, "--fps", FRAMES_PER_SECOND
+    run("render", scene, "--camera-file", view, *grow, "-o", frames / "%05d.png")
+    return [open_picture(path) for path in sorted(frames.glob("*.png"))]
+
+
+def moving_picture(folder: Path, num_frames: int) -> list[Image.Image]:
     """Frames of a loop: the camera moves to both sides of the still life and back."""
-    strokes = bg.cluster(bg.prune(scene), 4000)
     cameras = swaying(still_life_camera(width=480, height=360), num_frames + 1, degrees=28)
-    frames = bg.render_sequence(strokes, cameras, bg.StrokeTexture.open("flat"), depth=False)
-    bar = progress(frames, "sway.webp", total=len(cameras))
-    return [Image.fromarray(frame.bytes_over(TONED_RGB)) for frame in bar][:-1]  # the last equals the first
+    path, frames = write_views(cameras, folder / "sway.json"), folder / "swaying"
+    moves = "--path", path, "--frames", num_frames + 1
+    run("render", folder / "still_life.ply", *moves, "-o", frames / "%05d.png")
+    return [open_picture(path) for path in sorted(frames.glob("*.png"))][:-1]  # the last equals the first
+
+
+def save_animation(frames: list[Image.Image], path: Path) -> None:
+    first, *others = frames
+    duration = round(1000 / FRAMES_PER_SECOND)
+    animation = {"save_all": True, "append_images": others, "duration": duration, "loop": 0}
+    first.save(path, quality=72, method=4, **animation)
 
 
 def run(*words: str | Path) -> None:
@@ -148,19 +190,22 @@ def fruit_camera(*, width: int) -> bg.Camera:
     return replace(whole, K=K, width=width, height=round(part_height * scale))
 
 
-def write_view(camera: bg.Camera, path: Path) -> Path:
-    """A `cameras.json` of one view, as trainers of 3DGS write it."""
-    view = {
-        "id": 0,
-        "img_name": "front",
-        "width": camera.width,
-        "height": camera.height,
-        "position": camera.position.tolist(),
-        "rotation": camera.viewmat[:3, :3].T.tolist(),
-        "fx": camera.K[0, 0],
-        "fy": camera.K[1, 1],
-    }
-    path.write_text(json.dumps([view]), encoding="utf-8")
+def write_views(cameras: Iterable[bg.Camera], path: Path) -> Path:
+    """A `cameras.json`, as trainers of 3DGS write it."""
+    views = [
+        {
+            "id": index,
+            "img_name": f"{index:05d}",
+            "width": camera.width,
+            "height": camera.height,
+            "position": camera.position.tolist(),
+            "rotation": camera.viewmat[:3, :3].T.tolist(),
+            "fx": camera.K[0, 0],
+            "fy": camera.K[1, 1],
+        }
+        for index, camera in enumerate(cameras)
+    ]
+    path.write_text(json.dumps(views), encoding="utf-8")
     return path
 
 

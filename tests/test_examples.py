@@ -89,11 +89,13 @@ def test_moving_still_life(tmp_path, monkeypatch):
 def test_make_pictures(tmp_path, monkeypatch, capfd):
     run("make_pictures.py", "-o", tmp_path, "--frames", 3, monkeypatch=monkeypatch)
     assert is_a_picture(tmp_path / "still_life.jpg", 1000, 750)
-    assert is_a_picture(tmp_path / "strokes.jpg", 1218, 944)
+    assert is_a_picture(tmp_path / "looks.jpg", 1286, 1548)
+    assert is_a_picture(tmp_path / "grow.webp", 480, 360)
+    assert is_a_picture(tmp_path / "strokes.jpg", 1218, 1180)
     assert is_a_picture(tmp_path / "options.jpg", 1212, 1344)
     assert is_a_picture(tmp_path / "sway.webp", 480, 360)
     printed = capfd.readouterr()
-    assert printed.out.count("\n") == 5
+    assert printed.out.count("\n") == 7
     assert printed.err == ""  # no progress bar in a pipe
 
 
