@@ -282,7 +282,6 @@ def prepare(
         mean_ground(surface, background),
         lines,
         line_brushes,
-        seed=cluster.seed,
     )
     coats = (*backdrop, *coats_of(materials))
     painting = Painting(

@@ -5,6 +5,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from brushgs.arrays import Array
 from brushgs.options.look_parts import ColorConfig, MediaConfig
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from brushgs.passes.lines import Lines
 
 Color = tuple[float, float, float]
+LINE_TOLERANCE = (
+    20.0  # times that of marks: a line is thin, and its own size says little about what it lies on
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +38,6 @@ class Materials:
         paper: colour of the ground, RGB.
         lines: along edges of the scene; None where the medium has none.
         line_texture: their stroke image, or images.
-        seed: of random numbers.
     """
 
     strokes: Gaussians
@@ -45,7 +48,6 @@ class Materials:
     paper: Color
     lines: "Lines | None" = None
     line_texture: "StrokeTexture | BrushSet | None" = None
-    seed: int = 0
 
     @cached_property
     def tones(self) -> "F64":
@@ -59,17 +61,10 @@ class Materials:
         """[N] 0 to 1: how far a stroke counts as paint; faint ones are drawn fainter still."""
         return np.asarray(np.minimum(2 * self.strokes.opacities.astype(np.float64), 1))
 
-    def marks(
-        self,
-        name: str,
-        strokes: Gaussians,
-        *,
-        dry: float,
-        tolerance: float | None = None,
-    ) -> Coat:
+    def marks(self, name: str, strokes: Gaussians, *, dry: float) -> Coat:
         """A coat of single marks: without underpaint and streaks, and only where they are seen."""
         options = self.options.for_marks(self.texture)
-        return Coat(name, strokes, self.texture, options, dry=dry, tolerance=tolerance or self.media.behind)
+        return Coat(name, strokes, self.texture, options, dry=dry, tolerance=self.media.behind)
 
     def glaze(self, name: str, strokes: Gaussians, *, dry: float) -> Coat:
         """A coat of transparent marks, which multiply what lies below."""
@@ -87,7 +82,7 @@ class Materials:
         """A coat of lines along edges; none where there are no lines."""
         from brushgs.sh import in_colors
 
-        if self.lines is None or self.line_texture is None or opacity == 0 or len(self.lines.strokes) == 0:
+        if self.lines is None or self.line_texture is None or opacity == 0:
             return []
         shown = self.lines.stronger_than(self.media.line_strength)
         if len(shown) == 0:
@@ -109,9 +104,6 @@ class Materials:
         ]
 
 
-LINE_TOLERANCE = 20.0  # a line is thin: its own size says little about what it lies on
-
-
 def scaled(strokes: Gaussians, along: float, across: float, *, opacities: Array | None = None) -> Gaussians:
     """Strokes with other lengths along and across, and other opacities, clipped to 1."""
     order = np.argsort(-strokes.scales, axis=1)
@@ -124,7 +116,7 @@ def scaled(strokes: Gaussians, along: float, across: float, *, opacities: Array 
     return replace(changed, opacities=np.clip(opacities, 0, 1).astype(strokes.opacities.dtype))
 
 
-def mixed(paper: Color, color: Color, shares: Array) -> Array:
-    """[N, 3] colours between that of the paper (share 0) and another (1)."""
+def mixed(paper: Color, colors: ArrayLike, shares: Array) -> Array:
+    """[N, 3] colours between that of the paper (share 0) and others (1), [3] or [N, 3]."""
     start = np.asarray(paper)
-    return np.asarray(start + (np.asarray(color) - start) * np.asarray(shares)[:, None])
+    return np.asarray(start + (np.asarray(colors) - start) * np.asarray(shares)[:, None])

@@ -7,7 +7,7 @@ another get darker than any of them. Source: Bousseau et al. 2006 (density of pi
 import numpy as np
 
 from brushgs.colors import rgb_of
-from brushgs.painting.coats.materials import Materials, scaled
+from brushgs.painting.coats.materials import Materials, mixed, scaled
 from brushgs.rendering.coats import Coat
 from brushgs.sh import base_colors, in_colors
 
@@ -18,10 +18,8 @@ DETAIL_TONE = 0.30  # below which there are smaller glazes
 def watercolour(materials: Materials) -> list[Coat]:
     """The coats of a watercolour."""
     media, strokes, tones = materials.media, materials.strokes, materials.tones
-    colors = base_colors(strokes.sh)
     pale = np.clip(PALEST - tones, 0, 1) * media.wash
-    paper = np.asarray(materials.paper)
-    soft = in_colors(strokes, paper + (colors - paper) * pale[:, None])
+    soft = in_colors(strokes, mixed(materials.paper, base_colors(strokes.sh), pale))
     coats = [materials.smudge("wash", scaled(soft, 1.15, 1.15, opacities=1.6 * strokes.opacities))]
     white = np.clip((tones - media.white) / max(1 - media.white, 1e-6), 0, 1)
     opacities = media.marks * (1 - 0.9 * white) * materials.solidity
