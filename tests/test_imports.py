@@ -16,7 +16,7 @@ LAYERS = [
     ["version", "errors", "arrays", "threads", "signals", "colors", "options"],
     ["native"],
     ["scene"],
-    ["sh", "quats"],
+    ["sh", "quats", "hashing"],
     ["io"],
     ["brushes", "cameras", "still_life"],
     ["rendering"],

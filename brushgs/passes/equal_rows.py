@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import Array
-
-_ODD = 0x9E3779B97F4A7C15  # 2^64 over the golden ratio: its multiples are distributed evenly
+from brushgs.hashing import GOLDEN, uniform
 
 
 def equal_rows(*columns: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -30,8 +29,8 @@ def row_hashes(*columns: Array) -> NDArray[np.uint64]:
     flat = [values for column in columns for values in column.reshape(len(column), prod(column.shape[1:])).T]
     for place, values in enumerate(flat, 1):
         bits = (values.astype(np.float32) + np.float32(0)).view(np.uint32)  # -0 is 0
-        mixed = (bits.astype(np.uint64) + np.uint64(place * _ODD % 2**64)) * np.uint64(_ODD)
-        hashes = (hashes ^ mixed ^ (mixed >> np.uint64(29))) * np.uint64(_ODD)
+        mixed = (bits.astype(np.uint64) + np.uint64(place * GOLDEN % 2**64)) * np.uint64(GOLDEN)
+        hashes = (hashes ^ mixed ^ (mixed >> np.uint64(29))) * np.uint64(GOLDEN)
         hashes ^= hashes >> np.uint64(32)
     return hashes
 
@@ -40,9 +39,6 @@ def chances(places: Array, seed: int, draw: int) -> NDArray[np.float64]:
     """[N] even chance in 0 to 1, 1 not included, for each place: a hash of the place and the seed.
 
     Passes that must not agree by chance take different draws: broken colour 0 to 3, the choice of brushes 4.
-    Source: Steele, Lea and Flood 2014, splitmix64.
     """
-    state = (row_hashes(places) ^ np.uint64(seed * _ODD % 2**64)) + np.uint64((draw + 1) * _ODD % 2**64)
-    bits = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    bits = (bits ^ (bits >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return np.asarray(((bits ^ (bits >> np.uint64(31))) >> np.uint64(11)) * 2.0**-53)
+    states = (row_hashes(places) ^ np.uint64(seed * GOLDEN % 2**64)) + np.uint64((draw + 1) * GOLDEN % 2**64)
+    return uniform(states)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import F64
+from brushgs.hashing import GOLDEN, uniform
 from brushgs.scene import Boxes, Camera
 
 WIDTH = 0.13  # of the border, over the length of the smaller side of the picture
@@ -50,9 +51,5 @@ def uniform_of(ids: NDArray[np.integer[Any]], seed: int) -> F64:
     """[M] numbers in 0 to 1 that belong to rows, as if at random.
 
     Not a multiple of the golden ratio, which gives neighbours on a Fibonacci lattice almost the same number.
-    Source: the finaliser of splitmix64 (Steele, Lea and Flood 2014).
     """
-    bits = ids.astype(np.uint64) + np.uint64(seed) * np.uint64(2**32) + np.uint64(0x9E3779B97F4A7C15)
-    bits = (bits ^ (bits >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    bits = (bits ^ (bits >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return np.asarray(((bits ^ (bits >> np.uint64(31))) >> np.uint64(11)) * 2.0**-53)
+    return uniform(ids.astype(np.uint64) + np.uint64(seed) * np.uint64(2**32) + np.uint64(GOLDEN))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.hashing import GOLDEN, uniform
 from brushgs.native import core as _core
 from brushgs.scene import Boxes, Camera, Gaussians
 
@@ -119,12 +120,9 @@ def _relative(gaussians: Gaussians, size: float | None) -> F64:
 
 
 def _uniform(num_rows: int, num_columns: int) -> F64:
-    """[num_columns, num_rows] numbers in [0, 1): hashes of the row, alike on all machines (splitmix64)."""
-    bits = np.arange(1, num_rows * num_columns + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
-    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
-        bits = (bits ^ (bits >> np.uint64(shift))) * np.uint64(factor)
-    bits ^= bits >> np.uint64(31)
-    return np.asarray(((bits >> np.uint64(11)) * 2.0**-53).reshape(num_rows, num_columns).T)
+    """[num_columns, num_rows] numbers in [0, 1): hashes of the row."""
+    states = np.arange(1, num_rows * num_columns + 1, dtype=np.uint64) * np.uint64(GOLDEN)
+    return uniform(states).reshape(num_rows, num_columns).T
 
 
 def check_relief(where: str, boxes: Boxes) -> None:
