@@ -24,6 +24,8 @@ LAYERS = [
     ["autograd", "first_view"],
     ["stroke_count"],
     ["painting"],
+    ["page"],
+    ["viewer"],
     ["doctor", "measure"],
     ["refine"],
     ["cli"],

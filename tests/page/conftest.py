@@ -1,0 +1,60 @@
+"""Chromium for the tests of the page: Debian's, on a software renderer, driven by Playwright."""
+
+import shutil
+
+import pytest
+
+CHROMIUM = shutil.which("chromium")
+FLAGS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+OWN = ("file:", "data:", "blob:")  # all that a page may ask for
+
+
+class Watch:
+    """What a page complained of, and what it asked for beyond itself."""
+
+    def __init__(self, page, allowed=OWN):
+        self.complaints = []
+        page.on("console", self._on_console)
+        page.on("pageerror", lambda error: self.complaints.append(f"error: {error}"))
+        page.on("request", lambda request: self._on_request(request, allowed))
+
+    def _on_console(self, message):
+        if message.type in ("error", "warning") and "GPU stall due to ReadPixels" not in message.text:
+            self.complaints.append(f"{message.type}: {message.text}")
+
+    def _on_request(self, request, allowed):
+        if not request.url.startswith(allowed):
+            self.complaints.append(f"request: {request.url}")
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Chromium; skips where it or Playwright is missing."""
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if CHROMIUM is None:
+        pytest.skip("chromium is not installed")
+    with api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def open_page(browser):
+    """Opens a file in a tab of its own; at the end, whatever a page complained of fails the test."""
+    contexts, watches = [], []
+
+    def opened(path, *, width=320, height=240, allowed=OWN, init_script=None, **context):
+        tab = browser.new_context(viewport={"width": width, "height": height}, **context)
+        contexts.append(tab)
+        page = tab.new_page()
+        watches.append(Watch(page, allowed))
+        if init_script is not None:
+            page.add_init_script(init_script)
+        page.goto(path if isinstance(path, str) else path.as_uri())
+        return page
+
+    yield opened
+    for tab in contexts:
+        tab.close()
+    assert [complaint for watch in watches for complaint in watch.complaints] == []
