@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
+from brushgs.rendering.relief import canvas_scale
 from brushgs.rendering.surface import (
     LINEN_HEIGHT,
     LINEN_TONE,
     PAPER_HEIGHT,
     PAPER_TONE,
     PERIOD,
+    WEAVE_DEVIATION,
+    WEAVE_MEAN,
     Surface,
     flat,
     linen,
@@ -42,7 +45,7 @@ def test_heights_and_tones_are_as_said(name):
     assert surface.height.shape == surface.grain.shape == (750, 1000)
     assert {a.dtype for a in (surface.rgb, surface.height, surface.grain)} == {np.dtype(np.float32)}
     np.testing.assert_allclose(surface.height.std(), HEIGHTS[name], rtol=0.15)
-    assert abs(surface.height.mean()) < 1e-3
+    assert abs(surface.height.mean()) < 0.02 * HEIGHTS[name]
     np.testing.assert_allclose(surface.rgb.mean(axis=(0, 1), dtype=np.float64), CREAM, atol=1e-3)
     np.testing.assert_allclose((surface.rgb[..., 0] / CREAM[0]).std(), TONES[name], rtol=0.15)
     assert surface.grain.min() >= 0
@@ -87,6 +90,33 @@ def test_a_small_picture_previews_a_large_one(name):
     halved = large.reshape(750, 2, 1000, 2).mean(axis=(1, 3)) / 2
     assert np.corrcoef(halved.ravel(), small.ravel())[0, 1] > 0.95
     np.testing.assert_allclose(halved.std(), small.std(), rtol=0.2)
+
+
+@pytest.mark.parametrize("name", CANVASES)
+@pytest.mark.parametrize(("width", "height"), [(750, 1000), (1600, 1200), (1920, 1080), (700, 1600)])
+def test_a_picture_of_another_shape_shows_the_same_from_its_upper_left_corner(name, width, height):
+    """A place on the canvas has its height in a picture of any size, to what pixels resolve."""
+    usual, other = canvas(name), canvas(name, width, height)
+    scale = canvas_scale(width, height)
+    rows, columns = (np.arange(40, round(600 / 1.6)), np.arange(40, round(700 / 1.6)))
+    y, x = np.meshgrid((rows + 0.5) * scale - 0.5, (columns + 0.5) * scale - 0.5, indexing="ij")
+    below, right = y.astype(int), x.astype(int)
+    dy, dx = y - below, x - right
+    field = other.height / scale
+    shown = (1 - dy) * ((1 - dx) * field[below, right] + dx * field[below, right + 1]) + dy * (
+        (1 - dx) * field[below + 1, right] + dx * field[below + 1, right + 1]
+    )
+    expected = usual.height[np.ix_(rows, columns)]
+    assert np.corrcoef(shown.ravel(), expected.ravel())[0, 1] > 0.95
+
+
+def test_the_weave_as_drawn_has_the_measured_mean_and_deviation():
+    """To twice what single canvases stray, over the root of their number."""
+    weaves = [canvas("linen", seed=seed).height / LINEN_HEIGHT for seed in range(100, 116)]
+    mean, square = (np.mean([(w.astype(np.float64) ** power).mean() for w in weaves]) for power in (1, 2))
+    assert abs(mean) * WEAVE_DEVIATION < 2 * 0.0076 / 4
+    assert abs(np.sqrt(square) - 1) * WEAVE_DEVIATION < 2 * 0.0025 / 4 + 1e-4
+    assert 0.9 < WEAVE_MEAN < 1.1
 
 
 @pytest.mark.parametrize(("width", "height"), [(1, 1), (3, 500), (16, 12), (320, 180), (3840, 2160)])
