@@ -93,9 +93,7 @@ def orbit(
     if view.eye is not None and look_at is None:
         return sway(framed, view, num_frames, roll=roll)
     points = points_of(view, look_at)
-    level = camera_axes(view.up, 0.0, 0.0)
-    seen = points @ level.T
-    center = 0.5 * (seen.min(axis=0) + seen.max(axis=0)) @ level
+    level, center = camera_axes(view.up, 0.0, 0.0), middle_of(points, view.up)
     upright = camera_axes(view.up, azimuth, elevation)
     axes = rolled(upright, roll)
     # Circles start in a direction that moves with the camera: the fit does not depend on the first azimuth.
@@ -116,6 +114,13 @@ def orbit(
         viewmat[:3, 3] = -(eye + viewmat[:3, :3] @ center)
         cameras.append(Camera(viewmat, framed.K, width, height, near=NEAR_SHARE * distance))
     return cameras
+
+
+def middle_of(points: F64, up: F64) -> F64:
+    """[3] the middle of the bounds of points [n, 3] along level axes: what `orbit` turns around."""
+    level = camera_axes(up, 0.0, 0.0)
+    seen = points @ level.T
+    return np.asarray(0.5 * (seen.min(axis=0) + seen.max(axis=0)) @ level)
 
 
 def sway(camera: Camera, view: FirstView, num_frames: int, *, roll: float = 0.0) -> list[Camera]:

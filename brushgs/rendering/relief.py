@@ -63,8 +63,15 @@ class Relief:
     def of_boxes(self, gaussians: Gaussians, ids: NDArray[np.int32], camera: Camera) -> Array:
         """[M, 2] `Boxes.reliefs` of boxes of these Gaussians, in the dtype of the scene."""
         pixel = canvas_scale(camera.width, camera.height)
-        unit: Array = _in_units(gaussians, self.size)[ids] * (self.thickness * pixel, self.gain * pixel)
-        return unit.astype(gaussians.means.dtype)
+        reliefs: Array = self._of(_in_units(gaussians, self.size)[ids], pixel)
+        return reliefs.astype(gaussians.means.dtype)
+
+    def of_strokes(self, gaussians: Gaussians) -> F64:
+        """[N, 2] thickness and gain of each stroke, px of a picture of 1000 x 750; see `canvas_scale`."""
+        return self._of(_in_units(gaussians, self.size), 1.0)
+
+    def _of(self, units: F64, pixel: float) -> F64:
+        return units * (self.thickness * pixel, self.gain * pixel)
 
     @classmethod
     def of(cls, relief: "bool | Relief | None") -> "Relief | None":

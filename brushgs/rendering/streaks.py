@@ -38,8 +38,13 @@ def streak_arguments(boxes: Boxes, streaks: float) -> dict[str, Any]:
 
 
 def streak_starts(boxes: Boxes) -> NDArray[np.uint8]:
-    """[M] the bristle of the noise at which each box begins: a hash of the row behind it."""
-    return (boxes.ids.astype(np.uint32) * np.uint32(0x9E3779B1) >> np.uint32(24)).astype(np.uint8)
+    """[M] the bristle of the noise at which each box begins, which belongs to the row behind it."""
+    return starts_of(boxes.ids)
+
+
+def starts_of(ids: NDArray[np.integer[Any]]) -> NDArray[np.uint8]:
+    """[M] where streaks of these rows begin in the noise: a hash."""
+    return (ids.astype(np.uint32) * np.uint32(0x9E3779B1) >> np.uint32(24)).astype(np.uint8)
 
 
 def streak_weights(boxes: Boxes, streaks: float) -> Array:

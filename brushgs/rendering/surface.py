@@ -7,8 +7,9 @@ picture of another size or shape shows the same threads and bumps, and what pain
 them (`page/web/surface.js`).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,6 +44,21 @@ GRAIN = 0.24  # standard deviation of the grain around 1/2
 
 
 @dataclass(frozen=True, eq=False)
+class Recipe:
+    """What a surface was made of: enough to make it anew in another size.
+
+    Attributes:
+        kind: the function that made it, "flat", "linen" or "paper".
+        color: [3] or [H, W, 3].
+        strength: of height and tone; 0 for a flat one.
+    """
+
+    kind: Literal["flat", "linen", "paper"]
+    color: Array  # [3] or [H, W, 3]
+    strength: float
+
+
+@dataclass(frozen=True, eq=False)
 class Surface:
     """What a picture is painted on.
 
@@ -50,16 +66,19 @@ class Surface:
         rgb: [H, W, 3] colour, display-encoded.
         height: [H, W] pixels of this picture, about a mean of 0.
         grain: [H, W] the tooth, 0 (a hollow, which dry paint misses) to 1 (a tip).
+        recipe: None for one that no function of this module made.
     """
 
     rgb: Array  # [H, W, 3]
     height: Array  # [H, W]
     grain: Array  # [H, W]
+    recipe: Recipe | None = field(default=None, kw_only=True)
 
 
 def flat(color: ArrayLike, *, height: int, width: int) -> Surface:
     """A smooth board of a colour, [3] or [H, W, 3]."""
-    return _surface(color, np.zeros((height, width), np.float32), np.ones((height, width), np.float32), 0, 0)
+    bare, full = np.zeros((height, width), np.float32), np.ones((height, width), np.float32)
+    return _surface("flat", color, bare, full, 0, 0, 0)
 
 
 def linen(color: ArrayLike, *, height: int, width: int, strength: float = 1.0, seed: int = 0) -> Surface:
@@ -73,29 +92,36 @@ def linen(color: ArrayLike, *, height: int, width: int, strength: float = 1.0, s
         seed: another one gives other threads.
     """
     pattern = _linen(height, width, seed)
-    grain = _grain(pattern)
-    return _surface(color, pattern, grain, strength * LINEN_HEIGHT, strength * LINEN_TONE)
+    return _surface("linen", color, pattern, _grain(pattern), strength, LINEN_HEIGHT, LINEN_TONE)
 
 
 def paper(color: ArrayLike, *, height: int, width: int, strength: float = 1.0, seed: int = 0) -> Surface:
     """Cold-pressed paper: fine bumps on coarse ones. Arguments as for `linen`."""
     pattern = _paper(height, width, seed)
-    grain = _grain(pattern)
-    return _surface(color, pattern, grain, strength * PAPER_HEIGHT, strength * PAPER_TONE)
+    return _surface("paper", color, pattern, _grain(pattern), strength, PAPER_HEIGHT, PAPER_TONE)
 
 
-def _surface(color: ArrayLike, pattern: F32, grain: F32, height: float, tone: float) -> Surface:
+def _surface(
+    kind: Literal["flat", "linen", "paper"],
+    color: ArrayLike,
+    pattern: F32,
+    grain: F32,
+    strength: float,
+    height: float,
+    tone: float,
+) -> Surface:
     rows, columns = pattern.shape
     base = np.asarray(color, np.float32)
     if base.shape not in ((3,), (rows, columns, 3)):
         raise ValueError(
             f"surface: color must have shape [3] or [{rows}, {columns}, 3], got {list(base.shape)}"
         )
-    shade = 1 + np.float32(tone) * pattern
+    shade = 1 + np.float32(strength * tone) * pattern
     rgb = np.empty((rows, columns, 3), np.float32)
     for c in range(3):  # a third of the time of one expression, whose innermost loop would be as short
         np.multiply(base[..., c], shade, out=rgb[..., c])
-    return Surface(rgb, np.float32(height * canvas_scale(columns, rows)) * pattern, grain)
+    raised = np.float32(strength * height * canvas_scale(columns, rows)) * pattern
+    return Surface(rgb, raised, grain, recipe=Recipe(kind, base, strength))
 
 
 def _grain(pattern: F32) -> F32:
