@@ -1,0 +1,304 @@
+"""A painting -> what a page needs to paint it: a header of facts and columns of numbers.
+
+The one source for the file of `brushgs export` and for the server of `brushgs view`. Every number comes from
+the function that also serves the exact renderer; nothing is computed anew here. Names in the header are those
+of JavaScript, camelCase.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from brushgs.arrays import F64, Array, Rows
+from brushgs.brushes.brush_set import BrushSet, Sigmas
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.page.view import PageView
+from brushgs.rendering.border import uniform_of
+from brushgs.rendering.constants import MIN_ALPHA
+from brushgs.rendering.light import BLUR
+from brushgs.rendering.relief import paint_height
+from brushgs.rendering.streaks import starts_of
+from brushgs.scene import Camera, Gaussians
+from brushgs.sh import used_sh_degree
+from brushgs.version import __version__
+
+if TYPE_CHECKING:
+    from brushgs.rendering.coats import Coat, Painting
+    from brushgs.rendering.light import Lamp
+    from brushgs.rendering.surface import Surface
+
+VERSION = 1  # of the header; grows when a key changes its name or meaning
+MOST_GROUND = 640  # px, the longer side of a ground that is a picture: it lies behind all strokes
+_HALF = np.finfo(np.float16)
+
+
+@dataclass(frozen=True, eq=False)
+class PageContents:
+    """What a page paints.
+
+    Attributes:
+        header: for JSON, finite numbers only; names arrays, see `page_contents`.
+        arrays: columns and images by name: float32, float16 or uint8.
+        rows: for each coat, the rows of its strokes in the order in which the page has them.
+        omitted: sentences on what the painting has and the page does not show.
+    """
+
+    header: Mapping[str, Any]
+    arrays: Mapping[str, NDArray[Any]]
+    rows: tuple[Rows, ...] = ()
+    omitted: tuple[str, ...] = ()
+
+    @property
+    def num_strokes(self) -> int:
+        """Of all coats."""
+        return sum(coat["count"] for coat in self.header["coats"])
+
+
+@dataclass
+class _Collected:
+    """What is gathered while coats are read."""
+
+    arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
+    brushes: list[dict[str, Any]] = field(default_factory=list)
+    rows: list[Rows] = field(default_factory=list)
+    omitted: list[str] = field(default_factory=list)
+    _known: dict[tuple[bytes, bytes | None], int] = field(default_factory=dict)
+
+    def add(self, name: str, array: NDArray[Any], dtype: type[np.generic]) -> str:
+        self.arrays[name] = np.ascontiguousarray(array, dtype)
+        return name
+
+    def half(self, name: str, array: Array) -> str:
+        """Adds float16: values beyond its range become its largest ones, not infinite."""
+        return self.add(name, np.clip(array, float(_HALF.min), float(_HALF.max)), np.float16)
+
+    def omit(self, sentence: str) -> None:
+        if sentence not in self.omitted:
+            self.omitted.append(sentence)
+
+    def brush(self, texture: StrokeTexture) -> int:
+        """The index of a brush image among those of the page; equal ones are stored once."""
+        height = None if texture.height is None else paint_height(texture)
+        shape = np.array(texture.coverage.shape).tobytes()
+        key = shape + texture.coverage.tobytes(), None if height is None else height.tobytes()
+        if key not in self._known:
+            index = self._known[key] = len(self.brushes)
+            rows, columns = texture.coverage.shape
+            self.brushes.append(
+                {
+                    "name": texture.name,
+                    "rows": rows,
+                    "columns": columns,
+                    "coverage": self.add(f"brush{index}.coverage", texture.coverage, np.uint8),
+                    "height": None if height is None else self.add(f"brush{index}.height", height, np.uint8),
+                }
+            )
+        return self._known[key]
+
+
+def page_contents(
+    painting: "Painting",
+    camera: Camera,
+    *,
+    view: PageView,
+    title: str,
+    command: tuple[str, Sequence[str]],
+    background: ArrayLike | None = None,
+) -> PageContents:
+    """What a page needs to show a painting.
+
+    Args:
+        painting: at least one coat.
+        camera: the first view, that of `render`.
+        view: what the camera of the page turns around.
+        title: any text; the page shows it as text only.
+        command: the scene, and the options with which `brushgs render SCENE OPTIONS` paints this.
+        background: what lies behind the strokes where the painting has no surface: one RGB colour or a
+            picture [H, W, 3]; None for transparent.
+
+    Returns:
+        The header has the keys version, title, generator, command, camera (first view, world axes), origin
+        (means are relative to it), up, center, radius, isInside, surface, background, isTransparent, lamp,
+        brushes and coats. Rows of a coat are sorted by `coarse_to_fine`; what belongs to a row of the strokes
+        was computed before. Strokes of an opacity under 1/255, which no renderer paints, are left out.
+    """
+    collected = _Collected()
+    coats = [_coat(number, coat, view.center, collected) for number, coat in enumerate(painting.coats)]
+    surface = None if painting.surface is None else _surface(painting.surface, collected)
+    behind = None if background is None else np.asarray(background, np.float64)
+    if surface is None and behind is not None and behind.ndim == 3:
+        surface, behind = _board(np.asarray(background), 0.0, "flat", collected), None
+    header = {
+        "version": VERSION,
+        "title": title,
+        "generator": f"brushgs {__version__}",
+        "command": {"scene": command[0], "options": list(command[1])},
+        "camera": {
+            "viewmat": camera.viewmat.ravel().tolist(),
+            "K": camera.K.ravel().tolist(),
+            "width": int(camera.width),
+            "height": int(camera.height),
+            "near": float(camera.near),
+        },
+        "origin": view.center.tolist(),
+        "up": view.up.tolist(),
+        "center": view.center.tolist(),
+        "radius": view.radius,
+        "isInside": view.is_inside,
+        "surface": surface,
+        "background": None if behind is None else behind.tolist(),
+        "isTransparent": painting.is_transparent,
+        "lamp": None if painting.lamp is None else _lamp(painting.lamp),
+        "brushes": collected.brushes,
+        "coats": coats,
+    }
+    return PageContents(header, collected.arrays, tuple(collected.rows), tuple(collected.omitted))
+
+
+def coarse_to_fine(strokes: Gaussians) -> Rows:
+    """[N] rows, those first that carry most paint: by the area of their two larger axes times opacity.
+
+    The first k of them cover more than any other k, whatever the view, and small ones only refine what they
+    lie on: so a share of the strokes is a coarser painting of the same thing. Ties are by row. The order in
+    which a painting grows (`painting/growth/order.py`) hides gaps better, but is that of one view, and merges
+    strokes for its beginning.
+    """
+    larger = np.sort(strokes.scales.astype(np.float64), axis=1)[:, 1:]
+    return np.argsort(-larger.prod(axis=1) * strokes.opacities, kind="stable")
+
+
+def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict[str, Any]:
+    strokes, options = coat.strokes, coat.options
+    brush_set = BrushSet.of(coat.texture)
+    _note_omitted(coat, brush_set, collected)
+    order = coarse_to_fine(strokes)
+    rows = order[strokes.opacities[order] >= MIN_ALPHA]
+    collected.rows.append(rows)
+    degree = used_sh_degree(strokes)
+    quats = strokes.quats.astype(np.float64)
+    quats /= np.abs(quats).max(axis=1, keepdims=True, initial=0)  # squares of any length stay in range
+    quats /= np.linalg.norm(quats, axis=1, keepdims=True)
+
+    def name(column: str) -> str:
+        return f"coat{number}.{column}"
+
+    arrays = {
+        "means": collected.add(name("means"), (strokes.means.astype(np.float64) - origin)[rows], np.float32),
+        "quats": collected.add(name("quats"), quats[rows], np.float32),
+        "scales": collected.add(name("scales"), strokes.scales[rows], np.float32),
+        "opacities": collected.half(name("opacities"), strokes.opacities[rows]),
+        "sh": collected.half(name("sh"), strokes.sh[rows, : (degree + 1) ** 2]),
+    }
+    ids = np.arange(len(strokes))  # what hashes the row is made of the rows of the strokes
+    brushes = brush_set.rows_of("page_contents", strokes.brushes)
+    used, columns = np.zeros(1, np.intp), None
+    if brushes is not None and len(rows):
+        used, columns = np.unique(brushes[rows].astype(np.intp), return_inverse=True)
+    if columns is not None and len(used) > 1:
+        arrays["brush"] = collected.add(name("brush"), columns, np.uint8)
+    if options.streaks > 0:
+        arrays["streakStart"] = collected.add(name("streakStart"), starts_of(ids)[rows], np.uint8)
+    if options.relief is not None:
+        arrays["relief"] = collected.half(name("relief"), options.relief.of_strokes(strokes)[rows])
+    if coat.border:
+        arrays["chance"] = collected.half(name("chance"), uniform_of(ids, 0)[rows])
+    if coat.normals is not None:
+        arrays["normals"] = collected.half(name("normals"), coat.normals[rows])
+    underpaint = None
+    if options.underpaint is not None and brush_set.kind == "image":
+        reach = _of_rows(options.underpaint.reach, used)
+        underpaint = {"opacity": options.underpaint.opacity, "reach": reach}
+    is_image = brush_set.kind == "image"
+    return {
+        "name": coat.name,
+        "count": len(rows),
+        "blend": coat.blend,
+        "dry": coat.dry,
+        "tolerance": coat.tolerance,
+        "border": coat.border,
+        "kernel": brush_set.kind,
+        "brushes": [collected.brush(brush_set.textures[row]) for row in used] if is_image else [],
+        "numSigmas": _of_rows(options.num_sigmas, used),
+        "lock": "off" if options.lock == "off" else "anchor",
+        "lowPass": options.low_pass,
+        "fade": options.fade,
+        "antialiased": strokes.antialiased,
+        "streaks": options.streaks,
+        "underpaint": underpaint,
+        "relief": None
+        if options.relief is None
+        else {"thickness": options.relief.thickness, "gain": options.relief.gain},
+        "shDegree": degree,
+        "arrays": arrays,
+    }
+
+
+def _of_rows(values: Sigmas, rows: Rows) -> list[float]:
+    """What belongs to each brush that is used, of one number for all or one for each."""
+    return [float(values[row] if isinstance(values, tuple) else values) for row in rows]
+
+
+def _note_omitted(coat: "Coat", brush_set: BrushSet, collected: _Collected) -> None:
+    options = coat.options
+    if options.order == "soft":
+        collected.omit("strokes of nearly equal depth do not blend in the page: its order is by distance")
+    if options.lock not in ("off", "anchor"):
+        collected.omit(
+            "strokes are not tracked in the page, which knows no path: each view has its directions"
+        )
+    if brush_set.is_directed and options.filter != "mip":
+        collected.omit(f"the page samples brushes by the filter 'mip', not {options.filter!r}")
+
+
+def _surface(surface: "Surface", collected: _Collected) -> dict[str, Any]:
+    recipe = surface.recipe
+    if recipe is None:
+        collected.omit("the height and the grain of this surface are not in the page, only its colour")
+        return _board(surface.rgb, 0.0, "flat", collected)
+    if recipe.kind != "flat" and recipe.strength:
+        collected.omit(f"the {recipe.kind} of the page has other threads and grains, alike but not the same")
+    return _board(recipe.color, recipe.strength, recipe.kind, collected)
+
+
+def _board(color: Array, strength: float, kind: str, collected: _Collected) -> dict[str, Any]:
+    """The header of a surface of one colour [3], or of a picture [H, W, 3], which is stored as an array."""
+    if color.ndim == 1:
+        return {"kind": kind, "color": color.astype(np.float64).tolist(), "strength": strength}
+    image = reduced(color, MOST_GROUND)
+    if image.shape != color.shape:
+        sizes = " to ".join(f"{shape[1]} x {shape[0]}" for shape in (color.shape, image.shape))
+        collected.omit(f"the picture behind the strokes was scaled from {sizes} pixels")
+    name = collected.add("ground", np.rint(np.clip(image, 0, 1) * 255), np.uint8)
+    return {"kind": kind, "image": name, "strength": strength}
+
+
+def reduced(image: Array, longest: int) -> Array:
+    """[h, w, 3] a picture [H, W, 3] averaged down to a longest side; as it is where it is no larger."""
+    rows, columns = image.shape[:2]
+    factor = longest / max(rows, columns)
+    if factor >= 1:
+        return image
+    for axis, size in enumerate((rows, columns)):
+        ends = np.linspace(0, size, max(1, round(size * factor)) + 1)
+        sums = np.concatenate(
+            [np.zeros_like(image.take([0], axis)), np.cumsum(image, axis, np.float64)], axis
+        )
+        low = np.floor(ends).astype(int)
+        part = (ends - low).reshape([-1 if k == axis else 1 for k in range(3)])
+        at = sums.take(low, axis) * (1 - part) + sums.take(np.minimum(low + 1, size), axis) * part
+        image = np.diff(at, axis=axis) * (len(ends) - 1) / size
+    return image
+
+
+def _lamp(lamp: "Lamp") -> dict[str, Any]:
+    return {
+        "direction": lamp.direction.tolist(),
+        "halfWay": lamp.half_way.tolist(),
+        "strength": lamp.strength,
+        "gloss": lamp.gloss,
+        "exponent": lamp.exponent,
+        "blur": BLUR,
+    }
