@@ -1,0 +1,140 @@
+// All brushes of a painting, at all their levels, in one texture; and a table that says where each is.
+
+const ATLAS_WIDTH = 4096;
+// Levels 1 and 2, for boxes drawn at 0.85 to 1.7 texels a pixel, have as many texels as the source and are most
+// of the memory; the source in their place is a little sharper on strokes longer than half the image.
+const LEFT_OUT = [1, 2];
+
+/**
+ * The texture unit pair that strokes sample.
+ *
+ * `texture`: RG8, coverage and height of every brush and level. `table`: RGBA32F, a row for each brush: one texel
+ * (columns, rows, levels along u, levels along v), then two for each level u and v: (x, y, columns, rows) of its
+ * texels, and (scale u, scale v, 0, 0). Brushes are filtered when `need` asks for them first.
+ */
+class Atlas {
+  constructor(gl, header, arrays) {
+    this.gl = gl;
+    this._sources = header.brushes.map((brush) => ({
+      rows: brush.rows,
+      columns: brush.columns,
+      coverage: arrays[brush.coverage],
+      height: arrays[brush.height === null ? brush.coverage : brush.height],
+    }));
+    this.meanCoverages = this._sources.map(({ coverage }) => mean(coverage) / 255);
+    this._isFilled = this._sources.map(() => false);
+    this._width = Math.min(ATLAS_WIDTH, gl.getParameter(gl.MAX_TEXTURE_SIZE));
+    this._place();
+    this.texture = newTexture(gl, gl.LINEAR);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RG8, this._width, this.height);
+    this._uploadTable();
+  }
+
+  /** Bytes of the texture. */
+  get numBytes() {
+    return 2 * this._width * this.height;
+  }
+
+  get size() {
+    return [this._width, this.height];
+  }
+
+  /** Make sure that a brush can be drawn with. */
+  need(brush) {
+    if (this._isFilled[brush]) return;
+    this._isFilled[brush] = true;
+    const { gl } = this;
+    const levels = new BrushLevels(this._sources[brush]);
+    const [keptU, keptV] = [keptLevels(levels.u), keptLevels(levels.v)];
+    gl.bindTexture(gl.TEXTURE_2D, this.texture);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    for (const levelU of keptU) {
+      for (const { levelV, columns, rows, texels } of levels.alongV(levelU, keptV)) {
+        const { x, y } = this._places[brush].get(`${levelU} ${levelV}`);
+        gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, columns, rows, gl.RG, gl.UNSIGNED_BYTE, texels);
+      }
+    }
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
+  }
+
+  dispose() {
+    this.gl.deleteTexture(this.texture);
+    this.gl.deleteTexture(this.table);
+  }
+
+  /** Lay all rectangles in shelves, the highest first. */
+  _place() {
+    const rectangles = [];
+    this._places = this._sources.map(() => new Map());
+    this._sources.forEach(({ rows, columns }, brush) => {
+      const [u, v] = [axisLevels(columns), axisLevels(rows)];
+      for (const levelU of keptLevels(u)) {
+        for (const levelV of keptLevels(v)) {
+          const rectangle = { columns: u[levelU].numTexels, rows: v[levelV].numTexels, x: 0, y: 0 };
+          rectangles.push(rectangle);
+          this._places[brush].set(`${levelU} ${levelV}`, rectangle);
+        }
+      }
+    });
+    rectangles.sort((a, b) => b.rows - a.rows);
+    let x = 0, y = 0, shelf = 0;
+    for (const rectangle of rectangles) {
+      if (x + rectangle.columns > this._width) {
+        y += shelf;
+        x = shelf = 0;
+      }
+      Object.assign(rectangle, { x, y });
+      x += rectangle.columns;
+      shelf = Math.max(shelf, rectangle.rows);
+    }
+    this.height = Math.max(1, y + shelf);
+  }
+
+  _uploadTable() {
+    const { gl } = this;
+    const axes = this._sources.map(({ rows, columns }) => [axisLevels(columns), axisLevels(rows)]);
+    const width = axes.reduce((most, [u, v]) => Math.max(most, 1 + 2 * u.length * v.length), 1);
+    const table = new Float32Array(4 * width * Math.max(1, axes.length));
+    axes.forEach(([u, v], brush) => {
+      let at = 4 * width * brush;
+      table.set([u[0].numTexels, v[0].numTexels, u.length, v.length], at);
+      for (let levelU = 0; levelU < u.length; levelU++) {
+        for (let levelV = 0; levelV < v.length; levelV++) {
+          const [keptU, keptV] = [standIn(levelU), standIn(levelV)];
+          const { x, y, columns, rows } = this._places[brush].get(`${keptU} ${keptV}`);
+          table.set([x, y, columns, rows, u[keptU].scale, v[keptV].scale, 0, 0], (at += 4));
+          at += 4;
+        }
+      }
+    });
+    this.table = newTexture(gl, gl.NEAREST);
+    const height = Math.max(1, axes.length);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, table);
+  }
+}
+
+/** The level that is drawn where this one is called for. */
+function standIn(level) {
+  return LEFT_OUT.includes(level) ? 0 : level;
+}
+
+function keptLevels(levels) {
+  return levels.map((_, level) => level).filter((level) => standIn(level) === level);
+}
+
+function mean(array) {
+  let sum = 0;
+  for (let i = 0; i < array.length; i++) sum += array[i];
+  return sum / array.length;
+}
+
+/** A bound 2D texture without levels, clamped at its edges. */
+function newTexture(gl, filter) {
+  const texture = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, filter);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, filter);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+  return texture;
+}

@@ -1,0 +1,321 @@
+// The strokes of one coat: their textures, their order, and the program that draws them.
+
+const TEXTURE_WIDTH = 2048;
+const BOX_NUMBERS = 12; // of boxes.vert, a stroke
+const FITTED_REACH = 1.2, MOST_SIGMAS = 2; // of strokes, see brushes/texture.py
+const TEXTURES = ["uStrokes", "uSh", "uTable", "uAtlas", "uNoise", "uBelow", "uBelowDetail"]; // by unit
+
+/**
+ * Draws a coat.
+ *
+ * `header` is that of the coat, `arrays` those of the container, `atlas` holds the brushes, `noise` is the
+ * texture of `newNoise`.
+ */
+class CoatPainter {
+  constructor(gl, header, arrays, atlas, noise) {
+    Object.assign(this, { gl, header, atlas, count: header.count });
+    this.isImage = header.kernel === "image";
+    this._noise = noise;
+    this._programs = new Map();
+    this._rotation = new Float32Array(9);
+    this._eye = new Float64Array(3);
+    this._head = new Float64Array(3);
+    this._axis = new Float64Array(3);
+    this._sorted = { count: -1, order: "", eye: new Float64Array(3), axis: new Float64Array(3) };
+    this._brushes = { replaced: undefined, rows: new Float32Array(4 * Math.max(1, header.numSigmas.length)) };
+    const column = (name) => (header.arrays[name] === undefined ? null : arrays[header.arrays[name]]);
+    this._setStrokes(column);
+    this._setSh(column("sh"));
+    this._setOrder(column("means"), column("scales"));
+  }
+
+  /** Whether every stroke is drawn a second time behind itself. */
+  get hasUnderpaint() {
+    return this.header.underpaint !== null && this.isImage;
+  }
+
+  /** How many strokes the share of them is. */
+  countOf(share) {
+    return Math.min(this.count, Math.ceil(share * this.count));
+  }
+
+  /**
+   * Draw strokes into the bound framebuffer, over what is in it.
+   *
+   * Colour 0 gets premultiplied colour and alpha, or of a glaze the tint and 1 - alpha, both to be multiplied.
+   * Colour 1, with `detail`, gets (height alpha, depth alpha, 0, alpha). The viewport is set by the caller.
+   *
+   * @param {PageCamera} camera centres and covariances; the picture has its size
+   * @param {PageCamera} head its eye gives order, colours and directions
+   * @param {object} options `order` "distance" or "depth"; `share` of the strokes; `brush` in place of those of
+   *     the coat, an index into the brushes of the header, or null; `x` and `y` of the picture in the framebuffer;
+   *     `detail`; `below` and `belowDetail`, the textures of the canvas below, for coats with a tolerance, or null
+   */
+  draw(camera, head, { order, share, brush, x = 0, y = 0, detail = false, below = null, belowDetail = null }) {
+    const count = this.countOf(share);
+    if (count === 0) return;
+    const { gl } = this;
+    this._sort(count, head, order);
+    const isTested = this.header.tolerance !== null && below !== null;
+    const program = this._program("stroke.vert", "stroke.frag", [
+      ...(isTested ? ["TESTED"] : []),
+      ...(detail ? ["DETAIL"] : []),
+    ]);
+    const { at } = program;
+    gl.useProgram(program.handle);
+    this._setView(at, camera, head, brush);
+    gl.uniform2f(at.uOrigin, x, y);
+    this._bind([this._strokes, this._sh, this.atlas.table, this.atlas.texture, this._noise, below, belowDetail]);
+    gl.enable(gl.BLEND);
+    gl.blendEquation(gl.FUNC_ADD);
+    if (this.header.blend === "glaze") gl.blendFuncSeparate(gl.ZERO, gl.SRC_COLOR, gl.ZERO, gl.SRC_ALPHA);
+    else gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.bindVertexArray(this._vertices);
+    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count * this._order.layers);
+    gl.bindVertexArray(null);
+    gl.disable(gl.BLEND);
+  }
+
+  /**
+   * The boxes of all strokes: rows of center x and y, half extents along and across, angle, depth, opacity, 1 where
+   * it is seen, red, green, blue, 0. Pixels and radians.
+   *
+   * @returns {Float32Array} [count, 12]
+   */
+  boxes(camera, head, brush = null) {
+    const { gl, count } = this;
+    const result = new Float32Array(BOX_NUMBERS * count);
+    const program = this._program("boxes.vert", "empty.frag", [], ["oPlace", "oState", "oColor"]);
+    const buffer = gl.createBuffer();
+    gl.useProgram(program.handle);
+    this._setView(program.at, camera, head, brush);
+    this._bind([this._strokes, this._sh]);
+    gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, buffer);
+    gl.bufferData(gl.TRANSFORM_FEEDBACK_BUFFER, result.byteLength, gl.STREAM_READ);
+    gl.enable(gl.RASTERIZER_DISCARD);
+    gl.beginTransformFeedback(gl.POINTS);
+    gl.drawArrays(gl.POINTS, 0, count);
+    gl.endTransformFeedback();
+    gl.disable(gl.RASTERIZER_DISCARD);
+    gl.getBufferSubData(gl.TRANSFORM_FEEDBACK_BUFFER, 0, result);
+    gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, null);
+    gl.deleteBuffer(buffer);
+    for (let row = 0; row < result.length; row += BOX_NUMBERS) {
+      result[row + 4] = Math.atan2(result[row + 11], result[row + 4]);
+      result[row + 11] = 0;
+    }
+    return result;
+  }
+
+  dispose() {
+    const { gl } = this;
+    for (const program of this._programs.values()) program.dispose();
+    gl.deleteTexture(this._strokes);
+    gl.deleteTexture(this._sh);
+    gl.deleteBuffer(this._instances);
+    gl.deleteVertexArray(this._vertices);
+  }
+
+  /** RGBA32F: see project.glsl; then (thickness, gain, chance, 0) and (normal, 0) where the coat has them. */
+  _setStrokes(column) {
+    const { gl, count, header } = this;
+    const [means, quats, scales, brushes, starts] = ["means", "quats", "scales", "brush", "streakStart"].map(column);
+    const [opacities, relief, chance, normals] = ["opacities", "relief", "chance", "normals"].map(
+      (name) => column(name) && floatsOfHalves(column(name)),
+    );
+    this._hasNormals = normals !== null;
+    this._stride = 3 + (relief || chance ? 1 : 0) + (normals ? 1 : 0);
+    const stride = 4 * this._stride;
+    const rows = Math.max(1, Math.ceil((count * this._stride) / TEXTURE_WIDTH));
+    const texels = new Float32Array(4 * TEXTURE_WIDTH * rows);
+    for (let i = 0; i < count; i++) {
+      const at = stride * i;
+      for (let k = 0; k < 3; k++) {
+        texels[at + k] = means[3 * i + k];
+        texels[at + 8 + k] = scales[3 * i + k];
+      }
+      for (let k = 0; k < 4; k++) texels[at + 4 + k] = quats[4 * i + k];
+      texels[at + 3] = opacities[i];
+      texels[at + 11] = (brushes ? brushes[i] : 0) + 256 * (starts ? starts[i] : 0);
+      if (relief) texels.set(relief.subarray(2 * i, 2 * i + 2), at + 12);
+      if (chance) texels[at + 14] = chance[i];
+      if (normals) texels.set(normals.subarray(3 * i, 3 * i + 3), at + stride - 4);
+    }
+    this._strokes = newTexture(gl, gl.NEAREST);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, TEXTURE_WIDTH, rows, 0, gl.RGBA, gl.FLOAT, texels);
+    this._numBrushes = Math.max(1, header.numSigmas.length);
+  }
+
+  _setSh(sh) {
+    const { gl, count } = this;
+    const texels = count * (this.header.shDegree + 1) ** 2;
+    const rows = Math.max(1, Math.ceil(texels / TEXTURE_WIDTH));
+    const padded = new Uint16Array(3 * TEXTURE_WIDTH * rows);
+    padded.set(sh);
+    this._sh = newTexture(gl, gl.NEAREST);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB16F, TEXTURE_WIDTH, rows, 0, gl.RGB, gl.HALF_FLOAT, padded);
+  }
+
+  _setOrder(means, scales) {
+    const { gl, count } = this;
+    let setbacks = null;
+    if (this.hasUnderpaint) {
+      setbacks = new Float32Array(count);
+      for (let i = 0; i < count; i++) {
+        const a = scales[3 * i], b = scales[3 * i + 1], c = scales[3 * i + 2];
+        const middle = Math.max(Math.min(a, b), Math.min(Math.max(a, b), c));
+        setbacks[i] = Math.sqrt(Math.max(a, b, c)) * Math.sqrt(middle);
+      }
+    }
+    this._order = new StrokeOrder(means, setbacks);
+    this._vertices = gl.createVertexArray();
+    this._instances = gl.createBuffer();
+    gl.bindVertexArray(this._vertices);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this._instances);
+    gl.bufferData(gl.ARRAY_BUFFER, this._order.ids.byteLength, gl.DYNAMIC_DRAW);
+    gl.enableVertexAttribArray(0);
+    gl.vertexAttribIPointer(0, 1, gl.UNSIGNED_INT, 0, 0);
+    gl.vertexAttribDivisor(0, 1);
+    gl.bindVertexArray(null);
+  }
+
+  /** Sort and upload, unless nothing changed that decides the order. */
+  _sort(count, head, order) {
+    const { gl, _sorted: last, _axis: axis } = this;
+    const eye = head.eye(this._eye);
+    const isByDepth = order === "depth";
+    for (let k = 0; k < 3; k++) axis[k] = isByDepth ? head.viewmat[8 + k] : 0;
+    const isSame = (a, b) => a[0] === b[0] && a[1] === b[1] && a[2] === b[2];
+    if (last.count === count && last.order === order && isSame(last.eye, eye) && isSame(last.axis, axis)) return;
+    Object.assign(last, { count, order });
+    last.eye.set(eye);
+    last.axis.set(axis);
+    const ids = this._order.sort(count, eye, isByDepth ? axis : null);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this._instances);
+    gl.bufferSubData(gl.ARRAY_BUFFER, 0, ids, 0, count * this._order.layers);
+  }
+
+  _program(vertex, fragment, more, outputs) {
+    const { header } = this;
+    const has = {
+      ANCHORED: header.lock === "anchor",
+      FADES: header.fade,
+      ANTIALIASED: header.antialiased,
+      BORDER: header.border > 0,
+      FACING: this._hasNormals,
+      IMAGE: this.isImage,
+      GAUSSIAN: header.kernel === "gaussian",
+      STREAKS: header.streaks > 0 && this.isImage,
+      RELIEF: header.relief !== null,
+      GLAZE: header.blend === "glaze",
+    };
+    const defines = [
+      `SH_DEGREE ${header.shDegree}`,
+      `NUM_BRUSHES ${this._numBrushes}`,
+      `STRIDE ${this._stride}`,
+      ...Object.keys(has).filter((name) => has[name]),
+      ...more,
+    ];
+    const key = [vertex, ...more].join();
+    if (!this._programs.has(key)) {
+      const program = new Program(this.gl, vertex, fragment, defines, outputs);
+      this._programs.set(key, program);
+      this.gl.useProgram(program.handle);
+      TEXTURES.forEach((name, unit) => this.gl.uniform1i(program.at[name] ?? null, unit));
+    }
+    return this._programs.get(key);
+  }
+
+  /** The uniforms of a view. */
+  _setView(at, camera, head, brush) {
+    const { gl, header } = this;
+    const m = camera.viewmat;
+    for (let row = 0; row < 3; row++) {
+      for (let column = 0; column < 3; column++) this._rotation[3 * row + column] = m[4 * row + column];
+    }
+    gl.uniformMatrix3fv(at.uRotation, true, this._rotation);
+    gl.uniform3fv(at.uEye, camera.eye(this._eye));
+    gl.uniform3fv(at.uHead, head.eye(this._head));
+    gl.uniform4f(at.uLens, camera.fx, camera.fy, camera.cx, camera.cy);
+    gl.uniform2f(at.uSize, camera.width, camera.height);
+    gl.uniform1f(at.uNear, camera.near);
+    gl.uniform1f(at.uLowPass, header.lowPass);
+    gl.uniform1f(at.uBorder, header.border);
+    gl.uniform4fv(at.uBrushes, this._brushRows(brush));
+    gl.uniform1i(at.uHasUnderpaint, this.hasUnderpaint ? 1 : 0);
+    gl.uniform1f(at.uUnderpaintOpacity, this.hasUnderpaint ? header.underpaint.opacity : 0);
+    gl.uniform1f(at.uCanvasScale, Math.sqrt((camera.width * camera.height) / 750000));
+    gl.uniform1f(at.uTolerance, header.tolerance ?? 0);
+    gl.uniform1f(at.uStreaks, header.streaks);
+    gl.uniform2fv(at.uAtlasSize, this.atlas.size);
+  }
+
+  /** By brush of the coat: half a box in standard deviations, reach of the underpaint, row of the atlas, 0. */
+  _brushRows(replaced) {
+    const { header, atlas } = this;
+    const rows = this._brushes.rows;
+    if (this._brushes.replaced === replaced) return rows;
+    this._brushes.replaced = replaced;
+    header.numSigmas.forEach((sigmas, i) => {
+      const own = this.isImage ? header.brushes[i] : 0;
+      const drawn = this.isImage && replaced !== null ? replaced : own;
+      const longer = drawn === own ? 1 : fittedSigmas(atlas, drawn) / fittedSigmas(atlas, own);
+      const reach = this.hasUnderpaint ? header.underpaint.reach[i] / longer : 0;
+      rows.set([sigmas * longer, reach, drawn, 0], 4 * i);
+      if (this.isImage) atlas.need(drawn);
+    });
+    return rows;
+  }
+
+  _bind(textures) {
+    const { gl } = this;
+    for (let unit = 0; unit < textures.length; unit++) {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, textures[unit]);
+    }
+    gl.activeTexture(gl.TEXTURE0);
+  }
+}
+
+/** Half length of a box, in standard deviations, for about as much paint as the Gaussian has. */
+function fittedSigmas(atlas, brush) {
+  const mean = atlas.meanCoverages[brush];
+  return mean === 0 ? MOST_SIGMAS : Math.min(MOST_SIGMAS, FITTED_REACH * Math.sqrt(Math.PI / (2 * mean)));
+}
+
+/** The noise of bristles, repeated: see rendering/streaks.py `noise`. */
+function newNoise(gl) {
+  const texture = newTexture(gl, gl.LINEAR);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.REPEAT);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG8, 256, 1, 0, gl.RG, gl.UNSIGNED_BYTE, bristleNoise());
+  return texture;
+}
+
+/** Uint8Array [256, 2]: single bristles and tufts, tufts alone; 127.5 is 0, 255 is 1. */
+function bristleNoise() {
+  const PERIOD = 256, TUFT = 8;
+  const single = new Float64Array(PERIOD);
+  for (let i = 0; i < PERIOD / 2; i++) {
+    let k = i + 1;
+    for (const factor of [0x9e3779b1, 0x85ebca6b, 0xc2b2ae35]) {
+      k = Math.imul(k, factor) >>> 0;
+      k = (k ^ (k >>> 15)) >>> 0;
+    }
+    single[i] = k / 2 ** 31 - 1;
+    single[i + PERIOD / 2] = -single[i];
+  }
+  const tufts = new Float64Array(PERIOD);
+  for (let j = 0; j < TUFT; j++) {
+    const weight = Math.sin((Math.PI * (j + 0.5)) / TUFT) ** 2;
+    for (let i = 0; i < PERIOD; i++) tufts[i] += weight * single[(i - (j - TUFT / 2) + PERIOD) % PERIOD];
+  }
+  const deviation = Math.sqrt(tufts.reduce((sum, value) => sum + value * value, 0) / PERIOD);
+  const steps = new Uint8ClampedArray(2 * PERIOD); // rounds half to even, and clips
+  for (let i = 0; i < PERIOD; i++) {
+    const tuft = (0.5 * tufts[i]) / deviation;
+    [0.7 * tuft + 0.6 * single[i], tuft].forEach((value, band) => {
+      steps[2 * i + band] = i < PERIOD / 2 ? 127.5 * (1 + value) : 255 - steps[2 * (i - PERIOD / 2) + band];
+    });
+  }
+  return new Uint8Array(steps.buffer);
+}

@@ -1,0 +1,212 @@
+// A brush filtered in advance for small boxes, axis by axis: brushes/levels.py says what, why and with what
+// error; names and numbers are the same. Here filtering is split in two, so that it takes little time: sums of
+// a few source texels, then a tridiagonal solution, where Python multiplies by the product of both.
+
+const FIRST_FOOTPRINT = 0.85;
+const LEVELS_PER_OCTAVE = 2;
+const TEXELS_PER_PIXEL = 1.7;
+const MARGIN_PIXELS = 0.45;
+const SHORTEST_BOX = 0.25;
+const QUADRATURE = 4;
+const FAINT_PAINT = 2;
+
+/**
+ * The levels of an axis of so many source texels, finest first.
+ *
+ * @returns {{numTexels: number, scale: number, footprint: number, largestBox: number}[]}
+ */
+function axisLevels(numSource) {
+  const levels = [{ numTexels: numSource, scale: 1, footprint: 0, largestBox: Infinity }];
+  let smallest = FIRST_FOOTPRINT;
+  while (numSource > 1 && smallest <= (numSource - 1) / SHORTEST_BOX) {
+    const footprint = smallest * 2 ** (0.5 / LEVELS_PER_OCTAVE);
+    const steps = Math.min(numSource - 1, Math.ceil((TEXELS_PER_PIXEL * (numSource - 1)) / smallest));
+    const margin = Math.ceil((MARGIN_PIXELS * footprint * steps) / (numSource - 1));
+    levels.push({
+      numTexels: steps + 1 + 2 * margin,
+      scale: 1 + (2 * margin) / steps,
+      footprint,
+      largestBox: (numSource - 1) / (2 * smallest),
+    });
+    smallest *= 2 ** (1 / LEVELS_PER_OCTAVE);
+  }
+  return levels;
+}
+
+/** Filters the rows of images for one level of an axis that has as many source texels as they have rows. */
+class AxisFilter {
+  constructor(numSource, level) {
+    const axis = axisLevels(numSource)[level];
+    this.numTexels = axis.numTexels;
+    this._setMoments(numSource, axis);
+    this._setSolution();
+  }
+
+  /** Sparse rows: texel i of the level has the weights from start[i] to start[i + 1]. */
+  _setMoments(numSource, { numTexels, scale, footprint }) {
+    const spacing = ((numSource - 1) * scale) / (numTexels - 1);
+    const starts = new Int32Array(numTexels + 1);
+    const columns = [], weights = [];
+    const row = new Float64Array(numSource);
+    const reach = Math.ceil(footprint / 2) + 1;
+    for (let i = 0; i < numTexels; i++) {
+      const center = (i - (numTexels - 1) / 2) * spacing + (numSource - 1) / 2;
+      let first = numSource, last = -1;
+      for (let step = -QUADRATURE; step < QUADRATURE; step++) {
+        const offset = (step + 0.5) / QUADRATURE;
+        if (offset < 0 ? i === 0 : i === numTexels - 1) continue; // half a hat: nothing is drawn beyond
+        const share = (1 - Math.abs(offset)) / QUADRATURE / footprint;
+        const place = center + offset * spacing;
+        const low = Math.min(Math.max(place - footprint / 2, 0), numSource - 1);
+        const high = Math.min(Math.max(place + footprint / 2, 0), numSource - 1);
+        const middle = Math.round(place);
+        const end = Math.min(middle + reach, numSource - 1);
+        for (let column = Math.max(middle - reach, 0); column <= end; column++) {
+          row[column] += share * (hatIntegral(high - column) - hatIntegral(low - column));
+          if (column < first) first = column;
+          if (column > last) last = column;
+        }
+      }
+      for (let column = first; column <= last; column++) {
+        if (row[column] !== 0) {
+          columns.push(column);
+          weights.push(row[column]);
+          row[column] = 0;
+        }
+      }
+      starts[i + 1] = columns.length;
+    }
+    this._starts = starts;
+    this._columns = Int32Array.from(columns);
+    this._weights = Float64Array.from(weights);
+  }
+
+  /** The Gram matrix of hat functions, eliminated: 2/3, 1/3 at both ends, and 1/6 between neighbours. */
+  _setSolution() {
+    const n = this.numTexels;
+    this._diagonal = new Float64Array(n).fill(2 / 3);
+    this._diagonal[0] = this._diagonal[n - 1] = 1 / 3;
+    this._factors = new Float64Array(n);
+    for (let row = 1; row < n; row++) {
+      this._factors[row] = 1 / 6 / this._diagonal[row - 1];
+      this._diagonal[row] -= this._factors[row] / 6;
+    }
+  }
+
+  /** Float32Array [numTexels, width] of a source [numSource, width]. */
+  rows(source, width) {
+    const n = this.numTexels;
+    const result = new Float32Array(n * width);
+    const { _starts: starts, _columns: columns, _weights: weights } = this;
+    for (let i = 0; i < n; i++) {
+      const to = i * width;
+      for (let k = starts[i]; k < starts[i + 1]; k++) {
+        const from = columns[k] * width, weight = weights[k];
+        for (let x = 0; x < width; x++) result[to + x] += weight * source[from + x];
+      }
+    }
+    for (let i = 1; i < n; i++) {
+      const to = i * width, factor = this._factors[i];
+      for (let x = 0; x < width; x++) result[to + x] -= factor * result[to - width + x];
+    }
+    for (let i = n - 1; i >= 0; i--) {
+      const to = i * width, inverse = 1 / this._diagonal[i];
+      const beside = i === n - 1 ? 0 : inverse / 6, next = i === n - 1 ? to : to + width;
+      for (let x = 0; x < width; x++) result[to + x] = inverse * result[to + x] - beside * result[next + x];
+    }
+    return result;
+  }
+}
+
+/** The integral of a hat function over -1 to 1, from the left up to x. */
+function hatIntegral(x) {
+  const inside = Math.min(Math.max(x, -1), 1);
+  return 0.5 + inside - 0.5 * inside * Math.abs(inside);
+}
+
+/**
+ * Makes the levels of one brush.
+ *
+ * `coverage` and `height` are Uint8Array [rows, columns]; where an image has no height, it is its coverage.
+ */
+class BrushLevels {
+  constructor({ rows, columns, coverage, height }) {
+    Object.assign(this, { rows, columns, coverage, height });
+    this.u = axisLevels(columns);
+    this.v = axisLevels(rows);
+    this._filtersOfV = new Map();
+    const size = rows * columns;
+    this._paint = new Float32Array(size); // [columns, rows]
+    this._raised = new Float32Array(size);
+    for (let row = 0; row < rows; row++) {
+      for (let column = 0; column < columns; column++) {
+        const from = row * columns + column, to = column * rows + row;
+        this._paint[to] = coverage[from];
+        this._raised[to] = (height[from] - 127.5) * coverage[from];
+      }
+    }
+  }
+
+  /**
+   * The texels of some levels along v of one along u.
+   *
+   * @param {number} levelU
+   * @param {number[]} levelsV
+   * @yields {{levelV: number, columns: number, rows: number, texels: Uint8Array}} [rows, columns, 2]: coverage
+   *     and height
+   */
+  *alongV(levelU, levelsV) {
+    const filter = levelU === 0 ? null : new AxisFilter(this.columns, levelU);
+    const columns = this.u[levelU].numTexels;
+    const paint = transposed(filter ? filter.rows(this._paint, this.rows) : this._paint, columns, this.rows);
+    const raised = transposed(filter ? filter.rows(this._raised, this.rows) : this._raised, columns, this.rows);
+    for (const levelV of levelsV) {
+      if (levelU === 0 && levelV === 0) {
+        const texels = interleaved(this.coverage, this.height);
+        yield { levelV, columns, rows: this.rows, texels };
+        continue;
+      }
+      const down = this._filterOfV(levelV);
+      const texels = down
+        ? rounded(down.rows(paint, columns), down.rows(raised, columns))
+        : rounded(paint, raised);
+      yield { levelV, columns, rows: this.v[levelV].numTexels, texels };
+    }
+  }
+
+  _filterOfV(level) {
+    if (level === 0) return null;
+    if (!this._filtersOfV.has(level)) this._filtersOfV.set(level, new AxisFilter(this.rows, level));
+    return this._filtersOfV.get(level);
+  }
+}
+
+/** [columns, rows] of an array [rows, columns]. */
+function transposed(array, rows, columns) {
+  const result = new Float32Array(array.length);
+  for (let row = 0; row < rows; row++) {
+    for (let column = 0; column < columns; column++) {
+      result[column * rows + row] = array[row * columns + column];
+    }
+  }
+  return result;
+}
+
+function interleaved(first, second) {
+  const both = new Uint8Array(2 * first.length);
+  for (let i = 0; i < first.length; i++) {
+    both[2 * i] = first[i];
+    both[2 * i + 1] = second[i];
+  }
+  return both;
+}
+
+/** Coverage, and the height as its mean over the paint, 1/2 where there is none; in 8 bits. */
+function rounded(paint, raised) {
+  const texels = new Uint8ClampedArray(2 * paint.length); // rounds to the nearest even number, as NumPy does
+  for (let i = 0; i < paint.length; i++) {
+    texels[2 * i] = paint[i];
+    texels[2 * i + 1] = 127.5 + raised[i] / Math.max(paint[i], FAINT_PAINT);
+  }
+  return new Uint8Array(texels.buffer);
+}

@@ -1,0 +1,76 @@
+// Paints a whole picture: the coats of a painting, one on the other.
+
+/**
+ * A painting in one WebGL2 context.
+ *
+ * @throws {Error} where a shader does not compile
+ */
+class Painter {
+  constructor(gl, contents) {
+    this.gl = gl;
+    this.replace(contents);
+  }
+
+  /** Paint something else from now on. */
+  replace(contents) {
+    this.dispose();
+    const { gl } = this;
+    this.contents = contents;
+    const { header, arrays } = contents;
+    this._atlas = new Atlas(gl, header, arrays);
+    this._noise = newNoise(gl);
+    this._coats = header.coats.map((coat) => new CoatPainter(gl, coat, arrays, this._atlas, this._noise));
+  }
+
+  /** Make everything anew after a lost context was restored. */
+  restore() {
+    this._coats = [];
+    this._atlas = null;
+    this.replace(this.contents);
+  }
+
+  /**
+   * Paint a view.
+   *
+   * @param {PageCamera} camera of the eye: centres and covariances
+   * @param {object} options
+   *     head: PageCamera whose eye gives order, colours and directions; that of the camera where not given.
+   *     order: "distance" or "depth". share: 0 to 1 of the strokes of each coat.
+   *     brush: in place of the brushes of all coats, an index into the brushes of the header; null for their own.
+   *     ground: true, false for a transparent one, or [r, g, b]. target: framebuffer, null for the canvas.
+   *     viewport: [x, y, width, height]; null for all of the canvas.
+   */
+  paint(camera, { head = camera, order = "distance", share = 1, brush = null, ground = true, target = null,
+    viewport = null } = {}) {
+    const { gl } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+    const [x, y, width, height] = viewport ?? [0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight];
+    gl.viewport(x, y, width, height);
+    const color = ground === true ? this.contents.header.background : ground || null;
+    gl.clearColor(...(color ? [...color, 1] : [0, 0, 0, 0]));
+    gl.clear(gl.COLOR_BUFFER_BIT);
+    for (const coat of this._coats) {
+      if (coat.header.blend === "cover") coat.draw(camera, head, { order, share, brush, x, y });
+    }
+  }
+
+  /** The boxes of one coat, see `CoatPainter.boxes`. */
+  boxes(coatIndex, camera, { head = camera, brush = null } = {}) {
+    return this._coats[coatIndex].boxes(camera, head, brush);
+  }
+
+  /** How much there is to draw in all. */
+  get counts() {
+    const strokes = this._coats.reduce((sum, coat) => sum + coat.count, 0);
+    const instances = this._coats.reduce((sum, coat) => sum + coat.count * (coat.hasUnderpaint ? 2 : 1), 0);
+    return { strokes, vertices: 4 * instances, atlasBytes: this._atlas.numBytes };
+  }
+
+  dispose() {
+    for (const coat of this._coats ?? []) coat.dispose();
+    this._atlas?.dispose();
+    if (this._noise) this.gl.deleteTexture(this._noise);
+    this._coats = [];
+    this._atlas = this._noise = null;
+  }
+}

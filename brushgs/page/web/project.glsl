@@ -1,0 +1,195 @@
+// A stroke in space -> its box on the picture: rendering/reference.py `project`, in float32.
+//
+// A box is at `center`, in pixels from the top left corner, reaches `half` pixels along `axis` and across it.
+// Lengths are divided by the largest of them before they are squared, so that needles and what lies just before
+// the camera stay in range. Directions are unit vectors: angles would cost precision.
+//
+// Compiled for a coat: SH_DEGREE; NUM_BRUSHES; STRIDE texels a stroke; ANCHORED, FADES, ANTIALIASED, BORDER, FACING,
+// where it has those.
+
+#include "sh.glsl"
+
+uniform highp sampler2D uStrokes;  // (mean, opacity), (quaternion w x y z), (scales, brush + 256 streak start), ...
+uniform vec4 uBrushes[NUM_BRUSHES];  // by brush of the coat: standard deviations in half a box, reach of underpaint, row of the atlas
+uniform mat3 uRotation;  // camera from page
+uniform vec3 uEye, uHead;  // page coordinates
+uniform vec4 uLens;  // fx, fy, cx, cy, pixels
+uniform vec2 uSize;  // of the picture, pixels
+uniform float uNear, uLowPass;
+uniform float uBorder;  // width over the smaller side
+
+const float MIN_ALPHA = 1.0 / 255.0;
+
+struct Stroke {
+  vec3 mean;
+  float opacity;
+  vec4 quat;
+  vec3 scales;
+  int brush;
+  float streakStart;
+};
+
+struct Box {
+  vec2 center;
+  vec2 halfExtents;
+  vec2 axis;
+  float depth;
+  float opacity;
+  vec3 color;
+  bool isSeen;
+};
+
+vec4 strokeTexel(int id, int k) {
+  int place = id * STRIDE + k;
+  int width = textureSize(uStrokes, 0).x;
+  return texelFetch(uStrokes, ivec2(place % width, place / width), 0);
+}
+
+Stroke strokeOf(int id) {
+  vec4 first = strokeTexel(id, 0), third = strokeTexel(id, 2);
+  int whole = int(third.w);
+  return Stroke(first.xyz, first.w, strokeTexel(id, 1), third.xyz, whole & 255, float(whole >> 8));
+}
+
+// How far behind a stroke its underpaint lies: its size, the mean of the two larger scales.
+float sizeOf(vec3 scales) {
+  float least = min(scales.x, min(scales.y, scales.z));
+  float most = max(scales.x, max(scales.y, scales.z));
+  float middle = max(min(scales.x, scales.y), min(max(scales.x, scales.y), scales.z));
+  return sqrt(most) * sqrt(max(middle, least));
+}
+
+mat3 rotationOf(vec4 q) {
+  float w = q.x, x = q.y, y = q.z, z = q.w;
+  return mat3(1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y),
+              2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x),
+              2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y));
+}
+
+// The projected axes: pixels of a standard deviation along each of them, over `unit`.
+struct Footprint {
+  vec3 x;
+  vec3 y;
+  float unit;  // the largest of them, pixels
+};
+
+Footprint footprintOf(vec3 t, mat3 axes) {
+  vec2 limit = 1.3 * uSize / (2.0 * uLens.xy);
+  vec2 ratio = clamp(t.xy / t.z, -limit, limit);
+  vec3 alongX = vec3(axes[0].x, axes[1].x, axes[2].x);
+  vec3 alongY = vec3(axes[0].y, axes[1].y, axes[2].y);
+  vec3 alongZ = vec3(axes[0].z, axes[1].z, axes[2].z);
+  vec3 x = uLens.x / t.z * (alongX - ratio.x * alongZ);
+  vec3 y = uLens.y / t.z * (alongY - ratio.y * alongZ);
+  vec3 larger = max(abs(x), abs(y));
+  float unit = max(larger.x, max(larger.y, larger.z));
+  float inverse = unit > 0.0 ? 1.0 / unit : 0.0;
+  return Footprint(x * inverse, y * inverse, unit);
+}
+
+// The direction of the longer axis of the ellipse, to the right; that of x where it is round.
+vec2 majorAxis(Footprint f) {
+  float difference = dot(f.x - f.y, f.x + f.y), twice = 2.0 * dot(f.x, f.y);
+  float anisotropy = length(vec2(difference, twice));
+  if (!(anisotropy > 3e-7 * (dot(f.x, f.x) + dot(f.y, f.y)))) return vec2(1, 0);
+  vec2 doubled = vec2(difference, twice) / anisotropy;  // of twice the angle
+  if (doubled.x >= 0.0) {
+    float c = sqrt(0.5 + 0.5 * doubled.x);
+    return vec2(c, 0.5 * doubled.y / c);
+  }
+  float s = sqrt(0.5 - 0.5 * doubled.x);
+  return vec2(0.5 * abs(doubled.y) / s, doubled.y < 0.0 ? -s : s);
+}
+
+// Variances along and across a direction, without the low pass, over unit^2.
+vec2 variancesOf(Footprint f, vec2 axis) {
+  vec3 along = axis.x * f.x + axis.y * f.y, across = axis.x * f.y - axis.y * f.x;
+  return vec2(dot(along, along), dot(across, across));
+}
+
+#ifdef ANCHORED
+// The projection of the longest axis of the stroke, bent toward the longer axis of the ellipse.
+vec2 anchoredAxis(Footprint f, vec3 scales, mat3 rotation, float depth, vec3 ray) {
+  vec2 major = majorAxis(f);
+  float scale = max(f.unit, 1.0);
+  vec2 variances = variancesOf(f, major) * (f.unit / scale) * (f.unit / scale) + uLowPass / (scale * scale);
+  float anisotropy = (variances.x - variances.y) / (variances.x + variances.y);
+  int longest = scales.x >= scales.y ? (scales.x >= scales.z ? 0 : 2) : (scales.y >= scales.z ? 1 : 2);
+  float cosine = dot(rotation[longest], ray);
+  float pull = 1.0 + 8.0 * (1.0 - cosine * cosine) * anisotropy * anisotropy;
+  vec2 projected = vec2(f.x[longest], f.y[longest]);
+  float across = scales[longest] * max(uLens.x, uLens.y) / depth / f.unit;  // its length if it lay across the view
+  if (!(length(projected) > 1e-7 * across)) return major;
+  vec2 lean = vec2(dot(projected, major), major.x * projected.y - major.y * projected.x);
+  vec2 bent = normalize(vec2(pull * lean.x, lean.y));
+  return vec2(bent.x * major.x - bent.y * major.y, bent.x * major.y + bent.y * major.x);
+}
+#endif
+
+float smoothed(float t) {
+  t = clamp(t, 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
+
+Box boxOf(int id, Stroke stroke) {
+  Box box = Box(vec2(0), vec2(0), vec2(1, 0), 0.0, 0.0, vec3(0), false);
+  vec3 t = uRotation * (stroke.mean - uEye);
+  box.depth = t.z;
+  if (!(t.z > uNear)) return box;
+  vec3 seen = stroke.mean - uHead;
+  float largest = max(max(abs(seen.x), abs(seen.y)), max(abs(seen.z), 1e-30));
+  vec3 ray = normalize(seen / largest);
+
+  mat3 rotation = rotationOf(stroke.quat);
+  mat3 axes = uRotation * mat3(stroke.scales.x * rotation[0], stroke.scales.y * rotation[1],
+                               stroke.scales.z * rotation[2]);
+  Footprint f = footprintOf(t, axes);
+  if (!(f.unit < 1e30)) return box;
+  vec2 major = majorAxis(f);
+#ifdef ANCHORED
+  if (uHead == uEye) {
+    box.axis = anchoredAxis(f, stroke.scales, rotation, t.z, ray);
+  } else {  // both eyes take the direction that is seen from between them
+    vec3 middle = uRotation * seen;
+    middle.z = max(middle.z, uNear);
+    box.axis = anchoredAxis(footprintOf(middle, axes), stroke.scales, rotation, middle.z, ray);
+  }
+#else
+  box.axis = major;
+#endif
+  // Standard deviations are `scale` times these roots, so that no square leaves the range.
+  float scale = max(f.unit, 1.0), share = (f.unit / scale) * (f.unit / scale), grown = uLowPass / (scale * scale);
+  vec2 variances = variancesOf(f, box.axis) * share + grown;
+  box.halfExtents = uBrushes[stroke.brush].x * scale * sqrt(variances);
+  box.center = t.xy / t.z * uLens.xy + uLens.zw;
+
+  box.opacity = stroke.opacity;
+  vec2 bare = variancesOf(f, major) * share;
+#ifdef ANTIALIASED
+  if (uLowPass > 0.0) {
+    vec2 kept = bare / (bare + grown);
+    box.opacity *= sqrt(kept.x) * sqrt(kept.y);
+  }
+#endif
+#ifdef FADES
+  float inPictures = 2.0 * sqrt(box.halfExtents.x / uSize.x) * sqrt(box.halfExtents.y / uSize.y);
+  box.opacity *= smoothed((t.z / uNear - 1.0) / 7.0) * smoothed((1.0 / inPictures - 0.1) / 0.4);
+#ifndef ANTIALIASED
+  box.opacity *= sqrt(bare.x / (bare.x + grown));
+#endif
+#endif
+  vec2 reach = abs(box.axis) * box.halfExtents.x + abs(box.axis.yx) * box.halfExtents.y;
+  box.isSeen = all(greaterThan(box.center + reach, vec2(0))) && all(lessThan(box.center - reach, uSize)) &&
+    all(greaterThan(box.halfExtents, vec2(0))) && box.opacity >= MIN_ALPHA;
+
+#ifdef BORDER
+  vec2 inside = min(box.center, uSize - box.center);
+  float border = min(inside.x, inside.y) / min(uSize.x, uSize.y) / uBorder;
+  box.opacity *= clamp((border + 0.35 - 1.1 * strokeTexel(id, 3).z) / 0.25, 0.0, 1.0);
+#endif
+#ifdef FACING
+  box.opacity *= 1.0 - smoothed((abs(dot(ray, strokeTexel(id, STRIDE - 1).xyz)) - 0.105) / 0.105);
+#endif
+  if (box.isSeen) box.color = shColor(id, ray);
+  return box;
+}

@@ -1,0 +1,89 @@
+#version 300 es
+// A pixel of a stroke: its coverage, its colour with streaks, the height of its paint.
+precision highp float;
+precision highp int;
+
+uniform vec2 uOrigin;  // lower left corner of the picture in the framebuffer, pixels
+uniform vec2 uSize;
+uniform sampler2D uAtlas;
+uniform sampler2D uNoise;  // of bristles: all bands, tufts alone; repeats
+uniform highp sampler2D uBelow;  // premultiplied colour and alpha of the canvas, which the coat is tested against
+uniform highp sampler2D uBelowDetail;  // its .g: depth times alpha
+
+flat in vec2 vCenter;
+flat in vec4 vPlace;
+flat in vec4 vPaint;
+flat in vec2 vKind;
+#ifdef IMAGE
+flat in vec4 vTexels;
+#endif
+#ifdef STREAKS
+flat in vec4 vStreaks;
+#endif
+#ifdef RELIEF
+flat in vec2 vRelief;
+#endif
+#ifdef TESTED
+flat in vec2 vLimit;
+#endif
+
+layout(location = 0) out vec4 oColor;
+#ifdef DETAIL
+layout(location = 1) out vec4 oDetail;  // height and depth times alpha, 0, alpha
+#endif
+
+const float MIN_ALPHA = 1.0 / 255.0, MAX_ALPHA = 0.99;
+const float BRISTLES = 12.0, PERIOD = 256.0;
+const float SOLID = 0.15;
+const float DARKEST = 0.02;
+
+void main() {
+  vec2 pixel = gl_FragCoord.xy - uOrigin;
+  vec2 offset = vec2(pixel.x, uSize.y - pixel.y) - vCenter;
+  vec2 place = vec2(dot(offset, vPlace.xy), dot(offset, vPlace.zw));
+  if (!(max(abs(place.x), abs(place.y)) < 1.0)) discard;
+
+  float coverage, height = 0.5;
+#ifdef IMAGE
+  if (vKind.x == 0.0) {
+    // textureLod: neighbours of a pixel may lie outside of the stroke
+    vec2 paint = textureLod(uAtlas, vTexels.xy + (0.5 + 0.5 * place) * vTexels.zw, 0.0).rg;
+    coverage = paint.x, height = paint.y;
+  } else {
+    coverage = exp(-4.5 * dot(place, place));
+  }
+#elif defined(GAUSSIAN)
+  coverage = exp(-4.5 * dot(place, place));
+#else
+  coverage = dot(place, place) < 1.0 ? 1.0 : 0.0;
+#endif
+  float alpha = min(MAX_ALPHA, vPaint.a * coverage);
+#ifdef TESTED
+  ivec2 texel = ivec2(pixel);
+  float below = texelFetch(uBelow, texel, 0).a;
+  if (below > SOLID) {
+    float x = clamp((texelFetch(uBelowDetail, texel, 0).g / below - vLimit.x) * vLimit.y, 0.0, 1.0);
+    alpha *= x * x * (3.0 - 2.0 * x);
+  }
+#endif
+  if (!(alpha >= MIN_ALPHA)) discard;
+
+  vec3 color = vPaint.rgb;
+#ifdef STREAKS
+  float bristle = vStreaks.x + 0.5 * BRISTLES * (1.0 + place.y * vStreaks.y);
+  vec2 noise = 2.0 * textureLod(uNoise, vec2((bristle + 0.5) / PERIOD, 0.5), 0.0).rg - 1.0;
+  color *= 1.0 + dot(noise, vStreaks.zw);
+#endif
+#ifdef GLAZE
+  oColor = vec4(pow(clamp(color, DARKEST, 1.0), vec3(alpha)), 1.0 - alpha);
+#else
+  oColor = vec4(alpha * color, alpha);
+#endif
+#ifdef DETAIL
+  float paint = 0.0;
+#ifdef RELIEF
+  paint = vRelief.x + vRelief.y * (height - 0.5);
+#endif
+  oDetail = vec4(alpha * paint, alpha * vKind.y, 0, alpha);
+#endif
+}

@@ -1,0 +1,109 @@
+#version 300 es
+// A corner of a stroke, or of its underpaint: the box of a stroke, as a quad.
+precision highp float;
+precision highp int;
+
+#include "project.glsl"
+
+uniform bool uHasUnderpaint;  // then instances are 2 id for a stroke, 2 id + 1 for its underpaint
+uniform float uUnderpaintOpacity;
+uniform float uCanvasScale;  // pixels of the picture in one of a picture of 1000 x 750
+uniform float uTolerance;  // of the depth test, in sizes of the stroke
+uniform float uStreaks;
+uniform highp sampler2D uTable;  // see atlas.js
+uniform vec2 uAtlasSize;
+
+layout(location = 0) in uint aInstance;
+
+flat out vec2 vCenter;
+flat out vec4 vPlace;  // (s, t) = (dot(p - center, xy), dot(p - center, zw)): -1 to 1 over the box
+flat out vec4 vPaint;  // color, opacity
+flat out vec2 vKind;  // 1 for soft paint, depth
+#ifdef IMAGE
+flat out vec4 vTexels;  // first texel centre and span in the atlas, in its size
+#endif
+#ifdef STREAKS
+flat out vec4 vStreaks;  // start, scale of t, weights
+#endif
+#ifdef RELIEF
+flat out vec2 vRelief;  // thickness, gain, pixels
+#endif
+#ifdef TESTED
+flat out vec2 vLimit;  // where it ends, 1 / the depth over which
+#endif
+
+const float UNDERPAINT_THICKNESS = 0.15 / 0.8;
+const float BRISTLES = 12.0;
+const float EDGE = 0.0625;  // pixels around a quad: corners are rounded to 1/16 pixel, pixels tested one by one
+
+#ifdef IMAGE
+// Which level of an axis of n texels serves a box of this half extent: brushes/levels.py `level_index`.
+int levelOf(float halfExtent, float texels, float numLevels) {
+  float octaves = log2((texels - 1.0) / (2.0 * 0.85 * halfExtent));
+  return octaves < 0.0 ? 0 : int(min(floor(2.0 * octaves) + 1.0, numLevels - 1.0));
+}
+#endif
+
+void main() {
+  int instance = int(aInstance);
+  bool isSoft = uHasUnderpaint && (instance & 1) == 1;
+  int id = uHasUnderpaint ? instance >> 1 : instance;
+  Stroke stroke = strokeOf(id);
+  Box box = boxOf(id, stroke);
+  gl_Position = vec4(2, 2, 2, 1);  // outside
+  float opacity = box.opacity * (isSoft ? uUnderpaintOpacity : 1.0);
+  if (!box.isSeen || opacity < MIN_ALPHA) return;
+
+  vec4 brush = uBrushes[stroke.brush];
+  vec2 halfExtents = box.halfExtents * (isSoft ? brush.y : 1.0);
+#ifdef STREAKS
+  float bristle = halfExtents.y * 2.0 / BRISTLES;  // pixels
+  vec2 shown = vec2(smoothed(bristle - 1.0), smoothed((bristle - 0.25) / 0.25));
+  vec2 weights = isSoft ? vec2(0) : uStreaks * vec2(shown.x, shown.y - shown.x);
+#endif
+  vec2 scale = vec2(1);
+#ifdef IMAGE
+  int row = int(brush.z);
+  if (!isSoft) {
+    vec4 axes = texelFetch(uTable, ivec2(0, row), 0);
+    int u = levelOf(halfExtents.x, axes.x, axes.z), v = levelOf(halfExtents.y, axes.y, axes.w);
+    int entry = 1 + 2 * (u * int(axes.w) + v);
+    vec4 texels = texelFetch(uTable, ivec2(entry, row), 0);
+    scale = texelFetch(uTable, ivec2(entry + 1, row), 0).xy;
+    vTexels = vec4(texels.xy + 0.5, texels.zw - 1.0) / uAtlasSize.xyxy;
+  }
+#endif
+#ifdef STREAKS
+  vStreaks = vec4(stroke.streakStart, scale.y, weights);
+#endif
+  halfExtents *= scale;
+#ifdef RELIEF
+  vec2 relief = strokeTexel(id, 3).xy * uCanvasScale;
+  vRelief = isSoft ? vec2(relief.x * UNDERPAINT_THICKNESS, 0) : relief;
+#endif
+#ifdef TESTED
+  float tolerance = max(uTolerance * sizeOf(stroke.scales), 1e-30);
+  vLimit = vec2(box.depth - tolerance, 2.0 / tolerance);
+#endif
+  vCenter = box.center;
+  vPlace = vec4(box.axis / halfExtents.x, vec2(-box.axis.y, box.axis.x) / halfExtents.y);
+  vPaint = vec4(box.color, opacity);
+  vKind = vec2(isSoft ? 1.0 : 0.0, box.depth);
+
+  // A Gaussian kernel ends where it is too faint to be painted.
+#ifdef GAUSSIAN
+  bool isGaussian = true;
+#else
+  bool isGaussian = isSoft;
+#endif
+  if (isGaussian) halfExtents *= min(1.0, sqrt(max(0.0, log(255.0 * opacity) / 4.5)) + 1e-4);
+  vec2 corner = vec2((gl_VertexID & 1) * 2 - 1, (gl_VertexID & 2) - 1);
+  vec2 place;
+  if (max(halfExtents.x, halfExtents.y) > 8.0 * max(uSize.x, uSize.y)) {
+    place = (0.5 + 0.5 * corner) * uSize;  // all of the picture: corners further out would lose precision
+  } else {
+    vec2 reach = corner * (halfExtents + EDGE);
+    place = box.center + reach.x * box.axis + reach.y * vec2(-box.axis.y, box.axis.x);
+  }
+  gl_Position = vec4(2.0 * place.x / uSize.x - 1.0, 1.0 - 2.0 * place.y / uSize.y, 0, 1);
+}

@@ -1,0 +1,151 @@
+"""A blank tab with the part of the page that paints: tests hand it strokes and read back numbers.
+
+Pictures are painted into a float target and read in the task that painted them.
+"""
+
+import base64
+
+import numpy as np
+
+from brushgs.page.container import write_container
+from brushgs.page.contents import page_contents
+from brushgs.page.html import SCRIPTS, shaders, web_files
+from brushgs.page.view import PageView
+from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.options import RenderOptions
+
+HOOK = """
+const canvas = document.createElement("canvas");
+const gl = canvas.getContext("webgl2", { antialias: false, alpha: true, depth: false });
+gl.getExtension("EXT_color_buffer_float");
+gl.getExtension("EXT_float_blend");
+let painter = null, origin = null;
+
+const encoded = (array) => {
+  const bytes = new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
+  let text = "";
+  for (let i = 0; i < bytes.length; i += 32768) text += String.fromCharCode(...bytes.subarray(i, i + 32768));
+  return btoa(text);
+};
+const decoded = (text, TypedArray) => new TypedArray(bytesOfBase64(text).buffer);
+const cameraOf = (camera) => camera && PageCamera.ofHeader({ camera, origin });
+
+window.studio = {
+  gl,
+  async load(base64) {
+    painter?.dispose();
+    const contents = await decodeContents(bytesOfBase64(base64));
+    origin = contents.header.origin;
+    painter = new Painter(gl, contents);
+    window.studio.painter = painter;
+  },
+  paint(camera, options) {
+    const { width, height } = camera;
+    const target = gl.createFramebuffer(), texture = newTexture(gl, gl.NEAREST);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, width, height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+    const head = cameraOf(options.head) ?? undefined;
+    const viewport = [0, 0, width, height];
+    painter.paint(cameraOf(camera), { ...options, head, target, viewport });
+    const pixels = new Float32Array(4 * width * height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, pixels);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.deleteFramebuffer(target);
+    gl.deleteTexture(texture);
+    return encoded(pixels);
+  },
+  boxes(coat, camera, head) {
+    const options = head ? { head: cameraOf(head) } : {};
+    return encoded(painter.boxes(coat, cameraOf(camera), options));
+  },
+  order(means, setbacks, count, eye, axis) {
+    const order = new StrokeOrder(decoded(means, Float32Array), setbacks && decoded(setbacks, Float32Array));
+    return encoded(order.sort(count, eye, axis).slice(0, count * order.layers));
+  },
+  levels({ rows, columns, coverage, height }, levelU, levelsV) {
+    const [paint, raised] = [decoded(coverage, Uint8Array), decoded(height ?? coverage, Uint8Array)];
+    const levels = new BrushLevels({ rows, columns, coverage: paint, height: raised });
+    return [...levels.alongV(levelU, levelsV)].map((level) => ({ ...level, texels: encoded(level.texels) }));
+  },
+  axisLevels: (numTexels) => axisLevels(numTexels),
+  noise: () => encoded(bristleNoise()),
+};
+"""
+
+
+def encoded(array):
+    """Base64 of the bytes of an array."""
+    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()
+
+
+def decoded(text, dtype):
+    """A flat array of base64."""
+    return np.frombuffer(base64.b64decode(text), dtype)
+
+
+def studio_script():
+    """The scripts of the page up to its painter, and the hook of the tests, as one."""
+    import json
+
+    from brushgs.page.html import _read
+
+    names = [name for name in SCRIPTS[: SCRIPTS.index("painter.js") + 1] if name in web_files()]
+    parts = [f"const SHADERS = {json.dumps(shaders())};", *map(_read, names), HOOK]
+    return '(() => {\n"use strict";\n' + "\n".join(parts) + "\n})();"
+
+
+def camera_facts(camera):
+    """A camera as it stands in the header."""
+    return {
+        "viewmat": camera.viewmat.ravel().tolist(),
+        "K": camera.K.ravel().tolist(),
+        "width": camera.width,
+        "height": camera.height,
+        "near": camera.near,
+    }
+
+
+def painting_of(strokes, texture, *, coat=None, surface=None, lamp=None, **options):
+    """A painting of one coat; `coat` are more fields of it, `options` those of `RenderOptions.of`."""
+    given = RenderOptions.of(texture, **options)
+    return Painting((Coat("strokes", strokes, texture, given, **(coat or {})),), surface, lamp)
+
+
+class Studio:
+    """The tab."""
+
+    def __init__(self, page):
+        self.page = page
+        page.evaluate(studio_script())
+
+    def load(self, painting, camera, **more):
+        """Hand it a painting; returns its contents, whose `rows` say which stroke is which."""
+        view = PageView(np.array([0.0, -1, 0]), np.zeros(3), 1.0, False)
+        contents = page_contents(painting, camera, view=view, title="", command=("", ()), **more)
+        self.page.evaluate("data => studio.load(data)", encoded_bytes(write_container(contents)))
+        return contents
+
+    def paint(self, camera, *, head=None, **options):
+        """[H, W, 4] float32 premultiplied colour and alpha, upper row first."""
+        options = {"order": "depth", "ground": False, "head": None if head is None else camera_facts(head)} | options
+        text = self.page.evaluate("([camera, options]) => studio.paint(camera, options)", [camera_facts(camera), options])
+        return decoded(text, np.float32).reshape(camera.height, camera.width, 4)[::-1]
+
+    def boxes(self, camera, *, coat=0, head=None):
+        """[N, 12] of the strokes in the order of the page."""
+        facts = None if head is None else camera_facts(head)
+        text = self.page.evaluate("([c, a, h]) => studio.boxes(c, a, h)", [coat, camera_facts(camera), facts])
+        return decoded(text, np.float32).reshape(-1, 12)
+
+    def order(self, means, eye, *, setbacks=None, count=None, axis=None):
+        """Instances, farthest first."""
+        given = [encoded(means), None if setbacks is None else encoded(setbacks), count or len(means)]
+        text = self.page.evaluate("a => studio.order(...a)", [*given, list(eye), axis])
+        return decoded(text, np.uint32)
+
+
+def encoded_bytes(data):
+    """Base64 of bytes."""
+    return base64.b64encode(data).decode()
