@@ -21,6 +21,7 @@ SCRIPTS = (
     "matrix.js",
     "camera.js",
     "order.js",
+    "program.js",
     "levels.js",
     "atlas.js",
     "coat.js",
