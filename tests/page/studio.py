@@ -4,6 +4,8 @@ Pictures are painted into a float target and read in the task that painted them.
 """
 
 import base64
+import json
+from importlib import resources
 
 import numpy as np
 
@@ -65,8 +67,8 @@ window.studio = {
     return encoded(order.sort(count, eye, axis).slice(0, count * order.layers));
   },
   levels({ rows, columns, coverage, height }, levelU, levelsV) {
-    const [paint, raised] = [decoded(coverage, Uint8Array), decoded(height ?? coverage, Uint8Array)];
-    const levels = new BrushLevels({ rows, columns, coverage: paint, height: raised });
+    const [paint, thickness] = [coverage, height].map((text) => text && decoded(text, Uint8Array));
+    const levels = new BrushLevels({ rows, columns, coverage: paint, height: thickness });
     return [...levels.alongV(levelU, levelsV)].map((level) => ({ ...level, texels: encoded(level.texels) }));
   },
   axisLevels: (numTexels) => axisLevels(numTexels),
@@ -76,8 +78,8 @@ window.studio = {
 
 
 def encoded(array):
-    """Base64 of the bytes of an array."""
-    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()
+    """Base64 of bytes, or of those of an array."""
+    return base64.b64encode(array if isinstance(array, bytes) else np.ascontiguousarray(array)).decode()
 
 
 def decoded(text, dtype):
@@ -87,12 +89,10 @@ def decoded(text, dtype):
 
 def studio_script():
     """The scripts of the page up to its painter, and the hook of the tests, as one."""
-    import json
-
-    from brushgs.page.html import _read
-
     names = [name for name in SCRIPTS[: SCRIPTS.index("painter.js") + 1] if name in web_files()]
-    parts = [f"const SHADERS = {json.dumps(shaders())};", *map(_read, names), HOOK]
+    web = resources.files("brushgs.page") / "web"
+    texts = [(web / name).read_text(encoding="utf-8") for name in names]
+    parts = [f"const SHADERS = {json.dumps(shaders())};", *texts, HOOK]
     return '(() => {\n"use strict";\n' + "\n".join(parts) + "\n})();"
 
 
@@ -124,28 +124,41 @@ class Studio:
         """Hand it a painting; returns its contents, whose `rows` say which stroke is which."""
         view = PageView(np.array([0.0, -1, 0]), np.zeros(3), 1.0, False)
         contents = page_contents(painting, camera, view=view, title="", command=("", ()), **more)
-        self.page.evaluate("data => studio.load(data)", encoded_bytes(write_container(contents)))
+        self.page.evaluate("data => studio.load(data)", encoded(write_container(contents)))
         return contents
 
     def paint(self, camera, *, head=None, **options):
         """[H, W, 4] float32 premultiplied colour and alpha, upper row first."""
         options = {"order": "depth", "ground": False, "head": None if head is None else camera_facts(head)} | options
-        text = self.page.evaluate("([camera, options]) => studio.paint(camera, options)", [camera_facts(camera), options])
+        text = self.page.evaluate("a => studio.paint(...a)", [camera_facts(camera), options])
         return decoded(text, np.float32).reshape(camera.height, camera.width, 4)[::-1]
 
     def boxes(self, camera, *, coat=0, head=None):
         """[N, 12] of the strokes in the order of the page."""
         facts = None if head is None else camera_facts(head)
-        text = self.page.evaluate("([c, a, h]) => studio.boxes(c, a, h)", [coat, camera_facts(camera), facts])
+        text = self.page.evaluate("a => studio.boxes(...a)", [coat, camera_facts(camera), facts])
         return decoded(text, np.float32).reshape(-1, 12)
+
+    def axis_levels(self, num_texels):
+        """Dictionaries like `AxisLevel`."""
+        return self.page.evaluate("n => studio.axisLevels(n)", num_texels)
+
+    def levels(self, coverage, height, level_u, levels_v):
+        """[rows, columns, 1 or 2] uint8 for each level along v: coverage and, where it is not None, height."""
+        rows, columns = coverage.shape
+        images = {"coverage": encoded(coverage), "height": None if height is None else encoded(height)}
+        brush = {"rows": rows, "columns": columns, **images}
+        found = self.page.evaluate("a => studio.levels(...a)", [brush, level_u, list(levels_v)])
+        return [
+            decoded(level["texels"], np.uint8).reshape(level["rows"], level["columns"], -1) for level in found
+        ]
+
+    def noise(self):
+        """[256, 2] uint8."""
+        return decoded(self.page.evaluate("() => studio.noise()"), np.uint8).reshape(-1, 2)
 
     def order(self, means, eye, *, setbacks=None, count=None, axis=None):
         """Instances, farthest first."""
         given = [encoded(means), None if setbacks is None else encoded(setbacks), count or len(means)]
         text = self.page.evaluate("a => studio.order(...a)", [*given, list(eye), axis])
         return decoded(text, np.uint32)
-
-
-def encoded_bytes(data):
-    """Base64 of bytes."""
-    return base64.b64encode(data).decode()

@@ -8,7 +8,7 @@ const LEFT_OUT = [1, 2];
 /**
  * The texture unit pair that strokes sample.
  *
- * `texture`: RG8, coverage and height of every brush and level. `table`: RGBA32F, a row for each brush: one texel
+ * `texture`: coverage and height of every brush and level, RG8; R8 where no coat has relief. `table`: RGBA32F, a row for each brush: one texel
  * (columns, rows, levels along u, levels along v), then two for each level u and v: (x, y, columns, rows) of its
  * texels, and (scale u, scale v, 0, 0). Brushes are filtered when `need` asks for them first.
  */
@@ -23,16 +23,17 @@ class Atlas {
     }));
     this.meanCoverages = this._sources.map(({ coverage }) => mean(coverage) / 255);
     this._isFilled = this._sources.map(() => false);
+    this._hasHeight = header.coats.some((coat) => coat.relief !== null);
     this._width = Math.min(ATLAS_WIDTH, gl.getParameter(gl.MAX_TEXTURE_SIZE));
     this._place();
     this.texture = newTexture(gl, gl.LINEAR);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RG8, this._width, this.height);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, this._hasHeight ? gl.RG8 : gl.R8, this._width, this.height);
     this._uploadTable();
   }
 
   /** Bytes of the texture. */
   get numBytes() {
-    return 2 * this._width * this.height;
+    return (this._hasHeight ? 2 : 1) * this._width * this.height;
   }
 
   get size() {
@@ -44,14 +45,16 @@ class Atlas {
     if (this._isFilled[brush]) return;
     this._isFilled[brush] = true;
     const { gl } = this;
-    const levels = new BrushLevels(this._sources[brush]);
+    const { height, ...flat } = this._sources[brush];
+    const levels = new BrushLevels(this._hasHeight ? { height, ...flat } : flat);
+    const format = this._hasHeight ? gl.RG : gl.RED;
     const [keptU, keptV] = [keptLevels(levels.u), keptLevels(levels.v)];
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     for (const levelU of keptU) {
       for (const { levelV, columns, rows, texels } of levels.alongV(levelU, keptV)) {
         const { x, y } = this._places[brush].get(`${levelU} ${levelV}`);
-        gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, columns, rows, gl.RG, gl.UNSIGNED_BYTE, texels);
+        gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, columns, rows, format, gl.UNSIGNED_BYTE, texels);
       }
     }
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);

@@ -127,23 +127,20 @@ function hatIntegral(x) {
 /**
  * Makes the levels of one brush.
  *
- * `coverage` and `height` are Uint8Array [rows, columns]; where an image has no height, it is its coverage.
+ * `coverage` and `height` are Uint8Array [rows, columns]; where an image has no height, it is its coverage. Without
+ * `height` levels are of the coverage alone.
  */
 class BrushLevels {
-  constructor({ rows, columns, coverage, height }) {
-    Object.assign(this, { rows, columns, coverage, height });
+  constructor({ rows, columns, coverage, height = null }) {
+    Object.assign(this, { rows, columns });
     this.u = axisLevels(columns);
     this.v = axisLevels(rows);
     this._filtersOfV = new Map();
-    const size = rows * columns;
-    this._paint = new Float32Array(size); // [columns, rows]
-    this._raised = new Float32Array(size);
-    for (let row = 0; row < rows; row++) {
-      for (let column = 0; column < columns; column++) {
-        const from = row * columns + column, to = column * rows + row;
-        this._paint[to] = coverage[from];
-        this._raised[to] = (height[from] - 127.5) * coverage[from];
-      }
+    this._source = interleaved(height ? [coverage, height] : [coverage]);
+    this._layers = [transposed(coverage, rows, columns)]; // [columns, rows]
+    if (height) {
+      const raised = Float32Array.from(coverage, (paint, i) => (height[i] - 127.5) * paint);
+      this._layers.push(transposed(raised, rows, columns));
     }
   }
 
@@ -152,24 +149,19 @@ class BrushLevels {
    *
    * @param {number} levelU
    * @param {number[]} levelsV
-   * @yields {{levelV: number, columns: number, rows: number, texels: Uint8Array}} [rows, columns, 2]: coverage
+   * @yields {{levelV: number, columns: number, rows: number, texels: Uint8Array}} [rows, columns, 2 or 1]: coverage
    *     and height
    */
   *alongV(levelU, levelsV) {
-    const filter = levelU === 0 ? null : new AxisFilter(this.columns, levelU);
+    const across = levelU === 0 ? null : new AxisFilter(this.columns, levelU);
     const columns = this.u[levelU].numTexels;
-    const paint = transposed(filter ? filter.rows(this._paint, this.rows) : this._paint, columns, this.rows);
-    const raised = transposed(filter ? filter.rows(this._raised, this.rows) : this._raised, columns, this.rows);
+    const layers = this._layers.map((layer) =>
+      transposed(across ? across.rows(layer, this.rows) : layer, columns, this.rows),
+    );
     for (const levelV of levelsV) {
-      if (levelU === 0 && levelV === 0) {
-        const texels = interleaved(this.coverage, this.height);
-        yield { levelV, columns, rows: this.rows, texels };
-        continue;
-      }
       const down = this._filterOfV(levelV);
-      const texels = down
-        ? rounded(down.rows(paint, columns), down.rows(raised, columns))
-        : rounded(paint, raised);
+      const isSource = levelU === 0 && levelV === 0;
+      const texels = isSource ? this._source : rounded(layers.map((layer) => (down ? down.rows(layer, columns) : layer)));
       yield { levelV, columns, rows: this.v[levelV].numTexels, texels };
     }
   }
@@ -192,17 +184,18 @@ function transposed(array, rows, columns) {
   return result;
 }
 
-function interleaved(first, second) {
-  const both = new Uint8Array(2 * first.length);
-  for (let i = 0; i < first.length; i++) {
-    both[2 * i] = first[i];
-    both[2 * i + 1] = second[i];
-  }
-  return both;
+/** Arrays of one length as one: the first numbers of all, then the second ones, and so on. */
+function interleaved(arrays) {
+  const all = new Uint8Array(arrays.length * arrays[0].length);
+  arrays.forEach((array, k) => {
+    for (let i = 0; i < array.length; i++) all[arrays.length * i + k] = array[i];
+  });
+  return all;
 }
 
 /** Coverage, and the height as its mean over the paint, 1/2 where there is none; in 8 bits. */
-function rounded(paint, raised) {
+function rounded([paint, raised = null]) {
+  if (raised === null) return new Uint8Array(new Uint8ClampedArray(paint).buffer);
   const texels = new Uint8ClampedArray(2 * paint.length); // rounds to the nearest even number, as NumPy does
   for (let i = 0; i < paint.length; i++) {
     texels[2 * i] = paint[i];
