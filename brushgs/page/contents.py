@@ -15,12 +15,14 @@ from numpy.typing import ArrayLike, NDArray
 from brushgs.arrays import F64, Array, Rows
 from brushgs.brushes.brush_set import BrushSet, Sigmas
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.page.images import reduced
 from brushgs.page.view import PageView
 from brushgs.rendering.border import uniform_of
 from brushgs.rendering.constants import MIN_ALPHA
 from brushgs.rendering.light import BLUR
 from brushgs.rendering.relief import paint_height
 from brushgs.rendering.streaks import starts_of
+from brushgs.rendering.surface import Recipe, Surface
 from brushgs.scene import Camera, Gaussians
 from brushgs.sh import used_sh_degree
 from brushgs.version import __version__
@@ -28,7 +30,6 @@ from brushgs.version import __version__
 if TYPE_CHECKING:
     from brushgs.rendering.coats import Coat, Painting
     from brushgs.rendering.light import Lamp
-    from brushgs.rendering.surface import Surface
 
 VERSION = 1  # of the header; grows when a key changes its name or meaning
 MOST_GROUND = 640  # px, the longer side of a ground that is a picture: it lies behind all strokes
@@ -130,7 +131,7 @@ def page_contents(
     surface = None if painting.surface is None else _surface(painting.surface, collected)
     behind = None if background is None else np.asarray(background, np.float64)
     if surface is None and behind is not None and behind.ndim == 3:
-        surface, behind = _board(np.asarray(background), 0.0, "flat", collected), None
+        surface, behind = _board(Recipe("flat", behind, 0.0, 0), collected), None
     header = {
         "version": VERSION,
         "title": title,
@@ -253,44 +254,24 @@ def _note_omitted(coat: "Coat", brush_set: BrushSet, collected: _Collected) -> N
         collected.omit(f"the page samples brushes by the filter 'mip', not {options.filter!r}")
 
 
-def _surface(surface: "Surface", collected: _Collected) -> dict[str, Any]:
+def _surface(surface: Surface, collected: _Collected) -> dict[str, Any]:
     recipe = surface.recipe
     if recipe is None:
         collected.omit("the height and the grain of this surface are not in the page, only its colour")
-        return _board(surface.rgb, 0.0, "flat", collected)
-    if recipe.kind != "flat" and recipe.strength:
-        collected.omit(f"the {recipe.kind} of the page has other threads and grains, alike but not the same")
-    return _board(recipe.color, recipe.strength, recipe.kind, collected)
+        recipe = Recipe("flat", surface.rgb, 0.0, 0)
+    return _board(recipe, collected)
 
 
-def _board(color: Array, strength: float, kind: str, collected: _Collected) -> dict[str, Any]:
+def _board(recipe: Recipe, collected: _Collected) -> dict[str, Any]:
     """The header of a surface of one colour [3], or of a picture [H, W, 3], which is stored as an array."""
-    if color.ndim == 1:
-        return {"kind": kind, "color": color.astype(np.float64).tolist(), "strength": strength}
-    image = reduced(color, MOST_GROUND)
-    if image.shape != color.shape:
-        sizes = " to ".join(f"{shape[1]} x {shape[0]}" for shape in (color.shape, image.shape))
-        collected.omit(f"the picture behind the strokes was scaled from {sizes} pixels")
-    name = collected.add("ground", np.rint(np.clip(image, 0, 1) * 255), np.uint8)
-    return {"kind": kind, "image": name, "strength": strength}
-
-
-def reduced(image: Array, longest: int) -> Array:
-    """[h, w, 3] a picture [H, W, 3] averaged down to a longest side; as it is where it is no larger."""
-    rows, columns = image.shape[:2]
-    factor = longest / max(rows, columns)
-    if factor >= 1:
-        return image
-    for axis, size in enumerate((rows, columns)):
-        ends = np.linspace(0, size, max(1, round(size * factor)) + 1)
-        sums = np.concatenate(
-            [np.zeros_like(image.take([0], axis)), np.cumsum(image, axis, np.float64)], axis
-        )
-        low = np.floor(ends).astype(int)
-        part = (ends - low).reshape([-1 if k == axis else 1 for k in range(3)])
-        at = sums.take(low, axis) * (1 - part) + sums.take(np.minimum(low + 1, size), axis) * part
-        image = np.diff(at, axis=axis) * (len(ends) - 1) / size
-    return image
+    color: Any = {"color": recipe.color.astype(np.float64).tolist()}
+    if recipe.color.ndim == 3:
+        image = reduced(recipe.color, MOST_GROUND)
+        if image.shape != recipe.color.shape:
+            sizes = " to ".join(f"{shape[1]} x {shape[0]}" for shape in (recipe.color.shape, image.shape))
+            collected.omit(f"the picture behind the strokes was scaled from {sizes} pixels")
+        color = {"image": collected.add("ground", np.rint(np.clip(image, 0, 1) * 255), np.uint8)}
+    return {"kind": recipe.kind, **color, "strength": recipe.strength, "seed": recipe.seed}
 
 
 def _lamp(lamp: "Lamp") -> dict[str, Any]:

@@ -51,11 +51,13 @@ class Recipe:
         kind: the function that made it, "flat", "linen" or "paper".
         color: [3] or [H, W, 3].
         strength: of height and tone; 0 for a flat one.
+        seed: of the threads or bumps.
     """
 
     kind: Literal["flat", "linen", "paper"]
     color: Array  # [3] or [H, W, 3]
     strength: float
+    seed: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +80,7 @@ class Surface:
 def flat(color: ArrayLike, *, height: int, width: int) -> Surface:
     """A smooth board of a colour, [3] or [H, W, 3]."""
     bare, full = np.zeros((height, width), np.float32), np.ones((height, width), np.float32)
-    return _surface("flat", color, bare, full, 0, 0, 0)
+    return _surface("flat", color, bare, full, 0, 0, 0, 0)
 
 
 def linen(color: ArrayLike, *, height: int, width: int, strength: float = 1.0, seed: int = 0) -> Surface:
@@ -92,13 +94,13 @@ def linen(color: ArrayLike, *, height: int, width: int, strength: float = 1.0, s
         seed: another one gives other threads.
     """
     pattern = _linen(height, width, seed)
-    return _surface("linen", color, pattern, _grain(pattern), strength, LINEN_HEIGHT, LINEN_TONE)
+    return _surface("linen", color, pattern, _grain(pattern), strength, LINEN_HEIGHT, LINEN_TONE, seed)
 
 
 def paper(color: ArrayLike, *, height: int, width: int, strength: float = 1.0, seed: int = 0) -> Surface:
     """Cold-pressed paper: fine bumps on coarse ones. Arguments as for `linen`."""
     pattern = _paper(height, width, seed)
-    return _surface("paper", color, pattern, _grain(pattern), strength, PAPER_HEIGHT, PAPER_TONE)
+    return _surface("paper", color, pattern, _grain(pattern), strength, PAPER_HEIGHT, PAPER_TONE, seed)
 
 
 def _surface(
@@ -109,6 +111,7 @@ def _surface(
     strength: float,
     height: float,
     tone: float,
+    seed: int,
 ) -> Surface:
     rows, columns = pattern.shape
     base = np.asarray(color, np.float32)
@@ -121,7 +124,7 @@ def _surface(
     for c in range(3):  # a third of the time of one expression, whose innermost loop would be as short
         np.multiply(base[..., c], shade, out=rgb[..., c])
     raised = np.float32(strength * height * canvas_scale(columns, rows)) * pattern
-    return Surface(rgb, raised, grain, recipe=Recipe(kind, base, strength))
+    return Surface(rgb, raised, grain, recipe=Recipe(kind, base, strength, seed))
 
 
 def _grain(pattern: F32) -> F32:
