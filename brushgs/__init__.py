@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from brushgs.errors import SceneWarning as SceneWarning
     from brushgs.io import load as load
     from brushgs.io import load_cameras as load_cameras
-    from brushgs.io import save as save
     from brushgs.io.pictures.video import save_video as save_video
     from brushgs.io.scenes.encoding import Encoding as Encoding
     from brushgs.io.scenes.encoding import Reading as Reading
     from brushgs.options.look import Look as Look
+    from brushgs.page.save import save as save
     from brushgs.painting.still import paint as paint
     from brushgs.passes.broken_color import break_colors as break_colors
     from brushgs.passes.choose_brushes import choose_brushes as choose_brushes
@@ -55,10 +55,11 @@ _MODULES = {
     "brushes.texture": "StrokeTexture",
     "doctor": "Finding examine",
     "errors": "SceneError SceneWarning",
-    "io": "load load_cameras save",
+    "io": "load load_cameras",
     "io.pictures.video": "save_video",
     "io.scenes.encoding": "Encoding Reading",
     "options.look": "Look",
+    "page.save": "save",
     "painting.still": "paint",
     "passes.broken_color": "break_colors",
     "passes.choose_brushes": "choose_brushes",

@@ -14,6 +14,7 @@ from brushgs.version import __version__
 
 COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
     "render": "paint a scene as a picture, or along a camera path as numbered frames or a video",
+    "export": "paint a scene as one HTML file, in which the painting can be turned",
     "demo": "build the example scene and paint it",
     "prune": "keep the most important Gaussians: scene in, scene out",
     "cluster": "merge Gaussians into fewer and larger ones: scene in, scene out",
@@ -57,13 +58,15 @@ class _Parser(ArgumentParser):
 
 
 def parse(words: Sequence[str]) -> Namespace:
-    """The namespace of a command line; `run` in it is the function of the command.
+    """The namespace of a command line; `run` in it is the function of the command, `words` are its words.
 
     Raises:
         UsageError: if a flag or a value is invalid; one sentence.
     """
-    words = _asking_for_help(words)
-    return build_parser(words).parse_args(_joined(words))
+    words = _joined(_asking_for_help(words))
+    args = build_parser(words).parse_args(words)
+    args.words = words
+    return args
 
 
 def build_parser(words: Sequence[str]) -> ArgumentParser:

@@ -7,8 +7,12 @@ the whole picture.
 
 import re
 import struct
+import tempfile
 from pathlib import Path
 from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.io.pictures.limits import check_pixels
@@ -32,6 +36,19 @@ def write(frame: Frame, path: str | Path, background: Background) -> None:
     if background is None:
         raise ValueError(f"write_frame: a JPEG holds no transparency, got {str(path)!r}; give a background")
     write_pixels(path, "jpeg", bytes_of(frame, background), ("R", "G", "B"), _ATTRIBUTES)
+
+
+def encode_jpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:
+    """The bytes of a picture [H, W, 3] of a quality of 1 to 100, with a chroma sample for four pixels.
+
+    Raises:
+        SceneError: if the folder for temporary files is full.
+    """
+    attributes = {"Compression": f"jpeg:{quality}", "jpeg:subsampling": "4:2:0"}
+    with tempfile.TemporaryDirectory(prefix="brushgs-") as folder:  # OpenImageIO writes to named files only
+        path = Path(folder) / "picture.jpg"
+        write_pixels(path, "jpeg", pixels, ("R", "G", "B"), attributes)
+        return path.read_bytes()
 
 
 def check_file(path: Path, file: BinaryIO, max_pixels: int) -> None:

@@ -1,0 +1,6 @@
+"""Pages: what the help of the command line needs. Without `dataclasses`, see `choices`."""
+
+PAGE_SUFFIXES = (".html",)
+# Of a page, from where on devices suffer; see `brushgs.page.weight`.
+PHONE_BYTES, PHONE_FRAGMENTS = 8_000_000, 24.0
+HEADSET_FRAGMENTS = 6.0

@@ -1,0 +1,53 @@
+"""The first view of a page, painted by the exact renderer: the picture for browsers that cannot paint."""
+
+import numpy as np
+
+from brushgs.io.pictures.jpeg import encode_jpeg
+from brushgs.io.pictures.oiio import Background
+from brushgs.page.images import reduced
+from brushgs.page.weight import Weight, fragments_of, vertices_of
+from brushgs.painting.drawing import warn_if_blank
+from brushgs.painting.look import BACKDROP
+from brushgs.rendering.coats import Painting
+from brushgs.rendering.constants import MIN_ALPHA
+from brushgs.scene import Camera, Frame
+
+STILL_SIDE = 640  # px
+MOST_BYTES = 80_000
+QUALITIES = (85, 75, 60, 45, 30)  # of JPEG, tried in turn
+
+
+def paint_first_view(painting: Painting, camera: Camera) -> tuple[Frame, Weight]:
+    """The picture of the first view, and how heavy it is to paint. Warns where it is nearly blank."""
+    painting = painting.with_depth(False)
+    canvas = painting.canvas(camera)
+    is_painted = np.zeros((camera.height, camera.width), bool)
+    vertices, areas, behind, shown = 0, 0.0, 0.0, []
+    for coat in painting.coats:
+        boxes = coat.boxes(camera)[0]
+        alpha = canvas.lay(coat, boxes).alpha
+        is_painted |= alpha >= MIN_ALPHA
+        vertices += vertices_of(coat, len(coat.strokes))
+        of_coat = fragments_of(coat, boxes, camera)
+        areas, behind = areas + of_coat[0], behind + of_coat[1]
+        if coat.name != BACKDROP:
+            shown.append((float(alpha.mean(dtype=np.float64)), len(boxes), boxes))
+    if shown:
+        painted, _, boxes = max(shown, key=lambda one: one[:2])
+        warn_if_blank(boxes, camera, painted)
+    weight = Weight(vertices, areas + behind, areas, int(is_painted.sum()), is_painted.size)
+    return canvas.finish(painting.lamp), weight
+
+
+def still_of(frame: Frame, background: Background) -> bytes:
+    """A JPEG of at most `STILL_SIDE` pixels and `MOST_BYTES`; what is transparent is on white.
+
+    JPEG, since a browser without WebGL2 may be too old for other formats.
+    """
+    pixels = reduced(frame.bytes_over((1.0, 1.0, 1.0) if background is None else background), STILL_SIDE)
+    whole = np.rint(pixels).astype(np.uint8)
+    for quality in QUALITIES:
+        content = encode_jpeg(whole, quality)
+        if len(content) <= MOST_BYTES:
+            break
+    return content
