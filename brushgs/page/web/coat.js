@@ -245,6 +245,7 @@ class CoatPainter {
     gl.uniform1i(at.uHasUnderpaint, this.hasUnderpaint ? 1 : 0);
     gl.uniform1f(at.uUnderpaintOpacity, this.hasUnderpaint ? header.underpaint.opacity : 0);
     gl.uniform1f(at.uCanvasScale, Math.sqrt((camera.width * camera.height) / 750000));
+    gl.uniform1f(at.uMiddle, m[11]);
     gl.uniform1f(at.uTolerance, header.tolerance ?? 0);
     gl.uniform1f(at.uStreaks, header.streaks);
     gl.uniform2fv(at.uAtlasSize, this.atlas.size);

@@ -20,12 +20,14 @@ class Painter {
     this._atlas = new Atlas(gl, header, arrays);
     this._noise = newNoise(gl);
     this._coats = header.coats.map((coat) => new CoatPainter(gl, coat, arrays, this._atlas, this._noise));
+    this._canvas = new Canvas(gl, header, arrays);
+    this._drawing = {}; // options of a coat
   }
 
   /** Make everything anew after a lost context was restored. */
   restore() {
     this._coats = [];
-    this._atlas = null;
+    this._atlas = this._noise = this._canvas = null;
     this.replace(this.contents);
   }
 
@@ -42,16 +44,20 @@ class Painter {
    */
   paint(camera, { head = camera, order = "distance", share = 1, brush = null, ground = true, target = null,
     viewport = null } = {}) {
-    const { gl } = this;
-    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+    const { gl, _canvas: canvas, _drawing: drawing } = this;
     const [x, y, width, height] = viewport ?? [0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight];
-    gl.viewport(x, y, width, height);
-    const color = ground === true ? this.contents.header.background : ground || null;
-    gl.clearColor(...(color ? [...color, 1] : [0, 0, 0, 0]));
-    gl.clear(gl.COLOR_BUFFER_BIT);
-    for (const coat of this._coats) {
-      if (coat.header.blend === "cover") coat.draw(camera, head, { order, share, brush, x, y });
-    }
+    canvas.begin({ width, height, x, y, target, ground });
+    Object.assign(drawing, { order, share, brush });
+    this._coats.forEach((coat, i) => {
+      coat.draw(camera, head, Object.assign(drawing, canvas.bindCoat(i)));
+      canvas.lay(i);
+    });
+    canvas.finish();
+  }
+
+  /** Sentences on what this browser cannot show of the painting. */
+  get notes() {
+    return this._canvas.notes;
   }
 
   /** The boxes of one coat, see `CoatPainter.boxes`. */
@@ -63,14 +69,22 @@ class Painter {
   get counts() {
     const strokes = this._coats.reduce((sum, coat) => sum + coat.count, 0);
     const instances = this._coats.reduce((sum, coat) => sum + coat.count * (coat.hasUnderpaint ? 2 : 1), 0);
-    return { strokes, vertices: 4 * instances, atlasBytes: this._atlas.numBytes };
+    const { numPasses, numBytes } = this._canvas;
+    return {
+      strokes,
+      vertices: 4 * instances,
+      atlasBytes: this._atlas.numBytes,
+      passes: numPasses,
+      targetBytes: numBytes,
+    };
   }
 
   dispose() {
     for (const coat of this._coats ?? []) coat.dispose();
+    this._canvas?.dispose();
     this._atlas?.dispose();
     if (this._noise) this.gl.deleteTexture(this._noise);
     this._coats = [];
-    this._atlas = this._noise = null;
+    this._atlas = this._noise = this._canvas = null;
   }
 }

@@ -8,6 +8,7 @@
 // where it has those.
 
 #include "sh.glsl"
+#include "smooth.glsl"
 
 uniform highp sampler2D uStrokes;  // (mean, opacity), (quaternion w x y z), (scales, brush + 256 streak start), ...
 uniform vec4 uBrushes[NUM_BRUSHES];  // by brush of the coat: standard deviations in half a box, reach of underpaint, row of the atlas
@@ -125,11 +126,6 @@ vec2 anchoredAxis(Footprint f, vec3 scales, mat3 rotation, float depth, vec3 ray
   return vec2(bent.x * major.x - bent.y * major.y, bent.x * major.y + bent.y * major.x);
 }
 #endif
-
-float smoothed(float t) {
-  t = clamp(t, 0.0, 1.0);
-  return t * t * (3.0 - 2.0 * t);
-}
 
 Box boxOf(int id, Stroke stroke) {
   Box box = Box(vec2(0), vec2(0), vec2(1, 0), 0.0, 0.0, vec3(0), false);

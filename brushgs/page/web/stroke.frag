@@ -3,6 +3,8 @@
 precision highp float;
 precision highp int;
 
+#include "smooth.glsl"
+
 uniform vec2 uOrigin;  // lower left corner of the picture in the framebuffer, pixels
 uniform vec2 uSize;
 uniform sampler2D uAtlas;
@@ -62,8 +64,7 @@ void main() {
   ivec2 texel = ivec2(pixel);
   float below = texelFetch(uBelow, texel, 0).a;
   if (below > SOLID) {
-    float x = clamp((texelFetch(uBelowDetail, texel, 0).g / below - vLimit.x) * vLimit.y, 0.0, 1.0);
-    alpha *= x * x * (3.0 - 2.0 * x);
+    alpha *= smoothed((texelFetch(uBelowDetail, texel, 0).g / below - vLimit.x) * vLimit.y);
   }
 #endif
   if (!(alpha >= MIN_ALPHA)) discard;

@@ -8,6 +8,7 @@ precision highp int;
 uniform bool uHasUnderpaint;  // then instances are 2 id for a stroke, 2 id + 1 for its underpaint
 uniform float uUnderpaintOpacity;
 uniform float uCanvasScale;  // pixels of the picture in one of a picture of 1000 x 750
+uniform float uMiddle;  // depth of the middle of the scene: from there, half floats tell depths apart
 uniform float uTolerance;  // of the depth test, in sizes of the stroke
 uniform float uStreaks;
 uniform highp sampler2D uTable;  // see atlas.js
@@ -18,7 +19,7 @@ layout(location = 0) in uint aInstance;
 flat out vec2 vCenter;
 flat out vec4 vPlace;  // (s, t) = (dot(p - center, xy), dot(p - center, zw)): -1 to 1 over the box
 flat out vec4 vPaint;  // color, opacity
-flat out vec2 vKind;  // 1 for soft paint, depth
+flat out vec2 vKind;  // 1 for soft paint, depth from the middle
 #ifdef IMAGE
 flat out vec4 vTexels;  // first texel centre and span in the atlas, in its size
 #endif
@@ -29,7 +30,7 @@ flat out vec4 vStreaks;  // start, scale of t, weights
 flat out vec2 vRelief;  // thickness, gain, pixels
 #endif
 #ifdef TESTED
-flat out vec2 vLimit;  // where it ends, 1 / the depth over which
+flat out vec2 vLimit;  // where it ends, from the middle, 1 / the depth over which
 #endif
 
 const float UNDERPAINT_THICKNESS = 0.15 / 0.8;
@@ -83,12 +84,12 @@ void main() {
 #endif
 #ifdef TESTED
   float tolerance = max(uTolerance * sizeOf(stroke.scales), 1e-30);
-  vLimit = vec2(box.depth - tolerance, 2.0 / tolerance);
+  vLimit = vec2(box.depth - uMiddle - tolerance, 2.0 / tolerance);
 #endif
   vCenter = box.center;
   vPlace = vec4(box.axis / halfExtents.x, vec2(-box.axis.y, box.axis.x) / halfExtents.y);
   vPaint = vec4(box.color, opacity);
-  vKind = vec2(isSoft ? 1.0 : 0.0, box.depth);
+  vKind = vec2(isSoft ? 1.0 : 0.0, box.depth - uMiddle);
 
   // A Gaussian kernel ends where it is too faint to be painted.
 #ifdef GAUSSIAN

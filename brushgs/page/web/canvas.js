@@ -1,0 +1,427 @@
+// The canvas that coats are laid on: what rendering/coats.py `Canvas` does, in passes over the screen.
+//
+//     canvas.begin({ width, height, x, y, target, ground });
+//     coats.forEach((coat, i) => {
+//       coat.draw(camera, head, Object.assign(options, canvas.bindCoat(i)));
+//       canvas.lay(i);
+//     });
+//     canvas.finish();
+//
+// A coat is drawn into targets of its own only where it must be seen apart from the canvas: to be pressed through
+// the tooth, to be tested against what is on the canvas, to tint it, or where heights lie below that it carries on.
+// Others are drawn on the canvas, which gives the same. Where all are and no lamp shines, there is no canvas: coats
+// are drawn into the target, over the ground.
+
+const NO_FLOATS =
+  "this browser cannot draw into float textures: the painting is shown without relief, lamp and threads";
+const BLUR_REACH = 3; // standard deviations that the blur of the height reaches
+const MOST_REACH = 15; // pixels, as in taps.glsl
+const UNITS = ["uCoat", "uCoatDetail", "uPattern", "uCanvas", "uDetail", "uTint", "uGroundImage", "uHeight"];
+const [ZEROS, ONES] = [new Float32Array(4), new Float32Array(4).fill(1)];
+const BYTES = { canvas: 8, detail: 4, coat: 8, coatDetail: 4, tint: 8, blurred: 2 }; // a pixel of each target
+
+/**
+ * The canvas of a painting in one WebGL2 context.
+ *
+ * `notes` are sentences on what this browser cannot show of it. Targets are as large as the largest picture, and made
+ * anew only for a larger or a far smaller one. A context that was lost needs a new Canvas.
+ *
+ * @throws {Error} where a shader does not compile, or a target cannot be made
+ */
+class Canvas {
+  /**
+   * @param {object} header of the contents: coats, surface, lamp, background, isTransparent
+   * @param {object} arrays of the contents
+   */
+  constructor(gl, header, arrays) {
+    const { coats, surface } = header;
+    const isFloat = gl.getExtension("EXT_color_buffer_float") !== null;
+    const isHalf = isFloat || gl.getExtension("EXT_color_buffer_half_float") !== null;
+    Object.assign(this, { gl, notes: isHalf ? [] : [NO_FLOATS], _header: header });
+    this._format = isHalf ? gl.RGBA16F : gl.RGBA8;
+    Object.assign(this, planOf(header, isHalf));
+    this._pattern = this._hasPattern ? new SurfacePattern(gl, surface.kind, isFloat ? gl.R32F : gl.R16F) : null;
+    this._image = surface?.image === undefined ? null : newImage(gl, header.arrays[surface.image].shape, arrays[surface.image]);
+    this._targets = { width: 0, height: 0, textures: {}, framebuffers: {} };
+    this._picture = { width: 0, height: 0, x: 0, y: 0, target: null, ground: true };
+    this._place = { x: 0, y: 0, detail: false, below: null, belowDetail: null };
+    this._taps = { width: 0, height: 0, reach: 0, weights: new Float32Array(MOST_REACH + 1) };
+    this._programs = new Map();
+    this._lays = coats.map((_, i) => this._layPrograms(this._plans[i]));
+    this._blur = this._isLit ? this._program("blur.frag", { DETAIL: this._hasDetail }) : null;
+    const finishing = { LIT: this._isLit, GLAZED: this._hasGlaze, BARE: this._isStraight };
+    this._finish = this._isStraight && this._isPlain ? null : this._program("finish.frag", finishing);
+  }
+
+  /**
+   * Begin a picture.
+   *
+   * @param {object} picture `width` and `height`, pixels; `x` and `y`, its lower left corner in the framebuffer
+   *     `target`, null for that of the page; `ground`: true for that of the painting, false for none, or [r, g, b]
+   */
+  begin({ width, height, x = 0, y = 0, target = null, ground = true }) {
+    const { gl, _picture: picture } = this;
+    Object.assign(picture, { width, height, x, y, target, ground });
+    gl.disable(gl.BLEND);
+    this._pattern?.resize(width, height);
+    if (this._isStraight) {
+      this._drawGround();
+      return;
+    }
+    this._resize(width, height);
+    this._clear("canvasAlone", ZEROS);
+    if (this._hasDetail) this._clear("detail", ZEROS);
+    if (this._hasGlaze) this._clear("tintAlone", ONES);
+  }
+
+  /**
+   * Bind what a coat is drawn into, and clear it where it is its own.
+   *
+   * @returns {object} options for `CoatPainter.draw`, one object for all coats: `x` and `y` of the picture, `detail`,
+   *     and the textures `below` and `belowDetail` that the coat is tested against, or null
+   */
+  bindCoat(i) {
+    const { gl, _place: place, _picture: picture } = this;
+    const { textures } = this._targets;
+    const { isDirect, isGlaze, isTested, hasDetail } = this._plans[i];
+    Object.assign(place, { x: 0, y: 0, detail: hasDetail, below: null, belowDetail: null });
+    if (this._isStraight) {
+      this._bindPicture();
+      [place.x, place.y] = [picture.x, picture.y];
+      return place;
+    }
+    if (isDirect) {
+      this._bindTarget(hasDetail ? "canvas" : "canvasAlone");
+      return place;
+    }
+    this._clear("coatAlone", isGlaze ? ONES : ZEROS);
+    if (hasDetail) {
+      this._bindTarget("coat");
+      gl.clearBufferfv(gl.COLOR, 1, ZEROS);
+    }
+    if (isTested) [place.below, place.belowDetail] = [textures.canvas, textures.detail];
+    return place;
+  }
+
+  /** Lay a coat that was drawn. */
+  lay(i) {
+    const { gl } = this;
+    const { isDirect, isGlaze, hasHeight, hasDepth } = this._plans[i];
+    if (isDirect) return;
+    gl.enable(gl.BLEND);
+    this._bindTarget(isGlaze ? "tint" : "canvasAlone");
+    if (isGlaze) gl.blendFuncSeparate(gl.ZERO, gl.SRC_COLOR, gl.ZERO, gl.ONE);
+    else gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    this._layPass(this._lays[i].color, i, false);
+    if (hasHeight || hasDepth) this._bindTarget("detail");
+    for (const isHeight of [true, false]) {
+      if (!(isHeight ? hasHeight : hasDepth)) continue;
+      gl.colorMask(isHeight, !isHeight, false, false); // of the canvas below, they go on by different shares
+      this._layPass(this._lays[i].detail, i, isHeight);
+    }
+    gl.colorMask(true, true, true, true);
+    gl.disable(gl.BLEND);
+  }
+
+  /** Compose ground, glazes, paint and light in the target. */
+  finish() {
+    if (this._isStraight) return;
+    const { gl, _picture: picture } = this;
+    if (this._isLit) {
+      this._bindTarget("blurred");
+      const at = this._use(this._blur);
+      this._setTaps(at);
+      gl.uniform2i(at.uSize, picture.width, picture.height);
+      gl.uniform1f(at.uSurfaceHeight, this._surfaceHeight());
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+    this._bindPicture();
+    this._finishPass();
+  }
+
+  /** Passes over the whole picture besides the strokes: those of ground, coats, blur, and the last one. */
+  get numPasses() {
+    if (this._isStraight) return this._isPlain ? 0 : 1;
+    const lays = this._plans.filter(({ isDirect }) => !isDirect);
+    const details = lays.reduce((sum, { hasHeight, hasDepth }) => sum + (hasHeight ? 1 : 0) + (hasDepth ? 1 : 0), 0);
+    return lays.length + details + (this._isLit ? 2 : 1);
+  }
+
+  /** Bytes of all targets, with the texture of the surface. */
+  get numBytes() {
+    const { width, height, textures } = this._targets;
+    const perPixel = Object.keys(textures).reduce((sum, name) => sum + BYTES[name], 0);
+    return perPixel * width * height + (this._pattern?.numBytes ?? 0);
+  }
+
+  dispose() {
+    this._free();
+    this._pattern?.dispose();
+    if (this._image) this.gl.deleteTexture(this._image.texture);
+    for (const program of this._programs.values()) program.dispose();
+  }
+
+  _layPrograms({ isDirect, isGlaze, isPressed, hasDetail }) {
+    const program = (kind) => this._program("lay.frag", { [kind]: true, PRESSED: isPressed });
+    if (isDirect) return null;
+    return { color: program(isGlaze ? "GLAZE" : "COLOR"), detail: hasDetail ? program("DETAIL") : null };
+  }
+
+  _program(fragment, has) {
+    const { gl } = this;
+    const defines = Object.keys(has).filter((name) => has[name]);
+    if (this._hasPattern) defines.push("PATTERN");
+    const key = [fragment, ...defines].join();
+    if (!this._programs.has(key)) {
+      const program = new Program(gl, "screen.vert", fragment, defines);
+      this._programs.set(key, program);
+      gl.useProgram(program.handle);
+      UNITS.forEach((name, unit) => gl.uniform1i(program.at[name] ?? null, unit));
+    }
+    return this._programs.get(key);
+  }
+
+  /** Use a program of a pass, with all textures bound; those that it does not read may be drawn into. */
+  _use(program) {
+    const { gl } = this;
+    const { coat, coatDetail, canvas, detail, tint, blurred } = this._targets.textures;
+    gl.useProgram(program.handle);
+    this._bindTexture(0, coat);
+    this._bindTexture(1, coatDetail);
+    this._bindTexture(2, this._pattern?.texture);
+    this._bindTexture(3, canvas);
+    this._bindTexture(4, detail);
+    this._bindTexture(5, tint);
+    this._bindTexture(6, this._image?.texture);
+    this._bindTexture(7, blurred);
+    gl.activeTexture(gl.TEXTURE0);
+    return program.at;
+  }
+
+  _bindTexture(unit, texture) {
+    this.gl.activeTexture(this.gl.TEXTURE0 + unit);
+    this.gl.bindTexture(this.gl.TEXTURE_2D, texture ?? null);
+  }
+
+  _layPass(program, i, isHeight) {
+    const { gl } = this;
+    const at = this._use(program);
+    gl.uniform1f(at.uDry, this._header.coats[i].dry);
+    gl.uniform1i(at.uIsHeight, isHeight ? 1 : 0);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  _finishPass() {
+    const { gl, _picture: picture, _image: image } = this;
+    const { lamp, surface } = this._header;
+    const at = this._use(this._finish);
+    const [ground, background] = this._colors();
+    gl.uniform2i(at.uOrigin, picture.x, picture.y);
+    gl.uniform2i(at.uSize, picture.width, picture.height);
+    gl.uniform1i(at.uHasGround, ground !== null ? 1 : 0);
+    gl.uniform3fv(at.uGround, ground?.length === 3 ? ground : ZEROS.subarray(0, 3));
+    gl.uniform1i(at.uIsImage, ground === image ? 1 : 0);
+    if (image) {
+      const cover = Math.max(picture.width / image.width, picture.height / image.height);
+      gl.uniform2f(at.uShown, picture.width / (cover * image.width), picture.height / (cover * image.height));
+    }
+    gl.uniform1f(at.uTone, surface === null ? 0 : surface.strength * DEVIATIONS[surface.kind].tone);
+    if (background) gl.uniform4f(at.uBackground, background[0], background[1], background[2], 1);
+    else gl.uniform4fv(at.uBackground, ZEROS);
+    if (this._isLit) {
+      this._setTaps(at);
+      gl.uniform3fv(at.uLamp, lamp.direction);
+      gl.uniform3fv(at.uHalfWay, lamp.halfWay);
+      gl.uniform1f(at.uStrength, lamp.strength);
+      gl.uniform1f(at.uGloss, lamp.gloss);
+      gl.uniform1f(at.uExponent, lamp.exponent);
+    }
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  /** Colour or image of the surface, and colour of the background; null for those that are not seen. */
+  _colors() {
+    const { surface, background, isTransparent } = this._header;
+    const { ground } = this._picture;
+    if (ground === false) return [null, null];
+    if (ground !== true) return surface === null ? [null, ground] : [ground, null];
+    return surface === null || isTransparent ? [null, background] : [this._image ?? surface.color, null];
+  }
+
+  /** Whether the ground is one colour or none. */
+  get _isPlain() {
+    const { surface, isTransparent } = this._header;
+    return surface === null || isTransparent || (!this._hasPattern && surface.image === undefined);
+  }
+
+  _drawGround() {
+    const { gl, _picture: picture } = this;
+    this._bindPicture();
+    if (!this._isPlain) {
+      this._finishPass();
+      return;
+    }
+    const [ground, background] = this._colors();
+    const color = ground ?? background;
+    gl.enable(gl.SCISSOR_TEST); // other eyes may be beside this one
+    gl.scissor(picture.x, picture.y, picture.width, picture.height);
+    if (color) gl.clearColor(color[0], color[1], color[2], 1);
+    else gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT);
+    gl.disable(gl.SCISSOR_TEST);
+  }
+
+  _bindPicture() {
+    const { gl } = this;
+    const { target, x, y, width, height } = this._picture;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+    gl.viewport(x, y, width, height);
+  }
+
+  _bindTarget(name) {
+    const { gl } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this._targets.framebuffers[name]);
+    gl.viewport(0, 0, this._picture.width, this._picture.height);
+  }
+
+  _clear(name, values) {
+    this._bindTarget(name);
+    this.gl.clearBufferfv(this.gl.COLOR, 0, values);
+  }
+
+  /** Pixels: standard deviation of the height of the surface. */
+  _surfaceHeight() {
+    const { surface } = this._header;
+    const { width, height } = this._picture;
+    return surface === null ? 0 : surface.strength * DEVIATIONS[surface.kind].height * canvasScale(width, height);
+  }
+
+  _setTaps(at) {
+    const { gl, _taps: taps } = this;
+    const { width, height } = this._picture;
+    if (taps.width !== width || taps.height !== height) {
+      Object.assign(taps, { width, height });
+      taps.reach = blurTaps(taps.weights, this._header.lamp.blur * canvasScale(width, height));
+    }
+    gl.uniform1fv(at.uTaps, taps.weights);
+    gl.uniform1i(at.uReach, taps.reach);
+  }
+
+  _resize(width, height) {
+    const { _targets: made } = this;
+    const [most, highest] = [Math.max(width, made.width), Math.max(height, made.height)];
+    const isFar = most * highest > 4 * width * height;
+    if (!isFar && most === made.width && highest === made.height) return;
+    this._free();
+    this._makeTargets(isFar ? width : most, isFar ? height : highest);
+  }
+
+  _makeTargets(width, height) {
+    const { gl } = this;
+    const ownCoats = this._plans.filter(({ isDirect }) => !isDirect);
+    const formats = {
+      canvas: this._format,
+      detail: this._hasDetail && gl.RG16F,
+      coat: ownCoats.length > 0 && this._format,
+      coatDetail: ownCoats.some(({ hasDetail }) => hasDetail) && gl.RG16F,
+      tint: this._hasGlaze && this._format,
+      blurred: this._isLit && gl.R16F,
+    };
+    const textures = {};
+    for (const name of Object.keys(formats).filter((name) => formats[name])) {
+      textures[name] = newTexture(gl, gl.NEAREST);
+      gl.texStorage2D(gl.TEXTURE_2D, 1, formats[name], width, height);
+    }
+    const { canvas, detail, coat, coatDetail, tint, blurred } = textures;
+    const attached = {
+      canvas: [canvas, detail],
+      canvasAlone: [canvas],
+      detail: [detail],
+      coat: [coat, coatDetail],
+      coatAlone: [coat],
+      tint: [canvas, tint],
+      tintAlone: [tint],
+      blurred: [blurred],
+    };
+    const framebuffers = {};
+    for (const name of Object.keys(attached)) {
+      if (attached[name].every(Boolean)) framebuffers[name] = newFramebuffer(gl, attached[name]);
+    }
+    this._targets = { width, height, textures, framebuffers };
+  }
+
+  _free() {
+    const { gl } = this;
+    const { textures, framebuffers } = this._targets;
+    for (const texture of Object.values(textures)) gl.deleteTexture(texture);
+    for (const framebuffer of Object.values(framebuffers)) gl.deleteFramebuffer(framebuffer);
+    this._targets = { width: 0, height: 0, textures: {}, framebuffers: {} };
+  }
+}
+
+/**
+ * Decide for each coat where it is drawn, and what it leaves beside its colour.
+ *
+ * @param {boolean} isHalf whether floats can be drawn: else there is neither height nor depth
+ */
+function planOf({ coats, surface, lamp }, isHalf) {
+  const isWoven = isHalf && surface !== null && surface.kind !== "flat";
+  const isRaised = isWoven && surface.strength > 0;
+  const _isLit = isHalf && lamp !== null && (isRaised || coats.some(({ relief }) => relief !== null));
+  const firstCover = coats.findIndex(({ blend }) => blend === "cover");
+  const isTested = coats.map(({ tolerance }, i) => isHalf && tolerance !== null && firstCover >= 0 && i > firstCover);
+  const lastTested = isTested.lastIndexOf(true);
+  let hasHeights = false;
+  const _plans = coats.map((coat, i) => {
+    const isGlaze = coat.blend === "glaze";
+    const isPressed = surface !== null && coat.dry > 0;
+    const hasHeight = !isGlaze && _isLit && coat.relief !== null;
+    const hasDepth = !isGlaze && i < lastTested;
+    const hasDetail = hasHeight || hasDepth;
+    const isDirect = !(isGlaze || isPressed || isTested[i] || (hasHeights && hasDetail));
+    hasHeights ||= hasHeight;
+    return { isGlaze, isPressed, isTested: isTested[i], hasHeight, hasDepth, hasDetail, isDirect };
+  });
+  return {
+    _plans,
+    _isLit,
+    _hasPattern: isRaised || (isWoven && _plans.some(({ isPressed }) => isPressed)),
+    _hasDetail: _plans.some(({ hasDetail }) => hasDetail),
+    _hasGlaze: _plans.some(({ isGlaze }) => isGlaze),
+    _isStraight: !_isLit && _plans.every(({ isDirect }) => isDirect),
+  };
+}
+
+/** Fill the weights of a blur, from the middle out; returns how far it reaches: rendering/light.py `blur_taps`. */
+function blurTaps(weights, deviation) {
+  const reach = deviation > 1 / 6 ? Math.min(MOST_REACH, Math.ceil(BLUR_REACH * deviation - 0.5)) : 0;
+  weights.fill(0);
+  let total = 0;
+  for (let k = -reach; k <= reach; k++) total += Math.exp(-0.5 * (k / Math.max(deviation, 1e-9)) ** 2);
+  for (let k = 0; k <= reach; k++) weights[k] = Math.exp(-0.5 * (k / Math.max(deviation, 1e-9)) ** 2) / total;
+  return reach;
+}
+
+function newFramebuffer(gl, textures) {
+  const framebuffer = gl.createFramebuffer();
+  gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+  textures.forEach((texture, i) => {
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, gl.TEXTURE_2D, texture, 0);
+  });
+  gl.drawBuffers(textures.map((_, i) => gl.COLOR_ATTACHMENT0 + i));
+  if (gl.checkFramebufferStatus(gl.FRAMEBUFFER) !== gl.FRAMEBUFFER_COMPLETE && !gl.isContextLost()) {
+    throw new Error("the graphics card cannot draw into the textures of a painting; update its driver");
+  }
+  return framebuffer;
+}
+
+/** The picture of a ground: uint8 [height, width, 3]. */
+function newImage(gl, [height, width], array) {
+  const texture = newTexture(gl, gl.LINEAR);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
+  gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB8, width, height, 0, gl.RGB, gl.UNSIGNED_BYTE, array);
+  gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
+  gl.generateMipmap(gl.TEXTURE_2D);
+  return { texture, width, height };
+}

@@ -1,0 +1,30 @@
+// A lamp on the height of a picture: rendering/light.py.
+#include "taps.glsl"
+
+uniform highp sampler2D uHeight;  // blurred along x
+uniform vec3 uLamp;  // unit vectors to the lamp, and half way to the eye: x right, y down, z to the eye
+uniform vec3 uHalfWay;
+uniform float uStrength;
+uniform float uGloss;
+uniform float uExponent;
+
+// The height, blurred, at a pixel; beyond its border the picture goes on as at the border.
+float blurredAt(ivec2 pixel, ivec2 last) {
+  pixel = clamp(pixel, ivec2(0), last);
+  float total = 0.0;
+  for (int k = -uReach; k <= uReach; k++) {
+    total += uTaps[abs(k)] * texelFetch(uHeight, ivec2(pixel.x, clamp(pixel.y + k, 0, last.y)), 0).r;
+  }
+  return total;
+}
+
+// `last` is the last pixel of the picture, whose rows go up.
+vec3 lit(vec3 color, float alpha, ivec2 pixel, ivec2 last) {
+  float right = blurredAt(pixel + ivec2(1, 0), last) - blurredAt(pixel - ivec2(1, 0), last);
+  float down = blurredAt(pixel - ivec2(0, 1), last) - blurredAt(pixel + ivec2(0, 1), last);
+  vec3 normal = normalize(vec3(-0.5 * right, -0.5 * down, 1));
+  float shade = clamp(dot(normal, uLamp) / uLamp.z, 0.0, 2.0);
+  float mirrored = pow(clamp(dot(normal, uHalfWay), 0.0, 1.0), uExponent);
+  float shine = alpha * clamp(mirrored - pow(uHalfWay.z, uExponent), 0.0, 1.0);
+  return color * (1.0 + uStrength * (shade - 1.0)) + uGloss * shine;
+}
