@@ -30,6 +30,28 @@ const encoded = (array) => {
   return btoa(text);
 };
 const decoded = (text, TypedArray) => new TypedArray(bytesOfBase64(text).buffer);
+const newTarget = (textures) => {
+  const target = gl.createFramebuffer();
+  gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+  const places = textures.map((texture, i) => {
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, gl.TEXTURE_2D, texture, 0);
+    return gl.COLOR_ATTACHMENT0 + i;
+  });
+  gl.drawBuffers(places);
+  return target;
+};
+const floatTexture = (width, height, pixels = null) => {
+  const texture = newTexture(gl, gl.NEAREST);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, pixels);
+  return texture;
+};
+const pixelsOf = (target, place, x, y, width, height) => {
+  const pixels = new Float32Array(4 * width * height);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+  gl.readBuffer(place);
+  gl.readPixels(x, y, width, height, gl.RGBA, gl.FLOAT, pixels);
+  return encoded(pixels);
+};
 const cameraOf = (camera) => camera && PageCamera.ofHeader({ camera, origin });
 
 window.studio = {
@@ -41,26 +63,40 @@ window.studio = {
     painter = new Painter(gl, contents);
     window.studio.painter = painter;
   },
-  paint(camera, options) {
+  paint(camera, { at: [x, y], ...options }) {
     const { width, height } = camera;
-    const target = gl.createFramebuffer(), texture = newTexture(gl, gl.NEAREST);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, width, height);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+    const texture = floatTexture(x + width, y + height), target = newTarget([texture]);
     const head = cameraOf(options.head) ?? undefined;
-    const viewport = [0, 0, width, height];
+    const viewport = [x, y, width, height];
     painter.paint(cameraOf(camera), { ...options, head, target, viewport });
-    const pixels = new Float32Array(4 * width * height);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
-    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, pixels);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    const pixels = pixelsOf(target, gl.COLOR_ATTACHMENT0, x, y, width, height);
     gl.deleteFramebuffer(target);
     gl.deleteTexture(texture);
-    return encoded(pixels);
+    return pixels;
+  },
+  coat(index, camera, detail, belows) {
+    const coat = painter._coats[index], page = cameraOf(camera), { width, height } = camera;
+    const layers = belows.map((text) => floatTexture(width, height, decoded(text, Float32Array)));
+    const [below, belowDetail] = layers;
+    const textures = [floatTexture(width, height), ...(detail ? [floatTexture(width, height)] : [])];
+    const target = newTarget(textures);
+    gl.viewport(0, 0, width, height);
+    gl.clearBufferfv(gl.COLOR, 0, coat.header.blend === "glaze" ? [1, 1, 1, 1] : [0, 0, 0, 0]);
+    if (detail) gl.clearBufferfv(gl.COLOR, 1, [0, 0, 0, 0]);
+    coat.draw(page, page, { order: "depth", share: 1, brush: null, detail, below, belowDetail });
+    const found = textures.map((_, i) => pixelsOf(target, gl.COLOR_ATTACHMENT0 + i, 0, 0, width, height));
+    gl.deleteFramebuffer(target);
+    for (const texture of [...textures, ...layers]) gl.deleteTexture(texture);
+    return found;
   },
   boxes(coat, camera, head) {
     const options = head ? { head: cameraOf(head) } : {};
     return encoded(painter.boxes(coat, cameraOf(camera), options));
+  },
+  drawn(camera) {
+    const coat = painter._coats[0], page = cameraOf(camera);
+    coat._sort(coat.count, page, "distance");
+    return encoded(coat._order.ids);
   },
   order(means, setbacks, count, eye, axis) {
     const order = new StrokeOrder(decoded(means, Float32Array), setbacks && decoded(setbacks, Float32Array));
@@ -87,13 +123,13 @@ def decoded(text, dtype):
     return np.frombuffer(base64.b64decode(text), dtype)
 
 
-def studio_script():
-    """The scripts of the page up to its painter, and the hook of the tests, as one."""
+def studio_script(more=""):
+    """The scripts of the page up to its painter, and the hook of the tests with more of it, as one."""
     names = [name for name in SCRIPTS[: SCRIPTS.index("painter.js") + 1] if name in web_files()]
     web = resources.files("brushgs.page") / "web"
     texts = [(web / name).read_text(encoding="utf-8") for name in names]
     parts = [f"const SHADERS = {json.dumps(shaders())};", *texts, HOOK]
-    return '(() => {\n"use strict";\n' + "\n".join(parts) + "\n})();"
+    return '(() => {\n"use strict";\n' + "\n".join([*parts, more]) + "\n})();"
 
 
 def camera_facts(camera):
@@ -116,9 +152,9 @@ def painting_of(strokes, texture, *, coat=None, surface=None, lamp=None, **optio
 class Studio:
     """The tab."""
 
-    def __init__(self, page):
+    def __init__(self, page, more=""):
         self.page = page
-        page.evaluate(studio_script())
+        page.evaluate(studio_script(more))
 
     def load(self, painting, camera, **more):
         """Hand it a painting; returns its contents, whose `rows` say which stroke is which."""
@@ -127,11 +163,32 @@ class Studio:
         self.page.evaluate("data => studio.load(data)", encoded(write_container(contents)))
         return contents
 
-    def paint(self, camera, *, head=None, **options):
-        """[H, W, 4] float32 premultiplied colour and alpha, upper row first."""
-        options = {"order": "depth", "ground": False, "head": None if head is None else camera_facts(head)} | options
+    def paint(self, camera, *, head=None, at=(0, 0), **options):
+        """[H, W, 4] float32 premultiplied colour and alpha, upper row first.
+
+        Painted into a target whose lower left corner lies `at` pixels away; `options` are those of `paint`.
+        """
+        given = {"at": at, "head": None if head is None else camera_facts(head)}
+        options = {"order": "depth", "ground": False} | given | options
         text = self.page.evaluate("a => studio.paint(...a)", [camera_facts(camera), options])
         return decoded(text, np.float32).reshape(camera.height, camera.width, 4)[::-1]
+
+    def coat(self, camera, *, coat=0, detail=False, below=None):
+        """What one coat alone leaves in its targets, [H, W, 4] float32 each: see `CoatPainter.draw`.
+
+        `below` is the frame of what it is tested against. Depths count from the origin of the page.
+        """
+        belows = []
+        if below is not None:
+            zeros = np.zeros_like(below.alpha)
+            detail_below = np.stack(
+                [zeros, (below.depth - camera.viewmat[2, 3]) * below.alpha, zeros, below.alpha], axis=2
+            )
+            for layer in np.dstack([below.rgb, below.alpha]), detail_below:
+                belows.append(encoded(layer[::-1].astype(np.float32)))
+        texts = self.page.evaluate("a => studio.coat(...a)", [coat, camera_facts(camera), detail, belows])
+        shape = camera.height, camera.width, 4
+        return [decoded(text, np.float32).reshape(shape)[::-1] for text in texts]
 
     def boxes(self, camera, *, coat=0, head=None):
         """[N, 12] of the strokes in the order of the page."""
@@ -139,12 +196,16 @@ class Studio:
         text = self.page.evaluate("a => studio.boxes(...a)", [coat, camera_facts(camera), facts])
         return decoded(text, np.float32).reshape(-1, 12)
 
+    def drawn(self, camera):
+        """Instances of the first coat in the page's own order, farthest first."""
+        return decoded(self.page.evaluate("c => studio.drawn(c)", camera_facts(camera)), np.uint32)
+
     def axis_levels(self, num_texels):
         """Dictionaries like `AxisLevel`."""
         return self.page.evaluate("n => studio.axisLevels(n)", num_texels)
 
     def levels(self, coverage, height, level_u, levels_v):
-        """[rows, columns, 1 or 2] uint8 for each level along v: coverage and, where it is not None, height."""
+        """[rows, columns, 1 or 2] uint8 for each level along v: coverage, and height where it is given."""
         rows, columns = coverage.shape
         images = {"coverage": encoded(coverage), "height": None if height is None else encoded(height)}
         brush = {"rows": rows, "columns": columns, **images}

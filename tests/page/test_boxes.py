@@ -35,14 +35,18 @@ def test_boxes_are_those_of_project(studio, painted, camera):
     np.testing.assert_allclose(found[:, 8:11], expected.colors, rtol=0, atol=1e-6)
     along, across = expected.half_extents.T.astype(np.float64)
     reach = np.maximum(along, across)
-    if painting.coats[0].options.lock == "off":  # what is nearly round has no direction: how far its rim moves
+    if (
+        painting.coats[0].options.lock == "off"
+    ):  # what is nearly round has no direction: how far its rim moves
         reach = reach * (1 - (across / along) ** 2)
     turn = 2 * np.sin((found[:, 4] - expected.angles) / 2)  # 0 at a whole turn only
     assert np.abs(turn * reach).max() < PIXELS
 
 
 def test_extreme_values_give_numbers(studio):
-    scales = np.float32([[1e-30, 1e-30, 1e-30], [1e30, 1, 1e-30], [1e19, 1e19, 1e19], [1e-20, 1e-3, 1e5], [0, 0, 0.1]])
+    scales = np.float32(
+        [[1e-30, 1e-30, 1e-30], [1e30, 1, 1e-30], [1e19, 1e19, 1e19], [1e-20, 1e-3, 1e5], [0, 0, 0.1]]
+    )
     count = 4 * len(scales)
     means = np.zeros((count, 3), np.float32)
     means[:, 2] = np.repeat([-3.999, -3.9, 0, 1e6], len(scales))
