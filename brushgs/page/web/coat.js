@@ -48,10 +48,13 @@ class CoatPainter {
    * @param {PageCamera} camera centres and covariances; the picture has its size
    * @param {PageCamera} head its eye gives order, colours and directions
    * @param {object} options `order` "distance" or "depth"; `share` of the strokes; `brush` in place of those of
-   *     the coat, an index into the brushes of the header, or null; `x` and `y` of the picture in the framebuffer;
+   *     the coat, an index into the brushes of the header, or null; `isBare`, without the border of the coat;
+   *     `x` and `y` of the picture in the framebuffer;
    *     `detail`; `below` and `belowDetail`, the textures of the canvas below, for coats with a tolerance, or null
    */
-  draw(camera, head, { order, share, brush, x = 0, y = 0, detail = false, below = null, belowDetail = null }) {
+  draw(camera, head, options) {
+    const { order, share, brush, isBare = false, x = 0, y = 0 } = options;
+    const { detail = false, below = null, belowDetail = null } = options;
     const count = this.countOf(share);
     if (count === 0) return;
     const { gl } = this;
@@ -63,7 +66,7 @@ class CoatPainter {
     ]);
     const { at } = program;
     gl.useProgram(program.handle);
-    this._setView(at, camera, head, brush);
+    this._setView(at, camera, head, brush, isBare);
     gl.uniform2f(at.uOrigin, x, y);
     this._bind([this._strokes, this._sh, this.atlas.table, this.atlas.texture, this._noise, below, belowDetail]);
     gl.enable(gl.BLEND);
@@ -88,7 +91,7 @@ class CoatPainter {
     const program = this._program("boxes.vert", "empty.frag", [], ["oPlace", "oState", "oColor"]);
     const buffer = gl.createBuffer();
     gl.useProgram(program.handle);
-    this._setView(program.at, camera, head, brush);
+    this._setView(program.at, camera, head, brush, false);
     this._bind([this._strokes, this._sh]);
     gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, buffer);
     gl.bufferData(gl.TRANSFORM_FEEDBACK_BUFFER, result.byteLength, gl.STREAM_READ);
@@ -227,7 +230,7 @@ class CoatPainter {
   }
 
   /** The uniforms of a view. */
-  _setView(at, camera, head, brush) {
+  _setView(at, camera, head, brush, isBare) {
     const { gl, header } = this;
     const m = camera.viewmat;
     for (let row = 0; row < 3; row++) {
@@ -240,7 +243,7 @@ class CoatPainter {
     gl.uniform2f(at.uSize, camera.width, camera.height);
     gl.uniform1f(at.uNear, camera.near);
     gl.uniform1f(at.uLowPass, header.lowPass);
-    gl.uniform1f(at.uBorder, header.border);
+    gl.uniform1f(at.uBorder, isBare ? 0 : header.border);
     gl.uniform4fv(at.uBrushes, this._brushRows(brush));
     gl.uniform1i(at.uHasUnderpaint, this.hasUnderpaint ? 1 : 0);
     gl.uniform1f(at.uUnderpaintOpacity, this.hasUnderpaint ? header.underpaint.opacity : 0);

@@ -21,13 +21,14 @@ class Painter {
     this._noise = newNoise(gl);
     this._coats = header.coats.map((coat) => new CoatPainter(gl, coat, arrays, this._atlas, this._noise));
     this._canvas = new Canvas(gl, header, arrays);
+    this._bareCanvas = null; // made when it is needed
     this._drawing = {}; // options of a coat
   }
 
   /** Make everything anew after a lost context was restored. */
   restore() {
     this._coats = [];
-    this._atlas = this._noise = this._canvas = null;
+    this._atlas = this._noise = this._canvas = this._bareCanvas = null;
     this.replace(this.contents);
   }
 
@@ -41,13 +42,17 @@ class Painter {
    *     brush: in place of the brushes of all coats, an index into the brushes of the header; null for their own.
    *     ground: true, false for a transparent one, or [r, g, b]. target: framebuffer, null for the canvas.
    *     viewport: [x, y, width, height]; null for all of the canvas.
+   *     isBare: on a smooth surface and without border: threads, grain and border belong to a picture, and
+   *     would float before eyes that stand in the scene. Its ground is white where `ground` is true.
    */
   paint(camera, { head = camera, order = "distance", share = 1, brush = null, ground = true, target = null,
-    viewport = null } = {}) {
-    const { gl, _canvas: canvas, _drawing: drawing } = this;
+    viewport = null, isBare = false } = {}) {
+    const { gl, _drawing: drawing } = this;
+    if (isBare) this._bareCanvas ??= new Canvas(gl, bareHeader(this.contents.header), this.contents.arrays);
+    const canvas = isBare ? this._bareCanvas : this._canvas;
     const [x, y, width, height] = viewport ?? [0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight];
     canvas.begin({ width, height, x, y, target, ground });
-    Object.assign(drawing, { order, share, brush });
+    Object.assign(drawing, { order, share, brush, isBare });
     this._coats.forEach((coat, i) => {
       coat.draw(camera, head, Object.assign(drawing, canvas.bindCoat(i)));
       canvas.lay(i);
@@ -82,9 +87,19 @@ class Painter {
   dispose() {
     for (const coat of this._coats ?? []) coat.dispose();
     this._canvas?.dispose();
+    this._bareCanvas?.dispose();
     this._atlas?.dispose();
     if (this._noise) this.gl.deleteTexture(this._noise);
     this._coats = [];
-    this._atlas = this._noise = this._canvas = null;
+    this._atlas = this._noise = this._canvas = this._bareCanvas = null;
   }
+}
+
+/** The header of the same painting on a smooth white surface. */
+function bareHeader(header) {
+  return {
+    ...header,
+    surface: { kind: "flat", color: [1, 1, 1], strength: 0 },
+    coats: header.coats.map((coat) => ({ ...coat, dry: 0 })),
+  };
 }

@@ -17,7 +17,7 @@ uniform vec3 uEye, uHead;  // page coordinates
 uniform vec4 uLens;  // fx, fy, cx, cy, pixels
 uniform vec2 uSize;  // of the picture, pixels
 uniform float uNear, uLowPass;
-uniform float uBorder;  // width over the smaller side
+uniform float uBorder;  // width over the smaller side, 0 for none
 
 const float MIN_ALPHA = 1.0 / 255.0;
 
@@ -179,9 +179,11 @@ Box boxOf(int id, Stroke stroke) {
     all(greaterThan(box.halfExtents, vec2(0))) && box.opacity >= MIN_ALPHA;
 
 #ifdef BORDER
-  vec2 inside = min(box.center, uSize - box.center);
-  float border = min(inside.x, inside.y) / min(uSize.x, uSize.y) / uBorder;
-  box.opacity *= clamp((border + 0.35 - 1.1 * strokeTexel(id, 3).z) / 0.25, 0.0, 1.0);
+  if (uBorder > 0.0) {
+    vec2 inside = min(box.center, uSize - box.center);
+    float border = min(inside.x, inside.y) / min(uSize.x, uSize.y) / uBorder;
+    box.opacity *= clamp((border + 0.35 - 1.1 * strokeTexel(id, 3).z) / 0.25, 0.0, 1.0);
+  }
 #endif
 #ifdef FACING
   box.opacity *= 1.0 - smoothed((abs(dot(ray, strokeTexel(id, STRIDE - 1).xyz)) - 0.105) / 0.105);
