@@ -40,6 +40,7 @@ examples:
   brushgs render scene.ply --stroke gaussian          the plain 3DGS picture
   brushgs render scene.ply --stroke my_brush.png --strokes 2000 --size 1920x1080
   brushgs render scene.ply --orbit 120 -o turn.mp4    one turn around the scene, as a video
+  brushgs export scene.ply                            an HTML page in which the painting can be turned
 
 `brushgs help COMMAND` lists the flags of a command. A command prints the path of its output on stdout and a
 table of its stages on stderr. Exit codes: 0 success, 1 internal error, 2 unusable input (one sentence on

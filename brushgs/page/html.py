@@ -60,12 +60,12 @@ def page_html(contents: bytes | None, *, title: str, still: bytes | None = None,
             f"style-src {_hash(style)}",
             f"img-src data: blob:{own}",
             f"connect-src data: blob:{own}",
-            f"media-src data: blob:{own}",
+            *(["media-src blob: 'self'"] if live else []),
             "base-uri 'none'",
             "form-action 'none'",
         ]
     )
-    name = html.escape(plain_text(title))
+    name = html.escape(plain_text(title) or "painting")
     return fill(
         _read("page.html"),
         {

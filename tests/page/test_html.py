@@ -65,6 +65,7 @@ def test_a_hostile_name_becomes_text_and_nothing_else(name):
 
 
 def test_titles_are_one_line_of_text():
+    assert Elements(page_html(None, title="\0\n")).text["title#"].strip() == "painting"
     assert plain_text(" a\n\tb\u2028c\x00d ") == "a b c d"
     assert plain_text("Füße ✓ 絵") == "Füße ✓ 絵"
 

@@ -26,6 +26,7 @@ from brushgs.options.painting import (
 )
 from brushgs.options.scene_source import SceneSource
 from brushgs.options.sequence import PathConfig
+from brushgs.page.export import export_file
 from brushgs.painting import prepare as preparation
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
@@ -64,6 +65,11 @@ def render_path(path, paint, out, caught):
     return caught.pop().strokes
 
 
+def export(path, paint, out, caught):
+    export_file(path, out / "a.html", paint)
+    return caught.pop().strokes
+
+
 def stability(path, paint, out, caught):
     config = StabilityConfig(gaps=(1,), pairs=1, alone=0)
     report_stability(path, out / "stability.json", paint, PathConfig(orbit=3), config)
@@ -90,6 +96,7 @@ def refine(path, paint, out, caught):
 COMMANDS = {  # and the module whose `prepare` is watched
     render: "brushgs.painting.still",
     render_path: "brushgs.painting.sequence",
+    export: "brushgs.page.export",
     stability: "brushgs.measure.stability.run",
     bench: "brushgs.measure.bench.run",
     refine: "brushgs.refine.run",
