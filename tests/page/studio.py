@@ -93,6 +93,29 @@ window.studio = {
     const options = head ? { head: cameraOf(head) } : {};
     return encoded(painter.boxes(coat, cameraOf(camera), options));
   },
+  turning(cameras) {
+    return cameras.map((camera) => encoded(painter.boxes(0, cameraOf(camera))));
+  },
+  async loseContext(camera) {
+    const happened = (name) =>
+      new Promise((done) => {
+        const listener = (event) => {
+          event.preventDefault();
+          setTimeout(done, 0); // once all listeners have been called
+        };
+        canvas.addEventListener(name, listener, { once: true });
+      });
+    const [lost, back] = [happened("webglcontextlost"), happened("webglcontextrestored")];
+    const losing = gl.getExtension("WEBGL_lose_context");
+    losing.loseContext();
+    await lost;
+    painter.paint(cameraOf(camera), {}); // paints nothing, and throws nothing
+    losing.restoreContext();
+    await back;
+    gl.getExtension("EXT_color_buffer_float");
+    gl.getExtension("EXT_float_blend");
+    painter.restore();
+  },
   drawn(camera) {
     const coat = painter._coats[0], page = cameraOf(camera);
     coat._sort(coat.count, page, "distance");
@@ -195,6 +218,11 @@ class Studio:
         facts = None if head is None else camera_facts(head)
         text = self.page.evaluate("a => studio.boxes(...a)", [coat, camera_facts(camera), facts])
         return decoded(text, np.float32).reshape(-1, 12)
+
+    def turning(self, cameras):
+        """[views, N, 12] boxes of the first coat."""
+        texts = self.page.evaluate("c => studio.turning(c)", [camera_facts(camera) for camera in cameras])
+        return np.stack([decoded(text, np.float32).reshape(-1, 12) for text in texts])
 
     def drawn(self, camera):
         """Instances of the first coat in the page's own order, farthest first."""

@@ -12,7 +12,7 @@ from brushgs.rendering.options import rasterize_with
 from brushgs.rendering.relief import Relief
 from brushgs.still_life import still_life, still_life_camera
 from tests.page.strokes import CAMERAS, halved, hard_strokes
-from tests.page.studio import painting_of
+from tests.page.studio import camera_facts, painting_of
 
 STEP = 4 / 255
 BRUSHES = ["flat", "swirl", "dab", "wash", "gaussian", "ellipse"]
@@ -128,3 +128,11 @@ def test_a_coat_ends_behind_what_it_is_tested_against(studio, scene, blend):
         left = 1 - found[..., 3] if blend == "glaze" else found[..., 3]  # of a glaze, what passes
         assert_near(np.dstack([found[..., :3], left]), picture(frame))
     assert np.abs(tested - untested).max() > 0.1
+
+
+def test_a_lost_context_comes_back(studio, scene):
+    camera = still_life_camera(width=160, height=120)
+    studio.load(painting_of(scene, bg.StrokeTexture.open("flat"), underpaint=True), camera)
+    before = studio.paint(camera)
+    studio.page.evaluate("camera => studio.loseContext(camera)", camera_facts(camera))
+    np.testing.assert_array_equal(studio.paint(camera), before)

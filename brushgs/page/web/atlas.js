@@ -1,16 +1,19 @@
 // All brushes of a painting, at all their levels, in one texture; and a table that says where each is.
 
 const ATLAS_WIDTH = 4096;
-// Levels 1 and 2, for boxes drawn at 0.85 to 1.7 texels a pixel, have as many texels as the source and are most
-// of the memory; the source in their place is a little sharper on strokes longer than half the image.
+// Levels 1 and 2, for boxes drawn at 0.85 to 1.7 texels a pixel, have as many texels as the source: without
+// them an atlas takes 58 % of the memory. The source in their place is a little sharper on strokes longer
+// than half the image: 1500 strokes at 640 x 480 are painted with 55 to 67 dB instead of 69 to 74. Without 1
+// and 3 it is 53 to 61 dB, without 1, 3 and 5 it is 45 to 52.
 const LEFT_OUT = [1, 2];
 
 /**
  * The texture unit pair that strokes sample.
  *
- * `texture`: coverage and height of every brush and level, RG8; R8 where no coat has relief. `table`: RGBA32F, a row for each brush: one texel
- * (columns, rows, levels along u, levels along v), then two for each level u and v: (x, y, columns, rows) of its
- * texels, and (scale u, scale v, 0, 0). Brushes are filtered when `need` asks for them first.
+ * `texture`: coverage and height of every brush and level, RG8; R8 where no coat has relief.
+ * `table`: RGBA32F, a row for each brush: one texel (columns, rows, levels along u, levels along v), then two
+ * for each level u and v: (x, y, columns, rows) of its texels, and (scale u, scale v, 0, 0).
+ * A brush is filtered when `need` asks for it first.
  */
 class Atlas {
   constructor(gl, header, arrays) {

@@ -42,15 +42,15 @@ class CoatPainter {
   /**
    * Draw strokes into the bound framebuffer, over what is in it.
    *
-   * Colour 0 gets premultiplied colour and alpha, or of a glaze the tint and 1 - alpha, both to be multiplied.
+   * Colour 0 gets premultiplied colour and alpha; of a glaze, it is multiplied by its tint and 1 - alpha.
    * Colour 1, with `detail`, gets (height alpha, depth alpha, 0, alpha). The viewport is set by the caller.
    *
    * @param {PageCamera} camera centres and covariances; the picture has its size
    * @param {PageCamera} head its eye gives order, colours and directions
-   * @param {object} options `order` "distance" or "depth"; `share` of the strokes; `brush` in place of those of
-   *     the coat, an index into the brushes of the header, or null; `isBare`, without the border of the coat;
-   *     `x` and `y` of the picture in the framebuffer;
-   *     `detail`; `below` and `belowDetail`, the textures of the canvas below, for coats with a tolerance, or null
+   * @param {object} options `order` "distance" or "depth"; `share` of the strokes; `brush` in place of those
+   *     of the coat, an index into the brushes of the header, or null; `isBare`, without the border of the
+   *     coat; `x` and `y` of the picture in the framebuffer; `detail`; `below` and `belowDetail`, the textures
+   *     of the canvas below, for coats with a tolerance, or null
    */
   draw(camera, head, options) {
     const { order, share, brush, isBare = false, x = 0, y = 0 } = options;
@@ -68,7 +68,8 @@ class CoatPainter {
     gl.useProgram(program.handle);
     this._setView(at, camera, head, brush, isBare);
     gl.uniform2f(at.uOrigin, x, y);
-    this._bind([this._strokes, this._sh, this.atlas.table, this.atlas.texture, this._noise, below, belowDetail]);
+    const { _strokes: strokes, _sh: sh, _noise: noise, atlas } = this;
+    this._bind([strokes, sh, atlas.table, atlas.texture, noise, below, belowDetail]);
     gl.enable(gl.BLEND);
     gl.blendEquation(gl.FUNC_ADD);
     if (this.header.blend === "glaze") gl.blendFuncSeparate(gl.ZERO, gl.SRC_COLOR, gl.ZERO, gl.SRC_ALPHA);
@@ -80,8 +81,8 @@ class CoatPainter {
   }
 
   /**
-   * The boxes of all strokes: rows of center x and y, half extents along and across, angle, depth, opacity, 1 where
-   * it is seen, red, green, blue, 0. Pixels and radians.
+   * The boxes of all strokes: rows of center x and y, half extents along and across, angle, depth, opacity,
+   * 1 where it is seen, red, green, blue, 0. Pixels and radians.
    *
    * @returns {Float32Array} [count, 12]
    */
@@ -122,7 +123,8 @@ class CoatPainter {
   /** RGBA32F: see project.glsl; then (thickness, gain, chance, 0) and (normal, 0) where the coat has them. */
   _setStrokes(column) {
     const { gl, count, header } = this;
-    const [means, quats, scales, brushes, starts] = ["means", "quats", "scales", "brush", "streakStart"].map(column);
+    const [means, quats, scales] = ["means", "quats", "scales"].map(column);
+    const [brushes, starts] = ["brush", "streakStart"].map(column);
     const [opacities, relief, chance, normals] = ["opacities", "relief", "chance", "normals"].map(
       (name) => column(name) && floatsOfHalves(column(name)),
     );
@@ -188,8 +190,9 @@ class CoatPainter {
     const eye = head.eye(this._eye);
     const isByDepth = order === "depth";
     for (let k = 0; k < 3; k++) axis[k] = isByDepth ? head.viewmat[8 + k] : 0;
-    const isSame = (a, b) => a[0] === b[0] && a[1] === b[1] && a[2] === b[2];
-    if (last.count === count && last.order === order && isSame(last.eye, eye) && isSame(last.axis, axis)) return;
+    if (last.count === count && last.order === order && isSame3(last.eye, eye) && isSame3(last.axis, axis)) {
+      return;
+    }
     Object.assign(last, { count, order });
     last.eye.set(eye);
     last.axis.set(axis);
@@ -254,7 +257,7 @@ class CoatPainter {
     gl.uniform2fv(at.uAtlasSize, this.atlas.size);
   }
 
-  /** By brush of the coat: half a box in standard deviations, reach of the underpaint, row of the atlas, 0. */
+  /** By brush of the coat: deviations in half a box, reach of the underpaint, row of the atlas, 0. */
   _brushRows(replaced) {
     const { header, atlas } = this;
     const rows = this._brushes.rows;
@@ -280,6 +283,8 @@ class CoatPainter {
     gl.activeTexture(gl.TEXTURE0);
   }
 }
+
+const isSame3 = (a, b) => a[0] === b[0] && a[1] === b[1] && a[2] === b[2];
 
 /** Half length of a box, in standard deviations, for about as much paint as the Gaussian has. */
 function fittedSigmas(atlas, brush) {

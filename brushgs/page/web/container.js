@@ -7,8 +7,8 @@ const TRUNCATED = "This page is incomplete: the painting in it was cut short. Ge
  * Decode a container.
  *
  * @param {Uint8Array} bytes
- * @returns {Promise<{header: object, arrays: Object<string, TypedArray>}>} Arrays are flat, their shapes stand
- *     in `header.arrays`: Float32Array, Uint8Array, and Uint16Array with the bits of float16.
+ * @returns {Promise<{header: object, arrays: Object<string, TypedArray>}>} Arrays are flat, their shapes
+ *     stand in `header.arrays`: Float32Array, Uint8Array, and Uint16Array with the bits of float16.
  * @throws {Error} a sentence for who opened the page, where the container is cut short, damaged or newer.
  */
 async function decodeContents(bytes) {

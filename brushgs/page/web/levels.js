@@ -1,6 +1,6 @@
 // A brush filtered in advance for small boxes, axis by axis: brushes/levels.py says what, why and with what
-// error; names and numbers are the same. Here filtering is split in two, so that it takes little time: sums of
-// a few source texels, then a tridiagonal solution, where Python multiplies by the product of both.
+// error; names and numbers are the same. Filtering is split in two here, so that it takes little time: sums
+// of a few source texels, then a tridiagonal solution, where Python multiplies by the product of both.
 
 const FIRST_FOOTPRINT = 0.85;
 const LEVELS_PER_OCTAVE = 2;
@@ -127,8 +127,8 @@ function hatIntegral(x) {
 /**
  * Makes the levels of one brush.
  *
- * `coverage` and `height` are Uint8Array [rows, columns]; where an image has no height, it is its coverage. Without
- * `height` levels are of the coverage alone.
+ * `coverage` and `height` are Uint8Array [rows, columns]; where an image has no height, it is its coverage.
+ * Without `height` levels are of the coverage alone.
  */
 class BrushLevels {
   constructor({ rows, columns, coverage, height = null }) {
@@ -149,8 +149,8 @@ class BrushLevels {
    *
    * @param {number} levelU
    * @param {number[]} levelsV
-   * @yields {{levelV: number, columns: number, rows: number, texels: Uint8Array}} [rows, columns, 2 or 1]: coverage
-   *     and height
+   * @yields {{levelV: number, columns: number, rows: number, texels: Uint8Array}} [rows, columns, 2 or 1]:
+   *     coverage and height
    */
   *alongV(levelU, levelsV) {
     const across = levelU === 0 ? null : new AxisFilter(this.columns, levelU);
@@ -161,7 +161,8 @@ class BrushLevels {
     for (const levelV of levelsV) {
       const down = this._filterOfV(levelV);
       const isSource = levelU === 0 && levelV === 0;
-      const texels = isSource ? this._source : rounded(layers.map((layer) => (down ? down.rows(layer, columns) : layer)));
+      const filtered = layers.map((layer) => (down ? down.rows(layer, columns) : layer));
+      const texels = isSource ? this._source : rounded(filtered);
       yield { levelV, columns, rows: this.v[levelV].numTexels, texels };
     }
   }

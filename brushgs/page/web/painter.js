@@ -39,7 +39,7 @@ class Painter {
    * @param {object} options
    *     head: PageCamera whose eye gives order, colours and directions; that of the camera where not given.
    *     order: "distance" or "depth". share: 0 to 1 of the strokes of each coat.
-   *     brush: in place of the brushes of all coats, an index into the brushes of the header; null for their own.
+   *     brush: in place of those of all coats, an index into the brushes of the header; null for their own.
    *     ground: true, false for a transparent one, or [r, g, b]. target: framebuffer, null for the canvas.
    *     viewport: [x, y, width, height]; null for all of the canvas.
    *     isBare: on a smooth surface and without border: threads, grain and border belong to a picture, and

@@ -20,7 +20,8 @@ class Program {
     if (outputs.length) gl.transformFeedbackVaryings(this.handle, outputs, gl.INTERLEAVED_ATTRIBS);
     gl.linkProgram(this.handle);
     if (!gl.getProgramParameter(this.handle, gl.LINK_STATUS) && !gl.isContextLost()) {
-      const logs = [...shaders.map((shader) => gl.getShaderInfoLog(shader)), gl.getProgramInfoLog(this.handle)];
+      const logs = shaders.map((shader) => gl.getShaderInfoLog(shader));
+      logs.push(gl.getProgramInfoLog(this.handle));
       throw new Error(`${vertex} and ${fragment}: ${logs.filter(Boolean).join("\n")}`);
     }
     for (const shader of shaders) gl.deleteShader(shader);

@@ -1,17 +1,20 @@
 // A stroke in space -> its box on the picture: rendering/reference.py `project`, in float32.
 //
 // A box is at `center`, in pixels from the top left corner, reaches `half` pixels along `axis` and across it.
-// Lengths are divided by the largest of them before they are squared, so that needles and what lies just before
-// the camera stay in range. Directions are unit vectors: angles would cost precision.
+// Lengths are divided by the largest of them before they are squared, so that needles and what lies just
+// before the camera stay in range. Directions are unit vectors: angles would cost precision.
 //
-// Compiled for a coat: SH_DEGREE; NUM_BRUSHES; STRIDE texels a stroke; ANCHORED, FADES, ANTIALIASED, BORDER, FACING,
-// where it has those.
+// Compiled for a coat: SH_DEGREE; NUM_BRUSHES; STRIDE texels a stroke; ANCHORED, FADES, ANTIALIASED, BORDER,
+// FACING, where it has those.
 
 #include "sh.glsl"
 #include "smooth.glsl"
 
-uniform highp sampler2D uStrokes;  // (mean, opacity), (quaternion w x y z), (scales, brush + 256 streak start), ...
-uniform vec4 uBrushes[NUM_BRUSHES];  // by brush of the coat: standard deviations in half a box, reach of underpaint, row of the atlas
+// (mean, opacity), (quaternion w x y z), (scales, brush + 256 streak start); with relief or border
+// (thickness, gain, chance, 0); with facing (normal, 0).
+uniform highp sampler2D uStrokes;
+// By brush of the coat: standard deviations in half a box, reach of the underpaint, row of the atlas.
+uniform vec4 uBrushes[NUM_BRUSHES];
 uniform mat3 uRotation;  // camera from page
 uniform vec3 uEye, uHead;  // page coordinates
 uniform vec4 uLens;  // fx, fy, cx, cy, pixels
@@ -119,7 +122,7 @@ vec2 anchoredAxis(Footprint f, vec3 scales, mat3 rotation, float depth, vec3 ray
   float cosine = dot(rotation[longest], ray);
   float pull = 1.0 + 8.0 * (1.0 - cosine * cosine) * anisotropy * anisotropy;
   vec2 projected = vec2(f.x[longest], f.y[longest]);
-  float across = scales[longest] * max(uLens.x, uLens.y) / depth / f.unit;  // its length if it lay across the view
+  float across = scales[longest] * max(uLens.x, uLens.y) / depth / f.unit;  // if it lay across the view
   if (!(length(projected) > 1e-7 * across)) return major;
   vec2 lean = vec2(dot(projected, major), major.x * projected.y - major.y * projected.x);
   vec2 bent = normalize(vec2(pull * lean.x, lean.y));
@@ -154,7 +157,8 @@ Box boxOf(int id, Stroke stroke) {
   box.axis = major;
 #endif
   // Standard deviations are `scale` times these roots, so that no square leaves the range.
-  float scale = max(f.unit, 1.0), share = (f.unit / scale) * (f.unit / scale), grown = uLowPass / (scale * scale);
+  float scale = max(f.unit, 1.0);
+  float share = (f.unit / scale) * (f.unit / scale), grown = uLowPass / (scale * scale);
   vec2 variances = variancesOf(f, box.axis) * share + grown;
   box.halfExtents = uBrushes[stroke.brush].x * scale * sqrt(variances);
   box.center = t.xy / t.z * uLens.xy + uLens.zw;

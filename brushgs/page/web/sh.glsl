@@ -17,7 +17,8 @@ vec3 shColor(int id, vec3 d) {
 #endif
 #if SH_DEGREE >= 2
   float xx = x * x, yy = y * y, zz = z * z;
-  color += 1.0925484305920792 * (x * y * shTerm(first + 4) - y * z * shTerm(first + 5) - x * z * shTerm(first + 7));
+  vec3 mixed = x * y * shTerm(first + 4) - y * z * shTerm(first + 5) - x * z * shTerm(first + 7);
+  color += 1.0925484305920792 * mixed;
   color += 0.31539156525252005 * (2.0 * zz - xx - yy) * shTerm(first + 6);
   color += 0.5462742152960396 * (xx - yy) * shTerm(first + 8);
 #endif

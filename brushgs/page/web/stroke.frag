@@ -2,6 +2,7 @@
 // A pixel of a stroke: its coverage, its colour with streaks, the height of its paint.
 precision highp float;
 precision highp int;
+precision highp sampler2D;
 
 #include "smooth.glsl"
 
@@ -9,8 +10,8 @@ uniform vec2 uOrigin;  // lower left corner of the picture in the framebuffer, p
 uniform vec2 uSize;
 uniform sampler2D uAtlas;
 uniform sampler2D uNoise;  // of bristles: all bands, tufts alone; repeats
-uniform highp sampler2D uBelow;  // premultiplied colour and alpha of the canvas, which the coat is tested against
-uniform highp sampler2D uBelowDetail;  // its .g: depth times alpha
+uniform sampler2D uBelow;  // premultiplied colour and alpha of what the coat is tested against
+uniform sampler2D uBelowDetail;  // its .g: depth times alpha
 
 flat in vec2 vCenter;
 flat in vec4 vPlace;

@@ -35,7 +35,7 @@ flat out vec2 vLimit;  // where it ends, from the middle, 1 / the depth over whi
 
 const float UNDERPAINT_THICKNESS = 0.15 / 0.8;
 const float BRISTLES = 12.0;
-const float EDGE = 0.0625;  // pixels around a quad: corners are rounded to 1/16 pixel, pixels tested one by one
+const float EDGE = 0.0625;  // pixels around a quad: its corners may be rounded to 1/16 pixel
 
 #ifdef IMAGE
 // Which level of an axis of n texels serves a box of this half extent: brushes/levels.py `level_index`.
