@@ -21,25 +21,7 @@ void main() {
 #endif
 }`;
 
-const textureOf = (data, width, height) => {
-  const texture = newTexture(gl, gl.NEAREST);
-  const texels = decoded(data, Float32Array);
-  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, texels);
-  return texture;
-};
-const targetOf = (format, width, height) => {
-  const [framebuffer, texture] = [gl.createFramebuffer(), newTexture(gl, gl.NEAREST)];
-  gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
-  gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
-  return framebuffer;
-};
-const read = (framebuffer, x, y, width, height) => {
-  const pixels = new Float32Array(4 * width * height);
-  gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-  gl.readPixels(x, y, width, height, gl.RGBA, gl.FLOAT, pixels);
-  return pixels;
-};
+const textureOf = (data, width, height) => floatTexture(width, height, decoded(data, Float32Array));
 
 window.easel = {
   // Rows of arrays go up. `frames`: { color, detail } for each coat, RGBA each.
@@ -47,7 +29,8 @@ window.easel = {
     const arrays = ground8 === null ? {} : { ground: decoded(ground8, Uint8Array) };
     const canvas = new Canvas(gl, header, arrays);
     const programs = [[], ["DETAIL"]].map((defines) => new Program(gl, "screen.vert", "easel.frag", defines));
-    const target = targetOf(gl.RGBA32F, width + 2 * margin, height + 2 * margin);
+    const whole = [width + 2 * margin, height + 2 * margin];
+    const target = newTarget([floatTexture(...whole)]);
     gl.clearBufferfv(gl.COLOR, 0, [9, 9, 9, 9]);
     canvas.begin({ width, height, x: corner[0], y: corner[1], target, ground });
     frames.forEach(({ color, detail }, i) => {
@@ -72,20 +55,20 @@ window.easel = {
     canvas.finish();
     const { detail } = canvas._targets.framebuffers;
     const result = {
-      pixels: encoded(read(target, 0, 0, width + 2 * margin, height + 2 * margin)),
-      detail: detail ? encoded(read(detail, 0, 0, width, height)) : null,
+      pixels: pixelsOf(target, gl.COLOR_ATTACHMENT0, 0, 0, ...whole),
+      detail: detail ? pixelsOf(detail, gl.COLOR_ATTACHMENT0, 0, 0, width, height) : null,
       passes: canvas.numPasses,
       error: gl.getError(),
     };
     canvas.dispose();
     return result;
   },
-  pattern(kind, width, height) {
-    const pattern = new SurfacePattern(gl, kind, gl.R32F);
+  pattern(kind, seed, width, height) {
+    const pattern = new SurfacePattern(gl, kind, seed, gl.R32F);
     pattern.resize(width, height);
-    const pixels = read(pattern._framebuffer, 0, 0, width, height).filter((_, i) => i % 4 === 0);
+    const pixels = pixelsOf(pattern._framebuffer, gl.COLOR_ATTACHMENT0, 0, 0, width, height);
     pattern.dispose();
-    return encoded(pixels);
+    return pixels;
   },
   taps(deviation) {
     const weights = new Float32Array(16);
@@ -129,10 +112,10 @@ class Easel(Studio):
             detail = decoded(result["detail"], np.float32).reshape(height, width, 4)[::-1, :, :2]
         return pixels, detail, result["passes"]
 
-    def pattern(self, kind, width, height):
+    def pattern(self, kind, width, height, *, seed=0):
         """[H, W] height of a surface in standard deviations."""
-        text = self.page.evaluate("given => easel.pattern(...given)", [kind, width, height])
-        return decoded(text, np.float32).reshape(height, width)[::-1]
+        text = self.page.evaluate("given => easel.pattern(...given)", [kind, seed, width, height])
+        return decoded(text, np.float32).reshape(height, width, 4)[::-1, :, 0]
 
 
 def _up(array):

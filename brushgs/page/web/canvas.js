@@ -7,10 +7,10 @@
 //     });
 //     canvas.finish();
 //
-// A coat is drawn into targets of its own only where it must be seen apart from the canvas: to be pressed through
-// the tooth, to be tested against what is on the canvas, to tint it, or where heights lie below that it carries on.
-// Others are drawn on the canvas, which gives the same. Where all are and no lamp shines, there is no canvas: coats
-// are drawn into the target, over the ground.
+// A coat is drawn into targets of its own only where it must be seen apart from the canvas: to be pressed
+// through the tooth, to be tested against what is on the canvas, to tint it, or where heights lie below that
+// it carries on. Others are drawn on the canvas, which gives the same. Where all are and no lamp shines,
+// there is no canvas: coats are drawn into the target, over the ground.
 
 const NO_FLOATS =
   "this browser cannot draw into float textures: the painting is shown without relief, lamp and threads";
@@ -23,8 +23,8 @@ const BYTES = { canvas: 8, detail: 4, coat: 8, coatDetail: 4, tint: 8, blurred: 
 /**
  * The canvas of a painting in one WebGL2 context.
  *
- * `notes` are sentences on what this browser cannot show of it. Targets are as large as the largest picture, and made
- * anew only for a larger or a far smaller one. A context that was lost needs a new Canvas.
+ * `notes` are sentences on what this browser cannot show of it. Targets are as large as the largest picture,
+ * and made anew only for a larger or a far smaller one. A context that was lost needs a new Canvas.
  *
  * @throws {Error} where a shader does not compile, or a target cannot be made
  */
@@ -40,8 +40,10 @@ class Canvas {
     Object.assign(this, { gl, notes: isHalf ? [] : [NO_FLOATS], _header: header });
     this._format = isHalf ? gl.RGBA16F : gl.RGBA8;
     Object.assign(this, planOf(header, isHalf));
-    this._pattern = this._hasPattern ? new SurfacePattern(gl, surface.kind, isFloat ? gl.R32F : gl.R16F) : null;
-    this._image = surface?.image === undefined ? null : newImage(gl, header.arrays[surface.image].shape, arrays[surface.image]);
+    const format = isFloat ? gl.R32F : gl.R16F; // of the threads
+    this._pattern = this._hasPattern ? new SurfacePattern(gl, surface.kind, surface.seed, format) : null;
+    const image = surface?.image;
+    this._image = image === undefined ? null : newImage(gl, header.arrays[image].shape, arrays[image]);
     this._targets = { width: 0, height: 0, textures: {}, framebuffers: {} };
     this._picture = { width: 0, height: 0, x: 0, y: 0, target: null, ground: true };
     this._place = { x: 0, y: 0, detail: false, below: null, belowDetail: null };
@@ -56,8 +58,9 @@ class Canvas {
   /**
    * Begin a picture.
    *
-   * @param {object} picture `width` and `height`, pixels; `x` and `y`, its lower left corner in the framebuffer
-   *     `target`, null for that of the page; `ground`: true for that of the painting, false for none, or [r, g, b]
+   * @param {object} picture `width` and `height`, pixels; `x` and `y`, its lower left corner in the
+   *     framebuffer `target`, null for that of the page; `ground`: true for that of the painting, false for
+   *     none, or [r, g, b]
    */
   begin({ width, height, x = 0, y = 0, target = null, ground = true }) {
     const { gl, _picture: picture } = this;
@@ -77,8 +80,8 @@ class Canvas {
   /**
    * Bind what a coat is drawn into, and clear it where it is its own.
    *
-   * @returns {object} options for `CoatPainter.draw`, one object for all coats: `x` and `y` of the picture, `detail`,
-   *     and the textures `below` and `belowDetail` that the coat is tested against, or null
+   * @returns {object} options for `CoatPainter.draw`, one object for all coats: `x` and `y` of the picture,
+   *     `detail`, and the textures `below` and `belowDetail` that the coat is tested against, or null
    */
   bindCoat(i) {
     const { gl, _place: place, _picture: picture } = this;
@@ -143,8 +146,9 @@ class Canvas {
   get numPasses() {
     if (this._isStraight) return this._isPlain ? 0 : 1;
     const lays = this._plans.filter(({ isDirect }) => !isDirect);
-    const details = lays.reduce((sum, { hasHeight, hasDepth }) => sum + (hasHeight ? 1 : 0) + (hasDepth ? 1 : 0), 0);
-    return lays.length + details + (this._isLit ? 2 : 1);
+    const heights = lays.filter(({ hasHeight }) => hasHeight).length;
+    const depths = lays.filter(({ hasDepth }) => hasDepth).length;
+    return lays.length + heights + depths + (this._isLit ? 2 : 1);
   }
 
   /** Bytes of all targets, with the texture of the surface. */
@@ -293,7 +297,8 @@ class Canvas {
   _surfaceHeight() {
     const { surface } = this._header;
     const { width, height } = this._picture;
-    return surface === null ? 0 : surface.strength * DEVIATIONS[surface.kind].height * canvasScale(width, height);
+    if (surface === null) return 0;
+    return surface.strength * DEVIATIONS[surface.kind].height * canvasScale(width, height);
   }
 
   _setTaps(at) {
@@ -369,7 +374,8 @@ function planOf({ coats, surface, lamp }, isHalf) {
   const isRaised = isWoven && surface.strength > 0;
   const _isLit = isHalf && lamp !== null && (isRaised || coats.some(({ relief }) => relief !== null));
   const firstCover = coats.findIndex(({ blend }) => blend === "cover");
-  const isTested = coats.map(({ tolerance }, i) => isHalf && tolerance !== null && firstCover >= 0 && i > firstCover);
+  const hasPaint = (i) => firstCover >= 0 && i > firstCover;
+  const isTested = coats.map(({ tolerance }, i) => isHalf && tolerance !== null && hasPaint(i));
   const lastTested = isTested.lastIndexOf(true);
   let hasHeights = false;
   const _plans = coats.map((coat, i) => {
@@ -392,7 +398,7 @@ function planOf({ coats, surface, lamp }, isHalf) {
   };
 }
 
-/** Fill the weights of a blur, from the middle out; returns how far it reaches: rendering/light.py `blur_taps`. */
+/** Fill the weights of a blur, from the middle out, and return its reach: rendering/light.py `blur_taps`. */
 function blurTaps(weights, deviation) {
   const reach = deviation > 1 / 6 ? Math.min(MOST_REACH, Math.ceil(BLUR_REACH * deviation - 0.5)) : 0;
   weights.fill(0);

@@ -21,7 +21,8 @@ const float WEAVE_MEAN = 1.0046, WEAVE_DEVIATION = 0.3709;
 
 vec4 splines(float f) {
   float g = 1.0 - f;
-  return vec4(g * g * g, (3.0 * f - 6.0) * f * f + 4.0, ((3.0 - 3.0 * f) * f + 3.0) * f + 1.0, f * f * f) / 6.0;
+  float near = (3.0 * f - 6.0) * f * f + 4.0, far = ((3.0 - 3.0 * f) * f + 3.0) * f + 1.0;
+  return vec4(g * g * g, near, far, f * f * f) / 6.0;
 }
 
 // Cubic B-splines over numbers of a lattice; `place` from the upper left corner, pixels.
@@ -49,13 +50,15 @@ void main() {
   vec2 place = vec2(pixel) + 0.5;
   float one = noise(0, place), other = noise(1, place);
 #ifdef LINEN
-  vec2 ofColumn = texelFetch(uThreads, ivec2(pixel.x, 0), 0).rg, ofRow = texelFetch(uThreads, ivec2(pixel.y, 1), 0).rg;
+  vec2 ofColumn = texelFetch(uThreads, ivec2(pixel.x, 0), 0).rg;
+  vec2 ofRow = texelFetch(uThreads, ivec2(pixel.y, 1), 0).rg;
   float x = ofColumn.r + WAVES * one, y = ofRow.r + WAVES * other;
   int column = int(x), row = int(y);
   float up = bump(x - float(column)), across = bump(y - float(row));
   float rise = ((column ^ row) & 1) == 1 ? -OVER : OVER;
-  float weave = max((ofColumn.g + SLUBS * other) * (up + rise * across), (ofRow.g + SLUBS * one) * (across - rise * up));
-  oHeight = vec4(uShare * (weave - WEAVE_MEAN) / WEAVE_DEVIATION, 0, 0, 1);
+  float warp = (ofColumn.g + SLUBS * other) * (up + rise * across);
+  float weft = (ofRow.g + SLUBS * one) * (across - rise * up);
+  oHeight = vec4(uShare * (max(warp, weft) - WEAVE_MEAN) / WEAVE_DEVIATION, 0, 0, 1);
 #else
   oHeight = vec4(one + other, 0, 0, 1);
 #endif

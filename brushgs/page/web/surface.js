@@ -23,10 +23,11 @@ function canvasScale(width, height) {
 class SurfacePattern {
   /**
    * @param {string} kind "linen" or "paper"
+   * @param {number} seed of its numbers
    * @param {number} format gl.R32F or gl.R16F, whichever can be drawn to
    */
-  constructor(gl, kind, format) {
-    Object.assign(this, { gl, kind, texture: null, width: 0, height: 0 });
+  constructor(gl, kind, seed, format) {
+    Object.assign(this, { gl, kind, seed, texture: null, width: 0, height: 0 });
     this._format = format;
     this._program = new Program(gl, "screen.vert", "pattern.frag", kind === "linen" ? ["LINEN"] : []);
     this._framebuffer = gl.createFramebuffer();
@@ -83,8 +84,8 @@ class SurfacePattern {
     gl.uniform1f(at.uShare, shown * shown * (3 - 2 * shown));
     const length = Math.max(width, height);
     const places = new Float32Array(4 * length);
-    places.set(threadsOf("columns", width, PERIOD * scale));
-    places.set(threadsOf("rows", height, PERIOD * scale), 2 * length);
+    places.set(threadsOf(streamOf(this.seed, "columns"), width, PERIOD * scale));
+    places.set(threadsOf(streamOf(this.seed, "rows"), height, PERIOD * scale), 2 * length);
     const texture = newTexture(gl, gl.NEAREST);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG32F, length, 2, 0, gl.RG, gl.FLOAT, places);
     return texture;
@@ -94,15 +95,15 @@ class SurfacePattern {
     const { gl } = this;
     gl.activeTexture(gl.TEXTURE0);
     gl.uniform1i(at.uThreads ?? null, 0);
-    gl.uniform1uiv(at.uStreams, names.map(streamOf));
+    gl.uniform1uiv(at.uStreams, names.map((name) => streamOf(this.seed, name)));
     gl.uniform1fv(at.uSpacings, spacings);
     gl.uniform1fv(at.uDeviations, deviations);
   }
 }
 
 /** Where each pixel lies among threads, whole where two meet, and how thick its own is, about 1, in turns. */
-function threadsOf(name, size, period) {
-  const stream = streamOf(name), count = Math.ceil((1.3 * size) / period) + 16;
+function threadsOf(stream, size, period) {
+  const count = Math.ceil((1.3 * size) / period) + 16;
   const ends = new Float64Array(count);
   let end = 0;
   for (let i = 0; i < count; i++) {
@@ -125,9 +126,9 @@ function spreadAt(stream, row, column) {
   return Math.sqrt(3) * ((bits >>> 8) / 2 ** 23 - 1);
 }
 
-/** The stream of numbers of one of the fields and axes of a surface, of seed 0. */
-function streamOf(name) {
-  return hash32(Math.imul(GOLDEN_32, STREAMS.indexOf(name)));
+/** The stream of numbers of one of the fields and axes of a surface. */
+function streamOf(seed, name) {
+  return hash32(seed + Math.imul(GOLDEN_32, STREAMS.indexOf(name)));
 }
 
 /** A 32-bit state mixed to another one: brushgs/hashing.py `hash_32`. */
