@@ -204,8 +204,8 @@ class Locomotion {
 class Headset {
   /**
    * @param {WebGL2RenderingContext} gl
-   * @param {object} page `getPainter()`: the Painter of now; `getOptions()`: share, brush and ground for it;
-   *     `onStart()` and `onEnd()` of a session; `onProblem(sentence)`
+   * @param {object} page `getPainter()`: the Painter, null while there is none; `getOptions()`: share, brush
+   *     and ground for it; `onStart()` and `onEnd()` of a session; `onProblem(sentence)`
    */
   constructor(gl, page) {
     this.gl = gl;
@@ -319,11 +319,10 @@ class Headset {
     const { session } = frame;
     if (session !== this._session) return;
     session.requestAnimationFrame(this._onFrame);
-    const pose = frame.getViewerPose(this._space);
-    if (!pose || this.gl.isContextLost()) return;
+    const pose = frame.getViewerPose(this._space), painter = this._page.getPainter();
+    if (!pose || !painter || this.gl.isContextLost()) return;
     const seconds = Math.min(LONGEST_STEP, time - (this._lastTime ?? time)) / 1000;
     this._lastTime = time;
-    const painter = this._page.getPainter();
     if (!this._placement) {
       this._placement = Placement.of(painter.contents, pose.transform.matrix, this._hasFloor);
       this._ground = groundColor(painter.contents);
