@@ -30,7 +30,7 @@ def turned(studio):
     cameras = orbit(scene, STEPS, **SIZE)
     cameras = [*cameras, cameras[0]]
     rows = studio.load(painting, cameras[0]).rows[0]
-    shown = [boxes_of(studio.boxes(camera), rows) for camera in cameras]
+    shown = [boxes_of(boxes, rows) for boxes in studio.turning(cameras)]
     exact = [coat.boxes(camera)[0] for camera in cameras]
     return shown, exact, [unlocked.boxes(camera)[0] for camera in cameras]
 
