@@ -56,9 +56,10 @@ const cameraOf = (camera) => camera && PageCamera.ofHeader({ camera, origin });
 
 window.studio = {
   gl,
-  async load(base64) {
+  async load(base64, copies = 1) {
     painter?.dispose();
     const contents = await decodeContents(bytesOfBase64(base64));
+    contents.header.brushes = Array(copies).fill(contents.header.brushes).flat();
     origin = contents.header.origin;
     painter = new Painter(gl, contents);
     window.studio.painter = painter;
@@ -179,11 +180,14 @@ class Studio:
         self.page = page
         page.evaluate(studio_script(more))
 
-    def load(self, painting, camera, **more):
-        """Hand it a painting; returns its contents, whose `rows` say which stroke is which."""
+    def load(self, painting, camera, *, copies=1, **more):
+        """Hand it a painting; returns its contents, whose `rows` say which stroke is which.
+
+        `copies` of its brushes are made, as if a painting had so many.
+        """
         view = PageView(np.array([0.0, -1, 0]), np.zeros(3), 1.0, False)
         contents = page_contents(painting, camera, view=view, title="", command=("", ()), **more)
-        self.page.evaluate("data => studio.load(data)", encoded(write_container(contents)))
+        self.page.evaluate("a => studio.load(...a)", [encoded(write_container(contents)), copies])
         return contents
 
     def paint(self, camera, *, head=None, at=(0, 0), **options):

@@ -136,3 +136,14 @@ def test_a_lost_context_comes_back(studio, scene):
     before = studio.paint(camera)
     studio.page.evaluate("camera => studio.loseContext(camera)", camera_facts(camera))
     np.testing.assert_array_equal(studio.paint(camera), before)
+
+
+@pytest.mark.parametrize("copies", [60, 600])
+def test_more_brushes_than_memory_has_room_for_blur_large_strokes_alone(studio, scene, copies):
+    camera = still_life_camera(width=160, height=120)
+    painting = painting_of(scene, bg.StrokeTexture.open("swirl"))
+    studio.load(painting, camera, copies=copies)
+    assert studio.page.evaluate("studio.painter.counts.atlasBytes") <= 2**26
+    found, frame = studio.paint(camera), painting.frame(camera)
+    difference = np.abs(found - picture(frame)).max(axis=2)
+    assert (difference < 0.1).mean() > 0.95

@@ -6,6 +6,8 @@ const ATLAS_WIDTH = 4096;
 // than half the image: 1500 strokes at 640 x 480 are painted with 55 to 67 dB instead of 69 to 74. Without 1
 // and 3 it is 53 to 61 dB, without 1, 3 and 5 it is 45 to 52.
 const LEFT_OUT = [1, 2];
+const MOST_LEFT_OUT = 12; // what is left then has 15 texels across
+const MOST_BYTES = 64 << 20; // of the texture: 15 brushes with relief take 25 MB
 
 /**
  * The texture unit pair that strokes sample.
@@ -13,7 +15,8 @@ const LEFT_OUT = [1, 2];
  * `texture`: coverage and height of every brush and level, RG8; R8 where no coat has relief.
  * `table`: RGBA32F, a row for each brush: one texel (columns, rows, levels along u, levels along v), then two
  * for each level u and v: (x, y, columns, rows) of its texels, and (scale u, scale v, 0, 0).
- * A brush is filtered when `need` asks for it first.
+ * A brush is filtered when `need` asks for it first. Where so many are given that an atlas would be too large,
+ * the finest levels are left out, and large strokes are blurred.
  */
 class Atlas {
   constructor(gl, header, arrays) {
@@ -28,7 +31,12 @@ class Atlas {
     this._isFilled = this._sources.map(() => false);
     this._hasHeight = header.coats.some((coat) => coat.relief !== null);
     this._width = Math.min(ATLAS_WIDTH, gl.getParameter(gl.MAX_TEXTURE_SIZE));
-    this._place();
+    this._numBytesOfRow = (this._hasHeight ? 2 : 1) * this._width;
+    const highest = Math.min(gl.getParameter(gl.MAX_TEXTURE_SIZE), MOST_BYTES / this._numBytesOfRow);
+    this._finest = 0;
+    for (this._place(); this.height > highest && this._finest < MOST_LEFT_OUT; this._place()) {
+      this._finest = this._finest === 0 ? LEFT_OUT.length + 1 : this._finest + 1;
+    }
     this.texture = newTexture(gl, gl.LINEAR);
     gl.texStorage2D(gl.TEXTURE_2D, 1, this._hasHeight ? gl.RG8 : gl.R8, this._width, this.height);
     this._uploadTable();
@@ -36,7 +44,7 @@ class Atlas {
 
   /** Bytes of the texture. */
   get numBytes() {
-    return (this._hasHeight ? 2 : 1) * this._width * this.height;
+    return this._numBytesOfRow * this.height;
   }
 
   get size() {
@@ -51,7 +59,7 @@ class Atlas {
     const { height, ...flat } = this._sources[brush];
     const levels = new BrushLevels(this._hasHeight ? { height, ...flat } : flat);
     const format = this._hasHeight ? gl.RG : gl.RED;
-    const [keptU, keptV] = [keptLevels(levels.u), keptLevels(levels.v)];
+    const [keptU, keptV] = [levels.u, levels.v].map((axis) => this._keptLevels(axis));
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     for (const levelU of keptU) {
@@ -74,8 +82,8 @@ class Atlas {
     this._places = this._sources.map(() => new Map());
     this._sources.forEach(({ rows, columns }, brush) => {
       const [u, v] = [axisLevels(columns), axisLevels(rows)];
-      for (const levelU of keptLevels(u)) {
-        for (const levelV of keptLevels(v)) {
+      for (const levelU of this._keptLevels(u)) {
+        for (const levelV of this._keptLevels(v)) {
           const rectangle = { columns: u[levelU].numTexels, rows: v[levelV].numTexels, x: 0, y: 0 };
           rectangles.push(rectangle);
           this._places[brush].set(`${levelU} ${levelV}`, rectangle);
@@ -96,6 +104,16 @@ class Atlas {
     this.height = Math.max(1, y + shelf);
   }
 
+  /** The level of an axis that is drawn where this one is called for. */
+  _standIn(level, levels) {
+    const coarser = Math.min(Math.max(level, this._finest), levels.length - 1);
+    return LEFT_OUT.includes(coarser) ? 0 : coarser;
+  }
+
+  _keptLevels(levels) {
+    return levels.map((_, level) => level).filter((level) => this._standIn(level, levels) === level);
+  }
+
   _uploadTable() {
     const { gl } = this;
     const axes = this._sources.map(({ rows, columns }) => [axisLevels(columns), axisLevels(rows)]);
@@ -106,7 +124,7 @@ class Atlas {
       table.set([u[0].numTexels, v[0].numTexels, u.length, v.length], at);
       for (let levelU = 0; levelU < u.length; levelU++) {
         for (let levelV = 0; levelV < v.length; levelV++) {
-          const [keptU, keptV] = [standIn(levelU), standIn(levelV)];
+          const [keptU, keptV] = [this._standIn(levelU, u), this._standIn(levelV, v)];
           const { x, y, columns, rows } = this._places[brush].get(`${keptU} ${keptV}`);
           table.set([x, y, columns, rows, u[keptU].scale, v[keptV].scale, 0, 0], (at += 4));
           at += 4;
@@ -117,15 +135,6 @@ class Atlas {
     const height = Math.max(1, axes.length);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, table);
   }
-}
-
-/** The level that is drawn where this one is called for. */
-function standIn(level) {
-  return LEFT_OUT.includes(level) ? 0 : level;
-}
-
-function keptLevels(levels) {
-  return levels.map((_, level) => level).filter((level) => standIn(level) === level);
 }
 
 function mean(array) {
