@@ -400,18 +400,44 @@ def test_a_lost_context_comes_back(easel, lit_painting):
     np.testing.assert_array_equal(easel.paint(view(160, 120), ground=True), first)
 
 
-def test_a_browser_without_float_targets_paints_flat_and_says_so(easel, lit_painting):
-    easel.page.evaluate("""() => {
-      studio.gl.getExtension = (name) => /color_buffer/.test(name)
-        ? null : WebGL2RenderingContext.prototype.getExtension.call(studio.gl, name);
-    }""")
+@pytest.fixture
+def without(easel):
+    """Has the browser lack extensions of which the names match."""
+
+    def lack(pattern):
+        easel.page.evaluate(
+            """(pattern) => {
+              const own = WebGL2RenderingContext.prototype.getExtension;
+              studio.gl.getExtension = (name) =>
+                new RegExp(pattern).test(name) ? null : own.call(studio.gl, name);
+            }""",
+            pattern,
+        )
+
+    yield lack
+    easel.page.evaluate("() => { delete studio.gl.getExtension; }")
+
+
+def test_a_browser_without_float_targets_paints_flat_and_says_so(easel, lit_painting, without):
+    without("EXT_color_buffer")
     easel.load(lit_painting, view(160, 120))
     page = easel.paint(view(160, 120), ground=True)
-    notes = easel.page.evaluate("studio.painter.notes")
-    easel.page.evaluate("() => { delete studio.gl.getExtension; }")
-    assert notes == [
+    assert easel.page.evaluate("studio.painter.notes") == [
         "this browser cannot draw into float textures: the painting is shown without relief, lamp and threads"
     ]
     board = replace(lit_painting, surface=flat(CLAY, width=160, height=120), lamp=None)
     exact = board.frame(view(160, 120))
     assert np.sqrt(np.mean((page[..., :3] - exact.rgb) ** 2)) < 0.01
+
+
+def test_half_floats_are_enough(easel, lit_painting, without):
+    """As phones have them: the threads, too, are stored in halves."""
+    easel.load(lit_painting, view(160, 120))
+    usual = easel.paint(view(160, 120), ground=True)
+    num_bytes = easel.page.evaluate("studio.painter.counts.targetBytes")
+    without("EXT_color_buffer_float")
+    easel.load(lit_painting, view(160, 120))
+    halves = easel.paint(view(160, 120), ground=True)
+    assert easel.page.evaluate("studio.painter.notes") == []
+    assert easel.page.evaluate("studio.painter.counts.targetBytes") < num_bytes
+    assert 0 < np.abs(halves - usual).max() < 0.002
