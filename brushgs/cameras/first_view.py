@@ -48,6 +48,7 @@ def framing(view: FirstView, config: ViewConfig) -> dict[str, Any]:
         "elevation": view.elevation if elevation is None else elevation,
         "zoom": config.zoom,
         "look_at": look_at,
+        "distance": config.distance,
         "pan": config.pan,
         "roll": config.roll,
     }
@@ -77,6 +78,8 @@ def flags_of(view: FirstView, config: ViewConfig, *, with_up: bool = True) -> st
     words += [f"--{name} {degrees_text(options[name])}" for name in ("azimuth", "elevation")]
     if (look_at := options["look_at"]) is not None and (look_at != "subject" or view.eye is not None):
         words.append(f"--look-at {look_at if isinstance(look_at, str) else _numbers_text(look_at)}")
+    if config.distance is not None:
+        words.append(f"--distance {config.distance!r}")
     if config.pan != (0.0, 0.0):
         words.append(f"--pan {_numbers_text(config.pan)}")
     for name, angle in (("roll", config.roll), ("fov-deg", config.fov_y)):

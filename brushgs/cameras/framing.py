@@ -137,6 +137,7 @@ def frame_scene(
     elevation: float | None = None,
     zoom: float = 1.0,
     look_at: LookAt | None = None,
+    distance: float | None = None,
     pan: Sequence[float] = (0.0, 0.0),
     roll: float = 0.0,
 ) -> Camera:
@@ -158,6 +159,7 @@ def frame_scene(
         zoom: 1 shows the subject whole, 2 shows it twice as large (the camera stays, the field of
             view narrows), > 0.
         look_at: what is in the middle, see `LookAt`; None for the subject, or the view from inside.
+        distance: from the camera to the point `look_at`, world units, > 0; None for that of the subject.
         pan: (right, up), by which the camera moves aside without turning, in shares of the width and height
             of the picture at the distance of what it looks at.
         roll: radians by which the scene is turned clockwise in the picture.
@@ -169,22 +171,24 @@ def frame_scene(
         raise ValueError(f"frame_scene: zoom must be > 0, got {zoom}")
     if not 0 < fov_y < np.pi:
         raise ValueError(f"frame_scene: fov_y must be in (0, pi) radians, got {fov_y}")
+    if distance is not None and (not 0 < distance < np.inf or point_of(look_at) is None):
+        raise ValueError(f"frame_scene: distance must be > 0, and look_at a point, got {distance}, {look_at}")
     view = first_view_of(scene, up)
     azimuth, elevation = angles_of(view, azimuth, elevation)
     axes = rolled(camera_axes(view.up, azimuth, elevation), roll)
     K = lens(width, height, fov_y, zoom)
     if view.eye is not None and look_at is None:
-        eye, distance = axes @ view.eye, distance_ahead(view, axes)
+        eye, away = axes @ view.eye, distance_ahead(view, axes)
         near = INSIDE_NEAR_SHARE * _size(view.points)
     else:
         points = points_of(view, look_at)
-        eye, distance = fit_eye(points @ axes.T, np.tan(0.5 * fov_y) * np.array([width / height, 1.0]))
-        near = NEAR_SHARE * distance
+        eye, away = fit_eye(points @ axes.T, np.tan(0.5 * fov_y) * np.array([width / height, 1.0]))
         if (point := point_of(look_at)) is not None:
-            eye = axes @ point - (0.0, 0.0, distance)
+            eye, away = eye_before(axes @ point, away if distance is None else distance)
+        near = NEAR_SHARE * away
     viewmat = np.eye(4)
     viewmat[:3, :3] = axes
-    viewmat[:3, 3] = -(eye + aside(pan, K, distance))
+    viewmat[:3, 3] = -(eye + aside(pan, K, away))
     return Camera(viewmat, K, width, height, near=near)
 
 
@@ -227,6 +231,11 @@ def points_of(view: FirstView, look_at: LookAt | None) -> NDArray[np.float64]:
 def point_of(look_at: LookAt | None) -> NDArray[np.float64] | None:
     """[3] the point that is in the middle of the picture; None where something is shown whole."""
     return None if look_at is None or isinstance(look_at, str) else np.asarray(look_at, dtype=np.float64)
+
+
+def eye_before(point: NDArray[np.float64], distance: float) -> tuple[NDArray[np.float64], float]:
+    """The eye [3] with a point [3] in the middle of its picture, both in camera axes; and its distance."""
+    return point - (0.0, 0.0, distance), distance
 
 
 def lens(width: int, height: int, fov_y: float, zoom: float) -> NDArray[np.float64]:

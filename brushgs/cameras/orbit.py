@@ -15,6 +15,7 @@ from brushgs.cameras.framing import (
     aside,
     camera_axes,
     distance_ahead,
+    eye_before,
     first_view_of,
     fit_eye,
     frame_scene,
@@ -41,6 +42,7 @@ def orbit(
     elevation: float | None = None,
     zoom: float = 1.0,
     look_at: LookAt | None = None,
+    distance: float | None = None,
     pan: Sequence[float] = (0.0, 0.0),
     roll: float = 0.0,
     over_poles: bool = False,
@@ -66,6 +68,7 @@ def orbit(
         elevation: of the first view, radians; None for that of `frame_scene`.
         zoom: see `frame_scene`.
         look_at: see `frame_scene`; the turn is around the middle of it.
+        distance: see `frame_scene`.
         pan: see `frame_scene`.
         roll: see `frame_scene`.
         over_poles: the elevation grows by a full turn in place of the azimuth: straight over both poles of
@@ -87,6 +90,7 @@ def orbit(
         elevation=elevation,
         zoom=zoom,
         look_at=look_at,
+        distance=distance,
         pan=pan,
         roll=roll,
     )
@@ -99,12 +103,13 @@ def orbit(
     # Circles start in a direction that moves with the camera: the fit does not depend on the first azimuth.
     axis, beside = (upright[0], upright[2]) if over_poles else (level[1], upright[0])
     swept = _swept(points - center, axis, beside) @ axes.T
-    eye, distance = fit_eye(swept, np.tan(0.5 * fov_y) * np.array([width / height, 1.0]))
+    eye, away = fit_eye(swept, np.tan(0.5 * fov_y) * np.array([width / height, 1.0]))
     if roll == 0:
         eye[1 if over_poles else 0] = 0.0  # exactly in front of the axis: the fit has rounding errors
     if (point := point_of(look_at)) is not None:
-        center, eye = point, np.array([0.0, 0.0, -distance])
-    eye = eye + aside(pan, framed.K, distance)
+        center = point
+        eye, away = eye_before(np.zeros(3), away if distance is None else distance)
+    eye = eye + aside(pan, framed.K, away)
     cameras = []
     for index in range(num_frames):
         turn = 2 * np.pi * (index / num_frames)
@@ -112,7 +117,7 @@ def orbit(
         viewmat = np.eye(4)
         viewmat[:3, :3] = rolled(camera_axes(view.up, *around), roll)
         viewmat[:3, 3] = -(eye + viewmat[:3, :3] @ center)
-        cameras.append(Camera(viewmat, framed.K, width, height, near=NEAR_SHARE * distance))
+        cameras.append(Camera(viewmat, framed.K, width, height, near=NEAR_SHARE * away))
     return cameras
 
 

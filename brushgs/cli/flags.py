@@ -494,6 +494,13 @@ def add_aim(container: Container) -> None:
         "upper third of the subject, where heads are, or a point in world units",
     )
     flags.add(
+        "--distance",
+        type=values.number,
+        metavar="D",
+        help="from the camera to the point --look-at X,Y,Z, in world units, above 0; default that from which "
+        "the subject is seen whole",
+    )
+    flags.add(
         "--pan",
         type=values.pair,
         metavar="RIGHT,UP",

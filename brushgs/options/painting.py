@@ -271,8 +271,9 @@ class ViewConfig:
             the front, "top" is also an elevation, and "three-quarter" is the first view.
         look_at: what is in the middle of the picture: the "subject", whole; the "scene" with all of its
             surroundings; a "part" of the subject, its upper third, where heads are; or a point, world units,
-            from as far away as the subject is seen. None for the subject, or the view from inside of a scene
-            that is seen so: there azimuth and elevation turn the camera where it stands.
+            as far away as the subject is seen from, or `distance`. None for the subject, or the view from
+            inside of a scene that is seen so: there azimuth and elevation turn the camera where it stands.
+        distance: from the camera to that point, world units, > 0; None for that of the subject.
         pan: (right, up), by which the camera moves aside without turning, in shares of the width and height
             of the picture, each in [-10, 10].
         roll: radians by which the scene is turned clockwise in the picture.
@@ -288,6 +289,7 @@ class ViewConfig:
     elevation: float | None = None
     side: Side | None = None
     look_at: Target | tuple[float, float, float] | None = None
+    distance: float | None = None
     pan: tuple[float, float] = (0.0, 0.0)
     roll: float = 0.0
     fov_y: float = radians(50.0)
@@ -313,6 +315,10 @@ class ViewConfig:
             raise ValueError(f"pan must be two shares in -{MAX_PAN:g} to {MAX_PAN:g}, got {x:g},{y:g}")
         if isinstance(self.look_at, tuple) and not all(abs(number) < inf for number in self.look_at):
             raise ValueError(f"look-at must be finite, got {','.join(f'{x:g}' for x in self.look_at)}")
+        if self.distance is not None and not 0 < self.distance < inf:
+            raise ValueError(f"distance must be above 0, got {self.distance:g}")
+        if self.distance is not None and not isinstance(self.look_at, tuple):
+            raise ValueError("distance is that to a point: give the point too, look-at X,Y,Z")
 
 
 @dataclass(frozen=True)

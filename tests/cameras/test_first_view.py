@@ -98,6 +98,26 @@ def test_a_point_to_look_at_is_in_the_middle_from_as_far_as_the_subject():
         np.testing.assert_allclose(pixels(turned, [point])[0][0], 0, atol=1e-9)
 
 
+def test_a_point_is_seen_from_the_distance_that_is_given():
+    point, distance = (2.5, -4.2, 5.5), 0.75
+    config = ViewConfig(size=SIZE, look_at=point, distance=distance)
+    for view in (VIEW, INSIDE):
+        for camera in (framed_camera(view, config), *framed_orbit(view, config, 3)):
+            np.testing.assert_allclose(pixels(camera, [point])[0][0], 0, atol=1e-12)
+            assert np.linalg.norm(camera.position - point) == pytest.approx(distance, rel=1e-12)
+            assert camera.near == NEAR_SHARE * distance
+
+
+def test_a_distance_needs_a_point():
+    for look_at in (None, "subject", "part"):
+        with pytest.raises(ValueError, match="distance is that to a point: give the point too"):
+            ViewConfig(look_at=look_at, distance=2.0)
+    with pytest.raises(ValueError, match="distance must be above 0, got -1"):
+        ViewConfig(look_at=(0, 0, 0), distance=-1.0)
+    with pytest.raises(ValueError, match=r"distance must be > 0, and look_at a point, got 2\.0, None"):
+        frame_scene(VIEW, **SMALL, distance=2.0)
+
+
 def test_a_part_is_the_upper_third():
     camera = framed_camera(VIEW, ViewConfig(size=SIZE, look_at="part"))
     heights = VIEW.points @ VIEW.up
@@ -218,7 +238,7 @@ def parsed(text):
     roll=st.sampled_from([0.0, -20.3, 1.0]),
     zoom=st.sampled_from([1.0, 2.5, 1 / 3]),
     pan=st.sampled_from([(0.0, 0.0), (-0.1, 1 / 3)]),
-    look_at=st.sampled_from([None, "part", (-1.5, 2.0, 1 / 3)]),
+    look_at=st.sampled_from([(None, None), ("part", None), ((-1.5, 2.0, 1 / 3), None), ((1, 2, 3), 1 / 3)]),
     up=st.sampled_from(["-y", "+z", "0.0175,-0.9998,0.0349", "1,2,3"]),
 )
 def test_the_flags_of_a_view_give_it_again_to_the_last_bit(azimuth, elevation, roll, zoom, pan, look_at, up):
@@ -230,7 +250,8 @@ def test_the_flags_of_a_view_give_it_again_to_the_last_bit(azimuth, elevation, r
         roll=radians(roll),
         zoom=zoom,
         pan=pan,
-        look_at=look_at,
+        look_at=look_at[0],
+        distance=look_at[1],
         fov_y=radians(41.7),
     )
     again = parsed(flags_of(view, config))

@@ -158,6 +158,8 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
         (["--from", "top", "--elevation", "5"], r"--elevation cannot be combined with --from top"),
         (["--look-at", "head"], r"--look-at must be subject, scene, part or three numbers such as 0,1.5,-2"),
         (["--look-at", "1,2"], r"--look-at must be subject, scene, part or three numbers"),
+        (["--distance", "2"], r"distance is that to a point: give the point too, look-at X,Y,Z"),
+        (["--look-at", "0,0,0", "--distance", "0"], r"distance must be above 0, got 0"),
         (["--pan", "1"], r"--pan must be 2 numbers separated by commas, got '1'"),
         (["--pan", "0,11"], r"pan must be two shares in -10 to 10, got 0,11"),
         (["--roll", "nan"], r"--roll must be a number"),
