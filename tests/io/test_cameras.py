@@ -108,6 +108,11 @@ def test_a_matrix_may_have_three_rows(tmp_path: Path) -> None:
     np.testing.assert_allclose(camera.position, POSITION)
 
 
+def test_a_near_plane_is_read_where_there_is_one(tmp_path: Path) -> None:
+    assert load_one(tmp_path, NERFSTUDIO).near == 0.01
+    assert load_one(tmp_path, NERFSTUDIO | {"near_plane": 0.25}).near == 0.25
+
+
 def test_cameras_keep_the_order_of_the_file(tmp_path: Path) -> None:
     content = [INRIA | {"id": 9 - i, "img_name": str(9 - i), "position": [i, 0, 0]} for i in range(5)]
     positions = [camera.position[0] for camera in load_cameras(write(tmp_path, content))]
@@ -190,6 +195,7 @@ def test_a_file_that_is_not_json(tmp_path: Path, content: bytes) -> None:
             BLENDER | {"camera_model": "EQUIRECTANGULAR"},
             "camera_model must be a pinhole model such as OPENCV",
         ),
+        (NERFSTUDIO | {"near_plane": 0}, "frame 0: 'near_plane' must be above 0, got 0"),
         (changed(CAMERA_PATH, fov=180), "frame 0: 'fov' must be below half a turn, got 180"),
         (CAMERA_PATH | {"camera_type": "equirectangular"}, "frame 0: camera_type must be perspective, got"),
     ],

@@ -94,6 +94,7 @@ class CameraFrame:
         position: NDArray[np.float64],
         K: tuple[float, ...],
         size: tuple[float, float],
+        near: float = Camera.near,
     ) -> Camera:
         """The camera at a pose, its rotation cleaned of rounding errors.
 
@@ -102,6 +103,7 @@ class CameraFrame:
             position: [3] world units.
             K: fx, fy, cx, cy, pixels.
             size: width and height, pixels.
+            near: see `Camera`, world units.
         """
         if broken := lens_rule(K, size, position):
             raise self.fail(broken)
@@ -112,14 +114,16 @@ class CameraFrame:
         fx, fy, cx, cy = K
         matrix = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
         try:
-            return Camera(viewmat, matrix, round(size[0]), round(size[1]))
+            return Camera(viewmat, matrix, round(size[0]), round(size[1]), near)
         except ValueError as error:
             raise self.fail(str(error)) from None
 
-    def opengl_camera(self, name: str, K: tuple[float, ...], size: tuple[float, float]) -> Camera:
+    def opengl_camera(
+        self, name: str, K: tuple[float, ...], size: tuple[float, float], near: float = Camera.near
+    ) -> Camera:
         """The camera at the pose in a field: camera-to-world, 3x4 or 4x4, with x right, y up, z backward."""
         matrix = self.array(name, 4, 4, or_shape=(3, 4))
-        return self.camera(matrix[:3, :3] @ _CV_FROM_GL, matrix[:3, 3], K, size)
+        return self.camera(matrix[:3, :3] @ _CV_FROM_GL, matrix[:3, 3], K, size, near)
 
     def rigid(self, rotation: NDArray[np.float64]) -> NDArray[np.float64]:
         """The nearest rotation to a matrix that is almost one."""

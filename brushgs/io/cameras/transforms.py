@@ -1,6 +1,7 @@
 """The `transforms.json` of NeRF and nerfstudio: camera-to-world matrices, x right, y up, z backward.
 
-Intrinsics stand in each frame, or once beside all frames. Fields: docs.nerf.studio, data conventions.
+Intrinsics stand in each frame, or once beside all frames. Fields: docs.nerf.studio, data conventions. One is
+our own, which the page of `brushgs export` writes: `near_plane`, world units; nothing nearer is painted.
 """
 
 from pathlib import Path
@@ -49,7 +50,8 @@ def _read_frame(frame: CameraFrame) -> Camera:
     else:
         fy = frame.positive("fl_y", fx)
     K = fx, fy, frame.number("cx", width / 2), frame.number("cy", height / 2)
-    return frame.opengl_camera("transform_matrix", K, (width, height))
+    near = frame.positive("near_plane", Camera.near)
+    return frame.opengl_camera("transform_matrix", K, (width, height), near)
 
 
 def _warn_of_distortion(path: Path, shared: Json, frames: list[Json]) -> None:
