@@ -12,13 +12,16 @@ OWN = ("file:", "data:", "blob:")  # all that a page may ask for
 class Watch:
     """What a page complained of, and what it asked for beyond itself."""
 
-    def __init__(self, page, allowed=OWN):
+    def __init__(self, page, allowed=OWN, expected=None):
         self.complaints = []
+        self.expected = expected
         page.on("console", self._on_console)
         page.on("pageerror", lambda error: self.complaints.append(f"error: {error}"))
         page.on("request", lambda request: self._on_request(request, allowed))
 
     def _on_console(self, message):
+        if self.expected is not None and self.expected in message.text:
+            return
         if message.type in ("error", "warning") and "GPU stall due to ReadPixels" not in message.text:
             self.complaints.append(f"{message.type}: {message.text}")
 
@@ -42,13 +45,23 @@ def browser():
 @pytest.fixture
 def open_page(browser):
     """Opens a file in a tab of its own; at the end, whatever a page complained of fails the test."""
+    yield from _opener(browser)
+
+
+@pytest.fixture(scope="module")
+def open_shared_page(browser):
+    """`open_page` for a tab that the tests of a module share: complaints fail the last of them."""
+    yield from _opener(browser)
+
+
+def _opener(browser):
     contexts, watches = [], []
 
-    def opened(path, *, width=320, height=240, allowed=OWN, init_script=None, **context):
+    def opened(path, *, width=320, height=240, allowed=OWN, expected=None, init_script=None, **context):
         tab = browser.new_context(viewport={"width": width, "height": height}, **context)
         contexts.append(tab)
         page = tab.new_page()
-        watches.append(Watch(page, allowed))
+        watches.append(Watch(page, allowed, expected))
         if init_script is not None:
             page.add_init_script(init_script)
         page.goto(path if isinstance(path, str) else path.as_uri())

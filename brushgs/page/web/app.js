@@ -1,18 +1,239 @@
-// The page: reads the painting in it, and paints.
+// The page: reads the painting in it, paints it when something has changed, and says what goes wrong.
 
+const MAX_PIXEL_RATIO = 1.5; // strokes are large: more pixels cost time and show nothing
+const CONTEXT = { antialias: false, alpha: true, premultipliedAlpha: true, depth: false };
+const INCOMPLETE = "This page is incomplete: the painting in it was cut short. Get the whole file again.";
+const NO_WEBGL = "This browser cannot paint: it has no WebGL 2.";
+const TOO_OLD = "This browser is too old to unpack the painting.";
+const WAITING = "The graphics processor was interrupted; the painting comes back by itself.";
+
+/**
+ * All of a page. `framesDrawn` counts pictures; `firstPictureMs` is the time from the opening of the page
+ * until the first one was drawn; `ready` is a promise that is kept when that is done, or has failed.
+ */
 class App {
-  async start() {
-    const canvas = document.querySelector("canvas");
-    const bytes = bytesOfBase64(document.getElementById("contents").textContent.trim());
-    this.contents = await decodeContents(bytes);
-    const options = { antialias: false, alpha: true, premultipliedAlpha: true, depth: false };
-    this.gl = canvas.getContext("webgl2", options);
-    this.painter = new Painter(this.gl, this.contents);
-    const { width, height } = this.contents.header.camera;
-    Object.assign(canvas, { width, height });
-    this.camera = PageCamera.ofHeader(this.contents.header);
-    this.painter.paint(this.camera);
+  constructor() {
+    this.framesDrawn = 0;
+    this.firstPictureMs = null;
+    this.look = { share: 1, brush: null, ground: true };
+    this.isPaused = false; // while something else paints, such as a headset
+    this.contents = this.gl = this.painter = this.controls = this.panel = null;
+    this._pace = new Pace();
+    this._request = 0;
+    this._drawnAt = null; // ms, of the frame before in a movement
+    this._onFrame = this._onFrame.bind(this);
+    window.addEventListener("error", (event) => this.fail(event.error ?? event.message));
+    window.addEventListener("unhandledrejection", (event) => this.fail(event.reason));
   }
+
+  /** Read the page and paint it. Never throws: what goes wrong is said in the page. */
+  async start() {
+    try {
+      this.tell(""); // that scripts do not run
+      this.canvas = document.getElementById("painting");
+      this.canvas.hidden = false;
+      this.gl = this.canvas.getContext("webgl2", CONTEXT);
+      const lack = !this.gl ? NO_WEBGL : typeof DecompressionStream === "undefined" ? TOO_OLD : "";
+      if (lack) throw new Error(`${lack} ${stillOr("Open the page in another one.")}`);
+      await this.open(await contentsOfPage());
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  /** Show contents for the first time. */
+  async open(contents) {
+    this.contents = contents;
+    this.painter = new Painter(this.gl, contents);
+    const isCalm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.controls = new Controls(this.canvas, document.getElementById("stage"), contents, {
+      isCalm,
+      onChange: () => this.invalidate(),
+      onTurning: (isTurning) => this.panel?.showTurning(isTurning),
+    });
+    this.panel = new Panel(this);
+    this._addHeadset();
+    this._describe();
+    this._listen();
+    this._fit();
+    await new Promise((resolve) => {
+      this._onFirstPicture = resolve;
+      this.invalidate();
+    });
+    if (this.painter?.notes.length) this.panel.say(this.painter.notes.join(" "));
+    if (!isCalm && this.painter) this.controls.setTurning(true, { isAutomatic: true });
+  }
+
+  /** Show other contents in place of those before, in the same view where it is the same scene. */
+  replace(contents) {
+    this.contents = contents;
+    this.painter?.replace(contents);
+    this.controls.replace(contents);
+    this._fit();
+    this.panel.replace(contents);
+    this._describe();
+    this.invalidate();
+  }
+
+  /** Change how the painting is shown: any of share, brush and ground, see `Painter.paint`. */
+  setLook(changes) {
+    Object.assign(this.look, changes);
+    this.canvas.classList.toggle("is-transparent", this.look.ground === false);
+    this.invalidate();
+  }
+
+  /** Ask for a frame; several calls before it make one. */
+  invalidate() {
+    if (this._request || !this.painter || this.isPaused) return;
+    this._request = requestAnimationFrame(this._onFrame);
+  }
+
+  /** The camera for a picture of this view outside of the page: in the scale of the picture of `render`. */
+  pictureCamera() {
+    const { width, height } = this.contents.header.camera;
+    const [across, down] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    const scale = Math.max(width / across, height / down);
+    const sides = [across, down].map((side) => Math.max(1, Math.round(side * scale)));
+    return this.controls.restingCamera(...sides);
+  }
+
+  /** What is on the screen, as a PNG. */
+  picture() {
+    this._paint(1);
+    return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png")); // before the page is composed
+  }
+
+  /** Say in the page what went wrong; the still picture is shown, if there is one. */
+  fail(error) {
+    const isSentence = error instanceof Error && error.constructor === Error;
+    if (!isSentence) console.error(error);
+    const sentence = `Something went wrong in this page (${error}). Open it in another browser.`;
+    this.tell(isSentence ? error.message : sentence);
+    if (this.framesDrawn > 0) return;
+    for (const id of ["painting", "bar"]) document.getElementById(id)?.setAttribute("hidden", "");
+  }
+
+  /** Show a message over the picture; "" removes it. */
+  tell(text) {
+    const message = document.getElementById("message");
+    message.style.animation = "none";
+    message.hidden = text === "";
+    message.textContent = text;
+  }
+
+  _describe() {
+    const { title, coats } = this.contents.header;
+    const count = coats.reduce((sum, coat) => sum + coat.count, 0);
+    this.canvas.setAttribute("aria-label", `${title}: a painting of ${count.toLocaleString("en")} strokes`);
+  }
+
+  _listen() {
+    new ResizeObserver(() => this._fit()).observe(document.getElementById("stage"));
+    this.canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault(); // so that it comes back
+      this.painter = null;
+      this.tell(WAITING);
+    });
+    this.canvas.addEventListener("webglcontextrestored", () => {
+      this.painter = new Painter(this.gl, this.contents);
+      this.tell("");
+      this.invalidate();
+    });
+    document.addEventListener("keydown", (event) => this._onKey(event));
+  }
+
+  /** Offer the headsets that there are. */
+  async _addHeadset() {
+    this.headset = new Headset(this.gl, {
+      getPainter: () => this.painter,
+      getOptions: () => this.look,
+      onStart: () => { this.isPaused = true; },
+      onEnd: () => {
+        this.isPaused = false;
+        this.invalidate();
+      },
+      onProblem: (sentence) => this.panel.say(sentence),
+    });
+    this.panel.offerHeadset(await this.headset.modes(), this.headset);
+  }
+
+  /** Give the canvas the shape that the window has room for. */
+  _fit() {
+    const { clientWidth, clientHeight } = document.getElementById("stage");
+    const [width, height] = this.controls.orbit.shape(clientWidth, clientHeight);
+    if (this.canvas.clientWidth === width && this.canvas.clientHeight === height) return;
+    Object.assign(this.canvas.style, { width: `${width}px`, height: `${height}px` });
+    this.invalidate();
+  }
+
+  _onKey(event) {
+    const { target, key } = event;
+    if (event.ctrlKey || event.metaKey || event.altKey || target.closest?.("input, select, textarea")) return;
+    if (document.querySelector("dialog[open]") && key !== "h" && key !== "?") return;
+    if (target.closest?.("button") && (key === " " || key === "Enter")) return;
+    if (!["Shift", " "].includes(key)) this.controls.stopAutomatic();
+    if (key === "f" || key === "F") this.panel.toggleFull();
+    else if (key === "h" || key === "H" || key === "?") this.panel.toggleHelp();
+    else if (!this.controls.press(key, event.shiftKey)) return;
+    event.preventDefault();
+  }
+
+  _onFrame(now) {
+    this._request = 0;
+    if (!this.painter || this.isPaused) return;
+    const seconds = this._drawnAt === null ? 1 / 60 : (now - this._drawnAt) / 1000;
+    if (this._drawnAt !== null) this._pace.tell(seconds);
+    const isMoving = this.controls.advance(seconds);
+    const share = isMoving ? this._pace.share : 1;
+    try {
+      this._paint(share);
+    } catch (error) {
+      this.painter = null; // the next frame would fail as well
+      this.fail(error);
+      this._onFirstPicture();
+      return;
+    }
+    this._drawnAt = isMoving ? now : null;
+    if (isMoving) this.invalidate();
+    if (this.firstPictureMs === null) this._shown();
+  }
+
+  _shown() {
+    this.gl.finish();
+    this.firstPictureMs = performance.now();
+    document.getElementById("still")?.remove();
+    this.tell("");
+    this._onFirstPicture();
+  }
+
+  /** Paint, with a share of the pixels along a side. */
+  _paint(share) {
+    const { canvas } = this;
+    const ratio = Math.min(window.devicePixelRatio, MAX_PIXEL_RATIO) * share;
+    const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
+    const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+    if (canvas.width !== width) canvas.width = width;
+    if (canvas.height !== height) canvas.height = height;
+    this.painter.paint(this.controls.camera(width, height), this.look);
+    this.framesDrawn += 1;
+  }
+}
+
+/** The painting in the page. Throws a sentence where it is cut short. */
+async function contentsOfPage() {
+  const element = document.getElementById("contents");
+  let bytes;
+  try {
+    bytes = bytesOfBase64(element.textContent.split("<", 1)[0].trim()); // "<": an end tag that was cut
+  } catch {
+    throw new Error(INCOMPLETE);
+  }
+  return decodeContents(bytes);
+}
+
+/** What a browser that cannot paint shows in place of the painting, in words. */
+function stillOr(cure) {
+  return document.getElementById("still") ? "This is a still picture of the painting." : cure;
 }
 
 window.brushgs = new App();

@@ -1,0 +1,216 @@
+// The bar below the picture: what is shown, and what can be taken along.
+
+const FADE_AFTER = 3000; // ms without a touch until the bar fades
+const NOTICE_FOR = 4000; // ms
+const GROUNDS = { own: () => true, white: () => [1, 1, 1], black: () => [0, 0, 0], none: () => false };
+const HEADSET_MODES = {
+  "immersive-vr": { caption: "VR", label: "Enter VR" },
+  "immersive-ar": { caption: "AR", label: "Enter AR" },
+};
+const HEADSET_ICON = "M3 6.5h14v8h-4.5L10 12l-2.5 2.5H3z";
+
+/** The bar of an app; the markup is in page.html. */
+class Panel {
+  constructor(app) {
+    this.app = app;
+    const byId = (id) => document.getElementById(id);
+    this._bar = byId("bar");
+    this._share = byId("share");
+    this._brush = byId("brush");
+    this._ground = byId("ground");
+    this._color = byId("color");
+    this._notice = byId("notice");
+    this._help = byId("help");
+    this._isChoosing = false; // a list is open: the browser draws it, so the bar must stay
+    this._bar.hidden = false;
+    this.replace(app.contents);
+    this._listen();
+    this._wake();
+  }
+
+  /** Offer the brushes of other contents. */
+  replace({ header }) {
+    const names = header.brushes.map((brush) => brush.name);
+    this._brush.replaceChildren(
+      new Option("As painted", ""),
+      ...names.map((name, index) => new Option(name, String(index))),
+    );
+    this._brush.closest("label").hidden = names.length < 2; // of one brush there is no choice
+    this.app.setLook({ brush: null });
+  }
+
+  /** Tell something in a few words, also to screen readers. */
+  say(text) {
+    this._notice.textContent = text;
+    clearTimeout(this._saying);
+    this._saying = setTimeout(() => { this._notice.textContent = ""; }, NOTICE_FOR);
+  }
+
+  /**
+   * Add a button.
+   *
+   * @param {object} button
+   *     id; caption: one short word; label: what it does, for screen readers, with the caption in it;
+   *     path: of an icon of 20x20; onPress: function
+   */
+  addButton({ id, caption, label, path, onPress }) {
+    const button = document.createElement("button");
+    Object.assign(button, { id, type: "button" });
+    button.setAttribute("aria-label", label);
+    const icon = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+    icon.setAttribute("viewBox", "0 0 20 20");
+    icon.setAttribute("aria-hidden", "true");
+    icon.append(document.createElementNS("http://www.w3.org/2000/svg", "path"));
+    icon.firstChild.setAttribute("d", path);
+    button.append(icon, caption);
+    button.addEventListener("click", onPress);
+    this._bar.querySelector(".buttons").append(button);
+    return button;
+  }
+
+  /** A button for each mode of WebXR that there is; where there is none, the list of keys says what to do. */
+  offerHeadset(modes, headset) {
+    for (const mode of modes) {
+      const { caption, label } = HEADSET_MODES[mode];
+      this.addButton({ id: mode, caption, label, path: HEADSET_ICON, onPress: () => headset.enter(mode) });
+    }
+    const hint = document.getElementById("headsetHint");
+    hint.textContent = modes.length ? "" : headset.hint();
+  }
+
+  /** Show whether the picture turns by itself. */
+  showTurning(isTurning) {
+    document.getElementById("turn").setAttribute("aria-pressed", String(isTurning));
+  }
+
+  /** Show or close the list of keys. */
+  toggleHelp() {
+    if (this._help.open) this._help.close();
+    else this._help.showModal();
+  }
+
+  /** Fill the screen, or no more. */
+  async toggleFull() {
+    try {
+      if (document.fullscreenElement) await document.exitFullscreen();
+      else await document.documentElement.requestFullscreen();
+    } catch {
+      this.say("This browser does not fill the screen");
+    }
+  }
+
+  /** Copy the command of this view; where flags cannot say it, its camera file is saved too. */
+  async copyCommand() {
+    const { header } = this.app.contents;
+    const camera = this.app.pictureCamera();
+    const line = commandLine(header, camera);
+    const needsFile = !isPlainLens(camera);
+    if (needsFile) this.saveCamera();
+    const place = needsFile ? `; it reads ${CAMERA_FILE}, which was saved` : "";
+    try {
+      await navigator.clipboard.writeText(line);
+      this.say(`Command copied: it paints this view${place}`);
+    } catch {
+      window.prompt(`Copy this command${place}:`, line);
+    }
+  }
+
+  /** Save the camera of this view. */
+  saveCamera() {
+    const text = cameraFile(this.app.contents.header, this.app.pictureCamera());
+    download(new Blob([text], { type: "application/json" }), CAMERA_FILE);
+    this.say(`Camera saved: brushgs render … --camera-file ${CAMERA_FILE}`);
+  }
+
+  /** Save what is on the screen. */
+  async savePicture() {
+    const picture = await this.app.picture();
+    download(picture, `${fileStem(this.app.contents.header.title)}.png`);
+    this.say("Picture saved");
+  }
+
+  _listen() {
+    const onClick = (id, action) => document.getElementById(id).addEventListener("click", action);
+    const { controls } = this.app;
+    onClick("turn", () => controls.setTurning(!controls.isTurning));
+    onClick("home", () => controls.home());
+    onClick("copy", () => this.copyCommand());
+    onClick("saveCamera", () => this.saveCamera());
+    onClick("savePicture", () => this.savePicture());
+    onClick("full", () => this.toggleFull());
+    onClick("keys", () => this.toggleHelp());
+    this._share.addEventListener("input", () => this._onShare());
+    this._brush.addEventListener("change", () => {
+      this.app.setLook({ brush: this._brush.value === "" ? null : Number(this._brush.value) });
+    });
+    this._ground.addEventListener("change", () => this._onGround());
+    this._color.addEventListener("input", () => this._onGround());
+    const full = document.getElementById("full");
+    full.hidden = !document.fullscreenEnabled;
+    document.addEventListener("fullscreenchange", () => {
+      full.setAttribute("aria-pressed", String(document.fullscreenElement !== null));
+    });
+    for (const name of ["pointermove", "pointerdown", "wheel", "keydown", "focusin"]) {
+      document.addEventListener(name, () => this._wake(), { capture: true, passive: true });
+    }
+    for (const name of ["focusin", "pointerdown"]) {
+      this._bar.addEventListener(name, ({ target }) => {
+        if (!target.closest("#turn")) controls.stopAutomatic();
+      });
+    }
+    for (const select of [this._brush, this._ground]) {
+      select.addEventListener("pointerdown", () => { this._isChoosing = true; });
+      for (const name of ["change", "blur"]) {
+        select.addEventListener(name, () => { this._isChoosing = false; });
+      }
+    }
+  }
+
+  _onShare() {
+    const percent = Number(this._share.value);
+    document.getElementById("shareText").textContent = `${percent} %`;
+    this._share.setAttribute("aria-valuetext", `${percent} percent`);
+    this.app.setLook({ share: percent / 100 });
+  }
+
+  _onGround() {
+    const choice = this._ground.value;
+    this._color.hidden = choice !== "color";
+    this.app.setLook({ ground: choice === "color" ? colorOf(this._color.value) : GROUNDS[choice]() });
+  }
+
+  /** Show the bar, and let it fade when nothing happens for a while. */
+  _wake() {
+    this._bar.classList.remove("is-faded");
+    clearTimeout(this._fading);
+    this._fading = setTimeout(() => {
+      if (this._isInUse()) this._wake();
+      else this._bar.classList.add("is-faded");
+    }, FADE_AFTER);
+  }
+
+  _isInUse() {
+    return this._isChoosing || this._help.open || this._bar.matches(":hover")
+      || this._bar.querySelector(":focus-visible") !== null;
+  }
+}
+
+/** [r, g, b], 0 to 1, of a text such as "#c9b89a". */
+function colorOf(text) {
+  return [1, 3, 5].map((at) => Number.parseInt(text.slice(at, at + 2), 16) / 255);
+}
+
+/** The beginning of a file name, of any title. */
+function fileStem(title) {
+  const stem = title.replace(/\.\w{1,5}$/, "").replace(/[^\p{L}\p{N}_-]+/gu, "-").replace(/^-+|-+$/g, "");
+  return stem.slice(0, 60) || "painting";
+}
+
+/** Save a blob as a file. */
+function download(blob, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}

@@ -1,0 +1,25 @@
+"""A blank tab with those scripts of the page that need no picture: tests call them with numbers."""
+
+from brushgs.page.html import _read
+
+SCRIPTS = (
+    "container.js",
+    "matrix.js",
+    "camera.js",
+    "orbit.js",
+    "pick.js",
+    "controls.js",
+    "camera_file.js",
+    "pace.js",
+)
+HOOK = """
+window.kit = { PageCamera, Orbit, Controls, Pace, pointOnRay, cameraFile, commandLine, shellQuoted };
+window.kit.facts = (camera) => ({ ...camera, viewmat: [...camera.viewmat] });
+"""
+
+
+def kit(open_page):
+    """A tab in which `kit` has the classes and functions of these scripts."""
+    page = open_page("about:blank")
+    page.evaluate('(() => {\n"use strict";\n' + "\n".join(map(_read, SCRIPTS)) + HOOK + "\n})();")
+    return page
