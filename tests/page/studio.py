@@ -56,12 +56,12 @@ const cameraOf = (camera) => camera && PageCamera.ofHeader({ camera, origin });
 
 window.studio = {
   gl,
-  async load(base64, copies = 1) {
+  async load(base64, copies = 1, onSharper = null) {
     painter?.dispose();
     const contents = await decodeContents(bytesOfBase64(base64));
     contents.header.brushes = Array(copies).fill(contents.header.brushes).flat();
     origin = contents.header.origin;
-    painter = new Painter(gl, contents);
+    painter = new Painter(gl, contents, onSharper);
     window.studio.painter = painter;
   },
   paint(camera, { at: [x, y], ...options }) {
@@ -199,6 +199,23 @@ class Studio:
         options = {"order": "depth", "ground": False} | given | options
         text = self.page.evaluate("a => studio.paint(...a)", [camera_facts(camera), options])
         return decoded(text, np.float32).reshape(camera.height, camera.width, 4)[::-1]
+
+    def first_picture(self, contents, camera):
+        """Like `paint`, as soon as these contents are read, while brushes are still being filtered."""
+        script = """async ([data, ...picture]) => {
+          window.sharper = new Promise((done) => (window.onSharper = done));
+          await studio.load(data, 1, window.onSharper);
+          return studio.paint(...picture);
+        }"""
+        options = {"order": "depth", "ground": False, "at": (0, 0), "head": None}
+        data = encoded(write_container(contents))
+        text = self.page.evaluate(script, [data, camera_facts(camera), options])
+        return decoded(text, np.float32).reshape(camera.height, camera.width, 4)[::-1]
+
+    def sharper_picture(self, camera):
+        """Like `paint`, after `first_picture`, when all brushes are there."""
+        self.page.evaluate("() => sharper")
+        return self.paint(camera)
 
     def coat(self, camera, *, coat=0, detail=False, below=None):
         """What one coat alone leaves in its targets, [H, W, 4] float32 each: see `CoatPainter.draw`.

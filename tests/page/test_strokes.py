@@ -147,3 +147,18 @@ def test_more_brushes_than_memory_has_room_for_blur_large_strokes_alone(studio, 
     found, frame = studio.paint(camera), painting.frame(camera)
     difference = np.abs(found - picture(frame)).max(axis=2)
     assert (difference < 0.1).mean() > 0.95
+
+
+def test_many_brushes_are_sharper_after_the_first_picture(studio, scene):
+    camera = still_life_camera(width=320, height=240)
+    names = ("flat", "swirl", "dab", "wash", "fan")
+    brushes = BrushSet(tuple(bg.StrokeTexture.open(name) for name in names))
+    rows = np.random.default_rng(0).integers(0, len(names), len(scene)).astype(np.uint8)
+    painting = painting_of(replace(scene, brushes=rows), brushes)
+    contents = studio.load(painting, camera)
+    expected = studio.paint(camera)
+    first = studio.first_picture(contents, camera)
+    difference = np.abs(first - expected).max(axis=2)
+    assert (difference > STEP).any()
+    assert difference.mean() < 0.02
+    np.testing.assert_array_equal(studio.sharper_picture(camera), expected)

@@ -6,6 +6,11 @@ const ATLAS_WIDTH = 4096;
 // than half the image: 1500 strokes at 640 x 480 are painted with 55 to 67 dB instead of 69 to 74. Without 1
 // and 3 it is 53 to 61 dB, without 1, 3 and 5 it is 45 to 52.
 const LEFT_OUT = [1, 2];
+// Of many brushes the first picture has levels from here on, for boxes up to 53 pixels long where an image has
+// 256 texels: a quarter of the work.
+const COARSE = 6;
+const FEW = 3; // brushes that are filtered at once
+const SLICE_MS = 8; // of filtering between frames
 const MOST_LEFT_OUT = 12; // what is left then has 15 texels across
 const MOST_BYTES = 64 << 20; // of the texture: 15 brushes with relief take 25 MB
 
@@ -15,12 +20,17 @@ const MOST_BYTES = 64 << 20; // of the texture: 15 brushes with relief take 25 M
  * `texture`: coverage and height of every brush and level, RG8; R8 where no coat has relief.
  * `table`: RGBA32F, a row for each brush: one texel (columns, rows, levels along u, levels along v), then two
  * for each level u and v: (x, y, columns, rows) of its texels, and (scale u, scale v, 0, 0).
- * A brush is filtered when `need` asks for it first. Where so many are given that an atlas would be too large,
- * the finest levels are left out, and large strokes are blurred.
+ * A brush is filtered when `need` asks for it first. Where so many are given that an atlas would be too
+ * large, the finest levels are left out, and large strokes are blurred. With `onSharper`, fine levels of many
+ * brushes are made after the first picture, a little at a time; it is called when they are there.
  */
 class Atlas {
-  constructor(gl, header, arrays) {
+  constructor(gl, header, arrays, onSharper = null) {
     this.gl = gl;
+    this._isLater = onSharper !== null && header.brushes.length > FEW;
+    this._onSharper = onSharper;
+    this._fillings = []; // generators that go on filling
+    this._timer = 0;
     this._sources = header.brushes.map((brush) => ({
       rows: brush.rows,
       columns: brush.columns,
@@ -28,7 +38,7 @@ class Atlas {
       height: arrays[brush.height === null ? brush.coverage : brush.height],
     }));
     this.meanCoverages = this._sources.map(({ coverage }) => mean(coverage) / 255);
-    this._isFilled = this._sources.map(() => false);
+    this._filled = this._sources.map(() => null); // by brush, keys of the levels that are there
     this._hasHeight = header.coats.some((coat) => coat.relief !== null);
     this._width = Math.min(ATLAS_WIDTH, gl.getParameter(gl.MAX_TEXTURE_SIZE));
     this._numBytesOfRow = (this._hasHeight ? 2 : 1) * this._width;
@@ -39,7 +49,7 @@ class Atlas {
     }
     this.texture = newTexture(gl, gl.LINEAR);
     gl.texStorage2D(gl.TEXTURE_2D, 1, this._hasHeight ? gl.RG8 : gl.R8, this._width, this.height);
-    this._uploadTable();
+    this._newTable();
   }
 
   /** Bytes of the texture. */
@@ -53,25 +63,55 @@ class Atlas {
 
   /** Make sure that a brush can be drawn with. */
   need(brush) {
-    if (this._isFilled[brush]) return;
-    this._isFilled[brush] = true;
-    const { gl } = this;
+    if (this._filled[brush] !== null) return;
+    this._filled[brush] = new Set();
     const { height, ...flat } = this._sources[brush];
     const levels = new BrushLevels(this._hasHeight ? { height, ...flat } : flat);
+    const coarse = Math.max(this._finest, COARSE);
+    const filling = this._filling(brush, levels, this._isLater ? coarse : this._finest);
+    while (!filling.next().done);
+    if (!this._isLater || coarse === this._finest) return;
+    this._fillings.push(this._filling(brush, levels, this._finest));
+    this._timer ||= setTimeout(() => this._goOn(), 0);
+  }
+
+  /** Make the levels of a brush from the finest on that are not there, in steps of a few milliseconds. */
+  *_filling(brush, levels, finest) {
+    const [keptU, keptV] = [levels.u, levels.v].map((axis) => keptLevels(axis, finest));
+    for (const levelU of keptU) {
+      const missing = keptV.filter((levelV) => !this._filled[brush].has(`${levelU} ${levelV}`));
+      if (missing.length === 0) continue;
+      for (const level of levels.alongV(levelU, missing)) this._upload(brush, levelU, level);
+      yield;
+    }
+    this._uploadRow(brush, levels, finest);
+  }
+
+  _upload(brush, levelU, { levelV, columns, rows, texels }) {
+    const { gl } = this;
+    const key = `${levelU} ${levelV}`;
+    const { x, y } = this._places[brush].get(key);
     const format = this._hasHeight ? gl.RG : gl.RED;
-    const [keptU, keptV] = [levels.u, levels.v].map((axis) => this._keptLevels(axis));
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-    for (const levelU of keptU) {
-      for (const { levelV, columns, rows, texels } of levels.alongV(levelU, keptV)) {
-        const { x, y } = this._places[brush].get(`${levelU} ${levelV}`);
-        gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, columns, rows, format, gl.UNSIGNED_BYTE, texels);
-      }
-    }
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, columns, rows, format, gl.UNSIGNED_BYTE, texels);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
+    this._filled[brush].add(key);
+  }
+
+  _goOn() {
+    this._timer = 0;
+    if (!this.gl.isTexture(this.texture)) return; // the context was lost
+    const end = performance.now() + SLICE_MS;
+    while (this._fillings.length > 0 && performance.now() < end) {
+      if (this._fillings[0].next().done) this._fillings.shift();
+    }
+    if (this._fillings.length > 0) this._timer = setTimeout(() => this._goOn(), 0);
+    else this._onSharper();
   }
 
   dispose() {
+    clearTimeout(this._timer);
     this.gl.deleteTexture(this.texture);
     this.gl.deleteTexture(this.table);
   }
@@ -82,8 +122,8 @@ class Atlas {
     this._places = this._sources.map(() => new Map());
     this._sources.forEach(({ rows, columns }, brush) => {
       const [u, v] = [axisLevels(columns), axisLevels(rows)];
-      for (const levelU of this._keptLevels(u)) {
-        for (const levelV of this._keptLevels(v)) {
+      for (const levelU of keptLevels(u, this._finest)) {
+        for (const levelV of keptLevels(v, this._finest)) {
           const rectangle = { columns: u[levelU].numTexels, rows: v[levelV].numTexels, x: 0, y: 0 };
           rectangles.push(rectangle);
           this._places[brush].set(`${levelU} ${levelV}`, rectangle);
@@ -104,37 +144,40 @@ class Atlas {
     this.height = Math.max(1, y + shelf);
   }
 
-  /** The level of an axis that is drawn where this one is called for. */
-  _standIn(level, levels) {
-    const coarser = Math.min(Math.max(level, this._finest), levels.length - 1);
-    return LEFT_OUT.includes(coarser) ? 0 : coarser;
-  }
-
-  _keptLevels(levels) {
-    return levels.map((_, level) => level).filter((level) => this._standIn(level, levels) === level);
-  }
-
-  _uploadTable() {
+  _newTable() {
     const { gl } = this;
-    const axes = this._sources.map(({ rows, columns }) => [axisLevels(columns), axisLevels(rows)]);
-    const width = axes.reduce((most, [u, v]) => Math.max(most, 1 + 2 * u.length * v.length), 1);
-    const table = new Float32Array(4 * width * Math.max(1, axes.length));
-    axes.forEach(([u, v], brush) => {
-      let at = 4 * width * brush;
-      table.set([u[0].numTexels, v[0].numTexels, u.length, v.length], at);
-      for (let levelU = 0; levelU < u.length; levelU++) {
-        for (let levelV = 0; levelV < v.length; levelV++) {
-          const [keptU, keptV] = [this._standIn(levelU, u), this._standIn(levelV, v)];
-          const { x, y, columns, rows } = this._places[brush].get(`${keptU} ${keptV}`);
-          table.set([x, y, columns, rows, u[keptU].scale, v[keptV].scale, 0, 0], (at += 4));
-          at += 4;
-        }
-      }
-    });
+    const numLevels = (numTexels) => axisLevels(numTexels).length;
+    const sizes = this._sources.map(({ rows, columns }) => numLevels(columns) * numLevels(rows));
+    const width = 1 + 2 * Math.max(0, ...sizes);
     this.table = newTexture(gl, gl.NEAREST);
-    const height = Math.max(1, axes.length);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, table);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, width, Math.max(1, sizes.length));
   }
+
+  /** Tell where the levels of a brush are, from the finest on that is there. */
+  _uploadRow(brush, { u, v }, finest) {
+    const { gl } = this;
+    const row = [u[0].numTexels, v[0].numTexels, u.length, v.length];
+    for (let levelU = 0; levelU < u.length; levelU++) {
+      for (let levelV = 0; levelV < v.length; levelV++) {
+        const [keptU, keptV] = [standIn(levelU, u, finest), standIn(levelV, v, finest)];
+        const { x, y, columns, rows } = this._places[brush].get(`${keptU} ${keptV}`);
+        row.push(x, y, columns, rows, u[keptU].scale, v[keptV].scale, 0, 0);
+      }
+    }
+    gl.bindTexture(gl.TEXTURE_2D, this.table);
+    const texels = Float32Array.from(row);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, brush, row.length / 4, 1, gl.RGBA, gl.FLOAT, texels);
+  }
+}
+
+/** The level of an axis that is drawn where this one is called for, and the finest is not level 0. */
+function standIn(level, levels, finest) {
+  const coarser = Math.min(Math.max(level, finest), levels.length - 1);
+  return LEFT_OUT.includes(coarser) ? 0 : coarser;
+}
+
+function keptLevels(levels, finest) {
+  return levels.map((_, level) => level).filter((level) => standIn(level, levels, finest) === level);
 }
 
 function mean(array) {
