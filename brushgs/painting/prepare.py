@@ -285,7 +285,11 @@ def prepare(
     )
     coats = (*backdrop, *coats_of(materials))
     painting = Painting(
-        coats, surface, lamp, is_transparent=background is None and config.ground.ground == "none"
+        coats,
+        surface,
+        lamp,
+        is_transparent=background is None and config.ground.ground == "none",
+        is_moving=along_path,
     )
     growth = None
     if grows or growing is not None:

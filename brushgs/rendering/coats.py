@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.surface import Surface
 
 CARRIED = 0.5  # of the height below a coat that covers it: canvas shows through paint
+CARRIED_MOVING = 0.0  # the same while the camera moves, see `Painting.is_moving`
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,12 +76,19 @@ class Canvas:
         camera: gives the size.
         surface: what is painted on; None for strokes alone.
         is_transparent: whether the colour of the surface is left out: its height and grain are felt.
+        is_moving: see `Painting`.
     """
 
     def __init__(
-        self, camera: Camera, surface: "Surface | None" = None, *, is_transparent: bool = False
+        self,
+        camera: Camera,
+        surface: "Surface | None" = None,
+        *,
+        is_transparent: bool = False,
+        is_moving: bool = False,
     ) -> None:
         self._camera, self._surface, self._is_transparent = camera, surface, is_transparent
+        self._is_moving, self._hidden = is_moving, 1 - (CARRIED_MOVING if is_moving else CARRIED)
         self._frame: Frame | None = None  # of the strokes alone
         self._tint: Array | None = None  # [H, W, 3] of all glazes, through which the ground is seen
 
@@ -102,7 +110,7 @@ class Canvas:
             else:
                 np.multiply(self._tint, frame.rgb, out=self._tint)
         else:
-            self._frame = frame if self._frame is None else _over(frame, self._frame)
+            self._frame = frame if self._frame is None else _over(frame, self._frame, self._hidden)
         return frame
 
     def finish(self, lamp: "Lamp | None" = None) -> Frame:
@@ -113,7 +121,7 @@ class Canvas:
             frame = Frame(np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32))
         surface, height = self._surface, frame.height
         if surface is not None and lamp is not None:
-            below = 1 - CARRIED * frame.alpha
+            below = 1 - self._hidden * frame.alpha
             below *= surface.height
             height = below if height is None else np.add(below, height, out=below)
         if surface is not None and not self._is_transparent:
@@ -126,9 +134,10 @@ class Canvas:
             frame = _with_glazes(frame, self._tint)
         if lamp is None or height is None:
             return frame
-        from brushgs.rendering.light import light
+        from brushgs.rendering.light import BLUR, BLUR_MOVING, light
 
-        rgb = light(frame.rgb, height, lamp, alpha=frame.alpha, out=frame.rgb)
+        blur = BLUR_MOVING if self._is_moving else BLUR
+        rgb = light(frame.rgb, height, lamp, alpha=frame.alpha, blur=blur, out=frame.rgb)
         return replace(frame, rgb=rgb, height=height)
 
 
@@ -141,16 +150,22 @@ class Painting:
         surface: what they are laid on, in the size of the pictures; None for strokes alone.
         lamp: that lights the height of paint and canvas; None for flat pictures.
         is_transparent: whether the ground is left out, so that there are strokes alone.
+        is_moving: whether the camera moves from frame to frame: then paint hides the height below it, and the
+            lamp shines on a softer height. Canvas that shows through paint would stand still while the
+            subject moves, a coat below would move otherwise than the one above it, and ridges as fine as
+            pixels would glitter. Along an orbit of 240 frames lit oil flickers 1.0 to 1.1 times as much as
+            flat oil, and 2.8 to 4.1 times where frames are lit like stills.
     """
 
     coats: tuple[Coat, ...]
     surface: "Surface | None" = None
     lamp: "Lamp | None" = None
     is_transparent: bool = False
+    is_moving: bool = False
 
     def canvas(self, camera: Camera) -> "Canvas":
         """The bare canvas of one view."""
-        return Canvas(camera, self.surface, is_transparent=self.is_transparent)
+        return Canvas(camera, self.surface, is_transparent=self.is_transparent, is_moving=self.is_moving)
 
     def with_depth(self, depth: bool) -> "Painting":
         """The same painting, whose frames have a depth or not; coats that others are tested against do."""
@@ -184,12 +199,15 @@ def _pressed(frame: Frame, coat: Coat, grain: Array) -> Frame:
     return replace(absorbed, rgb=1 - absorbed.rgb)
 
 
-def _over(front: Frame, back: Frame) -> Frame:
-    """One frame of strokes over another, whose arrays are used up: new ones take longer than the sums."""
+def _over(front: Frame, back: Frame, hidden: float) -> Frame:
+    """One frame of strokes over another, whose arrays are used up: new ones take longer than the sums.
+
+    Paint hides so much of the height below it.
+    """
     passed = 1 - front.alpha
     depth = height = None
     if front.height is not None and back.height is not None:
-        height = np.multiply(back.height, 1 - CARRIED * front.alpha, out=back.height)
+        height = np.multiply(back.height, 1 - hidden * front.alpha, out=back.height)
         height += front.height
     else:
         height = back.height if front.height is None else front.height

@@ -15,6 +15,7 @@ from brushgs.rendering.relief import canvas_scale
 from brushgs.threads import num_threads_or_default
 
 BLUR = 0.6  # px of a picture of 1000 x 750: standard deviation; sharper, single pixels sparkle
+BLUR_MOVING = 3.0  # the same while the camera moves, see `Painting.is_moving`
 # From a strength of 0.9 or a gloss of 0.15 on, paint looks like plastic.
 STRENGTH, GLOSS, EXPONENT = 0.5, 0.06, 40
 MOST_STRENGTH = 0.85

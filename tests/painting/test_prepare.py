@@ -217,6 +217,7 @@ def test_options_are_those_of_a_still_or_of_a_path(folder, stroke, along_path, l
     prepared = prepare(folder / "scene.ply", replace(PAINT, draw=DrawConfig(stroke)), Report(), views=views)
     assert (prepared.options.lock, prepared.options.order) == (lock, order)
     assert (prepared.path is not None) is along_path
+    assert prepared.painting.is_moving is along_path
     assert len(prepared.cameras) == (3 if along_path else 1)
 
 

@@ -8,6 +8,7 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.coats import Coat, Painting
 from brushgs.rendering.light import Lamp
 from brushgs.rendering.options import RenderOptions, draw_with
+from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import Surface, paper
 from brushgs.sh import in_colors
 from tests.passes.scenes import random_gaussians
@@ -122,6 +123,39 @@ def test_light_changes_the_picture_only_where_there_is_height():
     assert np.abs(bare[1] - bare[0]).max() > 0.005
     board = Painting((coat(strokes),), surface_of(), Lamp()).frame(CAMERA)
     np.testing.assert_array_equal(board.rgb, Painting((coat(strokes),), surface_of()).frame(CAMERA).rgb)
+
+
+def relief_coat(depth, seed, opacity=0.8):
+    strokes = strokes_at(depth, (0.8, 0.2, 0.1), num=400, seed=seed, opacity=opacity)
+    return coat(strokes, options=replace(OPTIONS, relief=Relief()))
+
+
+def test_only_while_the_camera_moves_paint_hides_the_height_below_it():
+    above, below = relief_coat(-1, 1, opacity=0.99), relief_coat(1, 2)
+    canvas = surface_of(height=np.random.default_rng(0).uniform(0, 1, (72, 96)).astype(np.float32))
+    for coats, surface in (((below, above), surface_of()), ((above,), canvas)):
+        still = Painting(coats, surface, Lamp())
+        heights = {}
+        for is_moving in (False, True):
+            whole = replace(still, is_moving=is_moving).frame(CAMERA)
+            alone = Painting((above,), surface_of(), Lamp(), is_moving=is_moving).frame(CAMERA)
+            heights[is_moving] = np.abs(whole.height - alone.height)
+        is_covered = replace(still, coats=(above,), surface=None).frame(CAMERA).alpha > 0.98
+        assert is_covered.sum() > 200
+        of_still, of_moving = (heights[is_moving][is_covered].mean() for is_moving in (False, True))
+        assert of_still > 0.02
+        assert of_moving < 0.05 * of_still
+
+
+def test_while_the_camera_moves_the_lamp_shines_on_a_softer_height():
+    still = Painting((relief_coat(0, 1),), lamp=Lamp())
+    camera = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=400, height=300)  # the blur goes with the size
+    unlit = replace(still, lamp=None).frame(camera).rgb
+    lights = [replace(still, is_moving=is_moving).frame(camera).rgb - unlit for is_moving in (False, True)]
+    strength = [np.abs(light).mean() for light in lights]
+    assert 0.2 * strength[0] < strength[1] < 0.8 * strength[0]
+    detail = [np.abs(np.diff(light, axis=1)).mean() for light in lights]
+    assert detail[1] / strength[1] < 0.7 * detail[0] / strength[0]
 
 
 def test_with_depth_keeps_it_for_coats_that_others_are_tested_against():
