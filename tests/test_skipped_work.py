@@ -159,15 +159,64 @@ def test_points_far_apart_and_of_no_extent_have_a_nearest_centre():
     assert len(_core.nearest(points[:0], np.zeros((1, 1)), 1)[0]) == 0
 
 
-def test_filters_are_those_of_scipy():
-    moments = np.random.default_rng(0).normal(size=(40, 7))
-    gram = np.full((2, 40), 2 / 3)
+def level_weights(num_source, level):
+    """The weights of a level by its definition: the projection of pixel means on hat functions."""
+    axis = levels.axis_levels(num_source)[level]
+    last, steps = num_source - 1, axis.num_texels - 1
+    spacing = last * axis.scale / steps
+    centers = (np.arange(axis.num_texels) - steps / 2) * spacing + last / 2
+    texels = np.arange(num_source)
+
+    def integral(x):  # of the hat function of each texel, clipped at the ends of the box
+        inside = np.clip(np.clip(x, 0, last)[:, None] - texels, -1, 1)
+        return 0.5 + inside - 0.5 * inside * np.abs(inside)
+
+    moments = np.zeros((axis.num_texels, num_source))
+    for offset in (np.arange(8) - 3.5) / 4:
+        places = centers + offset * spacing
+        means = integral(places + axis.footprint / 2) - integral(places - axis.footprint / 2)
+        means[0 if offset < 0 else -1] = 0
+        moments += (1 - abs(offset)) / 4 * means / axis.footprint
+    gram = np.full((2, axis.num_texels), 2 / 3)
     gram[1], gram[0, [0, -1]] = 1 / 6, 1 / 3
-    expected = solveh_banded(gram, moments, lower=True)
-    np.testing.assert_allclose(levels._solve_gram(moments), expected, rtol=0, atol=1e-14)
-    result = np.empty((40, 40))
-    _core.filter_rows(weights=moments, texels=np.ascontiguousarray(moments.T), result=result)
-    np.testing.assert_allclose(result, moments @ moments.T, rtol=0, atol=1e-13)
+    return solveh_banded(gram, moments, lower=True)
+
+
+@pytest.mark.parametrize(("num_source", "level"), [(256, 1), (256, 7), (97, 4), (13, 3), (2, 1)])
+def test_filters_are_those_of_scipy(num_source, level):
+    made, expected = levels._level_filter(num_source, level), level_weights(num_source, level)
+    np.testing.assert_allclose(made.weights(), expected, rtol=0, atol=1.01e-6)  # smaller ones are left out
+    np.testing.assert_array_equal(made.weights()[np.abs(expected) < 0.99e-6], 0)
+    texels = np.random.default_rng(0).normal(size=(num_source, 21))
+    result = np.empty((len(expected), 21))
+    made.apply(texels=texels, result=result)
+    np.testing.assert_allclose(result, made.weights() @ texels, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("num_threads", [1, 3])
+def test_levels_made_together_are_products_of_matrices(num_threads):
+    g = np.random.default_rng(0)
+    coverage, height = (g.integers(0, 256, (61, 150)).astype(np.uint8) for _ in range(2))
+    coverage[:30, :70] = 0
+    codes = [(3, 0), (0, 0), (3, 4), (0, 5), (6, 2)]
+    found = levels.stroke_levels(coverage, codes, height, num_threads=num_threads)
+    assert found[1][0] is coverage
+    assert found[1][1] is height
+    for (u, v), (painted, raised) in zip(codes, found, strict=True):
+        if (u, v) == (0, 0):
+            continue
+        along_u, along_v = (
+            levels._level_filter(size, level).weights() if level else np.eye(size)
+            for size, level in ((150, u), (61, v))
+        )
+        texels, above = (
+            along_v @ image.astype(float) @ along_u.T for image in (coverage, (height - 127.5) * coverage)
+        )
+        for image, expected in ((painted, texels), (raised, 127.5 + above / np.maximum(texels, 2))):
+            difference = image - np.clip(expected, 0, 255)
+            assert np.abs(difference).max() < 0.5 + 1e-9
+        np.testing.assert_array_equal(levels.level_coverage(coverage, u, v), painted)
+        np.testing.assert_array_equal(levels.level_height(height, coverage, u, v), raised)
 
 
 def test_a_level_made_later_is_the_one_made_with_others():

@@ -18,12 +18,13 @@ outside of the original box must be half painted. Level 0 of an axis is the sour
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.native import core as _core
+from brushgs.threads import num_threads_or_default
 
 # Below 0.85 texels a pixel (a magnified stroke) bilinear interpolation itself is as smooth as the filter.
 FIRST_FOOTPRINT = 0.85
@@ -37,9 +38,6 @@ MARGIN_PIXELS = 0.45
 # A box shorter than this, in pixels, is drawn with the level of this length: the projection's low-pass
 # keeps every box of the default settings above 2.2 px.
 SHORTEST_BOX = 0.25
-_QUADRATURE = 4  # midpoints on each side of a texel's hat
-_FAINT_PAINT = 2.0  # of 255: the height of less is mostly noise, and fades to none
-_TOO_SMALL = 1e-6  # a weight; 255 texels of it stay far below half a step of 8 bits
 
 
 @dataclass(frozen=True)
@@ -105,9 +103,7 @@ def level_coverage(coverage: NDArray[np.uint8], level_u: int, level_v: int) -> N
         uint8 [axis_levels(h)[level_v].num_texels, axis_levels(w)[level_u].num_texels]; the source itself
         for levels (0, 0).
     """
-    if level_u == 0 and level_v == 0:
-        return coverage
-    return filtered_along_v(filtered_along_u(coverage, level_u), level_v)
+    return stroke_levels(coverage, [(level_u, level_v)])[0][0]
 
 
 def level_height(
@@ -127,26 +123,46 @@ def level_height(
     Returns:
         uint8 like `level_coverage`; the source itself for levels (0, 0).
     """
-    if level_u == 0 and level_v == 0:
-        return height
-    along_u = filtered_along_u(coverage, level_u), raised_along_u(height, coverage, level_u)
-    return height_along_v(*along_u, level_v)
+    found = stroke_levels(coverage, [(level_u, level_v)], height)[0][1]
+    assert found is not None
+    return found
 
 
-def raised_along_u(
-    height: NDArray[np.uint8], coverage: NDArray[np.uint8], level_u: int
-) -> NDArray[np.float64]:
-    """Beside `filtered_along_u`, the height over 1/2 times coverage: the first half of `level_height`."""
-    return _along_u(np.asarray((height - 127.5) * coverage, np.float64), level_u)
+def stroke_levels(
+    coverage: NDArray[np.uint8],
+    codes: list[tuple[int, int]],
+    height: NDArray[np.uint8] | None = None,
+    *,
+    num_threads: int | None = None,
+) -> list[tuple[NDArray[np.uint8], NDArray[np.uint8] | None]]:
+    """`level_coverage` and, where there is a height, `level_height` of several levels at once.
 
-
-def height_along_v(
-    coverage: NDArray[np.float64], raised: NDArray[np.float64], level_v: int
-) -> NDArray[np.uint8]:
-    """The second half of `level_height`, from `filtered_along_u` and `raised_along_u`."""
-    paint, above = _along_v(coverage, level_v), _along_v(raised, level_v)
-    mean = 127.5 + above / np.maximum(paint, _FAINT_PAINT)
-    return np.asarray(np.clip(np.rint(mean), 0, 255).astype(np.uint8))
+    Args:
+        coverage: uint8 [h, w] source.
+        codes: the level along u and along v of each; those of one level along u that follow each other share
+            half of the work.
+        height: uint8 [h, w] source, or None.
+        num_threads: None takes the processors available to this process. No level depends on it.
+    """
+    rows, columns = coverage.shape
+    made = [code for code in codes if code != (0, 0)]
+    shapes = [(axis_levels(rows)[v].num_texels, axis_levels(columns)[u].num_texels) for u, v in made]
+    coverages = [np.empty(shape, np.uint8) for shape in shapes]
+    heights = [] if height is None else [np.empty(shape, np.uint8) for shape in shapes]
+    if made:
+        us, vs = (sorted(set(levels)) for levels in zip(*made, strict=True))
+        _core.fill_levels(
+            coverage=np.ascontiguousarray(coverage),
+            height=None if height is None else np.ascontiguousarray(height),
+            along_u=[_level_filter(columns, level) for level in us],
+            along_v=[_level_filter(rows, level) for level in vs],
+            codes=np.array([(us.index(u), vs.index(v)) for u, v in made], np.int32),
+            coverages=coverages,
+            heights=heights,
+            num_threads=num_threads_or_default(num_threads),
+        )
+    levels = dict(zip(made, zip_longest(coverages, heights), strict=True))
+    return [levels.get(code, (coverage, height)) for code in codes]
 
 
 def level_gradient(
@@ -171,106 +187,31 @@ def level_gradient(
     texels = unrounded_coverage(coverage, level_u, level_v)
     v_texels = np.where((texels >= 0) & (texels <= 255), v_texels, 0.0)
     if level_v:
-        v_texels = _level_matrix(height, level_v).T @ v_texels
+        v_texels = _level_filter(height, level_v).weights().T @ v_texels
     if level_u:
-        v_texels = (_level_matrix(width, level_u).T @ v_texels.T).T
+        v_texels = (_level_filter(width, level_u).weights().T @ v_texels.T).T
     return np.asarray(v_texels)
 
 
 def unrounded_coverage(coverage: NDArray[np.uint8], level_u: int, level_v: int) -> NDArray[np.float64]:
     """`level_coverage` before it is rounded and clipped to 8 bits."""
-    return _along_v(filtered_along_u(coverage, level_u), level_v)
-
-
-def filtered_along_u(coverage: NDArray[np.uint8], level_u: int) -> NDArray[np.float64]:
-    """The first half of `level_coverage`, which all its levels of one `level_u` share."""
-    return _along_u(coverage.astype(np.float64), level_u)
-
-
-def _along_u(texels: NDArray[np.float64], level_u: int) -> NDArray[np.float64]:
-    if level_u == 0:
-        return texels
-    return np.ascontiguousarray(_filtered(np.ascontiguousarray(texels.T), level_u).T)
-
-
-def filtered_along_v(texels: NDArray[np.float64], level_v: int) -> NDArray[np.uint8]:
-    """The second half of `level_coverage`, from the result of `filtered_along_u`."""
-    return np.asarray(np.clip(np.rint(_along_v(texels, level_v)), 0, 255).astype(np.uint8))
-
-
-def _along_v(texels: NDArray[np.float64], level_v: int) -> NDArray[np.float64]:
-    """`filtered_along_v` before it is rounded and clipped to 8 bits."""
-    return _filtered(texels, level_v) if level_v else texels
+    texels = coverage.astype(np.float64)
+    if level_u:
+        texels = _filtered(np.ascontiguousarray(texels.T), level_u).T
+    return _filtered(np.ascontiguousarray(texels), level_v) if level_v else np.asarray(texels)
 
 
 def _filtered(texels: NDArray[np.float64], level: int) -> NDArray[np.float64]:
     """Columns of texels filtered for a level."""
-    weights = _level_matrix(len(texels), level)
-    result = np.empty((len(weights), texels.shape[1]))
-    _core.filter_rows(weights=weights, texels=texels, result=result)
+    result = np.empty((axis_levels(len(texels))[level].num_texels, texels.shape[1]))
+    _level_filter(len(texels), level).apply(texels=texels, result=result)
     return result
 
 
-@lru_cache(maxsize=128)
-def _level_matrix(num_source: int, level: int) -> NDArray[np.float64]:
-    """[num_texels, num_source]: source texels -> texels of a level.
-
-    The target is the source's linear interpolant, 0 outside, averaged over a pixel. The level's texels are
-    those whose own linear interpolant comes closest to it in the least-squares sense: interpolation blurs,
-    and the projection undoes as much of that as it can (a sampled box filter leaves a third more error).
-    Weights fall by a factor of 3.7 from one texel to the next, so most are too small to show and become 0.
-    Source: Unser, Sampling - 50 Years After Shannon, 2000 (least-squares spline approximation).
-    """
+@lru_cache(maxsize=256)
+def _level_filter(num_source: int, level: int) -> _core.LevelFilter:
+    """Source texels -> texels of a level, along one axis."""
     axis = axis_levels(num_source)[level]
-    spacing = (num_source - 1) * axis.scale / (axis.num_texels - 1)  # source texels between two texels
-    centers = (np.arange(axis.num_texels) - (axis.num_texels - 1) / 2) * spacing + (num_source - 1) / 2
-    moments = np.zeros((axis.num_texels, num_source))
-    for step in range(-_QUADRATURE, _QUADRATURE):
-        offset = (step + 0.5) / _QUADRATURE
-        columns, mean = _pixel_mean(num_source, centers + offset * spacing, axis.footprint)
-        mean[0 if offset < 0 else -1] = 0
-        np.add.at(
-            moments, (np.arange(len(moments))[:, None], columns), (1 - abs(offset)) / _QUADRATURE * mean
-        )
-    matrix = _solve_gram(moments)
-    return np.where(np.abs(matrix) < _TOO_SMALL, 0.0, matrix)
-
-
-def _solve_gram(moments: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The solution of G x = moments, G the Gram matrix of hat functions: 2/3, and 1/6 between neighbours.
-
-    By the Thomas algorithm. SciPy's solver gives the same, but importing SciPy takes longer than all levels.
-    """
-    diagonal, beside, x = np.full(len(moments), 2 / 3), 1 / 6, moments.copy()
-    diagonal[[0, -1]] = 1 / 3  # the outermost hats are halves: nothing is drawn beyond them
-    for row in range(1, len(x)):
-        factor = beside / diagonal[row - 1]
-        diagonal[row] -= factor * beside
-        x[row] -= factor * x[row - 1]
-    x[-1] /= diagonal[-1]
-    for row in range(len(x) - 2, -1, -1):
-        x[row] = (x[row] - beside * x[row + 1]) / diagonal[row]
-    return x
-
-
-def _pixel_mean(
-    num_source: int, centers: NDArray[Any], footprint: float
-) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Weights of the source texels in the mean over a pixel at each centre.
-
-    Returns:
-        [len(centers), n] source texels, all that have a weight among them, and their weights. Texels outside
-        the source stand for its first and last one, with a weight of 0.
-    """
-    reach = int(np.ceil(footprint / 2)) + 1
-    columns = np.rint(centers).astype(np.intp)[:, None] + np.arange(-reach, reach + 1)
-
-    def integral(x: NDArray[Any]) -> NDArray[np.float64]:
-        """Each texel's hat function, clipped at the ends of the box, integrated from the left up to x."""
-        inside = np.clip(x, 0, num_source - 1)[:, None] - columns
-        inside = np.clip(inside, -1, 1)
-        return np.asarray(0.5 + inside - 0.5 * inside * np.abs(inside))
-
-    weights = (integral(centers + footprint / 2) - integral(centers - footprint / 2)) / footprint
-    weights[(columns < 0) | (columns >= num_source)] = 0
-    return np.clip(columns, 0, num_source - 1), weights
+    return _core.LevelFilter(
+        num_source=num_source, num_texels=axis.num_texels, scale=axis.scale, footprint=axis.footprint
+    )

@@ -143,7 +143,7 @@ def rasterize(
     height_plane = new_plane([height, width]) if relief else None
     _core.rasterize(
         kernel=kernel_of(brush_set, filter),
-        levels=levels_for("rasterize", boxes, brush_set, filter, heights=relief).packed,
+        levels=levels_for("rasterize", boxes, brush_set, filter, heights=relief, num_threads=threads).packed,
         min_transmittance=float(min_transmittance),
         num_threads=threads,
         centers=boxes.centers,

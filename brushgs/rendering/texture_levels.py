@@ -5,8 +5,6 @@ texture as long as it lives.
 """
 
 from dataclasses import dataclass
-from itertools import groupby
-from operator import itemgetter
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -16,12 +14,9 @@ from brushgs.arrays import F64, Array
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.levels import (
     axis_levels,
-    filtered_along_u,
-    filtered_along_v,
-    height_along_v,
     level_bounds,
     level_gradient,
-    raised_along_u,
+    stroke_levels,
 )
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.native import core as _core
@@ -59,11 +54,17 @@ class TextureLevels:
 
 
 def levels_for(
-    where: str, boxes: Boxes, brush_set: BrushSet, filter: Filter, *, heights: bool = False
+    where: str,
+    boxes: Boxes,
+    brush_set: BrushSet,
+    filter: Filter,
+    *,
+    heights: bool = False,
+    num_threads: int | None = None,
 ) -> TextureLevels:
     """The levels that serve these boxes; each image itself for all its boxes unless the filter is "mip".
 
-    With `heights` they hold the height of the paint beside its coverage.
+    With `heights` they hold the height of the paint beside its coverage. `num_threads` as for `rasterize`.
 
     Raises:
         ValueError: if the brush of a box lies beyond the set; `where` is the function that asks.
@@ -89,8 +90,8 @@ def levels_for(
     for brush, codes in chosen:
         texture = brush_set.textures[brush]
         height, width = texture.coverage.shape
-        packed += _packed_levels(texture, codes)
-        with_heights += _with_heights(texture, codes) if heights else []
+        with_heights += _with_heights(texture, codes, num_threads) if heights else []
+        packed += _packed_levels(texture, codes, num_threads)
         reaches += [(axis_levels(width)[u].scale, axis_levels(height)[v].scale) for u, v in codes]
     shapes = [shape for _, shape in packed]
     levels = _core.Levels(
@@ -143,35 +144,37 @@ _Packed = tuple[NDArray[np.uint16], tuple[int, int]]  # texels, and their rows a
 _cache: WeakKeyDictionary[StrokeTexture, dict[Code, _Packed]] = WeakKeyDictionary()
 
 
-def _packed_levels(texture: StrokeTexture, codes: list[Code]) -> list[_Packed]:
-    """Levels as the core reads them. Missing ones are made, those of one level along u together."""
+def _packed_levels(
+    texture: StrokeTexture, codes: list[Code], num_threads: int | None = None
+) -> list[_Packed]:
+    """Levels as the core reads them; missing ones are made together."""
     of_texture = _cache.setdefault(texture, {})
     missing = sorted(code for code in codes if code not in of_texture)
-    for level_u, group in groupby(missing, key=itemgetter(0)):
-        along_u = filtered_along_u(texture.coverage, level_u)
-        for _, level_v in group:
-            of_texture[level_u, level_v] = _packed(filtered_along_v(along_u, level_v))
+    made = stroke_levels(texture.coverage, missing, num_threads=num_threads)
+    for code, (coverage, _) in zip(missing, made, strict=True):
+        of_texture[code] = _packed(coverage)
     return [of_texture[code] for code in codes]
 
 
 _height_cache: WeakKeyDictionary[StrokeTexture, dict[Code, NDArray[np.uint32]]] = WeakKeyDictionary()
 
 
-def _with_heights(texture: StrokeTexture, codes: list[Code]) -> list[NDArray[np.uint32]]:
-    """Levels with their heights as the core reads them; missing ones are made as in `_packed_levels`."""
-    of_texture = _height_cache.setdefault(texture, {})
+def _with_heights(
+    texture: StrokeTexture, codes: list[Code], num_threads: int | None
+) -> list[NDArray[np.uint32]]:
+    """Levels with their heights as the core reads them.
+
+    Missing ones are made together, and kept for `_packed_levels` too: heights are made of coverage.
+    """
+    of_texture, flat = _height_cache.setdefault(texture, {}), _cache.setdefault(texture, {})
     missing = sorted(code for code in codes if code not in of_texture)
-    coverages = dict(zip(missing, _packed_levels(texture, missing), strict=True))
-    source = paint_height(texture) if missing else texture.coverage
-    for level_u, group in groupby(missing, key=itemgetter(0)):
-        along_u = filtered_along_u(texture.coverage, level_u)
-        raised = raised_along_u(source, texture.coverage, level_u)
-        for code in group:
-            pairs = heights = coverages[code][0]
-            if texture.height is not None:
-                is_source = code == (0, 0)
-                heights = _packed(source if is_source else height_along_v(along_u, raised, code[1]))[0]
-            of_texture[code] = pairs | heights.astype(np.uint32) << np.uint32(16)
+    height = None if texture.height is None else paint_height(texture)
+    made = stroke_levels(texture.coverage, missing, height, num_threads=num_threads)
+    for code, (paint, raised) in zip(missing, made, strict=True):
+        pairs, shape = _packed(paint)
+        heights = pairs if raised is None else _packed(raised)[0]
+        flat[code] = pairs, shape
+        of_texture[code] = pairs | heights.astype(np.uint32) << np.uint32(16)
     return [of_texture[code] for code in codes]
 
 

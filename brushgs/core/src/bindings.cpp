@@ -12,7 +12,6 @@
 
 #include "brushgs/blending.hpp"
 #include "brushgs/cpu.hpp"
-#include "brushgs/filter.hpp"
 #include "brushgs/finish.hpp"
 #include "brushgs/frame_pool.hpp"
 #include "brushgs/light.hpp"
@@ -22,6 +21,7 @@
 #include "brushgs/project_backward.hpp"
 #include "brushgs/raster.hpp"
 #include "brushgs/raster_backward.hpp"
+#include "brushgs/stroke_levels.hpp"
 #include "brushgs/track.hpp"
 
 namespace nb = nanobind;
@@ -553,10 +553,46 @@ void neighbors(In<double, 2> points, Out<std::int32_t, 2> rows, int num_threads)
     brushgs::find_neighbors(query, rows.data());
 }
 
-void filter_rows(In<double, 2> weights, In<double, 2> texels, Out<double, 2> result) {
+// Stroke levels
+
+void fill_levels(In<std::uint8_t, 2> coverage, std::optional<In<std::uint8_t, 2>> height,
+                 const std::vector<const brushgs::LevelFilter*>& along_u,
+                 const std::vector<const brushgs::LevelFilter*>& along_v, In<std::int32_t, 2> codes,
+                 const std::vector<Out<std::uint8_t, 2>>& coverages, const std::vector<Out<std::uint8_t, 2>>& heights,
+                 int num_threads) {
+    const brushgs::StrokeImage image{coverage.data(), data_or_null(height), coverage.shape(0), coverage.shape(1)};
+    std::vector<brushgs::StrokeLevel> levels;
+    for (std::size_t i = 0; i < coverages.size(); ++i)
+        levels.push_back({static_cast<std::size_t>(codes(i, 0)), static_cast<std::size_t>(codes(i, 1)),
+                          coverages[i].data(), height ? heights[i].data() : nullptr});
     const nb::gil_scoped_release without_gil;
-    brushgs::filter_rows(weights.data(), texels.data(), weights.shape(0), weights.shape(1), texels.shape(1),
-                         result.data());
+    brushgs::fill_levels(image, along_u, along_v, levels, num_threads);
+}
+
+void def_stroke_levels(nb::module_& m) {
+    nb::class_<brushgs::LevelFilter>(m, "LevelFilter", "The weights of the texels of a source in those of a level.")
+        .def(nb::init<std::size_t, std::size_t, double, double>(), nb::kw_only(), "num_source"_a, "num_texels"_a,
+             "scale"_a, "footprint"_a, "See stroke_levels.hpp; a footprint of 0 is the source itself.")
+        .def(
+            "weights",
+            [](const brushgs::LevelFilter& self) {
+                const std::size_t shape[2] = {self.num_texels(), self.num_source()};
+                return nb::ndarray<nb::numpy, const double, nb::ndim<2>>(self.weights().data(), 2, shape);
+            },
+            nb::rv_policy::copy, "[num_texels, num_source]; not of the source itself.")
+        .def(
+            "apply",
+            [](const brushgs::LevelFilter& self, In<double, 2> texels, Out<double, 2> result) {
+                const nb::gil_scoped_release without_gil;
+                self.apply(texels.data(), texels.shape(1), result.data());
+            },
+            nb::kw_only(), "texels"_a.noconvert(), "result"_a.noconvert(),
+            "Write weights x texels [num_source, columns] to the result; not of the source itself.");
+    m.def("fill_levels", &fill_levels, nb::kw_only(), "coverage"_a.noconvert(), "height"_a.noconvert().none(),
+          "along_u"_a, "along_v"_a, "codes"_a.noconvert(), "coverages"_a.noconvert(), "heights"_a.noconvert(),
+          "num_threads"_a,
+          "Fill for each of L codes [L, 2], rows of the filters along u and v, an image of the coverage and, where "
+          "there is a height, one of that; see stroke_levels.hpp.");
 }
 
 }  // namespace
@@ -630,6 +666,5 @@ NB_MODULE(_core, m) {
     m.def("neighbors", &neighbors, "points"_a.noconvert(), "rows"_a.noconvert(), "num_threads"_a,
           "Write for each of the points [N, D] the rows [N, k] int32 of the k others nearest to it, nearest first, "
           "ties by row; k is below N and at most 16.");
-    m.def("filter_rows", &filter_rows, nb::kw_only(), "weights"_a.noconvert(), "texels"_a.noconvert(),
-          "result"_a.noconvert(), "Write the product of two matrices to a third, summed in order.");
+    def_stroke_levels(m);
 }
