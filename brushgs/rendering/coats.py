@@ -14,10 +14,12 @@ import numpy as np
 from brushgs.arrays import Array
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.native import core as _core
 from brushgs.options.choices import Blend
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
 from brushgs.rendering.project import Directions, ProjectCounts
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.threads import num_threads_or_default
 
 if TYPE_CHECKING:
     from brushgs.rendering.light import Lamp
@@ -118,18 +120,31 @@ class Canvas:
         frame = self._frame
         if frame is None:
             shape = self._camera.height, self._camera.width
-            frame = Frame(np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32))
-        surface, height = self._surface, frame.height
+            dtype = np.float32 if self._tint is None else self._tint.dtype
+            frame = Frame(np.zeros((*shape, 3), dtype), np.zeros(shape, dtype))
+        surface, height, num_threads = self._surface, frame.height, num_threads_or_default(None)
         if surface is not None and lamp is not None:
-            below = 1 - self._hidden * frame.alpha
-            below *= surface.height
-            height = below if height is None else np.add(below, height, out=below)
+            paint, height = height, _new_plane(frame.alpha)
+            _core.raise_ground(
+                alpha=frame.alpha,
+                ground=_like(frame.alpha, surface.height),
+                paint=paint,
+                hidden=self._hidden,
+                height=height,
+                num_threads=num_threads,
+            )
         if surface is not None and not self._is_transparent:
-            picture = (1 - frame.alpha)[..., None] * surface.rgb
-            if self._tint is not None:
-                picture *= self._tint
-            picture += frame.rgb
-            frame = replace(frame, rgb=picture, alpha=np.ones_like(frame.alpha))
+            picture, opaque = _new_plane(frame.rgb), _new_plane(frame.alpha)
+            opaque.fill(1)
+            _core.lay_on_ground(
+                rgb=frame.rgb,
+                alpha=frame.alpha,
+                ground=_like(frame.rgb, surface.rgb),
+                tint=_like(frame.rgb, self._tint),
+                picture=picture,
+                num_threads=num_threads,
+            )
+            frame = replace(frame, rgb=picture, alpha=opaque)
         elif self._tint is not None:
             frame = _with_glazes(frame, self._tint)
         if lamp is None or height is None:
@@ -204,23 +219,33 @@ def _over(front: Frame, back: Frame, hidden: float) -> Frame:
 
     Paint hides so much of the height below it.
     """
-    passed = 1 - front.alpha
-    depth = height = None
-    if front.height is not None and back.height is not None:
-        height = np.multiply(back.height, 1 - hidden * front.alpha, out=back.height)
-        height += front.height
-    else:
-        height = back.height if front.height is None else front.height
-    alpha = np.multiply(back.alpha, passed, out=back.alpha)
-    if front.depth is not None and back.depth is not None:
-        depth = np.multiply(back.depth, alpha, out=back.depth)
-        depth += front.alpha * front.depth
-    alpha += front.alpha
-    if depth is not None:
-        np.divide(depth, alpha, out=depth, where=alpha > 0)
-    rgb = np.multiply(back.rgb, passed[..., None], out=back.rgb)
-    rgb += front.rgb
-    return Frame(rgb, alpha, depth, height)
+    _core.lay_over(
+        rgb=_like(back.rgb, front.rgb),
+        alpha=_like(back.rgb, front.alpha),
+        depth=_like(back.rgb, front.depth),
+        height=_like(back.rgb, front.height),
+        below_rgb=back.rgb,
+        below_alpha=back.alpha,
+        below_depth=back.depth,
+        below_height=back.height,
+        hidden=hidden,
+        num_threads=num_threads_or_default(None),
+    )
+    depth = None if front.depth is None else back.depth
+    height = front.height if back.height is None else back.height
+    return Frame(back.rgb, back.alpha, depth, height)
+
+
+def _new_plane(like: Array) -> Array:
+    """Like `np.empty_like`, of memory that frames give back: fresh pages take longer than what fills them."""
+    new: Any = _core.new_plane_float32 if like.dtype == np.float32 else _core.new_plane_float64
+    plane: Array = new(list(like.shape))
+    return plane
+
+
+def _like(array: Array, other: Array | None) -> Any:
+    """Another array, contiguous and in the dtype of one; None for None."""
+    return None if other is None else np.ascontiguousarray(other, array.dtype)
 
 
 def _with_glazes(frame: Frame, tint: Array) -> Frame:

@@ -5,6 +5,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.native import core as _core
 from brushgs.rendering.coats import Coat, Painting
 from brushgs.rendering.light import Lamp
 from brushgs.rendering.options import RenderOptions, draw_with
@@ -15,6 +16,7 @@ from tests.passes.scenes import random_gaussians
 
 CAMERA = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=96, height=72)
 TEXTURE = StrokeTexture.open("flat")
+PLANES = "rgb", "alpha", "depth", "height"
 OPTIONS = RenderOptions.of(TEXTURE, num_threads=1)
 
 
@@ -123,6 +125,41 @@ def test_light_changes_the_picture_only_where_there_is_height():
     assert np.abs(bare[1] - bare[0]).max() > 0.005
     board = Painting((coat(strokes),), surface_of(), Lamp()).frame(CAMERA)
     np.testing.assert_array_equal(board.rgb, Painting((coat(strokes),), surface_of()).frame(CAMERA).rgb)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("num_threads", [1, 3])
+def test_coats_are_composed_as_numpy_does(dtype, num_threads):
+    g = np.random.default_rng(0)
+    shape = (150, 240)  # several pieces of work
+    front, back = (
+        {name: g.random((*shape, 3) if name == "rgb" else shape).astype(dtype) for name in PLANES}
+        for _ in range(2)
+    )
+    front["alpha"][:20] = back["alpha"][:10] = 0
+    passed = 1 - front["alpha"]
+    behind = back["alpha"] * passed
+    alpha = behind + front["alpha"]
+    depth = back["depth"] * behind + front["alpha"] * front["depth"]
+    expected = {
+        "rgb": back["rgb"] * passed[..., None] + front["rgb"],
+        "alpha": alpha,
+        "depth": np.divide(depth, alpha, out=depth, where=alpha > 0),
+        "height": back["height"] * (1 - dtype(0.3) * front["alpha"]) + front["height"],
+    }
+    ground, tint = (g.random((*shape, 3)).astype(dtype) for _ in range(2))
+    picture, height = np.empty_like(ground), np.empty_like(alpha)
+    of_front = {"alpha": front["alpha"], "num_threads": num_threads}
+    _core.lay_on_ground(rgb=front["rgb"], ground=ground, tint=tint, picture=picture, **of_front)
+    np.testing.assert_array_equal(picture, passed[..., None] * ground * tint + front["rgb"])
+    _core.raise_ground(ground=behind, paint=front["height"], hidden=0.3, height=height, **of_front)
+    np.testing.assert_array_equal(
+        height, (1 - dtype(0.3) * front["alpha"]) * behind + front["height"], strict=True
+    )
+    below = {f"below_{name}": plane for name, plane in back.items()}
+    _core.lay_over(**front, **below, hidden=0.3, num_threads=num_threads)
+    for name in PLANES:
+        np.testing.assert_array_equal(back[name], expected[name], strict=True)
 
 
 def relief_coat(depth, seed, opacity=0.8):

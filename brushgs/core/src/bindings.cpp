@@ -11,6 +11,7 @@
 #include <algorithm>
 
 #include "brushgs/blending.hpp"
+#include "brushgs/coats.hpp"
 #include "brushgs/cpu.hpp"
 #include "brushgs/finish.hpp"
 #include "brushgs/frame_pool.hpp"
@@ -497,6 +498,50 @@ void def_press(nb::module_& m) {
 }
 
 template <class T>
+void lay_over(In<T, 3> rgb, In<T, 2> alpha, std::optional<In<T, 2>> depth, std::optional<In<T, 2>> height,
+              Out<T, 3> below_rgb, Out<T, 2> below_alpha, std::optional<Out<T, 2>> below_depth,
+              std::optional<Out<T, 2>> below_height, double hidden, int num_threads) {
+    const bool has_depth = depth && below_depth, has_height = height && below_height;
+    const brushgs::Layer<T> front{rgb.data(), alpha.data(), data_or_null(depth), data_or_null(height)};
+    const brushgs::LayerOut<T> out{below_rgb.data(), below_alpha.data(), has_depth ? below_depth->data() : nullptr,
+                                   has_height ? below_height->data() : nullptr};
+    const nb::gil_scoped_release without_gil;
+    brushgs::lay_over<T>(front, {out.rgb, out.alpha, out.depth, out.height}, static_cast<T>(hidden), alpha.size(),
+                         num_threads, out);
+}
+
+template <class T>
+void lay_on_ground(In<T, 3> rgb, In<T, 2> alpha, In<T, 3> ground, std::optional<In<T, 3>> tint, Out<T, 3> picture,
+                   int num_threads) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::lay_on_ground<T>(rgb.data(), alpha.data(), ground.data(), data_or_null(tint), alpha.size(), num_threads,
+                              picture.data());
+}
+
+template <class T>
+void raise_ground(In<T, 2> alpha, In<T, 2> ground, std::optional<In<T, 2>> paint, double hidden, Out<T, 2> height,
+                  int num_threads) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::raise_ground<T>(alpha.data(), ground.data(), data_or_null(paint), static_cast<T>(hidden), alpha.size(),
+                             num_threads, height.data());
+}
+
+template <class T>
+void def_coats(nb::module_& m) {
+    m.def("lay_over", &lay_over<T>, nb::kw_only(), "rgb"_a.noconvert(), "alpha"_a.noconvert(),
+          "depth"_a.noconvert().none(), "height"_a.noconvert().none(), "below_rgb"_a.noconvert(),
+          "below_alpha"_a.noconvert(), "below_depth"_a.noconvert().none(), "below_height"_a.noconvert().none(),
+          "hidden"_a, "num_threads"_a,
+          "Lay a frame over the one below, in place; depth and height only where both have them. See coats.hpp.");
+    m.def("lay_on_ground", &lay_on_ground<T>, nb::kw_only(), "rgb"_a.noconvert(), "alpha"_a.noconvert(),
+          "ground"_a.noconvert(), "tint"_a.noconvert().none(), "picture"_a.noconvert(), "num_threads"_a,
+          "Write the picture of a frame on its ground, which is seen through a tint. See coats.hpp.");
+    m.def("raise_ground", &raise_ground<T>, nb::kw_only(), "alpha"_a.noconvert(), "ground"_a.noconvert(),
+          "paint"_a.noconvert().none(), "hidden"_a, "height"_a.noconvert(), "num_threads"_a,
+          "Write the height of a ground under paint, and of the paint. See coats.hpp.");
+}
+
+template <class T>
 void light(In<T, 3> rgb, In<T, 2> height, std::optional<In<T, 2>> alpha, In<double, 1> blur, In<double, 1> lamp,
            In<double, 1> half_way, double strength, double gloss, int exponent, int num_threads, Out<T, 3> lit) {
     const brushgs::LightParams<T> params{.rgb = rgb.data(),
@@ -658,6 +703,8 @@ NB_MODULE(_core, m) {
     def_finish<double>(m);
     def_press<float>(m);
     def_press<double>(m);
+    def_coats<float>(m);
+    def_coats<double>(m);
     m.def("new_plane_float32", &new_plane<float>, "shape"_a, "An uninitialised array for a frame.");
     m.def("new_plane_float64", &new_plane<double>, "shape"_a, "An uninitialised array for a frame.");
     m.def("nearest", &nearest, "points"_a.noconvert(), "centers"_a.noconvert(), "num_threads"_a,
