@@ -13,6 +13,7 @@ import unicodedata
 from functools import lru_cache
 from importlib import resources
 
+from brushgs.page.shared import SHARED, shared_glsl
 from brushgs.version import __version__
 
 # In this order: a class is defined before another one extends it. Those that are missing are skipped.
@@ -39,6 +40,7 @@ SCRIPTS = (
     "app.js",
 )
 LIVE_SCRIPTS = frozenset({"live.js"})  # those that only the page of a server has
+SHARED_GLSL = "shared.glsl"  # is no file, see `brushgs.page.shared`
 SHADER_SUFFIXES = (".vert", ".frag", ".glsl")
 _INCLUDE = re.compile(r'^[ \t]*#include "([^"\n]+)"[ \t]*$', re.MULTILINE)
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
@@ -99,17 +101,21 @@ def fill(template: str, values: dict[str, str]) -> str:
 
 
 def page_script(*, live: bool = False) -> str:
-    """All scripts of a page as one: a strict function of its own, with the shaders as `SHADERS`.
+    """All scripts of a page as one: a strict function of its own.
+
+    It begins with the texts of the shaders as `SHADERS`, and `brushgs.page.shared` as `SHARED`.
 
     Raises:
         ValueError: if a script holds what would end its element in HTML, or an included file is missing.
     """
-    parts = [f"const SHADERS = Object.freeze({_quoted(shaders())});"]
     names = web_files()
-    parts += [
-        f"// {name}\n{_read(name)}"
-        for name in SCRIPTS
-        if name in names and (live or name not in LIVE_SCRIPTS)
+    parts = [
+        script_beginning(),
+        *(
+            f"// {name}\n{_read(name)}"
+            for name in SCRIPTS
+            if name in names and (live or name not in LIVE_SCRIPTS)
+        ),
     ]
     script = '(() => {\n"use strict";\n' + "\n".join(parts) + "\n})();\n"
     if re.search(r"</script|<!--", script, re.IGNORECASE):
@@ -117,9 +123,20 @@ def page_script(*, live: bool = False) -> str:
     return script
 
 
+def script_beginning() -> str:
+    """What all scripts share: the constants `SHADERS` and `SHARED`."""
+    return "\n".join(
+        f"const {name} = {_quoted(value)};"
+        for name, value in (("SHADERS", shaders()), ("SHARED", dict(SHARED)))
+    )
+
+
 def shaders() -> dict[str, str]:
-    """The texts of all shaders by the name of their file; lines `#include "name.glsl"` are resolved."""
-    return {name: _resolved(name, ()) for name in web_files() if name.endswith(SHADER_SUFFIXES)}
+    """The texts of all shaders by the name of their file.
+
+    Lines `#include "name.glsl"` are resolved, the first time that a file is included.
+    """
+    return {name: _resolved(name, (), set()) for name in web_files() if name.endswith(SHADER_SUFFIXES)}
 
 
 def web_files() -> list[str]:
@@ -127,12 +144,17 @@ def web_files() -> list[str]:
     return sorted(entry.name for entry in _web().iterdir() if entry.is_file())
 
 
-def _resolved(name: str, within: tuple[str, ...]) -> str:
+def _resolved(name: str, within: tuple[str, ...], included: set[str]) -> str:
     if name in within:
         raise ValueError(f"shaders: {' -> '.join((*within, name))} includes itself")
+    if name in included:
+        return ""
+    included.add(name)
+    if name == SHARED_GLSL:
+        return shared_glsl()
     if name not in web_files():
         raise ValueError(f"shaders: {within[-1] if within else name} includes {name}, which is missing")
-    return _INCLUDE.sub(lambda match: _resolved(match[1], (*within, name)), _read(name))
+    return _INCLUDE.sub(lambda match: _resolved(match[1], (*within, name), included), _read(name))
 
 
 def _quoted(value: object) -> str:

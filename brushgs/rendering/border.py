@@ -16,7 +16,7 @@ from brushgs.scene import Boxes, Camera
 
 WIDTH = 0.13  # of the border, over the length of the smaller side of the picture
 # At the very border a fifth of the boxes is left, and none whose centre lies 0.35 of the border beyond it.
-_LEFT_AT_BORDER, _SPREAD, _FADE = 0.35, 1.1, 0.25  # in widths of the border
+LEFT_AT_BORDER, SPREAD, FADE = 0.35, 1.1, 0.25  # in widths of the border
 
 
 def thin_to_border(boxes: Boxes, camera: Camera, *, width: float = WIDTH, seed: int = 0) -> Boxes:
@@ -42,7 +42,7 @@ def thin_to_border(boxes: Boxes, camera: Camera, *, width: float = WIDTH, seed: 
     places = boxes.centers.astype(np.float64)
     inside = np.minimum(places, (camera.width, camera.height) - places).min(axis=1)
     inside /= min(camera.width, camera.height)
-    room = (inside / width + _LEFT_AT_BORDER - _SPREAD * uniform_of(boxes.ids, seed)) / _FADE
+    room = (inside / width + LEFT_AT_BORDER - SPREAD * uniform_of(boxes.ids, seed)) / FADE
     opacities = boxes.opacities * np.clip(room, 0, 1)
     return replace(boxes, opacities=opacities.astype(boxes.opacities.dtype))
 

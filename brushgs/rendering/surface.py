@@ -34,7 +34,8 @@ OVER = 0.45  # of the height of a thread, by which it rises over one and sinks u
 WEAVE_MEAN, WEAVE_DEVIATION = 1.0046, 0.3709
 # Threads narrower than this, px of the picture, fade and are gone at the second: pixels could not show them.
 NARROW_THREAD = (2.4, 1.5)
-PAPER_FINE, PAPER_COARSE = 1.1, 3.2  # px, half length of bumps
+PAPER_COARSE, PAPER_FINE = 3.2, 1.1  # px, half length of bumps
+PAPER_SHARES = 0.65, 0.76  # of them; the squares sum to 1
 PAPER_HEIGHT = 0.35  # px, standard deviation
 PAPER_TONE = 0.008
 # B-splines in place of the numbers of a lattice leave 151/315 of their deviation, which is 1/sqrt(3).
@@ -179,8 +180,9 @@ def _paper(height: int, width: int, seed: int) -> F32:
     """[H, W] height of the bumps in standard deviations, mean 0; read-only. Bumps under a pixel fade."""
     scale = canvas_scale(width, height)
     field = np.zeros((height, width), np.float32)
-    for name, spacing, share in (("coarse", PAPER_COARSE, 0.65), ("fine", PAPER_FINE, 0.76)):
-        share *= min(1, spacing * scale)  # whose squares sum to 1
+    spacings = (PAPER_COARSE, PAPER_FINE)
+    for name, spacing, share in zip(("coarse", "fine"), spacings, PAPER_SHARES, strict=True):
+        share *= min(1, spacing * scale)
         field += _noise(_stream(seed, name), height, width, max(spacing * scale, 1), share)
     field.flags.writeable = False
     return field

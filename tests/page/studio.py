@@ -4,14 +4,13 @@ Pictures are painted into a float target and read in the task that painted them.
 """
 
 import base64
-import json
 from importlib import resources
 
 import numpy as np
 
 from brushgs.page.container import write_container
 from brushgs.page.contents import page_contents
-from brushgs.page.html import SCRIPTS, shaders, web_files
+from brushgs.page.html import SCRIPTS, script_beginning, web_files
 from brushgs.page.view import PageView
 from brushgs.rendering.coats import Coat, Painting
 from brushgs.rendering.options import RenderOptions
@@ -152,7 +151,7 @@ def studio_script(more=""):
     names = [name for name in SCRIPTS[: SCRIPTS.index("painter.js") + 1] if name in web_files()]
     web = resources.files("brushgs.page") / "web"
     texts = [(web / name).read_text(encoding="utf-8") for name in names]
-    parts = [f"const SHADERS = {json.dumps(shaders())};", *texts, HOOK]
+    parts = [script_beginning(), *texts, HOOK]
     return '(() => {\n"use strict";\n' + "\n".join([*parts, more]) + "\n})();"
 
 

@@ -4,7 +4,7 @@ precision highp float;
 precision highp int;
 
 #include "surface.glsl"
-#include "carried.glsl"
+#include "shared.glsl"
 #include "taps.glsl"
 
 uniform ivec2 uSize;

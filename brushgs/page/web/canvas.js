@@ -14,7 +14,6 @@
 
 const NO_FLOATS =
   "this browser cannot draw into float textures: the painting is shown without relief, lamp and threads";
-const BLUR_REACH = 3; // standard deviations that the blur of the height reaches
 const MOST_REACH = 15; // pixels, as in taps.glsl
 const UNITS = ["uCoat", "uCoatDetail", "uPattern", "uCanvas", "uDetail", "uTint", "uGroundImage", "uHeight"];
 const [ZEROS, ONES] = [new Float32Array(4), new Float32Array(4).fill(1)];
@@ -400,7 +399,7 @@ function planOf({ coats, surface, lamp }, isHalf) {
 
 /** Fill the weights of a blur, from the middle out, and return its reach: rendering/light.py `blur_taps`. */
 function blurTaps(weights, deviation) {
-  const reach = deviation > 1 / 6 ? Math.min(MOST_REACH, Math.ceil(BLUR_REACH * deviation - 0.5)) : 0;
+  const reach = deviation > 1 / 6 ? Math.min(MOST_REACH, Math.ceil(SHARED.LIGHT_REACH * deviation - 0.5)) : 0;
   weights.fill(0);
   let total = 0;
   for (let k = -reach; k <= reach; k++) total += Math.exp(-0.5 * (k / Math.max(deviation, 1e-9)) ** 2);

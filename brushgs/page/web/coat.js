@@ -2,7 +2,7 @@
 
 const TEXTURE_WIDTH = 2048;
 const BOX_NUMBERS = 12; // of boxes.vert, a stroke
-const FITTED_REACH = 1.2, MOST_SIGMAS = 2; // of strokes, see brushes/texture.py
+const { FITTED_REACH, IMAGE_SIGMAS } = SHARED;
 const TEXTURES = ["uStrokes", "uSh", "uTable", "uAtlas", "uNoise", "uBelow", "uBelowDetail"]; // by unit
 
 /**
@@ -289,42 +289,14 @@ const isSame3 = (a, b) => a[0] === b[0] && a[1] === b[1] && a[2] === b[2];
 /** Half length of a box, in standard deviations, for about as much paint as the Gaussian has. */
 function fittedSigmas(atlas, brush) {
   const mean = atlas.meanCoverages[brush];
-  return mean === 0 ? MOST_SIGMAS : Math.min(MOST_SIGMAS, FITTED_REACH * Math.sqrt(Math.PI / (2 * mean)));
+  return mean === 0 ? IMAGE_SIGMAS : Math.min(IMAGE_SIGMAS, FITTED_REACH * Math.sqrt(Math.PI / (2 * mean)));
 }
 
 /** The noise of bristles, repeated: see rendering/streaks.py `noise`. */
 function newNoise(gl) {
+  const noise = Uint8Array.from(SHARED.STREAK_NOISE.flat());
   const texture = newTexture(gl, gl.LINEAR);
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.REPEAT);
-  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG8, 256, 1, 0, gl.RG, gl.UNSIGNED_BYTE, bristleNoise());
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG8, SHARED.STREAK_PERIOD, 1, 0, gl.RG, gl.UNSIGNED_BYTE, noise);
   return texture;
-}
-
-/** Uint8Array [256, 2]: single bristles and tufts, tufts alone; 127.5 is 0, 255 is 1. */
-function bristleNoise() {
-  const PERIOD = 256, TUFT = 8;
-  const single = new Float64Array(PERIOD);
-  for (let i = 0; i < PERIOD / 2; i++) {
-    let k = i + 1;
-    for (const factor of [0x9e3779b1, 0x85ebca6b, 0xc2b2ae35]) {
-      k = Math.imul(k, factor) >>> 0;
-      k = (k ^ (k >>> 15)) >>> 0;
-    }
-    single[i] = k / 2 ** 31 - 1;
-    single[i + PERIOD / 2] = -single[i];
-  }
-  const tufts = new Float64Array(PERIOD);
-  for (let j = 0; j < TUFT; j++) {
-    const weight = Math.sin((Math.PI * (j + 0.5)) / TUFT) ** 2;
-    for (let i = 0; i < PERIOD; i++) tufts[i] += weight * single[(i - (j - TUFT / 2) + PERIOD) % PERIOD];
-  }
-  const deviation = Math.sqrt(tufts.reduce((sum, value) => sum + value * value, 0) / PERIOD);
-  const steps = new Uint8ClampedArray(2 * PERIOD); // rounds half to even, and clips
-  for (let i = 0; i < PERIOD; i++) {
-    const tuft = (0.5 * tufts[i]) / deviation;
-    [0.7 * tuft + 0.6 * single[i], tuft].forEach((value, band) => {
-      steps[2 * i + band] = i < PERIOD / 2 ? 127.5 * (1 + value) : 255 - steps[2 * (i - PERIOD / 2) + band];
-    });
-  }
-  return new Uint8Array(steps.buffer);
 }

@@ -5,7 +5,7 @@ precision highp int;
 
 #include "press.glsl"
 #include "surface.glsl"
-#include "carried.glsl"
+#include "shared.glsl"
 
 uniform highp sampler2D uCoat;  // premultiplied colour and alpha; of a glaze tint and 1 - alpha
 uniform highp sampler2D uCoatDetail;  // height and depth, times alpha

@@ -2,11 +2,7 @@
 // error; names and numbers are the same. Filtering is split in two here, so that it takes little time: sums
 // of a few source texels, then a tridiagonal solution, where Python multiplies by the product of both.
 
-const FIRST_FOOTPRINT = 0.85;
-const LEVELS_PER_OCTAVE = 2;
-const TEXELS_PER_PIXEL = 1.7;
-const MARGIN_PIXELS = 0.45;
-const SHORTEST_BOX = 0.25;
+const { FIRST_FOOTPRINT, LEVELS_PER_OCTAVE, TEXELS_PER_PIXEL, MARGIN_PIXELS, SHORTEST_BOX } = SHARED;
 const QUADRATURE = 4;
 const FAINT_PAINT = 2;
 

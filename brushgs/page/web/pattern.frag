@@ -4,6 +4,7 @@ precision highp float;
 precision highp int;
 precision highp sampler2D;
 
+#include "shared.glsl"
 #include "hash.glsl"
 
 uniform ivec2 uSize;
@@ -14,10 +15,6 @@ uniform sampler2D uThreads;  // row 0 by column, row 1 by row of the picture: pl
 uniform float uShare;  // of the threads that shows
 
 layout(location = 0) out vec4 oHeight;
-
-const float NOISE_GAIN = 1.7320508 * 315.0 / 151.0;
-const float WAVES = 0.10, SLUBS = 0.16, OVER = 0.45;
-const float WEAVE_MEAN = 1.0046, WEAVE_DEVIATION = 0.3709;
 
 vec4 splines(float f) {
   float g = 1.0 - f;

@@ -7,6 +7,7 @@
 // Compiled for a coat: SH_DEGREE; NUM_BRUSHES; STRIDE texels a stroke; ANCHORED, FADES, ANTIALIASED, BORDER,
 // FACING, where it has those.
 
+#include "shared.glsl"
 #include "sh.glsl"
 #include "smooth.glsl"
 
@@ -21,8 +22,6 @@ uniform vec4 uLens;  // fx, fy, cx, cy, pixels
 uniform vec2 uSize;  // of the picture, pixels
 uniform float uNear, uLowPass;
 uniform float uBorder;  // width over the smaller side, 0 for none
-
-const float MIN_ALPHA = 1.0 / 255.0;
 
 struct Stroke {
   vec3 mean;
@@ -78,7 +77,7 @@ struct Footprint {
 };
 
 Footprint footprintOf(vec3 t, mat3 axes) {
-  vec2 limit = 1.3 * uSize / (2.0 * uLens.xy);
+  vec2 limit = CLAMP * uSize / (2.0 * uLens.xy);
   vec2 ratio = clamp(t.xy / t.z, -limit, limit);
   vec3 alongX = vec3(axes[0].x, axes[1].x, axes[2].x);
   vec3 alongY = vec3(axes[0].y, axes[1].y, axes[2].y);
@@ -120,7 +119,7 @@ vec2 anchoredAxis(Footprint f, vec3 scales, mat3 rotation, float depth, vec3 ray
   float anisotropy = (variances.x - variances.y) / (variances.x + variances.y);
   int longest = scales.x >= scales.y ? (scales.x >= scales.z ? 0 : 2) : (scales.y >= scales.z ? 1 : 2);
   float cosine = dot(rotation[longest], ray);
-  float pull = 1.0 + 8.0 * (1.0 - cosine * cosine) * anisotropy * anisotropy;
+  float pull = 1.0 + ANCHOR_PULL * (1.0 - cosine * cosine) * anisotropy * anisotropy;
   vec2 projected = vec2(f.x[longest], f.y[longest]);
   float across = scales[longest] * max(uLens.x, uLens.y) / depth / f.unit;  // if it lay across the view
   if (!(length(projected) > 1e-7 * across)) return major;
@@ -173,7 +172,7 @@ Box boxOf(int id, Stroke stroke) {
 #endif
 #ifdef FADES
   float inPictures = 2.0 * sqrt(box.halfExtents.x / uSize.x) * sqrt(box.halfExtents.y / uSize.y);
-  box.opacity *= smoothed((t.z / uNear - 1.0) / 7.0) * smoothed((1.0 / inPictures - 0.1) / 0.4);
+  box.opacity *= smoothed((t.z / uNear - 1.0) / (FADED_NEAR - 1.0)) * smoothed((1.0 / inPictures - 0.1) / 0.4);
 #ifndef ANTIALIASED
   box.opacity *= sqrt(bare.x / (bare.x + grown));
 #endif
@@ -186,11 +185,12 @@ Box boxOf(int id, Stroke stroke) {
   if (uBorder > 0.0) {
     vec2 inside = min(box.center, uSize - box.center);
     float border = min(inside.x, inside.y) / min(uSize.x, uSize.y) / uBorder;
-    box.opacity *= clamp((border + 0.35 - 1.1 * strokeTexel(id, 3).z) / 0.25, 0.0, 1.0);
+    box.opacity *= clamp((border + BORDER_LEFT - BORDER_SPREAD * strokeTexel(id, 3).z) / BORDER_FADE, 0.0, 1.0);
   }
 #endif
 #ifdef FACING
-  box.opacity *= 1.0 - smoothed((abs(dot(ray, strokeTexel(id, STRIDE - 1).xyz)) - 0.105) / 0.105);
+  float sine = abs(dot(ray, strokeTexel(id, STRIDE - 1).xyz));
+  box.opacity *= 1.0 - smoothed((sine - FACING_BOUNDS.x) / (FACING_BOUNDS.y - FACING_BOUNDS.x));
 #endif
   if (box.isSeen) box.color = shColor(id, ray);
   return box;

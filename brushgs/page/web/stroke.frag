@@ -4,6 +4,7 @@ precision highp float;
 precision highp int;
 precision highp sampler2D;
 
+#include "shared.glsl"
 #include "smooth.glsl"
 
 uniform vec2 uOrigin;  // lower left corner of the picture in the framebuffer, pixels
@@ -35,11 +36,6 @@ layout(location = 0) out vec4 oColor;
 layout(location = 1) out vec4 oDetail;  // height and depth times alpha, 0, alpha
 #endif
 
-const float MIN_ALPHA = 1.0 / 255.0, MAX_ALPHA = 0.99;
-const float BRISTLES = 12.0, PERIOD = 256.0;
-const float SOLID = 0.15;
-const float DARKEST = 0.02;
-
 void main() {
   vec2 pixel = gl_FragCoord.xy - uOrigin;
   vec2 offset = vec2(pixel.x, uSize.y - pixel.y) - vCenter;
@@ -53,10 +49,10 @@ void main() {
     vec2 paint = textureLod(uAtlas, vTexels.xy + (0.5 + 0.5 * place) * vTexels.zw, 0.0).rg;
     coverage = paint.x, height = paint.y;
   } else {
-    coverage = exp(-4.5 * dot(place, place));
+    coverage = exp(-0.5 * GAUSSIAN_SIGMAS * GAUSSIAN_SIGMAS * dot(place, place));
   }
 #elif defined(GAUSSIAN)
-  coverage = exp(-4.5 * dot(place, place));
+  coverage = exp(-0.5 * GAUSSIAN_SIGMAS * GAUSSIAN_SIGMAS * dot(place, place));
 #else
   coverage = dot(place, place) < 1.0 ? 1.0 : 0.0;
 #endif
@@ -64,7 +60,7 @@ void main() {
 #ifdef TESTED
   ivec2 texel = ivec2(pixel);
   float below = texelFetch(uBelow, texel, 0).a;
-  if (below > SOLID) {
+  if (below > SOLID_BELOW) {
     alpha *= smoothed((texelFetch(uBelowDetail, texel, 0).g / below - vLimit.x) * vLimit.y);
   }
 #endif
@@ -73,7 +69,7 @@ void main() {
   vec3 color = vPaint.rgb;
 #ifdef STREAKS
   float bristle = vStreaks.x + 0.5 * BRISTLES * (1.0 + place.y * vStreaks.y);
-  vec2 noise = 2.0 * textureLod(uNoise, vec2((bristle + 0.5) / PERIOD, 0.5), 0.0).rg - 1.0;
+  vec2 noise = 2.0 * textureLod(uNoise, vec2((bristle + 0.5) / STREAK_PERIOD, 0.5), 0.0).rg - 1.0;
   color *= 1.0 + dot(noise, vStreaks.zw);
 #endif
 #ifdef GLAZE

@@ -33,15 +33,13 @@ flat out vec2 vRelief;  // thickness, gain, pixels
 flat out vec2 vLimit;  // where it ends, from the middle, 1 / the depth over which
 #endif
 
-const float UNDERPAINT_THICKNESS = 0.15 / 0.8;
-const float BRISTLES = 12.0;
 const float EDGE = 0.0625;  // pixels around a quad: its corners may be rounded to 1/16 pixel
 
 #ifdef IMAGE
 // Which level of an axis of n texels serves a box of this half extent: brushes/levels.py `level_index`.
 int levelOf(float halfExtent, float texels, float numLevels) {
-  float octaves = log2((texels - 1.0) / (2.0 * 0.85 * halfExtent));
-  return octaves < 0.0 ? 0 : int(min(floor(2.0 * octaves) + 1.0, numLevels - 1.0));
+  float octaves = log2((texels - 1.0) / (2.0 * FIRST_FOOTPRINT * halfExtent));
+  return octaves < 0.0 ? 0 : int(min(floor(LEVELS_PER_OCTAVE * octaves) + 1.0, numLevels - 1.0));
 }
 #endif
 
@@ -59,7 +57,8 @@ void main() {
   vec2 halfExtents = box.halfExtents * (isSoft ? brush.y : 1.0);
 #ifdef STREAKS
   float bristle = halfExtents.y * 2.0 / BRISTLES;  // pixels
-  vec2 shown = vec2(smoothed(bristle - 1.0), smoothed((bristle - 0.25) / 0.25));
+  vec2 shown = vec2(smoothed((bristle - BRISTLE_FADE.x) / (BRISTLE_FADE.y - BRISTLE_FADE.x)),
+                    smoothed((bristle - TUFT_FADE.x) / (TUFT_FADE.y - TUFT_FADE.x)));
   vec2 weights = isSoft ? vec2(0) : uStreaks * vec2(shown.x, shown.y - shown.x);
 #endif
   vec2 scale = vec2(1);

@@ -1,18 +1,16 @@
 // What is painted on: the threads of linen and the bumps of paper, as rendering/surface.py has them.
 
-const PERIOD = 3.6, BEFORE = 4, SPACING = 0.12, SLUBS = 0.16, NARROW_THREAD = [2.4, 1.5], WAVE_LENGTH = 14;
-const BUMPS = { spacings: [3.2, 1.1], shares: [0.65, 0.76] }; // of paper
+const { THREAD_PERIOD, THREADS_BEFORE, THREAD_SPACING, NARROW_THREAD, SLUBS, WAVE_LENGTH, GOLDEN_32 } = SHARED;
 const STREAMS = ["columns", "rows", "one", "other", "coarse", "fine"];
 const DEVIATIONS = { // of surfaces of strength 1: height in pixels of a picture of 1000 x 750, and colour
   flat: { height: 0, tone: 0 },
-  linen: { height: 0.2, tone: 0.014 },
-  paper: { height: 0.35, tone: 0.008 },
+  linen: { height: SHARED.LINEN_HEIGHT, tone: SHARED.LINEN_TONE },
+  paper: { height: SHARED.PAPER_HEIGHT, tone: SHARED.PAPER_TONE },
 };
-const GOLDEN_32 = 0x9e3779b1;
 
 /** Pixels of a picture in one of a picture of 1000 x 750. */
 function canvasScale(width, height) {
-  return Math.sqrt((width * height) / 750000);
+  return Math.sqrt((width * height) / SHARED.CANVAS_PIXELS);
 }
 
 /**
@@ -65,12 +63,12 @@ class SurfacePattern {
   }
 
   _setBumps(at, scale) {
-    const spacings = BUMPS.spacings.map((spacing) => spacing * scale);
+    const spacings = SHARED.PAPER_SPACINGS.map((spacing) => spacing * scale);
     this._setNoise(
       at,
       ["coarse", "fine"],
       spacings.map((spacing) => Math.max(spacing, 1)),
-      spacings.map((spacing, i) => BUMPS.shares[i] * Math.min(1, spacing)),
+      spacings.map((spacing, i) => SHARED.PAPER_SHARES[i] * Math.min(1, spacing)),
     );
     return null;
   }
@@ -80,12 +78,12 @@ class SurfacePattern {
     const { gl, width, height } = this;
     this._setNoise(at, ["one", "other"], [WAVE_LENGTH * scale, WAVE_LENGTH * scale], [1, 1]);
     const [wide, none] = NARROW_THREAD;
-    const shown = Math.min(1, Math.max(0, (PERIOD * scale - none) / (wide - none)));
+    const shown = Math.min(1, Math.max(0, (THREAD_PERIOD * scale - none) / (wide - none)));
     gl.uniform1f(at.uShare, shown * shown * (3 - 2 * shown));
     const length = Math.max(width, height);
     const places = new Float32Array(4 * length);
-    places.set(threadsOf(streamOf(this.seed, "columns"), width, PERIOD * scale));
-    places.set(threadsOf(streamOf(this.seed, "rows"), height, PERIOD * scale), 2 * length);
+    places.set(threadsOf(streamOf(this.seed, "columns"), width, THREAD_PERIOD * scale));
+    places.set(threadsOf(streamOf(this.seed, "rows"), height, THREAD_PERIOD * scale), 2 * length);
     const texture = newTexture(gl, gl.NEAREST);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG32F, length, 2, 0, gl.RG, gl.FLOAT, places);
     return texture;
@@ -107,8 +105,8 @@ function threadsOf(stream, size, period) {
   const ends = new Float64Array(count);
   let end = 0;
   for (let i = 0; i < count; i++) {
-    end += 1 + SPACING * spreadAt(stream, 0, i);
-    ends[i] = (end - BEFORE) * period;
+    end += 1 + THREAD_SPACING * spreadAt(stream, 0, i);
+    ends[i] = (end - THREADS_BEFORE) * period;
   }
   const places = new Float32Array(2 * size);
   for (let pixel = 0, i = 0; pixel < size; pixel++) {
