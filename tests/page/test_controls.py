@@ -172,6 +172,7 @@ def test_a_drag_of_the_other_kind_moves_the_scene_with_the_hand(page, contents, 
     page.mouse.down(button="right" if how == "right" else "left")
     page.mouse.move(130, 80)
     page.mouse.up(button="right" if how == "right" else "left")
+    page.keyboard.up("Shift")
     settle(page)
     after = shot(page)
     np.testing.assert_allclose(after.viewmat[:3, :3], before.viewmat[:3, :3], atol=1e-12)

@@ -164,7 +164,7 @@ def test_chromium_runs_the_script_of_the_page_and_no_other(browser, open_page, t
     text = page_html(write_container(contents_of(some_coat(some_strokes(5)))), title="t")
     (tmp_path / "page.html").write_text(text, encoding="utf-8")
     page = open_page(tmp_path / "page.html")
-    assert page.inner_text("#message") == "ran </b>"
+    assert page.text_content("#message") == "ran </b>"
     assert page.evaluate("getComputedStyle(document.body).margin") == "0px"  # the style was taken too
     other = text.replace("</main>", "<script>window.bad = 1</script></main>")
     (tmp_path / "other.html").write_text(other, encoding="utf-8")

@@ -23,6 +23,7 @@ BUTTONS = {
     "full": "Full screen",
     "keys": "Keys and gestures",
 }
+IS_SHOWN = "!document.getElementById('bar').classList.contains('is-faded')"
 TITLE = "pears & <b>apples</b>"
 
 
@@ -53,7 +54,17 @@ def page(opened):
         }"""
     )
     settle(opened)
+    point_at_bar(opened)
     return opened
+
+
+def point_at_bar(page):
+    """Rest the pointer on the bar, so that it stays."""
+    page.mouse.move(0, 0)
+    wait_until(page, IS_SHOWN)
+    box = page.locator("#bar").bounding_box()
+    page.mouse.move(box["x"] + 8, box["y"] + box["height"] / 2)
+    wait_until(page, "brushgs.panel._isPointedAt")
 
 
 def test_all_that_can_be_used_has_a_name_and_is_large_enough_to_touch(page):
@@ -169,13 +180,14 @@ def test_the_bar_fades_when_untouched_and_comes_back(open_page, path):
         lambda: page.mouse.wheel(0, 1),
     ):
         wake()
-        wait_until(page, "!document.getElementById('bar').classList.contains('is-faded')")
+        wait_until(page, IS_SHOWN)
         page.clock.run_for(2900)
         assert not is_faded()
         page.clock.run_for(200)
         assert is_faded()
         page.evaluate("document.activeElement.blur()")
         page.mouse.move(50, 60)
+        wait_until(page, IS_SHOWN)
         page.clock.run_for(3100)
         assert is_faded()
     assert page.evaluate("getComputedStyle(document.getElementById('bar')).opacity") == "0"
@@ -186,6 +198,7 @@ def test_the_bar_fades_when_untouched_and_comes_back(open_page, path):
     page.evaluate("document.activeElement.blur()")
     box = bar.bounding_box()
     page.mouse.move(box["x"] + 20, box["y"] + 20)
+    wait_until(page, "brushgs.panel._isPointedAt")
     page.clock.run_for(9000)
     assert not is_faded(), "faded under the pointer"
 
@@ -290,3 +303,35 @@ def test_the_saved_picture_is_what_is_shown(page, tmp_path):
     shown_now = np.frombuffer(base64.b64decode(painted), np.uint8).reshape(*sides, 4)[::-1]
     assert np.ptp(saved[..., :3]) > 100
     np.testing.assert_array_equal(saved[..., :3], shown_now[..., :3])
+
+
+HEADSET = """
+Object.defineProperty(navigator, "xr", {
+  value: {
+    isSessionSupported: async (mode) => mode === "immersive-vr",
+    requestSession: async (mode) => { throw new DOMException(`${mode} is busy`, "NotSupportedError"); },
+  },
+});
+"""
+
+
+def test_a_headset_gets_its_button_and_its_refusal_a_sentence(open_page, path):
+    page = open_page(path, init_script=HEADSET, **CALM, **DESKTOP)
+    page.evaluate("brushgs.ready")
+    wait_until(page, "document.getElementById('immersive-vr') !== null")
+    assert page.locator("#immersive-ar").count() == 0
+    point_at_bar(page)
+    page.get_by_role("button", name="Enter VR").click()
+    wait_until(page, "document.getElementById('notice').textContent !== ''")
+    assert page.locator("#notice").inner_text() == "The headset did not start: immersive-vr is busy"
+
+
+def test_there_is_no_picture_to_save_while_the_context_is_lost(open_page, path):
+    page = open_page(path, **CALM, **DESKTOP)
+    page.evaluate("brushgs.ready")
+    page.evaluate("brushgs.gl.getExtension('WEBGL_lose_context').loseContext()")
+    wait_until(page, "brushgs.painter === null")
+    point_at_bar(page)
+    page.locator("#savePicture").click()
+    wait_until(page, "document.getElementById('notice').textContent !== ''")
+    assert page.locator("#notice").inner_text() == "There is no picture at the moment"

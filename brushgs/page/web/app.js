@@ -1,6 +1,7 @@
 // The page: reads the painting in it, paints it when something has changed, and says what goes wrong.
 
 const MAX_PIXEL_RATIO = 1.5; // strokes are large: more pixels cost time and show nothing
+const FIRST_SHARE = 0.5; // of the pixels along a side, for the first picture: it is there sooner
 const CONTEXT = { antialias: false, alpha: true, premultipliedAlpha: true, depth: false };
 const INCOMPLETE = "This page is incomplete: the painting in it was cut short. Get the whole file again.";
 const NO_WEBGL = "This browser cannot paint: it has no WebGL 2.";
@@ -9,7 +10,7 @@ const WAITING = "The graphics processor was interrupted; the painting comes back
 
 /**
  * All of a page. `framesDrawn` counts pictures; `firstPictureMs` is the time from the opening of the page
- * until the first one was drawn; `ready` is a promise that is kept when that is done, or has failed.
+ * until the first one was drawn; `ready` is a promise that is kept when one is drawn in full, or has failed.
  */
 class App {
   constructor() {
@@ -57,7 +58,7 @@ class App {
     this._listen();
     this._fit();
     await new Promise((resolve) => {
-      this._onFirstPicture = resolve;
+      this._onSharp = resolve;
       this.invalidate();
     });
     if (this.painter?.notes.length) this.panel.say(this.painter.notes.join(" "));
@@ -97,8 +98,9 @@ class App {
     return this.controls.restingCamera(...sides);
   }
 
-  /** What is on the screen, as a PNG. */
-  picture() {
+  /** A promise of what is on the screen, as a PNG; of null while there is nothing. */
+  async picture() {
+    if (!this.painter) return null;
     this._paint(1);
     return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png")); // before the page is composed
   }
@@ -160,7 +162,7 @@ class App {
   /** Give the canvas the shape that the window has room for. */
   _fit() {
     const { clientWidth, clientHeight } = document.getElementById("stage");
-    const [width, height] = this.controls.orbit.shape(clientWidth, clientHeight);
+    const [width, height] = this.controls.orbit.shape(clientWidth, clientHeight).map(Math.round);
     if (this.canvas.clientWidth === width && this.canvas.clientHeight === height) return;
     Object.assign(this.canvas.style, { width: `${width}px`, height: `${height}px` });
     this.invalidate();
@@ -184,26 +186,27 @@ class App {
     const seconds = this._drawnAt === null ? 1 / 60 : (now - this._drawnAt) / 1000;
     if (this._drawnAt !== null) this._pace.tell(seconds);
     const isMoving = this.controls.advance(seconds);
-    const share = isMoving ? this._pace.share : 1;
+    const isFirst = this.firstPictureMs === null;
+    const share = isFirst ? FIRST_SHARE : isMoving ? this._pace.share : 1;
     try {
       this._paint(share);
     } catch (error) {
       this.painter = null; // the next frame would fail as well
       this.fail(error);
-      this._onFirstPicture();
+      this._onSharp();
       return;
     }
     this._drawnAt = isMoving ? now : null;
-    if (isMoving) this.invalidate();
-    if (this.firstPictureMs === null) this._shown();
+    if (isMoving || isFirst) this.invalidate();
+    if (isFirst) this._shown();
+    else this._onSharp();
   }
 
   _shown() {
     this.gl.finish();
     this.firstPictureMs = performance.now();
-    document.getElementById("still")?.remove();
+    document.getElementById("still")?.setAttribute("hidden", "");
     this.tell("");
-    this._onFirstPicture();
   }
 
   /** Paint, with a share of the pixels along a side. */

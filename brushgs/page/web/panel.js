@@ -22,6 +22,7 @@ class Panel {
     this._notice = byId("notice");
     this._help = byId("help");
     this._isChoosing = false; // a list is open: the browser draws it, so the bar must stay
+    this._isPointedAt = false;
     this._bar.hidden = false;
     this.replace(app.contents);
     this._listen();
@@ -125,6 +126,10 @@ class Panel {
   /** Save what is on the screen. */
   async savePicture() {
     const picture = await this.app.picture();
+    if (picture === null) {
+      this.say("There is no picture at the moment");
+      return;
+    }
     download(picture, `${fileStem(this.app.contents.header.title)}.png`);
     this.say("Picture saved");
   }
@@ -153,6 +158,8 @@ class Panel {
     for (const name of ["pointermove", "pointerdown", "wheel", "keydown", "focusin"]) {
       document.addEventListener(name, () => this._wake(), { capture: true, passive: true });
     }
+    this._bar.addEventListener("pointerenter", () => { this._isPointedAt = true; });
+    this._bar.addEventListener("pointerleave", () => { this._isPointedAt = false; });
     for (const name of ["focusin", "pointerdown"]) {
       this._bar.addEventListener(name, ({ target }) => {
         if (!target.closest("#turn")) controls.stopAutomatic();
@@ -190,7 +197,7 @@ class Panel {
   }
 
   _isInUse() {
-    return this._isChoosing || this._help.open || this._bar.matches(":hover")
+    return this._isChoosing || this._isPointedAt || this._help.open
       || this._bar.querySelector(":focus-visible") !== null;
   }
 }
