@@ -45,7 +45,7 @@ class App {
   /** Show contents for the first time. */
   async open(contents) {
     this.contents = contents;
-    this.painter = new Painter(this.gl, contents);
+    this.painter = this._newPainter();
     const isCalm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.controls = new Controls(this.canvas, document.getElementById("stage"), contents, {
       isCalm,
@@ -123,6 +123,10 @@ class App {
     message.textContent = text;
   }
 
+  _newPainter() {
+    return new Painter(this.gl, this.contents, () => this.invalidate());
+  }
+
   _describe() {
     const { title, coats } = this.contents.header;
     const count = coats.reduce((sum, coat) => sum + coat.count, 0);
@@ -137,7 +141,7 @@ class App {
       this.tell(WAITING);
     });
     this.canvas.addEventListener("webglcontextrestored", () => {
-      this.painter = new Painter(this.gl, this.contents);
+      this.painter = this._newPainter();
       this.tell("");
       this.invalidate();
     });
