@@ -6,8 +6,8 @@ const ATLAS_WIDTH = 4096;
 // than half the image: 1500 strokes at 640 x 480 are painted with 55 to 67 dB instead of 69 to 74. Without 1
 // and 3 it is 53 to 61 dB, without 1, 3 and 5 it is 45 to 52.
 const LEFT_OUT = [1, 2];
-// Of many brushes the first picture has levels from here on, for boxes up to 53 pixels long where an image has
-// 256 texels: a quarter of the work.
+// Of many brushes the first picture has levels from here on, for boxes up to 53 pixels long where an image
+// has 256 texels: half of the time.
 const COARSE = 6;
 const FEW = 3; // brushes that are filtered at once
 const SLICE_MS = 8; // of filtering between frames

@@ -49,8 +49,8 @@ class CoatPainter {
    * @param {PageCamera} head its eye gives order, colours and directions
    * @param {object} options `order` "distance" or "depth"; `share` of the strokes; `brush` in place of those
    *     of the coat, an index into the brushes of the header, or null; `isBare`, without the border of the
-   *     coat; `x` and `y` of the picture in the framebuffer; `detail`; `below` and `belowDetail`, the textures
-   *     of the canvas below, for coats with a tolerance, or null
+   *     coat; `x` and `y` of the picture in the framebuffer; `detail`; `below` and `belowDetail`, the
+   *     textures of the canvas below, for coats with a tolerance, or null
    */
   draw(camera, head, options) {
     const { order, share, brush, isBare = false, x = 0, y = 0 } = options;

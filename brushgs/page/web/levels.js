@@ -1,6 +1,6 @@
 // A brush filtered in advance for small boxes, axis by axis: brushes/levels.py says what, why and with what
 // error; names and numbers are the same. Filtering is split in two here, so that it takes little time: sums
-// of a few source texels, then a tridiagonal solution, where Python multiplies by the product of both.
+// of a few source texels, then a tridiagonal solution, not the product of both matrices.
 
 const { FIRST_FOOTPRINT, LEVELS_PER_OCTAVE, TEXELS_PER_PIXEL, MARGIN_PIXELS, SHORTEST_BOX } = SHARED;
 const QUADRATURE = 4;

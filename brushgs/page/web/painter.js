@@ -3,8 +3,8 @@
 /**
  * A painting in one WebGL2 context.
  *
- * With `onSharper`, a function, the first picture comes sooner where there are many brushes: large strokes are
- * a little blurred in it. The function is called when another picture would be sharper.
+ * With `onSharper`, a function, the first picture comes sooner where there are many brushes: large strokes
+ * are a little blurred in it. The function is called when another picture would be sharper.
  *
  * @throws {Error} where a shader does not compile
  */
