@@ -131,7 +131,6 @@ window.studio = {
     return [...levels.alongV(levelU, levelsV)].map((level) => ({ ...level, texels: encoded(level.texels) }));
   },
   axisLevels: (numTexels) => axisLevels(numTexels),
-  noise: () => encoded(bristleNoise()),
 };
 """
 
@@ -261,10 +260,6 @@ class Studio:
         return [
             decoded(level["texels"], np.uint8).reshape(level["rows"], level["columns"], -1) for level in found
         ]
-
-    def noise(self):
-        """[256, 2] uint8."""
-        return decoded(self.page.evaluate("() => studio.noise()"), np.uint8).reshape(-1, 2)
 
     def order(self, means, eye, *, setbacks=None, count=None, axis=None):
         """Instances, farthest first."""

@@ -217,6 +217,7 @@ def test_limits_hold(page, contents):
 def test_keys_move_the_view_and_home_brings_it_back_exactly(page, contents):
     first = state_of(page)
     page.locator("#painting").focus()
+    page.wait_for_function("document.hasFocus() && document.activeElement.id === 'painting'")
     page.keyboard.press("ArrowRight")
     page.keyboard.press("ArrowUp")
     np.testing.assert_allclose((state_of(page) - first)[4:], radians(5), atol=1e-12)

@@ -6,7 +6,6 @@ import pytest
 import brushgs as bg
 from brushgs.brushes.levels import axis_levels, level_coverage, level_height
 from brushgs.rendering.relief import paint_height
-from brushgs.rendering.streaks import noise
 
 
 @pytest.mark.parametrize("num_texels", [1, 2, 3, 13, 91, 256])
@@ -33,7 +32,3 @@ def test_texels_are_those_of_python(studio, name, level_u):
         assert difference.max() <= 1
         assert difference[paint > 0].mean() < 0.01  # where no paint is, 127.5 is rounded either way
         np.testing.assert_array_equal(coverage[:, :, 0], texels[:, :, 0])
-
-
-def test_the_noise_of_streaks_is_that_of_python(studio):
-    np.testing.assert_array_equal(studio.noise(), noise())
