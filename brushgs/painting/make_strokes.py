@@ -14,6 +14,7 @@ import numpy as np
 
 from brushgs.options.look_parts import ColorConfig
 from brushgs.options.painting import ClusterConfig, StrokesConfig
+from brushgs.painting.memory import Memory, NoMemory
 from brushgs.painting.report import Report, Stage, Stopwatch
 from brushgs.scene import Gaussians
 
@@ -40,6 +41,8 @@ class StrokePass:
         run: from strokes to strokes.
         skip: why it does not run, in words; None where it does.
         counts: for its stage.
+        inputs: what `run` depends on beside the strokes.
+        memory: of what it returned.
         watch: adds up its seconds.
         num_before: strokes that it was last called with.
         num_after: and that it returned.
@@ -50,6 +53,8 @@ class StrokePass:
     run: Callable[[Gaussians], Gaussians]
     skip: str | None = None
     counts: dict[str, Any] = field(default_factory=dict)
+    inputs: tuple[object, ...] = ()
+    memory: Memory = field(default_factory=NoMemory)
     watch: Stopwatch = field(default_factory=Stopwatch)
     num_before: int = 0
     num_after: int = 0
@@ -59,7 +64,8 @@ class StrokePass:
         self.num_before = len(strokes)
         if self.skip is None:
             with self.watch.running():
-                strokes = self.run(strokes)
+                before = strokes
+                strokes = self.memory.of(self.name, (before, *self.inputs), lambda: self.run(before))
         self.num_after = len(strokes)
         return strokes
 
@@ -92,6 +98,7 @@ class StrokeMaker:
             there are views, others take their places.
         passes: what is done to the clusters, in this order.
         pass_watch: adds up the seconds of all passes.
+        memory: of groupings, and of strokes merged of them.
     """
 
     gaussians: Gaussians
@@ -101,6 +108,7 @@ class StrokeMaker:
     is_solid: bool = False
     passes: list[StrokePass] = field(default_factory=list)
     pass_watch: Stopwatch = field(default_factory=Stopwatch)
+    memory: Memory = field(default_factory=NoMemory)
 
     @property
     def skip(self) -> str | None:
@@ -112,8 +120,8 @@ class StrokeMaker:
 
     def __call__(self, num_strokes: int) -> "Clustered":
         """At most so many strokes, and how the Gaussians were grouped; None where each is a stroke."""
-        grouping = self._grouped(num_strokes)
-        strokes = self.gaussians if grouping is None else self._merged(grouping, num_strokes)[0]
+        makes = (self.gaussians, num_strokes, self.cluster, self.views, self.focus, self.is_solid)
+        strokes, grouping = self.memory.of("cluster", makes, lambda: self._clustered(num_strokes))
         return self._finished(strokes), grouping
 
     def of_groups(
@@ -131,6 +139,10 @@ class StrokeMaker:
         """
         strokes, clusters = self._merged(grouping, most, into)
         return self._finished(strokes), clusters
+
+    def _clustered(self, num_strokes: int) -> "Clustered":
+        grouping = self._grouped(num_strokes)
+        return self.gaussians if grouping is None else self._merged(grouping, num_strokes)[0], grouping
 
     def _finished(self, strokes: Gaussians) -> Gaussians:
         with self.pass_watch.running():
@@ -192,6 +204,7 @@ def stroke_passes(
     views: "PlainViews | None",
     field: "FieldName | Guides | Marks | None",
     skip: str | None,
+    memory: Memory,
 ) -> list[StrokePass]:
     """The passes that options ask for, but for broken colour, each with its reason where it is skipped.
 
@@ -201,6 +214,7 @@ def stroke_passes(
         views: see `StrokeMaker`.
         field: what `open_field` opened; None where no direction is needed.
         skip: why all are skipped; None if they are not.
+        memory: of what they returned.
     """
 
     def solid(strokes: Gaussians) -> Gaussians:
@@ -222,19 +236,25 @@ def stroke_passes(
 
     where = config.direction
     return [
-        StrokePass("solid", "of solid paint", solid, skip or (None if config.solid else "--solid off")),
+        StrokePass(
+            "solid", "of solid paint", solid, skip or (None if config.solid else "--solid off"), memory=memory
+        ),
         StrokePass(
             "direction",
             f"run by {where}",
             direction,
             skip or ("--direction own" if where.kind == "own" else None),
             {"direction": str(where)},
+            (gaussians, field),
+            memory,
         ),
         StrokePass(
             "repaint",
             "in the colours that are seen there",
             seen,
             skip or ("--see off" if views is None else None),
+            inputs=(gaussians, views),
+            memory=memory,
         ),
     ]
 

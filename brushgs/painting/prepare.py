@@ -39,6 +39,7 @@ from brushgs.painting.make_strokes import (
     color_passes,
     stroke_passes,
 )
+from brushgs.painting.memory import Memory, NoMemory
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import cluster_scene, load_scene, open_palette, prune_scene, recolor_scene
 from brushgs.painting.views import choose_camera, choose_first_view, known_first_view, plan_views
@@ -130,6 +131,7 @@ def prepare(
     keeps_scene: bool = False,
     merges_later: bool = False,
     grows: bool = False,
+    memory: Memory | None = None,
 ) -> Prepared:
     """Make strokes of a scene, and everything else that is needed before the first picture.
 
@@ -150,23 +152,29 @@ def prepare(
         merges_later: whether the caller will make strokes by `Prepared.stroke_maker`: then a scene is pruned
             also where `config` asks for every Gaussian, and `Prepared.strokes` is the pruned scene.
         grows: whether the caller will show how the painting comes into being, without a `GrowConfig`.
+        memory: of earlier calls for the same source: steps whose inputs are as they were are not made again,
+            and have no stage. None makes all of them.
 
     Raises:
         SceneError: if a file cannot be read.
         ValueError: if an option does not suit the scene, before any long work where that can be known.
     """
     growing, views = (views, None) if isinstance(views, GrowConfig) else (None, views)
+    recall = (memory or NoMemory()).of
     along_path = not (views is None or isinstance(views, Camera))
     if needs_background or config.cluster.target is not None:
         check_background(config.draw.background)
-    texture, kit = open_brushes(config, report)
+    named = config.brushes, config.draw.stroke, config.view.size
+    texture, kit = recall("stroke", named, lambda: open_brushes(config, report))
     options = render_options(config.draw, texture, along_path=along_path, relief=open_relief(config.light))
-    palette = open_palette(config.palette, report)
-    gaussians, notes = (source, None) if isinstance(source, Gaussians) else load_scene(source, report)
-    if gaussians.brushes is not None:  # of other brushes; chosen anew where there are several
-        gaussians = replace(gaussians, brushes=None)
+    palette = recall("palette", (config.palette,), lambda: open_palette(config.palette, report))
+    gaussians, notes = recall("load", (source,), lambda: _load(source, report))
     is_strokes = notes is not None and notes.is_strokes
-    gaussians = clean_scene(gaussians, config.clean, report, is_strokes=is_strokes)
+    gaussians = recall(
+        "clean",
+        (gaussians, config.clean),
+        lambda: clean_scene(gaussians, config.clean, report, is_strokes=is_strokes),
+    )
     cluster = config.cluster
     if is_strokes and cluster.keeps_strokes:
         cluster = replace(cluster, strokes=None)
@@ -180,14 +188,23 @@ def prepare(
 
     path, cameras, background, surface, view_model, first_view = None, [], None, None, None, None
     if needs_first_view or is_framed:
-        first_view = choose_first_view(gaussians, config.view, notes, report)
+        first_view = recall(
+            "first view",
+            (gaussians, config.view, notes),
+            lambda: choose_first_view(gaussians, config.view, notes, report),
+        )
     if views is not None and not isinstance(views, Camera):
         path = plan_views(first_view or known_first_view(gaussians, notes), config.view, views, report)
         if check_path is not None:
             check_path(path)
         cameras = path.cameras
     elif needs_view:
-        cameras = [choose_camera(first_view, config.view, report, camera=views)]
+        camera = recall(
+            "camera",
+            (first_view, config.view, views),
+            lambda: choose_camera(first_view, config.view, report, camera=views),
+        )
+        cameras = [camera]
     shown = path
     if growing is not None:
         from brushgs.cameras.paths import standing
@@ -198,7 +215,12 @@ def prepare(
     if cameras and needs_background:
         background = open_picture_background(config.draw, cameras[0], report)
     if cameras and not merges_later:
-        surface = open_surface(config, gaussians, cameras[0], report)
+        laid_on = config.ground, config.light.canvas, config.light.canvas_strength, config.draw.background
+        surface = recall(
+            "ground",
+            (gaussians, *laid_on, cameras[0]),
+            lambda: open_surface(config, gaussians, cameras[0], report),
+        )
     if is_counted:
         # Strokes are counted for a still with the default lock and order, whatever is painted of them.
         still = render_options(replace(config.draw, lock=None, order=None), texture, along_path=False)
@@ -208,38 +230,68 @@ def prepare(
     num_loaded, scene = len(gaussians), gaussians if keeps_scene else None
     guidance = Guidance()
     if skip is None:
-        guidance = open_guidance(
-            gaussians,
-            cameras,
-            config,
-            notes,
-            report,
-            first_view=first_view,
-            is_path=path is not None,
-            is_framed=is_framed,
-            with_ring=not is_for_view,
+        seen_by = passes.see, passes.focus, passes.direction
+        has_lines, threads = config.media.draws_lines, config.draw.threads
+        guidance = recall(
+            "guidance",
+            (gaussians, tuple(cameras), *seen_by, config.view, has_lines, threads, notes, first_view),
+            lambda: open_guidance(
+                gaussians,
+                cameras,
+                config,
+                notes,
+                report,
+                first_view=first_view,
+                is_path=path is not None,
+                is_framed=is_framed,
+                with_ring=not is_for_view,
+            ),
         )
     lines, line_brushes = None, None
     if cameras and skip is None and not merges_later:
-        lines, line_brushes = open_lines(config, gaussians, guidance.views, cameras, report)
+        lines, line_brushes = recall(
+            "lines",
+            (gaussians, guidance.views, tuple(cameras), config.media.draws_lines, config.media.line_width),
+            lambda: open_lines(config, gaussians, guidance.views, cameras, report),
+        )
     if is_for_view:
-        gaussians = select_seen(gaussians, cameras, report)
-    gaussians = prune_scene(
-        gaussians,
-        config.prune,
-        report,
-        is_strokes=is_strokes,
-        is_seen=is_for_view,
-        cluster=None if merges_later else cluster,
+        gaussians = recall(
+            "seen", (gaussians, tuple(cameras)), lambda: select_seen(gaussians, cameras, report)
+        )
+    gaussians = recall(
+        "prune",
+        (gaussians, config.prune, cluster, is_for_view),
+        lambda: prune_scene(
+            gaussians,
+            config.prune,
+            report,
+            is_strokes=is_strokes,
+            is_seen=is_for_view,
+            cluster=None if merges_later else cluster,
+        ),
     )
-    focus = None if skip else guidance.focus(gaussians, passes.focus, report, num_threads=config.draw.threads)
+    focus = recall(
+        "focus",
+        (gaussians, guidance, passes.focus, skip),
+        lambda: (
+            None if skip else guidance.focus(gaussians, passes.focus, report, num_threads=config.draw.threads)
+        ),
+    )
     maker = StrokeMaker(
         gaussians,
         cluster,
         guidance.views,
         focus,
         is_solid=passes.solid and skip is None,
-        passes=stroke_passes(gaussians, passes, views=guidance.views, field=guidance.field, skip=skip),
+        passes=stroke_passes(
+            gaussians,
+            passes,
+            views=guidance.views,
+            field=guidance.field,
+            skip=skip,
+            memory=memory or NoMemory(),
+        ),
+        memory=memory or NoMemory(),
     )
     after_palette = [
         *color_passes(config.color, seed=cluster.seed),
@@ -298,6 +350,13 @@ def prepare(
         finish = _finishing(palette, config.palette, after_palette)
         growth = grow(painting, strokes, grouping, maker, finish, cameras[0], report)
     return everything(strokes=strokes, palette=palette, painting=painting, growth=growth)
+
+
+def _load(source: SceneFiles | Gaussians, report: Report) -> "tuple[Gaussians, LoadNotes | None]":
+    gaussians, notes = (source, None) if isinstance(source, Gaussians) else load_scene(source, report)
+    if gaussians.brushes is not None:  # of other brushes; chosen anew where there are several
+        gaussians = replace(gaussians, brushes=None)
+    return gaussians, notes
 
 
 def _finishing(
