@@ -8,6 +8,7 @@ ends: its N frames are every second one of 2 N - 1.
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from brushgs.arrays import F64
 from brushgs.cameras.first_view import framed_orbit
@@ -81,6 +82,64 @@ def plan_path(first_view: FirstView | None, view: ViewConfig, path: PathConfig) 
     else:
         source = f"one turn in steps of {360 / path.orbit:g} degrees"
     return CameraPath(cameras, True, path.fps or DEFAULT_FPS, source)
+
+
+def path_through(
+    keys: list[Camera],
+    first_view: FirstView | None,
+    *,
+    size: tuple[int, int],
+    seconds: float,
+    fps: float = DEFAULT_FPS,
+    loop: bool = False,
+) -> CameraPath:
+    """A smooth path through key views, at constant speed.
+
+    Args:
+        keys: of any sizes.
+        first_view: of the scene: its subject decides distances.
+        size: (width, height) of the pictures.
+        seconds: duration, > 0.
+        fps: frames per second, > 0.
+        loop: whether the path continues from the last view to the first.
+
+    Raises:
+        ValueError: if fewer than two views differ, or three for a loop; or for 100,000 frames or more.
+    """
+    ball, num_frames = _ball_of(first_view), _num_frames(seconds, fps, loop)
+    cameras = _fitted(keys, size, ball)
+    frames = through(cameras, num_frames, center=ball.center, reach=ball.radius, loop=loop)
+    return CameraPath(frames, loop, fps, f"a curve through {len(keys)} key views")
+
+
+def turn_around(
+    camera: Camera, center: ArrayLike, up: ArrayLike, *, seconds: float, fps: float = DEFAULT_FPS
+) -> CameraPath:
+    """One turn of a camera around a point, a loop that begins where it stands; to its right, as `orbit`.
+
+    Args:
+        camera: the first view.
+        center: [3] any point of the axis, world units.
+        up: [3] direction of the axis, any length > 0.
+        seconds: duration, > 0.
+        fps: frames per second, > 0.
+
+    Raises:
+        ValueError: for 100,000 frames or more.
+    """
+    num_frames = max(_num_frames(seconds, fps, True), 3)
+    axis = np.asarray(up, np.float64) / np.linalg.norm(up)
+    cross = np.cross(np.eye(3), axis)  # rows: cross @ p = axis x p
+    cameras = []
+    for index in range(num_frames):
+        turn = 2 * np.pi * (index / num_frames)
+        rotation = np.eye(3) + np.sin(turn) * cross + (1 - np.cos(turn)) * (cross @ cross)
+        viewmat = np.eye(4)
+        viewmat[:3, :3] = camera.viewmat[:3, :3] @ rotation.T
+        seen = camera.viewmat[:3, :3] @ np.asarray(center, np.float64) + camera.viewmat[:3, 3]
+        viewmat[:3, 3] = seen - viewmat[:3, :3] @ np.asarray(center, np.float64)
+        cameras.append(replace(camera, viewmat=viewmat))
+    return CameraPath(cameras, True, fps, f"one turn in steps of {360 / num_frames:g} degrees")
 
 
 def _file_path(first_view: FirstView | None, view: ViewConfig, path: PathConfig) -> CameraPath:

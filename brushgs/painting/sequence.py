@@ -114,6 +114,28 @@ def paint_sequence(
     return report
 
 
+def paint_prepared(prepared: Prepared, target: Path, config: PaintConfig, report: Report) -> Report:
+    """Paint what is prepared along its path, as a video.
+
+    Args:
+        prepared: with a path.
+        target: the video to write.
+        config: that it was prepared with.
+        report: gets the stages; `advance` after each frame.
+
+    Raises:
+        ValueError: if the rate or the size does not suit the video.
+        SceneError: if it cannot be written.
+    """
+    assert prepared.path is not None, "prepare along a path"
+    check_rate(target, prepared.path.fps)
+    check_size(target, prepared.camera.width, prepared.camera.height)
+    frames = _Frames(prepared, config, _track(prepared, config.draw, report), SequenceConfig())
+    _paint_video(frames, target, report)
+    report.output = str(target)
+    return report
+
+
 def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[Track | None]":
     """Choose the directions of the strokes along the whole path, of each coat whose strokes are tracked."""
     with report.stage("track") as stage:

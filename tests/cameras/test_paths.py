@@ -12,12 +12,13 @@ import brushgs as bg
 from brushgs.cameras.framing import AXES, MARGIN, frame_scene, plain_first_view, subject, up_vector
 from brushgs.cameras.motion import between, view_change
 from brushgs.cameras.orbit import orbit
-from brushgs.cameras.paths import CameraPath, plan_path
+from brushgs.cameras.paths import CameraPath, path_through, plan_path, turn_around
 from brushgs.errors import SceneError
 from brushgs.io.cameras.read import read_cameras
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import MAX_FRAMES, PathConfig
 from brushgs.scene import Camera, Gaussians
+from brushgs.still_life import still_life
 from tests.scenes import real_scene
 
 SIZE = {"width": 64, "height": 48}
@@ -478,3 +479,25 @@ def test_real_files_are_paths(name, num_views, size):
         for index in (0, -1):
             step = view_change(curve.cameras[index], as_is.cameras[index].resized(64, 64), 1.0)
             assert step < 0.05
+
+
+@pytest.mark.parametrize("up", [(0, -1, 0), (0, 0, 1), (1, 2, -3)])
+def test_a_turn_around_the_middle_of_an_orbit_is_that_orbit(up):
+    cameras = orbit(still_life(1000), 6, width=80, height=60, up=up)
+    center = np.mean([camera.position for camera in cameras], axis=0)
+    path = turn_around(cameras[0], center, np.multiply(up, 7), seconds=2, fps=3)
+    assert (path.is_loop, path.fps) == (True, 3)
+    for ours, theirs in zip(path.cameras, cameras, strict=True):
+        assert np.allclose(ours.viewmat, theirs.viewmat, rtol=0, atol=1e-9)
+
+
+def test_a_path_through_key_views_begins_and_ends_with_them():
+    cameras = orbit(still_life(1000), 6, width=80, height=60)
+    keys = [cameras[0].resized(160, 120), cameras[1], cameras[2].resized(40, 30)]
+    path = path_through(keys, plain_first_view(still_life(1000)), size=(64, 48), seconds=2, fps=2)
+    assert len(path.cameras) == 5
+    assert {(camera.width, camera.height) for camera in path.cameras} == {(64, 48)}
+    assert np.allclose(path.cameras[0].viewmat, cameras[0].viewmat, rtol=0, atol=1e-9)
+    assert np.allclose(path.cameras[-1].viewmat, cameras[2].viewmat, rtol=0, atol=1e-9)
+    with pytest.raises(ValueError, match="at least 2 different key views, got 1"):
+        path_through(keys[:1], None, size=(64, 48), seconds=1)
