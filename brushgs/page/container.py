@@ -23,8 +23,12 @@ DTYPES = ("float32", "float16", "uint8")
 LEVEL = 9  # of gzip: 7000 strokes take 0.1 s
 
 
-def write_container(contents: PageContents) -> bytes:
+def write_container(contents: PageContents, *, level: int = LEVEL) -> bytes:
     """The bytes that `container.js` reads; equal contents give equal bytes.
+
+    Args:
+        contents: of the page.
+        level: of gzip, 0 to 9.
 
     Raises:
         TypeError: if an array has another dtype.
@@ -41,7 +45,7 @@ def write_container(contents: PageContents) -> bytes:
     header = text.encode("ascii")  # json escapes all else
     start = MAGIC + struct.pack("<I", len(header)) + header
     body = start.ljust(-(-len(start) // 8) * 8, b"\0") + b"".join(planes)
-    return gzip.compress(body + struct.pack("<I", zlib.crc32(body)), LEVEL, mtime=0)
+    return gzip.compress(body + struct.pack("<I", zlib.crc32(body)), level, mtime=0)
 
 
 def _planes(array: NDArray[np.generic]) -> bytes:
