@@ -36,10 +36,14 @@ SCRIPTS = (
     "panel.js",
     "pace.js",
     "xr.js",
+    "live_server.js",
+    "live_fields.js",
+    "live_outputs.js",
     "live.js",
     "app.js",
 )
-LIVE_SCRIPTS = frozenset({"live.js"})  # those that only the page of a server has
+# Those that only the page of a server has.
+LIVE_SCRIPTS = frozenset({"live_server.js", "live_fields.js", "live_outputs.js", "live.js"})
 SHARED_GLSL = "shared.glsl"  # is no file, see `brushgs.page.shared`
 SHADER_SUFFIXES = (".vert", ".frag", ".glsl")
 _INCLUDE = re.compile(r'^[ \t]*#include "([^"\n]+)"[ \t]*$', re.MULTILINE)
@@ -54,9 +58,9 @@ def page_html(contents: bytes | None, *, title: str, still: bytes | None = None,
         contents: of `write_container`; None for a page that gets them from its server.
         title: any text.
         still: a picture, JPEG, WebP or PNG, for a browser that cannot paint; None for none.
-        live: whether the page talks to its server: then it may connect to it, and `live.js` is joined.
+        live: whether the page talks to its server: then it may, and has the studio of `live.js`.
     """
-    script, style = page_script(live=live), _read("style.css")
+    script, style = page_script(live=live), _read("style.css") + (_read("live.css") if live else "")
     own = " 'self'" if live else ""
     policy = "; ".join(
         [

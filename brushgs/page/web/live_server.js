@@ -1,0 +1,81 @@
+// What the page asks of the server of `brushgs view`. A cookie that came with the page says who asks.
+
+const RETRY_AFTER = 2000; // ms, when the server does not answer
+
+/** The server; every method throws an Error with a sentence where it refuses or does not answer. */
+class StudioServer {
+  /** The state, as soon as it is another than the one of this number. */
+  state(known) {
+    return this._json(`/state?known=${known}`);
+  }
+
+  choices() {
+    return this._json("/choices");
+  }
+
+  /** The painting, as `decodeContents` takes it. */
+  async contents() {
+    const answer = await this._ask("/contents");
+    return new Uint8Array(await answer.arrayBuffer());
+  }
+
+  /** Change the painting; the number of the state since then. */
+  async change(settings) {
+    return (await this._post("/settings", settings)).number;
+  }
+
+  /** Keep a picture that was dropped; its id. */
+  async addFile(file) {
+    const path = `/file?name=${encodeURIComponent(file.name)}`;
+    const answer = await this._ask(path, { method: "POST", body: file });
+    return (await answer.json()).id;
+  }
+
+  /** Have a picture painted. */
+  render(request) {
+    return this._post("/render", request);
+  }
+
+  /** Have a video painted. */
+  video(request) {
+    return this._post("/video", request);
+  }
+
+  /** Stop a picture or a video. */
+  stop(id) {
+    return this._ask(`/stop?id=${id}`, { method: "POST", body: "{}" });
+  }
+
+  /** A picture or a video that was written, as a blob. */
+  async output(id) {
+    return (await this._ask(`/output?id=${id}`)).blob();
+  }
+
+  async _json(path) {
+    return (await this._ask(path)).json();
+  }
+
+  async _post(path, value) {
+    const answer = await this._ask(path, { method: "POST", body: JSON.stringify(value) });
+    return answer.json();
+  }
+
+  async _ask(path, options = {}) {
+    let answer;
+    try {
+      answer = await fetch(path, { credentials: "same-origin", redirect: "error", ...options });
+    } catch {
+      throw new ServerGone();
+    }
+    if (answer.ok) return answer;
+    const { error } = await answer.json().catch(() => ({ error: `the server answered ${answer.status}` }));
+    throw new Error(error);
+  }
+}
+
+/** The server does not answer: it was stopped. */
+class ServerGone extends Error {
+  constructor() {
+    super("The server was stopped. Run `brushgs view` again, and open the address that it prints.");
+  }
+}

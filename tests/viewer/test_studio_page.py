@@ -1,0 +1,180 @@
+"""The studio in a real browser: a change replaces the strokes without a reload, and pictures are files."""
+
+import re
+import time
+from collections import Counter
+
+import pytest
+
+from brushgs.cli.commands.view import session_of
+from brushgs.cli.parser import parse
+from brushgs.io.pictures.images import read_image
+from brushgs.page.html import page_script, web_files
+from tests.viewer.conftest import FEW, SECONDS, serving
+
+
+def until(page, expression, seconds=SECONDS):
+    """Wait until an expression is true; the page's own policy lets Playwright not wait in it."""
+    end = time.monotonic() + seconds
+    while not page.evaluate(expression):
+        assert time.monotonic() < end, expression
+        time.sleep(0.02)
+
+
+@pytest.fixture
+def viewed(scene, tmp_path, open_page):
+    """A page of the viewer with its studio, and its server: of one brush, on nothing, which is drawn soon."""
+    plain = ["--stroke", "impasto", "--ground", "none", "--canvas", "none"]
+    session = session_of(parse(["view", str(scene), *FEW, *plain, "-o", str(tmp_path)]))
+    uploads = tmp_path / "uploads"
+    uploads.mkdir()
+    with serving(session, uploads) as server:
+        own = f"http://127.0.0.1:{server.port}/"
+        page = open_page(
+            server.address(), width=900, height=240, allowed=(own, "data:", "blob:"), reduced_motion="reduce"
+        )
+        until(page, "window.brushgs.studio?.isSettled")
+        yield page
+        page.goto("about:blank")  # before its server ends, which it would complain of
+
+
+def strokes_of(page):
+    return page.evaluate("window.brushgs.contents.header.coats.reduce((sum, coat) => sum + coat.count, 0)")
+
+
+def slide(page, name, value):
+    """Move a slider as a hand does: the value of its place, and the event."""
+    page.evaluate(
+        """([name, value]) => {
+            const slider = document.querySelector(`#studio input[name=${name}]`);
+            slider.value = value;
+            slider.dispatchEvent(new Event("input", { bubbles: true }));
+        }""",
+        [name, value],
+    )
+    until(page, "window.brushgs.studio.isSettled")
+
+
+def text_of(page, name):
+    return page.evaluate(
+        "(name) => document.querySelector(`#studio input[name=${name}]`).closest('label')"
+        ".querySelector('output').textContent",
+        name,
+    )
+
+
+def test_a_painter_turns_changes_and_renders(viewed, tmp_path):
+    page = viewed
+    page.evaluate("window.isSamePage = true")
+    assert page.url.endswith("/")  # the token is no more to be seen
+    before = strokes_of(page)
+    page.focus("#painting")
+    page.keyboard.press("ArrowRight")
+    view = page.evaluate("Array.from(window.brushgs.controls.target)")
+    slide(page, "strokes", 3.7)  # its place is a logarithm: 40
+    assert strokes_of(page) < before
+    assert text_of(page, "strokes") == str(strokes_of(page))
+    slide(page, "relief", 0.9)
+    assert text_of(page, "relief") == "90 %"
+    assert page.evaluate("window.brushgs.contents.header.command.options").count("--relief") == 1
+    page.select_option("#studio select[name=stroke]", "dab")
+    until(page, "window.brushgs.contents.header.brushes.map((brush) => brush.name).join() === 'dab'")
+    assert page.evaluate("Array.from(window.brushgs.controls.target)") == view
+    assert page.evaluate("window.isSamePage") is True
+    page.fill("#studio input[name=width]", "64")
+    page.fill("#studio input[name=height]", "48")
+    page.click("#render")
+    until(page, "document.querySelector('#output').open")
+    assert "Saved as pears-oil-1.png in" in page.inner_text("#output p")
+    until(page, "document.querySelector('#output img').naturalWidth === 64")
+    assert read_image(tmp_path / "pears-oil-1.png").shape[:2] == (48, 64)
+
+
+def test_a_video_through_marked_views(viewed, tmp_path):
+    page = viewed
+    page.click("#mark")
+    page.focus("#painting")
+    page.keyboard.press("ArrowRight")
+    page.click("#mark")
+    page.focus("#painting")
+    page.keyboard.press("ArrowUp")
+    page.click("#mark")
+    page.click("#studio .marks [aria-label='Remove View 2']")
+    assert page.locator("#studio .marks li").count() == 2
+    for name, value in (("width", "32"), ("height", "24"), ("seconds", "0.1")):
+        page.fill(f"#studio input[name={name}]", value)
+    page.click("#film")
+    until(page, "document.querySelector('#output').open")
+    assert (tmp_path / "pears-oil-1.mp4").stat().st_size > 0
+    assert page.evaluate("document.querySelector('#output video').src").startswith("blob:")
+
+
+def test_a_dropped_picture_paints(viewed, tmp_path):
+    page = viewed
+    picture = tmp_path / "mine.png"
+    from brushgs.brushes.texture import strokes_folder
+
+    picture.write_bytes((strokes_folder() / "swirl.png").read_bytes())
+    page.set_input_files("#studio input[type=file] >> nth=0", picture)
+    until(page, "window.brushgs.contents.header.brushes.map((brush) => brush.name).join() === 'mine'")
+    until(page, "window.brushgs.studio.isSettled")
+    options = page.evaluate("window.brushgs.contents.header.command.options")
+    assert options[-2:] == ["--stroke", "mine.png"]
+    page.set_input_files("#studio input[type=file] >> nth=1", picture)
+    until(page, "window.brushgs.contents.header.command.options.includes('--palette')")
+    page.click("#reset")
+    until(page, "window.brushgs.contents.header.brushes.map((brush) => brush.name).join() === 'impasto'")
+
+
+def test_every_field_has_a_name_for_screen_readers_and_keys_reach_it(viewed):
+    page = viewed
+    nameless = page.evaluate(
+        """() => Array.from(document.querySelectorAll("#studio input, #studio select, #studio button"))
+            .filter((field) => field.type !== "file")
+            .filter((field) => !(field.labels?.[0] ?? field).textContent.trim() && !field.ariaLabel)
+            .map((field) => field.outerHTML)"""
+    )
+    assert nameless == []
+    page.focus("#studioToggle")
+    page.keyboard.press("Enter")
+    assert page.evaluate("document.getElementById('studio').hidden")
+    assert page.get_attribute("#studioToggle", "aria-expanded") == "false"
+    page.keyboard.press("Enter")
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.name") == "look"
+
+
+def test_a_page_of_a_file_has_no_studio():
+    assert "class StudioServer" in page_script(live=True)
+    assert "class StudioServer" not in page_script()
+
+
+def test_no_two_scripts_define_the_same_name():
+    """They are joined into one function, in which the last function of a name replaces those before."""
+    script = page_script(live=True)
+    names = re.findall(r"^(?:async )?(?:function\*?|class|const|let) +(\w+)", script, re.MULTILINE)
+    assert [name for name, count in Counter(names).items() if count > 1] == []
+    assert len(names) > 50
+    assert "live.css" in web_files()
+
+
+def test_a_file_over_the_page_is_shown_where_it_may_be_dropped(viewed, tmp_path):
+    page = viewed
+    send = """([name, use]) => {
+        const data = new DataTransfer();
+        data.items.add(new File([Uint8Array.from(window.bytes)], "dropped.png", { type: "image/png" }));
+        const zones = document.querySelectorAll("#drops .zone");
+        const target = use ? zones[use === "stroke" ? 0 : 1] : document.body;
+        target.dispatchEvent(new DragEvent(name, { bubbles: true, cancelable: true, dataTransfer: data }));
+    }"""
+    from brushgs.brushes.texture import strokes_folder
+
+    page.evaluate("(bytes) => { window.bytes = bytes; }", list((strokes_folder() / "swirl.png").read_bytes()))
+    page.evaluate(send, ["dragenter", None])
+    assert page.is_visible("#drops")
+    page.evaluate(send, ["dragleave", None])
+    assert page.is_hidden("#drops")
+    page.evaluate(send, ["dragenter", None])
+    page.evaluate(send, ["drop", "stroke"])
+    assert page.is_hidden("#drops")
+    until(page, "window.brushgs.contents.header.brushes[0].name === 'dropped'")
