@@ -15,6 +15,7 @@ from brushgs.page.view import PageView
 from brushgs.rendering.light import Lamp
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import paper
+from tests.page.page_file import settle, shown, wait_until, write_page
 from tests.page.studio import Studio, painting_of
 
 WIDTH, HEIGHT = 240, 200  # of an eye
@@ -26,6 +27,8 @@ MIDDLE = np.array([0.0, 0, -1.75])  # where what is seen from outside stands: 1 
 FRONT = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=64, height=64)
 TURNED = PageView(np.array([0.0, -1, 0]), np.zeros(3), 1.0, False)
 
+DEVICE = (Path(__file__).parent / "device.js").read_text()
+FRAME = "time => device.frame(time, [0, 1.5, 0], [0, 0, 0, 1])"
 HOOK = """
 Object.assign(gl.canvas, { width: 480, height: 200 });
 document.body.append(gl.canvas);
@@ -96,15 +99,19 @@ def seen_at(point, head, eye):
     return (clip[:2] / clip[3] * [1, -1] + 1) / 2 * [WIDTH, HEIGHT]
 
 
+def eyes_of_device():
+    """For `device.eyes`."""
+    columns = [projection_of(eye).T.ravel().tolist() for eye in (0, 1)]
+    return [{"offset": (eye - 0.5) * IPD, "projection": columns[eye]} for eye in (0, 1)]
+
+
 class Visit(Studio):
     """A tab with a painting and a device."""
 
     def __init__(self, page):
         super().__init__(page, more=_read("xr.js") + HOOK)
         self.time = 0.0
-        columns = [projection_of(eye).T.ravel().tolist() for eye in (0, 1)]
-        eyes = [{"offset": (eye - 0.5) * IPD, "projection": columns[eye]} for eye in (0, 1)]
-        page.evaluate("eyes => { device.eyes = eyes; }", eyes)
+        page.evaluate("eyes => { device.eyes = eyes; }", eyes_of_device())
 
     def hang(self, strokes, texture="gaussian", *, view=TURNED, camera=FRONT, **options):
         """Hand it strokes."""
@@ -148,7 +155,7 @@ def visit(open_page, tmp_path):
     """A tab of a file, as WebXR is only in secure pages."""
     blank = tmp_path / "blank.html"
     blank.write_text("<!doctype html><title>Headset</title><body></body>")
-    return Visit(open_page(blank, init_script=(Path(__file__).parent / "device.js").read_text()))
+    return Visit(open_page(blank, init_script=DEVICE))
 
 
 def spot(place=(0.0, 0.0, 0.0), size=0.05):
@@ -415,3 +422,49 @@ def test_a_lost_context_comes_back_in_the_headset(visit):
     }""")
     assert visit.page.evaluate("device.layers.length") == 2
     np.testing.assert_array_equal(visit.look(head), before)
+
+
+def test_the_bar_leads_into_the_headset_and_a_squeeze_back(open_page, tmp_path):
+    contents = shown()
+    path = write_page(tmp_path / "pears.html", contents)
+    page = open_page(path, init_script=DEVICE, reduced_motion="reduce")
+    page.evaluate("() => brushgs.ready")
+    wait_until(page, "!!document.getElementById('immersive-ar')")
+    assert page.get_by_role("button", name="Enter VR").count() == 1
+    assert page.evaluate("document.getElementById('headsetHint').textContent") == ""
+    settle(page)
+    before = page.evaluate("() => [...brushgs.controls.camera(320, 240).viewmat]")
+    page.evaluate("eyes => { device.eyes = eyes; }", eyes_of_device())
+    page.get_by_role("button", name="Enter VR").click()
+    wait_until(page, "brushgs.isPaused")
+    pixels = np.frombuffer(base64.b64decode(page.evaluate(FRAME, 0)), np.uint8)
+    drawn = page.evaluate("brushgs.framesDrawn")
+    left, right = np.split(pixels.reshape(240, 320, 4), 2, axis=1)
+    for eye in (left, right):
+        assert (eye != 255).any(axis=-1).mean() > 0.05
+    assert (left != right).any()
+    page.evaluate("() => brushgs.invalidate()")
+    page.evaluate("() => device.session.squeeze(device, true)")
+    for time in (20, 500, 1100):
+        page.evaluate(FRAME, time)
+    wait_until(page, "!brushgs.isPaused")
+    wait_until(page, f"brushgs.framesDrawn === {drawn + 1}")
+    assert page.evaluate("() => [...brushgs.controls.camera(320, 240).viewmat]") == before
+
+
+def test_a_page_without_a_headset_has_no_button_and_says_what_to_do(open_page, tmp_path):
+    page = open_page(write_page(tmp_path / "pears.html"))
+    page.evaluate("() => brushgs.ready")
+    wait_until(page, "document.getElementById('headsetHint').textContent !== ''")
+    assert "brushgs view --serve" in page.evaluate("document.getElementById('headsetHint').textContent")
+    assert page.evaluate("document.querySelectorAll('[id^=immersive]').length") == 0
+
+
+def test_a_session_that_is_refused_is_said_in_the_page(open_page, tmp_path):
+    page = open_page(write_page(tmp_path / "pears.html"), init_script=DEVICE)
+    page.evaluate("() => brushgs.ready")
+    wait_until(page, "!!document.getElementById('immersive-vr')")
+    page.evaluate("() => { device.refusal = 'The headset is asleep.'; }")
+    page.get_by_role("button", name="Enter VR").click()
+    wait_until(page, "document.getElementById('notice').textContent.includes('asleep')")
+    assert not page.evaluate("brushgs.isPaused")

@@ -280,7 +280,6 @@ class Headset {
       for (const source of removed) this._squeezes.delete(source);
     });
     await this._makeLayer();
-    this.gl.canvas.addEventListener("webglcontextrestored", this._onRestored);
     this._hasFloor = true;
     this._space = await session.requestReferenceSpace("local-floor").catch(() => {
       this._hasFloor = false;
@@ -290,6 +289,7 @@ class Headset {
     this._space.addEventListener("reset", () => {
       this._placement = null; // the visitor asked for what is here to be ahead again
     });
+    this.gl.canvas.addEventListener("webglcontextrestored", this._onRestored);
     this._page.onStart();
     session.requestAnimationFrame(this._onFrame);
   }
