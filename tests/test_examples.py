@@ -3,6 +3,7 @@
 import re
 import runpy
 import shlex
+import subprocess
 import sys
 from functools import partial
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import av
 import pytest
 
+import brushgs as bg
 import brushgs.cli
 import brushgs.painting.demo
 import brushgs.still_life
@@ -46,6 +48,7 @@ def test_every_example_is_run_by_this_file():
         "plain_3dgs.py",
         "moving_still_life.py",
         "make_pictures.py",
+        "page_screenshots.py",
     }
     assert {path.name for path in EXAMPLES.glob("*.py")} == tested
 
@@ -97,6 +100,15 @@ def test_make_pictures(tmp_path, monkeypatch, capfd):
     printed = capfd.readouterr()
     assert printed.out.count("\n") == 7
     assert printed.err == ""  # no progress bar in a pipe
+
+
+def test_page_screenshots(tmp_path, browser):
+    scene = tmp_path / "pears.ply"
+    bg.save(brushgs.still_life.still_life(3000), scene)
+    # A process of its own: Playwright runs once in one.
+    command = [sys.executable, EXAMPLES / "page_screenshots.py", "-o", tmp_path, "--scene", scene]
+    subprocess.run(list(map(str, command)), check=True, timeout=300)
+    assert is_a_picture(tmp_path / "page.jpg", 1408, 484)
 
 
 @pytest.mark.parametrize("line", COMMANDS)
