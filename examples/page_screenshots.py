@@ -78,7 +78,7 @@ def viewed(page: Page, scene: Path, folder: Path) -> Path:
         "--look",
         "impressionist",
         "--no-browser",
-        "--json",
+        "--quiet",
     ]
     with subprocess.Popen(list(map(str, command)), cwd=folder, stdout=subprocess.PIPE, text=True) as server:
         try:
