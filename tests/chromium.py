@@ -71,15 +71,3 @@ def _opener(browser):
     for tab in contexts:
         tab.close()
     assert [complaint for watch in watches for complaint in watch.complaints] == []
-
-
-@pytest.fixture(scope="session")
-def studio(browser):
-    """One tab with the painter of the page, for all tests of it: `tests/page/studio.py`."""
-    from tests.page.studio import Studio
-
-    page = browser.new_page()
-    watch = Watch(page)
-    yield Studio(page)
-    page.close()
-    assert watch.complaints == []

@@ -63,6 +63,12 @@ window.studio = {
     painter = new Painter(gl, contents, onSharper);
     window.studio.painter = painter;
   },
+  async replace(base64) {
+    const atlas = painter._atlas, contents = await decodeContents(bytesOfBase64(base64));
+    painter.replace(contents);
+    origin = contents.header.origin;
+    return painter._atlas === atlas;
+  },
   paint(camera, { at: [x, y], ...options }) {
     const { width, height } = camera;
     const texture = floatTexture(x + width, y + height), target = newTarget([texture]);
@@ -171,6 +177,12 @@ def painting_of(strokes, texture, *, coat=None, surface=None, lamp=None, **optio
     return Painting((Coat("strokes", strokes, texture, given, **(coat or {})),), surface, lamp)
 
 
+def contents_of(painting, camera, **more):
+    """Contents for a page without a title; `more` are arguments of `page_contents`."""
+    view = PageView(np.array([0.0, -1, 0]), np.zeros(3), 1.0, False)
+    return page_contents(painting, camera, view=view, title="", command=("", ()), **more)
+
+
 class Studio:
     """The tab."""
 
@@ -183,10 +195,14 @@ class Studio:
 
         `copies` of its brushes are made, as if a painting had so many.
         """
-        view = PageView(np.array([0.0, -1, 0]), np.zeros(3), 1.0, False)
-        contents = page_contents(painting, camera, view=view, title="", command=("", ()), **more)
+        contents = contents_of(painting, camera, **more)
         self.page.evaluate("a => studio.load(...a)", [encoded(write_container(contents)), copies])
         return contents
+
+    def replace(self, painting, camera):
+        """Hand the same painter another painting; returns whether its brushes are still the same texture."""
+        text = encoded(write_container(contents_of(painting, camera)))
+        return self.page.evaluate("text => studio.replace(text)", text)
 
     def paint(self, camera, *, head=None, at=(0, 0), **options):
         """[H, W, 4] float32 premultiplied colour and alpha, upper row first.

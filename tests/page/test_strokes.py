@@ -130,6 +130,18 @@ def test_a_coat_ends_behind_what_it_is_tested_against(studio, scene, blend):
     assert np.abs(tested - untested).max() > 0.1
 
 
+def test_brushes_are_made_anew_only_where_they_are_others(studio, scene):
+    camera = still_life_camera(width=320, height=240)
+    flat, swirl = (painting_of(scene, bg.StrokeTexture.open(name)) for name in ("flat", "swirl"))
+    others = replace(scene, means=scene.means + np.float32(0.1), opacities=scene.opacities[::-1])
+    moved = painting_of(others, bg.StrokeTexture.open("flat"))
+    raised = painting_of(scene, bg.StrokeTexture.open("flat"), relief=Relief())
+    studio.load(flat, camera)
+    for painting, is_kept in ((moved, True), (swirl, False), (flat, False), (raised, False)):
+        assert studio.replace(painting, camera) is is_kept
+        assert_near(studio.paint(camera), picture(painting.frame(camera)))
+
+
 def test_a_lost_context_comes_back(studio, scene):
     camera = still_life_camera(width=160, height=120)
     studio.load(painting_of(scene, bg.StrokeTexture.open("flat"), underpaint=True), camera)

@@ -31,15 +31,10 @@ class Atlas {
     this._onSharper = onSharper;
     this._fillings = []; // generators that go on filling
     this._timer = 0;
-    this._sources = header.brushes.map((brush) => ({
-      rows: brush.rows,
-      columns: brush.columns,
-      coverage: arrays[brush.coverage],
-      height: arrays[brush.height === null ? brush.coverage : brush.height],
-    }));
+    this._sources = sourcesOf(header, arrays);
     this.meanCoverages = this._sources.map(({ coverage }) => mean(coverage) / 255);
     this._filled = this._sources.map(() => null); // by brush, keys of the levels that are there
-    this._hasHeight = header.coats.some((coat) => coat.relief !== null);
+    this._hasHeight = hasHeight(header);
     this._width = Math.min(ATLAS_WIDTH, gl.getParameter(gl.MAX_TEXTURE_SIZE));
     this._numBytesOfRow = (this._hasHeight ? 2 : 1) * this._width;
     const highest = Math.min(gl.getParameter(gl.MAX_TEXTURE_SIZE), MOST_BYTES / this._numBytesOfRow);
@@ -59,6 +54,16 @@ class Atlas {
 
   get size() {
     return [this._width, this.height];
+  }
+
+  /** Whether it is also that of other contents: filtering takes longer than to compare. */
+  serves(header, arrays) {
+    const others = sourcesOf(header, arrays);
+    return (
+      hasHeight(header) === this._hasHeight &&
+      others.length === this._sources.length &&
+      this._sources.every((source, i) => isSameSource(source, others[i]))
+    );
   }
 
   /** Make sure that a brush can be drawn with. */
@@ -195,4 +200,25 @@ function newTexture(gl, filter) {
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
   return texture;
+}
+
+function sourcesOf(header, arrays) {
+  return header.brushes.map((brush) => ({
+    rows: brush.rows,
+    columns: brush.columns,
+    coverage: arrays[brush.coverage],
+    height: arrays[brush.height === null ? brush.coverage : brush.height],
+  }));
+}
+
+function hasHeight(header) {
+  return header.coats.some((coat) => coat.relief !== null);
+}
+
+function isSameSource(one, other) {
+  const isSame = (a, b) => a.length === b.length && a.every((texel, i) => texel === b[i]);
+  return (
+    one.rows === other.rows && one.columns === other.columns &&
+    isSame(one.coverage, other.coverage) && isSame(one.height, other.height)
+  );
 }

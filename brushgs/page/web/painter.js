@@ -17,11 +17,13 @@ class Painter {
 
   /** Paint something else from now on. */
   replace(contents) {
-    this.dispose();
     const { gl } = this;
-    this.contents = contents;
     const { header, arrays } = contents;
-    this._atlas = new Atlas(gl, header, arrays, this._onSharper);
+    const atlas = this._atlas?.serves(header, arrays) ? this._atlas : null;
+    if (atlas) this._atlas = null; // or it would be disposed of
+    this.dispose();
+    this.contents = contents;
+    this._atlas = atlas ?? new Atlas(gl, header, arrays, this._onSharper);
     this._noise = newNoise(gl);
     this._coats = header.coats.map((coat) => new CoatPainter(gl, coat, arrays, this._atlas, this._noise));
     this._canvas = new Canvas(gl, header, arrays);
