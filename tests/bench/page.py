@@ -47,7 +47,7 @@ from brushgs.still_life import still_life
 from tests.bench.curves import placed
 from tests.bench.machine import describe
 from tests.bench.strokes import markdown
-from tests.page.conftest import CHROMIUM, FLAGS
+from tests.chromium import CHROMIUM, FLAGS
 from tests.page.studio import Studio, encoded
 from tests.scenes import SCENES_FOLDER
 
