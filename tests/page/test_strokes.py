@@ -7,6 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.brushes.brush_set import BrushSet
+from brushgs.painting.look import BACKDROP
 from brushgs.rendering.coats import Painting
 from brushgs.rendering.options import rasterize_with
 from brushgs.rendering.relief import Relief
@@ -174,3 +175,14 @@ def test_many_brushes_are_sharper_after_the_first_picture(studio, scene):
     assert (difference > STEP).any()
     assert difference.mean() < 0.02
     np.testing.assert_array_equal(studio.sharper_picture(camera), expected)
+
+
+def test_without_a_ground_there_is_no_backdrop(studio, scene):
+    camera = still_life_camera(width=320, height=240)
+    faint = replace(scene, opacities=halved(0.2 * scene.opacities))
+    painting = painting_of(faint, bg.StrokeTexture.open("flat"))
+    (coat,) = painting.coats
+    studio.load(Painting((replace(coat, name=BACKDROP, strokes=scene), coat)), camera)
+    assert_near(studio.paint(camera), picture(painting.frame(camera)))
+    on_white = studio.paint(camera, ground=[1, 1, 1])[..., :3]
+    assert np.abs(on_white - painting.frame(camera).over((1, 1, 1))).mean() > 0.02

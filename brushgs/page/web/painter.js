@@ -46,7 +46,7 @@ class Painter {
    *     head: PageCamera whose eye gives order, colours and directions; that of the camera where not given.
    *     order: "distance" or "depth". share: 0 to 1 of the strokes of each coat.
    *     brush: in place of those of all coats, an index into the brushes of the header; null for their own.
-   *     ground: true, false for a transparent one, or [r, g, b]. target: framebuffer, null for the canvas.
+   *     ground: true, false for strokes alone, or [r, g, b]. target: framebuffer, null for the canvas.
    *     viewport: [x, y, width, height]; null for all of the canvas.
    *     isBare: on a smooth surface and without border: threads, grain and border belong to a picture, and
    *     would float before eyes that stand in the scene. Its ground is white where `ground` is true.
@@ -60,6 +60,7 @@ class Painter {
     canvas.begin({ width, height, x, y, target, ground });
     Object.assign(drawing, { order, share, brush, isBare });
     this._coats.forEach((coat, i) => {
+      if (ground === false && coat.header.isBackdrop) return; // strokes alone, as --background transparent has
       coat.draw(camera, head, Object.assign(drawing, canvas.bindCoat(i)));
       canvas.lay(i);
     });
