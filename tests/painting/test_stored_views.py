@@ -19,6 +19,7 @@ from brushgs.options.painting import (
     ViewConfig,
 )
 from brushgs.options.sequence import PathConfig
+from brushgs.painting.memory import Memory
 from brushgs.painting.passes import cluster_file, prune_file, recolor_file
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
@@ -41,20 +42,25 @@ VIEWS = [
 ]
 
 
-def cameras_of(path, view, views=None):
+def cameras_of(path, view, views=None, memory=None):
     paint = PaintConfig(
         prune=PruneConfig(keep=1.0),
         cluster=ClusterConfig(strokes=None),
         view=view,
         draw=DrawConfig("gaussian"),
     )
-    return prepare(path, paint, Report(), views=views, needs_background=False).cameras
+    return prepare(path, paint, Report(), views=views, needs_background=False, memory=memory).cameras
 
 
 def assert_same_cameras(one, other):
+    memories = Memory(), Memory()  # each file is read and cleaned once
     for view in VIEWS:
         for path in (None, PathConfig(orbit=3)):
-            for a, b in zip(cameras_of(one, view, path), cameras_of(other, view, path), strict=True):
+            found = [
+                cameras_of(file, view, path, memory)
+                for file, memory in zip((one, other), memories, strict=True)
+            ]
+            for a, b in zip(*found, strict=True):
                 assert (a.viewmat.tobytes(), a.K.tobytes(), a.near) == (
                     b.viewmat.tobytes(),
                     b.K.tobytes(),
