@@ -118,6 +118,17 @@ def add_experiment_output(parser: ArgumentParser, name: str, *, is_main: bool = 
     )
 
 
+def add_painting(parser: ArgumentParser) -> None:
+    """All that decides what one picture of a scene shows."""
+    add_look(parser)
+    add_draw(parser, has_look=True)
+    add_prune(parser)
+    add_strokes_for(add_cluster(parser, has_look=True))
+    add_stroke_passes(parser)
+    add_palette(parser)
+    add_view(parser)
+
+
 def add_report(parser: ArgumentParser) -> None:
     """How a command reports what it did."""
     group = parser.add_argument_group("report")

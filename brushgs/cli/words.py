@@ -3,6 +3,9 @@
 from argparse import Action, ArgumentParser
 from collections.abc import Callable, Sequence
 
+# `dest` of flags of a command that paints, which decide nothing of what is painted.
+NOT_PAINTED = frozenset({"output", "json", "quiet", "verbose", "debug", "draw.threads"})
+
 
 def words_of(parser: ArgumentParser, words: Sequence[str], is_wanted: Callable[[str], bool]) -> list[str]:
     """The flags with their values whose `dest` is wanted, in order; a flag that was shortened is whole again.

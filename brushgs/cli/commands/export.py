@@ -6,11 +6,8 @@ from pathlib import Path
 from brushgs.cli import flags
 from brushgs.cli.configs import paint_config, painting_name, scene_source
 from brushgs.cli.console import output_beside, reported
-from brushgs.cli.words import words_of
+from brushgs.cli.words import NOT_PAINTED, words_of
 from brushgs.options.page import PAGE_SUFFIXES
-
-# What a page offers as a command is painted by the same flags but these.
-OF_THE_PAGE = {"output", "title", "json", "quiet", "verbose", "debug", "draw.threads"}
 
 
 def add_flags(parser: ArgumentParser) -> None:
@@ -25,13 +22,7 @@ def add_flags(parser: ArgumentParser) -> None:
         f"folder, SCENE-STROKE{PAGE_SUFFIXES[0]} where a stroke is named",
     )
     parser.add_argument("--title", metavar="TEXT", help="of the page, default the name of the scene")
-    flags.add_look(parser)
-    flags.add_draw(parser, has_look=True)
-    flags.add_prune(parser)
-    flags.add_strokes_for(flags.add_cluster(parser, has_look=True))
-    flags.add_stroke_passes(parser)
-    flags.add_palette(parser)
-    flags.add_view(parser)
+    flags.add_painting(parser)
     flags.add_report(parser)
 
 
@@ -50,4 +41,4 @@ def run(args: Namespace) -> None:
 
 def _paints(dest: str) -> bool:
     """Whether a flag decides what is painted, and not from where; the level of detail goes with the scene."""
-    return dest not in OF_THE_PAGE and dest != "lod" and not dest.startswith("view.")
+    return dest not in NOT_PAINTED and dest not in ("title", "lod") and not dest.startswith("view.")

@@ -34,13 +34,7 @@ def add_flags(parser: ArgumentParser) -> None:
         help="'paper': the published method (weight, features, merge and extent paper, method minibatch, "
         "filter bilinear, lock off, order depth, look plain); other flags override it",
     )
-    flags.add_look(parser)
-    flags.add_draw(parser, has_look=True)
-    flags.add_prune(parser)
-    flags.add_strokes_for(flags.add_cluster(parser, has_look=True))
-    flags.add_stroke_passes(parser)
-    flags.add_palette(parser)
-    flags.add_view(parser)
+    flags.add_painting(parser)
     parser.add_argument(
         "--views",
         action="store_true",

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 from brushgs.cli import flags, values
 from brushgs.cli.configs import look_of, paint_config, scene_source
 from brushgs.cli.console import reported
-from brushgs.cli.words import words_of
+from brushgs.cli.words import NOT_PAINTED, words_of
 
 if TYPE_CHECKING:
     from brushgs.viewer.session import Session
 
 # Flags that say nothing of what `brushgs render` paints.
-OF_THE_VIEWER = {"output", "host", "port", "browser", "headset", "certificate", "key"}
-OF_THE_COMMAND = {"lod", "json", "quiet", "verbose", "debug", "draw.threads"}
+OF_THE_VIEWER = {"host", "port", "browser", "headset", "certificate", "key"}
 
 
 def add_flags(parser: ArgumentParser) -> None:
@@ -58,13 +57,7 @@ def add_flags(parser: ArgumentParser) -> None:
         "--certificate", type=Path, metavar="FILE", help="of https, in PEM; default none, which is http"
     )
     group.add_argument("--key", type=Path, metavar="FILE", help="of the certificate, in PEM; default none")
-    flags.add_look(parser)
-    flags.add_draw(parser, has_look=True)
-    flags.add_prune(parser)
-    flags.add_strokes_for(flags.add_cluster(parser, has_look=True))
-    flags.add_stroke_passes(parser)
-    flags.add_palette(parser)
-    flags.add_view(parser)
+    flags.add_painting(parser)
     flags.add_report(parser)
 
 
@@ -120,7 +113,7 @@ def _words(args: Namespace, overrides: Mapping[str, Any]) -> list[str]:
     """The words of the command line that decide what is painted, without those that are overridden."""
     parser = ArgumentParser()
     add_flags(parser)
-    others = {*OF_THE_VIEWER, *OF_THE_COMMAND, *overrides}
+    others = {*OF_THE_VIEWER, *NOT_PAINTED, "lod", *overrides}
     if overrides.get("palette.file", "") is None:
         others |= {"palette.file", "palette.strength", "palette.space"}
     return words_of(parser, args.words, lambda dest: dest not in others and not dest.startswith("view."))
