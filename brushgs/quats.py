@@ -49,3 +49,18 @@ def quats_of(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
     largest = np.einsum("iin->in", products).argmax(axis=0)
     quats = products[largest, :, np.arange(len(R))]
     return np.asarray(quats / np.linalg.norm(quats, axis=1, keepdims=True))
+
+
+def quat_products(first: Array, second: Array) -> NDArray[np.float64]:
+    """[N, 4] Hamilton products: the rotation `second`, then `first`. Lengths multiply."""
+    a, b, c, d = np.moveaxis(first.astype(np.float64), -1, 0)
+    w, x, y, z = np.moveaxis(second.astype(np.float64), -1, 0)
+    return np.stack(
+        [
+            a * w - b * x - c * y - d * z,
+            a * x + b * w + c * z - d * y,
+            a * y - b * z + c * w + d * x,
+            a * z + b * y - c * x + d * w,
+        ],
+        axis=-1,
+    )

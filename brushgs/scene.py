@@ -31,6 +31,7 @@ GAUSSIAN_COLUMNS = (
     "opacities",
     "sh",
 )  # of Gaussians, in order
+_GAUSSIAN_INTEGERS: dict[str, type[np.integer[Any]]] = {"brushes": np.uint8, "ids": np.int32}
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +55,13 @@ class Gaussians:
             scenes a flat brush came 0.0 to 3.2 dB nearer to the plain picture so, the plain kernel 0.4 dB
             further away to 6.8 dB nearer. Source: Yu et al. 2024, Mip-Splatting, section 5.2.
         brushes: [N] uint8, the brush of each stroke: its row of a `BrushSet`; None: the first for all.
+        ids: [N] int32, where things move: of which row of a `MovingScene` each is a moment, or which stroke
+            of a `StrokeMotion` it moves with, -1 for what rests; None where nothing moves. Rows that are
+            taken keep theirs.
 
     Raises:
-        TypeError: if a column is not a float32 or float64 array, or dtypes differ; or `brushes` not uint8.
+        TypeError: if a column is not a float32 or float64 array, or dtypes differ; or `brushes` not uint8, or
+            `ids` not int32.
         ValueError: if a shape is wrong or a value is outside the range above; names column and row.
     """
 
@@ -67,9 +72,10 @@ class Gaussians:
     sh: Array  # [N, k, 3]
     antialiased: bool = field(default=False, kw_only=True)
     brushes: NDArray[np.uint8] | None = field(default=None, kw_only=True)  # [N]
+    ids: NDArray[np.int32] | None = field(default=None, kw_only=True)  # [N]
 
     def __post_init__(self) -> None:
-        _freeze_columns("Gaussians", self, {"brushes": np.uint8})
+        _freeze_columns("Gaussians", self, _GAUSSIAN_INTEGERS)
         sizes = check(
             "Gaussians",
             means=(self.means, "N 3"),
@@ -77,7 +83,7 @@ class Gaussians:
             scales=(self.scales, "N 3"),
             opacities=(self.opacities, "N"),
             sh=(self.sh, "N k 3"),
-            **({} if self.brushes is None else {"brushes": (self.brushes, "N")}),
+            **{name: (column, "N") for name, column in self._integers().items() if column is not None},
         )
         if sizes["k"] not in SH_TERMS:
             raise ValueError(f"Gaussians: sh must have 1, 4, 9 or 16 terms, got {sizes['k']}")
@@ -99,18 +105,20 @@ class Gaussians:
         return SH_TERMS[self.sh.shape[1]]
 
     def columns(self) -> dict[str, Any]:
-        """The columns of numbers by name; `brushes` is not among them."""
+        """The columns of numbers by name; `brushes` and `ids` are not among them."""
         return {name: getattr(self, name) for name in GAUSSIAN_COLUMNS}
+
+    def _integers(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in _GAUSSIAN_INTEGERS}
 
     def take(self, rows: NDArray[np.integer[Any]] | NDArray[np.bool_] | slice) -> "Gaussians":
         """The rows chosen by an index array, a mask or a slice, in that order."""
-        brushes = None if self.brushes is None else self.brushes[rows]
-        return replace(
-            self, **{name: column[rows] for name, column in self.columns().items()}, brushes=brushes
-        )
+        columns = self.columns() | self._integers()
+        taken: dict[str, Any] = {name: c if c is None else c[rows] for name, c in columns.items()}
+        return replace(self, **taken)
 
     def astype(self, dtype: type[np.floating[Any]]) -> "Gaussians":
-        """The same Gaussians with all columns but `brushes` as float32 or float64."""
+        """The same Gaussians with all columns but `brushes` and `ids` as float32 or float64."""
         cast = {name: column.astype(dtype, copy=False) for name, column in self.columns().items()}
         return replace(self, **cast)
 

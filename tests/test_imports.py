@@ -17,7 +17,7 @@ LAYERS = [
     ["native"],
     ["scene"],
     ["sh", "quats", "hashing"],
-    ["io"],
+    ["io", "moving_scene"],
     ["brushes", "cameras", "still_life"],
     ["rendering"],
     ["passes"],

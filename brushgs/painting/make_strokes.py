@@ -7,7 +7,7 @@ again, and the bench for each point of its curves. So what is measured is what i
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from brushgs.painting.report import Report, Stage, Stopwatch
 from brushgs.scene import Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.arrays import F64, Mask, Rows
+    from brushgs.arrays import F32, F64, Mask, Rows
     from brushgs.brushes.kit import BrushKit
     from brushgs.io.guides.guide_file import Guides
     from brushgs.options.direction import FieldName
@@ -99,6 +99,8 @@ class StrokeMaker:
         passes: what is done to the clusters, in this order.
         pass_watch: adds up the seconds of all passes.
         memory: of groupings, and of strokes merged of them.
+        motion: [N, m] how the Gaussians move, see `group`: then strokes have the numbers of their clusters as
+            ids, or where each Gaussian is a stroke that of its row. None where nothing moves.
     """
 
     gaussians: Gaussians
@@ -109,6 +111,7 @@ class StrokeMaker:
     passes: list[StrokePass] = field(default_factory=list)
     pass_watch: Stopwatch = field(default_factory=Stopwatch)
     memory: Memory = field(default_factory=NoMemory)
+    motion: "F32 | None" = None
 
     @property
     def skip(self) -> str | None:
@@ -142,7 +145,9 @@ class StrokeMaker:
 
     def _clustered(self, num_strokes: int) -> "Clustered":
         grouping = self._grouped(num_strokes)
-        return self.gaussians if grouping is None else self._merged(grouping, num_strokes)[0], grouping
+        if grouping is None:
+            return self._with_ids(self.gaussians, np.arange(len(self.gaussians))), None
+        return self._merged(grouping, num_strokes)[0], grouping
 
     def _finished(self, strokes: Gaussians) -> Gaussians:
         with self.pass_watch.running():
@@ -165,6 +170,7 @@ class StrokeMaker:
             views=self.views,
             focus=self.focus,
             worth_keeping=_worth_keeping if self.is_solid else None,
+            motion=self.motion,
         )
 
     def _merged(
@@ -176,7 +182,11 @@ class StrokeMaker:
         if self.is_solid:
             rows = np.flatnonzero(_worth_keeping(strokes))
             rows = rows[_most_worth(strokes.take(rows), most)]
-        return (strokes if len(rows) == len(strokes) else strokes.take(rows)), rows
+        strokes = strokes if len(rows) == len(strokes) else strokes.take(rows)
+        return self._with_ids(strokes, rows), rows
+
+    def _with_ids(self, strokes: Gaussians, ids: "Rows") -> Gaussians:
+        return strokes if self.motion is None else replace(strokes, ids=ids.astype(np.int32))
 
 
 def _worth_keeping(strokes: Gaussians) -> "Mask":

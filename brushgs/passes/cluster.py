@@ -156,11 +156,13 @@ def group(
     views: Sequence[Camera] | PlainViews | None = None,
     focus: NDArray[np.float64] | None = None,
     worth_keeping: Callable[[Gaussians], NDArray[np.bool_]] | None = None,
+    motion: NDArray[np.float32] | None = None,
 ) -> Grouping:
     """Find clusters of similar neighbours by k-means. Arguments and errors are those of `cluster`.
 
     `worth_keeping` is that of `split`: where strokes are not worth keeping, more than `num_strokes` clusters
-    come back.
+    come back. `motion` [N, m] are further features, at most 7, in radii of the scene: what moves otherwise
+    than its neighbours is another stroke; None for a scene that rests.
     """
     num_strokes = _integer("num_strokes", num_strokes, 1, None)
     seed = _integer("seed", seed, 0, MAX_SEED)
@@ -182,8 +184,10 @@ def group(
     plain = None if views is None else PlainViews.of(gaussians, views)
     seen = None if plain is None else seen_in(gaussians, plain)
     if plain is not None and seen is not None:
-        return _group_seen(seen, plain, num_strokes, chosen, reason, features, seed, focus, worth_keeping)
-    points = cluster_features(gaussians, features)
+        return _group_seen(
+            seen, plain, num_strokes, chosen, reason, features, seed, focus, worth_keeping, motion
+        )
+    points = _points(gaussians, features, motion)
     # Not reused from pruning: without the pruned rows other shares are visible. With the shares of the whole
     # scene strokes are up to 0.6 dB worse (biker, 250) or 0.3 dB better (skull, 250), over six scenes 0.02 dB
     # worse; and running the passes one by one would give another painting than the whole command.
@@ -214,10 +218,11 @@ def _group_seen(
     seed: int,
     focus: NDArray[np.float64] | None,
     worth_keeping: Callable[[Gaussians], NDArray[np.bool_]] | None,
+    motion: NDArray[np.float32] | None,
 ) -> Grouping:
     """Clusters of Gaussians by what views show of them."""
     gaussians, weights = seen.gaussians, seen.weights(focus)
-    points = cluster_features(gaussians, features)
+    points = _points(gaussians, features, motion)
     # Merged colours are weighed by opacity x area x this: by what is seen.
     largest = gaussians.opacities * projected_areas(gaussians.scales)
     visible = np.maximum(seen.areas / np.maximum(largest, largest.max() * 1e-12), 1e-12)
@@ -247,6 +252,13 @@ def _group_seen(
         visible=visible,
         parents=tuple(parents),
     )
+
+
+def _points(
+    gaussians: Gaussians, features: Features, motion: NDArray[np.float32] | None
+) -> NDArray[np.float32]:
+    points = cluster_features(gaussians, features)
+    return points if motion is None else np.concatenate([points, motion], axis=1)
 
 
 def _parents(before: NDArray[np.intp], after: NDArray[np.intp]) -> NDArray[np.intp]:
