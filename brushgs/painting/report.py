@@ -103,7 +103,7 @@ class Report:
         """
         stage = Stage(name)
         self._unit = unit
-        self._start_bar(name, total)
+        self.begin(name, total)
         start = time.perf_counter()
         try:
             yield stage
@@ -181,7 +181,8 @@ class Report:
         table.add_row(*(total.get(name, "") for name in shown))
         console.print(table, markup=False)
 
-    def _start_bar(self, name: str, total: int | None) -> None:
+    def begin(self, name: str, total: int | None) -> None:
+        """Show that a step begins; `stage` calls it."""
         if not self.shows_progress:
             return
         if self._progress is None:

@@ -6,11 +6,10 @@ is left at the next stage or frame: in between nothing is half done.
 
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from brushgs.painting.report import Report, Stage, Stopwatch
+from brushgs.painting.report import Report
 
 
 class AbandonedError(Exception):
@@ -146,20 +145,10 @@ class WatchedReport(Report):
     watch: Callable[[Progress], None] = field(default=lambda progress: None, kw_only=True)
     _seen: Progress = field(default=Progress(""), kw_only=True)
 
-    @contextmanager
-    def stage(
-        self,
-        name: str,
-        *,
-        total: int | None = None,
-        unit: str = "frames",
-        earlier: Stopwatch | None = None,
-        apart: Stopwatch | None = None,
-    ) -> Iterator[Stage]:
-        """See `Report.stage`."""
+    def begin(self, name: str, total: int | None) -> None:
+        """See `Report.begin`."""
         self._tell(Progress(name, 0, total))
-        with super().stage(name, total=total, unit=unit, earlier=earlier, apart=apart) as stage:
-            yield stage
+        super().begin(name, total)
 
     def advance(self, note: str = "") -> None:
         """See `Report.advance`."""
