@@ -160,7 +160,8 @@ def prepare(
         ValueError: if an option does not suit the scene, before any long work where that can be known.
     """
     growing, views = (views, None) if isinstance(views, GrowConfig) else (None, views)
-    recall = (memory or NoMemory()).of
+    memory = memory or NoMemory()
+    recall = memory.of
     along_path = not (views is None or isinstance(views, Camera))
     if needs_background or config.cluster.target is not None:
         check_background(config.draw.background)
@@ -289,9 +290,9 @@ def prepare(
             views=guidance.views,
             field=guidance.field,
             skip=skip,
-            memory=memory or NoMemory(),
+            memory=memory,
         ),
-        memory=memory or NoMemory(),
+        memory=memory,
     )
     after_palette = [
         *color_passes(config.color, seed=cluster.seed),
