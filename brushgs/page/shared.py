@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 from brushgs.brushes import levels
 from brushgs.brushes.texture import FITTED_REACH, KERNEL_SIGMAS
+from brushgs.cameras.framing import NEAR_SHARE
 from brushgs.hashing import GOLDEN_32
 from brushgs.rendering import (
     border,
@@ -30,6 +31,7 @@ Shared = float | tuple[float, float] | list[list[int]]
 # Names are those in Python where they say alone what they belong to.
 SHARED: Mapping[str, Shared] = MappingProxyType(
     {
+        "NEAR_SHARE": NEAR_SHARE,
         "MIN_ALPHA": constants.MIN_ALPHA,
         "MAX_ALPHA": constants.MAX_ALPHA,
         "GAUSSIAN_SIGMAS": constants.GAUSSIAN_SIGMAS,

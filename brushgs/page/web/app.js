@@ -3,7 +3,6 @@
 const MAX_PIXEL_RATIO = 1.5; // strokes are large: more pixels cost time and show nothing
 const FIRST_SHARE = 0.5; // of the pixels along a side, for the first picture: it is there sooner
 const CONTEXT = { antialias: false, alpha: true, premultipliedAlpha: true, depth: false };
-const INCOMPLETE = "This page is incomplete: the painting in it was cut short. Get the whole file again.";
 const NO_WEBGL = "This browser cannot paint: it has no WebGL 2.";
 const TOO_OLD = "This browser is too old to unpack the painting.";
 const WAITING = "The graphics processor was interrupted; the painting comes back by itself.";
@@ -233,7 +232,7 @@ async function contentsOfPage() {
   try {
     bytes = bytesOfBase64(element.textContent.split("<", 1)[0].trim()); // "<": an end tag that was cut
   } catch {
-    throw new Error(INCOMPLETE);
+    throw new Error(TRUNCATED);
   }
   return decodeContents(bytes);
 }

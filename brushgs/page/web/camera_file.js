@@ -1,6 +1,5 @@
 // The view of the page for brushgs: as flags of its command line, or as a camera file.
 
-const NEAR_SHARE = 0.01; // near plane over distance, of a view that flags describe
 // Options of a command that say where it is seen from; the view of the page takes their place.
 const VIEW_FLAGS = new Set([
   "--size", "--up", "--azimuth", "--elevation", "--from", "--look-at", "--distance", "--pan", "--roll",
@@ -69,7 +68,7 @@ function viewFlags(header, camera) {
   const horizon = horizonOf(normalized3(header.up));
   const axes = Float64Array.from([0, 1, 2, 4, 5, 6, 8, 9, 10], (k) => camera.viewmat[k]);
   const { azimuth, elevation, roll } = anglesOfAxes(horizon, axes);
-  const distance = Number((camera.near / NEAR_SHARE).toPrecision(10));
+  const distance = Number((camera.near / SHARED.NEAR_SHARE).toPrecision(10));
   const eye = camera.eye();
   const decimals = Math.min(100, Math.max(0, Math.ceil(8 - Math.log10(distance))));
   const ahead = [0, 1, 2].map((k) => eye[k] + header.origin[k] + distance * axes[6 + k]);
