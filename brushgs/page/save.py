@@ -18,7 +18,7 @@ def save(
     texture: "Brush | None" = None,
     camera: "Camera | None" = None,
     title: str | None = None,
-    background: str = "white",
+    background: str | None = None,
     **options: Any,
 ) -> None:
     """Write Gaussians (.ply), a frame (.png, .jpg, .webp, .tif, .exr), or a page of strokes (.html).
@@ -33,7 +33,7 @@ def save(
         texture: what strokes are painted with, see `render`; a page needs it.
         camera: the first view of the page; None frames the strokes.
         title: of the page, any text; None for the name of the file.
-        background: of the page, the name of a colour, "#rrggbb" or "transparent".
+        background: of the page, the name of a colour, "#rrggbb" or "transparent"; None for white.
         **options: of the page: `lock`, `filter`, `num_sigmas`, `low_pass`, `underpaint`, `streaks` and
             `relief`, see `render`. Where there is relief, the default `Lamp` shines on it.
 
@@ -43,10 +43,9 @@ def save(
         SceneError: if the file cannot be written.
     """
     if Path(path).suffix.lower() not in PAGE_SUFFIXES:
-        if texture is not None or camera is not None or title is not None or options:
-            raise ValueError(
-                f"save: texture, camera, title and options are those of a page, got {str(path)!r}"
-            )
+        of_a_page = {"texture": texture, "camera": camera, "title": title, "background": background} | options
+        if given := [name for name, argument in of_a_page.items() if argument is not None]:
+            raise ValueError(f"save: only a page (.html) has {', '.join(given)}, got {str(path)!r}")
         save_file(value, path)
         return
     from brushgs.scene import Gaussians
@@ -54,7 +53,7 @@ def save(
     if not isinstance(value, Gaussians) or texture is None:
         what = "Gaussians and a texture"
         raise ValueError(f"save: a page needs {what}, got {type(value).__name__} and texture={texture!r}")
-    _save_page(value, Path(path), texture, camera, title, background, options)
+    _save_page(value, Path(path), texture, camera, title, background or "white", options)
 
 
 def _save_page(
