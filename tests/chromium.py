@@ -1,6 +1,7 @@
 """Chromium for the tests of the page: Debian's, on a software renderer, driven by Playwright."""
 
 import shutil
+from contextlib import contextmanager
 
 import pytest
 
@@ -22,7 +23,7 @@ class Watch:
     def _on_console(self, message):
         if self.expected is not None and self.expected in message.text:
             return
-        if message.type in ("error", "warning") and "GPU stall due to ReadPixels" not in message.text:
+        if "GPU stall due to ReadPixels" not in message.text:
             self.complaints.append(f"{message.type}: {message.text}")
 
     def _on_request(self, request, allowed):
@@ -71,3 +72,13 @@ def _opener(browser):
     for tab in contexts:
         tab.close()
     assert [complaint for watch in watches for complaint in watch.complaints] == []
+
+
+@contextmanager
+def blank_tab(browser):
+    """An empty tab; at the end, whatever was complained of in it fails the test."""
+    page = browser.new_page()
+    watch = Watch(page)
+    yield page
+    page.close()
+    assert watch.complaints == []

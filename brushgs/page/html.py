@@ -60,7 +60,7 @@ def page_html(contents: bytes | None, *, title: str, still: bytes | None = None,
         still: a picture, JPEG, WebP or PNG, for a browser that cannot paint; None for none.
         live: whether the page talks to its server: then it may, and has the studio of `live.js`.
     """
-    script, style = page_script(live=live), _read("style.css") + (_read("live.css") if live else "")
+    script, style = page_script(live=live), web_text("style.css") + (web_text("live.css") if live else "")
     own = " 'self'" if live else ""
     policy = "; ".join(
         [
@@ -76,7 +76,7 @@ def page_html(contents: bytes | None, *, title: str, still: bytes | None = None,
     )
     name = html.escape(plain_text(title) or "painting")
     return fill(
-        _read("page.html"),
+        web_text("page.html"),
         {
             "policy": html.escape(policy, quote=False),
             "generator": html.escape(f"brushgs {__version__}"),
@@ -116,7 +116,7 @@ def page_script(*, live: bool = False) -> str:
     parts = [
         script_beginning(),
         *(
-            f"// {name}\n{_read(name)}"
+            f"// {name}\n{web_text(name)}"
             for name in SCRIPTS
             if name in names and (live or name not in LIVE_SCRIPTS)
         ),
@@ -158,7 +158,7 @@ def _resolved(name: str, within: tuple[str, ...], included: set[str]) -> str:
         return shared_glsl()
     if name not in web_files():
         raise ValueError(f"shaders: {within[-1] if within else name} includes {name}, which is missing")
-    return _INCLUDE.sub(lambda match: _resolved(match[1], (*within, name), included), _read(name))
+    return _INCLUDE.sub(lambda match: _resolved(match[1], (*within, name), included), web_text(name))
 
 
 def _quoted(value: object) -> str:
@@ -189,5 +189,6 @@ def _web() -> "resources.abc.Traversable":
 
 
 @lru_cache(maxsize=64)
-def _read(name: str) -> str:
+def web_text(name: str) -> str:
+    """The text of a file that a page is joined of."""
     return (_web() / name).read_text(encoding="utf-8")

@@ -1,6 +1,6 @@
 """A blank tab with those scripts of the page that need no picture: tests call them with numbers."""
 
-from brushgs.page.html import _read
+from brushgs.page.html import script_beginning, web_text
 
 SCRIPTS = (
     "container.js",
@@ -21,5 +21,6 @@ window.kit.facts = (camera) => ({ ...camera, viewmat: [...camera.viewmat] });
 def kit(open_page):
     """A tab in which `kit` has the classes and functions of these scripts."""
     page = open_page("about:blank")
-    page.evaluate('(() => {\n"use strict";\n' + "\n".join(map(_read, SCRIPTS)) + HOOK + "\n})();")
+    parts = [script_beginning(), *map(web_text, SCRIPTS), HOOK]
+    page.evaluate('(() => {\n"use strict";\n' + "\n".join(parts) + "\n})();")
     return page

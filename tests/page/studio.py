@@ -4,13 +4,12 @@ Pictures are painted into a float target and read in the task that painted them.
 """
 
 import base64
-from importlib import resources
 
 import numpy as np
 
 from brushgs.page.container import write_container
 from brushgs.page.contents import page_contents
-from brushgs.page.html import SCRIPTS, script_beginning, web_files
+from brushgs.page.html import SCRIPTS, script_beginning, web_files, web_text
 from brushgs.page.view import PageView
 from brushgs.rendering.coats import Coat, Painting
 from brushgs.rendering.options import RenderOptions
@@ -154,9 +153,7 @@ def decoded(text, dtype):
 def studio_script(more=""):
     """The scripts of the page up to its painter, and the hook of the tests with more of it, as one."""
     names = [name for name in SCRIPTS[: SCRIPTS.index("painter.js") + 1] if name in web_files()]
-    web = resources.files("brushgs.page") / "web"
-    texts = [(web / name).read_text(encoding="utf-8") for name in names]
-    parts = [script_beginning(), *texts, HOOK]
+    parts = [script_beginning(), *map(web_text, names), HOOK]
     return '(() => {\n"use strict";\n' + "\n".join([*parts, more]) + "\n})();"
 
 

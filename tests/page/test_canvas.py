@@ -13,6 +13,7 @@ from brushgs.rendering.relief import Relief, canvas_scale
 from brushgs.rendering.surface import GRAIN, LINEN_HEIGHT, PAPER_HEIGHT, flat, linen, paper
 from brushgs.scene import Camera, Frame
 from brushgs.still_life import still_life, still_life_camera
+from tests.chromium import blank_tab
 from tests.page.easel import Easel
 from tests.page.studio import painting_of
 
@@ -27,13 +28,8 @@ HALF = 0.002
 
 @pytest.fixture(scope="module")
 def easel(browser):
-    page = browser.new_page()
-    complaints = []
-    page.on("console", lambda message: complaints.append(message.text))
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    yield Easel(page)
-    page.close()
-    assert [text for text in complaints if "GPU stall due to ReadPixels" not in text] == []
+    with blank_tab(browser) as page:
+        yield Easel(page)
 
 
 @dataclass(frozen=True)

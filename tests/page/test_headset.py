@@ -10,7 +10,7 @@ import pytest
 import brushgs as bg
 from brushgs.page.container import write_container
 from brushgs.page.contents import page_contents
-from brushgs.page.html import _read
+from brushgs.page.html import web_text
 from brushgs.page.view import PageView
 from brushgs.rendering.light import Lamp
 from brushgs.rendering.relief import Relief
@@ -109,7 +109,7 @@ class Visit(Studio):
     """A tab with a painting and a device."""
 
     def __init__(self, page):
-        super().__init__(page, more=_read("xr.js") + HOOK)
+        super().__init__(page, more=web_text("xr.js") + HOOK)
         self.time = 0.0
         page.evaluate("eyes => { device.eyes = eyes; }", eyes_of_device())
 

@@ -120,10 +120,10 @@ def test_every_file_of_the_web_folder_is_joined():
 @pytest.fixture
 def web(tmp_path, monkeypatch):
     """A folder in place of that of the package."""
-    html._read.cache_clear()
+    html.web_text.cache_clear()
     monkeypatch.setattr(html, "_web", lambda: tmp_path)
     yield tmp_path
-    html._read.cache_clear()
+    html.web_text.cache_clear()
 
 
 def test_scripts_are_joined_in_their_order_and_shaders_are_whole(web):

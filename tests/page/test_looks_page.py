@@ -10,22 +10,10 @@ from brushgs.options.look import Look
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.still_life import still_life, still_life_camera
-from tests.page.studio import Studio
 
 STROKES = 1000
 SIZES = {"linen": (480, 360), "paper": (320, 240), "none": (320, 240)}  # at which threads begin to show
 LIT = ("watercolour", "charcoal", "ink", "plain")  # looks without a lamp, to be lit here
-
-
-@pytest.fixture(scope="module")
-def studio(browser):
-    page = browser.new_page()
-    complaints = []
-    page.on("console", lambda message: complaints.append(message.text))
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    yield Studio(page)
-    page.close()
-    assert [text for text in complaints if "GPU stall due to ReadPixels" not in text] == []
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.page.html import _read
+from brushgs.page.html import web_text
 from tests.page.page_file import pixels, scene, seen, settle, shown, wait_until, write_page
 
 CALM = {"reduced_motion": "reduce"}
@@ -197,7 +197,9 @@ def test_the_bar_fades_when_untouched_and_comes_back(open_page, path):
     assert not is_faded(), "faded under the focus of the keyboard"
     page.evaluate("document.activeElement.blur()")
     box = bar.bounding_box()
-    page.mouse.move(box["x"] + 20, box["y"] + 20)
+    page.mouse.move(box["x"] + 20, box["y"] + 20)  # wakes a bar that has faded, and takes no pointer
+    wait_until(page, IS_SHOWN)
+    page.mouse.move(box["x"] + 21, box["y"] + 20)
     wait_until(page, "brushgs.panel._isPointedAt")
     page.clock.run_for(9000)
     assert not is_faded(), "faded under the pointer"
@@ -232,7 +234,7 @@ def luminance(color):
 
 @pytest.mark.parametrize("scheme", ["dark", "light"])
 def test_text_of_the_bar_has_contrast_on_any_picture(scheme):
-    css = _read("style.css")
+    css = web_text("style.css")
     block = css if scheme == "dark" else css[css.index("prefers-color-scheme: light") :]
 
     def rgba(name):
