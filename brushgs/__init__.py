@@ -19,9 +19,11 @@ if TYPE_CHECKING:
     from brushgs.errors import SceneWarning as SceneWarning
     from brushgs.io import load as load
     from brushgs.io import load_cameras as load_cameras
+    from brushgs.io.moving import load_moving as load_moving
     from brushgs.io.pictures.video import save_video as save_video
     from brushgs.io.scenes.encoding import Encoding as Encoding
     from brushgs.io.scenes.encoding import Reading as Reading
+    from brushgs.moving_scene import MovingScene as MovingScene
     from brushgs.options.look import Look as Look
     from brushgs.page.save import save as save
     from brushgs.painting.still import paint as paint
@@ -56,8 +58,10 @@ _MODULES = {
     "doctor": "Finding examine",
     "errors": "SceneError SceneWarning",
     "io": "load load_cameras",
+    "io.moving": "load_moving",
     "io.pictures.video": "save_video",
     "io.scenes.encoding": "Encoding Reading",
+    "moving_scene": "MovingScene",
     "options.look": "Look",
     "page.save": "save",
     "painting.still": "paint",

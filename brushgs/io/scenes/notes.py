@@ -34,6 +34,7 @@ class LoadNotes:
         first_view: how that scene is seen; None if the file does not say, and for several.
         brushes: names or paths of the brushes that the strokes have rows of; none if the file names none, and
             for several.
+        is_timed: whether the files of a moving scene give its length in seconds; else these are nominal.
     """
 
     format: str
@@ -49,6 +50,7 @@ class LoadNotes:
     scene: str | None = None
     first_view: FirstView | None = None
     brushes: tuple[str, ...] = ()
+    is_timed: bool = False
 
 
 def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used: int) -> LoadNotes:

@@ -1,0 +1,38 @@
+"""Files become moving scenes: one module per format, listed in `formats.py`.
+
+Imports nothing heavy before a file is read.
+"""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from brushgs.moving_scene import MovingScene
+    from brushgs.options.scene_source import SceneFiles
+
+__all__ = ["load_moving", "open_moving"]
+
+
+def load_moving(scene: "SceneFiles") -> "MovingScene":
+    """Open a scene that moves; one that does not is a scene of duration 0.
+
+    Args:
+        scene: a file of a moving scene, whose content decides the format, not its suffix; a folder or several
+            files that hold its moments; or a still scene, see `brushgs.load`.
+
+    Raises:
+        SceneError: if a file cannot be used, or needs a network or a pickle; says what would work.
+    """
+    from brushgs.io.moving import read
+
+    return read.load_moving(scene)
+
+
+def open_moving(scene: "SceneFiles") -> "MovingScene | None":
+    """As `load_moving`, but None for a still scene.
+
+    Raises:
+        SceneError: see `load_moving`; not for what only the reader of still scenes can judge.
+    """
+    from brushgs.io.moving import read
+
+    return read.open_moving(scene)

@@ -1,0 +1,51 @@
+"""Files of any format become moving scenes."""
+
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+
+from brushgs.errors import SceneError
+from brushgs.io.moving.formats import MovingFormat, find_moving
+from brushgs.io.scenes.read import read_scene
+from brushgs.moving_scene import MovingScene
+from brushgs.options.scene_source import SceneFiles, SceneSource
+
+_NUM_INSPECTED = 16  # of many paths: a clip of 100,000 files is not opened file by file
+
+
+def open_moving(scene: SceneFiles) -> MovingScene | None:
+    """See `brushgs.io.moving.open_moving`."""
+    source = SceneSource.of(scene)
+    found = _find(source.paths)
+    if found is None:
+        return None
+    path, row = found
+    if row.reader is None:
+        raise SceneError(path, f"is a {row.name}, {row.cure}")
+    if len(source.paths) > 1:
+        raise SceneError(path, f"is a {row.name}, which moves by itself; name it alone")
+    if source.lod is not None:
+        raise SceneError(path, f"is a {row.name}, which has no levels of detail; omit the level (lod)")
+    reader = import_module(f"brushgs.io.moving.{row.reader}")
+    moving: MovingScene = reader.open_moving(path)
+    return moving
+
+
+def load_moving(scene: SceneFiles) -> MovingScene:
+    """See `brushgs.io.moving.load_moving`."""
+    moving = open_moving(scene)
+    if moving is not None:
+        return moving
+    gaussians, notes = read_scene(scene)
+    resting = np.ones(len(gaussians), np.bool_)
+    return MovingScene(0.0, True, lambda time: gaussians, resting=resting, notes=notes)
+
+
+def _find(paths: Sequence[Path]) -> tuple[Path, MovingFormat] | None:
+    """The first path that is a moving scene of itself."""
+    for path in paths[:_NUM_INSPECTED]:
+        if (row := find_moving(path)) is not None:
+            return path, row
+    return None
