@@ -1,14 +1,16 @@
 """Rows of a scene file that cannot be drawn: found, dropped, and reported in one sentence."""
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32
+from brushgs.arrays import F32, Mask
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.scenes.columns import Columns
 
@@ -70,6 +72,9 @@ class Dropped:
         warnings.warn(SceneWarning(message), stacklevel=3)
 
 
+Faults = Iterable[tuple[str, NDArray[np.floating[Any]], Mask]]  # name of a column, its values, which are bad
+
+
 def drop_faults(block: Columns, first_row: int, num_rest: int) -> Dropped:
     """Move the rows that can be drawn to the front of a block of raw values.
 
@@ -81,11 +86,32 @@ def drop_faults(block: Columns, first_row: int, num_rest: int) -> Dropped:
     Returns:
         The dropped rows; the others lie in order at the front of the block.
     """
-    if _is_sound(block):
-        return Dropped()
+    keep, dropped = find_faults(block, first_row, num_rest)
+    if keep is not None:
+        block.move(keep, 0)
+    return dropped
+
+
+def find_faults(
+    block: Columns, first_row: int, num_rest: int, more: Faults = ()
+) -> tuple[Mask | None, Dropped]:
+    """The rows of a block that cannot be drawn.
+
+    Args:
+        block: see `drop_faults`.
+        first_row: see `drop_faults`.
+        num_rest: see `drop_faults`.
+        more: of columns that a format has beside the standard ones.
+
+    Returns:
+        Which rows can be drawn, None where all can; and the others.
+    """
+    more = list(more)
+    if _is_sound(block) and not any(is_bad.any() for _, _, is_bad in more):
+        return None, Dropped()
     broken = np.zeros(len(block.means), dtype=bool)
     first: tuple[int, str, float] | None = None
-    for name, column, is_bad in _find_faults(block, num_rest):
+    for name, column, is_bad in chain(_faults_of(block, num_rest), more):
         if is_bad.any() and (first is None or np.argmax(is_bad) < first[0]):
             row = int(np.argmax(is_bad))
             first = row, name, float(column[row])
@@ -93,9 +119,8 @@ def drop_faults(block: Columns, first_row: int, num_rest: int) -> Dropped:
     unrotated = ~block.quats.any(axis=1) & ~broken
     is_bad = broken | unrotated
     if not is_bad.any():
-        return Dropped()
-    block.move(~is_bad, 0)
-    return Dropped(
+        return None, Dropped()
+    return ~is_bad, Dropped(
         int(np.count_nonzero(broken)),
         None if first is None else (first[0] + first_row, *first[1:]),
         int(np.count_nonzero(unrotated)),
@@ -114,7 +139,7 @@ def _is_sound(block: Columns) -> bool:
     return bool(is_sound and (block.quats[:, 0].all() or block.quats.any(axis=1).all()))
 
 
-def _find_faults(block: Columns, num_rest: int) -> Iterator[tuple[str, F32, NDArray[np.bool_]]]:
+def _faults_of(block: Columns, num_rest: int) -> Iterator[tuple[str, F32, Mask]]:
     """Name, values and mask of broken rows of each column as the file names it.
 
     A log-scale of -infinity is a scale of 0, a logit of infinity an opacity of 1 or 0: both are valid.

@@ -70,6 +70,7 @@ class Header:
         is_strokes: whether a comment states that the rows are strokes, see `STROKES`.
         training: how the scene was trained, by the last comment that states it; None if none does.
         view_text: what comments state of the scene that they were made of, see `view_comments`; not parsed.
+        comments: the other comments, and obj_info, with one blank between words.
     """
 
     encoding: str
@@ -79,6 +80,7 @@ class Header:
     is_strokes: bool = False
     training: Training | None = None
     view_text: str = ""
+    comments: tuple[str, ...] = ()
 
     @property
     def is_ascii(self) -> bool:
@@ -103,6 +105,7 @@ class _Draft:
     is_strokes: bool = False
     training: Training | None = None
     view_text: list[str] = field(default_factory=list)
+    comments: list[str] = field(default_factory=list)
 
     def close_element(self) -> None:
         """Give the last element its properties."""
@@ -144,6 +147,7 @@ def parse_header(file: BinaryIO, path: Path) -> Header:
         draft.is_strokes,
         draft.training,
         view_text,
+        tuple(draft.comments),
     )
 
 
@@ -156,6 +160,7 @@ def _read_line(draft: _Draft, line: str) -> None:
             draft.view_text.append(line[len(PREFIX) :])
         case ["comment" | "obj_info", *words]:
             draft.is_strokes |= line == f"comment {STROKES}"
+            draft.comments.append(" ".join(words))
             if trained := _TRAINED.fullmatch(" ".join(words)):
                 draft.training = _TRAINING[(trained[1] or trained[2]).lower()]
             # Brush writes "Vertical axis: y" into scenes whose up is -y: without a sign, y is no direction.
