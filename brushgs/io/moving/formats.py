@@ -14,6 +14,7 @@ from brushgs.io.formats import (
     NUM_FIRST_BYTES,
     ZIP_BEGINNINGS,
     Matcher,
+    begins_with,
     in_words,
     is_json_with,
     is_zip_with,
@@ -128,6 +129,9 @@ KNOWN_MOVING = (
         is_json_with("anchors", "time_features", file="meta.json"),
         cure=f"{_NETWORK}; write the Gaussians of each moment with its own code, a PLY file each, and name"
         " their folder",
+    ),
+    MovingFormat(
+        "splaTV clip", (".splatv",), begins_with(b"Kg\0\0"), reader="splatv", note=".splatv of splaTV"
     ),
     MovingFormat(
         "pickle",
