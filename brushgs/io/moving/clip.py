@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brushgs.arrays import F32, Mask
+from brushgs.arrays import F32, F64, Mask
 from brushgs.io.moving.formats import NOMINAL_FRAMES, NOMINAL_RATE
 from brushgs.io.moving.formula import Formula, path_faults
 from brushgs.io.scenes.columns import Columns
@@ -37,7 +37,7 @@ class RawRows:
     columns: Columns
     stored: dict[str, F32]
     centers: F32
-    widths: F32
+    widths: F64
     width_name: str
     motion: F32
     spin: F32 | None = None
@@ -96,8 +96,7 @@ def clip_of(
         columns.scales = rows.scales
     drop_zero_bands(columns)
     still = columns.gaussians(antialiased=file.training == "antialiased")
-    centers, widths = rows.centers.astype(np.float64), rows.widths.astype(np.float64)
-    formula = Formula(still, centers, widths, rows.motion, rows.spin)
+    formula = Formula(still, rows.centers.astype(np.float64), rows.widths, rows.motion, rows.spin)
     degree = SH_TERMS[columns.sh.shape[1]]
     notes = join_notes([file], rows_dropped=dropped.num_rows, sh_degree_used=degree)
     start, end = clock

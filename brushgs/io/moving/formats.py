@@ -14,6 +14,7 @@ from brushgs.io.formats import (
     NUM_FIRST_BYTES,
     ZIP_BEGINNINGS,
     Matcher,
+    any_of,
     begins_with,
     in_words,
     is_json_with,
@@ -129,6 +130,26 @@ KNOWN_MOVING = (
         is_json_with("anchors", "time_features", file="meta.json"),
         cure=f"{_NETWORK}; write the Gaussians of each moment with its own code, a PLY file each, and name"
         " their folder",
+    ),
+    MovingFormat(
+        "SpaceTimeGaussian PLY of the full model",
+        (".ply",),
+        any_of(is_ply_with("trbf_center", "f_t_0"), is_ply_with("trbf_center", "f_dc_3")),
+        cure="whose colours are a network; train the model ours_lite, whose PLY files are read",
+    ),
+    MovingFormat(
+        "SpaceTimeGaussian PLY",
+        (".ply",),
+        is_ply_with("trbf_center", "trbf_scale"),
+        reader="spacetime",
+        note=".ply of SpaceTimeGaussian lite",
+    ),
+    MovingFormat(
+        "FreeTimeGS PLY",
+        (".ftgs.ply",),
+        is_ply_with("time", "log_duration", "velocity_0"),
+        reader="freetime",
+        note=".ftgs.ply of FreeTimeGS",
     ),
     MovingFormat(
         "splaTV clip", (".splatv",), begins_with(b"Kg\0\0"), reader="splatv", note=".splatv of splaTV"

@@ -54,7 +54,7 @@ def open_moving(path: Path) -> MovingScene:
     columns.opacities[:] = rows["rgba"][:, 3] / np.float32(255)
     columns.standardize(_ENCODING)
     motion, spin = rows["motion"].astype(np.float32), rows["spin"].astype(np.float32)
-    centers, widths = rows["center"].astype(np.float32), np.abs(rows["width"].astype(np.float32))
+    centers, widths = rows["center"].astype(np.float32), np.abs(rows["width"].astype(np.float64))
     stored = {f"motion_{index}": motion[:, index // 3, index % 3] for index in range(9)}
     stored |= {f"omega_{index}": spin[:, index] for index in range(4)} | {"trbf_center": centers}
     source = SceneFile(path, "splaTV", len(rows), 1, _read_nothing)
