@@ -1,6 +1,6 @@
 """Small whole files of every format that brushgs reads, made by the writers of the other tests, and traps.
 
-Each format of the tables has an entry in `SCENES`, `CAMERAS` or `PICTURES` at the end of this file.
+Each format of the tables has an entry in `SCENES`, `MOVING`, `CAMERAS` or `PICTURES` at the end of this file.
 """
 
 import gzip
@@ -16,6 +16,7 @@ from brushgs.io.scenes.view_comments import comment_lines
 from brushgs.scene import FirstView
 from tests.fuzz.reader import SEPARATOR
 from tests.io import test_cameras, test_colmap, test_compressed_ply
+from tests.io.moving import clips
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
 from tests.io.scenes import gltf_maker, ksplat_format, sog_maker, splat_format, spz_format
 from tests.io.test_images import palette_chunk, png
@@ -199,6 +200,31 @@ def gltf_models(folder: Path, suffix: str) -> list[bytes]:
     packed.top["bufferViews"] = [{"buffer": 0, "byteOffset": 0, "byteLength": len(packed.data)}]
     packed.add_mesh({}, extensions={"KHR_gaussian_splatting_compression_spz_2": {"bufferView": 0}})
     return [model.write(folder / f"a{suffix}").read_bytes() for model in (*models, packed)]
+
+
+def spacetime_clips(folder: Path) -> list[bytes]:
+    """Clips of SpaceTimeGaussian, of its full model too."""
+    path, columns = folder / "a.ply", clips.spacetime_columns(9)
+    found = [write_scene(path, columns, encoding).read_bytes() for encoding in (*ENCODINGS, "ascii")]
+    found.append(write_scene(path, columns, types=dict.fromkeys(columns, "double")).read_bytes())
+    return [*found, write_scene(path, columns | {"f_t_0": columns["x"]}).read_bytes()]
+
+
+def freetime_clips(folder: Path) -> list[bytes]:
+    """Clips of FreeTimeGS, with comments and without."""
+    path = folder / "a.ply"
+    scenes = [clips.freetime_columns(9, degree) for degree in (0, 1, 3)]
+    found = [clips.write_freetime(path, columns).read_bytes() for columns in scenes]
+    return [*found, clips.write_freetime(path, clips.freetime_columns(9), ()).read_bytes()]
+
+
+def splatv_clips(folder: Path) -> list[bytes]:
+    """Clips of splaTV, whose texture is whole or ends with the last row."""
+    return [
+        clips.encode_splatv(clips.spacetime_columns(count), texwidth=width, padded=padded)
+        for count, width in ((9, 16), (40, 64))
+        for padded in (False, True)
+    ]
 
 
 def inria_cameras(folder: Path) -> list[bytes]:
@@ -477,6 +503,17 @@ SCENES = {
     "gltf": (
         Seeds("glb", lambda folder: gltf_models(folder, ".glb"), GLTF, "scene.glb"),
         Seeds("gltf", lambda folder: gltf_models(folder, ".gltf"), GLTF, "scene.gltf"),
+    ),
+}
+MOVING = {
+    "splatv": (Seeds("splatv", splatv_clips, (b"Kg\0\0", b'"size":', b'"type":"splat"', b"[{", b"\0\x7c")),),
+    "spacetime": (Seeds("spacetime", spacetime_clips, (*PLY, b"property float f_dc_3\n")),),
+    "freetime": (
+        Seeds(
+            "freetime",
+            freetime_clips,
+            (*PLY, b"comment n_frames 1e9\n", b"comment min_duration nan\n", b"comment time_units s\n"),
+        ),
     ),
 }
 CAMERAS = {

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from brushgs.io.cameras.formats import CAMERA_FORMATS
 from brushgs.io.guides.formats import GUIDE_FORMATS
+from brushgs.io.moving.formats import MOVING_FORMATS
 from brushgs.io.pictures.formats import PICTURE_FORMATS
 from brushgs.io.scenes.formats import SCENE_FORMATS
 from tests.fuzz import corpus
@@ -22,6 +23,14 @@ def _scene(path: Path) -> object:
     from brushgs.io import load
 
     return load(path)
+
+
+def _clip(path: Path) -> object:
+    """Three moments of a moving scene."""
+    from brushgs.io.moving import load_moving
+
+    scene = load_moving(path)
+    return [scene.at(share * scene.duration) for share in (0, 0.37, 1)]
 
 
 def _cameras(path: Path) -> object:
@@ -81,6 +90,7 @@ READERS = {
     reader.name: reader
     for reader in (
         *_readers([(row.reader, f"scene{row.suffixes[0]}") for row in SCENE_FORMATS], corpus.SCENES, _scene),
+        *_readers([(row.reader, f"clip{row.suffixes[0]}") for row in MOVING_FORMATS], corpus.MOVING, _clip),
         *_readers([(row.reader, row.file) for row in CAMERA_FORMATS], corpus.CAMERAS, _cameras),
         *_readers([(row.reader, row.file) for row in GUIDE_FORMATS], corpus.GUIDES, _guides),
         Reader("manifest", ".%05d.png.json", corpus.manifests, _manifest, corpus.JSON),

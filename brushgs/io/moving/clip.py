@@ -90,8 +90,7 @@ def clip_of(
     dropped.report(file.path, file.num_rows)
     rows = rows if keep is None else rows.take(keep)
     columns = rows.columns
-    with np.errstate(all="ignore"):
-        columns.activate(is_logit=rows.is_logit)
+    columns.activate(is_logit=rows.is_logit)
     if rows.scales is not None:
         columns.scales = rows.scales
     drop_zero_bands(columns)

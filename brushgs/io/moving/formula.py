@@ -127,15 +127,14 @@ def path_faults(
         spin: [N, 4] or None.
         clock: from when to when it runs.
     """
-    with np.errstate(all="ignore"):
-        most = reach(centers, *clock)[:, None]
-        powers = np.arange(1, motion.shape[1] + 1)
-        farthest = np.abs(means) + np.einsum("npc,np->nc", np.abs(motion), most**powers)
-        for index, name in enumerate("xyz"):
-            yield f"{name} over time", farthest[:, index], ~(farthest[:, index] < _LARGEST)
-        if spin is not None:
-            largest = (np.abs(quats) + np.abs(spin) * most).max(axis=1)
-            yield "rotation over time", largest, ~(largest < _LARGEST)
+    most = reach(centers, *clock)[:, None]
+    powers = np.arange(1, motion.shape[1] + 1)
+    farthest = np.abs(means) + np.einsum("npc,np->nc", np.abs(motion), most**powers)
+    for index, name in enumerate("xyz"):
+        yield f"{name} over time", farthest[:, index], ~(farthest[:, index] < _LARGEST)
+    if spin is not None:
+        largest = (np.abs(quats) + np.abs(spin) * most).max(axis=1)
+        yield "rotation over time", largest, ~(largest < _LARGEST)
 
 
 def _blocks(rows: Rows) -> Iterator[tuple[slice, Rows | slice]]:

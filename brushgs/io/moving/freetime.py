@@ -34,8 +34,7 @@ def open_moving(path: Path) -> MovingScene:
         rule = f"its header says 'time_units {units[:40]}', and time from 0 to 1 ('normalized') is read"
         raise SceneError(path, f"{rule}; export it so")
     shortest = _number(rows, "min_duration", 0.0)
-    with np.errstate(over="ignore"):
-        durations = np.maximum(np.exp(rows.more["log_duration"].astype(np.float64)), shortest)
+    durations = np.maximum(np.exp(rows.more["log_duration"].astype(np.float64)), shortest)
     motion = rows.stack(*_VELOCITY)[:, None]
     if rows.comments.get("use_velocity") == "0":
         motion = np.zeros_like(motion)

@@ -63,8 +63,7 @@ def read_timed(path: Path, what: str, names: Sequence[str]) -> TimedPly:
     columns, _ = file.read_columns(encoding=STANDARD, is_raw=True)
     more = np.empty((len(names), vertex.count), np.float32)
     block_rows = max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
-    # Values beyond float32 become infinite, and their rows are dropped.
-    with open_rows(path, header, vertex, block_rows) as rows, np.errstate(over="ignore"):
+    with open_rows(path, header, vertex, block_rows) as rows:
         for start in range(0, vertex.count, block_rows):
             stop = min(start + block_rows, vertex.count)
             block = rows.read(start, stop)

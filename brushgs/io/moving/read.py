@@ -29,7 +29,9 @@ def open_moving(scene: SceneFiles) -> MovingScene | None:
     if source.lod is not None:
         raise SceneError(path, f"is a {row.name}, which has no levels of detail; omit the level (lod)")
     reader = import_module(f"brushgs.io.moving.{row.reader}")
-    moving: MovingScene = reader.open_moving(path)
+    # Values beyond float32 become infinite and NaN stays NaN: the readers drop both.
+    with np.errstate(all="ignore"):
+        moving: MovingScene = reader.open_moving(path)
     return moving
 
 

@@ -24,8 +24,7 @@ def open_moving(path: Path) -> MovingScene:
         SceneError: if it is damaged, lacks a column, or no row of it can be drawn.
     """
     rows = read_timed(path, "SpaceTimeGaussian PLY", ("trbf_center", "trbf_scale", *_MOTION, *_SPIN))
-    with np.errstate(over="ignore"):  # infinite: a row that never fades
-        widths = np.exp(rows.more["trbf_scale"].astype(np.float64))
+    widths = np.exp(rows.more["trbf_scale"].astype(np.float64))  # infinite: a row that never fades
     rows.columns.standardize(Encoding(colors="rgb"))
     stored = {name: rows.more[name] for name in ("trbf_center", *_MOTION, *_SPIN)}
     motion = rows.stack(*_MOTION).reshape(-1, 3, 3)

@@ -103,7 +103,7 @@ def _find_texture(path: Path, file: BinaryIO, size: int) -> tuple[int, dict[str,
     content = bytearray(length)
     read_exactly(path, file, len(begin), memoryview(content))
     chunks = decode_json(path, bytes(content), "copy or download it again")
-    for chunk in chunks if isinstance(chunks, list) else [chunks]:
+    for chunk in chunks if isinstance(chunks, list) else []:
         if not isinstance(chunk, dict):
             break
         if chunk.get("type") == "splat":

@@ -1,0 +1,136 @@
+"""Which paths are moving scenes, which are refused by name, and which are left to the still readers."""
+
+import pickle
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs import SceneError
+from brushgs.io.moving import load_moving, open_moving
+from brushgs.io.moving.formats import KNOWN_MOVING, MOVING_FORMATS, MOVING_READ
+from tests.io.moving import clips
+from tests.io.ply_maker import scene_columns, write_scene
+
+
+def trap(path: Path) -> Path:
+    """A file that would be noticed if anyone unpickled it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(pickle.dumps({"weights": [1.0]}, 2))
+    return path
+
+
+def torch_archive(path: Path) -> Path:
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("archive/data.pkl", b"\x80\x02}q\x00.")
+        archive.writestr("archive/data/0", bytes(64))
+    return path
+
+
+def model(folder: Path, *names: str) -> Path:
+    for name in names:
+        if name.endswith(".ply"):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            write_scene(folder / name, scene_columns(4))
+        elif name.endswith(".json"):
+            (folder / name).write_text('{"anchors": {}, "time_features": {}}')
+        else:
+            trap(folder / name)
+    return folder
+
+
+REFUSED = {
+    "a 4DGaussians folder": (
+        lambda folder: model(folder, "point_cloud.ply", "deformation.pth"),
+        "4DGaussians model.*network.*export_perframe_3DGS.py.*gaussian_pertimestamp",
+    ),
+    "a 4DGaussians run": (
+        lambda folder: model(folder, "point_cloud/iteration_20000/deformation.pth"),
+        "4DGaussians model.*export_perframe_3DGS",
+    ),
+    "a 4DGaussians network": (lambda folder: trap(folder / "deformation.pth"), "4DGaussians model"),
+    "a Deformable-3DGS run": (
+        lambda folder: model(folder, "deform/iteration_40000/deform.pth"),
+        "Deformable-3DGS or SC-GS model.*network.*save_ply",
+    ),
+    "a Deformable-3DGS network": (lambda folder: trap(folder / "deform.pth"), "Deformable-3DGS or SC-GS"),
+    "a QUEEN run": (
+        lambda folder: model(folder, "frames/0001/compressed/point_cloud.pkl"),
+        "QUEEN model.*--log_ply",
+    ),
+    "a GIFStream folder": (lambda folder: model(folder, "meta.json"), "GIFStream model.*network.*PLY"),
+    "a checkpoint": (lambda folder: trap(folder / "chkpnt30000.pth"), "is a pickle.*not opened.*PLY"),
+    "a pickle of another name": (lambda folder: trap(folder / "scene.data"), "is a pickle.*not opened"),
+    "an archive of PyTorch": (lambda folder: torch_archive(folder / "scene.zip"), "is a pickle.*not opened"),
+    "a full SpaceTimeGaussian": (
+        lambda folder: write_scene(
+            folder / "a.ply", clips.spacetime_columns(4) | {"f_t_0": np.zeros(4, np.float32)}
+        ),
+        "SpaceTimeGaussian PLY of the full model.*network.*ours_lite",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_needs_a_network_or_a_pickle_is_refused_with_the_export_that_works(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*args: object) -> None:
+        raise AssertionError("a pickle was opened")
+
+    for opener in ("load", "loads"):
+        monkeypatch.setattr(pickle, opener, never)
+    make, message = REFUSED[name]
+    path = make(tmp_path)
+    with pytest.raises(SceneError, match=message) as error:
+        load_moving(path)
+    assert str(path) in str(error.value)
+
+
+def test_every_format_has_a_reader_or_a_cure() -> None:
+    for row in KNOWN_MOVING:
+        assert bool(row.reader) != bool(row.cure)
+        assert bool(row.reader) == bool(row.note)
+    assert all(row.note in MOVING_READ for row in MOVING_FORMATS)
+
+
+def test_a_still_scene_is_none_and_loads_as_a_clip_of_no_length(tmp_path: Path) -> None:
+    path = write_scene(tmp_path / "a.ply", scene_columns(9, 1))
+    assert open_moving(path) is None
+    scene = bg.load_moving(path)
+    assert isinstance(scene, bg.MovingScene)
+    assert (scene.duration, scene.has_rows) == (0, True)
+    assert scene.resting is not None
+    assert scene.resting.all()
+    assert np.array_equal(scene.at(3).sh, bg.load(path).sh)
+
+
+def test_what_is_not_there_is_left_to_the_still_readers(tmp_path: Path) -> None:
+    assert open_moving(tmp_path / "none.ply") is None
+    assert open_moving("a\0b.ply") is None
+    with pytest.raises(SceneError, match="there is no such file"):
+        load_moving(tmp_path / "none.ply")
+
+
+def test_a_clip_must_be_named_alone(tmp_path: Path) -> None:
+    clip = write_scene(tmp_path / "a.ply", clips.spacetime_columns(9))
+    still = write_scene(tmp_path / "b.ply", scene_columns(9))
+    for paths in ([clip, still], [still, clip], [clip, clip]):
+        with pytest.raises(SceneError, match="SpaceTimeGaussian PLY, which moves by itself; name it alone"):
+            open_moving(paths)
+
+
+def test_a_clip_has_no_levels(tmp_path: Path) -> None:
+    from brushgs.options.scene_source import SceneSource
+
+    clip = write_scene(tmp_path / "a.ply", clips.spacetime_columns(9))
+    with pytest.raises(SceneError, match=r"no levels of detail; omit the level"):
+        open_moving(SceneSource((clip,), lod=1))
+
+
+def test_a_still_scene_with_some_of_the_columns_is_none(tmp_path: Path) -> None:
+    for name in ("time", "velocity_0", "trbf_center", "log_duration"):
+        path = write_scene(tmp_path / "a.ply", scene_columns(5) | {name: np.zeros(5, np.float32)})
+        assert open_moving(path) is None

@@ -1,0 +1,122 @@
+"""splaTV files: their header, texture and ends; the one real clip."""
+
+import json
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs import SceneError, SceneWarning
+from brushgs.io.moving import open_moving
+from tests.io.moving import clips
+from tests.scenes import real_scene
+
+
+def write(path: Path, data: bytes) -> Path:
+    path.write_bytes(data)
+    return path
+
+
+def test_the_content_decides_not_the_suffix(tmp_path: Path) -> None:
+    data = clips.encode_splatv(clips.spacetime_columns(7))
+    for name in ("a.splatv", "b.bin", "c.ply"):
+        scene = open_moving(write(tmp_path / name, data))
+        assert scene is not None
+        assert len(scene.at(0)) == 7
+
+
+@pytest.mark.parametrize("num_rows", [1, 4, 7, 8])
+def test_padding_of_the_texture_is_no_row(num_rows: int, tmp_path: Path) -> None:
+    columns = clips.spacetime_columns(num_rows)
+    whole = open_moving(write(tmp_path / "a.splatv", clips.encode_splatv(columns, padded=True)))
+    short = open_moving(write(tmp_path / "b.splatv", clips.encode_splatv(columns)))
+    assert whole is not None
+    assert short is not None
+    assert len(whole.at(0)) == len(short.at(0)) == num_rows
+
+
+def test_bytes_of_chunks_around_the_texture_are_passed_over(tmp_path: Path) -> None:
+    columns = clips.spacetime_columns(8)
+    data = clips.encode_splatv(columns)
+    length = struct.unpack_from("<I", data, 4)[0]
+    chunk, texture = json.loads(data[8 : 8 + length])[0], data[8 + length :]
+    header = json.dumps([{"type": "sound", "size": 5}, chunk, {"type": "sound", "size": 9}]).encode()
+    data = struct.pack("<II", 0x674B, len(header)) + header + b"12345" + texture + b"123456789"
+    scene = open_moving(write(tmp_path / "a.splatv", data))
+    assert scene is not None
+    expected = clips.splatv_at(columns, 0.25)
+    np.testing.assert_allclose(scene.at(0.25 * scene.duration).means, expected["means"], rtol=1e-6)
+
+
+def test_every_cut_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    """Each length that misses a Gaussian, but for the last row of the texture, whose end is not known."""
+    data = clips.encode_splatv(clips.spacetime_columns(9))  # four a row of the texture: three rows
+    least = len(data) - 64
+    for length in [0, 1, 4, 8, 20, *range(100, len(data), 37)]:
+        path = write(tmp_path / "a.splatv", data[:length])
+        if length >= 4 and length <= least:
+            with pytest.raises(SceneError, match="cut off") as error:
+                open_moving(path)
+            assert str(path) in str(error.value)
+    with pytest.raises(SceneError, match=r"63 bytes are missing at least|last Gaussian is not complete"):
+        open_moving(write(tmp_path / "a.splatv", data[:-1]))
+
+
+FAULTY = {
+    "size": ("no number", "field 'size' of its header must be a whole number"),
+    "texwidth": (-1, "field 'texwidth' of its header must be a whole number"),
+    "type": ("mesh", "names no chunk of type 'splat'"),
+}
+
+
+@pytest.mark.parametrize("field", FAULTY)
+def test_a_header_that_makes_no_sense_is_refused(field: str, tmp_path: Path) -> None:
+    value, message = FAULTY[field]
+    path = write(tmp_path / "a.splatv", clips.encode_splatv(clips.spacetime_columns(5), **{field: value}))
+    with pytest.raises(SceneError, match=message):
+        open_moving(path)
+
+
+@pytest.mark.parametrize("header", [b"", b"{}", b"[]", b"[3]", b"nonsense", b"null"])
+def test_a_header_that_is_no_list_of_chunks_is_refused(header: bytes, tmp_path: Path) -> None:
+    data = struct.pack("<II", 0x674B, len(header)) + header + bytes(640)
+    with pytest.raises(SceneError, match=r"names no chunk|is not JSON"):
+        open_moving(write(tmp_path / "a.splatv", data))
+
+
+def test_a_file_of_padding_only_is_refused(tmp_path: Path) -> None:
+    data = clips.encode_splatv(clips.spacetime_columns(8))
+    with pytest.raises(SceneError, match="holds no Gaussians; export it again"):
+        open_moving(write(tmp_path / "a.splatv", data[: -8 * 64] + bytes(8 * 64)))
+
+
+def test_the_real_clip_has_its_known_rows_and_equals_a_decode_of_the_format() -> None:
+    path = real_scene("moving/cook_spinach.splatv")
+    scene = bg.load_moving(path)
+    assert scene.notes is not None
+    assert (scene.notes.rows_read, scene.notes.rows_dropped) == (62442, 0)
+    data = path.read_bytes()
+    start = len(data) - 64 * 62442
+    rows = [clips.SPLATV_ROW.unpack_from(data, start + 64 * row) for row in range(0, 62442, 499)]
+    time = 0.37
+    gaussians = scene.at(time * scene.duration)
+    for index, row in enumerate(rows):
+        since = time - row[-2]
+        mean = [row[i] + sum(row[15 + 3 * k + i] * since ** (k + 1) for k in range(3)) for i in range(3)]
+        np.testing.assert_allclose(gaussians.means[499 * index], mean, rtol=1e-6)
+        quat = [row[3 + i] + row[25 + i] * since for i in range(4)]
+        np.testing.assert_allclose(gaussians.quats[499 * index], quat, rtol=1e-6, atol=1e-7)
+        opacity = row[14] / 255 * np.exp(-((since / row[-1]) ** 2))
+        np.testing.assert_allclose(gaussians.opacities[499 * index], opacity, rtol=1e-6, atol=1e-37)
+        np.testing.assert_allclose(gaussians.scales[499 * index], row[7:10], rtol=1e-6)
+    # Rows of infinite width: the whole clip long.
+    forever = np.frombuffer(data[start:], "<f2").reshape(-1, 32)[:, 31] == np.inf
+    assert np.count_nonzero(forever) == 821
+    assert np.array_equal(scene.at(0).opacities[forever], scene.at(scene.duration).opacities[forever])
+
+
+def test_no_row_of_the_real_clip_warns(recwarn: pytest.WarningsRecorder) -> None:
+    bg.load_moving(real_scene("moving/cook_spinach.splatv"))
+    assert not [warning for warning in recwarn if issubclass(warning.category, SceneWarning)]
