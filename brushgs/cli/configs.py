@@ -37,7 +37,7 @@ def scene_source(args: Namespace) -> "SceneSource":
     """The scene that a command reads."""
     from brushgs.options.scene_source import SceneSource
 
-    return SceneSource(tuple(args.scene), args.lod)
+    return SceneSource(tuple(args.scene), args.lod, args.time)
 
 
 def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig":

@@ -66,18 +66,31 @@ def given(args: Namespace, step: str) -> dict[str, Any]:
 
 
 def add_scene(parser: ArgumentParser) -> None:
-    """The scene that a command reads: `args.scene`, a list of paths, and `args.lod`."""
+    """The scene that a command reads: `args.scene`, a list of paths, `args.lod` and `args.time`."""
     parser.add_argument(
         "scene",
         type=Path,
         nargs="+",
-        help=f"trained 3D Gaussian scene: {SCENES_READ}; several files, or a folder of them, are one scene",
+        help=f"trained 3D Gaussian scene: {SCENES_READ}; several files, a folder of them, or a pattern in "
+        "quotes, are one scene, or the moments of a moving one if they are numbered so",
     )
     parser.add_argument(
         "--lod",
         type=values.count_from(0),
         metavar="N",
         help="level of detail of a scene that has several, from 0, the finest; default chosen by its size",
+    )
+    add_time(parser)
+
+
+def add_time(container: Container) -> None:
+    """The moment of a moving scene: `args.time`."""
+    container.add_argument(
+        "--time",
+        type=values.scene_time,
+        metavar="S|PERCENT|all",
+        help="moment of a moving scene, in seconds or as a share of its duration such as 40%%; 'all' takes "
+        "numbered files for one scene at rest; default the first moment",
     )
 
 

@@ -163,6 +163,13 @@ def lamp(text: str) -> tuple[float, ...]:
     return tuple(map(radians, pair(text)))
 
 
+def scene_time(text: str) -> "Moment":
+    """The moment of a scene, or all of them, see `Moment.parse`."""
+    from brushgs.options.moment import Moment
+
+    return _checked(Moment.parse, text)
+
+
 def focus(text: str) -> "Focus":
     """Where more strokes go, see `Focus.of`."""
     from brushgs.options.focus import Focus

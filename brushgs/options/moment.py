@@ -1,5 +1,6 @@
 """A moment of a moving scene, as options name it."""
 
+import re
 from dataclasses import dataclass
 
 
@@ -10,6 +11,8 @@ class Moment:
     Attributes:
         amount: seconds, >= 0; or of its duration the share, 0 to 1.
         is_share: whether it is a share.
+        is_all: whether it is all moments at once: numbered files are then parts of one scene at rest. Only
+            where a scene comes from.
 
     Raises:
         ValueError: if it is out of range.
@@ -17,6 +20,7 @@ class Moment:
 
     amount: float
     is_share: bool = False
+    is_all: bool = False
 
     def __post_init__(self) -> None:
         most = 1.0 if self.is_share else float("inf")
@@ -24,9 +28,31 @@ class Moment:
             rule = "0% to 100% of the clip" if self.is_share else "0 or more seconds"
             raise ValueError(f"time must be {rule}, got {self}")
 
+    @classmethod
+    def parse(cls, text: str) -> "Moment":
+        """The moment of a text such as "0.4", "0.4 s", "40%" or "all".
+
+        Raises:
+            ValueError: if it is no such text, or out of range.
+        """
+        if text == "all":
+            return cls(0.0, is_all=True)
+        match = re.fullmatch(r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?) ?(s|%|)", text.lower())
+        if match is None:
+            raise ValueError(f"time must be seconds such as 0.4, a share such as 40%, or all, got {text!r}")
+        amount = float(match[1])
+        return cls(amount / 100, is_share=True) if match[2] == "%" else cls(amount)
+
     def seconds(self, duration: float) -> float:
         """The time in a scene of this duration."""
         return self.amount * duration if self.is_share else self.amount
 
     def __str__(self) -> str:
+        if self.is_all:
+            return "all"
         return f"{100 * self.amount:g}%" if self.is_share else f"{self.amount:g} s"
+
+    @property
+    def word(self) -> str:
+        """As a word of a command line: "0.4", "40%" or "all"."""
+        return str(self).removesuffix(" s")

@@ -1,8 +1,13 @@
 """Where a scene comes from: one value that all commands, and all functions that read a scene, hand on."""
 
+import glob
+import os
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+from brushgs.options.moment import Moment
 
 _INDEXES = (
     "meta.json",
@@ -15,9 +20,12 @@ class SceneSource:
     """One scene, in one file, a folder or several of them.
 
     Attributes:
-        paths: files and folders, whose Gaussians are joined in this order.
+        paths: files and folders, whose Gaussians are joined in this order, or which are the moments of a
+            moving scene; also patterns such as frames/*.ply, see `expand`.
         lod: level of detail of a scene that has several, from 0, the finest; None for the default of its
             format.
+        time: the moment of a moving scene; None where the user names none: readers of one moment take the
+            first.
 
     Raises:
         ValueError: if there is no path, or the level is below 0.
@@ -25,6 +33,7 @@ class SceneSource:
 
     paths: tuple[Path, ...]
     lod: int | None = None
+    time: Moment | None = None
 
     def __post_init__(self) -> None:
         if not self.paths:
@@ -36,7 +45,7 @@ class SceneSource:
     def of(cls, scene: "SceneFiles", *, lod: int | None = None) -> "SceneSource":
         """The source that one path, several or a source stand for; a `lod` of None keeps that of a source."""
         if isinstance(scene, SceneSource):
-            return scene if lod is None else cls(scene.paths, lod)
+            return scene if lod is None else replace(scene, lod=lod)
         paths = (scene,) if isinstance(scene, (str, Path)) else scene
         return cls(tuple(map(Path, paths)), lod)
 
@@ -51,7 +60,8 @@ class SceneSource:
 
     def files(self) -> tuple[Path, ...]:
         """The paths, and what lies in those that are folders: all that an output must not replace."""
-        return (*self.paths, *(file for path in self.paths for file in _files_in(path)))
+        paths = [path for pattern in self.paths for path in expand(pattern)]
+        return (*paths, *(file for path in paths for file in _files_in(path)))
 
     def __str__(self) -> str:
         return " ".join(map(str, self.paths))
@@ -59,6 +69,23 @@ class SceneSource:
 
 # What functions take for a scene: a file or folder, several of them, or a source.
 SceneFiles = SceneSource | str | Path | Sequence[str | Path]
+
+
+def expand(path: Path) -> tuple[Path, ...]:
+    """The files and folders that a path stands for: itself, or what matches it if it is a pattern.
+
+    A pattern has a *, ? or [ ], and nothing has it for a name. Shells expand patterns, but only up to some
+    thousands of files, and not where they are quoted. Hidden files do not match.
+    """
+    if not _is_pattern(path):
+        return (path,)
+    found = sorted(glob.iglob(str(path)))  # noqa: PTH207  that of Path finds hidden files too
+    return tuple(map(Path, found)) or (path,)
+
+
+def _is_pattern(path: Path) -> bool:
+    text = str(path)
+    return glob.has_magic(text) and "\0" not in text and not os.path.lexists(text)
 
 
 def _files_in(folder: Path) -> list[Path]:
@@ -70,7 +97,12 @@ def _files_in(folder: Path) -> list[Path]:
 
 
 def _name_of(path: Path) -> str:
-    if path.name.lower() in _INDEXES:
+    if glob.has_magic(path.name) and _is_pattern(path):  # what stands before the pattern, or the folder
+        before = re.split(r"[*?[]", path.name)[0].rstrip("_-. ")
+        if before:
+            return before
+        path = path.absolute().parent
+    elif path.name.lower() in _INDEXES:
         path = path.absolute().parent
     elif not path.is_dir():
         stem = path.stem

@@ -72,4 +72,5 @@ def command_of(source: SceneSource, options: Sequence[str]) -> tuple[str, list[s
     """The scene and the options of `brushgs render SCENE OPTIONS`; a scene of several files begins these."""
     first, *more = map(str, source.paths)
     lod = [] if source.lod is None else ["--lod", str(source.lod)]
-    return first, [*more, *lod, *options]
+    time = [] if source.time is None else ["--time", source.time.word]
+    return first, [*more, *lod, *time, *options]

@@ -40,5 +40,5 @@ def run(args: Namespace) -> None:
 
 
 def _paints(dest: str) -> bool:
-    """Whether a flag decides what is painted, and not from where; the level of detail goes with the scene."""
-    return dest not in NOT_PAINTED and dest not in ("title", "lod") and not dest.startswith("view.")
+    """Whether a flag decides what is painted, and not from where; level of detail and moment go with it."""
+    return dest not in NOT_PAINTED and dest not in ("title", "lod", "time") and not dest.startswith("view.")

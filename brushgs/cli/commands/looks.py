@@ -37,6 +37,7 @@ def add_flags(parser: ArgumentParser) -> None:
         metavar="FILE",
         help=f"what is painted, a trained 3D Gaussian scene: {SCENES_READ}; default the example still life",
     )
+    flags.add_time(group)
     flags.ConfigFlags(group, "view").add(
         "--size",
         type=values.picture_size,
@@ -53,6 +54,8 @@ def run(args: Namespace) -> None:
     Raises:
         ValueError: if several looks are to be printed, or a flag of the sheet is given without one.
     """
+    if args.time is not None and args.scene is None:
+        raise ValueError("--time needs --scene; the example still life rests")
     if args.output is None and args.scene is None:
         for step in ("view", "draw"):
             for name in flags.given(args, step):
@@ -63,7 +66,7 @@ def run(args: Namespace) -> None:
     from brushgs.options.scene_source import SceneSource
 
     looks = [Look.open(name) for name in args.looks or LOOKS]
-    scene = None if args.scene is None else SceneSource(tuple(args.scene))
+    scene = None if args.scene is None else SceneSource(tuple(args.scene), time=args.time)
     output = args.output
     if output is None and scene is not None:
         output = output_beside(scene, "looks", PICTURE_SUFFIXES[0])
