@@ -24,5 +24,9 @@ class SceneError(ValueError):
         return type(self), (self.path, self._message), self.__dict__
 
 
+class NoGaussiansError(SceneError):
+    """A sound file of a scene without Gaussians, as a moment of a moving scene may be."""
+
+
 class SceneWarning(UserWarning):
     """A file that is usable although a part of it was dropped; the sentence says what and how much."""

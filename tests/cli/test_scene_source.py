@@ -11,6 +11,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
+from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
 from brushgs.still_life import still_life
 from tests.io.ply_maker import scene_columns, write_scene
@@ -74,7 +75,7 @@ CALLS = {  # command -> module and function that take the scene
 
 
 @pytest.mark.parametrize("command", CALLS)
-def test_every_command_takes_several_files_and_a_level(tiles, capsys, monkeypatch, command):
+def test_every_command_takes_several_files_a_level_and_a_moment(tiles, capsys, monkeypatch, command):
     if command == "refine":
         pytest.importorskip("torch", reason="needs the extra [refine]")
     seen = []
@@ -85,8 +86,9 @@ def test_every_command_takes_several_files_and_a_level(tiles, capsys, monkeypatc
 
     monkeypatch.setattr(importlib.import_module(CALLS[command][0]), CALLS[command][1], watch)
     more = ["--palette", "p.png"] if command == "recolor" else []
-    code, _, err = run(capsys, command, "tiles", "c.ply", "--lod", "2", *more)
-    assert (code, seen) == (0, [SceneSource((Path("tiles"), Path("c.ply")), 2)]), err
+    code, _, err = run(capsys, command, "tiles", "c.ply", "--lod", "2", "--time", "40%", *more)
+    source = SceneSource((Path("tiles"), Path("c.ply")), 2, Moment(0.4, "share"))
+    assert (code, seen) == (0, [source]), err
 
 
 @pytest.mark.parametrize("command", ["info", "doctor"])
@@ -113,16 +115,6 @@ def test_a_folder_without_a_scene_gets_one_sentence(tmp_path, monkeypatch, capsy
     assert code == 2
     assert err.startswith("brushgs: empty: is an empty folder: it should hold .ply")
     assert err.count("\n") == 1
-
-
-def test_frames_are_painted_with_a_note(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    for n in range(3):
-        write_scene(tmp_path / f"frame_{n}.ply", scene_columns(200, seed=n))
-    code, out, err = run(capsys, "render", ".", *SMALL[:-1], "--verbose")
-    assert (code, out) == (0, f"{tmp_path.name}-gaussian.png\n")
-    assert "frame_0.ply to frame_2.ply are numbered like the moments of a moving scene" in err
-    assert "frame_1.ply: 200 rows" in " ".join(err.split())
 
 
 # What the load stage says

@@ -8,6 +8,7 @@ import numpy as np
 
 from brushgs.errors import SceneError
 from brushgs.io.moving.formats import MovingFormat, find_moving
+from brushgs.io.moving.frames import open_frames
 from brushgs.io.scenes.read import read_scene
 from brushgs.moving_scene import MovingScene
 from brushgs.options.scene_source import SceneFiles, SceneSource
@@ -18,6 +19,11 @@ _NUM_INSPECTED = 16  # of many paths: a clip of 100,000 files is not opened file
 def open_moving(scene: SceneFiles) -> MovingScene | None:
     """See `brushgs.io.moving.open_moving`."""
     source = SceneSource.of(scene)
+    return open_formula(source) or open_frames(source)
+
+
+def open_formula(source: SceneSource) -> MovingScene | None:
+    """A scene in one file that moves by itself; None for still scenes and those in a file a moment."""
     found = _find(source.paths)
     if found is None:
         return None

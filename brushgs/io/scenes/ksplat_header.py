@@ -12,7 +12,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.errors import SceneError
+from brushgs.errors import NoGaussiansError, SceneError
 from brushgs.io.files import read_exactly
 
 _HEADER_SIZE, _SECTION_SIZE = 4096, 1024
@@ -100,7 +100,7 @@ def read_header(path: Path, file: BinaryIO) -> Header:
             sections.append(section)
     found = sum(section.num_rows for section in sections)
     if not found:
-        raise SceneError(path, "holds no Gaussians: its sections are empty; export the scene again")
+        raise NoGaussiansError(path, "holds no Gaussians: its sections are empty; export the scene again")
     if found != stated:
         rule = f"its header must count the {found} Gaussians of its sections, got {stated}"
         raise SceneError(path, f"{rule}; it is damaged: copy or export it again")

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from brushgs.errors import SceneWarning
 from brushgs.io.formats import in_words
-from brushgs.io.scenes.folders import are_frames
 from brushgs.io.scenes.scene_file import SceneFile, Training
 from brushgs.scene import SH_TERMS, FirstView
 
@@ -56,14 +55,10 @@ class LoadNotes:
 def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used: int) -> LoadNotes:
     """What the files of one scene state together.
 
-    Where they disagree, or look like the moments of a moving scene, a SceneWarning says so, and what is done.
+    Where they disagree, a SceneWarning says so, and what is done.
     """
     formats = list(dict.fromkeys(file.format for file in files))
     is_one = len(files) == 1
-    if not is_one and are_frames([file.path for file in files]):
-        first, last = files[0].path.name, files[-1].path.name
-        what = f"{first} to {last} are numbered like the moments of a moving scene"
-        _warn(files, f"{what}, and are painted as one scene at rest; name one of them for one moment")
     return LoadNotes(
         format=formats[0] if is_one else f"{len(files)} files: {'; '.join(formats)}",
         rows_read=sum(file.num_rows for file in files),

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Collection
 from pathlib import Path
 
-from brushgs.errors import SceneError, SceneWarning
+from brushgs.errors import NoGaussiansError, SceneError, SceneWarning
 from brushgs.io.files import open_plain
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
@@ -50,7 +50,7 @@ def open_scene(path: Path) -> SceneFile:
         names = ", ".join(element.name for element in header.elements) or "none"
         raise SceneError(path, f"has no element 'vertex' among: {names}; export it as a 3D Gaussian scene")
     if vertex.count == 0:
-        raise SceneError(
+        raise NoGaussiansError(
             path, "holds no Gaussians: its header says 'element vertex 0'; export the scene again"
         )
     has_chunks = is_compressed(header)

@@ -14,7 +14,7 @@ from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.scene import SH_TERMS, Gaussians
 
-# Limits for `_warn_of_other_encoding`.
+# Limits for `warn_of_other_encoding`.
 _MIN_ROWS = 10
 _SIGMOID_OF_1 = 0.7310587
 _MIN_SPREAD = 0.01  # of opacities; scripts write equal ones, which may be in either encoding
@@ -25,7 +25,7 @@ _NUM_COLORS = 4096  # colours that are inspected
 def read_scene(
     scene: SceneFiles, encoding: Encoding | None = None, lod: int | None = None
 ) -> tuple[Gaussians, LoadNotes]:
-    """Read a trained 3D Gaussian scene.
+    """Read a trained 3D Gaussian scene; of a moving one, the moment that the source names, else the first.
 
     Rows with NaN, with infinity where it has no meaning, or with an all-zero rotation are dropped with a
     SceneWarning. Bands of spherical harmonics that are zero in every row are dropped, which changes no
@@ -43,10 +43,11 @@ def read_scene(
 
     Raises:
         SceneError: if a file is of no known format, is damaged, or no row of it can be drawn; if an
-            encoding is given for a format that has a fixed one, or a level for a scene without levels.
+            encoding is given for a format that has a fixed one, a level for a scene without levels, or a
+            moment for a scene at rest.
     """
     encoding = encoding or STANDARD
-    files = _open(scene, lod)
+    files = _open(scene, lod, encoding)
     for file in files:
         if file.has_fixed_encoding and not encoding.is_standard:
             raise SceneError(file.path, f"is a {file.format}, whose encoding is fixed; omit the encoding")
@@ -56,10 +57,10 @@ def read_scene(
         dropped.report(file.path, file.num_rows)
         rows_dropped += dropped.num_rows
         if encoding.is_standard and not file.has_fixed_encoding:
-            _warn_of_other_encoding(file.path, columns)
+            warn_of_other_encoding(file.path, columns)
         parts.append(columns)
     if len(parts) == 1:
-        _drop_unnamed_brushes(files[0], parts[0])
+        drop_unnamed_brushes(files[0], parts[0])
     elif strokes := [file.path for file, part in zip(files, parts, strict=True) if part.brushes is not None]:
         message = (
             "the brushes of its strokes are dropped, as several files are painted with one set of brushes"
@@ -93,14 +94,24 @@ def read_raw_parts(scene: SceneFiles, lod: int | None = None) -> list[tuple[Colu
     return [(file.read_columns(encoding=STANDARD, is_raw=True)[0], file) for file in _open(scene, lod)]
 
 
-def _open(scene: SceneFiles, lod: int | None) -> list[SceneFile]:
+def _open(scene: SceneFiles, lod: int | None, encoding: Encoding = STANDARD) -> list[SceneFile]:
     """Read the headers of all files: what is wrong with one is said before the first is read."""
+    from brushgs.io.moving.moment import open_moment
+
     source = SceneSource.of(scene, lod=lod)
-    return [_open_file(path, source.lod) for path in find_parts(source.paths)]
+    moment = open_moment(source, encoding)
+    if moment is not None:
+        return [moment]
+    return [open_file(path, source.lod) for path in find_parts(source.paths)]
 
 
-def _open_file(path: Path, lod: int | None) -> SceneFile:
-    """Read the header with the module of the format."""
+def open_file(path: Path, lod: int | None) -> SceneFile:
+    """Read the header of one file, or of a folder that is a scene, with the module of its format.
+
+    Raises:
+        NoGaussiansError: if it is sound, and holds none.
+        SceneError: if it is of no known format or damaged, or has no levels of detail and one is asked for.
+    """
     scene_format = find_format(path)
     reader = import_module(f"brushgs.io.scenes.{scene_format.reader}")
     if lod is not None and not scene_format.has_levels:
@@ -111,7 +122,7 @@ def _open_file(path: Path, lod: int | None) -> SceneFile:
     return file
 
 
-def _drop_unnamed_brushes(file: SceneFile, columns: Columns) -> None:
+def drop_unnamed_brushes(file: SceneFile, columns: Columns) -> None:
     """Drop the brushes of strokes where some are not among those that the file names."""
     if columns.brushes is None or not file.brushes:
         return
@@ -121,7 +132,7 @@ def _drop_unnamed_brushes(file: SceneFile, columns: Columns) -> None:
         warnings.warn(SceneWarning(f"{file.path}: {message}"), stacklevel=3)
 
 
-def _warn_of_other_encoding(path: Path, columns: Columns) -> None:
+def warn_of_other_encoding(path: Path, columns: Columns) -> None:
     """Warn of a file whose numbers cannot be in the standard layout; only where that is certain.
 
     Decoded as a log, a scale of 0 and more is at least 1; decoded as a logit, an opacity of 0 to 1 is 0.5 to

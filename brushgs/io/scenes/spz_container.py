@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.errors import SceneError
+from brushgs.errors import NoGaussiansError, SceneError
 from brushgs.io.scenes.spz_extensions import NO_EXTENSIONS, Extensions, parse_extensions
 from brushgs.threads import num_threads_or_default
 
@@ -125,7 +125,7 @@ def read_header(path: Path, begin: bytes) -> Header:
             path, f"is an SPZ scene of version {version} within gzip data; unpack it with gunzip"
         )
     if num_rows == 0:
-        raise SceneError(path, "holds no Gaussians: its header says 0; export the scene again")
+        raise NoGaussiansError(path, "holds no Gaussians: its header says 0; export the scene again")
     if degree > _MAX_DEGREE:
         rule = f"spherical harmonics must have a degree from 0 to {_MAX_DEGREE}, got {degree}"
         raise SceneError(path, f"{rule}; the header is damaged: copy or export it again")

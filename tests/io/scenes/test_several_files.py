@@ -11,7 +11,7 @@ from brushgs.doctor import run_doctor
 from brushgs.doctor.describe import describe
 from brushgs.io import read_scene
 from brushgs.io.scenes.columns import Columns
-from brushgs.io.scenes.folders import are_frames, find_parts, natural_key
+from brushgs.io.scenes.folders import find_parts, natural_key
 from brushgs.options.scene_source import SceneSource
 from brushgs.still_life import still_life
 from tests.io import test_compressed_ply
@@ -203,42 +203,6 @@ def test_the_scene_that_a_trainer_nested_is_named(tmp_path: Path) -> None:
         make(tmp_path / "point_cloud" / f"iteration_{steps}" / "point_cloud.ply")
     with pytest.raises(bg.SceneError, match=r"did you mean .*/iteration_30000/point_cloud\.ply\?"):
         bg.load(tmp_path)
-
-
-# Frames of a moving scene
-
-
-@pytest.mark.parametrize(
-    ("names", "are"),
-    [
-        (["frame_000.ply", "frame_001.ply", "frame_002.ply"], True),
-        (["dance_frame7.compressed.ply", "dance_frame8.compressed.ply", "dance_frame9.compressed.ply"], True),
-        (["00010.ply", "00011.ply", "00012.ply"], True),
-        (["time_1.spz", "time_2.spz", "time_3.spz"], True),
-        (["frame_0.ply", "frame_1.ply"], False),
-        (["frame_0.ply", "frame_1.ply", "frame_5.ply"], False),
-        (["tile_0.ply", "tile_1.ply", "tile_2.ply"], False),
-        (["frame_0.ply", "frame_1.ply", "ground.ply"], False),
-        (["a_frame_0.ply", "b_frame_1.ply", "a_frame_2.ply"], False),
-    ],
-)
-def test_frames_are_known_by_their_names(names: list[str], are: bool) -> None:
-    assert are_frames([Path(name) for name in names]) is are
-
-
-def test_frames_in_a_folder_are_told(tmp_path: Path) -> None:
-    for n in range(3):
-        make(tmp_path / f"frame_{n:03}.ply", 4)
-    with pytest.warns(
-        bg.SceneWarning, match=r"frame_000\.ply to frame_002\.ply are numbered like the moments"
-    ):
-        assert len(bg.load(tmp_path)) == 12
-
-
-def test_the_firework_is_one_scene_of_six_frames() -> None:
-    with pytest.warns(bg.SceneWarning, match=r"frame_000\.ply to frame_005\.ply .* moving scene"):
-        whole = bg.load(real_scene("hanabi_frames"))
-    assert_joined(whole, *(bg.load(real_scene(f"hanabi_frames/frame_{n:03}.ply")) for n in range(6)))
 
 
 def test_real_scenes_of_two_formats_mix() -> None:

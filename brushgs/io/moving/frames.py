@@ -1,0 +1,282 @@
+"""Moving scenes as files, one a moment, of any format of still scenes.
+
+Which files are moments. Files (or folders that are scenes) whose names differ in a number alone are:
+
+- moments, if the word before the number says so: frame_003.ply, time_00003.ply, timestep-3.spz; two are
+  enough, and numbers may be missing;
+- parts of one scene at rest, if it says that: tile_3.ply, chunk_3.ply, lod_3.ply, iteration_7000.ply;
+- with any other word, or none (003.ply, dance_3.ply), moments if there are three or more with no number
+  missing, and the first two lie in one place and hold about as many Gaussians; else parts. Who says which
+  moment is meant (`--time 0.4`) says that they are moments. `--time all` says that they are parts.
+
+Everything else is parts of one scene. Moments follow each other at `NOMINAL_RATE`, the first at 0, as no
+format of still scenes says when it is. Those whose numbers are missing take their time all the same: what is
+seen then is made of the moments around it.
+"""
+
+import warnings
+from collections import OrderedDict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from brushgs.arrays import F64
+from brushgs.errors import NoGaussiansError, SceneError, SceneWarning
+from brushgs.io.files import check_plain, is_dir
+from brushgs.io.moving.between import between
+from brushgs.io.moving.compare import are_in_one_place, have_same_rows
+from brushgs.io.moving.formats import NOMINAL_RATE
+from brushgs.io.moving.kept_rows import NO_ROWS, Kept, keep_rows
+from brushgs.io.moving.series import Series, find_series
+from brushgs.io.scenes.encoding import STANDARD, Encoding
+from brushgs.io.scenes.folders import find_parts
+from brushgs.io.scenes.notes import LoadNotes, join_notes
+from brushgs.io.scenes.read import drop_unnamed_brushes, open_file, warn_of_other_encoding
+from brushgs.io.scenes.scene_file import SceneFile
+from brushgs.moving_scene import MovingScene
+from brushgs.options.scene_source import SceneSource
+from brushgs.scene import SH_TERMS, Gaussians
+
+_FEWEST_UNSURE = 3  # files that are moments though their names do not say so
+_NUM_IN_MEMORY = 2  # moments; one more is that between them
+_NUM_HEADERS = 64  # of which the number of rows is asked
+_EXACT = 1e-6  # of a moment: nearer than this to one, it is that one
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """Files of moments, of which at most two are in memory.
+
+    Attributes:
+        series: the files.
+        lod: level of detail; None for the default of the format.
+        encoding: what numbers of formats without a fixed encoding mean.
+    """
+
+    series: Series
+    lod: int | None = None
+    encoding: Encoding = STANDARD
+    _loaded: OrderedDict[int, Kept] = field(default_factory=OrderedDict, repr=False)
+    _told: set[str] = field(default_factory=set, repr=False)
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """[F] the files, in order of time."""
+        return self.series.paths
+
+    @cached_property
+    def times(self) -> F64:
+        """[F] seconds, ascending from 0."""
+        return self.series.slots / NOMINAL_RATE
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first moment to the last."""
+        return float(self.times[-1])
+
+    def position(self, time: float) -> float:
+        """Where a time lies among the files, 0 to F - 1; that of a file where it is one."""
+        position = float(np.interp(time, self.times, np.arange(len(self.times))))
+        nearest = round(position)
+        return float(nearest) if abs(position - nearest) < _EXACT else position
+
+    def nearest(self, time: float) -> int:
+        """The file whose moment is nearest; of two the earlier."""
+        return int(np.argmin(np.round(np.abs(self.times - time), 9)))
+
+    def file(self, index: int) -> SceneFile | None:
+        """The header of one moment; None for one without Gaussians.
+
+        Raises:
+            SceneError: if it is not there, is no scene, or is damaged.
+        """
+        try:
+            return open_file(self.paths[index], self.lod)
+        except NoGaussiansError:
+            return None
+
+    @cached_property
+    def has_rows(self) -> bool:
+        """Whether rows correspond, from a few moments: the first two, the middle, and the last two.
+
+        The numbers of rows in up to 64 headers must be equal, and rows must be like themselves in most of the
+        three pairs, see `have_same_rows`: a firework that bursts between two moments is unlike itself there,
+        but what was trained moment by moment is so everywhere. Moments that cannot be read, or are without
+        Gaussians, are passed over here.
+        """
+        last = len(self.paths) - 1
+        if len({self._count(index) for index in _spread(last + 1)} - {None, 0}) > 1:
+            return False
+        found = [self._correspond(start, start + 1) for start in sorted({0, last // 2, last - 1})]
+        return found.count(True) > found.count(False)
+
+    def sample(self, time: float) -> Gaussians:
+        """The Gaussians of one moment: of a file, or between two if rows correspond, else of the nearer.
+
+        Where rows correspond, every moment has all of them: those that cannot be drawn, and those of a moment
+        without Gaussians, have no opacity, and lie where they do in the other moment or in the first.
+        """
+        if not self.has_rows:
+            return self._load(self.nearest(time)).without_broken()
+        position = self.position(time)
+        before = int(position)
+        if position == before:
+            first = self._checked(before)
+            return first.gaussians if first.is_whole else first.placed_like(self._load(self._first).gaussians)
+        first, second = self._checked(before), self._checked(before + 1)
+        if not len(first.gaussians) and not len(second.gaussians):
+            return first.placed_like(self._load(self._first).gaussians)
+        placed = first.placed_like(second.gaussians), second.placed_like(first.gaussians)
+        return between(*placed, position - before)
+
+    def notes(self) -> LoadNotes:
+        """What the first moment that has Gaussians says beside them; it stands for all."""
+        file = next((file for index in range(len(self.paths)) if (file := self.file(index))), None)
+        if file is None:
+            raise SceneError(self.paths[0], "and all moments after it hold no Gaussians; export them again")
+        notes = join_notes([file], rows_dropped=0, sh_degree_used=SH_TERMS[file.num_terms])
+        return replace(notes, format=f"{len(self.paths):,} moments, {file.format}")
+
+    def scene(self) -> MovingScene:
+        """The clip as a moving scene."""
+        notes = self.notes()
+        return MovingScene(self.duration, self.has_rows, self.sample, times=self.times, notes=notes)
+
+    def _checked(self, index: int) -> Kept:
+        """A moment with as many rows as the others, or none."""
+        kept = self._load(index)
+        count, first = len(kept.gaussians), self._count(self._first) or 0
+        if count not in (0, first):
+            what = f"holds {count:,} Gaussians and {self.paths[self._first].name} {first:,}"
+            cure = "though rows correspond in the moments that were compared; export it again or remove it"
+            raise SceneError(self.paths[index], f"{what}, {cure}")
+        return kept
+
+    @cached_property
+    def _first(self) -> int:
+        """The first moment with Gaussians."""
+        return next(index for index in range(len(self.paths)) if self._count(index))
+
+    def _count(self, index: int) -> int | None:
+        """Rows of a moment as its header says; None if it cannot be read."""
+        try:
+            file = self.file(index)
+        except SceneError:
+            return None
+        return 0 if file is None else file.num_rows
+
+    def _correspond(self, before: int, after: int) -> bool | None:
+        """Whether the rows of two moments correspond; None if one cannot be read or has none."""
+        try:
+            first, second = (self._load(index).gaussians for index in (before, after))
+        except SceneError:
+            return None
+        return have_same_rows(first, second) if len(first) and len(second) else None
+
+    def _load(self, index: int) -> Kept:
+        """One moment, read if it is not one of the last two."""
+        if index in self._loaded:
+            self._loaded.move_to_end(index)
+            return self._loaded[index]
+        while len(self._loaded) >= _NUM_IN_MEMORY:
+            self._loaded.popitem(last=False)
+        self._loaded[index] = self._read(index)
+        return self._loaded[index]
+
+    def _read(self, index: int) -> Kept:
+        file = self.file(index)
+        if file is None:
+            return NO_ROWS
+        if file.has_fixed_encoding and not self.encoding.is_standard:
+            raise SceneError(file.path, f"is a {file.format}, whose encoding is fixed; omit the encoding")
+        antialiased = file.training == "antialiased"
+        columns, dropped = file.read_columns(encoding=self.encoding, is_raw=False)
+        if not dropped.num_rows:
+            if self.encoding.is_standard and not file.has_fixed_encoding and not self._told:
+                warn_of_other_encoding(file.path, columns)
+                self._told.add("encoding")
+            drop_unnamed_brushes(file, columns)
+            return Kept(columns.gaussians(antialiased=antialiased))
+        del columns
+        if dropped.num_rows == file.num_rows or "rows" not in self._told:
+            dropped.report(file.path, file.num_rows)  # of the first such moment, not of 100,000
+            self._told.add("rows")
+        columns, _ = file.read_columns(encoding=STANDARD, is_raw=True)
+        drop_unnamed_brushes(file, columns)
+        encoding = STANDARD if file.has_fixed_encoding else self.encoding
+        return keep_rows(columns, encoding, antialiased=antialiased)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For pickle, since scenes cross processes: without what is in memory."""
+        return vars(self) | {"_loaded": OrderedDict()}
+
+
+def open_frames(source: SceneSource) -> MovingScene | None:
+    """The moving scene that files or a folder hold, one a moment; None if they are no moments.
+
+    Its rows correspond if they do in three pairs of moments, see `Clip.has_rows`. Which rows rest is not
+    known, as all moments would have to be read.
+
+    Raises:
+        SceneError: if a folder holds no scene, the first moment is no scene or is damaged, or two files are
+            of one moment.
+    """
+    clip = find_clip(source)
+    return None if clip is None else clip.scene()
+
+
+def find_clip(source: SceneSource, encoding: Encoding = STANDARD) -> Clip | None:
+    """As `open_frames`, without looking at rows. Names decide, and where these do not the first two files."""
+    if source.time is not None and source.time.unit == "all":
+        return None
+    series = find_series(find_parts(source.paths))
+    if series is None or (series.kind == "others" and source.time is None):
+        return None
+    if len(source.paths) > 1:  # typed, so that each should be there; what a folder lists was asked
+        _check_all(source.paths)
+    clip = Clip(series, source.lod, encoding)
+    if series.kind == "unsure" and source.time is None and not _looks_like_moments(clip):
+        return None
+    if series.num_missing:
+        _warn_of_missing(series)
+    return clip
+
+
+def _looks_like_moments(clip: Clip) -> bool:
+    """Whether files whose names leave it open seem to be moments; a SceneWarning says so."""
+    series = clip.series
+    if len(series.paths) < _FEWEST_UNSURE or not series.is_regular:
+        return False
+    try:
+        first, second = (clip._load(index).without_broken() for index in (0, 1))
+    except SceneError:  # which the reader of still scenes says too
+        return False
+    if not len(first) or not len(second) or not are_in_one_place(first, second):
+        return False
+    what = f"{series.span} lie in one place and are taken for moments of a moving scene"
+    warnings.warn(SceneWarning(f"{what}; if they are parts of one scene, add --time all"), stacklevel=2)
+    return True
+
+
+def _check_all(paths: Iterable[Path]) -> None:
+    """Refuse what is not there before hours of work, not when its moment comes."""
+    for path in paths:
+        if not is_dir(path):
+            check_plain(path, "scene file")
+
+
+def _warn_of_missing(series: Series) -> None:
+    gap = int(np.argmax(np.diff(series.slots) > 1))
+    where = f"first after {series.paths[gap].name}"
+    what = f"{series.num_missing:,} of {int(series.slots[-1]) + 1:,} moments are missing by their numbers"
+    message = f"{what}, {where}; what is seen then is made of the moments around it"
+    warnings.warn(SceneWarning(f"{series.paths[0].parent}: {message}"), stacklevel=3)
+
+
+def _spread(count: int) -> Sequence[int]:
+    """Up to 64 of so many moments, from the first to the last."""
+    return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, _NUM_HEADERS)).round())]
