@@ -33,22 +33,30 @@ def quats_of(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
     Each of four formulas divides by one component: the one with the largest is used, for precision.
     Source: Shepperd 1978, Quaternion from rotation matrix.
     """
-    R = rotations
-    xx, yy, zz = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
-    wx, wy, wz = R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]
-    xy, xz, yz = R[:, 0, 1] + R[:, 1, 0], R[:, 0, 2] + R[:, 2, 0], R[:, 1, 2] + R[:, 2, 1]
-    # 4 q q^T, row by row: every row is a multiple of q
-    products = np.array(
-        [
-            [1 + xx + yy + zz, wx, wy, wz],
-            [wx, 1 + xx - yy - zz, xy, xz],
-            [wy, xy, 1 - xx + yy - zz, yz],
-            [wz, xz, yz, 1 - xx - yy + zz],
-        ]
-    )
-    largest = np.einsum("iin->in", products).argmax(axis=0)
-    quats = products[largest, :, np.arange(len(R))]
+    products = turn_forms(rotations, 1.0)  # 4 q q^T: every row is a multiple of q
+    largest = np.einsum("nii->ni", products).argmax(axis=1)
+    quats = products[np.arange(len(rotations)), largest]
     return np.asarray(quats / np.linalg.norm(quats, axis=1, keepdims=True))
+
+
+def turn_forms(matrices: NDArray[np.float64], plus: float = 0.0) -> NDArray[np.float64]:
+    """[N, 4, 4] symmetric forms F of matrices M [N, 3, 3]: q F q is the trace of R(q)^T M for unit q.
+
+    Of points y that were x before, M = sum of y x^T: the q of the largest value is the rotation that brings x
+    nearest to y. `plus` is added to the diagonal: of a rotation matrix M, F + 1 is 4 q q^T.
+    Source: Horn 1987, Closed-form solution of absolute orientation using unit quaternions.
+    """
+    M = matrices
+    xx, yy, zz = M[:, 0, 0], M[:, 1, 1], M[:, 2, 2]
+    wx, wy, wz = M[:, 2, 1] - M[:, 1, 2], M[:, 0, 2] - M[:, 2, 0], M[:, 1, 0] - M[:, 0, 1]
+    xy, xz, yz = M[:, 0, 1] + M[:, 1, 0], M[:, 0, 2] + M[:, 2, 0], M[:, 1, 2] + M[:, 2, 1]
+    rows = [
+        [plus + xx + yy + zz, wx, wy, wz],
+        [wx, plus + xx - yy - zz, xy, xz],
+        [wy, xy, plus - xx + yy - zz, yz],
+        [wz, xz, yz, plus - xx - yy + zz],
+    ]
+    return np.ascontiguousarray(np.array(rows).transpose(2, 0, 1))
 
 
 def quat_products(first: Array, second: Array) -> NDArray[np.float64]:

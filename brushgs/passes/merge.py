@@ -105,11 +105,11 @@ def _cover(
     gaussians: Gaussians, labels: NDArray[np.intp], num: int, overlap: float | None, visible: F64 | None
 ) -> Gaussians:
     areas = projected_areas(gaussians.scales)
-    shares = _shares(gaussians.opacities * areas, labels, num)
+    shares = shares_by_label(gaussians.opacities * areas, labels, num)
     means = _sums(gaussians.means, shares, labels, num)
-    within, between = _covariances(gaussians, means, shares, labels)
+    within, between = covariances(gaussians, means, shares, labels)
     scales, _ = principal_axes(within + between)
-    opacities = _stopped(gaussians.opacities, areas, projected_areas(scales), labels)
+    opacities = stopped(gaussians.opacities, areas, projected_areas(scales), labels)
     scales, rotations = principal_axes(within + (overlap or OVERLAP) * between)
     if overlap is None:
         more = growth(means, scales, rotations, opacities)
@@ -117,7 +117,7 @@ def _cover(
         covars = within[rows] + (OVERLAP + more[rows, None, None]) * between[rows]
         scales[rows], rotations[rows] = principal_axes(covars)
     visible = visible_shares(gaussians) if visible is None else visible
-    seen = _shares(shares * visible, labels, num)
+    seen = shares_by_label(shares * visible, labels, num)
     quats, sh = quats_of(rotations), _sum_sh(gaussians.sh, seen, labels, num)
     columns = (means, quats, scales, opacities, sh)
     is_alone = np.bincount(labels, minlength=num)[labels] == 1
@@ -127,7 +127,7 @@ def _cover(
     return Gaussians(*columns)
 
 
-def _shares(weights: F64, labels: NDArray[np.intp], num: int) -> F64:
+def shares_by_label(weights: F64, labels: NDArray[np.intp], num: int) -> F64:
     """Weights over their sum by label; equal weights where that sum is zero."""
     totals = np.bincount(labels, weights, num)
     is_void = (totals == 0)[labels]
@@ -149,7 +149,7 @@ def _sum_sh(sh: Array, shares: F64, labels: NDArray[np.intp], num: int) -> NDArr
     return sums
 
 
-def _covariances(
+def covariances(
     gaussians: Gaussians, means: NDArray[np.float64], shares: F64, labels: NDArray[np.intp]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Weighted mean covariance of the members, and covariance of their means, by label: [num, 3, 3] each."""
@@ -180,7 +180,7 @@ def principal_axes(covars: NDArray[np.float64]) -> tuple[NDArray[np.float64], ND
     return np.sqrt(np.maximum(variances, 0.0)) * np.sqrt(unit)[:, None], axes
 
 
-def _stopped(opacities: Array, areas: F64, footprints: F64, labels: NDArray[np.intp]) -> F64:
+def stopped(opacities: Array, areas: F64, footprints: F64, labels: NDArray[np.intp]) -> F64:
     """Probability that a ray through each footprint is stopped by members at random places in it, [num]."""
     footprints_here = footprints[labels]
     parts = np.divide(areas, footprints_here, out=np.ones_like(areas), where=footprints_here > areas)
