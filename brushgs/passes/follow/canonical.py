@@ -1,0 +1,159 @@
+"""A moving scene whose rows correspond -> one set of Gaussians, and what tells apart what moves apart.
+
+Each row is taken at its reference moment, the first at which it is well visible: most rows at the first of
+all, so that the scene of references looks as the scene does at its start, and what comes later is there too.
+Strokes are made of these Gaussians once, as of a scene that rests.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from brushgs.arrays import F32, F64, Array, Mask, Rows
+from brushgs.moving_scene import MovingScene
+from brushgs.passes.features import contracted
+from brushgs.scene import Gaussians
+
+MOST_LOOKS = 12  # moments at which positions are looked at, for the features
+MOST_SCANNED = 48  # and opacities, for the reference moments: what is there for 1/48 of a clip is not missed
+REFERENCE_SHARE = 0.5  # of its largest opacity: a row is well visible
+VISIBLE_SHARE = 0.1  # a row is visible: below it a formula says little of where the row is
+NEVER_SEEN = 1 / 255  # opacity that no renderer draws
+MOST_FEATURES = 7  # with the nine of a scene that rests, what the core has room for
+# Distances in the space of features, in radii of the scene: two Gaussians whose distance changes by a radius
+# (root mean square over the clip), and two of which one is there when the other is not.
+MOTION_WEIGHT = 3.0
+LIFE_WEIGHT = 0.1
+LEAST_VARIANCE = 1e-8  # of a feature, squared radii: below it nothing is told apart
+
+
+@dataclass(frozen=True, eq=False)
+class Canonical:
+    """A moving scene as one set of Gaussians.
+
+    Attributes:
+        gaussians: each row of the scene at its reference moment, `ids` its row; rows that are never visible
+            are left out.
+        features: [N, m] how they move and when they are there, m <= 7, for `group`: distances in radii of the
+            scene, like those of `cluster_features`.
+        references: [N] seconds, the reference moment of each.
+    """
+
+    gaussians: Gaussians
+    features: F32
+    references: F64
+
+
+def canonical(scene: MovingScene, times: F64) -> Canonical:
+    """The Gaussians of a moving scene at their reference moments.
+
+    The reference moment of a row is the first, of at most 48 evenly chosen among the times, at which its
+    opacity is at least half of its largest. Features are the places of a row relative to that at its
+    reference, at no more than 12 moments, and how visible it is at these; at moments when it is not visible
+    it is where it is at the nearest at which it is. Their principal components are exact where there are at
+    most 7, and equal input gives equal output.
+
+    Args:
+        scene: with rows that correspond.
+        times: [T] seconds, ascending, of the clip; at least one.
+
+    Raises:
+        ValueError: if rows do not correspond, or there are no times.
+    """
+    if not scene.has_rows:
+        raise ValueError("canonical: rows must correspond at all times, got a scene without such rows")
+    if len(times) == 0:
+        raise ValueError("canonical: times must hold at least one moment, got none")
+    scanned = times[_evenly(len(times), MOST_SCANNED)]
+    looks = _evenly(len(scanned), MOST_LOOKS)
+    first = scene.at(scanned[0])
+    changes = np.ones(len(first), bool) if scene.resting is None else ~scene.resting
+    if len(scanned) == 1:
+        changes = np.zeros(len(first), bool)
+    rows = np.flatnonzero(changes)
+    opacities = np.empty((len(scanned), len(rows)), np.float32)
+    places = np.empty((len(looks), len(rows), 3), np.float32)
+    start = first.means[rows].astype(np.float64)
+    for at, time in enumerate(scanned):
+        moment = first if at == 0 else scene.at(time)
+        opacities[at] = moment.opacities[rows]
+        if (look := np.searchsorted(looks, at)) < len(looks) and looks[look] == at:
+            places[look] = moment.means[rows] - start
+    largest = opacities.max(axis=0)
+    reference = np.zeros(len(first), np.intp)
+    reference[rows] = (opacities >= REFERENCE_SHARE * largest).argmax(axis=0)
+    gaussians = _at_references(scene, scanned, first, reference)
+    shares = opacities[looks] / np.maximum(largest, NEVER_SEEN)
+    places -= (gaussians.means[rows] - start).astype(np.float32)
+    _hold_nearest(places, shares >= VISIBLE_SHARE)
+    is_seen = first.opacities >= NEVER_SEEN
+    is_seen[rows] = largest >= NEVER_SEEN
+    features = np.zeros((len(first), 0), np.float32)
+    if len(rows):
+        lengths = contracted(gaussians.means)[1][rows]
+        found = _features(places, shares, lengths, largest)
+        features = np.zeros((len(first), found.shape[1]), np.float32)
+        features[rows] = found
+    return Canonical(gaussians.take(is_seen), features[is_seen], scanned[reference[is_seen]])
+
+
+def features_of(found: Canonical, gaussians: Gaussians) -> F32:
+    """The features [n, m] of Gaussians that were taken from those of `canonical`, by their ids."""
+    known, asked = found.gaussians.ids, gaussians.ids
+    assert known is not None, "they have the rows of the scene"
+    assert asked is not None, "and so have those that were taken from them"
+    return np.asarray(found.features[np.searchsorted(known, asked)])
+
+
+def _evenly(num: int, most: int) -> Rows:
+    """At most so many indices below `num`, the first and the last among them, evenly spaced."""
+    count = min(num, most)
+    return np.unique(np.rint(np.linspace(0, num - 1, count)).astype(np.intp))
+
+
+def _at_references(scene: MovingScene, times: F64, first: Gaussians, reference: Rows) -> Gaussians:
+    columns = first.columns()
+    later = np.unique(reference[reference > 0])
+    if len(later):
+        columns = {name: column.copy() for name, column in columns.items()}
+    for at in later:
+        moment, rows = scene.at(times[at]), np.flatnonzero(reference == at)
+        for name, column in columns.items():
+            column[rows] = getattr(moment, name)[rows]
+    return replace(first, **columns, ids=np.arange(len(first), dtype=np.int32))
+
+
+def _hold_nearest(values: Array, is_known: Mask) -> None:
+    """Fill values [L, n, ...] in place where they are not known [L, n]: from the nearest that is.
+
+    Of two that are equally near it is the earlier; where none is known all are 0.
+    """
+    num = len(values)
+    at = np.arange(num)[:, None]
+    before = np.maximum.accumulate(np.where(is_known, at, -num), axis=0)
+    after = np.minimum.accumulate(np.where(is_known, at, 2 * num)[::-1], axis=0)[::-1]
+    nearest = np.where(at - before <= after - at, before, after)
+    columns = np.flatnonzero(~is_known.all(axis=0))
+    held = values[np.clip(nearest[:, columns], 0, num - 1), columns]
+    held[:, ~np.asarray(is_known.any(axis=0))[columns]] = 0
+    values[:, columns] = held
+
+
+def _features(places: F32, shares: F32, lengths: F64, weights: F32) -> F32:
+    """Principal components [n, m] of places relative to the reference [L, n, 3] and visibility [L, n]."""
+    num_looks, num = shares.shape
+    points = np.empty((num, 4 * num_looks), np.float32)
+    for look in range(num_looks):
+        away = places[look] * lengths
+        distance = np.linalg.norm(away, axis=1, keepdims=True)
+        # No further than a radius: a row that flies to infinity must not take all components for itself.
+        points[:, 3 * look : 3 * look + 3] = MOTION_WEIGHT * away / np.maximum(distance, 1)
+    points[:, 3 * num_looks :] = LIFE_WEIGHT * shares.T
+    points /= np.sqrt(num_looks)
+    shares_of_rows = weights / max(float(weights.sum(dtype=np.float64)), 1e-300)
+    points -= (shares_of_rows @ points).astype(np.float32)
+    variances, axes = np.linalg.eigh((points * shares_of_rows[:, None]).T.astype(np.float64) @ points)
+    chosen = np.flatnonzero(variances > LEAST_VARIANCE)[::-1][:MOST_FEATURES]
+    axes = axes[:, chosen]
+    axes *= np.sign(axes[np.abs(axes).argmax(axis=0), np.arange(len(chosen))])
+    return np.asarray(points @ axes, np.float32)
