@@ -1,0 +1,151 @@
+"""A moving scene whose rows correspond, and strokes of it -> how the strokes move: each follows its members.
+
+Nothing is matched or grouped anew: a member belongs to its stroke at all times.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from brushgs.arrays import F32, F64, Array, Mask, Rows
+from brushgs.moving_scene import MovingScene
+from brushgs.passes.follow.bodies import Bodies
+from brushgs.passes.follow.fade import faded
+from brushgs.rendering.motion import (
+    AT_REST,
+    COLOR,
+    OPACITY,
+    SHIFT,
+    SIZE,
+    TURN,
+    StrokeMotion,
+    new_table,
+)
+from brushgs.scene import Gaussians
+
+NUMBERS_AT_A_TIME = 1 << 22  # of a table in memory while it is finished
+# A stroke rests where over the whole clip no part of it moves by this share of its second axis, which is the
+# shorter one that is seen, and no factor and no colour changes by more than `REST_CHANGE`.
+REST_SHARE = 0.01
+REST_CHANGE = 0.01
+
+
+def follow_rows(
+    scene: MovingScene,
+    times: F64,
+    strokes: Gaussians,
+    members: Gaussians,
+    labels: Rows,
+    advance: Callable[[], None] = lambda: None,
+) -> StrokeMotion:
+    """The motion of strokes by that of their members, see `Bodies`.
+
+    Strokes come and go with their members, over `FADE` seconds at least; while a stroke is not there it waits
+    where it was last, or will be first, whichever is nearer in time.
+
+    Args:
+        scene: with rows that correspond.
+        times: [T] seconds, ascending, no two equal; at least one.
+        strokes: k strokes at their reference moments, with ids that differ.
+        members: n Gaussians at their reference moments, their ids the rows of the scene.
+        labels: [n] the id of the stroke that each is a member of; members of no stroke do not count.
+        advance: called after each moment.
+
+    Returns:
+        How strokes move; those that rest, and those without members, are not in it.
+
+    Raises:
+        ValueError: if rows do not correspond.
+    """
+    if not scene.has_rows:
+        raise ValueError("follow_rows: rows must correspond at all times, got a scene without such rows")
+    assert strokes.ids is not None, "strokes have the labels of their members"
+    assert members.ids is not None, "members are rows of the scene"
+    order = np.argsort(strokes.ids, kind="stable")
+    ids = strokes.ids[order]
+    found = np.minimum(np.searchsorted(ids, labels), max(len(ids) - 1, 0))
+    is_member = ids[found] == labels if len(ids) else np.zeros(len(labels), bool)
+    if scene.resting is not None:
+        moves = np.zeros(len(ids), bool)
+        moves[found[is_member & ~scene.resting[members.ids]]] = True
+        is_member &= moves[found]
+    rows = np.flatnonzero(is_member)
+    rows = rows[np.argsort(found[rows], kind="stable")]
+    followed, compact = np.unique(found[rows], return_inverse=True)
+    bodies = list(Bodies.of(members.take(rows), compact))
+    pivots = np.concatenate([np.zeros((0, 3)), *(body.pivots for body in bodies)])
+    table = new_table(len(times), len(followed))
+    turns = table[0, :, TURN].copy()
+    for at, time in enumerate(times):
+        moment = scene.at(time) if bodies else None
+        for body in bodies:
+            assert moment is not None, "made where there are bodies"
+            table[at, body.strokes] = body.numbers(moment, turns[body.strokes])
+        turns = table[at, :, TURN].copy()
+        advance()
+    moves = _finish(table, times, strokes.take(order[followed]))
+    if not moves.all():
+        whole, table = table, new_table(len(times), int(moves.sum()))
+        for at in range(len(times)):
+            table[at] = whole[at, moves]
+    return StrokeMotion(times, ids[followed[moves]], pivots[moves], table)
+
+
+def _finish(table: F32, times: F64, strokes: Gaussians) -> Mask:
+    """Make poses continuous in time, in place; the mask of strokes that move."""
+    moves = np.empty(len(strokes), bool)
+    at_a_time = max(1, NUMBERS_AT_A_TIME // (len(times) * table.shape[2]))
+    for first in range(0, len(strokes), at_a_time):
+        some = slice(first, first + at_a_time)
+        block = np.array(table[:, some])
+        hold_poses(block, times)
+        align_signs(block)
+        own = np.maximum(strokes.opacities[some].astype(np.float32), np.float32(1e-6))
+        painted = np.minimum(own * block[..., OPACITY], 1)
+        block[..., OPACITY] = np.where(
+            block[..., OPACITY] > 1, block[..., OPACITY], faded(painted, times) / own
+        )
+        table[:, some] = block
+        moves[some] = _moves(block, strokes.scales[some])
+    return moves
+
+
+def hold_poses(table: F32, times: F64) -> None:
+    """Give strokes at moments when their opacity is 0 the pose of the nearest at which it is not, in place.
+
+    Of two that are equally near it is the earlier; a stroke that is never there keeps its poses.
+    """
+    is_there = table[..., OPACITY] > 0
+    num = len(times)
+    waits = np.flatnonzero(~is_there.all(axis=0) & is_there.any(axis=0))
+    is_there = is_there[:, waits]
+    at = np.arange(num)[:, None]
+    before = np.maximum.accumulate(np.where(is_there, at, -1), axis=0)
+    after = np.minimum.accumulate(np.where(is_there, at, num)[::-1], axis=0)[::-1]
+    to_before = np.where(before >= 0, times[:, None] - times[before], np.inf)
+    to_after = np.where(after < num, times[np.minimum(after, num - 1)] - times[:, None], np.inf)
+    nearest = np.where(to_before <= to_after, before, after)
+    opacities = table[:, waits, OPACITY]
+    table[:, waits] = table[nearest, waits]
+    table[:, waits, OPACITY] = opacities
+
+
+def align_signs(table: F32) -> None:
+    """Bring rotations of consecutive moments into one half of the sphere, in place, from w >= 0 on."""
+    turns = table[..., TURN]
+    first = np.where(turns[:1, :, 0] < 0, -1, 1)
+    steps = np.where(np.einsum("tmi,tmi->tm", turns[1:], turns[:-1]) < 0, -1, 1)
+    turns *= np.cumprod(np.concatenate([first, steps]), axis=0)[..., None]
+
+
+def _moves(table: F32, scales: Array) -> Mask:
+    """[m] whether strokes move anywhere in a table [T, m, 12]."""
+    ascending = np.sort(scales.astype(np.float64), axis=1)
+    turn = 2 * np.linalg.norm(table[..., TURN][..., 1:], axis=2)  # chord of a turn, in radii
+    shift = np.linalg.norm(table[..., SHIFT], axis=2) + turn * ascending[:, 2]
+    rest = np.array(AT_REST, np.float32)
+    changes = np.abs(table - rest)
+    change = np.maximum(changes[..., SIZE], changes[..., OPACITY])
+    change = np.maximum(change, changes[..., COLOR].max(axis=2))
+    moves = (shift > REST_SHARE * ascending[:, 1]) | (change > REST_CHANGE)
+    return np.asarray(moves.any(axis=0))
