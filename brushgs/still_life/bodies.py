@@ -4,7 +4,7 @@ Lengths are in decimetres. The table top is y = 0 and y runs down, so a body sta
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.random import Generator
@@ -29,6 +29,7 @@ class Body:
         stretch: how much longer than wide its Gaussians are, >= 1; the tangent is the long axis.
         opacity: [n] or one number.
         blockers: [K, 6] ellipsoids (centre, radii) that approximate it as an occluder of light.
+        name: of a body that `still_life_moving` moves.
     """
 
     patch: Patch
@@ -39,6 +40,7 @@ class Body:
     size: float = 1.0
     opacity: float | F64 = 0.97
     blockers: NDArray[np.float64] | None = None
+    name: str = ""
 
 
 def bodies(num: int, rng: Generator) -> Iterator[Body]:
@@ -130,7 +132,7 @@ def _cloth(num: int, rng: Generator) -> Body:
     albedo = np.tile([0.80, 0.76, 0.68], (len(patch), 1))
     albedo[stripe] = (0.10, 0.16, 0.36)
     keep = edge < 1.0
-    return _take(Body(patch, albedo, stretch=1.4), keep)
+    return _take(Body(patch, albedo, stretch=1.4, name="cloth"), keep)
 
 
 def _jug(num: int, rng: Generator) -> Iterator[Body]:
@@ -239,9 +241,9 @@ def _pear(num: int, rng: Generator) -> Iterator[Body]:
     lean, place = turn((0.2, 0, 1), -0.16), np.array((-0.75, -0.07, -0.45))
     low, high = place + np.array([(0.06, -0.5, 0), (0.2, -1.15, 0)])
     balls = np.concatenate([_ball(low, 0.56), _ball(high, 0.28)])
-    yield Body(patch.moved(place, lean), albedo, 0.32, 22.0, blockers=balls)
+    yield Body(patch.moved(place, lean), albedo, 0.32, 22.0, blockers=balls, name="pear")
     yield _stalk(
-        [(0.0, -1.52, 0.0), (-0.03, -1.72, 0.02), (-0.14, -1.95, 0.05)], 0.032, num // 25, place, lean
+        [(0.0, -1.52, 0.0), (-0.03, -1.72, 0.02), (-0.14, -1.95, 0.05)], 0.032, num // 25, place, lean, "pear"
     )
 
 
@@ -309,9 +311,10 @@ def _profile(radii: list[float], heights: list[float]) -> F64:
     return smooth(np.stack([radii, heights], axis=1))
 
 
-def _stalk(curve: ArrayLike, radius: float, num: int, place: F64, lean: F64) -> Body:
+def _stalk(curve: ArrayLike, radius: float, num: int, place: F64, lean: F64, name: str = "") -> Body:
     patch = tube(smooth(curve, 12), np.full(12, radius), max(num, 30))
-    return Body(patch.moved(place, lean), np.tile([0.10, 0.055, 0.020], (len(patch), 1)), stretch=3.0)
+    albedo = np.tile([0.10, 0.055, 0.020], (len(patch), 1))
+    return Body(patch.moved(place, lean), albedo, stretch=3.0, name=name)
 
 
 def _ball(center: ArrayLike, radius: float) -> F64:
@@ -322,4 +325,4 @@ def _take(body: Body, keep: NDArray[np.bool_]) -> Body:
     """The points of a body inside a mask."""
     p = body.patch
     patch = Patch(p.points[keep], p.normals[keep], p.tangents[keep], p.spacing[keep], p.coords[keep])
-    return Body(patch, body.albedo[keep], body.gloss, body.shininess, body.stretch, body.size, body.opacity)
+    return replace(body, patch=patch, albedo=body.albedo[keep])

@@ -5,13 +5,13 @@ dome of views, as photographs of a capture would show them, and fitted by least 
 of degree 3, as training would.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64
-from brushgs.sh import sh_basis
+from brushgs.arrays import F64, Mask, Rows
+from brushgs.sh import C0, sh_basis
 from brushgs.still_life.surfaces import GOLDEN_ANGLE, unit
 
 TO_LAMP = unit((-0.62, -0.68, -0.52))  # from the upper left, in front of the picture plane
@@ -41,16 +41,93 @@ class Blockers:
     albedos: F64
 
 
-def lamp_visibility(points: F64, bodies: NDArray[np.int64], blockers: Blockers) -> F64:
-    """[n] visible share of the lamp from `points` [n, 3] of `bodies` [n], with soft edges, 0 to 1."""
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """n points of surfaces, ready to be lit.
+
+    Attributes:
+        points: [n, 3] world units.
+        normals: [n, 3] unit, out of the body.
+        albedos: [n, 3] linear RGB.
+        wobble: [n, 1] factor on the matt colour.
+        gloss: [n] strength of the highlight, see `Body`.
+        shininess: [n] exponent of the highlight.
+        bodies: [n] number of the body.
+    """
+
+    points: F64
+    normals: F64
+    albedos: F64
+    wobble: F64
+    gloss: F64
+    shininess: F64
+    bodies: NDArray[np.int64]
+
+    def take(self, rows: Rows | Mask) -> "Surface":
+        """Some of the points."""
+        return Surface(*(getattr(self, f.name)[rows] for f in fields(self)))
+
+
+def baked(surface: Surface, blockers: Blockers, to_lamp: F64) -> F64:
+    """Spherical harmonics [n, 16, 3] of the colour: diffuse light and the highlight of the lamp.
+
+    Args:
+        surface: n points.
+        blockers: what takes light from them.
+        to_lamp: [3] unit direction to the lamp, or [n, 3] that of each point.
+    """
+    lamp = lamp_light(surface, blockers, to_lamp)
+    matt = matt_light(surface, blockers, lamp)
+    sh = np.zeros((len(matt), 16, 3))
+    sh[:, 0] = (encode(matt) - 0.5) / C0
+    shiny = np.flatnonzero((lamp.max(axis=1) > 1e-3) & (surface.gloss > 0))
+    if len(shiny):
+        dome = view_dome()
+        own = to_lamp if to_lamp.ndim == 1 else to_lamp[shiny, None]
+        halfway = unit(dome + own)  # [V, 3] or [n, V, 3]; Blinn 1977
+        facing = (
+            surface.normals[shiny] @ halfway.T
+            if own.ndim == 1
+            else _dots(halfway, surface.normals[shiny, None])
+        )
+        lobe = np.maximum(facing, 0) ** surface.shininess[shiny, None]  # [n, V]
+        mirror = surface.gloss[shiny, None] * lobe.T[:, :, None] * lamp[shiny]
+        sh[shiny] = fit_views(encode(matt[shiny] + mirror), dome)
+    return sh
+
+
+def lamp_light(surface: Surface, blockers: Blockers, to_lamp: F64) -> F64:
+    """[n, 3] linear light of the lamp that arrives; `to_lamp` [3] or [n, 3]."""
+    facing = np.maximum(_dots(surface.normals, to_lamp), 0)
+    visible = lamp_visibility(surface.points, surface.bodies, blockers, to_lamp)
+    return np.asarray(LAMP * (facing * visible)[:, None])
+
+
+def matt_light(surface: Surface, blockers: Blockers, lamp: F64) -> F64:
+    """[n, 3] linear colour without highlights, where `lamp` [n, 3] arrives."""
+    light = lamp + ambient(surface.points, surface.normals, surface.bodies, blockers)
+    return np.asarray(surface.albedos * light * surface.wobble)
+
+
+def lamp_visibility(
+    points: F64, bodies: NDArray[np.int64], blockers: Blockers, to_lamp: F64 = TO_LAMP
+) -> F64:
+    """[n] visible share of the lamp from `points` [n, 3] of `bodies` [n], with soft edges, 0 to 1.
+
+    Args:
+        points: [n, 3] world units.
+        bodies: [n] number of the body of each.
+        blockers: occluders.
+        to_lamp: [3] unit direction to the lamp, or [n, 3] that of each point.
+    """
     shadows: dict[int, F64] = {}
     for center, radii, body in zip(blockers.centers, blockers.radii, blockers.bodies, strict=True):
-        ray = TO_LAMP / radii  # in the space where the ellipsoid is a unit ball
+        ray = to_lamp / radii  # in the space where the ellipsoid is a unit ball
         to_center = (center - points) / radii
-        nearest = np.maximum(to_center @ ray / (ray @ ray), 0)  # distance along the ray, world units
+        nearest = np.maximum(_dots(to_center, ray) / _dots(ray, ray), 0)  # along the ray, world units
         miss = np.linalg.norm(to_center - nearest[:, None] * ray, axis=1) - 1
         width = np.maximum(nearest * PENUMBRA / radii.mean(), 0.04)
-        shadow = 1 - _smoothstep(miss / width * 0.5 + 0.5)
+        shadow = 1 - smoothstep(miss / width * 0.5 + 0.5)
         shadow[(bodies == body) | (nearest == 0)] = 0
         shadows[int(body)] = np.maximum(shadows.get(int(body), np.zeros(len(points))), shadow)
     visible = np.ones(len(points))
@@ -104,6 +181,12 @@ def fit_views(colors: F64, dome: F64) -> F64:
     return np.asarray(np.einsum("kv,vnc->nkc", solve, colors - 0.5, optimize=True))
 
 
-def _smoothstep(x: F64) -> F64:
+def smoothstep(x: F64) -> F64:
+    """From 0 at 0 and below to 1 at 1 and above, with level ends."""
     t = np.clip(x, 0, 1)
     return np.asarray(t * t * (3 - 2 * t))
+
+
+def _dots(vectors: F64, others: F64) -> F64:
+    """Inner products along the last axis; one other vector [3] is that of all."""
+    return np.asarray(vectors @ others if others.ndim == 1 else (vectors * others).sum(axis=-1))
