@@ -660,6 +660,14 @@ def test_the_demo_says_where_the_picture_is(tmp_path, monkeypatch, capsys):
     assert names("brushgs-demo") == ["still_life-gaussian.png", "still_life.ply"]
 
 
+def test_the_moving_demo_takes_no_words_of_a_painting(tmp_path, capsys):
+    for words in (["--stroke", "flat"], ["--look", "oil"], ["--strokes", "100"]):
+        code, _, err = run(capsys, "demo", "--moving", *words, "-o", tmp_path / "demo")
+        assert code == 2
+        assert "--moving builds a scene and paints nothing" in err
+    assert not (tmp_path / "demo").exists()
+
+
 def brushgs(*words, cwd, **options):
     command = [sys.executable, "-m", "brushgs", *map(str, words)]
     # Where the size of files is limited, byte code would be cut off too, and fail where it is imported next.

@@ -11,7 +11,7 @@ from brushgs.io.pictures.images import read_image
 from brushgs.io.scenes.notes import LoadNotes
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
 from brushgs.painting import drawing, outputs
-from brushgs.painting.demo import paint_demo
+from brushgs.painting.demo import build_moving_demo, paint_demo
 from brushgs.painting.outputs import check_output
 from brushgs.painting.passes import cluster_file, prune_file
 from brushgs.painting.report import Report
@@ -374,6 +374,17 @@ def test_the_demo_writes_a_scene_and_its_picture(tmp_path):
     assert pixels.shape == (60, 80, 3)
     assert pixels.std() > 0.1
     assert bg.load(tmp_path / "deep" / "folder" / "still_life.ply").sh_degree == 3
+
+
+def test_the_moving_demo_writes_a_scene_file_a_moment(tmp_path, monkeypatch):
+    monkeypatch.setattr("brushgs.painting.demo.SECONDS", 0.1)
+    report = build_moving_demo(tmp_path / "folder", 1, report=Report(), num_gaussians=1000)
+    clip = tmp_path / "folder" / "still_life_moving"
+    assert report.output == str(clip)
+    assert [path.name for path in sorted(clip.iterdir())] == ["0000.ply", "0001.ply", "0002.ply", "0003.ply"]
+    first, last = bg.load(clip / "0000.ply"), bg.load(clip / "0003.ply")
+    np.testing.assert_array_equal(first.means, still_life(1000, 1).means)
+    assert len(first) == len(last)
 
 
 def test_a_demo_into_a_file_is_refused(tmp_path):
