@@ -87,7 +87,7 @@ def test_every_command_takes_several_files_a_level_and_a_moment(tiles, capsys, m
     monkeypatch.setattr(importlib.import_module(CALLS[command][0]), CALLS[command][1], watch)
     more = ["--palette", "p.png"] if command == "recolor" else []
     code, _, err = run(capsys, command, "tiles", "c.ply", "--lod", "2", "--time", "40%", *more)
-    source = SceneSource((Path("tiles"), Path("c.ply")), 2, Moment(0.4, "share"))
+    source = SceneSource((Path("tiles"), Path("c.ply")), 2, Moment(0.4, is_share=True))
     assert (code, seen) == (0, [source]), err
 
 

@@ -48,7 +48,7 @@ _EXACT = 1e-6  # of a moment: nearer than this to one, it is that one
 
 
 @dataclass(frozen=True, eq=False)
-class Clip:
+class Frames:
     """Files of moments, of which at most two are in memory.
 
     Attributes:
@@ -218,18 +218,18 @@ class Clip:
 def open_frames(source: SceneSource) -> MovingScene | None:
     """The moving scene that files or a folder hold, one a moment; None if they are no moments.
 
-    Its rows correspond if they do in three pairs of moments, see `Clip.has_rows`. Which rows rest is not
+    Its rows correspond if they do in three pairs of moments, see `Frames.has_rows`. Which rows rest is not
     known, as all moments would have to be read.
 
     Raises:
         SceneError: if a folder holds no scene, the first moment is no scene or is damaged, or two files are
             of one moment.
     """
-    clip = find_clip(source)
+    clip = find_frames(source)
     return None if clip is None else clip.scene()
 
 
-def find_clip(source: SceneSource, encoding: Encoding = STANDARD) -> Clip | None:
+def find_frames(source: SceneSource, encoding: Encoding = STANDARD) -> Frames | None:
     """As `open_frames`, without looking at rows. Names decide, and where these do not the first two files."""
     if source.time is not None and source.time.unit == "all":
         return None
@@ -238,7 +238,7 @@ def find_clip(source: SceneSource, encoding: Encoding = STANDARD) -> Clip | None
         return None
     if len(source.paths) > 1:  # typed, so that each should be there; what a folder lists was asked
         _check_all(source.paths)
-    clip = Clip(series, source.lod, encoding)
+    clip = Frames(series, source.lod, encoding)
     if series.kind == "unsure" and source.time is None and not _looks_like_moments(clip):
         return None
     if series.num_missing:
@@ -246,7 +246,7 @@ def find_clip(source: SceneSource, encoding: Encoding = STANDARD) -> Clip | None
     return clip
 
 
-def _looks_like_moments(clip: Clip) -> bool:
+def _looks_like_moments(clip: Frames) -> bool:
     """Whether files whose names leave it open seem to be moments; a SceneWarning says so."""
     series = clip.series
     if len(series.paths) < _FEWEST_UNSURE or not series.is_regular:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.io.moving.frames import Clip, find_clip
+from brushgs.io.moving.frames import Frames, find_frames
 from brushgs.io.moving.read import open_formula
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
@@ -18,6 +18,7 @@ from brushgs.options.scene_source import SceneSource
 from brushgs.scene import Gaussians
 
 LEAST_OPACITY = 1e-3  # of a Gaussian between the moments that are stored; fainter ones are not there then
+ROUNDED = 1e-3  # seconds: reports print the end of a scene so
 _CURE = "choose another moment (--time)"
 
 
@@ -40,7 +41,7 @@ def open_moment(source: SceneSource, encoding: Encoding) -> SceneFile | None:
         if time is not None and time.unit == "all":
             raise SceneError(path, "is one file that moves, not a file a moment; name a moment in seconds")
         return _made(moving, path, _seconds(time, moving.duration, path))
-    clip = find_clip(source, encoding)
+    clip = find_frames(source, encoding)
     if clip is not None:
         return _of_clip(clip, _seconds(time, clip.duration, path))
     if time is not None and time.unit != "all":
@@ -52,13 +53,13 @@ def open_moment(source: SceneSource, encoding: Encoding) -> SceneFile | None:
 def _seconds(time: Moment | None, duration: float, path: Path) -> float:
     if time is None:
         return 0.0
-    try:
-        return time.seconds(duration)
-    except ValueError as error:
-        raise SceneError(path, f"its {error}; {_CURE}") from None
+    seconds = time.seconds(duration)
+    if seconds > duration + ROUNDED:
+        raise SceneError(path, f"lasts {duration:.4g} s, and {time} is after its end; {_CURE}")
+    return min(seconds, duration)
 
 
-def _of_clip(clip: Clip, time: float) -> SceneFile:
+def _of_clip(clip: Frames, time: float) -> SceneFile:
     """A file of a clip, or what lies between two."""
     position = clip.position(time)
     if position != int(position) and clip.has_rows:

@@ -6,30 +6,18 @@ own, while they are decoded, since the decoder reads named files only; nothing e
 
 import tempfile
 import zipfile
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
-from typing import BinaryIO, Protocol
+from typing import Protocol
 
 from brushgs.errors import SceneError
 from brushgs.io.files import find_within, is_dir, is_plain, open_plain, read_whole
 from brushgs.io.pictures.webp import NUM_HEADER_BYTES
+from brushgs.io.zip_file import ZIP_FAULTS, open_zip, why_not_read
 
 META = "meta.json"
-# Of an archive: 20,000 entries, which take 12 MB in memory. A SOG archive has eight.
-_MAX_DIRECTORY_BYTES = 1 << 20
 _SHOWN_MEMBERS = 3
-_PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # others may ask for gigabytes of memory
-_ZIP_FAULTS = (
-    zipfile.BadZipFile,
-    zlib.error,
-    EOFError,
-    OSError,
-    RuntimeError,
-    NotImplementedError,
-    ValueError,
-)
 
 
 class SceneFiles(Protocol):
@@ -123,8 +111,7 @@ class Archive:
         except KeyError:
             fact = f"names the file {name[:100]!r}, which is not in the archive"
             raise SceneError(self.path, f"its {META} {fact}; download or export it again") from None
-        if member.flag_bits & 1 or member.compress_type not in _PACKINGS:
-            how = "is encrypted" if member.flag_bits & 1 else "is packed in a way that is not read"
+        if how := why_not_read(member):
             raise SceneError(self.path, f"its member {name[:100]!r} {how}; unpack it and name the folder")
         return member
 
@@ -139,7 +126,7 @@ class Archive:
         try:
             with self._archive.open(member) as file:
                 return file.read(most)
-        except _ZIP_FAULTS as error:
+        except ZIP_FAULTS as error:
             fact = f"its member {member.filename[:100]!r} is damaged ({error})"
             raise SceneError(self.path, f"{fact}; download or copy it again") from None
 
@@ -171,34 +158,8 @@ def _open_archive(path: Path) -> Iterator[Archive]:
         SceneError: if the archive is damaged, has a huge directory or holds no `meta.json` or several; says
             what it holds.
     """
-    with open_plain(path, "scene file") as file:
-        bounded = _Bounded(file)
-        try:
-            archive = zipfile.ZipFile(bounded)
-        except _ZIP_FAULTS as error:
-            fact = f"is a damaged zip archive ({error or 'it is cut off'})"
-            raise SceneError(path, f"{fact}; download or copy it again") from None
-        bounded.most = None
-        with archive:
-            yield Archive(path, archive, _find_folder(path, archive.namelist()))
-
-
-class _Bounded:
-    """A file of which no more than so many bytes are read at a time: the directory of an archive."""
-
-    def __init__(self, file: BinaryIO) -> None:
-        self.most: int | None = _MAX_DIRECTORY_BYTES
-        self._file = file
-        self.seek, self.tell, self.seekable, self.close = file.seek, file.tell, file.seekable, file.close
-
-    def read(self, size: int = -1) -> bytes:
-        """As of a file. Raises BadZipFile if it is too much."""
-        if self.most is None:
-            return self._file.read(size)
-        content = self._file.read(self.most + 1 if size < 0 else min(size, self.most + 1))
-        if len(content) > self.most:
-            raise zipfile.BadZipFile(f"its directory is larger than {self.most >> 20} MiB")
-        return content
+    with open_zip(path) as archive:
+        yield Archive(path, archive, _find_folder(path, archive.namelist()))
 
 
 def _find_folder(path: Path, names: list[str]) -> str:
