@@ -155,6 +155,13 @@ KNOWN_MOVING = (
         "splaTV clip", (".splatv",), begins_with(b"Kg\0\0"), reader="splatv", note=".splatv of splaTV"
     ),
     MovingFormat(
+        "params.npz of Dynamic3DGaussians",
+        (".npz",),
+        is_zip_with("means3D.npy", ".npz"),
+        reader="dynamic3d",
+        note="params.npz of Dynamic3DGaussians",
+    ),
+    MovingFormat(
         "pickle",
         _OFTEN_PICKLES,
         is_pickle,
