@@ -14,7 +14,12 @@ from brushgs.sh import base_colors
 COLOR_WEIGHT = 0.07
 
 
-def cluster_features(gaussians: Gaussians, features: Features = "balanced") -> NDArray[np.float32]:
+SceneFrame = tuple[NDArray[np.float64], float]  # centre [3] and radius of a scene, world units
+
+
+def cluster_features(
+    gaussians: Gaussians, features: Features = "balanced", *, frame: SceneFrame | None = None
+) -> NDArray[np.float32]:
     """Position, linear scales and base colour of each Gaussian, [N, 9].
 
     "paper" takes them as they are, so the result depends on the unit of the scene. "balanced" measures
@@ -27,6 +32,8 @@ def cluster_features(gaussians: Gaussians, features: Features = "balanced") -> N
     Args:
         gaussians: N Gaussians.
         features: see above.
+        frame: of "balanced", the centre and the radius of the scene; None for those of these Gaussians. The
+            moments of a scene that moves have one frame: in frames of their own what rests would move.
     """
     points = np.empty((len(gaussians), 9), dtype=np.float32)
     if features == "paper":
@@ -35,23 +42,26 @@ def cluster_features(gaussians: Gaussians, features: Features = "balanced") -> N
         points[:, 3:6] = np.minimum(gaussians.scales, largest)
         points[:, 6:] = base_colors(gaussians.sh)
         return points
-    places, factors = contracted(gaussians.means)
+    places, factors = contracted(gaussians.means, frame)
     points[:, :3] = places
     points[:, 3:6] = np.minimum(gaussians.scales * factors, 2.0)
     points[:, 6:] = COLOR_WEIGHT * base_colors(gaussians.sh)
     return points
 
 
-def contracted(means: Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def contracted(
+    means: Array, frame: SceneFrame | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Positions in radii of the scene from its centre, contracted beyond one radius to less than two.
 
     Args:
         means: [N, 3] points.
+        frame: centre and radius of the scene; None for those of these points.
 
     Returns:
         The positions [N, 3], and what a length there is multiplied by [N, 1].
     """
-    center, radius = robust_frame(means)
+    center, radius = robust_frame(means) if frame is None else frame
     places = (means - center) / radius
     distance = np.maximum(np.linalg.norm(places, axis=1, keepdims=True), 1.0)
     contraction = (2 - 1 / distance) / distance

@@ -74,7 +74,7 @@ def split(
         worst = worst[errors[worst] > 0]
         if len(worst) == 0:
             break
-        found = _cut(found, np.sort(worst), points, weights)
+        found = cut(found, np.sort(worst), points, weights)
         yield found
 
 
@@ -105,7 +105,7 @@ def _squared_errors(plain: Frame, painted: Frame) -> Array:
     return np.asarray(0.5 * (squares[0] + squares[1]))
 
 
-def _cut(labels: Labels, chosen: Labels, points: Array, weights: F64) -> Labels:
+def cut(labels: Labels, chosen: Labels, points: Array, weights: F64) -> Labels:
     """Cut the chosen clusters in two by 2-means, which starts across the widest direction of each."""
     num = int(labels.max()) + 1
     place = np.full(num, -1)
