@@ -3,7 +3,7 @@
 Nothing is matched or grouped anew: a member belongs to its stroke at all times.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -94,20 +94,32 @@ def follow_rows(
 def _finish(table: F32, times: F64, strokes: Gaussians) -> Mask:
     """Make poses continuous in time, in place; the mask of strokes that move."""
     moves = np.empty(len(strokes), bool)
-    at_a_time = max(1, NUMBERS_AT_A_TIME // (len(times) * table.shape[2]))
-    for first in range(0, len(strokes), at_a_time):
-        some = slice(first, first + at_a_time)
+    for some in blocks(table):
         block = np.array(table[:, some])
-        hold_poses(block, times)
-        align_signs(block)
-        own = np.maximum(strokes.opacities[some].astype(np.float32), np.float32(1e-6))
-        painted = np.minimum(own * block[..., OPACITY], 1)
-        block[..., OPACITY] = np.where(
-            block[..., OPACITY] > 1, block[..., OPACITY], faded(painted, times) / own
-        )
+        moves[some] = finish(block, times, strokes.take(some))
         table[:, some] = block
-        moves[some] = _moves(block, strokes.scales[some])
     return moves
+
+
+def blocks(table: F32) -> Iterator[slice]:
+    """The strokes of a table, as many at a time as memory holds."""
+    num_times, num_strokes, width = table.shape
+    at_a_time = max(1, NUMBERS_AT_A_TIME // (num_times * width))
+    for first in range(0, num_strokes, at_a_time):
+        yield slice(first, first + at_a_time)
+
+
+def finish(block: F32, times: F64, strokes: Gaussians) -> Mask:
+    """Make the poses of some strokes continuous in time, in place: held, aligned and faded.
+
+    Returns the mask of the strokes that move.
+    """
+    hold_poses(block, times)
+    align_signs(block)
+    own = np.maximum(strokes.opacities.astype(np.float32), np.float32(1e-6))
+    painted = np.minimum(own * block[..., OPACITY], 1)
+    block[..., OPACITY] = np.maximum(block[..., OPACITY], faded(painted, times) / own)
+    return _moves(block, strokes.scales)
 
 
 def hold_poses(table: F32, times: F64) -> None:

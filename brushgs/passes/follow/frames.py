@@ -1,0 +1,306 @@
+"""Strokes over a clip whose rows do not correspond: each moment was trained or exported alone.
+
+Strokes are carried from moment to moment (`carry`) and move as the Gaussians do that they keep (`step`);
+steps add up to poses (`poses`). At last what trembles is steadied over time (`steady`), and strokes come and
+go over a stated time (`fade`).
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import F32, F64, Mask, Rows
+from brushgs.moving_scene import MovingScene
+from brushgs.passes.extent import robust_frame
+from brushgs.passes.follow.carry import NOBODY, Carrier
+from brushgs.passes.follow.matter import Matter, sums_by_label
+from brushgs.passes.follow.poses import Film, Poses
+from brushgs.passes.follow.rows import align_signs, blocks, finish
+from brushgs.passes.follow.steady import steadied
+from brushgs.passes.follow.step import step_of
+from brushgs.passes.merge import merge_clusters
+from brushgs.quats import normalized, quat_products
+from brushgs.rendering.motion import (
+    COLOR,
+    OPACITY,
+    SHIFT,
+    SIZE,
+    TURN,
+    StrokeMotion,
+    new_table,
+)
+from brushgs.scene import Gaussians
+
+YOUTH = 0.35  # seconds in which a stroke that was born may still gain matter, and is then made anew
+GAINS = 1.15  # factor of the matter that makes it worth it
+# Noise over time: of the size of a stroke, radians, of the logarithms of size and of matter, RGB.
+NOISE_SHIFT, NOISE_TURN, NOISE_SIZE, NOISE_MASS, NOISE_COLOR = 0.1, 0.05, 0.05, 0.2, 0.02
+BRIDGED = 0.12  # seconds without matter that are not seen: some moments of a training miss what is there
+LIGHT_CHANGE = 0.15  # of the logarithm of the matter of a stroke: below it, as opaque as it was
+
+
+def follow_frames(
+    scene: MovingScene,
+    times: F64,
+    strokes: Gaussians,
+    members: Gaussians,
+    labels: Rows,
+    *,
+    advance: Callable[[], None] = lambda: None,
+) -> tuple[Gaussians, StrokeMotion]:
+    """Carry strokes over a clip in which rows do not correspond.
+
+    Args:
+        scene: the clip; two of its moments are in memory at once.
+        times: [T] seconds, ascending, of the clip; at least one.
+        strokes: k strokes of the first moment, with ids.
+        members: the Gaussians of the first moment that they were made of; ids are their rows.
+        labels: [n] of each the id of its stroke. Ids without a stroke are of those that were not worth
+            keeping: what they hold is followed, and not painted.
+        advance: called after each moment.
+
+    Returns:
+        The strokes, and behind them those that are born later, at their reference moments, with ids from the
+        largest label on; and how they move. Opacity is 0 outside the life of a stroke, but for its fades.
+
+    Raises:
+        ValueError: if there are no times, or strokes or members have no ids.
+    """
+    if len(times) == 0:
+        raise ValueError("follow_frames: times must hold at least one moment, got none")
+    if strokes.ids is None or members.ids is None:
+        raise ValueError("follow_frames: strokes and members must have ids, got none")
+    ids = np.unique(np.concatenate([labels, strokes.ids]).astype(np.int64))
+    film, born = Film(), Born(len(ids))
+    for moment in carried(scene, times, members.ids, np.searchsorted(ids, labels), len(ids)):
+        film.add(moment.rows)
+        born.add(moment, float(times[moment.at]))
+        advance()
+    table = film.table()
+    first = int(ids.max(initial=-1)) + 1
+    ids = np.concatenate([ids, first + np.arange(table.shape[1] - len(ids))])
+    strokes, painted = born.joined(strokes, np.searchsorted(ids, strokes.ids), ids)
+    return strokes, _motion(table, moment.origins, painted, born.references, strokes, times)
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """The strokes at one moment, all m that ever were.
+
+    Attributes:
+        at: its number.
+        gaussians: of it, n.
+        labels: [n] the number of the stroke of each, or `NOBODY`.
+        masses: [m] what each stroke paints.
+        rows: [m, 12] see `Poses.rows`.
+        origins: [m, 3] where each was born.
+    """
+
+    at: int
+    gaussians: Gaussians
+    labels: Rows
+    masses: F64
+    rows: F32
+    origins: F64
+
+
+def carried(
+    scene: MovingScene, times: F64, rows: NDArray[np.integer[Any]], labels: Rows, num_strokes: int
+) -> Iterator[Moment]:
+    """The strokes at each moment.
+
+    Args:
+        scene: the clip.
+        times: [T] seconds, ascending.
+        rows: [n] of the first moment, of the Gaussians with a stroke.
+        labels: [n] the strokes, 0 to `num_strokes` - 1.
+        num_strokes: m of the first moment.
+    """
+    carrier: Carrier | None = None
+    poses, frame = Poses.none(), robust_frame(np.zeros((0, 3)))
+    for at, time in enumerate(times):
+        gaussians = scene.at(float(time))
+        if carrier is None or len(carrier.matter) == 0:  # the frame of the first moment that has any
+            frame = robust_frame(gaussians.means)
+        matter = Matter.of(gaussians, frame)
+        if carrier is None:
+            carrier = Carrier.start(matter, np.asarray(rows, np.intp), labels, num_strokes, frame)
+        else:
+            carrier.frame = frame
+            before, seconds = carrier.matter, float(time - times[at - 1])
+            pairs = carrier.step(matter, seconds)
+            if len(matter):
+                step = step_of(
+                    before,
+                    matter,
+                    pairs,
+                    carrier.labels[pairs.after],
+                    poses.pivots,
+                    carrier.strokes.lost[: len(poses.pivots)] < np.inf,
+                )
+                carrier.strokes.velocities[: len(poses.pivots)] = (step.pivots - poses.pivots) / seconds
+                poses.move(step, matter, carrier.labels, seconds)
+        labels_now = carrier.labels if len(matter) else np.zeros(0, np.intp)
+        poses.bear(matter, labels_now, len(carrier.strokes))
+        kept = labels_now != NOBODY
+        masses = sums_by_label(labels_now[kept], matter.masses[kept], len(poses.pivots))
+        masses[carrier.strokes.lost > 0] = 0.0
+        yield Moment(at, gaussians, labels_now, masses, poses.rows(masses), poses.origins)
+
+
+class Born:
+    """Strokes that are made in the course of a clip, each at the moment when it has all its matter."""
+
+    def __init__(self, num_first: int) -> None:
+        self.references = np.zeros(num_first, np.intp)  # [m] moments
+        self._num_first = num_first
+        self._masses = np.zeros(num_first)
+        self._births = np.zeros(num_first)
+        self._made: list[Gaussians] = []
+        self._rows = np.zeros((num_first, 2), np.intp)  # [m] where each is: which of `_made`, and its row
+
+    def add(self, moment: Moment, time: float) -> None:
+        """Make the strokes that were born at a moment, and those anew that are young and have gained."""
+        more = len(moment.masses) - len(self.references)
+        self.references = np.append(self.references, np.full(more, moment.at))
+        self._births = np.append(self._births, np.full(more, time))
+        self._masses = np.append(self._masses, np.zeros(more))
+        self._rows = np.append(self._rows, np.zeros((more, 2), np.intp), axis=0)
+        is_young = time <= self._births + YOUTH
+        is_young[: self._num_first] = False
+        makes = is_young & (moment.masses > GAINS * self._masses)
+        numbers = np.flatnonzero(makes)
+        if len(numbers) == 0:
+            return
+        rows = np.flatnonzero((moment.labels >= 0) & makes[moment.labels])
+        made = merge_clusters(moment.gaussians.take(rows), moment.labels[rows])
+        self._rows[numbers] = np.stack(
+            [np.full(len(numbers), len(self._made)), np.arange(len(numbers))], axis=1
+        )
+        self.references[numbers] = moment.at
+        self._masses[numbers] = moment.masses[numbers]
+        self._made.append(made)
+
+    def joined(self, strokes: Gaussians, painted: Rows, ids: Rows) -> tuple[Gaussians, Rows]:
+        """The first strokes, whose numbers are `painted` [k], and behind them those that were born.
+
+        Their ids are those by number, `ids` [m]. Returns the strokes and their numbers.
+        """
+        numbers = np.flatnonzero(self._masses > 0)
+        painted = np.concatenate([painted, numbers])
+        own = ids[painted].astype(np.int32)
+        if len(numbers) == 0:
+            return replace(strokes, ids=own), painted
+        starts = np.cumsum([0] + [len(made) for made in self._made])
+        rows = starts[self._rows[numbers, 0]] + self._rows[numbers, 1]
+        columns: dict[str, Any] = {}
+        for name, column in strokes.columns().items():
+            parts = [getattr(made, name) for made in self._made]
+            if name == "sh":
+                parts = [_terms(part, column.shape[1]) for part in parts]
+            columns[name] = np.concatenate([column, np.concatenate(parts)[rows].astype(column.dtype)])
+        brushes = strokes.brushes
+        if brushes is not None:
+            brushes = np.append(brushes, np.zeros(len(rows), np.uint8))
+        return replace(strokes, **columns, brushes=brushes, ids=own), painted
+
+
+def _terms(sh: NDArray[Any], count: int) -> NDArray[Any]:
+    """Coefficients [n, k, 3] with so many terms: cut, or filled with zeros."""
+    filled = np.zeros((len(sh), count, 3), sh.dtype)
+    kept = min(count, sh.shape[1])
+    filled[:, :kept] = sh[:, :kept]
+    return filled
+
+
+def _motion(
+    table: F32, origins: F64, painted: Rows, references: Rows, strokes: Gaussians, times: F64
+) -> StrokeMotion:
+    """Poses since birth -> poses since the reference moments, steady and faded, of strokes that move.
+
+    Args:
+        table: [T, m, 12] see `Poses.rows`.
+        origins: [m, 3] where strokes were born.
+        painted: [k] the number of each stroke.
+        references: [m] moments.
+        strokes: k strokes at their reference moments.
+        times: [T] seconds.
+    """
+    assert strokes.ids is not None, "they are counted"
+    pivots = origins[painted]
+    moves = np.empty(len(painted), bool)
+    for some in blocks(table):
+        some = slice(some.start, min(some.stop, len(painted)))
+        numbers = painted[some]
+        block = np.array(table[:, numbers])
+        own = strokes.take(some)
+        pivots[some] += _since_references(block, references[numbers], own, times)
+        moves[some] = finish(block, times, own)
+        table[:, numbers] = block
+    order = np.flatnonzero(moves)
+    order = order[np.argsort(strokes.ids[order], kind="stable")]
+    kept = new_table(len(times), len(order))
+    for row, moment in zip(kept, table, strict=True):
+        row[...] = moment[painted[order]]
+    return StrokeMotion(times, strokes.ids[order], pivots[order], kept)
+
+
+def _since_references(block: F32, references: Rows, strokes: Gaussians, times: F64) -> F64:
+    """Make numbers [T, k, 12] since birth steady, and those of poses since the reference moments, in place.
+
+    Returns how far the pivots had moved at their references [k, 3].
+    """
+    num = np.arange(block.shape[1])
+    masses = _bridged(block[..., OPACITY], times)
+    is_there = masses > 0
+    align_signs(block)
+    sizes = np.maximum(np.sort(strokes.scales, axis=1)[:, 1].astype(np.float64), 1e-30)
+    noises = (
+        (SHIFT, NOISE_SHIFT * sizes),
+        (TURN, np.full(len(sizes), NOISE_TURN / 2)),
+        (slice(SIZE, SIZE + 1), np.full(len(sizes), NOISE_SIZE)),
+        (COLOR, np.full(len(sizes), NOISE_COLOR)),
+    )
+    for numbers, noise in noises:
+        block[..., numbers] = steadied(block[..., numbers], times, noise, is_there)
+    at_reference = block[references, num].copy()
+    for kind in (SHIFT, SIZE, COLOR):
+        block[..., kind] -= at_reference[:, kind]
+    back = at_reference[:, TURN] * np.array([1, -1, -1, -1], np.float32)
+    for moment in block:
+        moment[:, TURN] = normalized(quat_products(moment[:, TURN], back))
+    block[..., OPACITY] = _opacities(masses, is_there, references, strokes, times)
+    return at_reference[:, SHIFT].astype(np.float64)
+
+
+def _bridged(masses: F32, times: F64) -> F32:
+    """Masses [T, k] without the short gaps: in them, the smaller of those before and after."""
+    masses = masses.copy()
+    num = len(masses)
+    rows = np.arange(num)[:, None]
+    before = np.maximum.accumulate(np.where(masses > 0, rows, -1), axis=0)
+    after = np.minimum.accumulate(np.where(masses > 0, rows, num)[::-1], axis=0)[::-1]
+    gaps, strokes = np.nonzero((masses == 0) & (before >= 0) & (after < num))
+    before, after = before[gaps, strokes], after[gaps, strokes]
+    is_short = (times[after] - times[before] <= BRIDGED) | (after - before == 2)
+    gaps, strokes, before, after = (rows[is_short] for rows in (gaps, strokes, before, after))
+    masses[gaps, strokes] = np.minimum(masses[before, strokes], masses[after, strokes])
+    return masses
+
+
+def _opacities(masses: F32, is_there: Mask, references: Rows, strokes: Gaussians, times: F64) -> F32:
+    """Factors of opacity [T, k] by what members paint.
+
+    Of a ray that passes with 1 - opacity, twice the matter lets the square of it pass (Beer-Lambert): a
+    stroke that hides all still does with a little less.
+    """
+    logs = np.log(np.where(is_there, masses, 1.0))[..., None].astype(np.float32)
+    logs = steadied(logs, times, np.full(masses.shape[1], NOISE_MASS), is_there)[..., 0]
+    changes = logs - logs[references, np.arange(masses.shape[1])]
+    changes = np.sign(changes) * np.maximum(np.abs(changes) - LIGHT_CHANGE, 0)
+    opacities = np.clip(strokes.opacities.astype(np.float64), 1e-6, 1 - 1e-6)
+    factors = -np.expm1(np.exp(changes) * np.log1p(-opacities)) / opacities
+    return np.where(is_there, factors, 0.0).astype(np.float32)

@@ -1,0 +1,72 @@
+"""Gaussians of one moment, as following them over a clip needs them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from brushgs.arrays import F32, F64, Array, Mask, Rows
+from brushgs.passes.contribution import projected_areas
+from brushgs.passes.features import SceneFrame, cluster_features
+from brushgs.passes.lloyd import assign
+from brushgs.passes.morton import morton_order
+from brushgs.scene import Gaussians
+from brushgs.sh import base_colors
+
+
+@dataclass(frozen=True, eq=False)
+class Matter:
+    """What n Gaussians of one moment paint, and where.
+
+    Attributes:
+        points: [n, 9] see `cluster_features`, in the frame of the clip.
+        means: [n, 3] world units.
+        spreads: [n] sum of the variances along the three axes, world units squared.
+        masses: [n] opacity x mean projected area, world units squared: what they paint.
+        colors: [n, 3] RGB, 0 to 1.
+        order: [n] rows along a curve on which neighbours in space are neighbours.
+    """
+
+    points: F32
+    means: F64
+    spreads: F64
+    masses: F64
+    colors: F64
+    order: Rows
+
+    @classmethod
+    def of(cls, gaussians: Gaussians, frame: SceneFrame) -> "Matter":
+        """The matter of some Gaussians; `frame` is the centre and the radius of the scene."""
+        scales = gaussians.scales.astype(np.float64)
+        points = cluster_features(gaussians, frame=frame)
+        return cls(
+            points,
+            gaussians.means.astype(np.float64),
+            np.einsum("ni,ni->n", scales, scales),
+            gaussians.opacities * projected_areas(gaussians.scales),
+            base_colors(gaussians.sh),
+            morton_order(points[:, :3]),
+        )
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def nearest(self, centers: F64, is_asked: Mask | None = None) -> tuple[F64, Rows]:
+        """Distances [n] to the nearest of some centres [k, 9], and which it is; 0 where nobody asked."""
+        order = self.order if is_asked is None else self.order[is_asked[self.order]]
+        distances, rows = np.zeros(len(self)), np.zeros(len(self), np.intp)
+        # In order: what is read for one is at hand for the next, 4 times as fast as shuffled rows.
+        distances[order], rows[order] = assign(self.points[order], centers)
+        return distances, rows
+
+
+def sums_by_label(labels: Rows, values: Array, num: int) -> F64:
+    """Sums of values [n] or [n, D] by label, [num] or [num, D]; labels lie in 0 to num - 1."""
+    if values.ndim == 1:
+        return np.asarray(np.bincount(labels, values, num), np.float64)
+    return np.stack([np.bincount(labels, column, num) for column in values.T], axis=1).astype(np.float64)
+
+
+def means_by_label(labels: Rows, weights: F64, values: Array, num: int) -> F64:
+    """Weighted means of values [n, D] by label, [num, D]; 0 for a label without weight."""
+    totals = sums_by_label(labels, weights, num)
+    return sums_by_label(labels, weights[:, None] * values, num) / np.where(totals > 0, totals, 1.0)[:, None]
