@@ -163,6 +163,8 @@ def track_directions(
         quats=gaussians.quats,
         scales=gaussians.scales,
         opacities=gaussians.opacities,
+        carried=None,
+        jumps=None,
         views=knots.views(cameras[0].width, cameras[0].height),
         is_closed=knots.is_closed,
         is_coarse=knots.is_coarse,

@@ -247,10 +247,19 @@ void def_project_backward(nb::module_& m) {
 }
 
 template <class T>
-nb::tuple track_directions(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities,
+nb::tuple track_directions(AnyIn<T> means, AnyIn<T> quats, AnyIn<T> scales, AnyIn<T> opacities,
+                           std::optional<In<float, 2>> carried, std::optional<In<std::uint8_t, 2>> jumps,
                            const std::vector<brushgs::View>& views, bool is_closed, bool is_coarse, double step,
                            double most_turn, double growth, double low_pass, int num_threads) {
-    const auto gaussians = columns_of<T>(means, quats, scales, opacities, std::nullopt);
+    const bool is_moving = opacities.ndim() == 2;
+    const std::size_t count = opacities.shape(is_moving ? 1 : 0);
+    const brushgs::GaussianColumns<T> gaussians{.means = means.data(),
+                                                .quats = quats.data(),
+                                                .scales = scales.data(),
+                                                .opacities = opacities.data(),
+                                                .sh = nullptr,
+                                                .count = count,
+                                                .sh_terms = 0};
     brushgs::Tracks tracks;
     {
         const nb::gil_scoped_release without_gil;
@@ -262,6 +271,9 @@ nb::tuple track_directions(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T
                                                        .most_turn = most_turn,
                                                        .growth = growth,
                                                        .low_pass = low_pass,
+                                                       .rows_per_view = is_moving ? count : 0,
+                                                       .carried = data_or_null(carried),
+                                                       .jumps = data_or_null(jumps),
                                                        .num_threads = num_threads});
     }
     nb::object turns = table(tracks.turns, views.size(), gaussians.count);
@@ -272,10 +284,13 @@ nb::tuple track_directions(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T
 template <class T>
 void def_track_directions(nb::module_& m) {
     m.def("track_directions", &track_directions<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
-          "scales"_a.noconvert(), "opacities"_a.noconvert(), "views"_a, "is_closed"_a, "is_coarse"_a, "step"_a,
-          "most_turn"_a, "growth"_a, "low_pass"_a, "num_threads"_a,
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "carried"_a.noconvert().none(),
+          "jumps"_a.noconvert().none(), "views"_a, "is_closed"_a, "is_coarse"_a, "step"_a, "most_turn"_a, "growth"_a,
+          "low_pass"_a, "num_threads"_a,
           "Directions [views, N] in 2^-16 turns; and the least area of each box [views, N], in areas of the smallest "
-          "box around its ellipse, as octaves times AREA_SCALE_STEPS, or None where none is above 1.");
+          "box around its ellipse, as octaves times AREA_SCALE_STEPS, or None where none is above 1. The columns have "
+          "N rows, or are [views, N, ...] where Gaussians move. carried [views, N]: radians, -pi to pi, to which "
+          "directions are relative; jumps [views, N]: not 0 where a stroke may spin at a price.");
 }
 
 // Rasterisation

@@ -2,14 +2,16 @@
 //
 // Along the path a Gaussian leaves an ellipse in every view (a knot). Its major axis is a line: known up to half
 // a turn, and it spins where the ellipse is nearly round. Per Gaussian, in this order:
-//   measure         the axis, and how slender the ellipse is, at every knot
+//   measure         the axis, relative to the thing where that turns by itself, and how slender the ellipse is, at
+//                   every knot
 //   choose          the cheapest sequence of directions by dynamic programming (Viterbi): a direction costs what it
 //                   makes the box larger than its ellipse needs, and a turn of at most 2 states from knot to knot
 //                   costs a little
 //   smooth          those directions toward the exact axes, the more slender the closer: weighted least squares, a
 //                   tridiagonal system solved by the Thomas algorithm
 //   limit_steps     no step above the limit: the mean of the upper and the lower Lipschitz envelope
-//                   (where frames are far apart they are the knots, and a stroke may spin at a price, see kSpinCost)
+//                   (where frames are far apart they are the knots, and a stroke may spin at a price, see kSpinCost;
+//                   so may one whose thing jumps)
 //   set_area_scales a box across a slender ellipse is large: it grows and shrinks over several knots, not at once
 //   choose_arrows   of the two arrows of the line, the one that agrees with the anchored direction over the path
 //
@@ -61,6 +63,7 @@ constexpr float kSpinLimit = static_cast<float>(88 * kPi / 180);  // of a step t
 
 constexpr float kUnseenWeight = 0.01F;  // weight of a knot at which the stroke is well outside the picture:
 constexpr double kReachSigmas = 4;      // farther than any box reaches, so that it turns freely only out of sight
+constexpr double kFaint = 1.0 / 255;    // opacity below which the rasteriser skips every fragment
 constexpr float kLeastWeight = 1e-3F;   // of any knot, so that the smoothing has one solution
 constexpr float kMostWeight = 1e4F;     // and this needs no more digits than a float has
 constexpr float kPinned = 1e6F;         // of the ends of a closed path
@@ -93,7 +96,8 @@ struct Series {
 
 // The ellipses of a block of Gaussians along the path.
 struct Ellipses {
-    Series direction;    // of the major axis, in (-pi, pi]: the arrow nearer to the projected longest axis
+    Series direction;    // of the major axis, in -pi to pi: the arrow nearer to the projected longest axis; relative
+                         // to what is carried
     Series slenderness;  // (r - 1/r)^2, r the ratio of the axes; 0 at or behind the near plane
     Series weight;       // 1 in the picture, else kUnseenWeight
 };
@@ -103,9 +107,21 @@ struct alignas(64) Block {
 };
 
 template <class T>
-void measure(const TrackParams& params, const Block& block, const Ellipses& ellipses) {
-    const double low_pass = params.low_pass;
+GaussianColumns<T> columns_at(const GaussianColumns<T>& gaussians, std::size_t row) {
+    GaussianColumns<T> columns = gaussians;
+    columns.means += 3 * row, columns.quats += 4 * row, columns.scales += 3 * row, columns.opacities += row;
+    return columns;
+}
+
+template <class T>
+void measure(const GaussianColumns<T>& gaussians, const TrackParams& params, std::size_t begin, std::size_t count,
+             const Ellipses& ellipses) {
+    Block block{};
+    for (std::size_t i = 0; i < kBlock; ++i) block.quat[0][i] = 1;  // rows beyond the last
+    load(gaussians, begin, count, block);
+    const double low_pass = params.low_pass, least_opacity = params.rows_per_view > 0 ? kFaint : 0;
     for (std::size_t knot = 0; knot < params.num_views; ++knot) {
+        if (params.rows_per_view > 0) load(columns_at(gaussians, knot * params.rows_per_view), begin, count, block);
         const View camera = params.views[knot];
         const ViewFrame view = view_frame(camera);
         float* direction = ellipses.direction.at(knot);
@@ -137,12 +153,30 @@ void measure(const TrackParams& params, const Block& block, const Ellipses& elli
             const double angle = is_other ? turned : major.angle;
             found[0][i] = absolute(angle) <= 4 ? angle : 0.0;
             found[1][i] = shown;
+            seen = block.opacity[i] >= least_opacity ? seen : static_cast<double>(kUnseenWeight);
             found[2][i] = f.depth > camera.near ? seen : static_cast<double>(kUnseenWeight);
         }
         for (std::size_t i = 0; i < kRows; ++i) direction[i] = static_cast<float>(found[0][i]);
         for (std::size_t i = 0; i < kRows; ++i) slenderness[i] = static_cast<float>(found[1][i]);
         for (std::size_t i = 0; i < kRows; ++i) weight[i] = static_cast<float>(found[2][i]);
+        if (params.carried == nullptr) continue;
+        const float* carried = params.carried + knot * gaussians.count + begin;
+        for (std::size_t i = 0; i < count; ++i) {
+            const float relative = direction[i] - carried[i];
+            direction[i] = relative - kTwoPi * rounded(relative * (1 / kTwoPi));
+        }
     }
+}
+
+// Which rows jump into each knot: 1 or 0.
+void mark_jumps(const TrackParams& params, std::size_t begin, std::size_t count, std::size_t num_rows,
+                const Series& jumps) {
+    for (std::size_t knot = 0; knot < params.num_views; ++knot)
+        for (std::size_t i = 0; i < kRows; ++i) {
+            const bool jumps_there =
+                params.jumps != nullptr && i < count && params.jumps[knot * num_rows + begin + i] != 0;
+            jumps.at(knot)[i] = jumps_there ? 1.0F : 0.0F;
+        }
 }
 
 // Column `row` of a series, begun at knot `start` of a closed path; the last knot is the first again.
@@ -212,9 +246,10 @@ void cheapest_to_spin_from(const Cost* sum, Cost* cheapest) {
 }
 
 // Sums the cheapest way to every state of every knot. `start` is the only state allowed at the first knot, or -1.
+// Where the row jumps it may spin, as between all knots that are coarse.
 template <std::size_t states, int reach, bool is_coarse>
-void sum_costs(const CostTable& table, const Ellipses& ellipses, std::size_t row, std::size_t num_views, int start,
-               Cost* sums) {
+void sum_costs(const CostTable& table, const Ellipses& ellipses, const Series& jumps, std::size_t row,
+               std::size_t num_views, int start, Cost* sums) {
     for (std::size_t knot = 0; knot < num_views; ++knot) {
         const Cost* cost = costs_at(table, ellipses, knot, row);
         Cost* sum = sums + knot * kCostRow + reach;
@@ -224,8 +259,6 @@ void sum_costs(const CostTable& table, const Ellipses& ellipses, std::size_t row
             if (start >= 0) sum[start] = 0;
         } else {
             const Cost* before = sum - kCostRow;
-            Cost spun[states];
-            if constexpr (is_coarse) cheapest_to_spin_from<states>(before, spun);
             for (std::size_t half = 0; half < states; half += kLineStates)
                 for (std::size_t i = 0; i < kLineStates; ++i) {
                     const Cost* from = before + half + i;
@@ -235,12 +268,16 @@ void sum_costs(const CostTable& table, const Ellipses& ellipses, std::size_t row
                         const Cost turned = static_cast<Cost>(nearer + turn_cost(turn, is_coarse));
                         best = turned < best ? turned : best;
                     }
-                    if constexpr (is_coarse) {
-                        const Cost turned = static_cast<Cost>(spun[half + i] + kSpinCost);
-                        best = turned < best ? turned : best;
-                    }
                     sum[half + i] = static_cast<Cost>(best + cost[i]);
                 }
+            if (is_coarse || jumps.at(knot)[row] > 0) {
+                Cost spun[states];
+                cheapest_to_spin_from<states>(before, spun);
+                for (std::size_t j = 0; j < states; ++j) {
+                    const Cost turned = static_cast<Cost>(spun[j] + kSpinCost + cost_of(j));
+                    sum[j] = turned < sum[j] ? turned : sum[j];
+                }
+            }
         }
         if (knot % kKnotsPerRebase == kKnotsPerRebase - 1) {
             Cost smallest = sum[0];
@@ -257,7 +294,8 @@ void sum_costs(const CostTable& table, const Ellipses& ellipses, std::size_t row
 // Traces the cheapest way back from state `last`, or from the cheapest one if that is -1. Positions are
 // states that do not wrap.
 template <std::size_t states, int reach, bool is_coarse>
-void trace_back(std::size_t num_views, int last, const Cost* sums, std::int32_t* positions) {
+void trace_back(const Series& jumps, std::size_t row, std::size_t num_views, int last, const Cost* sums,
+                std::int32_t* positions) {
     const Cost* sum = sums + (num_views - 1) * kCostRow + reach;
     int state = last;
     if (last < 0) {
@@ -275,7 +313,7 @@ void trace_back(std::size_t num_views, int last, const Cost* sums, std::int32_t*
                 const int cost = sum[state - k] + turn_cost(size, is_coarse);
                 if (cost < best) best = cost, turn = k;
             }
-        if constexpr (is_coarse)
+        if (is_coarse || jumps.at(knot)[row] > 0)
             for (int size = reach + 1; size <= kSpinReach; ++size)
                 for (const int k : {size, -size}) {
                     const int cost = sum[(state - k + static_cast<int>(states)) % static_cast<int>(states)] + kSpinCost;
@@ -300,38 +338,41 @@ inline int state_of(float direction) {
 
 // Chooses the states of one row into `scratch.positions`; returns whether a closed path had to spend a half turn.
 template <int reach, int half_turn_reach, bool is_coarse>
-bool choose(const TrackParams& params, const CostTable& table, const Ellipses& ellipses, std::size_t row,
-            TrackScratch& scratch) {
+bool choose(const TrackParams& params, const CostTable& table, const Ellipses& ellipses, const Series& jumps,
+            std::size_t row, TrackScratch& scratch) {
     Cost* sums = scratch.costs.get();
     std::int32_t* positions = scratch.positions.get();
     const std::size_t num_views = params.num_views;
     const int start = params.is_closed ? state_of(ellipses.direction.at(0)[row]) : -1;
-    sum_costs<kLineStates, reach, is_coarse>(table, ellipses, row, num_views, start, sums);
-    trace_back<kLineStates, reach, is_coarse>(num_views, start, sums, positions);
+    sum_costs<kLineStates, reach, is_coarse>(table, ellipses, jumps, row, num_views, start, sums);
+    trace_back<kLineStates, reach, is_coarse>(jumps, row, num_views, start, sums, positions);
     if (!params.is_closed || has_closed(positions, num_views)) return false;
-    sum_costs<kCircleStates, half_turn_reach, is_coarse>(table, ellipses, row, num_views, start, sums);
-    trace_back<kCircleStates, half_turn_reach, is_coarse>(num_views, start, sums, positions);
+    sum_costs<kCircleStates, half_turn_reach, is_coarse>(table, ellipses, jumps, row, num_views, start, sums);
+    trace_back<kCircleStates, half_turn_reach, is_coarse>(jumps, row, num_views, start, sums, positions);
     if (!has_closed(positions, num_views))  // a loop of too few knots for a half turn: do not turn
         for (std::size_t knot = 0; knot < num_views; ++knot) positions[knot] = start;
     return true;
 }
 
-// Chooses the states of one row, and how far it may turn into every knot from the one before.
+// Chooses the states of one row, and how far it may turn into every knot from the one before: `limit` holds which
+// knots it jumps into, and gets this.
 void choose_row(const TrackParams& params, const CostTable& table, const Ellipses& ellipses, std::size_t row,
                 TrackScratch& scratch, const Series& limit) {
-    if (!params.is_coarse) {
-        const bool spends = choose<kReach, kHalfTurnReach, false>(params, table, ellipses, row, scratch);
-        const float step = least((spends ? kHalfTurnLimit : kLimit) * static_cast<float>(params.step),
-                                 static_cast<float>(params.most_turn));
-        for (std::size_t knot = 0; knot < params.num_views; ++knot) limit.at(knot)[row] = step;
-        return;
+    int reach = kCoarseReach;
+    float step = kCoarseLimit;
+    if (params.is_coarse) {
+        choose<kCoarseReach, kCoarseReach, true>(params, table, ellipses, limit, row, scratch);
+    } else {
+        const bool spends = choose<kReach, kHalfTurnReach, false>(params, table, ellipses, limit, row, scratch);
+        reach = spends ? kHalfTurnReach : kReach;
+        step = least((spends ? kHalfTurnLimit : kLimit) * static_cast<float>(params.step),
+                     static_cast<float>(params.most_turn));
     }
-    choose<kCoarseReach, kCoarseReach, true>(params, table, ellipses, row, scratch);
     const std::int32_t* positions = scratch.positions.get();
-    limit.at(0)[row] = kCoarseLimit;
+    limit.at(0)[row] = step;
     for (std::size_t knot = 1; knot < params.num_views; ++knot) {
         const std::int32_t turn = positions[knot] - positions[knot - 1];
-        limit.at(knot)[row] = turn < -kCoarseReach || turn > kCoarseReach ? kSpinLimit : kCoarseLimit;
+        limit.at(knot)[row] = turn < -reach || turn > reach ? kSpinLimit : step;
     }
 }
 
@@ -489,16 +530,14 @@ bool run(const GaussianColumns<T>& gaussians, const TrackParams& params, const C
     const Series x = series[3], upper = series[4];
     Limits limits{series[5], {}};
 
-    Block block{};
-    for (std::size_t i = 0; i < kBlock; ++i) block.quat[0][i] = 1;  // rows beyond the last
-    load(gaussians, begin, count, block);
-    measure<T>(params, block, ellipses);
+    measure(gaussians, params, begin, count, ellipses);
+    mark_jumps(params, begin, count, gaussians.count, limits.step);
 
     std::size_t starts[kRows] = {};
     for (std::size_t i = 0; i < kRows; ++i) {
         if (i < count && params.is_closed) {
             starts[i] = most_slender_knot(ellipses, i, num_views - 1);
-            for (const Series& column : {ellipses.direction, ellipses.slenderness, ellipses.weight})
+            for (const Series& column : {ellipses.direction, ellipses.slenderness, ellipses.weight, limits.step})
                 rotate(column, i, starts[i], num_views, scratch.column.get());
         }
         if (i < count) {

@@ -1,4 +1,4 @@
-// Gaussians and the views along a camera path -> which way each stroke points in each view.
+// Gaussians, at rest or moving, and the views along a camera path -> which way each stroke points in each view.
 #pragma once
 
 #include <cstddef>
@@ -18,6 +18,15 @@ struct TrackParams {
     double most_turn;       // radians from knot to knot, unless it is coarse: more would spin from frame to frame
     double growth;          // of the area of a box, at most, from knot to knot, for being off its axis; > 1
     double low_pass;        // added to the projected covariance, pixels squared
+    // Where the Gaussians move, their columns hold `count` rows for each view, one view after the other: then this is
+    // `count`. 0: all views see the same rows.
+    std::size_t rows_per_view;
+    // [num_views, count] or null: how far the thing that each Gaussian paints has turned in the picture by itself,
+    // radians, -pi to pi. Directions are chosen, limited and given relative to it.
+    const float* carried;
+    // [num_views, count] or null: not 0 where the thing jumps from the view before. There a stroke may spin at the
+    // price that it pays between frames which are far apart. Of a closed path the first view has what the last has.
+    const std::uint8_t* jumps;
     int num_threads;
 };
 
@@ -34,7 +43,8 @@ struct Tracks {
     bool has_area_scales = false;   // whether any area_scale is not 0
 };
 
-// The result does not depend on `num_threads`, bit for bit.
+// Gaussians that move and are fainter than what paints are tracked as if outside the picture. The result does not
+// depend on `num_threads`, bit for bit.
 template <class T>
 Tracks track_directions(const GaussianColumns<T>& gaussians, const TrackParams& params);
 
