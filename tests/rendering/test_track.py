@@ -16,8 +16,9 @@ import brushgs as bg
 from brushgs.cameras.orbit import orbit
 from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
 from brushgs.rendering import reference
+from brushgs.rendering.knots import KNOT_SPACING
 from brushgs.rendering.project import Directions, project
-from brushgs.rendering.track import KNOT_SPACING, Track, track_directions
+from brushgs.rendering.track import Track, track_directions
 from brushgs.scene import Camera, Gaussians
 
 SIZE = {"width": 160, "height": 120}

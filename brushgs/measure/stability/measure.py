@@ -32,7 +32,7 @@ from brushgs.measure.stability.pair_errors import PaintedFrame, PairErrors
 from brushgs.measure.stability.schedule import FrameSchedule
 from brushgs.measure.warp import View
 from brushgs.options.experiments import StabilityConfig
-from brushgs.rendering.track import is_closed
+from brushgs.rendering.knots import is_closed
 from brushgs.scene import Boxes, Camera, Frame
 
 NOTHING_COMPARED = (
