@@ -59,6 +59,21 @@ def turn_forms(matrices: NDArray[np.float64], plus: float = 0.0) -> NDArray[np.f
     return np.ascontiguousarray(np.array(rows).transpose(2, 0, 1))
 
 
+def twists(quats: Array, axes: Array) -> NDArray[np.float64]:
+    """[n] how far rotations [n, 4] turn about unit axes [n, 3], radians, -pi to pi.
+
+    A rotation is a twist about an axis after a swing of it, which turns about a direction across it; 0 where
+    it only swings, also by half a turn, where no twist is defined.
+    """
+    along = np.einsum("nj,nj->n", quats[:, 1:], axes)
+    return np.asarray(2 * np.arctan2(np.where(quats[:, 0] < 0, -along, along), np.abs(quats[:, 0])))
+
+
+def conjugates(quats: Array) -> NDArray[np.float64]:
+    """[n, 4] the inverse rotations of unit quaternions [n, 4]."""
+    return np.asarray(quats * (1.0, -1.0, -1.0, -1.0))
+
+
 def quat_products(first: Array, second: Array) -> NDArray[np.float64]:
     """[N, 4] Hamilton products: the rotation `second`, then `first`. Lengths multiply."""
     a, b, c, d = np.moveaxis(first.astype(np.float64), -1, 0)

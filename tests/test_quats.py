@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from brushgs.quats import normalized, quats_of, rotation_matrices
+from brushgs.quats import conjugates, normalized, quats_of, rotation_matrices, twists
 
 
 def some_quats(n=200):
@@ -34,3 +34,19 @@ def test_half_turns_keep_their_digits():
     )
     back = quats_of(rotation_matrices(half_turns))
     np.testing.assert_allclose(np.abs((back * half_turns).sum(axis=1)), 1, rtol=1e-14)
+
+
+def test_a_twist_is_what_a_rotation_turns_about_an_axis():
+    g = np.random.default_rng(3)
+    axes, swings = g.normal(size=(2, 200, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    swings -= (swings * axes).sum(axis=1, keepdims=True) * axes  # across the axes, at most 2 radians
+    swings *= (g.uniform(0, 2, 200) / np.linalg.norm(swings, axis=1))[:, None]
+    angles = g.uniform(-3.1, 3.1, 200)
+    swing = Rotation.from_rotvec(swings)
+    both = swing * Rotation.from_rotvec(axes * angles[:, None])
+    for sign in (1, -1):
+        quats = sign * both.as_quat(scalar_first=True)
+        np.testing.assert_allclose(twists(quats, axes), angles, atol=1e-9)
+        np.testing.assert_allclose(twists(conjugates(quats), axes), -angles, atol=1e-9)
+        np.testing.assert_allclose(twists(swing.as_quat(scalar_first=True), axes), 0, atol=1e-9)
