@@ -1,4 +1,8 @@
-"""A camera path -> the views at which directions of strokes are chosen: knots, evenly spaced along it."""
+"""A camera path -> the views at which directions of strokes are chosen: knots, evenly spaced along it.
+
+Where strokes move too, a clip is a path through views and moments, and knots are no further apart than a
+thirtieth of a second either.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +18,8 @@ from brushgs.scene import Camera, Gaussians
 
 # The path is sampled each time the view has changed by this much, whatever the frame rate.
 KNOT_SPACING = radians(1.5)
+# And where strokes move, each time this much of the clip has been played, in seconds.
+KNOT_SECONDS = 1 / 30
 # A path with more knots per frame (cuts, mostly) is sampled less often.
 MOST_KNOTS_A_FRAME = 16
 # Where frames mostly lie further apart, they alone are the knots: what turns evenly from knot to knot would
@@ -31,17 +37,18 @@ ROUNDING = 1e-9  # of a knot: a path that is longer by less needs no further kno
 class Knots:
     """Views along a path, and the positions of its frames among them.
 
-    They lie at even steps of view change; or are the frames themselves, where these are far apart. A resting
-    camera has one.
+    They lie at even steps of view change, or of time where that passes faster; or are the frames themselves,
+    where these are far apart. A resting camera has one, where strokes rest too.
     """
 
     viewmats: F64  # [K, 4, 4]
     Ks: F64  # [K, 3, 3]
     nears: F64  # [K]
-    spacing: float  # radians of view change; a typical one where the knots are the frames
+    spacing: float  # radians of view change, or the time it stands for; a typical one where knots are frames
     is_closed: bool
     is_coarse: bool  # whether they are the frames
     positions: F64  # [F]
+    among_frames: F64  # [K] where the knots lie among the frames, 0 to F - 1
 
     @property
     def knots_a_frame(self) -> float:
@@ -72,23 +79,50 @@ class Knots:
         }
 
 
-def knots_of(cameras: list[Camera], middle: F64, reach: float) -> Knots:
-    """The knots of a path: views of one size through a scene of this `middle_and_reach`."""
+def knots_of(
+    cameras: list[Camera],
+    middle: F64,
+    reach: float,
+    *,
+    seconds: F64 | None = None,
+    ends_meet: bool = True,
+) -> Knots:
+    """The knots of a path.
+
+    Args:
+        cameras: the F views in order, all of one size.
+        middle: of the scene, see `middle_and_reach`.
+        reach: of the scene, see `middle_and_reach`.
+        seconds: [F - 1] for which strokes move from each frame to the next; None where they all rest.
+        ends_meet: whether strokes are at the last frame where they are at the first: closed is a path of
+            which the cameras meet as well.
+    """
     viewmats = np.stack([camera.viewmat for camera in cameras])
     lens = lenses(cameras)
     eyes = np.stack([camera.position for camera in cameras])
     # A camera near the middle of the scene has most of it around itself, at about this distance.
     distances = np.maximum(np.linalg.norm(eyes - middle, axis=1), reach)
     changes = view_changes(viewmats[:-1], viewmats[1:], np.minimum(distances[:-1], distances[1:]))
+    typical = float(np.median(changes[changes > 0])) if (changes > 0).any() else 0.0
+    if seconds is not None:
+        changes = np.maximum(changes, seconds * (KNOT_SPACING / KNOT_SECONDS))
     ways = np.concatenate([[0.0], np.cumsum(changes)])
-    is_closed = bool(ways[-1] > 0 and ends_where_it_begins(cameras, reach))
-    typical = float(np.median(changes[changes > 0])) if ways[-1] > 0 else 0.0
+    is_closed = bool(ways[-1] > 0 and ends_meet and ends_where_it_begins(cameras, reach))
     if typical > COARSE_STEP * (1 + ROUNDING):
-        is_moved = np.concatenate([[True], changes > 0])  # while the camera rests, so do the strokes
+        is_moved = np.concatenate([[True], changes > 0])  # where nothing moves, no stroke turns
         nears = np.array([camera.near for camera in cameras])[is_moved]
         Ks = np.stack([camera.K for camera in cameras])[is_moved]
         positions = np.cumsum(is_moved) - 1.0
-        return Knots(viewmats[is_moved], Ks, nears, typical, is_closed, is_coarse=True, positions=positions)
+        return Knots(
+            viewmats[is_moved],
+            Ks,
+            nears,
+            typical,
+            is_closed,
+            is_coarse=True,
+            positions=positions,
+            among_frames=np.flatnonzero(is_moved).astype(np.float64),
+        )
     num_steps = min(ceil(ways[-1] / KNOT_SPACING - ROUNDING), MOST_KNOTS_A_FRAME * len(cameras))
     num_steps = max(num_steps, 2 if is_closed else int(ways[-1] > 0))
     at = np.linspace(0, ways[-1], num_steps + 1)
@@ -110,6 +144,7 @@ def knots_of(cameras: list[Camera], middle: F64, reach: float) -> Knots:
         is_closed=is_closed,
         is_coarse=False,
         positions=positions,
+        among_frames=frames + shares,
     )
 
 

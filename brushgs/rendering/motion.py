@@ -46,7 +46,7 @@ class Pose:
             strokes: at their reference moments.
             has_color: whether they take part in changes of colour: marks in a colour of their own do not.
         """
-        rows, found = self._match(strokes)
+        rows, found = match(strokes, self.ids)
         if len(rows) == 0:
             return strokes
         numbers = self.numbers[found].astype(np.float64)
@@ -64,7 +64,7 @@ class Pose:
 
     def turned(self, strokes: Gaussians, normals: Array) -> Array:
         """Directions [N, 3] that are fixed to strokes, at this moment."""
-        rows, found = self._match(strokes)
+        rows, found = match(strokes, self.ids)
         if len(rows) == 0:
             return normals
         normals = normals.copy()
@@ -72,14 +72,6 @@ class Pose:
             "nij,nj->ni", rotation_matrices(self.numbers[found, TURN]), normals[rows].astype(np.float64)
         )
         return normals
-
-    def _match(self, strokes: Gaussians) -> tuple[Rows, Rows]:
-        """The rows of strokes that move, and the row of this pose of each."""
-        if strokes.ids is None or len(self.ids) == 0:
-            return np.arange(0), np.arange(0)
-        found = np.minimum(np.searchsorted(self.ids, strokes.ids), len(self.ids) - 1)
-        rows = np.flatnonzero(self.ids[found] == strokes.ids)
-        return rows, found[rows]
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +109,15 @@ class StrokeMotion:
             if len(numbers):
                 numbers[:, TURN] = normalized(numbers[:, TURN])
         return Pose(self.ids, self.pivots, numbers)
+
+
+def match(strokes: Gaussians, ids: NDArray[np.int32]) -> tuple[Rows, Rows]:
+    """The rows of strokes that move, and of each the row among the `ids` of a `StrokeMotion`."""
+    if strokes.ids is None or len(ids) == 0:
+        return np.arange(0), np.arange(0)
+    found = np.minimum(np.searchsorted(ids, strokes.ids), len(ids) - 1)
+    rows = np.flatnonzero(ids[found] == strokes.ids)
+    return rows, found[rows]
 
 
 def new_table(num_times: int, num_strokes: int) -> F32:

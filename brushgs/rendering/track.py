@@ -5,20 +5,23 @@ stroke's longest axis. Where the path is known before the first frame is drawn, 
 of it at once: see `track_directions`. Given the `Track`, every frame can be drawn alone.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64
+from brushgs.arrays import F32, F64, Array
 from brushgs.native import core as _core
 from brushgs.options.choices import Order
-from brushgs.rendering.knots import knots_of, middle_and_reach
+from brushgs.rendering.knots import Knots, knots_of, middle_and_reach
 from brushgs.rendering.project import LOW_PASS, Directions, project
 from brushgs.scene import Boxes, Camera, Gaussians
 from brushgs.threads import num_threads_or_default
+
+TRACKED_COLUMNS = ("means", "quats", "scales", "opacities")  # of strokes: all that their directions depend on
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +138,22 @@ def track_directions(
     Raises:
         ValueError: if there is no camera or sizes differ.
     """
+    cameras = checked_cameras(cameras)
+    return directions_along(
+        knots_of(cameras, *middle_and_reach(gaussians)),
+        gaussians.columns(),
+        cameras[0],
+        low_pass=low_pass,
+        num_threads=num_threads_or_default(num_threads),
+    )
+
+
+def checked_cameras(cameras: Sequence[Camera]) -> list[Camera]:
+    """The cameras of a path.
+
+    Raises:
+        ValueError: if there is none or sizes differ.
+    """
     cameras = list(cameras)
     if not cameras:
         raise ValueError("track: cameras must hold at least one, got none")
@@ -143,16 +162,39 @@ def track_directions(
         raise ValueError(
             f"track: cameras must have one size, got {sizes[0]} and {sizes[1]}; use Camera.resized"
         )
-    knots = knots_of(cameras, *middle_and_reach(gaussians))
+    return cameras
+
+
+def directions_along(
+    knots: Knots,
+    columns: Mapping[str, Array],
+    camera: Camera,
+    *,
+    carried: F32 | None = None,
+    jumps: NDArray[np.uint8] | None = None,
+    low_pass: float,
+    num_threads: int,
+) -> Track:
+    """`track_directions` along knots.
+
+    Args:
+        knots: of the path, K of them.
+        columns: `TRACKED_COLUMNS` of strokes, others are ignored; [N, ...], or [K, N, ...] where they move.
+        camera: the size of its picture is that of all views.
+        carried: [K, N] how far the thing of each stroke has turned in the picture by itself, -pi to pi
+            radians: the directions are relative to it.
+        jumps: [K, N] whether it jumps from the knot before, so that its stroke may spin; at the first knot of
+            a closed path whether it does so at the last.
+        low_pass: see `track_directions`.
+        num_threads: how many, 1 or more.
+    """
+    tracked: dict[str, Any] = {name: columns[name] for name in TRACKED_COLUMNS}
     turns, area_scales = _core.track_directions(
-        means=gaussians.means,
-        quats=gaussians.quats,
-        scales=gaussians.scales,
-        opacities=gaussians.opacities,
-        carried=None,
-        jumps=None,
-        **knots.core_arguments(cameras[0].width, cameras[0].height),
+        **tracked,
+        carried=carried,
+        jumps=jumps,
+        **knots.core_arguments(camera.width, camera.height),
         low_pass=float(low_pass),
-        num_threads=num_threads_or_default(num_threads),
+        num_threads=num_threads,
     )
     return Track(turns, area_scales, knots.positions)

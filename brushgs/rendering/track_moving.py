@@ -1,0 +1,349 @@
+"""A camera path through a clip -> which way each stroke points in each frame: the lock where strokes move.
+
+Strokes that rest are tracked by `track_directions`. Those that move are tracked over views and moments at
+once, relative to the thing that they paint: what turns in the picture takes its strokes with it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import cos, inf, pi, radians
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import F32, F64, Array, Mask, Rows
+from brushgs.quats import conjugates, normalized, quat_products, rotation_matrices, twists
+from brushgs.rendering.knots import Knots, knots_of, middle_and_reach
+from brushgs.rendering.motion import SHIFT, TURN, Pose, StrokeMotion, match
+from brushgs.rendering.project import LOW_PASS, Directions
+from brushgs.rendering.track import TRACKED_COLUMNS, Track, checked_cameras, directions_along
+from brushgs.scene import Camera, Gaussians
+from brushgs.threads import num_threads_or_default
+
+# A thing whose view changes by more from knot to knot jumps: eyes do not follow it. What turns end over end
+# by a quarter turn a step does; a board that makes a turn a second, 12 degrees a step, does not.
+JUMP = radians(30)
+CHUNK = 1 << 26  # bytes of what strokes that are tracked at a time have at all knots
+LEAST_ROWS = 64  # what the core tracks at a time anyway
+SAME_MOMENT = 1e-6  # of a frame: a knot this near to a frame is at it
+
+
+@dataclass(frozen=True, eq=False)
+class MovingTrack:
+    """Which way every stroke points along a clip.
+
+    Attributes:
+        resting: of the strokes that rest.
+        moving: of those that move, relative to their things.
+        rests: [r] rows of the strokes that rest.
+        moves: [m] rows of those that move.
+        things: [m] of each of these its row in `carried`.
+        carried: [F, S] int16, how far things have turned in the picture by themselves, in 2^-16 turns.
+    """
+
+    resting: Track
+    moving: Track
+    rests: Rows
+    moves: Rows
+    things: Rows
+    carried: NDArray[np.int16]
+
+    def __len__(self) -> int:
+        """How many frames the clip has."""
+        return len(self.positions)
+
+    @property
+    def positions(self) -> F64:
+        """[F] where the frames lie among the knots: frames next to each other at one position are equal."""
+        return self.moving.positions if len(self.moves) else self.resting.positions
+
+    def directions(self, frame: int) -> Directions:
+        """Which way each stroke points in one frame of the clip: for `project` and `render`.
+
+        Args:
+            frame: which one, 0 to F - 1.
+
+        Raises:
+            IndexError: if there is no such frame.
+        """
+        resting, moving = self.resting.directions(frame), self.moving.directions(frame)
+        angles = np.empty(len(self.rests) + len(self.moves), np.float32)
+        angles[self.rests] = resting.angles
+        carried = self.carried[frame][self.things] * np.float32(2 * pi / 65536)
+        turned = moving.angles + carried
+        angles[self.moves] = turned - np.float32(2 * pi) * np.rint(turned * np.float32(0.5 / pi))
+        if resting.area_scales is None and moving.area_scales is None:
+            return Directions(angles)
+        area_scales = np.ones(len(angles), np.float32)
+        for rows, part in ((self.rests, resting), (self.moves, moving)):
+            if part.area_scales is not None:
+                area_scales[rows] = part.area_scales
+        return Directions(angles, area_scales)
+
+
+def track_moving(
+    strokes: Gaussians,
+    cameras: Sequence[Camera],
+    motion: StrokeMotion,
+    positions: F64,
+    *,
+    fps: float,
+    low_pass: float = LOW_PASS,
+    num_threads: int | None = None,
+) -> MovingTrack:
+    """Choose which way every stroke points, over a whole clip.
+
+    Strokes that rest are tracked as `track_directions` does. For those that move the path leads through views
+    and moments: its knots are at most 1/30 of a second apart too, as it is played, so that the outcome hardly
+    depends on the frame rate. At each knot the core sees the ellipse of the stroke as it is there.
+
+    Directions are chosen relative to the thing that a stroke paints. How far that has turned in the picture
+    is the sum, from moment to moment, of the turn of the stroke's motion about the line of sight to its pivot
+    (swing and twist), whatever the camera does. So a stroke turns by at most 5.2 degrees in 1/30 of a second
+    (7.2 on a closed path that has a half turn to spend; at coarse steps of the camera as far as
+    `track_directions` says) beyond what the thing itself turns in the picture, however fast that is.
+
+    Where the thing jumps, it has no bearing on what comes before or after: a stroke whose view of its thing
+    changes by more than 30 degrees from knot to knot may there spin, by up to 88 degrees, for the price of a
+    box 1.35 times as large, as between frames of a camera that are far apart. That is so at a cut in time,
+    for what teleports, and for what turns end over end so fast.
+
+    Where the cameras end with the first, and the strokes where they were at first, as in a loop there and
+    back, the path is closed: directions come back to what they were. What a thing has then turned in the
+    picture in all (a wheel that rolls forth before the camera and back behind it) is taken off evenly where
+    it turns.
+
+    Args:
+        strokes: N strokes at their reference moments, with the ids of `motion`; those that it does not hold,
+            and all without ids, rest.
+        cameras: the F views in order, all of one size.
+        motion: how strokes move.
+        positions: [F] the moment of each frame among those of the motion, 0 to T - 1, in any order; between
+            frames strokes move through the moments between, evenly.
+        fps: frames a second, as the clip is played.
+        low_pass: variance added to both axes, pixels squared, >= 0; see `project`.
+        num_threads: None takes the processors available to this process. The result does not depend on it.
+
+    Raises:
+        ValueError: if there is no camera, sizes differ, there is not one position for each camera, one is out
+            of range, or `fps` is not positive.
+    """
+    cameras = checked_cameras(cameras)
+    positions = _checked_positions(positions, len(cameras), len(motion.times))
+    if not 0 < fps < inf:
+        raise ValueError(f"track: fps must be positive and finite, got {fps}")
+    extent, threads = middle_and_reach(strokes), num_threads_or_default(num_threads)
+    moves, found = match(strokes, motion.ids)
+    is_resting = np.ones(len(strokes), bool)
+    is_resting[moves] = False
+    rests = np.flatnonzero(is_resting)
+    resting = directions_along(
+        knots_of(cameras, *extent),
+        strokes.take(rests).columns(),
+        cameras[0],
+        low_pass=low_pass,
+        num_threads=threads,
+    )
+    seconds = np.where(np.diff(positions) == 0, 0.0, 1 / fps)
+    knots = knots_of(cameras, *extent, seconds=seconds, ends_meet=positions[0] == positions[-1])
+    clip = _Clip(motion, knots, _moments_of(knots, cameras, positions), cameras[0], low_pass, threads)
+    moves, found = (rows[np.argsort(found, kind="stable")] for rows in (moves, found))
+    moving, carried = clip.track(strokes.take(moves), found)
+    things = np.unique(found, return_inverse=True)[1]
+    return MovingTrack(resting, moving, rests, moves, things, carried)
+
+
+def _checked_positions(positions: F64, num_frames: int, num_moments: int) -> F64:
+    positions = np.asarray(positions, np.float64)
+    if positions.shape != (num_frames,):
+        raise ValueError(
+            f"track: positions must be one for each of {num_frames} cameras, got shape {positions.shape}"
+        )
+    is_wrong = ~((positions >= 0) & (positions <= max(num_moments - 1, 0)))
+    if is_wrong.any():
+        raise ValueError(
+            f"track: positions must lie in 0 to {num_moments - 1}, got {positions[np.argmax(is_wrong)]:g}"
+        )
+    return positions
+
+
+@dataclass(frozen=True, eq=False)
+class _Moments:
+    """The knots and the frames of a clip in the order in which they are played, each once.
+
+    Attributes:
+        positions: [m] among the moments of the motion.
+        eyes: [m, 3] camera centres, world units.
+        knots: [K] which of them are the knots.
+        frames: [F] which of them are the frames.
+    """
+
+    positions: F64
+    eyes: F64
+    knots: Rows
+    frames: Rows
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+
+def _moments_of(knots: Knots, cameras: list[Camera], positions: F64) -> _Moments:
+    nearest = np.rint(knots.among_frames)
+    is_frame = np.abs(knots.among_frames - nearest) < SAME_MOMENT
+    of_knots = np.where(is_frame, nearest, knots.among_frames)
+    of_frames = np.arange(len(cameras), dtype=np.float64)
+    at = np.union1d(of_knots, of_frames)
+    rows_of_knots, rows_of_frames = np.searchsorted(at, of_knots), np.searchsorted(at, of_frames)
+    eyes = np.empty((len(at), 3))
+    turns, shifts = knots.viewmats[:, :3, :3], knots.viewmats[:, :3, 3]
+    eyes[rows_of_knots] = -np.einsum("kji,kj->ki", turns, shifts)
+    eyes[rows_of_frames] = [camera.position for camera in cameras]
+    return _Moments(np.interp(at, of_frames, positions), eyes, rows_of_knots, rows_of_frames)
+
+
+@dataclass(frozen=True, eq=False)
+class _Clip:
+    """All that strokes which move are tracked with."""
+
+    motion: StrokeMotion
+    knots: Knots
+    moments: _Moments
+    camera: Camera  # the size of its picture is that of all
+    low_pass: float
+    num_threads: int
+
+    def track(self, strokes: Gaussians, found: Rows) -> tuple[Track, NDArray[np.int16]]:
+        """The directions of strokes relative to their things, and how far these turn by themselves, [F, S].
+
+        `found` says of each stroke which row of the motion it moves with, ascending.
+        """
+        num_knots, n = len(self.knots.among_frames), len(strokes)
+        things = np.unique(found)
+        carried = np.zeros((len(self.moments.frames), len(things)), np.int16)
+        turns, area_scales = np.empty((num_knots, n), np.int16), None
+        num_bytes = 11 * strokes.means.itemsize + 21  # of a stroke at a knot, with what is known of its thing
+        step = max(LEAST_ROWS, int(CHUNK / (num_knots * num_bytes)))
+        for begin in range(0, n, step):
+            rows = slice(begin, min(begin + step, n))
+            part = slice(found[rows.start], found[rows.stop - 1] + 1)
+            motion = replace(
+                self.motion,
+                ids=self.motion.ids[part],
+                pivots=self.motion.pivots[part],
+                table=self.motion.table[:, part],
+            )
+            of_rows = found[rows] - part.start
+            sample = self._sample(strokes.take(rows), motion, of_rows)
+            tracked = directions_along(
+                self.knots,
+                sample.columns,
+                self.camera,
+                carried=_wrapped(np.take(sample.carried[self.moments.knots], of_rows, axis=1)),
+                jumps=np.take(sample.jumps, of_rows, axis=1),
+                low_pass=self.low_pass,
+                num_threads=self.num_threads,
+            )
+            turns[:, rows] = tracked.turns
+            if tracked.area_scales is not None:
+                area_scales = np.zeros_like(turns, np.uint16) if area_scales is None else area_scales
+                area_scales[:, rows] = tracked.area_scales
+            here = np.flatnonzero((things >= part.start) & (things < part.stop))
+            of_frames = sample.carried[self.moments.frames][:, things[here] - part.start]
+            carried[:, here] = np.rint(_wrapped(of_frames) * np.float32(65536 / (2 * pi))).astype(np.int32)
+        return Track(turns, area_scales, self.knots.positions), carried
+
+    def _sample(self, strokes: Gaussians, motion: StrokeMotion, found: Rows) -> "_Sample":
+        """Strokes at every knot; `found` says of each which row of the motion it moves with."""
+        num_knots, num_things, moments = len(self.moments.knots), len(motion.ids), self.moments
+        bare = replace(strokes, sh=np.zeros((len(strokes), 1, 3), strokes.sh.dtype), brushes=None)
+        columns = {
+            name: np.empty((num_knots, *column.shape), column.dtype)
+            for name, column in bare.columns().items()
+            if name in TRACKED_COLUMNS
+        }
+        carried, spent = np.zeros((2, len(moments), num_things))
+        jumps = np.zeros((num_knots, num_things), np.uint8)
+        knots = iter([*moments.knots, -1])
+        knot, next_knot = 0, next(knots)
+        before: _Sight | None = None
+        at_knot: _Sight | None = None
+        for moment, position in enumerate(moments.positions):
+            pose = motion.pose(position)
+            sight = _Sight.of(pose, moments.eyes[moment])
+            if before is not None:
+                turn = sight.turn_since(before)
+                carried[moment] = carried[moment - 1] + turn
+                spent[moment] = spent[moment - 1] + np.abs(turn)
+            before = sight
+            if moment != next_knot:
+                continue
+            if at_knot is not None:
+                jumps[knot] = sight.has_jumped_since(at_knot)
+            moved = pose.moved(bare, has_color=False)
+            for name, column in columns.items():
+                column[knot] = getattr(moved, name)
+            at_knot, knot, next_knot = sight, knot + 1, next(knots)
+        if self.knots.is_closed:
+            left = carried[-1] - 2 * pi * np.rint(carried[-1] / (2 * pi))
+            carried -= left * (spent / np.maximum(spent[-1], np.finfo(float).tiny))
+            jumps[0] = jumps[-1]
+        return _Sample(columns, carried, jumps)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sample:
+    """Some strokes at every knot, and what becomes of the s things that they paint.
+
+    Attributes:
+        columns: [K, n, ...] by name.
+        carried: [m, s] how far things have turned in the picture by themselves, at every moment, radians.
+        jumps: [K, s] whether they jump from the knot before.
+    """
+
+    columns: dict[str, Array]
+    carried: F64
+    jumps: NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class _Sight:
+    """How a camera sees things at one moment: which way they have turned, and its rays to their pivots.
+
+    Attributes:
+        turns: [s, 4] unit quaternions, since the reference moments.
+        rays: [s, 3] unit vectors, world axes.
+    """
+
+    turns: F64
+    rays: F64
+
+    @classmethod
+    def of(cls, pose: Pose, eye: F64) -> "_Sight":
+        """Of a camera whose centre this is."""
+        numbers = pose.numbers.astype(np.float64)
+        return cls(normalized(numbers[:, TURN]), _unit(pose.pivots + numbers[:, SHIFT] - eye))
+
+    def turn_since(self, before: "_Sight") -> F64:
+        """[s] how far things have turned in the picture by themselves, radians."""
+        turns = quat_products(self.turns, conjugates(before.turns))
+        # About the ray between the two, so that the way back undoes it.
+        return twists(turns, _unit(self.rays + before.rays))
+
+    def has_jumped_since(self, before: "_Sight") -> Mask:
+        """[s] whether the camera sees another side of them altogether."""
+        return np.asarray(np.einsum("nj,nj->n", self._own_rays(), before._own_rays()) < cos(JUMP))
+
+    def _own_rays(self) -> F64:
+        """Rays in the axes of the things, as these were at the reference moments."""
+        return np.asarray(np.einsum("nij,ni->nj", rotation_matrices(self.turns), self.rays))
+
+
+def _unit(vectors: F64) -> F64:
+    """Vectors [n, 3] of length 1; those of length 0 as they are."""
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))
+
+
+def _wrapped(angles: F64) -> F32:
+    """Radians of any turn as -pi to pi."""
+    return (angles - 2 * pi * np.rint(angles / (2 * pi))).astype(np.float32)
