@@ -17,6 +17,7 @@ from brushgs.options.choices import (
 )
 
 if TYPE_CHECKING:
+    from brushgs.options.clip import ClipConfig
     from brushgs.options.painting import PaintConfig
     from brushgs.options.scene_source import SceneSource
     from brushgs.options.sequence import GrowConfig, PathConfig
@@ -25,6 +26,7 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 NOT_FRAMING = {"size", "camera_file", "view"}  # fields of a view that do not place the camera
 NO_TRACK = "--lock track needs --orbit or --path; only along a path are strokes tracked"
 OF_PATHS = {"frames", "seconds", "loop"}  # fields of a path that a painting that grows does not have
+OF_FILMS = {"fps", "loop"}  # those that a film of a moving scene has without a path
 RENAMED = {
     "fov_y": "fov-deg",
     "file": "path",
@@ -155,12 +157,36 @@ def grow_config(args: Namespace) -> "GrowConfig | None":
     return GrowConfig(**grow | path)
 
 
-def path_config(args: Namespace, *, default_orbit: int | None = None) -> "PathConfig | None":
-    """The path of the camera; None for a single picture.
+def clip_config(args: Namespace, scene: "SceneSource", *, is_moving: bool) -> "ClipConfig | None":
+    """Which part of a moving scene a film shows, and how fast; None for a scene that is still.
+
+    Raises:
+        ValueError: if a value is out of range, or is asked of a still scene.
+    """
+    clip = given(args, "clip")
+    if not is_moving:
+        for field in clip:
+            raise ValueError(f"{_flag(field)} needs a moving scene, and {scene} is still; omit it")
+        return None
+    from brushgs.options.clip import ClipConfig
+
+    if "seconds" in given(args, "grow"):
+        raise ValueError(f"--grow needs a still scene, and {scene} moves; add --time, one moment of it")
+    path = given(args, "path")
+    if not {"orbit", "file"} & set(path):
+        clip |= {name: path[name] for name in ("fps",) if name in path}
+    return ClipConfig(**clip, loop=path.get("loop", False))
+
+
+def path_config(
+    args: Namespace, *, default_orbit: int | None = None, is_moving: bool = False
+) -> "PathConfig | None":
+    """The path of the camera; None for a single picture, and for a camera that stands still.
 
     Args:
         args: parsed flags.
         default_orbit: frames of the orbit that is the default path; None where that is a single picture.
+        is_moving: whether the scene moves: without a path the camera then stands still.
 
     Raises:
         ValueError: if flags exclude each other, or need a path and there is none.
@@ -168,6 +194,10 @@ def path_config(args: Namespace, *, default_orbit: int | None = None) -> "PathCo
     path, view = given(args, "path"), given(args, "view")
     if default_orbit is not None and not {"orbit", "file"} & set(path):
         path["orbit"] = default_orbit
+    if is_moving and not {"orbit", "file"} & set(path):
+        for field in set(path) - OF_FILMS:
+            raise ValueError(f"{_flag(field)} needs --orbit or --path; a camera that stands still has none")
+        return None
     if not {"orbit", "file"} & set(path):
         for field in path | given(args, "sequence"):
             needed = "--orbit or --path" if field in OF_PATHS else "--orbit, --path or --grow"

@@ -596,4 +596,29 @@ def add_path(container: Container, *, default: str) -> None:
         metavar="RATE",
         help="frames per second, above 0, default that of the path file, else 24",
     )
-    flags.add("--loop", action="store_true", help="close the path: continue from the last view to the first")
+    flags.add(
+        "--loop",
+        action="store_true",
+        help="close the path: continue from the last view to the first; a moving scene runs there and back",
+    )
+
+
+def add_clip(parser: ArgumentParser) -> None:
+    """`ClipConfig`."""
+    flags = ConfigFlags(parser.add_argument_group("clip", "a film of a moving scene"), "clip")
+    moment = "a moment, in seconds such as 0.4 or as a share such as 40%%"
+    flags.add("--start", type=values.moment, metavar="TIME", help=f"{moment}, default that of the scene")
+    flags.add("--end", type=values.moment, metavar="TIME", help=f"{moment}, default that of the scene")
+    flags.add(
+        "--speed",
+        type=values.number,
+        metavar="FACTOR",
+        help="seconds of the scene in a second of the film, above 0, default 1",
+    )
+    flags.add(
+        "--cross-fade",
+        type=values.number,
+        metavar="SECONDS",
+        help="with --loop: the end fades into the beginning in so many seconds of the scene, above 0, in "
+        "place of running back",
+    )

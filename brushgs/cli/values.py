@@ -15,6 +15,7 @@ from brushgs.options.choices import Target, size_rule
 if TYPE_CHECKING:
     from brushgs.options.direction import Direction
     from brushgs.options.focus import Focus
+    from brushgs.options.moment import Moment
     from brushgs.options.painting import ErrorBudget, StrokeSize
     from brushgs.options.region import Region
 
@@ -37,6 +38,16 @@ def share(text: str) -> float:
     if text.endswith("%"):
         return number(text[:-1]) / 100
     return number(text)
+
+
+def moment(text: str) -> "Moment":
+    """A time of a moving scene: seconds, or a share in percent such as 40%."""
+    from brushgs.options.moment import Moment
+
+    try:
+        return Moment(share(text), is_share=text.endswith("%"))
+    except ValueError as error:
+        raise ArgumentTypeError(str(error)) from None
 
 
 def degrees(text: str) -> float:

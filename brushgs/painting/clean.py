@@ -1,6 +1,6 @@
 """The stages before clustering that drop what a painting does not need: floaters, and what no view sees."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,16 +45,30 @@ def clean_scene(
     return gaussians.take(~rows) if num_dropped else gaussians
 
 
-def select_seen(gaussians: Gaussians, cameras: Sequence[Camera], report: Report) -> Gaussians:
-    """Keep the Gaussians that at least one view shows."""
+def select_seen(
+    gaussians: Gaussians,
+    cameras: Sequence[Camera],
+    report: Report,
+    *,
+    at: Callable[[int], Gaussians] | None = None,
+) -> Gaussians:
+    """Keep the Gaussians that at least one view shows.
+
+    Args:
+        gaussians: the scene.
+        cameras: the views.
+        report: gets the stage.
+        at: the same Gaussians as the view of a number sees them, where they move; None where they rest.
+    """
     with report.stage("seen") as stage:
         from brushgs.rendering.visibility import visible_areas
 
         step = -(-len(cameras) // MAX_VIEWS)
         views = cameras[::step]
         most: F64 = np.zeros(len(gaussians))
-        for camera in views:
-            np.maximum(most, visible_areas(gaussians, camera), out=most)
+        for number, camera in enumerate(views):
+            shown = gaussians if at is None else at(number * step)
+            np.maximum(most, visible_areas(shown, camera), out=most)
         is_seen = most >= MIN_SEEN
         num_seen = int(np.count_nonzero(is_seen))
         if num_seen:  # else the picture is blank anyway, and a later stage says why

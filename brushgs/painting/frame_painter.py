@@ -1,7 +1,7 @@
 """The painter of single frames of a sequence: picklable, so that it runs in any process of any machine."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from brushgs.scene import Camera, Frame
 if TYPE_CHECKING:
     from brushgs.rendering.coats import Painting
     from brushgs.rendering.growing import GrowingPainting
+    from brushgs.rendering.motion import Pose
 
 WHITE = (1.0, 1.0, 1.0)
 
@@ -27,12 +28,18 @@ class FrameView:
         camera: the view.
         directions: of the strokes of each coat, None for one whose strokes are not tracked.
         time: of a painting that grows, 0 to 1.
+        pose: where strokes are that move; None where nothing moves.
+        into: what the frame fades into; None for nothing.
+        share: how far it has faded, 0 to 1.
     """
 
     index: int
     camera: Camera
     directions: tuple[Directions | None, ...] = ()
     time: float = 1.0
+    pose: "Pose | None" = None
+    into: "FrameView | None" = None
+    share: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +53,7 @@ class FramePainter:
         suffix: one of `PICTURE_SUFFIXES` for the bytes of such a file, None for pixels.
         growth: how the painting comes into being; None for one that is finished in all frames.
         fade: the time in which a stroke comes, see `GrowingPainting.at`.
+        takes_light: see `Moving`.
     """
 
     painting: "Painting"
@@ -53,12 +61,16 @@ class FramePainter:
     suffix: str | None
     growth: "GrowingPainting | None" = None
     fade: float = 0.0
+    takes_light: bool = True
 
     def frame(self, view: FrameView) -> Frame:
         """Paint the frame, with depth if its file holds it."""
         has_depth = self.suffix is not None and holds_depth(f"a{self.suffix}")
         painting = self.painting if self.growth is None else self.growth.at(view.time, self.fade)
-        return painting.with_depth(has_depth).frame(view.camera, view.directions)
+        if view.pose is not None:
+            painting = painting.posed(view.pose, takes_light=self.takes_light)
+        frame = painting.with_depth(has_depth).frame(view.camera, view.directions)
+        return frame if view.into is None else _faded(frame, self.frame(view.into), view.share)
 
     def __call__(self, view: FrameView) -> bytes | NDArray[np.uint8]:
         """The content of the finished picture file, or uint8 [H, W, 3] on the background (white if None).
@@ -71,3 +83,12 @@ class FramePainter:
         if self.suffix is not None:
             return encode_frame(frame, self.suffix, background=self.background)
         return frame.bytes_over(WHITE if self.background is None else self.background)
+
+
+def _faded(frame: Frame, into: Frame, share: float) -> Frame:
+    """A frame that fades into another."""
+    mixed: dict[str, Any] = {}
+    for name in ("rgb", "alpha", "depth", "height"):
+        from_, to = getattr(frame, name), getattr(into, name)
+        mixed[name] = None if from_ is None or to is None else from_ + np.float32(share) * (to - from_)
+    return Frame(**mixed)

@@ -11,12 +11,12 @@ from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 
 
-def scene_inputs(scene: SceneFiles) -> tuple[Path, ...]:
-    """The files and folders of a scene, and the files in these folders."""
-    return SceneSource.of(scene).files()
+def scene_inputs(scene: SceneFiles | None) -> tuple[Path, ...]:
+    """The files and folders of a scene, and the files in these folders; none of one in memory."""
+    return () if scene is None else SceneSource.of(scene).files()
 
 
-def input_files(scene: SceneFiles, config: PaintConfig) -> tuple[Path, ...]:
+def input_files(scene: SceneFiles | None, config: PaintConfig) -> tuple[Path, ...]:
     """The files that a painting is made of; names of built-in strokes and colours among them are no files."""
     palette = () if config.palette is None else (config.palette.file,)
     return (

@@ -14,15 +14,17 @@ from typing import TYPE_CHECKING
 
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
-from brushgs.options.sequence import GrowConfig
+from brushgs.options.sequence import GrowConfig, PathConfig
 from brushgs.painting.background import Background, check_background
 from brushgs.painting.clean import clean_scene, select_seen
+from brushgs.painting.clip import Clip
 from brushgs.painting.coats.materials import Materials
 from brushgs.painting.coats.media import coats_of
 from brushgs.painting.count import open_view_model
 from brushgs.painting.drawing import open_brushes, open_picture_background, render_options
 from brushgs.painting.guidance import Guidance, open_guidance
 from brushgs.painting.look import (
+    BACKDROP,
     mean_ground,
     open_backdrop,
     open_lamp,
@@ -40,9 +42,17 @@ from brushgs.painting.make_strokes import (
     stroke_passes,
 )
 from brushgs.painting.memory import Memory, NoMemory
+from brushgs.painting.moving import (
+    Moving,
+    attached,
+    features_of,
+    follow_strokes,
+    load_clip,
+    seen_at,
+)
+from brushgs.painting.plan import plan_cameras
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import cluster_scene, load_scene, open_palette, prune_scene, recolor_scene
-from brushgs.painting.views import choose_camera, choose_first_view, known_first_view, plan_views
 from brushgs.rendering.coats import Painting
 from brushgs.scene import Camera, FirstView, Gaussians
 
@@ -52,10 +62,12 @@ if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
     from brushgs.io.scenes.notes import LoadNotes
     from brushgs.options.painting import PaletteConfig
-    from brushgs.options.sequence import PathConfig
     from brushgs.passes.recolor import Palette
     from brushgs.rendering.growing import GrowingPainting
     from brushgs.rendering.options import RenderOptions
+
+
+OWN_COLORS = ("charcoal", "ink")  # media whose marks do not have the colours of the scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +89,7 @@ class Prepared:
         scene: the Gaussians as loaded, without floaters; None unless they are kept.
         maker: makes other numbers of strokes; None unless the caller clusters.
         growth: how the painting comes into being; None unless the caller shows it.
+        moving: how the strokes move; None for a still scene.
     """
 
     strokes: Gaussians
@@ -93,6 +106,7 @@ class Prepared:
     scene: Gaussians | None
     maker: StrokeMaker | None = None
     growth: "GrowingPainting | None" = None
+    moving: "Moving | None" = None
 
     @property
     def camera(self) -> Camera:
@@ -119,11 +133,11 @@ class Prepared:
 
 
 def prepare(
-    source: SceneFiles | Gaussians,
+    source: SceneFiles | Gaussians | Clip,
     config: PaintConfig,
     report: Report,
     *,
-    views: "Camera | PathConfig | GrowConfig | None" = None,
+    views: Camera | PathConfig | GrowConfig | None = None,
     check_path: Callable[["CameraPath"], None] | None = None,
     needs_view: bool = True,
     needs_background: bool = True,
@@ -138,7 +152,9 @@ def prepare(
     Peak memory: a scene is freed as soon as the next one is made of it, unless the caller holds it.
 
     Args:
-        source: the files of a scene, or Gaussians in memory, which count as a scene and not as strokes.
+        source: the files of a scene; Gaussians in memory, which count as a scene and not as strokes; or a
+            moving scene, of which a film is painted: then `Prepared.cameras` are one per frame of it, and
+            `keeps_scene` keeps the Gaussians that strokes were made of.
         config: see `PaintConfig`.
         report: gets one stage per step.
         views: one camera, or a path; None for the one camera that `config.view` describes, and a painting
@@ -159,17 +175,21 @@ def prepare(
         SceneError: if a file cannot be read.
         ValueError: if an option does not suit the scene, before any long work where that can be known.
     """
-    growing, views = (views, None) if isinstance(views, GrowConfig) else (None, views)
     memory = memory or NoMemory()
     recall = memory.of
-    along_path = not (views is None or isinstance(views, Camera))
+    clip = source if isinstance(source, Clip) else None
+    along_path = clip is not None or isinstance(views, PathConfig)
     if needs_background or config.cluster.target is not None:
         check_background(config.draw.background)
     named = config.brushes, config.draw.stroke, config.view.size
     texture, kit = recall("stroke", named, lambda: open_brushes(config, report))
     options = render_options(config.draw, texture, along_path=along_path, relief=open_relief(config.light))
     palette = recall("palette", (config.palette,), lambda: open_palette(config.palette, report))
-    gaussians, notes = recall("load", (source,), lambda: _load(source, report))
+    rows = None  # of a moving scene: how they move
+    if clip is not None:
+        gaussians, notes, rows = load_clip(clip, report)
+    else:
+        gaussians, notes = recall("load", (source,), lambda: _load(source, report))
     is_strokes = notes is not None and notes.is_strokes
     gaussians = recall(
         "clean",
@@ -180,39 +200,27 @@ def prepare(
     if is_strokes and cluster.keeps_strokes:
         cluster = replace(cluster, strokes=None)
     is_counted, is_for_view = cluster.target is not None, cluster.strokes_for == "view" and not is_strokes
+    if clip is not None and not clip.scene.has_rows:
+        is_for_view = False  # what the first moment does not show, another may
     passes, skip = config.strokes, ALREADY_STROKES if is_strokes else None
     if len(gaussians) == 0:
         skip = "there are no Gaussians"
     needs_view = needs_view or is_counted or is_for_view or (passes.needs_camera and skip is None)
     needs_background = needs_background or is_counted
-    is_framed = _is_framed(views, config, needs_view=needs_view)
-
-    path, cameras, background, surface, view_model, first_view = None, [], None, None, None, None
-    if needs_first_view or is_framed:
-        first_view = recall(
-            "first view",
-            (gaussians, config.view, notes),
-            lambda: choose_first_view(gaussians, config.view, notes, report),
-        )
-    if views is not None and not isinstance(views, Camera):
-        path = plan_views(first_view or known_first_view(gaussians, notes), config.view, views, report)
-        if check_path is not None:
-            check_path(path)
-        cameras = path.cameras
-    elif needs_view:
-        camera = recall(
-            "camera",
-            (first_view, config.view, views),
-            lambda: choose_camera(first_view, config.view, report, camera=views),
-        )
-        cameras = [camera]
-    shown = path
-    if growing is not None:
-        from brushgs.cameras.paths import standing
-
-        shown = standing(cameras[0], growing.num_frames, growing.rate)
-        if check_path is not None:
-            check_path(shown)
+    plan = plan_cameras(
+        gaussians,
+        notes,
+        config,
+        views,
+        clip,
+        report,
+        memory,
+        check_path=check_path,
+        needs_view=needs_view,
+        needs_first_view=needs_first_view,
+    )
+    cameras, film, first_view = plan.cameras, plan.film, plan.first_view
+    background, surface, view_model = None, None, None
     if cameras and needs_background:
         background = open_picture_background(config.draw, cameras[0], report)
     if cameras and not merges_later:
@@ -243,8 +251,8 @@ def prepare(
                 notes,
                 report,
                 first_view=first_view,
-                is_path=path is not None,
-                is_framed=is_framed,
+                is_path=plan.is_path,
+                is_framed=plan.is_framed,
                 with_ring=not is_for_view,
             ),
         )
@@ -256,8 +264,11 @@ def prepare(
             lambda: open_lines(config, gaussians, guidance.views, cameras, report),
         )
     if is_for_view:
+        at = None if clip is None or film is None else seen_at(clip, film, gaussians)
         gaussians = recall(
-            "seen", (gaussians, tuple(cameras)), lambda: select_seen(gaussians, cameras, report)
+            "seen",
+            (gaussians, tuple(cameras)),
+            lambda: select_seen(gaussians, cameras if film is None else plan.shown, report, at=at),
         )
     gaussians = recall(
         "prune",
@@ -293,6 +304,7 @@ def prepare(
             memory=memory,
         ),
         memory=memory,
+        motion=None if clip is None else features_of(rows, gaussians),
     )
     after_palette = [
         *color_passes(config.color, seed=cluster.seed),
@@ -307,8 +319,8 @@ def prepare(
         texture=texture,
         kit=kit,
         options=options,
-        cameras=cameras if shown is None else shown.cameras,
-        path=shown,
+        cameras=plan.shown,
+        path=plan.frames,
         background=background,
         notes=notes,
         first_view=first_view,
@@ -326,6 +338,10 @@ def prepare(
     backdrop = open_backdrop(
         config, gaussians, cameras, first_view, options, texture, kit, guidance.views, report
     )
+    motion = None
+    if clip is not None and film is not None:
+        finish = _finishing_later(maker, palette, config.palette, after_palette)
+        strokes, motion = follow_strokes(clip, film, strokes, grouping, maker.gaussians, finish, report)
     materials = Materials(
         strokes,
         texture,
@@ -336,24 +352,30 @@ def prepare(
         lines,
         line_brushes,
     )
-    coats = (*backdrop, *coats_of(materials))
+    coats = [*backdrop, *coats_of(materials)]
+    moving = None
+    if clip is not None and film is not None and motion is not None:
+        coats = attached(coats, strokes, resting=(BACKDROP,))
+        takes_light = config.media.kind not in OWN_COLORS
+        moving = Moving.of(clip.scene, film, motion, takes_light=takes_light)
     painting = Painting(
-        coats,
+        tuple(coats),
         surface,
         lamp,
         is_transparent=background is None and config.ground.ground == "none",
         is_moving=along_path,
     )
     growth = None
-    if grows or growing is not None:
+    if grows or isinstance(views, GrowConfig):
         from brushgs.painting.growth.grow import grow
 
         finish = _finishing(palette, config.palette, after_palette)
         growth = grow(painting, strokes, grouping, maker, finish, cameras[0], report)
-    return everything(strokes=strokes, palette=palette, painting=painting, growth=growth)
+    return everything(strokes=strokes, palette=palette, painting=painting, growth=growth, moving=moving)
 
 
-def _load(source: SceneFiles | Gaussians, report: Report) -> "tuple[Gaussians, LoadNotes | None]":
+def _load(source: SceneFiles | Gaussians | Clip, report: Report) -> "tuple[Gaussians, LoadNotes | None]":
+    assert not isinstance(source, Clip), "those of a clip are rows of it"
     gaussians, notes = (source, None) if isinstance(source, Gaussians) else load_scene(source, report)
     if gaussians.brushes is not None:  # of other brushes; chosen anew where there are several
         gaussians = replace(gaussians, brushes=None)
@@ -376,8 +398,19 @@ def _finishing(
     return finished
 
 
-def _is_framed(views: "Camera | PathConfig | None", config: PaintConfig, *, needs_view: bool) -> bool:
-    """Whether a view is framed on the scene, not given by a camera or a file."""
-    if views is None:
-        return needs_view and config.view.camera_file is None
-    return not isinstance(views, Camera) and views.orbit is not None
+def _finishing_later(
+    maker: StrokeMaker,
+    palette: "Palette | None",
+    config: "PaletteConfig | None",
+    passes: list[StrokePass],
+) -> Callable[[Gaussians], Gaussians]:
+    """What is done to strokes that are born after the views were drawn: they are not in these."""
+    finish = _finishing(palette, config, passes)
+
+    def finished(strokes: Gaussians) -> Gaussians:
+        for one in maker.passes:
+            if one.name != "repaint":
+                strokes = one(strokes)
+        return finish(strokes)
+
+    return finished

@@ -8,7 +8,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,17 +16,23 @@ from numpy.typing import NDArray
 from brushgs.errors import SceneError
 from brushgs.io.json_file import shown
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
+from brushgs.options.clip import ClipConfig
 from brushgs.options.painting import PaintConfig, UsualCount
 from brushgs.options.sequence import GrowConfig
 from brushgs.painting.prepare import Prepared
 from brushgs.scene import Camera, Gaussians
 from brushgs.version import __version__
 
+if TYPE_CHECKING:
+    from brushgs.painting.moving import Moving
+
 _DIGEST = "digest"
 _OF_LOOKS = ("brushes", "color", "ground", "light", "media")  # steps that plain paintings do nothing in
 
 
-def describe_options(config: PaintConfig, grow: GrowConfig | None = None) -> dict[str, Any]:
+def describe_options(
+    config: PaintConfig, grow: GrowConfig | None = None, clip: ClipConfig | None = None
+) -> dict[str, Any]:
     """The options that frames depend on, known before any work: name -> number, text or None."""
     along_path = grow is None
     steps = asdict(config.prune) | asdict(config.cluster) | asdict(config.draw)
@@ -48,6 +54,10 @@ def describe_options(config: PaintConfig, grow: GrowConfig | None = None) -> dic
     }
     if grow is not None:
         moving |= {"grow": grow.seconds, "fps": grow.rate}
+    if clip is not None:
+        moving |= {
+            f"clip {name}": None if value is None else str(value) for name, value in vars(clip).items()
+        }
     return {"version": __version__} | steps | moving
 
 
@@ -62,23 +72,34 @@ def _changed(part: Any) -> str:
 
 
 def describe_painting(
-    config: PaintConfig, prepared: Prepared, grow: GrowConfig | None = None
+    config: PaintConfig,
+    prepared: Prepared,
+    grow: GrowConfig | None = None,
+    clip: ClipConfig | None = None,
 ) -> dict[str, Any]:
     """Everything that frames depend on: the options, and digests of what was made from the files."""
     strokes, path, background = prepared.strokes, prepared.path, prepared.background
     assert path is not None
-    return describe_options(config, grow) | {
-        "scene": digest(*content_of(strokes)),
-        "stroke image": digest(*prepared.texture.coverages),
-        "background image": None if background is None else digest(np.asarray(background)),
-        "frames": len(path.cameras),
-        "loop": path.is_loop,
-        "path": digest(*map(_numbers, path.cameras)),
-    }
+    moving = {} if prepared.moving is None else {"motion": _motion_digest(prepared.moving)}
+    return (
+        describe_options(config, grow, clip)
+        | moving
+        | {
+            "scene": digest(*content_of(strokes)),
+            "stroke image": digest(*prepared.texture.coverages),
+            "background image": None if background is None else digest(np.asarray(background)),
+            "frames": len(path.cameras),
+            "loop": path.is_loop,
+            "path": digest(*map(_numbers, path.cameras)),
+        }
+    )
 
 
 def read_manifest(
-    files: NumberedFiles, config: PaintConfig, grow: GrowConfig | None = None
+    files: NumberedFiles,
+    config: PaintConfig,
+    grow: GrowConfig | None = None,
+    clip: ClipConfig | None = None,
 ) -> Manifest | None:
     """Read the manifest of the painting that is to be resumed; None if there are no frames yet.
 
@@ -87,7 +108,7 @@ def read_manifest(
     """
     manifest = Manifest.read(files)
     if manifest is not None:
-        check_same_painting(manifest, describe_options(config, grow))
+        check_same_painting(manifest, describe_options(config, grow, clip))
     elif numbers := files.numbers():
         raise SceneError(
             files.manifest,
@@ -155,6 +176,13 @@ def named_file_digest(path: Path) -> dict[str, str]:
     """The same of a file that is not read as arrays."""
     with path.open("rb") as file:
         return {"name": path.name, _DIGEST: f"{_DIGEST} {hashlib.file_digest(file, 'blake2b').hexdigest()}"}
+
+
+def _motion_digest(moving: "Moving") -> str:
+    """A digest of how strokes move, a moment at a time: the table may be larger than memory."""
+    film, motion = moving.film, moving.motion
+    poses = (np.asarray(numbers) for numbers in motion.table)
+    return digest(film.times, film.others, film.shares, motion.ids, motion.pivots, *poses)
 
 
 def _numbers(camera: Camera) -> NDArray[np.float64]:

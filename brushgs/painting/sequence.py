@@ -18,12 +18,15 @@ from brushgs.errors import SceneWarning
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 from brushgs.io.pictures.video import check_rate, check_size, open_video, padded_size
+from brushgs.options.clip import ClipConfig
 from brushgs.options.painting import DrawConfig, PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
+from brushgs.painting.clip import Clip
 from brushgs.painting.drawing import NOTHING_SEEN
 from brushgs.painting.frame_painter import FramePainter, FrameView
 from brushgs.painting.look import BACKDROP
+from brushgs.painting.moving import FilmTrack, track_film
 from brushgs.painting.outputs import check_output, input_files
 from brushgs.painting.parallel import parallel_map
 from brushgs.painting.parallel.connection import Waiting, check_scheduler
@@ -33,31 +36,35 @@ from brushgs.painting.resume import check_same_painting, describe_painting, read
 from brushgs.painting.sequence_outputs import check_target, plan_output
 from brushgs.painting.strokes import file_size, name_of
 from brushgs.painting.views_sheet import write_sheet_of
+from brushgs.scene import Camera, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
     from brushgs.rendering.track import Track
 
+    AnyTrack = Track | FilmTrack
+
 NUM_SAMPLED_VIEWS = 8  # of a path, to see whether any stroke is visible: thousands of frames need no more
 
 
 def paint_sequence(
-    scene: SceneFiles,
+    scene: SceneFiles | Clip,
     output: str | Path,
-    path_config: PathConfig | GrowConfig,
+    path_config: PathConfig | GrowConfig | Camera | None,
     config: PaintConfig | None = None,
     sequence: SequenceConfig | None = None,
     *,
     report: Report | None = None,
     sheet: str | Path | None = None,
 ) -> Report:
-    """Paint a scene file along a camera path, or as it comes into being.
+    """Paint a scene file along a camera path, as it comes into being, or as it moves.
 
     Args:
-        scene: the files of a trained 3D Gaussian scene.
+        scene: the files of a trained 3D Gaussian scene, or a moving scene.
         output: a video (.mp4, .webm, .gif), a pattern of numbered pictures such as frames/%05d.png (any
             picture format; the last folder is made), or a folder, which means %05d.png in it.
-        path_config: where the camera goes, or how the painting grows before one camera.
+        path_config: where the camera goes, or how the painting grows before one camera; before a moving scene
+            a camera that stands still, None for that of `config`.
         config: see `PaintConfig`; of its view what `plan_path` takes.
         sequence: where the frames are painted, and which.
         report: gets the stages; a new one if None.
@@ -74,13 +81,19 @@ def paint_sequence(
     """
     config, sequence, report = config or PaintConfig(), sequence or SequenceConfig(), report or Report()
     grow = path_config if isinstance(path_config, GrowConfig) else None
+    clip = scene if isinstance(scene, Clip) else None
+    files = scene.source if isinstance(scene, Clip) else scene
     target = plan_output(output, is_resumed=sequence.is_resumed)
-    check_target(target, scene, path_config, config)
+    if isinstance(path_config, PathConfig | GrowConfig):
+        rate = path_config.fps
+    else:
+        rate = None if clip is None else clip.config.fps
+    check_target(target, files, rate, config)
     if sequence.scheduler is not None:
         check_scheduler(sequence.scheduler, Waiting(sequence.workers_timeout, report.tell))
     found = None
     if sequence.is_resumed and isinstance(target, NumberedFiles):
-        found = read_manifest(target, config, grow)
+        found = read_manifest(target, config, grow, None if clip is None else clip.config)
 
     def check_path(path: "CameraPath") -> None:
         if isinstance(target, Path):
@@ -89,7 +102,7 @@ def paint_sequence(
 
     has_sheet = sheet is not None
     if sheet is not None:
-        check_output(Path(sheet), PICTURE_SUFFIXES, inputs=input_files(scene, config))
+        check_output(Path(sheet), PICTURE_SUFFIXES, inputs=input_files(files, config))
     prepared = prepare(
         scene,
         config,
@@ -100,11 +113,11 @@ def paint_sequence(
         keeps_scene=has_sheet,
     )
     if sheet is not None:
-        write_sheet_of(prepared, Path(sheet), config, report, name=name_of(scene, prepared.notes))
+        write_sheet_of(prepared, Path(sheet), config, report, name=name_of(files, prepared.notes))
     tracks = _track(prepared, config.draw, report) if grow is None else []
     if not _sees_any(prepared):
         warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
-    frames = _Frames(prepared, config, tracks, sequence, grow)
+    frames = _Frames(prepared, config, tracks, sequence, grow, None if clip is None else clip.config)
     if isinstance(target, Path):
         _paint_video(frames, target, report)
         report.output = str(target)
@@ -136,7 +149,7 @@ def paint_prepared(prepared: Prepared, target: Path, config: PaintConfig, report
     return report
 
 
-def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[Track | None]":
+def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTrack | None]":
     """Choose the directions of the strokes along the whole path, of each coat whose strokes are tracked."""
     with report.stage("track") as stage:
         cameras, coats = prepared.cameras, prepared.painting.coats
@@ -151,11 +164,15 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[Track 
         from brushgs.rendering.track import track_directions
 
         assert prepared.path is not None
-        closed, threads = prepared.path.closed, draw.threads
-        tracks = [
-            track_directions(coat.strokes, closed, num_threads=threads) if coat in tracked else None
-            for coat in coats
-        ]
+        closed, threads, moving = prepared.path.closed, draw.threads, prepared.moving
+
+        def track(strokes: Gaussians) -> "AnyTrack":
+            if moving is None:
+                return track_directions(strokes, closed, num_threads=threads)
+            is_loop = prepared.path is not None and prepared.path.is_loop
+            return track_film(strokes, cameras, moving, is_loop=is_loop, num_threads=threads)
+
+        tracks = [track(coat.strokes) if coat in tracked else None for coat in coats]
         stage.did = f"directions of {num_strokes:,} strokes over {len(cameras):,} views"
     return tracks
 
@@ -164,14 +181,15 @@ def _sees_any(prepared: Prepared) -> bool:
     """Whether a stroke is visible in a sample of the views."""
     from brushgs.rendering.options import project_with
 
-    step = -(-len(prepared.cameras) // NUM_SAMPLED_VIEWS)
+    step, moving = -(-len(prepared.cameras) // NUM_SAMPLED_VIEWS), prepared.moving
     for coat in prepared.painting.coats:
         if coat.name == BACKDROP:
             continue
         options = replace(coat.options, lock="off", order="depth", fade=False)  # the fastest
-        seen = (project_with(coat.strokes, camera, options)[0] for camera in prepared.cameras[::step])
-        if any(len(boxes) for boxes in seen):
-            return True
+        for index in range(0, len(prepared.cameras), step):
+            shown = coat if moving is None else coat.posed(moving.pose(index))
+            if len(project_with(shown.strokes, prepared.cameras[index], options)[0]):
+                return True
     return False
 
 
@@ -181,9 +199,10 @@ class _Frames:
 
     prepared: Prepared
     config: PaintConfig
-    tracks: "list[Track | None]"
+    tracks: "list[AnyTrack | None]"
     sequence: SequenceConfig
     grow: GrowConfig | None = None
+    clip: ClipConfig | None = None
 
     @property
     def path(self) -> "CameraPath":
@@ -195,22 +214,42 @@ class _Frames:
         """The painter of every frame."""
         painting, background = self.prepared.painting, self.prepared.background
         fade = 0.0 if self.grow is None else self.grow.fade
-        return FramePainter(painting, background, suffix, self.prepared.growth, fade)
+        takes_light = self.prepared.moving is None or self.prepared.moving.takes_light
+        return FramePainter(painting, background, suffix, self.prepared.growth, fade, takes_light)
 
     def view(self, index: int) -> FrameView:
         """What is special to one frame."""
-        directions = (None if track is None else track.directions(index) for track in self.tracks)
-        return FrameView(index, self.path.cameras[index], tuple(directions), self._time(index))
+        directions = tuple(None if track is None else track.directions(index) for track in self.tracks)
+        view = FrameView(index, self.path.cameras[index], directions, self._time(index))
+        moving = self.prepared.moving
+        if moving is None:
+            return view
+        view = replace(view, pose=moving.pose(index))
+        share = float(moving.film.shares[index])
+        if share == 0:
+            return view
+        others = (
+            track.directions_into(index) if isinstance(track, FilmTrack) else None for track in self.tracks
+        )
+        into = replace(view, directions=tuple(others), pose=moving.pose_into(index))
+        return replace(view, into=into, share=share)
 
     def identity(self, index: int) -> tuple[object, ...]:
         """Equal for frames whose pictures are equal, bit for bit: nothing moves between them."""
         camera = self.path.cameras[index]
-        places = (float(track.positions[index]) for track in self.tracks if track is not None)
+        places = (_place(track, index) for track in self.tracks if track is not None)
         lens = camera.K.tobytes(), camera.width, camera.height, camera.near
-        return camera.viewmat.tobytes(), *lens, *places, self._time(index)
+        moving = self.prepared.moving
+        moment = () if moving is None else moving.film.moment(index)
+        return camera.viewmat.tobytes(), *lens, *places, self._time(index), *moment
 
     def _time(self, index: int) -> float:
         return 1.0 if self.grow is None else self.grow.time(index)
+
+
+def _place(track: "AnyTrack", index: int) -> float:
+    """Where a frame lies among the knots of its track."""
+    return track.place(index) if isinstance(track, FilmTrack) else float(track.positions[index])
 
 
 def _paint(
@@ -270,6 +309,8 @@ def _describe_painted(
         why = (
             "the camera rests, they equal those before" if frames.grow is None else "the painting is finished"
         )
+        if frames.clip is not None:
+            why = "nothing moves, they equal those before"
         stage.skipped.append(f"{num_repeated:,} frames: {why}")
     if not num_painted:
         return
@@ -308,7 +349,7 @@ def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
 
 def _paint_files(frames: _Frames, files: NumberedFiles, found: Manifest | None, report: Report) -> None:
     """Paint the missing frames, each to a file."""
-    painting = describe_painting(frames.config, frames.prepared, frames.grow)
+    painting = describe_painting(frames.config, frames.prepared, frames.grow, frames.clip)
     if found is not None:
         check_same_painting(found, painting)
     num_frames, background = len(frames.path.cameras), frames.config.draw.background

@@ -9,7 +9,6 @@ from brushgs.io.pictures.numbered import DEFAULT_NAME, NumberedFiles
 from brushgs.io.pictures.video import check_rate, check_size
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
-from brushgs.options.sequence import GrowConfig, PathConfig
 from brushgs.painting.background import check_background
 from brushgs.painting.outputs import check_folder, check_output, check_transparency, input_files
 
@@ -42,9 +41,11 @@ def plan_output(output: str | Path, *, is_resumed: bool = False) -> Path | Numbe
 
 
 def check_target(
-    target: Path | NumberedFiles, scene: SceneFiles, path: PathConfig | GrowConfig, config: PaintConfig
+    target: Path | NumberedFiles, scene: SceneFiles | None, rate: float | None, config: PaintConfig
 ) -> None:
     """Refuse an output that does not suit the options or cannot be written, before any work.
+
+    `rate` is the number of frames a second that is asked for; None for none.
 
     Raises:
         ValueError: if the background, the frame rate or the size does not suit the output.
@@ -56,8 +57,8 @@ def check_target(
         if config.draw.background.lower() == "transparent":
             cure = f"choose a colour, or numbered frames, -o {target.with_suffix('')}/"
             raise ValueError(f"background must not be transparent in a video; {cure}")
-        if path.fps is not None:
-            check_rate(target, path.fps)
+        if rate is not None:
+            check_rate(target, rate)
         if config.view.size is not None:
             check_size(target, *config.view.size)
         check_output(target, VIDEO_SUFFIXES, inputs=inputs)

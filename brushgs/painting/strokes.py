@@ -249,10 +249,10 @@ def recolor_scene(
     return gaussians
 
 
-def name_of(source: SceneFiles, notes: "LoadNotes | None" = None) -> str:
+def name_of(source: SceneFiles | None, notes: "LoadNotes | None" = None) -> str:
     """The name of a scene: that of the scene that strokes were made of, else that of the files."""
     stored = None if notes is None else notes.scene
-    return stored or SceneSource.of(source).name
+    return stored or ("scene" if source is None else SceneSource.of(source).name)
 
 
 def write_scene(

@@ -23,6 +23,7 @@ from brushgs.threads import num_threads_or_default
 
 if TYPE_CHECKING:
     from brushgs.rendering.light import Lamp
+    from brushgs.rendering.motion import Pose
     from brushgs.rendering.surface import Surface
 
 CARRIED = 0.5  # of the height below a coat that covers it: canvas shows through paint
@@ -55,6 +56,11 @@ class Coat:
     tolerance: float | None = None
     border: float = 0.0
     normals: Array | None = field(default=None, kw_only=True)
+
+    def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Coat":
+        """The coat at a moment of a moving scene; `takes_light` as `has_color` of `Pose.moved`."""
+        normals = None if self.normals is None else pose.turned(self.strokes, self.normals)
+        return replace(self, strokes=pose.moved(self.strokes, has_color=takes_light), normals=normals)
 
     def boxes(self, camera: Camera, directions: Directions | None = None) -> tuple[Boxes, ProjectCounts]:
         """The boxes of one view, and what was culled."""
@@ -181,6 +187,10 @@ class Painting:
     def canvas(self, camera: Camera) -> "Canvas":
         """The bare canvas of one view."""
         return Canvas(camera, self.surface, is_transparent=self.is_transparent, is_moving=self.is_moving)
+
+    def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Painting":
+        """The same painting at a moment of a moving scene, see `Coat.posed`."""
+        return replace(self, coats=tuple(coat.posed(pose, takes_light=takes_light) for coat in self.coats))
 
     def with_depth(self, depth: bool) -> "Painting":
         """The same painting, whose frames have a depth or not; coats that others are tested against do."""

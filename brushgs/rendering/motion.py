@@ -91,9 +91,9 @@ class StrokeMotion:
     pivots: F64
     table: F32
 
-    def position(self, time: float) -> float:
-        """Where a time lies among the moments, 0 to T - 1."""
-        return float(np.interp(time, self.times, np.arange(len(self.times))))
+    def positions(self, times: F64) -> F64:
+        """[n] where times lie among the moments, 0 to T - 1."""
+        return np.asarray(np.interp(times, self.times, np.arange(len(self.times))))
 
     def pose(self, position: float) -> Pose:
         """Where strokes are at a moment, or between two.

@@ -1,4 +1,4 @@
-"""`brushgs render`: a scene becomes a picture, or along a camera path, or as it grows, frames or a video."""
+"""`brushgs render`: a scene becomes a picture, or along a camera path, or as it moves, frames or a video."""
 
 import os
 from argparse import ArgumentParser, Namespace
@@ -6,13 +6,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from brushgs.cli import flags, values
-from brushgs.cli.configs import grow_config, paint_config, painting_name, path_config, scene_source
+from brushgs.cli.configs import (
+    clip_config,
+    grow_config,
+    paint_config,
+    painting_name,
+    path_config,
+    scene_source,
+)
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, PICTURES_WRITTEN, VIDEO_SUFFIXES, VIDEOS_WRITTEN
 from brushgs.options.choices import PRESETS, Lock
 
 if TYPE_CHECKING:
+    from brushgs.options.scene_source import SceneSource
     from brushgs.options.sequence import SequenceConfig
+    from brushgs.painting.clip import Clip
 
 
 def add_flags(parser: ArgumentParser) -> None:
@@ -42,6 +51,7 @@ def add_flags(parser: ArgumentParser) -> None:
         "around, each picture with the flags that give it",
     )
     _add_path(parser)
+    flags.add_clip(parser)
     flags.add_report(parser)
 
 
@@ -99,21 +109,24 @@ def _add_path(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Paint, and report the stages."""
-    path, sequence = grow_config(args) or path_config(args), sequence_config(args)
-    if path is not None and args.first is not None:
-        raise ValueError("--first cannot be combined with --orbit, --path or --grow: it is one picture")
-    if path is None and args.output:
-        _refuse_many(args.output)
-    config, scene = paint_config(args), scene_source(args)
-    suffix = (PICTURE_SUFFIXES if path is None else VIDEO_SUFFIXES)[0]
-    output = args.output or output_beside(scene, painting_name(args, config), suffix)
-    sheet = None
-    if args.views:
-        from brushgs.painting.views_sheet import sheet_beside
-
-        sheet = sheet_beside(output, scene.name)
+    config, scene, sequence = paint_config(args), scene_source(args), sequence_config(args)
     with reported(args) as report:
-        if path is None:
+        clip = _open_clip(args, scene)
+        path = grow_config(args) or path_config(args, is_moving=clip is not None)
+        is_still = path is None and clip is None
+        if not is_still and args.first is not None:
+            cure = "with --orbit, --path or --grow" if clip is None else "with a moving scene"
+            raise ValueError(f"--first cannot be combined {cure}: it is one picture")
+        if args.output:
+            _check_output(args.output, scene, is_still=is_still, is_moving=clip is not None)
+        suffix = (PICTURE_SUFFIXES if is_still else VIDEO_SUFFIXES)[0]
+        output = args.output or output_beside(scene, painting_name(args, config), suffix)
+        sheet = None
+        if args.views:
+            from brushgs.painting.views_sheet import sheet_beside
+
+            sheet = sheet_beside(output, scene.name)
+        if is_still:
             from brushgs.painting.still import paint_file
 
             first = 1.0 if args.first is None else args.first
@@ -121,7 +134,20 @@ def run(args: Namespace) -> None:
         else:
             from brushgs.painting.sequence import paint_sequence
 
-            paint_sequence(scene, output, path, config, sequence, report=report, sheet=sheet)
+            paint_sequence(clip or scene, output, path, config, sequence, report=report, sheet=sheet)
+
+
+def _open_clip(args: Namespace, scene: "SceneSource") -> "Clip | None":
+    """The film of a moving scene; None for a still one, or one moment."""
+    from brushgs.io.moving import open_moving
+
+    moving = None if scene.time is not None else open_moving(scene)
+    config = clip_config(args, scene, is_moving=moving is not None)
+    if moving is None or config is None:
+        return None
+    from brushgs.painting.clip import Clip
+
+    return Clip(moving, config, scene)
 
 
 def sequence_config(args: Namespace) -> "SequenceConfig":
@@ -131,14 +157,20 @@ def sequence_config(args: Namespace) -> "SequenceConfig":
     return SequenceConfig(**flags.given(args, "sequence"))
 
 
-def _refuse_many(output: str) -> None:
-    """Refuse an output that holds many frames.
+def _check_output(output: str, scene: "SceneSource", *, is_still: bool, is_moving: bool) -> None:
+    """Refuse an output that does not hold as many pictures as there are.
 
     Raises:
-        ValueError: if it is a video, a pattern of numbered frames or a folder.
+        ValueError: if one picture is to be a video, a pattern of numbered frames or a folder, or a moving
+            scene one picture.
     """
-    name = Path(output).name
-    if Path(output).suffix.lower() in VIDEO_SUFFIXES:
+    name, suffix = Path(output).name, Path(output).suffix.lower()
+    if is_moving and suffix in PICTURE_SUFFIXES and "%" not in name:
+        cure = f"add --time, one moment of it, or write {Path(output).with_suffix(VIDEO_SUFFIXES[0])}"
+        raise ValueError(f"{output} is one picture, and {scene} moves; {cure}")
+    if not is_still:
+        return
+    if suffix in VIDEO_SUFFIXES:
         found = f"{output} is a video"
     elif "%" in name:
         found = f"{name} numbers frames"

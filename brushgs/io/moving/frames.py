@@ -231,7 +231,7 @@ def open_frames(source: SceneSource) -> MovingScene | None:
 
 def find_frames(source: SceneSource, encoding: Encoding = STANDARD) -> Frames | None:
     """As `open_frames`, without looking at rows. Names decide, and where these do not the first two files."""
-    if source.time is not None and source.time.unit == "all":
+    if source.time is not None and source.time.is_all:
         return None
     series = find_series(find_parts(source.paths))
     if series is None or (series.kind == "others" and source.time is None):

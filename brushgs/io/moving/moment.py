@@ -38,13 +38,13 @@ def open_moment(source: SceneSource, encoding: Encoding) -> SceneFile | None:
     path, time = source.paths[0], source.time
     moving = open_formula(source)
     if moving is not None:
-        if time is not None and time.unit == "all":
+        if time is not None and time.is_all:
             raise SceneError(path, "is one file that moves, not a file a moment; name a moment in seconds")
         return _made(moving, path, _seconds(time, moving.duration, path))
     clip = find_frames(source, encoding)
     if clip is not None:
         return _of_clip(clip, _seconds(time, clip.duration, path))
-    if time is not None and time.unit != "all":
+    if time is not None and not time.is_all:
         what = "is a scene at rest" if len(source.paths) == 1 else "and the others are one scene at rest"
         raise SceneError(path, f"{what}, which has no moments; omit the time (--time)")
     return None

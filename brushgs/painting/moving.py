@@ -1,0 +1,294 @@
+"""The stages of a moving scene: what strokes are made of, and how they follow it.
+
+Strokes are made once, of Gaussians at their reference moments, by the stages of a still scene. Then they
+follow what they paint: nothing is clustered again. Where rows do not correspond strokes may be born later.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from brushgs.arrays import F64
+from brushgs.painting.clip import Clip, Film, Run
+from brushgs.painting.report import Report
+from brushgs.rendering.motion import Pose, StrokeMotion
+from brushgs.rendering.project import Directions
+from brushgs.scene import Camera, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.arrays import F32
+    from brushgs.io.scenes.notes import LoadNotes
+    from brushgs.moving_scene import MovingScene
+    from brushgs.passes.cluster import Grouping
+    from brushgs.passes.follow.canonical import Canonical
+    from brushgs.rendering.coats import Coat
+    from brushgs.rendering.track_moving import MovingTrack
+
+
+SAME_MOMENT = 1e-6  # seconds: moments nearer to each other are one
+
+
+@dataclass(frozen=True, eq=False)
+class Moving:
+    """How what is prepared moves.
+
+    Attributes:
+        scene: the moving scene.
+        film: the moment of each frame.
+        motion: of the strokes.
+        positions: [F] of the moment of each frame in the motion.
+        takes_light: whether strokes take part in changes of colour: marks of a drawing do not.
+    """
+
+    scene: "MovingScene"
+    film: Film
+    motion: StrokeMotion
+    positions: F64
+    takes_light: bool
+
+    @classmethod
+    def of(cls, scene: "MovingScene", film: Film, motion: StrokeMotion, *, takes_light: bool) -> "Moving":
+        """With the positions of a film."""
+        return cls(scene, film, motion, motion.positions(film.times), takes_light)
+
+    def pose(self, frame: int) -> Pose:
+        """Where strokes are in a frame."""
+        return self.motion.pose(float(self.positions[frame]))
+
+    def pose_into(self, frame: int) -> Pose:
+        """Where they are in what a frame fades into."""
+        return self.motion.pose(float(self.motion.positions(self.film.others[frame : frame + 1])[0]))
+
+
+def load_clip(clip: Clip, report: Report) -> "tuple[Gaussians, LoadNotes | None, Canonical | None]":
+    """What stands for a moving scene while strokes are made of it.
+
+    Returns:
+        Its Gaussians with ids: each at its reference moment, or where rows do not correspond those of the
+        first moment; what its files hold beside them; and how rows move, None where they do not correspond.
+    """
+    with report.stage("load") as stage:
+        scene, notes, found = clip.scene, clip.scene.notes, None
+        if scene.has_rows:
+            from brushgs.passes.follow.canonical import canonical
+
+            found = canonical(scene, clip.sampled())
+            gaussians = found.gaussians
+        else:
+            gaussians = scene.at(clip.ends()[0])
+            gaussians = replace(gaussians, ids=np.arange(len(gaussians), dtype=np.int32))
+        of_format = "in memory" if notes is None else notes.format
+        first, last = clip.ends()
+        stage.did = f"{len(gaussians):,} Gaussians, {of_format}, {last - first:.2f} s of {scene.duration:.2f}"
+        if scene.times is not None:
+            stage.did += f" in {len(scene.times):,} moments"
+        if not scene.has_rows:
+            stage.details.append("rows of its moments do not correspond: strokes are found again in each")
+        if notes is not None and notes.rows_dropped:
+            stage.did += f", {notes.rows_dropped:,} rows dropped"
+        stage.counts = {
+            "gaussians": len(gaussians),
+            "format": of_format,
+            "duration": scene.duration,
+            "moments": None if scene.times is None else len(scene.times),
+            "has_rows": scene.has_rows,
+            "rows_dropped": 0 if notes is None else notes.rows_dropped,
+        }
+    return gaussians, notes, found
+
+
+def seen_at(clip: Clip, film: Film, gaussians: Gaussians) -> Callable[[int], Gaussians]:
+    """The Gaussians as a frame of a film shows them; rows must correspond."""
+    assert gaussians.ids is not None, "they are rows of a moving scene"
+    rows = gaussians.ids.astype(np.intp)
+    return lambda frame: clip.scene.at(float(film.times[frame])).take(rows)
+
+
+def features_of(found: "Canonical | None", gaussians: Gaussians) -> "F32 | None":
+    """How Gaussians move, for `StrokeMaker.motion`."""
+    if found is None:
+        return np.empty((len(gaussians), 0), np.float32)
+    from brushgs.passes.follow import canonical
+
+    return canonical.features_of(found, gaussians)
+
+
+def follow_strokes(
+    clip: Clip,
+    film: Film,
+    strokes: Gaussians,
+    grouping: "Grouping | None",
+    members: Gaussians,
+    finish: Callable[[Gaussians], Gaussians],
+    report: Report,
+) -> tuple[Gaussians, StrokeMotion]:
+    """Follow strokes over a film.
+
+    Args:
+        clip: the moving scene.
+        film: the moments that are shown.
+        strokes: made of `members`, with ids.
+        grouping: how; None where each is a stroke.
+        members: the Gaussians as `load_clip` gave them, pruned.
+        finish: what is done to strokes that are born later, after they were merged.
+        report: gets the stage.
+
+    Returns:
+        The strokes, those that are born later behind the others, and their motion.
+    """
+    moments = _followed(clip.scene, film)
+    labels = np.arange(len(members), dtype=np.int32) if grouping is None else grouping.labels
+    with report.stage("follow", total=len(moments), unit="moments") as stage:
+        num_born = 0
+        if clip.scene.has_rows:
+            from brushgs.passes.follow.rows import follow_rows
+
+            motion = follow_rows(clip.scene, moments, strokes, members, labels, advance=report.advance)
+        else:
+            from brushgs.passes.follow.frames import follow_frames
+
+            found, motion = follow_frames(
+                clip.scene, moments, strokes, members, labels, advance=report.advance
+            )
+            num_born = len(found) - len(strokes)
+            if num_born:
+                strokes = joined(strokes, finish(found.take(slice(len(strokes), None))))
+        num_moving = len(motion.ids)
+        stage.did = f"{num_moving:,} of {len(strokes):,} strokes move in {len(moments):,} moments"
+        if num_born:
+            stage.did += f", {num_born:,} of them are born later"
+        stage.counts = {
+            "strokes": len(strokes),
+            "moving": num_moving,
+            "born": num_born,
+            "moments": len(moments),
+        }
+    return strokes, motion
+
+
+def _followed(scene: "MovingScene", film: Film) -> F64:
+    """The moments that a film shows; and where strokes are found again in each, all between them."""
+    moments = film.moments
+    if scene.has_rows or scene.times is None:
+        return moments
+    between = (scene.times > moments[0]) & (scene.times < moments[-1])
+    both = np.unique(np.concatenate([moments, scene.times[between]]))
+    # The same moment in other digits counts once, in those of the film.
+    is_near = np.diff(both, append=np.inf) < SAME_MOMENT
+    is_film = np.isin(both, moments)
+    return both[~(is_near & ~is_film) & ~(np.concatenate([[False], is_near[:-1]]) & ~is_film)]
+
+
+def joined(first: Gaussians, second: Gaussians) -> Gaussians:
+    """Strokes, and others behind them, with the SH degree and the columns of the first."""
+    num, kept = len(second), min(first.sh.shape[1], second.sh.shape[1])
+    sh = np.zeros((num, *first.sh.shape[1:]), first.sh.dtype)
+    sh[:, :kept] = second.sh[:, :kept]
+    both: dict[str, Any] = {
+        name: np.concatenate([column, sh if name == "sh" else getattr(second, name)])
+        for name, column in first.columns().items()
+    }
+    for name in ("brushes", "ids"):
+        column, other = getattr(first, name), getattr(second, name)
+        if column is not None:
+            both[name] = np.concatenate([column, np.zeros(num, column.dtype) if other is None else other])
+    return replace(first, **both)
+
+
+def attached(coats: "Sequence[Coat]", strokes: Gaussians, *, resting: Sequence[str] = ()) -> "list[Coat]":
+    """Coats whose marks all have the id of a stroke: lines of the scene that of the nearest one.
+
+    Args:
+        coats: of a painting.
+        strokes: with ids, at their reference moments.
+        resting: names of coats that rest whatever moves.
+    """
+    if len(strokes) == 0 or strokes.ids is None:
+        return list(coats)
+    from brushgs.passes.lloyd import assign
+
+    found = []
+    for coat in coats:
+        if coat.name not in resting and coat.strokes.ids is None and len(coat.strokes):
+            points = np.ascontiguousarray(coat.strokes.means, np.float32)
+            nearest = assign(points, strokes.means.astype(np.float64))[1]
+            coat = replace(coat, strokes=replace(coat.strokes, ids=strokes.ids[nearest]))
+        found.append(coat)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class FilmTrack:
+    """Which way the strokes of a coat point in each frame of a film, a track for each of its runs.
+
+    Attributes:
+        runs: of the film.
+        tracks: one per run.
+    """
+
+    runs: list[Run]
+    tracks: "list[MovingTrack]"
+
+    def directions(self, frame: int) -> Directions:
+        """The directions in a frame."""
+        track, place = self._place(frame, fading_in=False)
+        return track.directions(place)
+
+    def directions_into(self, frame: int) -> Directions:
+        """The directions in what a frame fades into."""
+        track, place = self._place(frame, fading_in=True)
+        return track.directions(place)
+
+    def place(self, frame: int) -> float:
+        """Where a frame lies among the knots of its run."""
+        track, place = self._place(frame, fading_in=False)
+        return float(track.positions[place])
+
+    def _place(self, frame: int, *, fading_in: bool) -> "tuple[MovingTrack, int]":
+        for run, track in zip(self.runs, self.tracks, strict=True):
+            split = run.num_fading
+            among, skipped = (run.frames[:split], 0) if fading_in else (run.frames[split:], split)
+            found = np.flatnonzero(among == frame)
+            if len(found):
+                return track, int(found[0]) + skipped
+        raise IndexError(f"directions: there is no frame {frame}")
+
+
+def track_film(
+    strokes: Gaussians,
+    cameras: Sequence[Camera],
+    moving: Moving,
+    *,
+    is_loop: bool,
+    num_threads: int | None,
+) -> FilmTrack:
+    """Choose which way the strokes of a coat point over a film.
+
+    Args:
+        strokes: of the coat.
+        cameras: one per frame.
+        moving: how the strokes move.
+        is_loop: whether the frame after the last is the first again, for the camera as for the scene.
+        num_threads: None takes the processors available to this process.
+    """
+    from brushgs.rendering.track_moving import track_moving
+
+    runs, tracks = moving.film.runs(), []
+    for run in runs:
+        frames = run.frames
+        times = run.times
+        if is_loop and len(runs) == 1 and not run.num_fading:  # it ends with its first frame again
+            frames, times = np.append(frames, frames[0]), np.append(times, times[0])
+        tracks.append(
+            track_moving(
+                strokes,
+                [cameras[frame] for frame in frames],
+                moving.motion,
+                moving.motion.positions(times),
+                fps=moving.film.fps,
+                num_threads=num_threads,
+            )
+        )
+    return FilmTrack(runs, tracks)

@@ -1,0 +1,120 @@
+"""From where, and when: the cameras of a job, one per frame, and the moments of a moving scene they see."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from brushgs.options.clip import CLIP_FPS
+from brushgs.options.painting import PaintConfig
+from brushgs.options.sequence import GrowConfig, PathConfig
+from brushgs.painting.clip import Clip, Film
+from brushgs.painting.memory import Memory
+from brushgs.painting.report import Report
+from brushgs.painting.views import choose_camera, choose_first_view, known_first_view, plan_views
+from brushgs.scene import Camera, FirstView, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.cameras.paths import CameraPath
+    from brushgs.io.scenes.notes import LoadNotes
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What is seen.
+
+    Attributes:
+        cameras: that strokes are made for: those of a path, or one; empty if no view is needed.
+        frames: one camera per frame; None for a single picture.
+        film: the moment of each frame; None for a still scene.
+        first_view: how the scene is seen; None if neither a view nor an output needs it.
+        is_path: whether the camera moves.
+        is_framed: whether a view is framed on the scene, not given by a camera or a file.
+    """
+
+    cameras: Sequence[Camera]
+    frames: "CameraPath | None"
+    film: Film | None
+    first_view: FirstView | None
+    is_path: bool
+    is_framed: bool
+
+    @property
+    def shown(self) -> Sequence[Camera]:
+        """One camera per frame."""
+        return self.cameras if self.frames is None else self.frames.cameras
+
+
+def plan_cameras(
+    gaussians: Gaussians,
+    notes: "LoadNotes | None",
+    config: PaintConfig,
+    views: Camera | PathConfig | GrowConfig | None,
+    clip: Clip | None,
+    report: Report,
+    memory: Memory,
+    *,
+    check_path: "Callable[[CameraPath], None] | None",
+    needs_view: bool,
+    needs_first_view: bool,
+) -> Plan:
+    """Find the first view, and place the cameras.
+
+    Args:
+        gaussians: the scene, cleaned.
+        notes: of its files.
+        config: of the job.
+        views: see `prepare`.
+        clip: the moving scene; None for a still one.
+        report: gets the stages.
+        memory: see `prepare`.
+        check_path: see `prepare`.
+        needs_view: whether a view is needed.
+        needs_first_view: whether the first view is found also where the cameras do not depend on it.
+
+    Raises:
+        SceneError: if a camera file cannot be used.
+        ValueError: if an option does not suit the scene.
+    """
+    growing, views = (views, None) if isinstance(views, GrowConfig) else (None, views)
+    is_framed, first_view = _is_framed(views, config, needs_view=needs_view), None
+    if needs_first_view or is_framed:
+        first_view = memory.of(
+            "first view",
+            (gaussians, config.view, notes),
+            lambda: choose_first_view(gaussians, config.view, notes, report),
+        )
+    cameras: Sequence[Camera] = []
+    path, film = None, None
+    if isinstance(views, PathConfig):
+        if clip is not None and views.orbit is not None and views.fps is None:
+            views = replace(views, fps=CLIP_FPS)
+        path = plan_views(first_view or known_first_view(gaussians, notes), config.view, views, report)
+        if clip is not None:
+            film = clip.film(fps=path.fps, num_frames=len(path.cameras))
+            path = replace(path, is_loop=path.is_loop and film.is_loop)
+        cameras = path.cameras
+    elif needs_view:
+        camera = memory.of(
+            "camera",
+            (first_view, config.view, views),
+            lambda: choose_camera(first_view, config.view, report, camera=views),
+        )
+        cameras = [camera]
+    frames = path
+    if path is None and cameras and (growing is not None or clip is not None):
+        from brushgs.cameras.paths import standing
+
+        if growing is not None:
+            frames = standing(cameras[0], growing.num_frames, growing.rate)
+        elif clip is not None:
+            film = clip.film()
+            frames = replace(standing(cameras[0], len(film.times), film.fps), is_loop=film.is_loop)
+    if frames is not None and check_path is not None:
+        check_path(frames)
+    return Plan(cameras, frames, film, first_view, is_path=path is not None, is_framed=is_framed)
+
+
+def _is_framed(views: Camera | PathConfig | None, config: PaintConfig, *, needs_view: bool) -> bool:
+    if views is None:
+        return needs_view and config.view.camera_file is None
+    return not isinstance(views, Camera) and views.orbit is not None

@@ -1,0 +1,126 @@
+"""Which moment of a moving scene each frame of a film shows."""
+
+import numpy as np
+import pytest
+
+from brushgs.moving_scene import MovingScene
+from brushgs.options.clip import ClipConfig
+from brushgs.options.moment import Moment
+from brushgs.painting.clip import Clip
+
+SECONDS = 2.0
+
+
+def film(fps=None, num_frames=None, *, duration=SECONDS, **options):
+    scene = MovingScene(duration, has_rows=True, sample=lambda time: None)
+    return Clip(scene, ClipConfig(**options)).film(fps=fps, num_frames=num_frames)
+
+
+def test_a_film_shows_all_of_the_scene_from_its_first_moment_to_its_last():
+    shown = film()
+    assert (shown.fps, len(shown.times), shown.is_loop) == (30, 61, False)
+    np.testing.assert_allclose(shown.times, np.arange(61) / 30)
+    assert not shown.shares.any()
+    np.testing.assert_array_equal(shown.moments, shown.times)
+
+
+def test_frame_rate_and_speed():
+    np.testing.assert_allclose(film(fps=10).times, np.arange(21) / 10)
+    np.testing.assert_allclose(film(fps=10, speed=2).times, np.arange(11) / 5)
+    np.testing.assert_allclose(film(speed=0.5).times, np.arange(121) / 60)
+    assert film(**{"speed": 2}).fps == 30
+
+
+def test_a_part_of_the_scene_in_seconds_or_shares():
+    part = film(fps=10, start=Moment(0.5), end=Moment(0.5, is_share=True))
+    np.testing.assert_allclose(part.times, [0.5, 0.6, 0.7, 0.8, 0.9, 1.0])
+    assert film(start=Moment(1), end=Moment(1)).times.tolist() == [1.0]
+
+
+def test_a_camera_path_decides_how_many_frames_there_are():
+    longer = film(fps=10, num_frames=30)
+    assert longer.times[20:].tolist() == [2.0] * 10, "the scene rests at its end"
+    np.testing.assert_allclose(film(fps=10, num_frames=4).times, [0, 0.1, 0.2, 0.3])
+
+
+def test_there_and_back_repeats_no_frame_and_closes():
+    loop = film(fps=10, loop=True)
+    np.testing.assert_allclose(loop.times, [*np.arange(20) / 10, *(2 - np.arange(20) / 10)])
+    assert loop.is_loop
+    assert len(loop.moments) == 21, "what is seen twice is computed once"
+    again = film(fps=10, loop=True, num_frames=80)
+    assert again.is_loop
+    np.testing.assert_array_equal(again.times[40:], loop.times)
+    assert not film(fps=10, loop=True, num_frames=50).is_loop
+
+
+def test_a_cross_fade_ends_where_the_film_begins():
+    loop = film(fps=10, loop=True, cross_fade=0.5)
+    assert loop.is_loop
+    np.testing.assert_allclose(loop.times, 0.5 + np.arange(15) / 10)
+    fading = loop.shares > 0
+    np.testing.assert_allclose(loop.shares[fading], [0.2, 0.4, 0.6, 0.8], atol=1e-9)
+    np.testing.assert_allclose(loop.others[fading], [0.1, 0.2, 0.3, 0.4], atol=1e-9)
+    np.testing.assert_array_equal(loop.others[~fading], loop.times[~fading])
+
+
+@pytest.mark.parametrize("num_frames", [None, 7, 15, 22, 30, 41])
+@pytest.mark.parametrize("options", [{}, {"loop": True}, {"loop": True, "cross_fade": 0.5}])
+def test_runs_hold_every_frame_and_have_no_jump(options, num_frames):
+    shown = film(fps=10, num_frames=num_frames, **options)
+    found = {}
+    for run in shown.runs():
+        assert np.abs(np.diff(run.times)).max(initial=0) <= 0.1 + 1e-9
+        for k, (frame, time) in enumerate(zip(run.frames, run.times, strict=True)):
+            assert (int(frame), k < run.num_fading) not in found
+            found[int(frame), k < run.num_fading] = time
+    expected = {(i, False): t for i, t in enumerate(shown.times)}
+    expected |= {(i, True): t for i, t in enumerate(shown.others) if shown.shares[i] > 0}
+    assert found == expected
+
+
+def test_a_scene_of_one_moment_is_one_frame():
+    assert film(duration=0.0).times.tolist() == [0.0]
+    assert film(duration=0.0, loop=True).times.tolist() == [0.0]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"start": Moment(3)}, "start must be in the 2 s of the scene, got 3 s"),
+        ({"end": Moment(2.5)}, "end must be in the 2 s of the scene, got 2.5 s"),
+        ({"start": Moment(1), "end": Moment(0.5)}, "end must not be before start, got 0.5 s and 1 s"),
+        ({"speed": 1e-4}, "at most 99,999 can be painted; show less of it, --end"),
+        ({"loop": True, "cross_fade": 1.5}, "cross-fade must be at most half of the 2 s shown, got 1.5 s"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        film(**options)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"speed": 0}, "speed must be above 0, got 0"),
+        ({"speed": float("nan")}, "speed must be above 0, got nan"),
+        ({"fps": 2000}, "fps must be above 0 and at most 1000, got 2000"),
+        ({"cross_fade": 0.5}, "cross-fade needs loop"),
+        ({"cross_fade": 0, "loop": True}, "cross-fade must be above 0 seconds, got 0"),
+    ],
+)
+def test_options_out_of_range_are_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        ClipConfig(**options)
+
+
+@pytest.mark.parametrize(("amount", "is_share"), [(-1, False), (np.inf, False), (1.5, True), (np.nan, False)])
+def test_moments_out_of_range_are_refused(amount, is_share):
+    with pytest.raises(ValueError, match="time must be"):
+        Moment(amount, is_share)
+
+
+def test_a_moment_in_seconds_and_as_a_share():
+    assert Moment(0.5).seconds(4) == 0.5
+    assert Moment(0.5, is_share=True).seconds(4) == 2
+    assert (str(Moment(0.5)), str(Moment(0.4, is_share=True))) == ("0.5 s", "40%")
