@@ -5,6 +5,7 @@ picture is "plain" it is that of the whole scene drawn with the built-in `gaussi
 estimate of the captured surface. Pictures are [H, W, 3], display-encoded, on their background.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,7 +60,9 @@ class WarpError:
     squared_error: NDArray[np.float32] | None = None
 
 
-def warp_error(first: View, second: View, *, keep_map: bool = False) -> WarpError:
+def warp_error(
+    first: View, second: View, *, displacement: Array | None = None, keep_map: bool = False
+) -> WarpError:
     """Flicker between two views: the second picture against the first one, moved to the second view.
 
     The centre of each pixel of the second view is unprojected with its plain depth and projected by the
@@ -77,11 +80,15 @@ def warp_error(first: View, second: View, *, keep_map: bool = False) -> WarpErro
     Args:
         first: the earlier view.
         second: the later view, of any size.
+        displacement: [H, W, 3] of a scene that moves: from where the surface of each pixel of the second view
+            is to where it was at the time of the first, world units, see `displacements` in
+            `brushgs.measure.flow`; the point of a pixel is moved by it before it is projected. None for a
+            scene that rests.
         keep_map: whether the error of each pixel is returned.
 
     To compare several paintings of one pair of views, call `match_views` once.
     """
-    match = match_views(first, second)
+    match = match_views(first, second, displacement)
     return match.error(first.rgb, second.rgb, keep_map=keep_map)
 
 
@@ -133,11 +140,18 @@ class ViewMatch:
         return WarpError(rmse, worst_rmse, len(squares) / (height * width), error_map)
 
 
-def match_views(first: View, second: View) -> ViewMatch:
-    """Find the valid pixels of a pair of views by plain depth and alpha, see `warp_error`."""
+def match_views(first: View, second: View, displacement: Array | None = None) -> ViewMatch:
+    """Find the valid pixels of a pair of views by plain depth and alpha; takes what `warp_error` does."""
     height, width = first.depth.shape
     pixels = np.flatnonzero((second.alpha > PLAIN_ALPHA) & (second.depth > 0))
-    x, y, z = _points_in(first.camera, second.camera, pixels, second.depth.reshape(-1)[pixels])
+    steps = None
+    if displacement is not None:
+        check("match_views", displacement=(displacement, f"{second.camera.height} {second.camera.width} 3"))
+        steps = displacement.reshape(-1, 3)[pixels]
+    rows, columns = np.divmod(pixels, second.camera.width)
+    centers = columns + 0.5, rows + 0.5
+    x, y, z = points_seen(first.camera, second.camera, centers, second.depth.reshape(-1)[pixels], steps)
+    x, y = x - 0.5, y - 0.5  # from here on centres of pixels are whole numbers
     is_inside = (z > 0) & (x >= 0) & (x < width - 1) & (y >= 0) & (y < height - 1)
     pixels, x, y, z = pixels[is_inside], x[is_inside], y[is_inside], z[is_inside]
     left, top = x.astype(np.int64), y.astype(np.int64)
@@ -152,21 +166,33 @@ def match_views(first: View, second: View) -> ViewMatch:
     return ViewMatch((height, width), second_size, pixels[is_seen], corners[is_seen], shares)
 
 
-def _points_in(
-    first: Camera, second: Camera, pixels: NDArray[np.int64], depths: Array
+def points_seen(
+    first: Camera,
+    second: Camera,
+    centers: Sequence[F64] | F64,
+    depths: Array,
+    steps: Array | None = None,
 ) -> tuple[F64, F64, F64]:
-    """Where the first camera sees the pixels of the second at their depths.
+    """Where the first camera sees points of the picture of the second one.
+
+    Args:
+        first: the camera that sees them.
+        second: the camera in whose picture they are.
+        centers: x [n] and y [n] in that picture, pixels.
+        depths: [n] camera z there, world units.
+        steps: [n, 3] what they are moved by before the first camera sees them, world units; None for nothing.
 
     Returns:
-        [n] x, [n] y in pixels with centres at whole numbers, and [n] camera z; x and y are undefined
-        where z <= 0.
+        [n] x, [n] y in pixels, and [n] camera z; x and y are undefined where z <= 0.
     """
     move = first.viewmat @ np.linalg.inv(second.viewmat)
     per_pixel, shift = first.K @ move[:3, :3] @ np.linalg.inv(second.K), first.K @ move[:3, 3]
-    rows, columns = np.divmod(pixels, second.width)
+    columns, rows = centers
     x, y, z = (
-        (a * (columns + 0.5) + b * (rows + 0.5) + c) * depths + d
-        for (a, b, c), d in zip(per_pixel, shift, strict=True)
+        (a * columns + b * rows + c) * depths + d for (a, b, c), d in zip(per_pixel, shift, strict=True)
     )
+    if steps is not None:
+        dx, dy, dz = first.K @ first.viewmat[:3, :3] @ steps.T
+        x, y, z = x + dx, y + dy, z + dz
     inverse = 1 / np.where(z > 0, z, 1.0)
-    return x * inverse - 0.5, y * inverse - 0.5, z
+    return x * inverse, y * inverse, z

@@ -1,0 +1,101 @@
+"""How a scene moves on the picture: exactly, from the motion of its Gaussians, depth and pose.
+
+Where Gaussians correspond from moment to moment, the surface that a pixel shows has moved as the Gaussians
+have that paint the pixel; nothing is estimated from pictures.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from brushgs.arrays import F64, Array, Mask
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.measure.warp import PLAIN_ALPHA, View, points_seen
+from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
+from brushgs.scene import Camera, Gaussians
+
+ON_SURFACE = 0.05  # of the depth: a mark further than this from the surface of its pixel does not show it
+
+
+def displacements(
+    now: Gaussians, before: Gaussians, camera: Camera, *, num_threads: int | None = None
+) -> Array:
+    """How the surface of each pixel gets from where it is now to where it was at another moment.
+
+    The mean of the displacements of the Gaussians that paint the pixel, weighted as their colours and depths
+    are, with the built-in `gaussian` kernel: that of the surface whose plain depth `View` has. The turn of a
+    Gaussian takes no part: it moves what lies beside its centre by less than its size, and in trained scenes
+    turns are noise. Measured: a rigid body that turns by 3 degrees has a warp error 1.2 % above that of a
+    camera that turns around it; with turns it has the same to 1e-6, but the plain error of a trained scene
+    of a cook rises from 2.9 to 3.3 of 255 over 7 frames.
+
+    Args:
+        now: at the moment of the picture.
+        before: the same Gaussians, row by row, at the other one.
+        camera: of the picture.
+        num_threads: see `rasterize`.
+
+    Returns:
+        [H, W, 3] world units, 0 where nothing is painted, float32.
+
+    Raises:
+        ValueError: if the rows do not correspond.
+    """
+    if len(now) != len(before):
+        raise ValueError(
+            f"displacements: rows must correspond, got {len(now):,} now and {len(before):,} before"
+        )
+    steps = before.means.astype(np.float64) - now.means
+    if not steps.any():
+        return np.zeros((camera.height, camera.width, 3), np.float32)
+    kernel = StrokeTexture.open("gaussian")
+    options = RenderOptions.of(kernel, num_sigmas=kernel.num_sigmas, depth=False, num_threads=num_threads)
+    boxes, _ = project_with(now, camera, options)
+    least = steps.min(axis=0)  # colours are not negative
+    colors = (steps - least)[boxes.ids].astype(np.float32)
+    frame = rasterize_with(replace(boxes, colors=colors), camera, kernel, options)
+    weight = np.maximum(frame.alpha, np.float32(1e-6))[..., None]
+    moved = frame.rgb / weight + least.astype(np.float32)
+    moved[frame.alpha <= 0] = 0
+    return np.asarray(moved)
+
+
+@dataclass(frozen=True, eq=False)
+class SceneFlow:
+    """How the scene moves on the picture in one step, told at the pixels of its later frame.
+
+    Attributes:
+        first: the camera of the earlier frame.
+        second: the later frame; its picture does not matter.
+        displacement: [H, W, 3] of `displacements` from the second to the first; None for a scene that rests.
+    """
+
+    first: Camera
+    second: View
+    displacement: Array | None = None
+
+    def at(self, centers: Array, depths: Array | None = None) -> tuple[F64, Mask]:
+        """The flow of the scene at marks of the later frame.
+
+        Args:
+            centers: [M, 2] (x, y) in the later picture, pixels.
+            depths: [M] camera z of marks that lie in space, world units: such a mark shows the scene if it
+                lies on the surface of its pixel, within 5 % of the depth, and moves with it from its own
+                depth. None for marks on the picture, which show what their pixel does.
+
+        Returns:
+            [M, 2] pixels from the earlier to the later frame, and a mask [M] of the marks that show the
+            scene; the flow of the others is undefined.
+        """
+        camera, depth = self.second.camera, self.second.depth
+        x, y = (np.floor(column).astype(np.int64) for column in centers.T)
+        is_on = (x >= 0) & (x < camera.width) & (y >= 0) & (y < camera.height)
+        pixels = np.where(is_on, y * camera.width + x, 0)
+        surface = depth.reshape(-1)[pixels].astype(np.float64)
+        is_on &= (self.second.alpha.reshape(-1)[pixels] > PLAIN_ALPHA) & (surface > 0)
+        own = surface if depths is None else depths.astype(np.float64)
+        is_on &= np.abs(own - surface) <= ON_SURFACE * surface
+        steps = None if self.displacement is None else self.displacement.reshape(-1, 3)[pixels]
+        x0, y0, z0 = points_seen(self.first, camera, centers.astype(np.float64).T, own, steps)
+        flow = centers.astype(np.float64) - np.stack([x0, y0], axis=1)
+        return flow, np.asarray(is_on & (z0 > 0))
