@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+
+from brushgs.measure.uiqm import colorfulness, contrast, sharpness, uiqm
+
+
+def noise(height=43, width=57):
+    return np.random.default_rng(3).uniform(0.1, 0.9, (height, width, 3))
+
+
+def test_a_gray_picture_has_nothing():
+    assert uiqm(np.full((30, 40, 3), 0.4)) == pytest.approx(0, abs=1e-12)
+    assert uiqm(np.zeros((30, 40, 3))) == 0
+
+
+def test_colorfulness_of_two_colors_by_hand():
+    """Half red (200, 0, 0), half blue (0, 0, 200): rg is 200 or 0, yb 100 or -200."""
+    values = np.zeros((20, 20, 3))
+    values[:10, :, 0] = values[10:, :, 2] = 200
+    expected = -0.0268 * np.hypot(100, -50) + 0.1586 * np.sqrt(100**2 + 150**2)
+    assert colorfulness(values) == pytest.approx(expected)
+
+
+def test_a_tenth_of_the_values_at_either_end_does_not_move_the_mean():
+    values = np.full((10, 10, 3), 100.0)
+    values[0, :, 0] = 250.0  # the tenth of largest rg
+    spread = 0.1 * 150**2 + 0.1 * 75**2
+    assert colorfulness(values) == pytest.approx(0.1586 * np.sqrt(spread))
+
+
+def test_contrast_by_hand():
+    """Every block has 51 and 204: q = 153 / 255."""
+    values = 51.0 + 153 * (np.indices((20, 30)).sum(axis=0) % 2)[..., None] * np.ones(3)
+    assert contrast(values) == pytest.approx(-0.6 * np.log(0.6))
+    assert contrast(values[:17]) == pytest.approx(-0.6 * np.log(0.6))  # 7 rows are left over
+
+
+def test_all_parts_against_loops_over_pixels():
+    picture = noise()
+    values = 255 * picture
+    height, width = 40, 50  # whole blocks
+    per_channel = []
+    for c in range(3):
+        padded = np.pad(values[..., c], 1, mode="symmetric")
+        edges = np.zeros(values.shape[:2])
+        for y in range(values.shape[0]):
+            for x in range(values.shape[1]):
+                w = padded[y : y + 3, x : x + 3]
+                down = w[2] @ (1, 2, 1) - w[0] @ (1, 2, 1)
+                right = w[:, 2] @ (1, 2, 1) - w[:, 0] @ (1, 2, 1)
+                edges[y, x] = np.sqrt(down**2 + right**2) * values[y, x, c]
+        blocks = [edges[y : y + 10, x : x + 10] for y in range(0, height, 10) for x in range(0, width, 10)]
+        per_channel.append(2 * np.mean([np.log(b.max() / b.min()) for b in blocks]))
+    assert sharpness(values) == pytest.approx(np.dot(per_channel, (0.299, 0.587, 0.114)))
+    terms = []
+    for y in range(0, height, 10):
+        for x in range(0, width, 10):
+            b = values[y : y + 10, x : x + 10]
+            q = (b.max() - b.min()) / (b.max() + b.min())
+            terms.append(-q * np.log(q))
+    assert contrast(values) == pytest.approx(np.mean(terms))
+    parts = 0.0282 * colorfulness(values) + 0.2953 * sharpness(values) + 3.5753 * contrast(values)
+    assert uiqm(picture) == pytest.approx(parts)
+
+
+def test_paler_pictures_have_less():
+    picture = noise()
+    assert uiqm(0.5 + 0.2 * (picture - 0.5)) < uiqm(picture)
+
+
+def test_small_pictures_are_refused():
+    with pytest.raises(ValueError, match="at least 10 pixels, got 40x9"):
+        uiqm(np.zeros((9, 40, 3)))
+    with pytest.raises(ValueError, match="picture"):
+        uiqm(np.zeros((20, 40)))
