@@ -1,4 +1,4 @@
-"""`project`, `rasterize` and `render` on torch tensors, with gradients.
+"""`project`, `rasterize` and `render` on torch tensors, with gradients; and strokes that move, by `moved`.
 
     import brushgs.autograd as ba
     strokes = ba.Gaussians.of(scene, requires_grad=True)
@@ -38,6 +38,7 @@ from brushgs.brushes.brush_set import Brush, BrushSet, Sigmas
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.colors import rgb_of
 from brushgs.options.choices import Filter, Order, ViewLock
+from brushgs.quats import quat_products, rotation_matrices
 from brushgs.rendering.backward import (
     BOX_COLUMNS,
     BoxGradients,
@@ -45,11 +46,13 @@ from brushgs.rendering.backward import (
     rasterize_backward,
 )
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
+from brushgs.rendering.motion import COLOR, OPACITY, SHIFT, SIZE, TURN, Pose, match
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.project import LOW_PASS, Directions, ProjectOptions, project_by
 from brushgs.rendering.rasterize import rasterize as rasterize_arrays
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import GAUSSIAN_COLUMNS, LAYERS, Camera
+from brushgs.sh import C0
 
 try:
     import torch
@@ -78,17 +81,19 @@ class Gaussians:
     sh: Tensor  # [N, k, 3]
     antialiased: bool = field(default=False, kw_only=True)
     brushes: Tensor | None = field(default=None, kw_only=True)  # [N] uint8: no gradient
+    ids: Tensor | None = field(default=None, kw_only=True)  # [N] int32: no gradient
 
     def __post_init__(self) -> None:
         _check_tensors("Gaussians", {name: getattr(self, name) for name in GAUSSIAN_COLUMNS})
-        _check_integers("Gaussians", brushes=(self.brushes, torch.uint8))
+        _check_integers("Gaussians", brushes=(self.brushes, torch.uint8), ids=(self.ids, torch.int32))
 
     @classmethod
     def of(cls, gaussians: scene.Gaussians, *, requires_grad: bool = False) -> Self:
         """Copies of the columns of a scene, in its dtype."""
         columns = (torch.tensor(getattr(gaussians, name)) for name in GAUSSIAN_COLUMNS)
         tensors = (column.requires_grad_(requires_grad) for column in columns)
-        return cls(*tensors, antialiased=gaussians.antialiased, brushes=_integers(gaussians.brushes))
+        integers = {"brushes": _integers(gaussians.brushes), "ids": _integers(gaussians.ids)}
+        return cls(*tensors, antialiased=gaussians.antialiased, **integers)
 
     def numpy(self) -> scene.Gaussians:
         """The scene without gradients; it shares the memory of contiguous tensors.
@@ -97,8 +102,8 @@ class Gaussians:
             ValueError: if a shape or value breaks the rules of `brushgs.Gaussians`.
         """
         columns = (_array(getattr(self, name)) for name in GAUSSIAN_COLUMNS)
-        brushes = None if self.brushes is None else _array(self.brushes)
-        return scene.Gaussians(*columns, antialiased=self.antialiased, brushes=brushes)
+        brushes, ids = (None if column is None else _array(column) for column in (self.brushes, self.ids))
+        return scene.Gaussians(*columns, antialiased=self.antialiased, brushes=brushes, ids=ids)
 
     def __len__(self) -> int:
         return len(self.means)
@@ -338,6 +343,51 @@ def render(
         streaks=options.streaks,
         num_threads=num_threads,
     )
+
+
+def moved(gaussians: Gaussians, pose: Pose, *, has_color: bool = True) -> Gaussians:
+    """Strokes as they are at one moment: `Pose.moved` with gradients by all columns of the strokes.
+
+    The pose gets no gradient.
+
+    Args:
+        gaussians: N strokes at their reference moments; those without an id that moves are as they were.
+        pose: where strokes are.
+        has_color: whether they take part in changes of colour.
+
+    Raises:
+        TypeError: if `gaussians` has another type.
+        ValueError: if a shape or value breaks the rules of `brushgs.Gaussians`.
+    """
+    _check_gaussians("moved", gaussians)
+    rows, found = match(gaussians.numpy(), pose.ids)
+    if len(rows) == 0:
+        return gaussians
+    numbers = pose.numbers[found].astype(np.float64)
+    size, turn = np.exp(numbers[:, SIZE]), numbers[:, TURN]
+    moves, pivots = torch.from_numpy(rows), torch.from_numpy(pose.pivots[found])
+    spins = torch.from_numpy(size[:, None, None] * rotation_matrices(turn))
+    products = torch.from_numpy(quat_products(turn[:, None], np.eye(4)[None]))  # by each unit quaternion
+    shifts, sizes, factors = (torch.from_numpy(v) for v in (numbers[:, SHIFT], size, numbers[:, OPACITY]))
+    # In float64, as `Pose.moved`: distances from a pivot are small beside its coordinates.
+    means, quats, scales, opacities = (
+        getattr(gaussians, name)[moves].double() for name in ("means", "quats", "scales", "opacities")
+    )
+    found_columns = {
+        "means": pivots + shifts + torch.einsum("nij,nj->ni", spins, means - pivots),
+        "quats": torch.einsum("nji,nj->ni", products, quats),
+        "scales": sizes[:, None] * scales,
+        "opacities": (factors * opacities).clamp(0, 1),
+    }
+    columns = {
+        name: getattr(gaussians, name).index_put((moves,), column.to(gaussians.means.dtype))
+        for name, column in found_columns.items()
+    }
+    if has_color:
+        base = gaussians.sh[moves, 0].double() + torch.from_numpy(numbers[:, COLOR] / C0)
+        places = moves, torch.zeros_like(moves)
+        columns["sh"] = gaussians.sh.index_put(places, base.to(gaussians.sh.dtype))
+    return replace(gaussians, **columns)
 
 
 def _check_gaussians(where: str, gaussians: Any) -> None:
