@@ -16,7 +16,7 @@ from brushgs.io.scenes.view_comments import comment_lines
 from brushgs.scene import FirstView
 from tests.fuzz.reader import SEPARATOR
 from tests.io import test_cameras, test_colmap, test_compressed_ply
-from tests.io.moving import clips
+from tests.io.moving import clips, test_four_dgs
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
 from tests.io.scenes import gltf_maker, ksplat_format, sog_maker, splat_format, spz_format
 from tests.io.test_images import palette_chunk, png
@@ -225,6 +225,12 @@ def splatv_clips(folder: Path) -> list[bytes]:
         for count, width in ((9, 16), (40, 64))
         for padded in (False, True)
     ]
+
+
+def four_dgs_clips(folder: Path) -> list[bytes]:
+    """Clips of .4dgs, compressed and plain: its checksums are only of the summary."""
+    scene = test_four_dgs.gaussians()
+    return [test_four_dgs.write(folder / "a.4dgs", scene, codec=codec).read_bytes() for codec in (0, 1)]
 
 
 def inria_cameras(folder: Path) -> list[bytes]:
@@ -508,6 +514,7 @@ SCENES = {
 MOVING = {
     "splatv": (Seeds("splatv", splatv_clips, (b"Kg\0\0", b'"size":', b'"type":"splat"', b"[{", b"\0\x7c")),),
     "spacetime": (Seeds("spacetime", spacetime_clips, (*PLY, b"property float f_dc_3\n")),),
+    "four_dgs": (Seeds("4dgs", four_dgs_clips, (b"\x894DGS1\r\n", b"\xff" * 8)),),
     "freetime": (
         Seeds(
             "freetime",

@@ -4,6 +4,7 @@ A format that is added to a table is fuzzed as soon as `corpus` has seeds of it.
 """
 
 from collections.abc import Callable, Iterable, Mapping
+from importlib.util import find_spec
 from pathlib import Path
 
 from brushgs.io.cameras.formats import CAMERA_FORMATS
@@ -86,11 +87,13 @@ def _readers(
 PICTURE_READERS = _readers(
     [(row.name, f"a{row.suffixes[0]}") for row in PICTURE_FORMATS], corpus.PICTURES, _picture
 )
+# What a package decodes is fuzzed where it is installed.
+CLIPS = [row for row in MOVING_FORMATS if not row.package or find_spec(row.package)]
 READERS = {
     reader.name: reader
     for reader in (
         *_readers([(row.reader, f"scene{row.suffixes[0]}") for row in SCENE_FORMATS], corpus.SCENES, _scene),
-        *_readers([(row.reader, f"clip{row.suffixes[0]}") for row in MOVING_FORMATS], corpus.MOVING, _clip),
+        *_readers([(row.reader, f"clip{row.suffixes[0]}") for row in CLIPS], corpus.MOVING, _clip),
         *_readers([(row.reader, row.file) for row in CAMERA_FORMATS], corpus.CAMERAS, _cameras),
         *_readers([(row.reader, row.file) for row in GUIDE_FORMATS], corpus.GUIDES, _guides),
         Reader("manifest", ".%05d.png.json", corpus.manifests, _manifest, corpus.JSON),

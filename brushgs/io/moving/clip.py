@@ -1,6 +1,7 @@
 """What files of formulas have in common: raw rows are checked, and become a moving scene."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import nextafter
 
 import numpy as np
 
@@ -8,7 +9,8 @@ from brushgs.arrays import F32, F64, Mask
 from brushgs.io.moving.formats import NOMINAL_FRAMES, NOMINAL_RATE
 from brushgs.io.moving.formula import Formula, path_faults
 from brushgs.io.scenes.columns import Columns
-from brushgs.io.scenes.dropped import Faults, find_faults
+from brushgs.io.scenes.dropped import Dropped, Faults, find_faults
+from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.notes import join_notes
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.used_terms import drop_zero_bands
@@ -32,6 +34,7 @@ class RawRows:
         spin: [N, 4] see `Formula`.
         scales: [N, 3] world units, where the file holds them as such: a logarithm would lose digits.
         is_logit: whether opacities are logits.
+        windows: [N, 2] see `Formula`.
     """
 
     columns: Columns
@@ -43,6 +46,7 @@ class RawRows:
     spin: F32 | None = None
     scales: F32 | None = None
     is_logit: bool = True
+    windows: F64 | None = None
 
     def faults(self, clock: tuple[float, float]) -> Faults:
         """Rows whose formula cannot be computed."""
@@ -65,6 +69,7 @@ class RawRows:
             None if self.spin is None else self.spin[keep],
             None if self.scales is None else self.scales[keep],
             self.is_logit,
+            None if self.windows is None else self.windows[keep],
         )
 
 
@@ -74,6 +79,9 @@ def clip_of(
     *,
     duration: float = NOMINAL_DURATION,
     clock: tuple[float, float] = (0.0, 1.0),
+    is_open: bool = False,
+    cutoff: float = 0.0,
+    is_timed: bool = False,
 ) -> MovingScene:
     """The moving scene of a file of formulas.
 
@@ -82,6 +90,9 @@ def clip_of(
         rows: its rows; overwritten.
         duration: seconds.
         clock: what the clock of the formulas shows at the beginning and at the end.
+        is_open: whether the last moment is the one just before the end, where windows end.
+        cutoff: see `Formula`.
+        is_timed: whether the seconds come from the file.
 
     Raises:
         SceneError: if no row of it can be drawn; a SceneWarning says of rows that were dropped.
@@ -95,15 +106,22 @@ def clip_of(
         columns.scales = rows.scales
     drop_zero_bands(columns)
     still = columns.gaussians(antialiased=file.training == "antialiased")
-    formula = Formula(still, rows.centers.astype(np.float64), rows.widths, rows.motion, rows.spin)
+    centers = rows.centers.astype(np.float64)
+    formula = Formula(still, centers, rows.widths, rows.motion, rows.spin, rows.windows, cutoff)
     degree = SH_TERMS[columns.sh.shape[1]]
     notes = join_notes([file], rows_dropped=dropped.num_rows, sh_degree_used=degree)
     start, end = clock
     rate = (end - start) / duration if duration else 0.0
+    last = (nextafter(end, start) if is_open else end) if duration else start
     return MovingScene(
         duration,
         True,
-        lambda time: formula.at(start + rate * time),
-        resting=formula.resting(start, end if duration else start),
-        notes=notes,
+        lambda time: formula.at(min(start + rate * time, last)),
+        resting=formula.resting(start, last),
+        notes=replace(notes, is_timed=is_timed),
     )
+
+
+def read_nothing(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
+    """A `ColumnReader` for files without rows at rest."""
+    raise AssertionError("a moving scene is read as a whole")

@@ -39,6 +39,7 @@ class MovingFormat(NamedTuple):
         reader: module of this package with `open_moving(path) -> MovingScene`; None if it is not read.
         note: which files of this format are read, for help texts.
         cure: why it is not read, and the export that would be: one clause; for formats without a reader.
+        package: that decodes it and may not be installed; empty for none.
     """
 
     name: str
@@ -47,6 +48,7 @@ class MovingFormat(NamedTuple):
     reader: str | None = None
     note: str = ""
     cure: str = ""
+    package: str = ""
 
 
 def is_ply_with(*names: str) -> Matcher:
@@ -160,6 +162,14 @@ KNOWN_MOVING = (
         is_zip_with("means3D.npy", ".npz"),
         reader="dynamic3d",
         note="params.npz of Dynamic3DGaussians",
+    ),
+    MovingFormat(
+        ".4dgs scene",
+        (".4dgs",),
+        begins_with(b"\x894DGS1\r\n"),
+        reader="four_dgs",
+        note=".4dgs, with the package fourdgs",
+        package="fourdgs",
     ),
     MovingFormat(
         "pickle",

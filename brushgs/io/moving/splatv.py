@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from brushgs.errors import SceneError
 from brushgs.io.files import open_plain, read_exactly
 from brushgs.io.json_file import as_count, decode_json, shown
-from brushgs.io.moving.clip import RawRows, clip_of
+from brushgs.io.moving.clip import RawRows, clip_of, read_nothing
 from brushgs.io.scenes.columns import Columns
-from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.moving_scene import MovingScene
@@ -57,7 +56,7 @@ def open_moving(path: Path) -> MovingScene:
     centers, widths = rows["center"].astype(np.float32), np.abs(rows["width"].astype(np.float64))
     stored = {f"motion_{index}": motion[:, index // 3, index % 3] for index in range(9)}
     stored |= {f"omega_{index}": spin[:, index] for index in range(4)} | {"trbf_center": centers}
-    source = SceneFile(path, "splaTV", len(rows), 1, _read_nothing)
+    source = SceneFile(path, "splaTV", len(rows), 1, read_nothing)
     raw = RawRows(
         columns,
         stored,
@@ -125,8 +124,3 @@ def _count_filled(rows: NDArray[np.void]) -> int:
     """How many rows there are without the zeros that fill up the texture."""
     filled = np.flatnonzero(rows.view("<u8").reshape(len(rows), -1).any(axis=1))
     return int(filled[-1]) + 1 if len(filled) else 0
-
-
-def _read_nothing(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
-    """A `ColumnReader` for what has no rows at rest."""
-    raise AssertionError("a moving scene is read as a whole")

@@ -1,0 +1,156 @@
+"""The .4dgs format, where the package that decodes it is installed."""
+
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from brushgs import SceneError
+from brushgs.io.moving import open_moving
+from brushgs.moving_scene import MovingScene
+
+C0 = 0.5 / math.sqrt(math.pi)
+NUM_ROWS = 300
+
+
+def gaussians(**more: Any) -> Any:
+    fourdgs = pytest.importorskip("fourdgs", reason="the package fourdgs is not installed")
+    rng = np.random.default_rng(20261122)
+    quats = rng.normal(size=(NUM_ROWS, 4))
+    widths = np.exp(rng.normal(-1, 1, NUM_ROWS))
+    widths[:50] = more.pop("width", np.inf)
+    ends = np.full(NUM_ROWS, 2.0)
+    ends[100:150] = 1
+    columns = {
+        "positions": rng.normal(size=(NUM_ROWS, 3)),
+        "scales": np.exp(rng.normal(-3, 1, (NUM_ROWS, 3))),
+        "rotations": quats / np.linalg.norm(quats, axis=1, keepdims=True),
+        "colors": rng.random((NUM_ROWS, 4)),
+        "motions": rng.normal(size=(NUM_ROWS, 3)),
+        "mu_t": rng.random(NUM_ROWS) * 2,
+        "sigma_t": widths,
+    }
+    floats = {name: values.astype(np.float32) for name, values in columns.items()}
+    return fourdgs.GaussianSet(**floats, win_lo=np.zeros(NUM_ROWS), win_hi=ends, **more)
+
+
+def write(path: Path, scene: Any, **options: Any) -> Path:
+    import fourdgs
+
+    fourdgs.write(path, scene, 2.0, options=fourdgs.WriteOptions(**options))
+    return path
+
+
+def opened(path: Path) -> MovingScene:
+    scene = open_moving(path)
+    assert scene is not None
+    return scene
+
+
+@pytest.mark.parametrize("degree", [0, 1, 3])
+def test_moments_are_those_that_the_package_states(degree: int, tmp_path: Path) -> None:
+    more: dict[str, Any] = {}
+    if degree:
+        codes = np.random.default_rng(1).integers(0, 256, (NUM_ROWS, 3 * ((degree + 1) ** 2 - 1)))
+        more = {"sh": codes.astype(np.uint8), "sh_degree": degree}
+    path = write(tmp_path / "a.4dgs", gaussians(**more))
+    scene = opened(path)
+    assert scene.notes is not None
+    assert (scene.duration, scene.has_rows, scene.notes.is_timed) == (2.0, True, True)
+    assert (scene.notes.format, scene.notes.rows_read, scene.notes.sh_degree_used) == ("4dgs", 300, degree)
+    import fourdgs
+
+    stated = fourdgs.read(path)
+    for time in (0, 0.3, 0.999, 1.0, 1.7, 2.0):
+        at = stated.state_at(min(time, math.nextafter(2, 0)))
+        moment = scene.at(time)
+        rows = at["indices"]
+        assert len(rows) > 50
+        np.testing.assert_allclose(moment.means[rows], at["centers"], rtol=1e-6)
+        np.testing.assert_allclose(moment.opacities[rows], at["opacity"], rtol=1e-6)
+        np.testing.assert_allclose(moment.quats[rows][:, [1, 2, 3, 0]], at["orientations"], rtol=1e-6)
+        assert not np.delete(moment.opacities, rows).any()
+    colors = 0.5 + C0 * scene.at(0).sh[:, 0]
+    np.testing.assert_allclose(colors, stated.gaussians.colors[:, :3], atol=1e-6)
+    if degree:
+        # A byte is -1 to 1 or the like: equal steps from the least to the most.
+        decoded = fourdgs.quantization.sh_coefficient(stated.gaussians.sh[:, 2])
+        np.testing.assert_allclose(scene.at(0).sh[:, 3, 0], decoded, rtol=1e-6)
+
+
+def test_what_is_always_there_and_does_not_move_rests(tmp_path: Path) -> None:
+    still = gaussians()
+    still.motions[:120] = 0
+    scene = opened(write(tmp_path / "a.4dgs", still))
+    assert scene.resting is not None
+    # The first fifty never fade; those from 100 on are gone after half of the clip.
+    rests = np.count_nonzero(scene.resting)
+    first, later = scene.at(0), scene.at(1.9)
+    assert 50 <= rests < 120
+    assert np.array_equal(first.means[scene.resting], later.means[scene.resting])
+    np.testing.assert_allclose(first.opacities[scene.resting], later.opacities[scene.resting], atol=1e-3)
+
+
+def test_things_move_on_their_tracks(tmp_path: Path) -> None:
+    fourdgs = pytest.importorskip("fourdgs", reason="the package fourdgs is not installed")
+    half = math.sqrt(0.5)
+    track = fourdgs.ObjectTrack(
+        object_id=7,
+        times=[0.0, 2.0],
+        rotations=[[0, 0, 0, 1], [0, 0, half, half]],
+        translations=[[0, 0, 0], [4, 0, 0]],
+    )
+    ids = np.zeros(NUM_ROWS, np.uint32)
+    ids[:40] = 7
+    layer = fourdgs.ObjectLayer(tracks=[track])
+    path = write(tmp_path / "a.4dgs", gaussians(object_id=ids), objects=layer)
+    scene, stated = opened(path), fourdgs.read(path)
+    for time in (0.0, 0.8, 1.6):
+        at = stated.state_at(time)
+        moment = scene.at(time)
+        np.testing.assert_allclose(moment.means[at["indices"]], at["centers"], rtol=1e-5, atol=1e-6)
+        turned = moment.quats[at["indices"]][:, [1, 2, 3, 0]]
+        np.testing.assert_allclose(turned, at["orientations"], rtol=1e-5, atol=1e-6)
+    assert scene.resting is not None
+    tracked = stated.gaussians.object_id == 7
+    assert not scene.resting[tracked].any()
+
+
+def test_a_clip_of_keyframes_is_refused_by_name(tmp_path: Path) -> None:
+    scene = gaussians(width=1.0)
+    from fourdgs.keyframe_delta_file import write_sequence
+    from fourdgs.keyframe_delta_writer import Sample
+
+    samples = [Sample(float(t0), np.arange(NUM_ROWS), scene) for t0 in (0, 1)]
+    path = tmp_path / "a.4dgs"
+    path.write_bytes(write_sequence(samples, 2.0))
+    with pytest.raises(SceneError, match=r"keyframe-delta.*; name the scene files of its moments"):
+        open_moving(path)
+
+
+def test_a_file_that_is_cut_off_or_damaged_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    data = write(tmp_path / "a.4dgs", gaussians()).read_bytes()
+    path = tmp_path / "b.4dgs"
+    for length in (8, 9, 60, len(data) // 2, len(data) - 1):
+        path.write_bytes(data[:length])
+        with pytest.raises(SceneError, match=r"is cut off|is damaged") as error:
+            open_moving(path)
+        assert str(path) in str(error.value)
+    path.write_bytes(data[:8] + bytes(len(data) - 8))
+    with pytest.raises(SceneError, match=r"is cut off|is damaged"):
+        open_moving(path)
+
+
+def test_without_the_package_the_sentence_says_how_to_install_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "fourdgs", None)
+    path = tmp_path / "a.4dgs"
+    path.write_bytes(b"\x894DGS1\r\n" + bytes(99))
+    with pytest.raises(
+        SceneError, match=r"package fourdgs reads; install it with pip install 'brushgs\[4dgs\]'"
+    ):
+        open_moving(path)
