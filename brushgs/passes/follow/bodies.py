@@ -1,32 +1,22 @@
-"""Members of strokes at their references and at a moment -> one rigid motion per stroke.
-
-A stroke is a body of mass: each member a ball of the variance that its Gaussian has, which moves and turns as
-the member does. The motion of the stroke is the rigid one that brings that mass nearest to where it is now:
-weighted Procrustes over the places of members, in which the balls add the mean of the members' own rotations
-(Markley) with the weight of their size. So the places of many members decide alone; a lone member, or a line
-of them, turns as they do; and a few small Gaussians that jitter do not spin a stroke.
-Source: Horn 1987, Closed-form solution of absolute orientation using unit quaternions; Markley et al. 2007,
-Averaging quaternions.
-"""
+"""Members of strokes at their references and at a moment -> the numbers of the strokes' poses."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from brushgs.arrays import F64, Array, Rows
 from brushgs.passes.contribution import projected_areas
+from brushgs.passes.follow.rigid import rigid_motions, sums_of
 from brushgs.passes.merge import covariances, principal_axes, stopped
-from brushgs.quats import normalized, quat_products, rotation_matrices, turn_forms
-from brushgs.rendering.motion import AT_REST, COLOR, OPACITY, SHIFT, SIZE, TURN
+from brushgs.quats import normalized, quat_products, rotation_matrices
+from brushgs.rendering.motion import AT_REST, COLOR, NUM_NUMBERS, OPACITY, SHIFT, SIZE, TURN
 from brushgs.scene import Gaussians
 from brushgs.sh import C0
 
-MEMBERS_AT_A_TIME = 1 << 16  # some 500 bytes each while a moment is worked on
+MEMBERS_AT_A_TIME = 1 << 16  # some 700 bytes each while a moment is worked on
 GONE = 0.01  # factor on opacity below which a stroke is not there, and where it would be is not asked
 GONE_NUMBERS = (*AT_REST[:OPACITY], 0.0, *AT_REST[OPACITY + 1 :])
-LAST_TURN = 1e-6  # weight of the rotation a moment before: it decides only what nothing else does
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +33,8 @@ class Bodies:
         variances: [n] of their balls, a third of the trace of their covariance.
         areas: [n] their projected areas, see `merge_clusters`.
         opacities: [n] theirs.
-        colors: [n, 3] theirs, the part that does not depend on the view, display-encoded.
         footprints: [k] areas of the strokes without overlap.
+        colors: [k, 3] mean of the members, the part that does not depend on the view, display-encoded.
         painted: [k] opacity of the members together, see `merge_clusters`.
     """
 
@@ -57,8 +47,8 @@ class Bodies:
     variances: F64
     areas: F64
     opacities: F64
-    colors: F64
     footprints: F64
+    colors: F64
     painted: F64
 
     @classmethod
@@ -89,7 +79,7 @@ class Bodies:
         weights[(np.bincount(labels, weights) == 0)[labels]] = 1.0
         shares = weights / np.bincount(labels, weights)[labels]
         means = members.means.astype(np.float64)
-        pivots = _sums(shares, starts, means)
+        pivots = sums_of(shares, starts, means)
         within, between = covariances(members, pivots, shares, labels)
         footprints = projected_areas(principal_axes(within + between)[0])
         return cls(
@@ -102,8 +92,8 @@ class Bodies:
             (members.scales.astype(np.float64) ** 2).sum(axis=1) / 3,
             areas,
             opacities,
-            0.5 + C0 * members.sh[:, 0].astype(np.float64),
             footprints,
+            sums_of(shares, starts, C0 * members.sh[:, 0]),
             stopped(opacities, own_areas, footprints, labels),
         )
 
@@ -114,54 +104,37 @@ class Bodies:
             moment: the scene, with all rows.
             last_turns: [k, 4] rotations a moment before.
         """
-        num = len(self.pivots)
-        numbers = np.tile(np.array(AT_REST), (num, 1))
-        labels = np.repeat(np.arange(num), np.diff(self.starts))
+        labels = np.repeat(np.arange(len(self.pivots)), np.diff(self.starts))
         opacities = moment.opacities[self.rows].astype(np.float64)
         scales = moment.scales[self.rows].astype(np.float64)
-        # What is hardly there now, or was not at the reference, says little of the others.
+        # What is hardly there now, or was not at the reference, says little of where the others went.
         weights = self.areas * np.minimum(opacities, self.opacities)
         totals = np.add.reduceat(weights, self.starts[:-1])
-        full = np.add.reduceat(self.areas * self.opacities, self.starts[:-1])
-        is_there = totals > GONE * full
+        is_there = totals > GONE * np.add.reduceat(self.areas * self.opacities, self.starts[:-1])
         shares = weights / np.where(is_there, totals, 1.0)[labels]
         places = moment.means[self.rows].astype(np.float64) - self.pivots[labels]
-        shifts = _sums(shares, self.starts, np.concatenate([self.places, places], axis=1))
-        before, after = self.places - shifts[labels, :3], places - shifts[labels, 3:]
-        turns = quat_products(normalized(moment.quats[self.rows]), self.quats * (1, -1, -1, -1))
-        variances = (scales**2).sum(axis=1)
-        forms = np.concatenate(
-            [
-                (after[:, :, None] * before[:, None, :]).reshape(-1, 9),
-                self.variances[:, None] * (turns[:, :, None] * turns[:, None, :]).reshape(-1, 16),
-                ((before**2).sum(axis=1) + 3 * self.variances)[:, None],
-                ((after**2).sum(axis=1) + variances)[:, None],
-            ],
-            axis=1,
+        middles = sums_of(shares, self.starts, np.concatenate([self.places, places], axis=1))
+        turns, growths = rigid_motions(
+            shares,
+            self.starts,
+            self.places - middles[labels, :3],
+            places - middles[labels, 3:],
+            (self.variances, (scales**2).mean(axis=1)),
+            quat_products(normalized(moment.quats[self.rows]), self.quats * (1, -1, -1, -1)),
+            last_turns,
         )
-        sums = _sums(shares, self.starts, forms)
-        spread_before, spread_after = sums[:, 25], sums[:, 26]
-        unit = np.where(spread_before > 0, spread_before, 1.0)
-        form = turn_forms(sums[:, :9].reshape(-1, 3, 3)) + 4 * sums[:, 9:25].reshape(-1, 4, 4)
-        last = last_turns.astype(np.float64)
-        form = form / unit[:, None, None] + LAST_TURN * last[:, :, None] * last[:, None, :]
-        turn = np.linalg.eigh(form)[1][:, :, -1]
-        has_size = (spread_before > 0) & (spread_after > 0)
-        ratio = np.where(has_size, spread_after, 1.0) / np.where(has_size, spread_before, 1.0)
-        numbers[:, SIZE] = 0.5 * np.log(ratio)
-        numbers[:, TURN] = turn
-        back = np.einsum("nij,nj->ni", rotation_matrices(turn), shifts[:, :3])
-        numbers[:, SHIFT] = shifts[:, 3:] - np.sqrt(ratio)[:, None] * back
-        painted = stopped(opacities, projected_areas(scales), self.footprints * ratio, labels)
-        numbers[:, OPACITY] = np.divide(painted, self.painted, out=np.ones(num), where=self.painted > 0)
-        colors = 0.5 + C0 * moment.sh[self.rows, 0].astype(np.float64)
-        numbers[:, COLOR] = _sums(shares, self.starts, colors - self.colors)
+        turned = np.einsum("kij,kj->ki", rotation_matrices(turns), middles[:, :3])
+        numbers = np.empty((len(self.pivots), NUM_NUMBERS))
+        numbers[:, SHIFT] = middles[:, 3:] - growths[:, None] * turned
+        numbers[:, TURN] = turns
+        numbers[:, SIZE] = np.log(growths)
+        painted = stopped(opacities, projected_areas(scales), self.footprints * growths**2, labels)
+        numbers[:, OPACITY] = np.divide(
+            painted, self.painted, out=np.ones(len(painted)), where=self.painted > 0
+        )
+        paint = self.areas * opacities
+        paint /= np.where(is_there, np.add.reduceat(paint, self.starts[:-1]), 1.0)[labels]
+        numbers[:, COLOR] = sums_of(paint, self.starts, C0 * moment.sh[self.rows, 0]) - self.colors
         numbers[~is_there] = GONE_NUMBERS
-        numbers[~is_there, TURN] = last[~is_there]
+        numbers[~is_there, TURN] = last_turns[~is_there]
         return numbers
-
-
-def _sums(weights: F64, starts: Rows, values: Array) -> F64:
-    """Weighted sums [k, D] of values [n, D] from each start to the next, in row order."""
-    shape = len(starts) - 1, len(values)
-    return np.asarray(csr_array((weights, np.arange(shape[1]), starts), shape) @ values)

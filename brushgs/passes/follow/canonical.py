@@ -22,7 +22,7 @@ NEVER_SEEN = 1 / 255  # opacity that no renderer draws
 MOST_FEATURES = 7  # with the nine of a scene that rests, what the core has room for
 # Distances in the space of features, in radii of the scene: two Gaussians whose distance changes by a radius
 # (root mean square over the clip), and two of which one is there when the other is not.
-MOTION_WEIGHT = 3.0
+MOTION_WEIGHT = 2.0
 LIFE_WEIGHT = 0.1
 LEAST_VARIANCE = 1e-8  # of a feature, squared radii: below it nothing is told apart
 
