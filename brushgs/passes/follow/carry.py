@@ -38,6 +38,7 @@ GAIN, SPREAD = 2.5, 1.6  # mass and radius at which a stroke is cut
 ADAPTING = 0.1  # share by which the usual mass and radius of a stroke follow those of a moment
 TOLERATED = 2.0  # unpainted matter of the first moment may grow by so much: the caller left it out
 SLEEP = 0.5  # seconds in which a stroke without matter can wake
+COVERED = [0, 1, 2, 6, 7, 8]  # of the features: place and colour
 MASS_POWER = 0.375  # of masses as weights of centres, see `cluster.cluster_weights`
 
 
@@ -230,7 +231,21 @@ class Carrier:
         is_far = distances > np.where(is_free, REACH, CLAIM) * radii[labels]
         is_far[stayed] = False
         labels[is_far] = NOBODY
+        self._cover(matter, centers, labels, is_free)
         return labels
+
+    def _cover(self, matter: Matter, centers: F64, labels: Rows, is_free: Mask) -> None:
+        """Give what is unpainted to a stroke of its place and colour, if it is the lesser of the two.
+
+        However large it is: where there is paint, none is missing.
+        """
+        rows = np.flatnonzero(labels == NOBODY)
+        open_, strokes = self.strokes.open, self.strokes
+        distances, nearest = assign(matter.points[np.ix_(rows, COVERED)], centers[np.ix_(open_, COVERED)])
+        found = open_[nearest]
+        limit = np.where(is_free[rows], REACH, CLAIM) * strokes.radii[found]
+        is_covered = (distances <= limit) & (matter.masses[rows] <= strokes.masses[found])
+        labels[rows[is_covered]] = found[is_covered]
 
     def _center(self, matter: Matter, labels: Rows) -> None:
         """Centres go to the weighted mean of their members; those without stay."""

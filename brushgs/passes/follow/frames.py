@@ -22,6 +22,7 @@ from brushgs.passes.follow.rows import align_signs, blocks, finish
 from brushgs.passes.follow.steady import steadied
 from brushgs.passes.follow.step import step_of
 from brushgs.passes.merge import merge_clusters
+from brushgs.passes.worth import FAINT
 from brushgs.quats import normalized, quat_products
 from brushgs.rendering.motion import (
     COLOR,
@@ -190,6 +191,9 @@ class Born:
         Their ids are those by number, `ids` [m]. Returns the strokes and their numbers.
         """
         numbers = np.flatnonzero(self._masses > 0)
+        made = self._rows[numbers]
+        opacities = np.array([self._made[one].opacities[row] for one, row in made])
+        numbers = numbers[opacities >= FAINT] if len(numbers) else numbers
         painted = np.concatenate([painted, numbers])
         own = ids[painted].astype(np.int32)
         if len(numbers) == 0:

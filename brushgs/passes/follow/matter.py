@@ -9,6 +9,7 @@ from brushgs.passes.contribution import projected_areas
 from brushgs.passes.features import SceneFrame, cluster_features
 from brushgs.passes.lloyd import assign
 from brushgs.passes.morton import morton_order
+from brushgs.quats import rotation_matrices
 from brushgs.scene import Gaussians
 from brushgs.sh import base_colors
 
@@ -20,6 +21,7 @@ class Matter:
     Attributes:
         points: [n, 9] see `cluster_features`, in the frame of the clip.
         means: [n, 3] world units.
+        axes: [n, 3, 3] columns: the own axes, as long as the standard deviations, the shortest first.
         spreads: [n] sum of the variances along the three axes, world units squared.
         masses: [n] opacity x mean projected area, world units squared: what they paint.
         colors: [n, 3] RGB, 0 to 1.
@@ -28,6 +30,7 @@ class Matter:
 
     points: F32
     means: F64
+    axes: F64
     spreads: F64
     masses: F64
     colors: F64
@@ -36,11 +39,14 @@ class Matter:
     @classmethod
     def of(cls, gaussians: Gaussians, frame: SceneFrame) -> "Matter":
         """The matter of some Gaussians; `frame` is the centre and the radius of the scene."""
-        scales = gaussians.scales.astype(np.float64)
+        order = np.argsort(gaussians.scales, axis=1)
+        scales = np.take_along_axis(gaussians.scales, order, axis=1).astype(np.float64)
+        axes = np.take_along_axis(rotation_matrices(gaussians.quats), order[:, None, :], axis=2)
         points = cluster_features(gaussians, frame=frame)
         return cls(
             points,
             gaussians.means.astype(np.float64),
+            axes * scales[:, None, :],
             np.einsum("ni,ni->n", scales, scales),
             gaussians.opacities * projected_areas(gaussians.scales),
             base_colors(gaussians.sh),

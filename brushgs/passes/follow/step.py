@@ -70,8 +70,8 @@ def step_of(before: Matter, after: Matter, pairs: Pairs, labels: Rows, pivots: F
             away = ((from_y - from_x) ** 2).sum(axis=1)
             allowed = STRAY**2 * size_x[labels]
             agreeing = weights / (1 + away / np.maximum(allowed, 1e-300))
-    products = (from_y[:, :, None] * from_x[:, None, :]).reshape(-1, 9)
-    covars = means_by_label(labels, agreeing, products, num).reshape(-1, 3, 3)
+    products = from_y[:, :, None] * from_x[:, None, :] + _own(before, after, pairs)
+    covars = means_by_label(labels, agreeing, products.reshape(-1, 9), num).reshape(-1, 3, 3)
     differences = after.colors[pairs.after] - before.colors[pairs.before]
     colors = means_by_label(labels, agreeing, differences, num)
     is_known = np.bincount(labels, minlength=num) > 0
@@ -87,6 +87,18 @@ def step_of(before: Matter, after: Matter, pairs: Pairs, labels: Rows, pivots: F
     moved = np.where(is_open[:, None], mean_y[of] + np.exp(growths[of])[:, None] * levers, pivots)
     turns = np.where(is_open[:, None], turns[of], (1.0, 0, 0, 0))
     return Step(moved, turns, np.where(is_known, growths, 0.0), np.where(is_known[:, None], colors, 0.0))
+
+
+def _own(before: Matter, after: Matter, pairs: Pairs) -> F64:
+    """[p, 3, 3] sums of y x^T within pairs: of each axis x and what it is now, y.
+
+    Axes are paired by rank, and count by how far they agree: in a ball or a disc rank and sign are chance,
+    and in Gaussians trained alone so is the quaternion.
+    """
+    x, y = before.axes[pairs.before], after.axes[pairs.after]
+    lengths = np.linalg.norm(x, axis=1) * np.linalg.norm(y, axis=1)
+    agreement = np.einsum("pik,pik->pk", x, y) / np.maximum(lengths, 1e-300)
+    return np.asarray((y * agreement[:, None, :]) @ x.transpose(0, 2, 1))
 
 
 def _nearest_known(pivots: F64, means: F64, known: Rows, is_open: Mask) -> Rows:
@@ -117,10 +129,13 @@ def _turns(x: F64, y: F64, covars: F64, sizes: F64) -> F64:
     count = min(NUM_NEIGHBOURS + 1, len(x))
     others = nearest(x, x, count)[1]
     to_x, to_y = x[others] - x[:, None], y[others] - y[:, None]
-    distances = np.einsum("kni,kni->kn", to_x, to_x) + sizes[:, None]
-    distances = np.maximum(distances, 1e-300)
     expected = to_x
-    around = covars[others] + to_y[..., :, None] * to_x[..., None, :]
+    # What is larger than the distance to it, such as a long thin one, must not turn the smaller ones near it.
+    apart = np.einsum("kni,kni->kn", to_x, to_x)
+    shares = np.minimum(1.0, apart / np.maximum(sizes[others], 1e-300))
+    shares[others == np.arange(len(x))[:, None]] = 1.0
+    distances = np.maximum(apart + sizes[:, None], 1e-300)
+    around = shares[..., None, None] * covars[others] + to_y[..., :, None] * to_x[..., None, :]
     prior = PRIOR * sizes[:, None, None] * np.eye(3)
     for _ in range(NUM_ROUNDS):
         away = ((to_y - expected) ** 2).sum(axis=2) / distances
