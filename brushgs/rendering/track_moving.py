@@ -57,6 +57,10 @@ class MovingTrack:
         """[F] where the frames lie among the knots: frames next to each other at one position are equal."""
         return self.moving.positions if len(self.moves) else self.resting.positions
 
+    def place(self, frame: int) -> float:
+        """Where a frame lies among the knots."""
+        return float(self.positions[frame])
+
     def directions(self, frame: int) -> Directions:
         """Which way each stroke points in one frame of the clip: for `project` and `render`.
 
