@@ -11,20 +11,25 @@ from brushgs.arrays import Array
 
 def normalized(quats: Array) -> NDArray[np.float64]:
     """Quaternions [N, 4] of any length above zero, scaled to length 1, float64."""
-    quats = quats.astype(np.float64)
-    quats /= np.abs(quats).max(axis=1, keepdims=True)  # first, so that no square overflows
-    return np.asarray(quats / np.linalg.norm(quats, axis=1, keepdims=True))
+    return np.ascontiguousarray(_unit_columns(quats).T)
 
 
 def rotation_matrices(quats: Array) -> NDArray[np.float64]:
     """[N, 3, 3] rotation matrices of quaternions [N, 4]: columns are the rotated axes."""
-    w, x, y, z = normalized(quats).T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.ascontiguousarray(np.array(rows).transpose(2, 0, 1))
+    w, x, y, z = _unit_columns(quats)
+    R = np.empty((len(quats), 3, 3))
+    R[:, 0, 0], R[:, 0, 1], R[:, 0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
+    R[:, 1, 0], R[:, 1, 1], R[:, 1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
+    R[:, 2, 0], R[:, 2, 1], R[:, 2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+    return R
+
+
+def _unit_columns(quats: Array) -> NDArray[np.float64]:
+    """[4, N] w, x, y, z of quaternions [N, 4], scaled to length 1: NumPy is slow along short rows."""
+    columns = np.array(quats.T, dtype=np.float64, order="C")
+    columns /= np.abs(columns).max(axis=0)  # first, so that no square overflows
+    columns /= np.linalg.norm(columns, axis=0)
+    return columns
 
 
 def quats_of(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
