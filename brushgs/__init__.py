@@ -24,8 +24,10 @@ if TYPE_CHECKING:
     from brushgs.io.scenes.encoding import Encoding as Encoding
     from brushgs.io.scenes.encoding import Reading as Reading
     from brushgs.moving_scene import MovingScene as MovingScene
+    from brushgs.options.clip import ClipConfig as ClipConfig
     from brushgs.options.look import Look as Look
     from brushgs.page.save import save as save
+    from brushgs.painting.film import paint_film as paint_film
     from brushgs.painting.still import paint as paint
     from brushgs.passes.broken_color import break_colors as break_colors
     from brushgs.passes.choose_brushes import choose_brushes as choose_brushes
@@ -62,8 +64,10 @@ _MODULES = {
     "io.pictures.video": "save_video",
     "io.scenes.encoding": "Encoding Reading",
     "moving_scene": "MovingScene",
+    "options.clip": "ClipConfig",
     "options.look": "Look",
     "page.save": "save",
+    "painting.film": "paint_film",
     "painting.still": "paint",
     "passes.broken_color": "break_colors",
     "passes.choose_brushes": "choose_brushes",

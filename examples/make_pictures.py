@@ -1,4 +1,4 @@
-"""Writes the pictures of the README: a painting, three charts and two moving pictures.
+"""Writes the pictures of the README: a painting, three charts and three moving pictures.
 
 still_life.jpg  what `brushgs demo` paints
 looks.jpg       the still life in six looks
@@ -6,6 +6,7 @@ grow.webp       the painting comes into being
 strokes.jpg     lemon, pear and apple with every built-in stroke
 options.jpg     one view of the still life, once for each line of `OPTIONS`
 sway.webp       a loop: the camera moves to both sides of the still life and back
+film.webp       the still life in motion: the pear rolls, a draught lifts the cloth, the lamp swings
 
 Labels and files are made with Pillow, which comes with scikit-image. It takes about a minute.
 
@@ -32,6 +33,7 @@ import brushgs as bg
 from brushgs.brushes.texture import builtin_names
 from brushgs.cli import main as brushgs
 from brushgs.still_life import still_life_camera
+from brushgs.still_life.moving import still_life_moving
 
 LOOKS = "oil", "impressionist", "gouache", "watercolour", "charcoal", "ink"
 TONED, CREAM = "#2e2113", "#eadfc8"  # the background of the demo, and the labels on it
@@ -79,9 +81,9 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=60, help="of each moving picture, 3 or more")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
-    names = "still_life.jpg", "looks.jpg", "grow.webp", "strokes.jpg", "options.jpg", "sway.webp"
+    names = "still_life.jpg", "looks.jpg", "grow.webp", "strokes.jpg", "options.jpg", "sway.webp", "film.webp"
     files = [args.output / name for name in names]
-    painting, looks, growing, strokes, options, moving = files
+    painting, looks, growing, strokes, options, moving, film = files
     print(f"writes {', '.join(map(str, files))}")
 
     with tempfile.TemporaryDirectory() as name:
@@ -93,6 +95,7 @@ def main() -> None:
         save_animation(growing_picture(folder, args.frames), growing)
         options_chart(folder).save(options, quality=85)
         save_animation(moving_picture(folder, args.frames), moving)
+        save_animation(film_of_scene(folder, args.frames), film)
         scene = bg.load(folder / "still_life.ply")
     strokes_chart(scene).save(strokes, quality=85)
     for path in files:
@@ -165,6 +168,16 @@ def moving_picture(folder: Path, num_frames: int) -> list[Image.Image]:
     moves = "--path", path, "--frames", num_frames + 1
     run("render", folder / "still_life.ply", *moves, "-o", frames / "%05d.png")
     return [open_picture(path) for path in sorted(frames.glob("*.png"))][:-1]  # the last equals the first
+
+
+def film_of_scene(folder: Path, num_frames: int) -> list[Image.Image]:
+    """The still life in motion, before a camera that stands still."""
+    scene, frames = still_life_moving(), folder / "film"
+    clip = bg.ClipConfig(fps=FRAMES_PER_SECOND, speed=scene.duration * FRAMES_PER_SECOND / (num_frames - 1))
+    bg.paint_film(
+        scene, frames / "%05d.png", "oil", camera=still_life_camera(width=480, height=360), clip=clip
+    )
+    return [open_picture(path) for path in sorted(frames.glob("*.png"))]
 
 
 def save_animation(frames: list[Image.Image], path: Path) -> None:

@@ -100,12 +100,13 @@ def paint(
         SceneError: if a file of the look cannot be read.
         ValueError: if an option does not suit the scene.
     """
-    config, report = _config_of(look), report or Report()
+    config, report = config_of(look), report or Report()
     prepared = prepare(gaussians, config, report, views=camera, needs_background=False)
     return paint_view(prepared, report)
 
 
-def _config_of(look: "PaintConfig | Look | str | Path | None") -> PaintConfig:
+def config_of(look: "PaintConfig | Look | str | Path | None") -> PaintConfig:
+    """The options that a look stands for, see `paint`."""
     from brushgs.options.look import Look
 
     if look is None or isinstance(look, PaintConfig):
