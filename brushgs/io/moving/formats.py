@@ -25,6 +25,7 @@ from brushgs.io.scenes.formats import SCENE_SUFFIXES
 NOMINAL_RATE = 30.0  # moments a second where a format does not say
 NOMINAL_FRAMES = 50  # from time 0 to 1, where a format does not say: SpaceTimeGaussian trains so many at once
 _MAX_HEADER = 1 << 20  # bytes of a PLY header, as `ply_header` reads it
+_PIECE = 1 << 14  # bytes read at a time: those of trainers have 2 KiB
 _PICKLES = b"\x80\x02\x8a\nl\xfc\x9cF", b"\x80\x02}", b"\x80\x04\x95", b"\x80\x05\x95"
 _OFTEN_PICKLES = ".pth", ".pt", ".ckpt", ".pkl", ".pickle"
 
@@ -55,17 +56,25 @@ def is_ply_with(*names: str) -> Matcher:
     """Recognises PLY files by names of properties, all of which their headers must hold."""
 
     def matches(path: Path, begin: bytes) -> bool:
-        if not begin.startswith((b"ply\n", b"ply\r")):
-            return False
-        try:
-            with path.open("rb") as file:
-                header = file.read(_MAX_HEADER).partition(b"end_header")[0]
-        except OSError:
-            return False
-        found = set(re.findall(rb"[\r\n]property[ \t]+\w+[ \t]+(\w+)", header))
-        return found.issuperset(name.encode() for name in names)
+        return begin.startswith((b"ply\n", b"ply\r")) and _properties(path).issuperset(names)
 
     return matches
+
+
+def _properties(path: Path) -> set[str]:
+    """Names of all properties in the header of a PLY file."""
+    header = b""
+    try:
+        with path.open("rb", buffering=0) as file:
+            while b"end_header" not in header and len(header) < _MAX_HEADER:
+                piece = file.read(_PIECE)
+                if not piece:
+                    break
+                header += piece
+    except OSError:
+        return set()
+    header = header.partition(b"end_header")[0]
+    return {name.decode() for name in re.findall(rb"[\r\n]property[ \t]+\w+[ \t]+(\w+)", header)}
 
 
 def holds(*patterns: str) -> Matcher:

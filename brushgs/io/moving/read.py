@@ -1,12 +1,14 @@
 """Files of any format become moving scenes."""
 
+import warnings
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 
-from brushgs.errors import SceneError
+from brushgs.errors import SceneError, SceneWarning
+from brushgs.io.files import is_plain
 from brushgs.io.moving.formats import MovingFormat, find_moving
 from brushgs.io.moving.frames import open_frames
 from brushgs.io.scenes.read import read_scene
@@ -26,6 +28,7 @@ def open_formula(source: SceneSource) -> MovingScene | None:
     """A scene in one file that moves by itself; None for still scenes and those in a file a moment."""
     found = _find(source.paths)
     if found is None:
+        _warn_of_networks(source.paths)
         return None
     path, row = found
     if row.reader is None:
@@ -57,3 +60,12 @@ def _find(paths: Sequence[Path]) -> tuple[Path, MovingFormat] | None:
         if (row := find_moving(path)) is not None:
             return path, row
     return None
+
+
+def _warn_of_networks(paths: Sequence[Path]) -> None:
+    """Warn of Gaussians that lie beside the network that moves them: alone they are no moment of the clip."""
+    for path in paths[:_NUM_INSPECTED]:
+        if path.name == "point_cloud.ply" and is_plain(path.with_name("deformation.pth")):
+            what = "are moved by the network beside them (deformation.pth), and show no moment without it"
+            cure = f"name the folder {path.parent} for what to do"
+            warnings.warn(SceneWarning(f"{path}: its Gaussians {what}; {cure}"), stacklevel=4)

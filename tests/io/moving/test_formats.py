@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs import SceneError
+from brushgs import SceneError, SceneWarning
 from brushgs.io.moving import load_moving, open_moving
 from brushgs.io.moving.formats import KNOWN_MOVING, MOVING_FORMATS, MOVING_READ
 from tests.io.moving import clips
@@ -134,3 +134,19 @@ def test_a_still_scene_with_some_of_the_columns_is_none(tmp_path: Path) -> None:
     for name in ("time", "velocity_0", "trbf_center", "log_duration"):
         path = write_scene(tmp_path / "a.ply", scene_columns(5) | {name: np.zeros(5, np.float32)})
         assert open_moving(path) is None
+
+
+def test_gaussians_beside_their_network_are_read_with_a_warning(tmp_path: Path) -> None:
+    path = model(tmp_path, "point_cloud.ply", "deformation.pth") / "point_cloud.ply"
+    with pytest.warns(SceneWarning, match=r"moved by the network beside them.*; name the folder"):
+        assert len(load_moving(path).at(0)) == 4
+
+
+def test_a_ply_header_is_searched_to_its_end_and_no_further(tmp_path: Path) -> None:
+    columns = clips.spacetime_columns(5)
+    long = write_scene(tmp_path / "a.ply", columns, comments=[f"comment {'x' * 500}"] * 100)
+    assert open_moving(long) is not None
+    path = write_scene(tmp_path / "b.ply", scene_columns(5))
+    names = b"".join(b"\nproperty float %s" % name.encode() for name in columns)
+    path.write_bytes(path.read_bytes() + names)
+    assert open_moving(path) is None
