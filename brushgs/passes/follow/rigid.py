@@ -15,7 +15,13 @@ from scipy.sparse import csr_array
 from brushgs.arrays import F64, Array, Rows
 from brushgs.quats import rotation_matrices, turn_forms
 
-LAST_TURN = 1e-6  # weight of the rotation a moment before: it decides only what nothing else does
+# Weights of the rotation a moment before. The first decides only what nothing else does. The other is for the
+# part of the spread that went together with nothing else: where members do not move as one, the rotation that
+# fits them best jumps, and need not be followed. Measured on cook_spinach at 2000 and 7000 strokes, rotations
+# of more than 6 degrees in a step of 1/30 s: 1.2 and 1.9 % by the points alone, up to 180 degrees; 0.07 and
+# 0.05 % with the balls; 0.008 and 0.005 % with both, at the same likeness to the plain pictures.
+LAST_TURN = 1e-6
+LOST_TURN = 50.0
 # Sizes are not below this share of the ratio of spreads, however little of where members went is one motion.
 LEAST_GROWTH = 0.5
 
@@ -58,26 +64,40 @@ def rigid_motions(
         cook_spinach come 0.1 to 0.2 dB nearer to the plain picture so than with the ratio of spreads.
     """
     ball_before, ball_after = variances
-    grown = np.sqrt(ball_before * ball_after)
     values = np.concatenate(
         [
             (after[:, :, None] * before[:, None, :]).reshape(-1, 9),
             ball_before[:, None] * (turns[:, :, None] * turns[:, None, :]).reshape(-1, 16),
-            ((before**2).sum(axis=1) + 3 * ball_before)[:, None],
-            ((after**2).sum(axis=1) + 3 * ball_after)[:, None],
-            3 * grown[:, None],
+            (before**2).sum(axis=1)[:, None],
+            (after**2).sum(axis=1)[:, None],
+            3 * np.stack([ball_before, ball_after, np.sqrt(ball_before * ball_after)], axis=1),
         ],
         axis=1,
     )
     sums = sums_of(shares, starts, values)
     crossed, own = sums[:, :9].reshape(-1, 3, 3), sums[:, 9:25].reshape(-1, 4, 4)
-    spread_before, spread_after, balls = sums[:, 25:].T
+    points_before, points_after, balls_before, balls_after, balls = sums[:, 25:].T
+    spread_before, spread_after = points_before + balls_before, points_after + balls_after
     unit = np.where(spread_before > 0, spread_before, 1.0)
+
+    quats = last_turns.astype(np.float64)
+    is_lone = np.diff(starts) == 1
+    quats[is_lone] = turns[starts[:-1][is_lone]]
+    many = np.flatnonzero(~is_lone)
     # The mean of rotations by their balls: trace(R^T R_i) is 4 (q q_i)^2 - 1.
-    forms = (turn_forms(crossed) + 4 * own) / unit[:, None, None]
-    last = last_turns.astype(np.float64)
-    quats = np.linalg.eigh(forms + LAST_TURN * last[:, :, None] * last[:, None, :])[1][:, :, -1]
+    forms = (turn_forms(crossed[many]) + 4 * own[many]) / unit[many, None, None]
+    last = quats[many]
+    prior = last[:, :, None] * last[:, None, :]
+    found = _largest(forms + LAST_TURN * prior)
+    together = np.einsum("kij,kij->k", rotation_matrices(found), crossed[many])
+    lost = (np.sqrt(points_before * points_after)[many] - together) / unit[many]
+    quats[many] = _largest(forms + (LAST_TURN + LOST_TURN * np.maximum(lost, 0))[:, None, None] * prior)
+
     together = np.einsum("kij,kij->k", rotation_matrices(quats), crossed) + balls
-    ratios = np.sqrt(spread_after / unit)
-    growths = np.maximum(together / unit, LEAST_GROWTH * ratios)
+    growths = np.maximum(together / unit, LEAST_GROWTH * np.sqrt(spread_after / unit))
     return quats, np.where((spread_before > 0) & (spread_after > 0), growths, 1.0)
+
+
+def _largest(forms: F64) -> F64:
+    """Unit quaternions [k, 4] at which symmetric forms [k, 4, 4] are largest."""
+    return np.linalg.eigh(forms)[1][:, :, -1]
