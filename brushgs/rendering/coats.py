@@ -18,6 +18,7 @@ from brushgs.native import core as _core
 from brushgs.options.choices import Blend
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
 from brushgs.rendering.project import Directions, ProjectCounts
+from brushgs.rendering.relief import keep_relief
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.threads import num_threads_or_default
 
@@ -60,7 +61,10 @@ class Coat:
     def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Coat":
         """The coat at a moment of a moving scene; `takes_light` as `has_color` of `Pose.moved`."""
         normals = None if self.normals is None else pose.turned(self.strokes, self.normals)
-        return replace(self, strokes=pose.moved(self.strokes, has_color=takes_light), normals=normals)
+        strokes = pose.moved(self.strokes, has_color=takes_light)
+        if self.options.relief is not None:
+            keep_relief(strokes, self.strokes)
+        return replace(self, strokes=strokes, normals=normals)
 
     def boxes(self, camera: Camera, directions: Directions | None = None) -> tuple[Boxes, ProjectCounts]:
         """The boxes of one view, and what was culled."""

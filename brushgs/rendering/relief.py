@@ -103,6 +103,11 @@ def _in_units(gaussians: Gaussians, size: float | None) -> F64:
     return kept[size]
 
 
+def keep_relief(moved: Gaussians, strokes: Gaussians) -> None:
+    """Let strokes that have moved have the relief that they have at rest: a stroke keeps its paint."""
+    _cache[moved] = _cache.setdefault(strokes, {})
+
+
 def _log_sizes(gaussians: Gaussians) -> F64:
     # A scale may be 0, or too small to be multiplied: the sum of logarithms is neither.
     with np.errstate(divide="ignore"):

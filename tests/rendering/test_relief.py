@@ -10,6 +10,7 @@ from brushgs.brushes.levels import level_coverage, level_height
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.orbit import orbit
 from brushgs.rendering import reference
+from brushgs.rendering.coats import Coat
 from brushgs.rendering.depth_test import DepthTest
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.project import project
@@ -29,6 +30,7 @@ from brushgs.rendering.render import render, render_sequence
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Boxes, Frame, Gaussians
 from brushgs.still_life import still_life, still_life_camera
+from tests.rendering.moving_strokes import motion_of, with_ids
 from tests.rendering.strokes import (
     PATHS,
     boxes_of,
@@ -292,3 +294,19 @@ def test_numbers_out_of_range_are_refused_by_name(name, value):
 def test_what_is_no_relief_is_refused():
     with pytest.raises(TypeError, match="relief must be a bool or a Relief, got float"):
         project(SCENE, CAMERA, relief=0.5)
+
+
+def test_a_stroke_keeps_its_paint_while_it_moves_and_grows():
+    """Though its size among the strokes changes, and with that what is the usual size."""
+    strokes = with_ids(still_life(1000))
+    num = len(strokes)
+    turns = np.tile((1.0, 0, 0, 0), (2, num, 1))
+    sizes = np.stack([np.zeros(num), np.linspace(-1, 1, num)])
+    motion = motion_of(strokes, turns, sizes=sizes)
+    texture, camera = StrokeTexture.open("dry_brush"), still_life_camera(width=320, height=180)
+    coat = Coat("strokes", strokes, texture, RenderOptions.of(texture, relief=Relief()))
+    still, grown = coat.boxes(camera)[0], coat.posed(motion.pose(1.0)).boxes(camera)[0]
+    _, i, j = np.intersect1d(still.ids, grown.ids, return_indices=True)
+    assert len(i) > 100
+    np.testing.assert_array_equal(grown.reliefs[j], still.reliefs[i])
+    assert np.abs(np.log(grown.half_extents[j] / still.half_extents[i])).max() > 0.5
