@@ -607,8 +607,8 @@ def add_clip(parser: ArgumentParser) -> None:
     """`ClipConfig`."""
     flags = ConfigFlags(parser.add_argument_group("clip", "a film of a moving scene"), "clip")
     moment = "a moment, in seconds such as 0.4 or as a share such as 40%%"
-    flags.add("--start", type=values.moment, metavar="TIME", help=f"{moment}, default that of the scene")
-    flags.add("--end", type=values.moment, metavar="TIME", help=f"{moment}, default that of the scene")
+    flags.add("--start", type=values.clip_time, metavar="TIME", help=f"{moment}, default that of the scene")
+    flags.add("--end", type=values.clip_time, metavar="TIME", help=f"{moment}, default that of the scene")
     flags.add(
         "--speed",
         type=values.number,

@@ -40,16 +40,6 @@ def share(text: str) -> float:
     return number(text)
 
 
-def moment(text: str) -> "Moment":
-    """A time of a moving scene: seconds, or a share in percent such as 40%."""
-    from brushgs.options.moment import Moment
-
-    try:
-        return Moment(share(text), is_share=text.endswith("%"))
-    except ValueError as error:
-        raise ArgumentTypeError(str(error)) from None
-
-
 def degrees(text: str) -> float:
     """An angle given in degrees, in radians."""
     return radians(number(text))
@@ -179,6 +169,14 @@ def scene_time(text: str) -> "Moment":
     from brushgs.options.moment import Moment
 
     return _checked(Moment.parse, text)
+
+
+def clip_time(text: str) -> "Moment":
+    """A moment of a clip, see `Moment.parse`."""
+    found = scene_time(text)
+    if found.is_all:
+        raise ArgumentTypeError("must be one moment, seconds such as 0.4 or a share such as 40%, got all")
+    return found
 
 
 def focus(text: str) -> "Focus":

@@ -138,7 +138,7 @@ class Clip:
             times = first + np.minimum(np.minimum(at, period - at) * (shown / whole), length)
             return Film(times, times, np.zeros(num), rate, is_loop=num % period == 0)
         num = num_frames or whole
-        times = first + fade + (np.arange(num) % whole) * (shown / whole)
+        times = np.asarray(first + fade + (np.arange(num) % whole) * (shown / whole), np.float64)
         shares = np.clip((times - (last - fade)) / fade, 0, 1)
         shares[shares < ROUNDING] = 0
         others = np.where(shares > 0, times - shown, times)

@@ -139,7 +139,7 @@ def follow_strokes(
         The strokes, those that are born later behind the others, and their motion.
     """
     moments = _followed(clip.scene, film)
-    labels = np.arange(len(members), dtype=np.int32) if grouping is None else grouping.labels
+    labels = np.arange(len(members)) if grouping is None else grouping.labels.astype(np.intp)
     with report.stage("follow", total=len(moments), unit="moments") as stage:
         num_born = 0
         if clip.scene.has_rows:
@@ -155,6 +155,14 @@ def follow_strokes(
             num_born = len(found) - len(strokes)
             if num_born:
                 strokes = joined(strokes, finish(found.take(slice(len(strokes), None))))
+        last = clip.ends()[1]
+        if not clip.config.loop and film.times[-1] < last - SAME_MOMENT:
+            stage.details.append(f"the film ends {last - film.times[-1]:.2f} s before the scene")
+        elif (
+            not clip.config.loop
+            and (num_rests := int(np.count_nonzero(film.times >= last - SAME_MOMENT)) - 1) > 0
+        ):
+            stage.details.append(f"the scene ends {num_rests:,} frames before the film, and rests")
         num_moving = len(motion.ids)
         stage.did = f"{num_moving:,} of {len(strokes):,} strokes move in {len(moments):,} moments"
         if num_born:
