@@ -9,6 +9,7 @@ from pathlib import Path
 
 from brushgs.options.moment import Moment
 
+_INNER_SUFFIXES = ".compressed", ".ftgs"  # before .ply: of the layout, not of the name
 _INDEXES = (
     "meta.json",
     "lod-meta.json",
@@ -105,6 +106,6 @@ def _name_of(path: Path) -> str:
     elif path.name.lower() in _INDEXES:
         path = path.absolute().parent
     elif not path.is_dir():
-        stem = path.stem
-        return stem[: -len(".compressed")] if stem.lower().endswith(".compressed") else stem
+        inner = Path(path.stem)
+        return inner.stem if inner.suffix.lower() in _INNER_SUFFIXES else inner.name
     return path.name if path.name not in ("", "..") else path.resolve().name

@@ -276,6 +276,7 @@ def test_the_doctor_refuses_files_in_different_encodings(tmp_path: Path) -> None
     [
         (["koala.ply"], "koala"),
         (["x/koala.compressed.ply"], "koala"),
+        (["x/clip.FTGS.ply"], "clip"),
         (["koala.Compressed.PLY"], "koala"),
         (["koala"], "koala"),
         (["a.b.spz"], "a.b"),
