@@ -97,12 +97,13 @@ class Bodies:
             stopped(opacities, own_areas, footprints, labels),
         )
 
-    def numbers(self, moment: Gaussians, last_turns: Array) -> F64:
+    def numbers(self, moment: Gaussians, last_turns: Array, since: float) -> F64:
         """The numbers of a `Pose` at a moment, [k, 12]; at rest but for opacity 0 where strokes are gone.
 
         Args:
             moment: the scene, with all rows.
             last_turns: [k, 4] rotations a moment before.
+            since: seconds since that.
         """
         labels = np.repeat(np.arange(len(self.pivots)), np.diff(self.starts))
         opacities = moment.opacities[self.rows].astype(np.float64)
@@ -122,6 +123,7 @@ class Bodies:
             (self.variances, (scales**2).mean(axis=1)),
             quat_products(normalized(moment.quats[self.rows]), self.quats * (1, -1, -1, -1)),
             last_turns,
+            since,
         )
         turned = np.einsum("kij,kj->ki", rotation_matrices(turns), middles[:, :3])
         numbers = np.empty((len(self.pivots), NUM_NUMBERS))

@@ -21,7 +21,7 @@ from brushgs.quats import rotation_matrices, turn_forms
 # of more than 6 degrees in a step of 1/30 s: 1.2 and 1.9 % by the points alone, up to 180 degrees; 0.07 and
 # 0.05 % with the balls; 0.008 and 0.005 % with both, at the same likeness to the plain pictures.
 LAST_TURN = 1e-6
-LOST_TURN = 50.0
+LOST_TURN, TURN_MEMORY = 70.0, 0.1  # at no time after it; seconds in which it falls to a third
 # Sizes are not below this share of the ratio of spreads, however little of where members went is one motion.
 LEAST_GROWTH = 0.5
 
@@ -46,6 +46,7 @@ def rigid_motions(
     variances: tuple[F64, F64],
     turns: F64,
     last_turns: Array,
+    since: float,
 ) -> tuple[F64, F64]:
     """The rotation and the growth of each of k bodies of n members.
 
@@ -57,6 +58,7 @@ def rigid_motions(
         variances: of their balls along each axis, before and after, [n] each; 0 for points.
         turns: [n, 4] unit quaternions, how members turned themselves.
         last_turns: [k, 4] unit quaternions that count where nothing else says how a body turned.
+        since: seconds since they were so; infinite if they say nothing of these moments.
 
     Returns:
         Unit quaternions [k, 4], and factors of lengths [k] > 0: those of Procrustes, by the part of the
@@ -91,7 +93,8 @@ def rigid_motions(
     found = _largest(forms + LAST_TURN * prior)
     together = np.einsum("kij,kij->k", rotation_matrices(found), crossed[many])
     lost = (np.sqrt(points_before * points_after)[many] - together) / unit[many]
-    quats[many] = _largest(forms + (LAST_TURN + LOST_TURN * np.maximum(lost, 0))[:, None, None] * prior)
+    weights = LAST_TURN + LOST_TURN * np.exp(-since / TURN_MEMORY) * np.maximum(lost, 0)
+    quats[many] = _largest(forms + weights[:, None, None] * prior)
 
     together = np.einsum("kij,kij->k", rotation_matrices(quats), crossed) + balls
     growths = np.maximum(together / unit, LEAST_GROWTH * np.sqrt(spread_after / unit))

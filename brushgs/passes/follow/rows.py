@@ -76,11 +76,11 @@ def follow_rows(
     pivots = np.concatenate([np.zeros((0, 3)), *(body.pivots for body in bodies)])
     table = new_table(len(times), len(followed))
     turns = table[0, :, TURN].copy()
-    for at, time in enumerate(times):
+    for at, (time, since) in enumerate(zip(times, np.diff(times, prepend=-np.inf), strict=True)):
         moment = scene.at(time) if bodies else None
         for body in bodies:
             assert moment is not None, "made where there are bodies"
-            table[at, body.strokes] = body.numbers(moment, turns[body.strokes])
+            table[at, body.strokes] = body.numbers(moment, turns[body.strokes], since)
         turns = table[at, :, TURN].copy()
         advance()
     moves = _finish(table, times, strokes.take(order[followed]))
