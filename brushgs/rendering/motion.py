@@ -126,6 +126,7 @@ def new_table(num_times: int, num_strokes: int) -> F32:
     if 4 * num_times * num_strokes * NUM_NUMBERS <= IN_MEMORY:
         table = np.empty(shape, np.float32)
     else:
-        table = np.memmap(tempfile.TemporaryFile(), np.float32, "w+", shape=shape)  # noqa: SIM115
+        with tempfile.TemporaryFile() as file:  # the map holds what it maps
+            table = np.memmap(file, np.float32, "w+", shape=shape)
     table[...] = AT_REST
     return table
