@@ -2,7 +2,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from brushgs.quats import conjugates, normalized, quats_of, rotation_matrices, twists
+from brushgs.quats import (
+    conjugates,
+    normalized,
+    quat_products,
+    quats_of,
+    rotation_matrices,
+    turn_forms,
+    twists,
+)
 
 
 def some_quats(n=200):
@@ -50,3 +58,24 @@ def test_a_twist_is_what_a_rotation_turns_about_an_axis():
         np.testing.assert_allclose(twists(quats, axes), angles, atol=1e-9)
         np.testing.assert_allclose(twists(conjugates(quats), axes), -angles, atol=1e-9)
         np.testing.assert_allclose(twists(swing.as_quat(scalar_first=True), axes), 0, atol=1e-9)
+
+
+def test_a_product_turns_by_the_second_and_then_by_the_first():
+    first, second = some_quats(), np.roll(some_quats(), 1, axis=0)
+    products = quat_products(first, second)
+    expected = rotation_matrices(first) @ rotation_matrices(second)
+    np.testing.assert_allclose(rotation_matrices(products), expected, atol=1e-13)
+    lengths = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
+    np.testing.assert_allclose(np.linalg.norm(products, axis=1), lengths, rtol=1e-13)
+    ones = quat_products(normalized(first), conjugates(normalized(first)))
+    np.testing.assert_allclose(ones, np.tile((1.0, 0, 0, 0), (200, 1)), atol=1e-15)
+
+
+def test_a_form_is_how_well_a_rotation_fits_a_matrix():
+    matrices = np.random.default_rng(1).normal(size=(200, 3, 3))
+    quats = normalized(some_quats())
+    forms = turn_forms(matrices)
+    np.testing.assert_array_equal(forms, forms.transpose(0, 2, 1))
+    values = np.einsum("ni,nij,nj->n", quats, forms, quats)
+    traces = np.einsum("nij,nij->n", rotation_matrices(quats), matrices)
+    np.testing.assert_allclose(values, traces, atol=1e-13)
