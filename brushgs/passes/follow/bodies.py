@@ -9,7 +9,7 @@ from brushgs.arrays import F64, Array, Rows
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.follow.rigid import rigid_motions, sums_of
 from brushgs.passes.merge import covariances, principal_axes, stopped
-from brushgs.quats import normalized, quat_products, rotation_matrices
+from brushgs.quats import conjugates, normalized, quat_products, rotation_matrices
 from brushgs.rendering.motion import AT_REST, COLOR, NUM_NUMBERS, OPACITY, SHIFT, SIZE, TURN
 from brushgs.scene import Gaussians
 from brushgs.sh import C0
@@ -121,7 +121,7 @@ class Bodies:
             self.places - middles[labels, :3],
             places - middles[labels, 3:],
             (self.variances, (scales**2).mean(axis=1)),
-            quat_products(normalized(moment.quats[self.rows]), self.quats * (1, -1, -1, -1)),
+            quat_products(normalized(moment.quats[self.rows]), conjugates(self.quats)),
             last_turns,
             since,
         )
