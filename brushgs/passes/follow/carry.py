@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from brushgs.arrays import F64, Mask, Rows
-from brushgs.passes.features import SceneFrame, contracted
+from brushgs.passes.features import SceneFrame
 from brushgs.passes.follow.matter import Matter, means_by_label, sums_by_label
-from brushgs.passes.lloyd import assign
+from brushgs.passes.lloyd import assign, start
 from brushgs.passes.split import cut
 
 NUM_STEPS = 2  # of Lloyd in each moment
@@ -32,13 +32,17 @@ CROWDED = 0.25  # centres so near to each other, in sums of their radii, are one
 # Of a usual stroke of the scene, the median.
 LEAST_RADIUS = 0.25
 LEAST_BIRTH = 0.25  # mass; less matter bears no stroke
+CUT = (
+    0.05  # of all that is painted: so much that is new at once is no flicker, and strokes do not wait for it
+)
 # Of the usual mass of the stroke itself.
 ALIVE = 0.05
 GAIN, SPREAD = 2.5, 1.6  # mass and radius at which a stroke is cut
 ADAPTING = 0.1  # share by which the usual mass and radius of a stroke follow those of a moment
 TOLERATED = 2.0  # unpainted matter of the first moment may grow by so much: the caller left it out
+HORIZON = 0.1  # seconds: as far as two will be apart then, they are now
 SLEEP = 0.5  # seconds in which a stroke without matter can wake
-COVERED = [0, 1, 2, 6, 7, 8]  # of the features: place and colour
+COVERED = np.array([0, 1, 2, 6, 7, 8])  # of the features: place and colour
 MASS_POWER = 0.375  # of masses as weights of centres, see `cluster.cluster_weights`
 
 
@@ -51,14 +55,14 @@ class Strokes:
         radii: [m] > 0, see above; slowly adapting, as `masses`.
         masses: [m] what they usually paint.
         lost: [m] seconds since they had matter, 0 while they live; infinite for the dead.
-        velocities: [m, 3] world units a second.
+        drifts: [m, 3] how fast their members move, in the space of `Matter.points`, a second.
     """
 
     centers: F64
     radii: F64
     masses: F64
     lost: F64
-    velocities: F64
+    drifts: F64
 
     def __len__(self) -> int:
         return len(self.centers)
@@ -73,14 +77,14 @@ class Strokes:
         """[m] those that have matter."""
         return np.asarray(self.lost == 0)
 
-    def add(self, centers: F64, radii: F64, masses: F64, velocities: F64) -> Rows:
+    def add(self, centers: F64, radii: F64, masses: F64, drifts: F64) -> Rows:
         """Strokes are born; their numbers."""
         first = len(self)
         self.centers = np.concatenate([self.centers, centers])
         self.radii = np.concatenate([self.radii, radii])
         self.masses = np.concatenate([self.masses, masses])
         self.lost = np.concatenate([self.lost, np.zeros(len(centers))])
-        self.velocities = np.concatenate([self.velocities, velocities])
+        self.drifts = np.concatenate([self.drifts, drifts])
         return np.arange(first, len(self))
 
 
@@ -142,7 +146,7 @@ class Carrier:
             carrier._center(matter, of_all)
             carrier._remember(1.0)
             # What was pruned belongs to the strokes around it: it is there in later moments too.
-            of_all = carrier._settled(matter, carrier.strokes.centers, of_all, of_all >= 0)
+            of_all = carrier._settled(matter, np.zeros((len(matter), 3)), of_all, of_all >= 0)
             carrier.labels = of_all
             carrier._center(matter, of_all)
             carrier._remember(1.0)
@@ -162,19 +166,19 @@ class Carrier:
         if len(matter) == 0:
             self._sleep(np.zeros(len(self.strokes)), seconds)
             return Pairs(np.arange(0), np.arange(0))
-        nearest, is_near, is_only = self._matched(matter, seconds)
+        nearest, is_near, is_only, drifts = self._matched(matter, seconds)
         # One more row at the end: that of what was not there.
         own = np.append(self.labels, NOBODY)[nearest]
         accepted = np.append(self.accepted, 0.0)[nearest]
         was_unpainted = is_near & (own == NOBODY)
         accepted[~was_unpainted] = 0.0
         before, strokes = self.labels, self.strokes
-        shifts = strokes.velocities * seconds / self.frame[1]
-        strokes.centers[:, :3] += np.where(strokes.alive[:, None], shifts, 0.0)  # contraction left out
+        strokes.centers[:, :3] += seconds * strokes.drifts
         labels = np.full(len(matter), NOBODY)
         for _ in range(NUM_STEPS if len(strokes.open) else 0):
-            labels = self._settled(matter, strokes.centers, own, ~was_unpainted)
-            self._center(matter, labels)
+            labels = self._settled(matter, drifts, own, ~was_unpainted)
+            # What is new moves no centre yet: at the border of something new a stroke would run into it.
+            self._center(matter, np.where(is_only, labels, NOBODY))
         self.matter, self.labels, self.accepted = matter, labels, accepted
         self.is_waiting = was_unpainted
         self._bear()
@@ -184,64 +188,81 @@ class Carrier:
         self._sleep(masses, seconds)
         self._remember(ADAPTING)
         rows = np.flatnonzero(is_only)
-        stayed = (before[nearest[rows]] == self.labels[rows]) & (self.labels[rows] != NOBODY)
-        return Pairs(nearest[rows[stayed]], rows[stayed])
+        stayed = rows[(before[nearest[rows]] == self.labels[rows]) & (self.labels[rows] != NOBODY)]
+        self._drift(stayed, drifts)
+        return Pairs(nearest[stayed], stayed)
 
-    def _matched(self, matter: Matter, seconds: float) -> tuple[Rows, Mask, Mask]:
+    def _matched(self, matter: Matter, seconds: float) -> tuple[Rows, Mask, Mask, F64]:
         """What each Gaussian was a moment ago.
 
         Returns:
-            The row that was nearest, or one past the last where none was near; whether one was; and whether
-            that was nearest to no other.
+            The row that was nearest, or one past the last where none was near; whether one was; whether that
+            was nearest to no other; and how fast it drifts, as fast as its stroke if it was not there.
         """
         num, last = len(matter), self.matter
         if len(last) == 0:
-            return np.zeros(num, np.intp), np.zeros(num, bool), np.zeros(num, bool)
-        velocities = np.append(self.strokes.velocities, np.zeros((1, 3)), axis=0)  # the last: of nobody
+            return np.zeros(num, np.intp), np.zeros(num, bool), np.zeros(num, bool), np.zeros((num, 3))
+        drifts = np.append(self.strokes.drifts, np.zeros((1, 3)), axis=0)[self.labels]  # the last: of nobody
         points = last.points.astype(np.float64)
-        points[:, :3] = contracted(last.means + seconds * velocities[self.labels], self.frame)[0]
+        points[:, :3] += seconds * drifts
         distances, nearest = matter.nearest(points)
-        radii = np.append(self.strokes.radii, self._usual_radius())
-        is_near = distances <= NEAR * radii[self.labels[nearest]]
+        radii = np.append(self.strokes.radii, self._usual_radius())[self.labels[nearest]]
+        # Where a large one lies is less certain, by as much as it is large.
+        is_near = distances <= NEAR * radii + np.linalg.norm(matter.points[:, 3:6], axis=1)
         order = np.lexsort((distances, nearest))
-        is_only = np.ones(num, bool)
-        is_only[order[1:]] = nearest[order[1:]] != nearest[order[:-1]]
-        return np.where(is_near, nearest, len(last)), is_near, is_only & is_near
+        is_only = is_near.copy()
+        is_only[order[1:]] &= nearest[order[1:]] != nearest[order[:-1]]
+        moved = (matter.points[:, :3] - last.points[nearest, :3]).astype(np.float64)
+        drifts = np.where(is_only[:, None], moved / seconds, drifts[nearest])
+        return np.where(is_near, nearest, len(last)), is_near, is_only, drifts
 
-    def _settled(self, matter: Matter, centers: F64, own: Rows, is_free: Mask) -> Rows:
+    def _drift(self, rows: Rows, drifts: F64) -> None:
+        """Strokes drift as their members do, half as they did: noise that went on would add up."""
+        labels, num = self.labels[rows], len(self.strokes)
+        means = means_by_label(labels, _weights(self.matter.masses)[rows], drifts[rows], num)
+        self.strokes.drifts = 0.5 * (self.strokes.drifts + means)
+
+    def _settled(self, matter: Matter, drifts: F64, own: Rows, is_free: Mask) -> Rows:
         """The stroke of each Gaussian: its own unless another is clearly nearer, or `NOBODY`.
 
         Args:
             matter: the Gaussians.
-            centers: of strokes.
+            drifts: [n, 3] how fast each moves.
             own: [n] the stroke that each belonged to, or `NOBODY`.
             is_free: [n] False where it was unpainted.
         """
-        open_, radii = self.strokes.open, self.strokes.radii
+        strokes, open_ = self.strokes, self.strokes.open
+        radii, centers = strokes.radii, strokes.centers
         rows = np.flatnonzero(own >= 0)
-        rows = rows[self.strokes.lost[own[rows]] < np.inf]
+        rows = rows[strokes.lost[own[rows]] < np.inf]
         to_own = np.linalg.norm(matter.points[rows] - centers[own[rows]], axis=1)
         is_within = to_own <= WITHIN * radii[own[rows]]
         asks = np.ones(len(matter), bool)
         asks[rows[is_within]] = False
-        distances, nearest = matter.nearest(centers[open_], asks)
+        apart = HORIZON * np.linalg.norm(drifts[rows] - strokes.drifts[own[rows]], axis=1)
+        to_own = np.hypot(to_own, apart)
+        distances, nearest = matter.nearest(
+            np.concatenate([centers, HORIZON * strokes.drifts], axis=1)[open_], asks, HORIZON * drifts
+        )
         labels = open_[nearest]
         stayed = rows[is_within | (MARGIN * to_own <= distances[rows])]
         labels[stayed] = own[stayed]
         is_far = distances > np.where(is_free, REACH, CLAIM) * radii[labels]
         is_far[stayed] = False
         labels[is_far] = NOBODY
-        self._cover(matter, centers, labels, is_free)
+        self._cover(matter, labels, is_free)
         return labels
 
-    def _cover(self, matter: Matter, centers: F64, labels: Rows, is_free: Mask) -> None:
+    def _cover(self, matter: Matter, labels: Rows, is_free: Mask) -> None:
         """Give what is unpainted to a stroke of its place and colour, if it is the lesser of the two.
 
         However large it is: where there is paint, none is missing.
         """
         rows = np.flatnonzero(labels == NOBODY)
         open_, strokes = self.strokes.open, self.strokes
-        distances, nearest = assign(matter.points[np.ix_(rows, COVERED)], centers[np.ix_(open_, COVERED)])
+        distances, nearest = assign(
+            matter.points[np.ix_(rows, COVERED)], strokes.centers[np.ix_(open_, COVERED)]
+        )
         found = open_[nearest]
         limit = np.where(is_free[rows], REACH, CLAIM) * strokes.radii[found]
         is_covered = (distances <= limit) & (matter.masses[rows] <= strokes.masses[found])
@@ -278,6 +299,11 @@ class Carrier:
         strokes.radii = np.maximum(followed, least)
         strokes.masses = strokes.masses + share * np.where(alive, masses - strokes.masses, 0.0)
 
+    def _fit(self, numbers: Rows) -> None:
+        """Strokes that were just made have the radii of their members."""
+        least = LEAST_RADIUS * self._usual_radius()
+        self.strokes.radii[numbers] = np.maximum(self._radii()[numbers], least)
+
     def _usual_radius(self) -> float:
         """The median radius of a stroke; where there is none, 1/40 of the scene's."""
         radii = self.strokes.radii[self.strokes.radii > 0]
@@ -291,21 +317,26 @@ class Carrier:
         strokes.lost[dies & (strokes.lost > 0)] = np.inf
 
     def _bear(self) -> None:
-        """Strokes where unpainted matter has gathered, one in each cell as large as a usual stroke."""
+        """Strokes where unpainted matter has gathered, as large and of as many Gaussians as usual."""
         matter, strokes = self.matter, self.strokes
         excess = matter.masses - TOLERATED * self.accepted
-        rows = np.flatnonzero((self.labels == NOBODY) & self.is_waiting & (excess > 0))
+        is_unpainted = (self.labels == NOBODY) & (excess > 0)
+        is_cut = excess[is_unpainted].sum() > CUT * matter.masses.sum()
+        rows = np.flatnonzero(is_unpainted if is_cut else is_unpainted & self.is_waiting)
         if len(rows) == 0:
             return
-        radius = self._usual_radius()
-        # Matter that fills a cube of a side evenly has half of it as radius.
-        cells = np.floor(matter.points[rows, :3] / (2 * radius)).astype(np.int64)
+        points, weights, radius = matter.points[rows], _weights(excess[rows]), self._usual_radius()
+        # One in each cell: matter that fills a cube of a side evenly has half of it as radius.
+        cells = np.floor(points[:, :3] / (2 * radius)).astype(np.int64)
         used, inverse = np.unique(cells, axis=0, return_inverse=True)
+        centers = means_by_label(inverse.ravel(), weights, points, len(used))
+        counts = np.bincount(self.labels[self.labels >= 0], minlength=1)
+        if (counts > 0).any() and (count := round(len(rows) / np.median(counts[counts > 0]))) > len(used):
+            centers = start(points, weights, count, 0)[0]
         usual = strokes.masses[strokes.alive]
         least = LEAST_BIRTH * (float(np.median(usual)) if len(usual) else 0.0)
-        centers = means_by_label(inverse.ravel(), _weights(excess[rows]), matter.points[rows], len(used))
         for is_last in (False, True):
-            distances, found = assign(matter.points[rows], centers)
+            distances, found = assign(points, centers)
             cell = found.astype(np.intp)
             is_near = distances <= REACH * radius
             masses = sums_by_label(cell[is_near], excess[rows[is_near]], len(centers))
@@ -320,6 +351,7 @@ class Carrier:
         self.born = strokes.add(centers[kept], np.full(num, radius), masses[kept], np.zeros((num, 3)))
         self.labels[rows[is_near]] = self.born[place[cell[is_near]]]
         self._center(self.matter, self.labels)
+        self._fit(self.born)
 
     def _merge(self) -> None:
         """Strokes that have come to lie in one place are one: the one with less matter dies."""
@@ -363,11 +395,12 @@ class Carrier:
         halves = cut(own, np.arange(len(chosen)), points, _weights(self.matter.masses)[some])
         second = halves >= len(chosen)
         halves_at = means_by_label(own[second], np.ones(int(second.sum())), points[second], len(chosen))
-        new = strokes.add(halves_at, strokes.radii[chosen], 0.5 * masses[chosen], strokes.velocities[chosen])
+        new = strokes.add(halves_at, strokes.radii[chosen], 0.5 * masses[chosen], strokes.drifts[chosen])
         self.labels[some[second]] = new[own[second]]
         strokes.masses[chosen] = 0.5 * masses[chosen]
         self.born = np.concatenate([self.born, new])
         self._center(self.matter, self.labels)
+        self._fit(np.concatenate([chosen, new]))
 
 
 def _weights(masses: F64) -> F64:

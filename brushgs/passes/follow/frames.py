@@ -142,8 +142,7 @@ def carried(
                     poses.pivots,
                     carrier.strokes.lost[: len(poses.pivots)] < np.inf,
                 )
-                carrier.strokes.velocities[: len(poses.pivots)] = (step.pivots - poses.pivots) / seconds
-                poses.move(step, matter, carrier.labels, seconds)
+                poses.move(step, matter, carrier.labels, carrier.strokes.masses, seconds)
         labels_now = carrier.labels if len(matter) else np.zeros(0, np.intp)
         poses.bear(matter, labels_now, len(carrier.strokes))
         kept = labels_now != NOBODY

@@ -50,18 +50,26 @@ class Matter:
             np.einsum("ni,ni->n", scales, scales),
             gaussians.opacities * projected_areas(gaussians.scales),
             base_colors(gaussians.sh),
-            morton_order(points[:, :3]),
+            morton_order(points[:, :3]) if len(points) else np.arange(0),
         )
 
     def __len__(self) -> int:
         return len(self.points)
 
-    def nearest(self, centers: F64, is_asked: Mask | None = None) -> tuple[F64, Rows]:
-        """Distances [n] to the nearest of some centres [k, 9], and which it is; 0 where nobody asked."""
+    def nearest(
+        self, centers: F64, is_asked: Mask | None = None, more: F64 | None = None
+    ) -> tuple[F64, Rows]:
+        """Distances [n] to the nearest of some centres [k, D], and which it is; 0 where nobody asked.
+
+        `more` [n, D - 9] are further columns of the points.
+        """
         order = self.order if is_asked is None else self.order[is_asked[self.order]]
+        points = self.points[order]
+        if more is not None:
+            points = np.concatenate([points, more[order]], axis=1, dtype=np.float32)
         distances, rows = np.zeros(len(self)), np.zeros(len(self), np.intp)
         # In order: what is read for one is at hand for the next, 4 times as fast as shuffled rows.
-        distances[order], rows[order] = assign(self.points[order], centers)
+        distances[order], rows[order] = assign(points, centers)
         return distances, rows
 
 

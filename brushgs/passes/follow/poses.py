@@ -52,9 +52,11 @@ class Poses:
         self.sizes = np.concatenate([self.sizes, sizes])
         self.colors = np.concatenate([self.colors, colors])
 
-    def move(self, step: Step, matter: Matter, labels: Rows, seconds: float) -> None:
-        """Go one step of so many seconds, and a little of the way to what the members say."""
-        drawn = -np.expm1(-DRAWN * seconds)
+    def move(self, step: Step, matter: Matter, labels: Rows, usual: F64, seconds: float) -> None:
+        """Go one step of so many seconds, and a little of the way to what the members say.
+
+        `usual` are the masses [m] that strokes have at most times: a few members say little of a stroke.
+        """
         num = len(self.pivots)
         self.pivots = step.pivots[:num]
         self.turns = normalized(quat_products(step.turns[:num], self.turns))
@@ -62,14 +64,16 @@ class Poses:
         self.colors = self.colors + step.colors[:num]
         masses, means, sizes, colors = members_of(matter, labels, num)
         alive = masses > 0
+        present = np.minimum(masses[alive] / np.maximum(usual[:num][alive], 1e-300), 1.0)
+        drawn = -np.expm1(-DRAWN * seconds) * present
         away = means[alive] - self.pivots[alive]
         distances = np.linalg.norm(away, axis=1)
         free = DEAD_ZONE * np.exp(self.sizes[alive])
         excess = np.maximum(distances - free, 0.0) / np.maximum(distances, 1e-300)
-        self.pivots[alive] += drawn * excess[:, None] * away
+        self.pivots[alive] += (drawn * excess)[:, None] * away
         apart = sizes[alive] - self.sizes[alive]
         self.sizes[alive] += drawn * np.sign(apart) * np.maximum(np.abs(apart) - DEAD_SIZE, 0.0)
-        self.colors[alive] += drawn * (colors[alive] - self.colors[alive])
+        self.colors[alive] += drawn[:, None] * (colors[alive] - self.colors[alive])
 
     def rows(self, masses: F64) -> F32:
         """[m, 12] as numbers of a `Pose`, but since birth, with masses in the place of opacity, and with the
