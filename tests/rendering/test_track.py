@@ -421,12 +421,13 @@ for scene in (strokes(1000), strokes(200, dtype="float64")):
 """
 
 
-def test_every_instruction_set_gives_the_same_directions():
+def check_every_instruction_set_prints_the_same(code: str) -> None:
+    """Of what the code prints behind the name of its instruction set."""
     root = Path(__file__).resolve().parents[2]
     found = {}
     for isa in ("baseline", "avx2", "avx512"):
         run = subprocess.run(
-            [sys.executable, "-c", _FOLLOW],
+            [sys.executable, "-c", code],
             env={**os.environ, "BRUSHGS_ISA": isa, "PYTHONPATH": str(root)},
             capture_output=True,
             text=True,
@@ -436,6 +437,10 @@ def test_every_instruction_set_gives_the_same_directions():
         name, *hashes = run.stdout.split()
         found[name] = hashes
     assert all(hashes == found["baseline"] for hashes in found.values())
+
+
+def test_every_instruction_set_gives_the_same_directions():
+    check_every_instruction_set_prints_the_same(_FOLLOW)
 
 
 STIFF = {

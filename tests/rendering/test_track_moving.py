@@ -14,7 +14,16 @@ from brushgs.rendering.track import track_directions
 from brushgs.rendering.track_moving import MovingTrack, track_moving
 from brushgs.scene import Gaussians
 from tests.rendering.moving_strokes import motion_of, tumbling, turn_about, with_ids
-from tests.rendering.test_track import FRONT, SIZE, closed, difference, steps_of, strokes, turntable
+from tests.rendering.test_track import (
+    FRONT,
+    SIZE,
+    check_every_instruction_set_prints_the_same,
+    closed,
+    difference,
+    steps_of,
+    strokes,
+    turntable,
+)
 
 NUM_FRAMES = 60
 STILL = [FRONT] * NUM_FRAMES
@@ -385,6 +394,23 @@ def test_any_number_of_threads_and_any_size_of_chunks_gives_the_same(monkeypatch
         np.testing.assert_array_equal(path.moving.turns, expected.moving.turns)
         np.testing.assert_array_equal(path.moving.area_scales, expected.moving.area_scales)
         np.testing.assert_array_equal(path.carried, expected.carried)
+
+
+_FOLLOW = """
+import hashlib
+from brushgs import _core
+from brushgs.rendering.track_moving import track_moving
+from tests.rendering.test_track_moving import EVERY, NUM_FRAMES, scene, tumble, turntable
+print(_core.isa())
+for some in (scene(200), scene(200).astype("float64")):
+    for degrees in (3.0, 40.0):
+        path = track_moving(some, turntable(NUM_FRAMES), tumble(degrees, 200), EVERY, fps=30).moving
+        print(hashlib.sha256(path.turns.tobytes() + path.area_scales.tobytes()).hexdigest())
+"""
+
+
+def test_every_instruction_set_gives_the_same():
+    check_every_instruction_set_prints_the_same(_FOLLOW)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
