@@ -15,17 +15,23 @@ from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.options.choices import Blend, Filter, Order
+from brushgs.passes.follow.canonical import canonical
+from brushgs.passes.follow.rows import follow_rows
 from brushgs.rendering.light import Lamp
+from brushgs.rendering.motion import StrokeMotion
 from brushgs.rendering.project import project
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import Surface, paper
+from brushgs.rendering.track_moving import MovingTrack, track_moving
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Boxes, Gaussians
 from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life.moving import still_life_moving
 
 FOLDER = Path(__file__).parent
 WIDTH, HEIGHT = 128, 96
 WHITE = (1.0, 1.0, 1.0)
+NUM_MOMENTS = 46  # of the film, 30 a second
 NUM_STROKES, NUM_FINE_STROKES, NUM_LARGE_STROKES = 2400, 8000, 1000  # about
 UNDERPAINT = Underpaint.for_sigmas(2)  # `num_sigmas` of every stroke image
 
@@ -73,6 +79,31 @@ def soft_wheel_boxes(num_sigmas: float) -> Boxes:
     """The wheel with softness that reach over much of a ring, and one stroke in 25 that reaches over all."""
     boxes = wheel_boxes(num_sigmas)
     return replace(boxes, softness=np.where(np.arange(len(boxes)) % 25 == 0, 10, 0.1))
+
+
+@lru_cache
+def film() -> tuple[Gaussians, StrokeMotion, MovingTrack]:
+    """The still life in motion, each Gaussian a stroke, until the pear rolls and the cloth is lifted."""
+    moving = still_life_moving(NUM_STROKES)
+    times = np.arange(NUM_MOMENTS) / 30
+    strokes = canonical(moving, times).gaussians
+    assert strokes.ids is not None, "they are rows of the scene"
+    motion = follow_rows(moving, times, strokes, strokes, strokes.ids.astype(np.intp))
+    cameras = [still_life_camera(width=WIDTH, height=HEIGHT)] * NUM_MOMENTS
+    return strokes, motion, track_moving(strokes, cameras, motion, np.arange(float(NUM_MOMENTS)), fps=30)
+
+
+def moving_boxes(num_sigmas: float) -> Boxes:
+    """The last frame of the film."""
+    strokes, motion, track = film()
+    return project(
+        motion.pose(NUM_MOMENTS - 1).moved(strokes).astype(np.float64),
+        still_life_camera(width=WIDTH, height=HEIGHT),
+        num_sigmas=num_sigmas,
+        lock=track.directions(NUM_MOMENTS - 1),
+        order="soft",
+        underpaint=True,
+    )
 
 
 def large_boxes(num_sigmas: float) -> Boxes:
@@ -168,4 +199,5 @@ CASES = {
         "dry_brush", "mip", thick_wheel_boxes, lamp=Lamp(), surface=toned_paper
     ),
     "wheel_soft": Case("filbert", "bilinear", soft_wheel_boxes, background=None),
+    "flat_moving": Case("flat", "mip", moving_boxes, underpaint=UNDERPAINT),
 }
