@@ -101,13 +101,14 @@ class Film:
         self._counts.append(len(rows))
 
     def table(self) -> F32:
-        """[T, m, 12] all moments; strokes that were not born have mass 0."""
+        """[T, m, 12] all moments; strokes that were not born have mass 0. Called once, at the end."""
         table = new_table(len(self._counts), max(self._counts, default=0))
         table[..., OPACITY] = 0
         self._file.seek(0)
         for at, count in enumerate(self._counts):
             row = np.frombuffer(self._file.read(4 * NUM_NUMBERS * count), np.float32)
             table[at, :count] = row.reshape(count, NUM_NUMBERS)
+        self._file.close()
         return table
 
 
