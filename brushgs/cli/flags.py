@@ -619,6 +619,6 @@ def add_clip(parser: ArgumentParser) -> None:
         "--cross-fade",
         type=values.number,
         metavar="SECONDS",
-        help="with --loop: the end fades into the beginning in so many seconds of the scene, above 0, in "
-        "place of running back",
+        help="with --loop: the end fades into the beginning in so many seconds of the scene, above 0; "
+        "default it runs back instead",
     )

@@ -9,6 +9,7 @@ import pytest
 from brushgs.cli.commands import bench, refine, render
 from brushgs.cli.configs import grow_config, paint_config, path_config
 from brushgs.cli.parser import COMMANDS, build_parser, parse
+from brushgs.options.clip import ClipConfig
 from brushgs.options.direction import Direction
 from brushgs.options.experiments import BenchConfig, RefineConfig, StabilityConfig
 from brushgs.options.focus import Focus
@@ -214,6 +215,7 @@ STEPS = {
     "path": PathConfig,
     "grow": GrowConfig,
     "sequence": SequenceConfig,
+    "clip": ClipConfig,
     "refine": RefineConfig,
     "stability": StabilityConfig,
     "bench": BenchConfig,
