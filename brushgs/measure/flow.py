@@ -17,9 +17,7 @@ from brushgs.scene import Camera, Gaussians
 ON_SURFACE = 0.05  # of the depth: a mark further than this from the surface of its pixel does not show it
 
 
-def displacements(
-    now: Gaussians, before: Gaussians, camera: Camera, *, num_threads: int | None = None
-) -> Array:
+def displacements(now: Gaussians, before: Array, camera: Camera, *, num_threads: int | None = None) -> Array:
     """How the surface of each pixel gets from where it is now to where it was at another moment.
 
     The mean of the displacements of the Gaussians that paint the pixel, weighted as their colours and depths
@@ -31,7 +29,7 @@ def displacements(
 
     Args:
         now: at the moment of the picture.
-        before: the same Gaussians, row by row, at the other one.
+        before: [N, 3] centres of the same Gaussians, row by row, at the other one.
         camera: of the picture.
         num_threads: see `rasterize`.
 
@@ -45,7 +43,7 @@ def displacements(
         raise ValueError(
             f"displacements: rows must correspond, got {len(now):,} now and {len(before):,} before"
         )
-    steps = before.means.astype(np.float64) - now.means
+    steps = before.astype(np.float64) - now.means
     if not steps.any():
         return np.zeros((camera.height, camera.width, 3), np.float32)
     kernel = StrokeTexture.open("gaussian")

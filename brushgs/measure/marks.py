@@ -95,28 +95,10 @@ def mark_figures(
     """
     if width < 1 or height < 1 or not fps > 0:
         raise ValueError(f"mark_figures: size and fps must be > 0, got {width}x{height} at {fps:g}")
-    sums = _Sums()
-    first: _Marks | None = None
-    before: _Marks | None = None
+    meter = MarkMeter(width=width, height=height, in_space=in_space)
     for found, flow in zip(boxes, chain([None], flows, repeat(None)), strict=False):
-        now = _Marks.of(found, width, height, in_space=in_space)
-        sums.area += float(now.weights.sum())
-        sums.frames += 1
-        if first is None or before is None:
-            first = before = now
-            continue
-        if flow is None:
-            raise ValueError(
-                f"mark_figures: {sums.frames} frames need as many flows less one; give one a step"
-            )
-        sums.sizes.append(earth_movers(first.sizes, first.weights, now.sizes, now.weights))
-        angles = first.angles, first.weights, now.angles, now.weights
-        sums.directions.append(circular_earth_movers(*angles, period=np.pi))
-        sums.add_step(before, now, flow)
-        before = now
-    if not sums.frames:
-        raise ValueError("mark_figures: there must be a frame, got none")
-    return sums.figures(fps)
+        meter.add(found, flow)
+    return meter.figures(fps)
 
 
 def earth_movers(values: F64, weights: F64, others: F64, other_weights: F64) -> float:
@@ -185,17 +167,50 @@ class _Marks(NamedTuple):
         return self.areas * self.opacities
 
 
-class _Sums:
-    """Running sums of `MarkFigures`."""
+class MarkMeter:
+    """Measures the marks of a clip frame by frame, see `mark_figures`.
 
-    def __init__(self) -> None:
-        self.frames = 0
-        self.area = self.births = self.deaths = self.pops = 0.0
-        self.slip = self.slip_pixels = self.slip_weight = 0.0
-        self.sizes: list[float] = []
-        self.directions: list[float] = []
+    Args:
+        width: of the picture, pixels.
+        height: of the picture, pixels.
+        in_space: see `mark_figures`.
+    """
 
-    def add_step(self, before: _Marks, now: _Marks, flow: SceneFlow) -> None:
+    def __init__(self, *, width: int, height: int, in_space: bool = True) -> None:
+        self._width, self._height, self._in_space = width, height, in_space
+        self._first: _Marks | None = None
+        self._before: _Marks | None = None
+        self._frames = 0
+        self._area = self._births = self._deaths = self._pops = 0.0
+        self._slip = self._slip_pixels = self._slip_weight = 0.0
+        self._sizes: list[float] = []
+        self._directions: list[float] = []
+
+    def add(self, boxes: Boxes, flow: SceneFlow | None) -> None:
+        """Take the next frame.
+
+        Args:
+            boxes: its marks.
+            flow: from the frame before to this one; None for the first.
+
+        Raises:
+            ValueError: if a frame after the first has no flow.
+        """
+        now = _Marks.of(boxes, self._width, self._height, in_space=self._in_space)
+        first, before = self._first or now, self._before
+        self._first, self._before = first, now
+        self._frames += 1
+        self._area += float(now.weights.sum())
+        if before is None:
+            return
+        if flow is None:
+            raise ValueError(f"mark_figures: {self._frames} frames need as many flows less one")
+        self._sizes.append(earth_movers(first.sizes, first.weights, now.sizes, now.weights))
+        angles = first.angles, first.weights, now.angles, now.weights
+        self._directions.append(circular_earth_movers(*angles, period=np.pi))
+        self._add_step(before, now, flow)
+
+    def _add_step(self, before: "_Marks", now: "_Marks", flow: SceneFlow) -> None:
         _, i, j = np.intersect1d(before.ids, now.ids, assume_unique=True, return_indices=True)
         old, new = before.weights, now.weights
         weights = 0.5 * (old[i] + new[j])
@@ -203,26 +218,33 @@ class _Sums:
         expected, is_known = flow.at(now.centers[j], depths)
         squares = ((now.centers[j] - before.centers[i] - expected)[is_known] ** 2).sum(axis=1)
         known = weights[is_known]
-        self.slip_pixels += float(known @ squares)
-        self.slip += float(known @ (squares / 4 ** now.sizes[j][is_known]))
-        self.slip_weight += float(known.sum())
+        self._slip_pixels += float(known @ squares)
+        self._slip += float(known @ (squares / 4 ** now.sizes[j][is_known]))
+        self._slip_weight += float(known.sum())
         is_pop = np.abs(new[j] - old[i]) > POP * np.maximum(before.areas[i], now.areas[j])
         is_pop &= before.is_inner[i] & now.is_inner[j]
-        self.pops += float(weights[is_pop].sum())
-        self.births += _alone(now, j)
-        self.deaths += _alone(before, i)
+        self._pops += float(weights[is_pop].sum())
+        self._births += _alone(now, j)
+        self._deaths += _alone(before, i)
 
     def figures(self, fps: float) -> MarkFigures:
-        rate = fps * self.frames / (max(1, self.frames - 1) * (self.area or 1.0))
-        known = self.slip_weight
+        """Of all frames so far; `fps` frames a second, > 0.
+
+        Raises:
+            ValueError: if there is no frame.
+        """
+        if not self._frames:
+            raise ValueError("mark_figures: there must be a frame, got none")
+        rate = fps * self._frames / (max(1, self._frames - 1) * (self._area or 1.0))
+        known = self._slip_weight
         return MarkFigures(
-            size_drift=float(np.mean(self.sizes)) if self.sizes else 0.0,
-            direction_drift=float(np.mean(self.directions)) if self.directions else 0.0,
-            slip=float(np.sqrt(self.slip / known)) if known > 0 else None,
-            slip_pixels=float(np.sqrt(self.slip_pixels / known)) if known > 0 else None,
-            births=rate * self.births,
-            deaths=rate * self.deaths,
-            pops=rate * self.pops,
+            size_drift=float(np.mean(self._sizes)) if self._sizes else 0.0,
+            direction_drift=float(np.mean(self._directions)) if self._directions else 0.0,
+            slip=float(np.sqrt(self._slip / known)) if known > 0 else None,
+            slip_pixels=float(np.sqrt(self._slip_pixels / known)) if known > 0 else None,
+            births=rate * self._births,
+            deaths=rate * self._deaths,
+            pops=rate * self._pops,
         )
 
 

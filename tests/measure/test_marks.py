@@ -58,7 +58,7 @@ def flows_of(shifts, cameras):
         now, before = wall(shifts[k + 1]), wall(shifts[k])
         frame = bg.render(now, cameras[k + 1], KERNEL)
         view = View(frame.rgb, frame.depth, frame.alpha, cameras[k + 1])
-        flows.append(SceneFlow(cameras[k], view, displacements(now, before, cameras[k + 1])))
+        flows.append(SceneFlow(cameras[k], view, displacements(now, before.means, cameras[k + 1])))
     return flows
 
 
