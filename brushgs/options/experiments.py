@@ -20,11 +20,14 @@ class StabilityConfig:
         gaps: frames between the two pictures of a pair, ascending, the first is 1.
         pairs: maximum number of pairs compared at each gap, spread evenly over the path, >= 1.
         alone: number of frames that are drawn a second time, each on its own, >= 0.
+        skip_alone: of a moving scene, whether the configuration `alone` is omitted: making strokes anew for
+            each frame takes most of the time.
     """
 
     gaps: tuple[int, ...] = (1, 7, 10)
     pairs: int = 40
     alone: int = 3
+    skip_alone: bool = False
 
     def __post_init__(self) -> None:
         if not self.gaps or self.gaps[0] != 1 or any(a >= b for a, b in pairwise(self.gaps)):

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array, check
+from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.stability import Comparison, PaintTimer
 from brushgs.options.choices import Filter
@@ -287,12 +288,28 @@ class PainterlyPainter:
         self.timer.frames += 1
         return frame
 
+    def marks(self, index: int, plain: Array) -> Boxes:
+        """The strokes of that frame: those of one cell of the picture have one id in all frames."""
+        return image_boxes(
+            plain,
+            self.texture,
+            num_strokes=self.num_strokes,
+            seed=self.seed,
+            filter=self.filter,
+            background=self.background,
+            num_threads=self.num_threads,
+        )
+
 
 def painterly_painters(comparison: Comparison, num_threads: int | None) -> list[PainterlyPainter]:
-    """For `measure_stability(make_extra_painters=...)`: as many strokes of the same brush, equal seeds."""
+    """For `measure_stability(make_extra_painters=...)`: as many strokes of the same brush, equal seeds.
+
+    Of several brushes the first.
+    """
+    texture = comparison.texture
     return [
         PainterlyPainter(
-            comparison.texture,
+            texture.textures[0] if isinstance(texture, BrushSet) else texture,
             len(comparison.strokes),
             comparison.options.filter,
             0,

@@ -404,7 +404,12 @@ def test_the_json_has_every_figure_and_all_that_repeats_it(scene, capsys):
     assert value["settings"]["cluster"]["strokes"] == 80
     assert value["settings"]["cluster"]["seed"] == 3
     assert value["settings"]["draw"]["stroke"] == "dry_brush"
-    assert value["settings"]["measure"] == {"gaps": [1, 7, 10], "pairs": 40, "alone": 3}
+    assert value["settings"]["measure"] == {
+        "gaps": [1, 7, 10],
+        "pairs": 40,
+        "alone": 3,
+        "skip_alone": False,
+    }
     assert value["settings"]["first_camera"]["width"] == 32
     found = value["stability"]
     assert [c["name"] for c in found["configurations"]] == NAMES

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from brushgs.cli import flags, values
+from brushgs.cli.clips import open_clip
 from brushgs.cli.configs import (
-    clip_config,
     grow_config,
     paint_config,
     painting_name,
@@ -21,7 +21,6 @@ from brushgs.options.choices import PRESETS, Lock
 if TYPE_CHECKING:
     from brushgs.options.scene_source import SceneSource
     from brushgs.options.sequence import SequenceConfig
-    from brushgs.painting.clip import Clip
 
 
 def add_flags(parser: ArgumentParser) -> None:
@@ -111,7 +110,7 @@ def run(args: Namespace) -> None:
     """Paint, and report the stages."""
     config, scene, sequence = paint_config(args), scene_source(args), sequence_config(args)
     with reported(args) as report:
-        clip = _open_clip(args, scene)
+        clip = open_clip(args, scene)
         path = grow_config(args) or path_config(args, is_moving=clip is not None)
         is_still = path is None and clip is None
         if not is_still and args.first is not None:
@@ -135,19 +134,6 @@ def run(args: Namespace) -> None:
             from brushgs.painting.sequence import paint_sequence
 
             paint_sequence(clip or scene, output, path, config, sequence, report=report, sheet=sheet)
-
-
-def _open_clip(args: Namespace, scene: "SceneSource") -> "Clip | None":
-    """The film of a moving scene; None for a still one, or one moment."""
-    from brushgs.io.moving import open_moving
-
-    moving = None if scene.time is not None else open_moving(scene)
-    config = clip_config(args, scene, is_moving=moving is not None)
-    if moving is None or config is None:
-        return None
-    from brushgs.painting.clip import Clip
-
-    return Clip(moving, config, scene)
 
 
 def sequence_config(args: Namespace) -> "SequenceConfig":

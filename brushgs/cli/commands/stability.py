@@ -1,8 +1,9 @@
-"""`brushgs stability`: how stable strokes are along a camera path, in figures and a plot."""
+"""`brushgs stability`: how stable strokes are along a camera path or on what moves, in figures and a plot."""
 
 from argparse import ArgumentParser, Namespace
 
 from brushgs.cli import flags, values
+from brushgs.cli.clips import open_clip
 from brushgs.cli.configs import paint_config, path_config, scene_source
 from brushgs.cli.console import output_beside, reported
 
@@ -21,20 +22,25 @@ def add_flags(parser: ArgumentParser) -> None:
         help="maximum number of pairs of frames that are compared at each gap, 1 or more, default 40; other "
         "frames are not painted",
     )
+    flags.ConfigFlags(parser, "stability").add(
+        "--skip-alone",
+        action="store_true",
+        help="of a moving scene, do not compare with frames that are painted each alone: making strokes anew "
+        "for each takes most of the time",
+    )
     flags.add_draw(parser)
     flags.add_prune(parser)
     flags.add_cluster(parser)
     flags.add_stroke_passes(parser)
     flags.add_framing(parser.add_argument_group("view", "framed on the scene"), size="640x360")
-    default = f"--orbit {ORBIT}"
+    default = f"--orbit {ORBIT}, before a moving scene a camera that stands still"
     flags.add_path(parser.add_argument_group("path", f"the frames, default {default}"), default=str(ORBIT))
+    flags.add_clip(parser)
     flags.add_report(parser)
 
 
 def run(args: Namespace) -> None:
     """Measure, and write the report."""
-    path = path_config(args, default_orbit=ORBIT)
-    assert path is not None, "it has a default"
     paint, scene = paint_config(args, view={"size": SIZE}), scene_source(args)
     from brushgs.measure.stability import StabilityReport, report_stability
     from brushgs.options.experiments import StabilityConfig
@@ -44,4 +50,6 @@ def run(args: Namespace) -> None:
     output = args.report or output_beside(scene, "stability", "")
     wants_plot = not args.no_plot
     with reported(args, report):
-        report_stability(scene, output, paint, path, config, report=report, wants_plot=wants_plot)
+        clip = open_clip(args, scene)
+        path = path_config(args, default_orbit=None if clip else ORBIT, is_moving=clip is not None)
+        report_stability(clip or scene, output, paint, path, config, report=report, wants_plot=wants_plot)

@@ -15,6 +15,9 @@ The protocol, complete, so that others can repeat it:
      rounded to whole pixels as in the published code: that would add a defect of its own);
    - `plain`: the whole scene as loaded, with the kernel it was trained with. It gives depth and alpha.
    `measure_stability` takes further painters, which get the plain picture of each frame.
+   Of a scene that moves the strokes are made once and followed, and `published` gives way to
+   - `alone`: strokes made of each moment alone, by the same options, and drawn as a still, so with `anchor`.
+     What is each other's nearest stroke in the next frame counts as the same one there.
 3. **Directions**, from the boxes of every frame, painted or not, by `box_events.orientation_events`: flips,
    spins, size pops, kinks and strokes that vanish, each as a count and as a share of the stroke-frames
    weighted by painted area; the largest step of any direction; the share of slender strokes more than 10
@@ -25,6 +28,8 @@ The protocol, complete, so that others can repeat it:
    is moved to the later view by plain depth and pose (`warp.warp_error` defines the valid pixels and the
    sampling) and compared over valid pixels and three channels, on the background. A figure is the mean over
    the pairs that have valid pixels: RMSE, RMSE over the worst 1 % of pixels, share of valid pixels.
+   What moves is followed: each pixel of the later view is moved by the displacement of the Gaussians that
+   paint it before it is looked up (`flow.displacements`), so rows of the scene must correspond.
    **Excess** is the error minus that of the plain picture for the same pair, then the mean over the pairs.
    A painting that differs little from the plain picture cannot flicker much, however it is made. Therefore
    the report also has the **marks**, the painting minus the plain picture of the same view: their RMS over
@@ -39,11 +44,16 @@ The protocol, complete, so that others can repeat it:
 7. **Independence.** `alone` frames, distributed evenly over those painted, are painted again after the
    sequence, last first, in one thread, with directions tracked anew: how many have the same bytes, colour and
    alpha.
-8. **Seconds** per frame, wall clock: tracking, over the frames of the path; projecting and drawing, over the
+8. **Animation**, from the boxes of every frame and the exact flow of the scene in every step: flatness,
+   motion coherence and temporal continuity, as `marks.mark_figures` defines them.
+9. **Pictures**: SSIM to the plain picture and UIQM (`likeness.ssim`, `uiqm.uiqm`), the means over at most 12
+   of the painted frames. Codes for UIQM differ: compare with other figures of this report only.
+10. **Seconds** per frame, wall clock: tracking, over the frames of the path; projecting and drawing, over the
    frames that were painted.
 
-A frame is painted only where a pair, the loop or a second painting needs it, and kept no longer than the
-widest gap (the first one to the end of a loop). Values are display-encoded, 0 to 1; nothing is quantised.
+The plain picture is drawn of every frame. A frame is painted only where a pair, the loop or a second painting
+needs it, and kept no longer than the widest gap (the first one to the end of a loop). Values are
+display-encoded, 0 to 1; nothing is quantised.
 """
 
 from brushgs.measure.stability.figures import Figures, Stability, Warp

@@ -5,10 +5,12 @@ from math import degrees
 from typing import Any
 
 from brushgs.measure.box_events import Events
+from brushgs.measure.marks import MarkFigures
 
 # Version of the JSON; increases when a key changes its name or meaning. Since 2 there is no configuration
-# `image`, and a stage has `skipped` in place of `left_out`.
-SCHEMA = 2
+# `image`, and a stage has `skipped` in place of `left_out`. Since 3 configurations have `animation`, `uiqm`
+# and `ssim`, and those of moving scenes are others.
+SCHEMA = 3
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,9 @@ class Figures:
         alone_equal: how many of them were equal, byte for byte.
         seconds: per frame.
         errors: RMSE at gap 1 of each pair, in the order of the path.
+        animation: flatness, coherence and continuity; step 8 of the protocol.
+        uiqm: see `brushgs.measure.uiqm`, the mean over some frames; None for pictures that are too small.
+        ssim: to the plain picture, the mean over the same frames.
     """
 
     name: str
@@ -106,12 +111,18 @@ class Figures:
     alone_equal: int
     seconds: Seconds
     errors: tuple[float, ...]
+    animation: MarkFigures | None
+    uiqm: float | None
+    ssim: float | None
 
     def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON; the largest step in degrees."""
+        """Ready for JSON; angles in degrees."""
         value = asdict(self)
         if self.events is not None:
             value["events"]["largest_step_deg"] = degrees(value["events"].pop("largest_step"))
+        if self.animation is not None:
+            drift = value["animation"].pop("direction_drift")
+            value["animation"]["direction_drift_deg"] = degrees(drift)
         return value
 
 

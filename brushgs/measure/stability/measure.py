@@ -17,12 +17,16 @@ from brushgs.measure.box_events import (
     orientation_events,
     worst_shortfall,
 )
+from brushgs.measure.flow import SceneFlow, displacements
+from brushgs.measure.likeness import SSIM_SIDE, ssim
+from brushgs.measure.marks import MarkFigures, MarkMeter
 from brushgs.measure.stability.advice import advice
 from brushgs.measure.stability.figures import Figures, Stability
 from brushgs.measure.stability.painters import (
     PLAIN,
     Comparison,
     MakePainters,
+    MarkPainter,
     Painter,
     StrokePainter,
     all_painters,
@@ -30,6 +34,7 @@ from brushgs.measure.stability.painters import (
 )
 from brushgs.measure.stability.pair_errors import PaintedFrame, PairErrors
 from brushgs.measure.stability.schedule import FrameSchedule
+from brushgs.measure.uiqm import uiqm
 from brushgs.measure.warp import View
 from brushgs.options.experiments import StabilityConfig
 from brushgs.rendering.knots import is_closed
@@ -38,6 +43,11 @@ from brushgs.scene import Boxes, Camera, Frame
 NOTHING_COMPARED = (
     "no two frames of the path show the same surface, so no flicker could be measured; take smaller steps"
 )
+NO_FLOW = (
+    "stability: rows of the moments of this scene do not correspond, so the flow of its surface is not "
+    "known; measure a scene whose rows do"
+)
+TWO_MOMENTS = "stability: a frame that fades into another shows two moments; omit --cross-fade"
 UNLOCKED = "off"  # the configuration whose strokes turn without a lock, and whose paint weights the pixels
 
 
@@ -57,18 +67,21 @@ def measure_stability(
         advance: called after each painted frame; see `num_painted_frames`.
 
     Raises:
-        ValueError: if the path has fewer than two views, or views of more than one size.
+        ValueError: if the path has fewer than two views, or views of more than one size; or if a scene moves
+            whose rows do not correspond, or fades from one moment into another.
     """
     config = config or StabilityConfig()
     check_cameras(comparison.cameras)
+    check_motion(comparison)
     schedule = _schedule(comparison, config)
     num_threads = comparison.options.num_threads
     painters = all_painters(comparison, num_threads, make_extra_painters)
-    errors = PairErrors(list(painters))
-    hashes = dict(_paint_all(comparison, painters, schedule, errors, advance))
+    errors, looks = PairErrors(list(painters)), _Looks(painters, comparison.cameras[0])
+    hashes = dict(_paint_all(comparison, painters, schedule, errors, looks, advance))
     equal = _paint_again(comparison, all_painters(comparison, 1, make_extra_painters), schedule, hashes)
     figures = tuple(
-        _figures(painter, errors, schedule, alone_equal=equal[name]) for name, painter in painters.items()
+        _figures(painter, errors, looks, schedule, comparison.fps, alone_equal=equal[name])
+        for name, painter in painters.items()
     )
     if not errors.starts:
         warnings.warn(SceneWarning(NOTHING_COMPARED), stacklevel=2)
@@ -97,9 +110,66 @@ def check_cameras(cameras: Sequence[Camera]) -> None:
         raise ValueError(f"stability: all views must have one size, got {found}; use Camera.resized")
 
 
+def check_motion(comparison: Comparison) -> None:
+    """Refuse a moving scene whose flow is not known.
+
+    Raises:
+        ValueError: if rows of its truth do not correspond, or a frame shows two moments.
+    """
+    moving, truth = comparison.moving, comparison.truth
+    if moving is None:
+        return
+    if truth is None or not truth.has_rows:
+        raise ValueError(NO_FLOW)
+    if moving.film.shares.any():
+        raise ValueError(TWO_MOMENTS)
+
+
 def _schedule(comparison: Comparison, config: StabilityConfig) -> FrameSchedule:
-    closes = is_closed(comparison.strokes, comparison.cameras)
+    closes = comparison.moving is None and is_closed(comparison.strokes, comparison.cameras)
     return FrameSchedule(len(comparison.cameras), closes, config)
+
+
+class _Looks:
+    """What single frames and steps between neighbours add up to: marks, UIQM, SSIM."""
+
+    def __init__(self, painters: dict[str, Painter], camera: Camera) -> None:
+        size = {"width": camera.width, "height": camera.height}
+        self._meters = {
+            name: MarkMeter(**size, in_space=not isinstance(painter, MarkPainter))
+            for name, painter in painters.items()
+            if _lasts(painter) or isinstance(painter, MarkPainter)
+        }
+        self._is_large = min(size.values()) >= SSIM_SIDE
+        self._judged: dict[str, list[tuple[float, float]]] = {name: [] for name in painters}
+
+    def add_marks(
+        self, painters: dict[str, Painter], index: int, plain: Array, flow: SceneFlow | None
+    ) -> None:
+        """Take the marks of a frame."""
+        for name, meter in self._meters.items():
+            painter = painters[name]
+            if isinstance(painter, MarkPainter):
+                meter.add(painter.marks(index, plain), flow)
+            elif isinstance(painter, StrokePainter):
+                meter.add(painter.boxes(index), flow)
+
+    def judge(self, pictures: dict[str, Array]) -> None:
+        """Take the pictures of a frame."""
+        if self._is_large:
+            for name, picture in pictures.items():
+                self._judged[name].append((uiqm(picture), ssim(picture, pictures[PLAIN])))
+
+    def marks(self, name: str, fps: float) -> MarkFigures | None:
+        """Of a configuration; None where marks are not known."""
+        return self._meters[name].figures(fps) if name in self._meters else None
+
+    def judged(self, name: str) -> tuple[float, float] | tuple[None, None]:
+        """Mean UIQM and SSIM of a configuration."""
+        if not self._judged[name]:
+            return None, None
+        lively, alike = np.mean(self._judged[name], axis=0).tolist()
+        return lively, alike
 
 
 def _paint_all(
@@ -107,46 +177,71 @@ def _paint_all(
     painters: dict[str, Painter],
     schedule: FrameSchedule,
     errors: PairErrors,
+    looks: _Looks,
     advance: Callable[[], None],
 ) -> Iterator[tuple[int, dict[str, str]]]:
-    """Paint the frames of the schedule in order and compare them; hashes of those that are painted again."""
+    """Paint the frames of the schedule in order and compare them; hashes of those that are painted again.
+
+    The plain picture is that of every frame: marks are measured in each step.
+    """
     kept: dict[int, PaintedFrame] = {}
-    unlocked = painters[UNLOCKED]
+    unlocked, plain_painter = painters[UNLOCKED], painters[PLAIN]
     assert isinstance(unlocked, StrokePainter)
-    for index in schedule.painted:
-        camera = comparison.cameras[index]
-        frames = _paint_frame(comparison, painters, index)
-        kept[index] = now = _painted_frame(comparison, frames, camera, unlocked.boxes(index))
+    assert isinstance(plain_painter, StrokePainter)
+    before: Array | None = None  # means of the plain scene in the frame before
+    for index, camera in enumerate(comparison.cameras):
+        scene = plain_painter.strokes_at(index)
+        plain = plain_painter.paint(index)
+        picture = _picture(comparison, plain)
+        view = View(picture, _depth(plain), plain.alpha, camera)
+        step = None
+        if before is not None and comparison.moving is not None:
+            step = displacements(scene, before, camera, num_threads=comparison.options.num_threads)
+        flow = SceneFlow(comparison.cameras[index - 1], view, step) if index else None
+        looks.add_marks(painters, index, picture, flow)
+        before = scene.means
+        if index not in schedule.last_use:
+            continue
+        frames = _paint_frame(painters, index, plain, picture)
+        kept[index] = now = _painted_frame(comparison, frames, view, unlocked.boxes(index), before)
         for gap, start in schedule.pairs_ending(index):
-            weights = None
+            weights, moved = None, step
             if gap == 1:
                 weights = _turning_share(kept[start].unlocked, now.unlocked, unlocked, camera)
-            errors.add_pair(gap, start, kept[start], now, weights)
+            elif (earlier := kept[start].means) is not None:
+                threads = comparison.options.num_threads
+                moved = displacements(scene, earlier, camera, num_threads=threads)
+            errors.add_pair(gap, start, kept[start], now, weights, moved)
         if schedule.is_closed and index == schedule.num_frames - 1:
             errors.add_loop(kept[0], now)
+        if index in schedule.judged:
+            looks.judge(now.pictures)
         if index in schedule.alone:
             yield index, {name: _hash(frame) for name, frame in frames.items()}
         kept = {i: frame for i, frame in kept.items() if schedule.last_use[i] > index}
         advance()
 
 
-def _paint_frame(comparison: Comparison, painters: dict[str, Painter], index: int) -> dict[str, Frame]:
-    """One frame in every configuration; the plain picture first, because the others may start from it."""
-    plain_painter = painters[PLAIN]
-    assert isinstance(plain_painter, StrokePainter)
-    plain = plain_painter.paint(index)
-    picture = np.clip(plain.over(comparison.background), 0, 1)
+def _picture(comparison: Comparison, frame: Frame) -> Array:
+    return np.clip(frame.over(comparison.background), 0, 1)
+
+
+def _depth(frame: Frame) -> Array:
+    assert frame.depth is not None, "the plain picture has a depth"
+    return frame.depth
+
+
+def _paint_frame(painters: dict[str, Painter], index: int, plain: Frame, picture: Array) -> dict[str, Frame]:
+    """One frame in every configuration, with the plain picture, from which some start."""
     frames = {name: painter.paint(index, picture) for name, painter in painters.items() if name != PLAIN}
     return frames | {PLAIN: plain}
 
 
 def _painted_frame(
-    comparison: Comparison, frames: dict[str, Frame], camera: Camera, unlocked: Boxes
+    comparison: Comparison, frames: dict[str, Frame], view: View, unlocked: Boxes, means: Array
 ) -> PaintedFrame:
-    pictures = {name: np.clip(frame.over(comparison.background), 0, 1) for name, frame in frames.items()}
-    plain = frames[PLAIN]
-    assert plain.depth is not None
-    return PaintedFrame(pictures, View(pictures[PLAIN], plain.depth, plain.alpha, camera), unlocked)
+    pictures = {name: _picture(comparison, frame) for name, frame in frames.items()}
+    return PaintedFrame(pictures, view, unlocked, None if comparison.moving is None else means)
 
 
 def _turning_share(before: Boxes, now: Boxes, painter: StrokePainter, camera: Camera) -> Array:
@@ -167,8 +262,11 @@ def _paint_again(
 ) -> dict[str, int]:
     """How many frames of each configuration come out the same when painted alone, in reverse order."""
     equal = dict.fromkeys(painters, 0)
+    plain_painter = painters[PLAIN]
+    assert isinstance(plain_painter, StrokePainter)
     for index in reversed(schedule.alone):
-        for name, frame in _paint_frame(comparison, painters, index).items():
+        plain = plain_painter.paint(index)
+        for name, frame in _paint_frame(painters, index, plain, _picture(comparison, plain)).items():
             equal[name] += _hash(frame) == hashes[index][name]
     return equal
 
@@ -177,11 +275,24 @@ def _hash(frame: Frame) -> str:
     return hashlib.sha256(frame.rgb.tobytes() + frame.alpha.tobytes()).hexdigest()
 
 
-def _figures(painter: Painter, errors: PairErrors, schedule: FrameSchedule, *, alone_equal: int) -> Figures:
+def _lasts(painter: Painter) -> bool:
+    """Whether it paints strokes in space: only they last from frame to frame."""
+    return isinstance(painter, StrokePainter) and painter.name != PLAIN
+
+
+def _figures(
+    painter: Painter,
+    errors: PairErrors,
+    looks: _Looks,
+    schedule: FrameSchedule,
+    fps: float,
+    *,
+    alone_equal: int,
+) -> Figures:
     """All figures of a configuration."""
     name = painter.name
-    # Only strokes in space last from frame to frame.
-    lasting = painter if isinstance(painter, StrokePainter) and name != PLAIN else None
+    lasting = painter if isinstance(painter, StrokePainter) and _lasts(painter) else None
+    lively, alike = looks.judged(name)
     return Figures(
         name=name,
         what=painter.what,
@@ -200,6 +311,9 @@ def _figures(painter: Painter, errors: PairErrors, schedule: FrameSchedule, *, a
         alone_equal=alone_equal,
         seconds=painter.timer.per_frame(schedule.num_frames),
         errors=errors.rmse_at_gap_1(name),
+        animation=looks.marks(name, fps),
+        uiqm=lively,
+        ssim=alike,
     )
 
 

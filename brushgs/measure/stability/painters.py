@@ -3,17 +3,24 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
 
 from brushgs.arrays import Array
 from brushgs.brushes.brush_set import Brushes
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.stability.figures import Seconds
 from brushgs.options.choices import Lock, ViewLock
+from brushgs.painting.moving import FilmTrack, Moving, track_film
 from brushgs.painting.report import Stopwatch
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
 from brushgs.rendering.track import Track, track_directions
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.moving_scene import MovingScene
 
 PLAIN = "plain"
 
@@ -58,6 +65,14 @@ class Painter(Protocol):
         """One frame; `plain` is the plain picture [H, W, 3] of that frame on its background."""
 
 
+@runtime_checkable
+class MarkPainter(Protocol):
+    """A painter whose marks lie on the picture, and are known."""
+
+    def marks(self, index: int, plain: Array) -> Boxes:
+        """The marks of a frame: an id in another frame is the same mark. Takes what `Painter.paint` does."""
+
+
 @dataclass
 class StrokePainter:
     """Paints strokes of the scene, their directions in each view chosen by the lock of the options."""
@@ -68,20 +83,31 @@ class StrokePainter:
     cameras: Sequence[Camera]
     texture: Brushes
     options: RenderOptions
+    moving: Moving | None = None
+    is_loop: bool = False
     timer: PaintTimer = field(default_factory=PaintTimer)
-    _track: Track | None = None
+    _track: Track | FilmTrack | None = None
 
     @property
     def num_strokes(self) -> int:
         """One stroke per Gaussian."""
         return len(self.gaussians)
 
+    def strokes_at(self, index: int) -> Gaussians:
+        """The strokes as they are in a frame."""
+        if self.moving is None:
+            return self.gaussians
+        return self.moving.pose(index).moved(self.gaussians, has_color=self.moving.takes_light)
+
     def boxes(self, index: int, lock: ViewLock | None = None) -> Boxes:
         """The boxes of a frame; with lock "off" the principal boxes of the ellipses behind them."""
+        return self._projected(index, lock)
+
+    def _projected(self, index: int, lock: ViewLock | None = None) -> Boxes:
         options = self.options if lock is None else self.options.in_direction(lock)
         if options.lock == "track":
             options = options.in_direction(self._tracked().directions(index))
-        return project_with(self.gaussians, self.cameras[index], options)[0]
+        return project_with(self.strokes_at(index), self.cameras[index], options)[0]
 
     def all_boxes(self, lock: ViewLock | None = None) -> Iterator[Boxes]:
         """The boxes of every frame of the path."""
@@ -92,7 +118,7 @@ class StrokePainter:
         if self.options.lock == "track":
             self._tracked()
         with self.timer.project.running():
-            boxes = self.boxes(index)
+            boxes = self._projected(index)
         with self.timer.draw.running():
             frame = self.draw(boxes, self.cameras[index])
         self.timer.frames += 1
@@ -102,14 +128,85 @@ class StrokePainter:
         """Rasterise boxes."""
         return rasterize_with(boxes, camera, self.texture, self.options)
 
-    def _tracked(self) -> Track:
+    def _tracked(self) -> Track | FilmTrack:
         """The directions along the path, chosen at the first call."""
         if self._track is None:
+            threads = self.options.num_threads
             with self.timer.track.running():
-                self._track = track_directions(
-                    self.gaussians, self.cameras, num_threads=self.options.num_threads
-                )
+                if self.moving is None:
+                    self._track = track_directions(self.gaussians, self.cameras, num_threads=threads)
+                else:
+                    self._track = track_film(
+                        self.gaussians, self.cameras, self.moving, is_loop=self.is_loop, num_threads=threads
+                    )
         return self._track
+
+
+@dataclass
+class ScenePainter(StrokePainter):
+    """Paints the whole scene with its own kernel."""
+
+    at: Callable[[int], Gaussians] | None = None  # of a frame; None for a scene that rests
+    _last: tuple[int, Gaussians] | None = None
+
+    def strokes_at(self, index: int) -> Gaussians:
+        """The Gaussians of a frame; the last ones are kept."""
+        if self.at is None:
+            return self.gaussians
+        if self._last is None or self._last[0] != index:
+            self._last = index, self.at(index)
+        return self._last[1]
+
+
+@dataclass
+class AlonePainter(StrokePainter):
+    """Paints each frame of a moving scene with strokes that are made of that moment alone.
+
+    Its strokes are those of the frame before where each is nearest to the other: so what could be called the
+    same stroke is, and all others die and are born.
+    """
+
+    make: Callable[[int], Gaussians] | None = None  # the strokes of a frame
+    _made: dict[int, Gaussians] = field(default_factory=dict)
+    _ids: list[NDArray[np.int32]] = field(default_factory=list)  # by frame
+    _num_ids: int = 0
+
+    def strokes_at(self, index: int) -> Gaussians:
+        """The strokes of a frame."""
+        if index not in self._made:
+            assert self.make is not None, "frames alone are made of something"
+            self._made[index] = self.make(index)
+        return self._made[index]
+
+    def boxes(self, index: int, lock: ViewLock | None = None) -> Boxes:
+        """The boxes of a frame, with ids that last from frame to frame."""
+        while len(self._ids) <= index:
+            self._number_next()
+        boxes = self._projected(index, lock)
+        return replace(boxes, ids=self._ids[index][boxes.ids])
+
+    def _number_next(self) -> None:
+        frame = len(self._ids)
+        now = self.strokes_at(frame).means
+        ids = np.full(len(now), -1, np.int32)
+        if frame:
+            earlier, later = nearest_pairs(self.strokes_at(frame - 1).means, now)
+            ids[later] = self._ids[frame - 1][earlier]
+        is_new = ids < 0
+        ids[is_new] = self._num_ids + np.arange(np.count_nonzero(is_new))
+        self._num_ids += int(np.count_nonzero(is_new))
+        self._ids.append(ids)
+
+
+def nearest_pairs(first: Array, second: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Rows of points [n, 3] and [m, 3] that are each nearest to the other."""
+    from scipy.spatial import cKDTree
+
+    if not (len(first) and len(second)):
+        return np.arange(0), np.arange(0)
+    of_first, of_second = cKDTree(second).query(first)[1], cKDTree(first).query(second)[1]
+    rows = np.flatnonzero(of_second[of_first] == np.arange(len(first)))
+    return rows, of_first[rows]
 
 
 @dataclass(frozen=True)
@@ -123,6 +220,14 @@ class Comparison:
         texture: the stroke image or kernel.
         options: of `track`, `anchor` and `off`, except for the lock.
         background: of every picture: one RGB colour 0 to 1, or [H, W, 3].
+        fps: frames a second, as the path is played.
+        moving: how the strokes move; None for a still scene.
+        truth: a moving scene whose rows correspond, for the plain pictures and the flow: mostly that which
+            the strokes were made of. `scene` then says by its ids which of its rows there are; without ids
+            all are.
+        is_loop: whether the frame after the last is the first again, for camera and scene, of a moving scene.
+        remake: makes strokes of the Gaussians of one moment alone, as seen by a camera; None omits the
+            configuration `alone`, which still scenes do not have.
     """
 
     scene: Gaussians
@@ -131,6 +236,19 @@ class Comparison:
     texture: Brushes
     options: RenderOptions
     background: Sequence[float] | Array
+    fps: float = 24.0
+    moving: Moving | None = None
+    truth: "MovingScene | None" = None
+    is_loop: bool = False
+    remake: Callable[[Gaussians, Camera], Gaussians] | None = None
+
+    def scene_at(self, index: int) -> Gaussians:
+        """The plain scene in a frame."""
+        if self.moving is None:
+            return self.scene
+        assert self.truth is not None, "what moves has a truth"
+        found = self.truth.at(float(self.moving.film.times[index]))
+        return found if self.scene.ids is None else found.take(self.scene.ids.astype(np.intp))
 
     def stroke_painters(self, num_threads: int | None) -> list[StrokePainter]:
         """The configurations that paint the strokes, in the order of the table, with timers at zero."""
@@ -149,20 +267,44 @@ class Comparison:
             """With a lock; a kernel has no direction, and is drawn as `render` does."""
             return replace(current, lock=lock if texture.is_directed else "off")
 
-        strokes = partial(StrokePainter, gaussians=self.strokes, cameras=self.cameras, texture=texture)
-        return [
+        strokes = partial(
+            StrokePainter,
+            gaussians=self.strokes,
+            cameras=self.cameras,
+            texture=texture,
+            moving=self.moving,
+            is_loop=self.is_loop,
+        )
+        painters = [
             strokes("track", "directions tracked along the path", options=locked("track")),
             strokes("anchor", "directions of each view alone", options=locked("anchor")),
             strokes("off", "directions of the ellipses", options=locked("off")),
-            strokes("published", "off, bilinear, 2 sigma", options=replace(published, fade=False)),
         ]
+        if self.moving is None:
+            painters.append(
+                strokes("published", "off, bilinear, 2 sigma", options=replace(published, fade=False))
+            )
+        elif self.remake is not None:
+            remake = self.remake
+            alone = AlonePainter(
+                "alone",
+                "each frame painted alone",
+                self.strokes,
+                self.cameras,
+                texture,
+                locked("anchor"),
+                make=lambda index: remake(self.scene_at(index), self.cameras[index]),
+            )
+            painters.append(alone)
+        return painters
 
     def plain_painter(self, num_threads: int | None) -> StrokePainter:
         """The configuration `plain`."""
         kernel = StrokeTexture.open("gaussian")
         options = RenderOptions.of(kernel, num_sigmas=kernel.num_sigmas, num_threads=num_threads)
         what = "the whole scene with its own kernel"
-        return StrokePainter(PLAIN, what, self.scene, self.cameras, kernel, options)
+        at = None if self.moving is None else self.scene_at
+        return ScenePainter(PLAIN, what, self.scene, self.cameras, kernel, options, at=at)
 
 
 # Makes further painters for a comparison, given the number of threads (None: all).

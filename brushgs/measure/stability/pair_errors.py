@@ -19,11 +19,13 @@ class PaintedFrame:
         pictures: [H, W, 3] on the background, by configuration.
         view: the plain picture with its depth.
         unlocked: the boxes of the strokes without a lock.
+        means: [N, 3] of the plain scene; None where that rests.
     """
 
     pictures: dict[str, Array]
     view: View
     unlocked: Boxes
+    means: Array | None = None
 
 
 class PairErrors:
@@ -39,7 +41,13 @@ class PairErrors:
         self._loops: dict[str, Loop] = {}
 
     def add_pair(
-        self, gap: int, start: int, first: PaintedFrame, second: PaintedFrame, weights: Array | None
+        self,
+        gap: int,
+        start: int,
+        first: PaintedFrame,
+        second: PaintedFrame,
+        weights: Array | None,
+        displacement: Array | None = None,
     ) -> None:
         """Compare two frames, if any surface is visible in both.
 
@@ -49,8 +57,9 @@ class PairErrors:
             first: the earlier frame.
             second: the later frame.
             weights: [H, W] of the pixels of the second view for `turning`; None adds nothing to it.
+            displacement: see `warp_error`.
         """
-        match = match_views(first.view, second.view)
+        match = match_views(first.view, second.view, displacement)
         if not len(match.pixels):
             return
         if gap == 1:

@@ -14,6 +14,7 @@ COLORS = {
     "anchor": SKY,
     "off": GREEN,
     "published": VERMILION,
+    "alone": VERMILION,  # no path has both
     "plain": GREY,
 }
 EXTRA_COLOR = PURPLE  # of a configuration that the report does not have by itself

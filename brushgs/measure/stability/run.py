@@ -13,19 +13,31 @@ from brushgs.measure.report import (
     plain_paint,
 )
 from brushgs.measure.stability.figures import SCHEMA, Stability
-from brushgs.measure.stability.measure import check_cameras, measure_stability, num_painted_frames
+from brushgs.measure.stability.measure import (
+    NO_FLOW,
+    TWO_MOMENTS,
+    check_cameras,
+    measure_stability,
+    num_painted_frames,
+)
 from brushgs.measure.stability.painters import Comparison, MakePainters, no_painters
 from brushgs.measure.stability.plot import write_plot
 from brushgs.options.experiments import StabilityConfig
-from brushgs.options.painting import PaintConfig
+from brushgs.options.painting import CleanConfig, PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.sequence import PathConfig
+from brushgs.painting.clip import Clip
 from brushgs.painting.outputs import input_files
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
+from brushgs.scene import Camera, Gaussians
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from brushgs.moving_scene import MovingScene
+
+IN_MEMORY = "a moving scene in memory"  # in place of its files
 
 
 @dataclass
@@ -44,59 +56,91 @@ class StabilityReport(ExperimentReport):
 
 
 def report_stability(
-    scene: SceneFiles,
+    scene: SceneFiles | Clip,
     output: str | Path,
     paint: PaintConfig,
-    path: PathConfig,
+    path: PathConfig | None,
     config: StabilityConfig | None = None,
     *,
     make_extra_painters: MakePainters = no_painters,
     report: StabilityReport | None = None,
     wants_plot: bool = True,
+    truth: "MovingScene | None" = None,
 ) -> StabilityReport:
     """Measure how stable the strokes of a scene are along a path, and write the figures.
 
     Args:
-        scene: the files of a trained 3D Gaussian scene.
+        scene: the files of a trained 3D Gaussian scene, or a moving scene.
         output: a folder, which gets `stability.json` and `stability.png` and is created if missing; or one
             file that ends in .json or .png.
         paint: pruning, strokes, view and stroke; its lock is ignored, every lock is painted.
-        path: the path of the camera.
+        path: the path of the camera; None for one that stands still before a moving scene.
         config: what is measured.
         make_extra_painters: see `measure_stability`.
         report: where the stages are added; a new one if None.
         wants_plot: whether a folder gets the plot, if matplotlib is installed.
+        truth: the same moving scene with rows that correspond, for the plain pictures and the flow, where
+            those of `scene` do not.
 
     Raises:
         SceneError: if a file cannot be read or written.
         ValueError: if an option does not suit the scene, before any long work where that can be known.
     """
     config, report, output = config or StabilityConfig(), report or StabilityReport(), Path(output)
-    outputs = report.plan_outputs(output, input_files(scene, paint), wants_plot=wants_plot)
+    clip = scene if isinstance(scene, Clip) else None
+    files: SceneFiles = (scene.source or IN_MEMORY) if isinstance(scene, Clip) else scene
+    outputs = report.plan_outputs(output, input_files(files, paint), wants_plot=wants_plot)
     check_opaque_background(paint.draw.background)
+    if clip is not None and truth is None:
+        truth = clip.scene
+    if truth is not None and not truth.has_rows:
+        raise ValueError(NO_FLOW)
+    if clip is not None and clip.config.cross_fade is not None:
+        raise ValueError(TWO_MOMENTS)
+    paint_anyhow = replace(paint, draw=replace(paint.draw, lock=None))
     prepared = prepare(
         scene,
-        replace(paint, draw=replace(paint.draw, lock=None)),
+        paint_anyhow,
         report,
         views=path,
-        check_path=lambda planned: check_cameras(planned.closed),
+        check_path=lambda planned: check_cameras(planned.closed if clip is None else planned.cameras),
         keeps_scene=True,
     )
-    planned, strokes, texture = prepared.path, prepared.strokes, prepared.texture
+    planned, strokes, texture, moving = prepared.path, prepared.strokes, prepared.texture, prepared.moving
     assert planned is not None
     assert prepared.background is not None
+    whole = prepared.whole_scene
+    if clip is not None and not clip.scene.has_rows:
+        whole = replace(whole, ids=None)  # they are no rows of the truth
+
+    def remake(gaussians: Gaussians, camera: Camera) -> Gaussians:
+        alone = replace(paint_anyhow, clean=CleanConfig("off"))
+        return prepare(gaussians, alone, Report(), views=camera, needs_background=False).strokes
+
     comparison = Comparison(
-        prepared.whole_scene, strokes, planned.closed, texture, prepared.options, prepared.background
+        whole,
+        strokes,
+        planned.closed if moving is None else planned.cameras,
+        texture,
+        prepared.options,
+        prepared.background,
+        fps=planned.fps,
+        moving=moving,
+        truth=truth,
+        is_loop=planned.is_loop,
+        remake=None if config.skip_alone else remake,
     )
-    report.settings = plain_paint(scene, paint) | {
-        "path": plain_config(path) | {"source": planned.source},
+    of_path = {} if path is None else plain_config(path)
+    report.settings = plain_paint(files, paint) | {
+        "path": of_path | {"source": planned.source},
+        "clip": None if clip is None else plain_config(clip.config),
         "measure": plain_config(config),
         "first_camera": plain_camera(planned.cameras[0]),
         "last_camera": plain_camera(planned.cameras[-1]),
     }
     report.result = result = _measure(comparison, len(planned.cameras), config, make_extra_painters, report)
     report.output = str(output)
-    title = f"{SceneSource.of(scene).name}, {len(strokes):,} strokes of {texture.name}, {planned.source}"
+    title = f"{SceneSource.of(files).name}, {len(strokes):,} strokes of {texture.name}, {planned.source}"
     report.write(outputs, lambda file: write_plot(result, file, title))
     return report
 

@@ -6,6 +6,8 @@ import numpy as np
 
 from brushgs.options.experiments import StabilityConfig
 
+NUM_JUDGED = 12  # frames of which SSIM and UIQM are taken: both take longer than a frame to paint
+
 
 class FrameSchedule:
     """The frames of a path that a `StabilityConfig` needs.
@@ -18,6 +20,7 @@ class FrameSchedule:
         last_use: frame -> the last frame that it is compared with.
         painted: the frames that are painted, ascending.
         alone: those of them that are painted a second time, ascending.
+        judged: those of them whose likeness to the plain picture is measured, ascending.
     """
 
     def __init__(self, num_frames: int, is_closed: bool, config: StabilityConfig) -> None:
@@ -32,8 +35,13 @@ class FrameSchedule:
         if is_closed:
             self.last_use |= {0: num_frames - 1, num_frames - 1: num_frames - 1}
         self.painted = sorted(self.last_use)
-        places = np.linspace(0, len(self.painted) - 1, min(config.alone, len(self.painted)))
-        self.alone = sorted({self.painted[round(place)] for place in places})
+        self.alone = self._spread(config.alone)
+        self.judged = self._spread(NUM_JUDGED)
+
+    def _spread(self, num: int) -> list[int]:
+        """So many of the painted frames at most, distributed evenly."""
+        places = np.linspace(0, len(self.painted) - 1, min(num, len(self.painted)))
+        return sorted({self.painted[round(place)] for place in places})
 
     def starts(self, gap: int) -> range:
         """The earlier frames of the pairs at a gap."""

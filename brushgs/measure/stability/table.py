@@ -16,7 +16,7 @@ LabelledCell = tuple[str, Callable[[Figures], str]]  # a row: its label, and its
 def row_groups(result: Stability) -> list[list[LabelledCell]]:
     """The rows of the table, in groups."""
     gaps = [warp.gap for warp in result.configurations[0].warps]
-    return [_directions(), _flicker(gaps), _others(), _seconds()]
+    return [_directions(), _animation(), _flicker(gaps), _others(), _seconds()]
 
 
 def stability_table(result: Stability) -> "Table":
@@ -71,6 +71,25 @@ def _directions() -> list[LabelledCell]:
     ]
 
 
+def _animation() -> list[LabelledCell]:
+    def cell(name: str, form: str, factor: float = 1.0) -> Callable[[Figures], str]:
+        def text(figures: Figures) -> str:
+            value = None if figures.animation is None else getattr(figures.animation, name)
+            return NONE if value is None else format(factor * value, form)
+
+        return text
+
+    return [
+        ("flatness: drift of sizes, octaves", cell("size_drift", ".3f")),
+        ("  drift of directions, degrees", cell("direction_drift", ".1f", degrees(1))),
+        ("coherence: slip, pixels a step", cell("slip_pixels", ".3f")),
+        ("  in sizes of the mark", cell("slip", ".2%")),
+        ("continuity: births, of the painted area a second", cell("births", ".2%")),
+        ("  deaths", cell("deaths", ".2%")),
+        ("  pops", cell("pops", ".2%")),
+    ]
+
+
 def _flicker(gaps: list[int]) -> list[LabelledCell]:
     def warp(gap: int, name: str) -> Callable[[Figures], str]:
         return lambda figures: next(_of_255(getattr(w, name)) for w in figures.warps if w.gap == gap)
@@ -108,7 +127,16 @@ def _others() -> list[LabelledCell]:
     def loop(figures: Figures) -> str:
         return NONE if figures.loop is None else _of_255(figures.loop.rmse)
 
+    def mean(name: str) -> Callable[[Figures], str]:
+        def cell(figures: Figures) -> str:
+            value = getattr(figures, name)
+            return NONE if value is None else f"{value:.3f}"
+
+        return cell
+
     return [
+        ("SSIM to the plain picture", mean("ssim")),
+        ("UIQM", mean("uiqm")),
         ("last frame of the loop against first", loop),
         ("frames that are the same painted alone", lambda f: f"{f.alone_equal} of {f.alone}"),
     ]

@@ -1,0 +1,188 @@
+"""The temporal report of scenes that move."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs import cli
+from brushgs.measure.stability import Comparison, measure_stability, report_stability
+from brushgs.measure.stability.painters import AlonePainter, all_painters, nearest_pairs
+from brushgs.measure.stability.table import stability_table
+from brushgs.moving_scene import MovingScene
+from brushgs.options.clip import ClipConfig
+from brushgs.options.experiments import StabilityConfig
+from brushgs.options.moment import Moment
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
+from brushgs.painting.clip import Clip
+from brushgs.painting.moving import Moving
+from brushgs.rendering.motion import StrokeMotion, new_table
+from brushgs.rendering.options import RenderOptions
+from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life.moving import still_life_moving
+from tests.baseline.painterly import painterly_painters
+
+BRUSH = bg.StrokeTexture.open("dry_brush")
+WHITE = (1.0, 1.0, 1.0)
+PAINT = PaintConfig(
+    cluster=ClusterConfig(150),
+    draw=DrawConfig(stroke="dry_brush"),
+    view=ViewConfig(size=(96, 72), up=(0, -1, 0)),
+)
+FEW = StabilityConfig(gaps=(1, 3), alone=1)
+
+
+def clip_of(scene, **options):
+    return Clip(scene, ClipConfig(start=Moment(1.2), end=Moment(1.37), **options))
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """The report of six frames in which the pear rolls, and the file of its figures."""
+    path = tmp_path_factory.mktemp("moving") / "a.json"
+    scene = still_life_moving(5000)
+    report_stability(clip_of(scene), path, PAINT, None, FEW, make_extra_painters=painterly_painters)
+    return json.loads(path.read_text())
+
+
+def by_name(written):
+    return {figures["name"]: figures for figures in written["stability"]["configurations"]}
+
+
+def test_every_configuration_has_its_figures(written):
+    found = by_name(written)
+    assert [*found] == ["track", "anchor", "off", "alone", "image", "plain"]
+    assert written["schema"] == 3
+    assert (written["stability"]["frames"], written["stability"]["closed"]) == (6, False)
+    assert written["settings"]["clip"]["start"] == {"amount": 1.2, "is_share": False, "is_all": False}
+    for name, figures in found.items():
+        assert [(warp["gap"], warp["pairs"]) for warp in figures["warps"]] == [(1, 5), (3, 3)]
+        assert (figures["animation"] is None) == (name == "plain")
+        assert (figures["events"] is None) == (name in ("image", "plain"))
+        assert figures["alone_equal"] == figures["alone"] == 1
+        assert figures["loop"] is None
+        assert figures["uiqm"] > 0
+        assert 0 < figures["ssim"] <= 1
+    assert found["plain"]["ssim"] == pytest.approx(1)
+
+
+def test_strokes_that_follow_are_steadier_than_frames_painted_alone(written):
+    track, alone, image = (by_name(written)[name] for name in ("track", "alone", "image"))
+    excess, of_alone = (figures["warps"][0]["excess"] for figures in (track, alone))
+    assert excess < 0.25 * of_alone
+    assert (track["events"]["flips"], track["events"]["spins"]) == (0, 0)
+    assert alone["events"]["flips"] > 0
+    for name in ("births", "deaths"):
+        assert track["animation"][name] < 0.01 * alone["animation"][name]
+    assert track["animation"]["slip_pixels"] < 0.2 * alone["animation"]["slip_pixels"]
+    assert track["animation"]["slip_pixels"] < 0.5 * image["animation"]["slip_pixels"]
+
+
+def test_the_flow_makes_what_moves_comparable(written, monkeypatch, tmp_path):
+    """Without it the pear would differ from the cloth that it hides."""
+    without = tmp_path / "b.json"
+    target = "brushgs.measure.stability.measure.displacements"
+    monkeypatch.setattr(target, lambda *_, **__: None)
+    config = replace(FEW, skip_alone=True)
+    report_stability(clip_of(still_life_moving(5000)), without, PAINT, None, config)
+    blind = by_name(json.loads(without.read_text()))
+    assert "alone" not in blind
+    seen = by_name(written)
+    for gap in (0, 1):
+        assert seen["plain"]["warps"][gap]["valid_share"] > blind["plain"]["warps"][gap]["valid_share"]
+    assert seen["track"]["animation"]["slip_pixels"] < 0.5 * blind["track"]["animation"]["slip_pixels"]
+    assert seen["track"]["warps"][1]["redrawn"] < 0.9 * blind["track"]["warps"][1]["redrawn"]
+
+
+def test_rows_that_do_not_correspond_need_a_truth(tmp_path):
+    loose = clip_of(still_life_moving(2000, has_rows=False))
+    with pytest.raises(ValueError, match="do not correspond, so the flow of its surface is not known"):
+        report_stability(loose, tmp_path / "a.json", PAINT, None)
+    config = replace(FEW, skip_alone=True)
+    truth = still_life_moving(2000)
+    report = report_stability(loose, tmp_path / "a.json", PAINT, None, config, truth=truth)
+    track = report.result["track"]
+    assert track.animation.slip_pixels < 1
+    assert track.warps[0].valid_share > 0.2
+    fading = clip_of(truth, loop=True, cross_fade=0.05)
+    with pytest.raises(ValueError, match="omit --cross-fade"):
+        report_stability(fading, tmp_path / "a.json", PAINT, None)
+
+
+def resting(num_frames):
+    """Strokes of a moving scene in which nothing moves, before a camera that stands still."""
+    scene = still_life(3000)
+    strokes = replace(bg.cluster(bg.prune(scene), 100), ids=None)
+    still = MovingScene(1.0, True, lambda time: scene)
+    film = Clip(still, ClipConfig(end=Moment((num_frames - 1) / 30))).film()
+    motion = StrokeMotion(film.moments, np.empty(0, np.int32), np.empty((0, 3)), new_table(num_frames, 0))
+    moving = Moving.of(still, film, motion, takes_light=True)
+    cameras = [still_life_camera(width=48, height=36)] * num_frames
+    options = RenderOptions.of(BRUSH, order="soft")
+    return Comparison(scene, strokes, cameras, BRUSH, options, WHITE, moving=moving, truth=still)
+
+
+def test_where_nothing_moves_nothing_is_measured():
+    found = measure_stability(resting(4), StabilityConfig(alone=0))
+    assert [figures.name for figures in found.configurations] == ["track", "anchor", "off", "plain"]
+    for figures in found.configurations:
+        assert figures.warps[0].rmse < 1e-5
+    marks = found["track"].animation
+    assert marks.slip_pixels < 1e-3
+    assert (marks.births, marks.deaths, marks.pops, marks.size_drift) == (0, 0, 0, 0)
+    assert stability_table(found).row_count > 20
+
+
+def test_frames_painted_alone_keep_the_marks_that_could_be_the_same():
+    comparison = resting(3)
+    few = comparison.strokes.take(np.arange(60))
+    made = [comparison.strokes, comparison.strokes.take(np.arange(100)[::-1]), few]
+    painter = AlonePainter(
+        "alone", "", few, comparison.cameras, BRUSH, comparison.options, make=made.__getitem__
+    )
+    first, second, third = (painter.boxes(index) for index in range(3))
+    for boxes in (second, third):
+        _, i, j = np.intersect1d(first.ids, boxes.ids, return_indices=True)
+        assert len(i) > 30
+        np.testing.assert_array_equal(first.centers[i], boxes.centers[j])
+    assert set(second.ids) == set(first.ids)
+    assert set(third.ids) < set(first.ids)
+
+
+def test_nearest_pairs_are_mutual():
+    first = np.array([[0.0, 0, 0], [1, 0, 0], [1.1, 0, 0]])
+    second = np.array([[1.02, 0, 0], [9.0, 0, 0]])
+    rows, others = nearest_pairs(first, second)
+    assert (rows.tolist(), others.tolist()) == ([1], [0])
+    assert [len(part) for part in nearest_pairs(first, second[:0])] == [0, 0]
+
+
+def test_a_painter_of_marks_on_the_picture_tells_them():
+    comparison = resting(2)
+    painters = all_painters(comparison, None, painterly_painters)
+    assert [*painters] == ["track", "anchor", "off", "image", "plain"]
+    found = measure_stability(comparison, StabilityConfig(alone=0), make_extra_painters=painterly_painters)
+    assert found["image"].animation.slip_pixels < 1e-3  # of a scene that rests
+    assert found["image"].animation.births == 0
+
+
+def test_the_command_takes_a_folder_of_moments(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    scene, folder = still_life_moving(2000), Path("clip")
+    folder.mkdir()
+    for moment in range(4):
+        bg.save(scene.at(1.2 + moment / 30), folder / f"{moment:03}.ply")
+    words = ["--stroke", "dry_brush", "--strokes", "60", "--size", "48x36", "--skip-alone", "--no-plot"]
+    assert cli.main(["stability", "clip", *words]) == 0, capsys.readouterr().err
+    err = capsys.readouterr().err
+    for word in ("flatness", "coherence: slip", "births", "UIQM", "4 frames in 4 configurations"):
+        assert word in err
+    value = json.loads(Path("clip-stability/stability.json").read_text())
+    assert value["settings"]["path"] == {"source": "one view"}
+    assert cli.main(["stability", "clip", *words, "--loop", "--cross-fade", "0.03"]) == 2
+    assert "omit --cross-fade" in capsys.readouterr().err
+    assert cli.main(["stability", "clip", *words, "--frames", "5"]) == 2
+    assert "a camera that stands still has none" in capsys.readouterr().err
