@@ -266,3 +266,19 @@ def test_bad_arguments_are_refused_by_name(options, error, message):
 
 def test_every_method_that_help_names_is_there():
     assert set(choices.METHODS) == set(get_args(choices.Method)) == {"auto", *METHODS_RUN}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_moves_otherwise_is_in_another_cluster(method):
+    scene = random_gaussians(400)
+    is_second = np.arange(400) % 2 == 1
+    motion = np.zeros((400, 7), np.float32)
+    motion[is_second, 3] = 20
+    labels = group(scene, 10, method=method, motion=motion).labels
+    assert not set(labels[is_second]) & set(labels[~is_second])
+
+
+def test_motion_without_columns_changes_nothing():
+    scene = random_gaussians(200)
+    labels = group(scene, 20, motion=np.zeros((200, 0), np.float32)).labels
+    np.testing.assert_array_equal(labels, group(scene, 20).labels)
