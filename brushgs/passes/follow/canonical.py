@@ -28,6 +28,7 @@ MOST_FEATURES = 7  # with the nine of a scene that rests, what the core has room
 # weight of 0.1 another 0.2.
 MOTION_WEIGHT = 1.0
 LIFE_WEIGHT = 0.05
+ROWS_AT_A_TIME = 1 << 14  # of features before they are reduced, 400 bytes each
 LEAST_VARIANCE = 1e-8  # of a feature, squared radii: below it nothing is told apart
 
 
@@ -146,18 +147,31 @@ def _hold_nearest(values: Array, is_known: Mask) -> None:
 def _features(places: F32, shares: F32, lengths: F64, weights: F32) -> F32:
     """Principal components [n, m] of places relative to the reference [L, n, 3] and visibility [L, n]."""
     num_looks, num = shares.shape
-    points = np.empty((num, 4 * num_looks), np.float32)
-    for look in range(num_looks):
-        away = places[look] * lengths
-        distance = np.linalg.norm(away, axis=1, keepdims=True)
-        # No further than a radius: a row that flies to infinity must not take all components for itself.
-        points[:, 3 * look : 3 * look + 3] = MOTION_WEIGHT * away / np.maximum(distance, 1)
-    points[:, 3 * num_looks :] = LIFE_WEIGHT * shares.T
-    points /= np.sqrt(num_looks)
-    shares_of_rows = weights / max(float(weights.sum(dtype=np.float64)), 1e-300)
-    points -= (shares_of_rows @ points).astype(np.float32)
-    variances, axes = np.linalg.eigh((points * shares_of_rows[:, None]).T.astype(np.float64) @ points)
+    blocks = [slice(first, first + ROWS_AT_A_TIME) for first in range(0, num, ROWS_AT_A_TIME)]
+    total, mean, squares = 0.0, np.zeros(4 * num_looks), np.zeros((4 * num_looks, 4 * num_looks))
+    for some in blocks:
+        points = _points(places[:, some], shares[:, some], lengths[some])
+        weighted = points * weights[some, None]
+        total += float(weights[some].sum(dtype=np.float64))
+        mean += weighted.sum(axis=0)
+        squares += weighted.T @ points
+    mean /= max(total, 1e-300)
+    variances, axes = np.linalg.eigh(squares / max(total, 1e-300) - np.outer(mean, mean))
     chosen = np.flatnonzero(variances > LEAST_VARIANCE)[::-1][:MOST_FEATURES]
     axes = axes[:, chosen]
     axes *= np.sign(axes[np.abs(axes).argmax(axis=0), np.arange(len(chosen))])
-    return np.asarray(points @ axes, np.float32)
+    found = np.empty((num, len(chosen)), np.float32)
+    for some in blocks:
+        found[some] = (_points(places[:, some], shares[:, some], lengths[some]) - mean) @ axes
+    return found
+
+
+def _points(places: F32, shares: F32, lengths: F64) -> F64:
+    """What tells rows apart, before it is reduced: points [n, 4 L]."""
+    num_looks, num = shares.shape
+    away = places * lengths
+    # No further than a radius: a row that flies to infinity must not take all components for itself.
+    away /= np.maximum(np.linalg.norm(away, axis=2, keepdims=True), 1)
+    moved = away.transpose(1, 0, 2).reshape(num, 3 * num_looks)
+    both = np.concatenate([MOTION_WEIGHT * moved, LIFE_WEIGHT * shares.T], axis=1)
+    return np.asarray(both / np.sqrt(num_looks))

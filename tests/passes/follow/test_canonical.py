@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from brushgs.passes.features import contracted
+from brushgs.passes.follow import canonical as canonical_module
 from brushgs.passes.follow.canonical import LIFE_WEIGHT, MOTION_WEIGHT, canonical, features_of
 from tests.passes.follow.scenes import blob, clip, joined, moved, turn
 from tests.passes.scenes import assert_same
@@ -108,6 +109,15 @@ def test_equal_input_gives_equal_output_and_rows_are_found_again():
     assert one.features.dtype == np.float32
     some = one.gaussians.take(np.array([3, 50, 199]))
     np.testing.assert_array_equal(features_of(one, some), one.features[[3, 50, 199]])
+
+
+def test_blocks_of_rows_give_the_same_features(monkeypatch):
+    body = blob(200)
+    speeds = np.random.default_rng(0).normal(size=(200, 3))
+    scene = clip(lambda time: replace(body, means=body.means + np.sin(9 * time * speeds)))
+    whole = canonical(scene, TIMES)
+    monkeypatch.setattr(canonical_module, "ROWS_AT_A_TIME", 30)
+    np.testing.assert_allclose(canonical(scene, TIMES).features, whole.features, atol=1e-6)
 
 
 def test_a_long_clip_is_looked_at_a_few_times():
