@@ -29,6 +29,7 @@ MARGIN = 0.7  # it leaves where another centre is nearer by this factor
 REACH = 2.5  # what is new, or left its stroke, is unpainted if it is farther from all centres
 CLAIM = 1.25  # what is unpainted belongs to a stroke only so near to its centre
 CROWDED = 0.25  # centres so near to each other, in sums of their radii, are one stroke
+STRAY = 2.0  # so far from the centre a Gaussian has half its weight
 # Of a usual stroke of the scene, the median.
 LEAST_RADIUS = 0.25
 LEAST_BIRTH = 0.25  # mass; less matter bears no stroke
@@ -171,6 +172,8 @@ class Carrier:
         own = np.append(self.labels, NOBODY)[nearest]
         accepted = np.append(self.accepted, 0.0)[nearest]
         was_unpainted = is_near & (own == NOBODY)
+        # What comes to the side of what was left out is left out, too.
+        accepted = np.where(is_only | (accepted == 0), accepted, matter.masses)
         accepted[~was_unpainted] = 0.0
         before, strokes = self.labels, self.strokes
         strokes.centers[:, :3] += seconds * strokes.drifts
@@ -183,7 +186,7 @@ class Carrier:
         self.is_waiting = was_unpainted
         self._bear()
         self._merge()
-        self._cut()
+        self._cut(is_only & (own == self.labels))
         masses = self._masses()
         self._sleep(masses, seconds)
         self._remember(ADAPTING)
@@ -269,9 +272,13 @@ class Carrier:
         labels[rows[is_covered]] = found[is_covered]
 
     def _center(self, matter: Matter, labels: Rows) -> None:
-        """Centres go to the weighted mean of their members; those without stay."""
+        """Centres go to the weighted mean of their members, strays less; those without members stay."""
         rows = np.flatnonzero(labels >= 0)
         some, weights = labels[rows], _weights(matter.masses)[rows]
+        radii = self.strokes.radii[some]
+        if (radii > 0).all():  # not so while the first are made
+            away = matter.points[rows] - self.strokes.centers[some]
+            weights = weights / (1 + np.einsum("nd,nd->n", away, away) / (STRAY * radii) ** 2)
         means = means_by_label(some, weights, matter.points[rows], len(self.strokes))
         has_members = np.bincount(some, minlength=len(self.strokes)) > 0
         self.strokes.centers[has_members] = means[has_members]
@@ -382,8 +389,11 @@ class Carrier:
         strokes.lost[dies] = np.inf
         self._center(self.matter, self.labels)
 
-    def _cut(self) -> None:
-        """Strokes that have gained much matter and spread are cut in two; the second halves are born."""
+    def _cut(self, stayed: Mask) -> None:
+        """Strokes that have gained much matter and spread are cut in two; one half is born.
+
+        The stroke keeps the half in which more of what `stayed` [n] is.
+        """
         strokes, masses, radii = self.strokes, self._masses(), self._radii()
         chosen = np.flatnonzero((masses > GAIN * strokes.masses) & (radii > SPREAD * strokes.radii))
         if len(chosen) == 0:
@@ -394,6 +404,8 @@ class Carrier:
         points, own = self.matter.points[some], place[self.labels[some]]
         halves = cut(own, np.arange(len(chosen)), points, _weights(self.matter.masses)[some])
         second = halves >= len(chosen)
+        sides = np.where(second, 1.0, -1.0) * np.where(stayed[some], self.matter.masses[some], 0.0)
+        second ^= (sums_by_label(own, sides, len(chosen)) > 0)[own]
         halves_at = means_by_label(own[second], np.ones(int(second.sum())), points[second], len(chosen))
         new = strokes.add(halves_at, strokes.radii[chosen], 0.5 * masses[chosen], strokes.drifts[chosen])
         self.labels[some[second]] = new[own[second]]

@@ -75,16 +75,18 @@ def follow_frames(
     if strokes.ids is None or members.ids is None:
         raise ValueError("follow_frames: strokes and members must have ids, got none")
     ids = np.unique(np.concatenate([labels, strokes.ids]).astype(np.int64))
-    film, born = Film(), Born(len(ids))
-    for moment in carried(scene, times, members.ids, np.searchsorted(ids, labels), len(ids)):
-        film.add(moment.rows)
-        born.add(moment, float(times[moment.at]))
-        advance()
-    table = film.table()
+    born, origins = Born(len(ids)), np.zeros((0, 3))
+    with Film() as film:
+        for moment in carried(scene, times, members.ids, np.searchsorted(ids, labels), len(ids)):
+            film.add(moment.rows)
+            born.add(moment, float(times[moment.at]))
+            origins = moment.origins
+            advance()
+        table = film.table()
     first = int(ids.max(initial=-1)) + 1
     ids = np.concatenate([ids, first + np.arange(table.shape[1] - len(ids))])
     strokes, painted = born.joined(strokes, np.searchsorted(ids, strokes.ids), ids)
-    return strokes, _motion(table, moment.origins, painted, born.references, strokes, times)
+    return strokes, _motion(table, origins, painted, born.references, strokes, times)
 
 
 @dataclass(frozen=True, eq=False)

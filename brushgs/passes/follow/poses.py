@@ -15,6 +15,7 @@ from brushgs.rendering.motion import COLOR, IN_MEMORY, NUM_NUMBERS, OPACITY, SHI
 # second, and how far the two may be apart before, of the size of the stroke, and of its logarithm. Members
 # that come and go move the mean, too: at 3 a second they are half of all jitter.
 DRAWN, DEAD_ZONE, DEAD_SIZE = 1.0, 0.3, 0.2
+STRAY = 1.5  # sizes; a member so far away has half its weight
 
 
 @dataclass(eq=False)
@@ -62,7 +63,7 @@ class Poses:
         self.turns = normalized(quat_products(step.turns[:num], self.turns))
         self.sizes = self.sizes + step.growths[:num]
         self.colors = self.colors + step.colors[:num]
-        masses, means, sizes, colors = members_of(matter, labels, num)
+        masses, means, sizes, colors = members_of(matter, labels, num, self)
         alive = masses > 0
         present = np.minimum(masses[alive] / np.maximum(usual[:num][alive], 1e-300), 1.0)
         drawn = -np.expm1(-DRAWN * seconds) * present
@@ -95,6 +96,12 @@ class Film:
         self._file = tempfile.SpooledTemporaryFile(max_size=IN_MEMORY)  # noqa: SIM115
         self._counts: list[int] = []
 
+    def __enter__(self) -> "Film":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
     def add(self, rows: F32) -> None:
         """The next moment."""
         self._file.write(rows.tobytes())
@@ -112,10 +119,13 @@ class Film:
         return table
 
 
-def members_of(matter: Matter, labels: Rows, num: int) -> tuple[F64, F64, F64, F64]:
+def members_of(
+    matter: Matter, labels: Rows, num: int, near: Poses | None = None
+) -> tuple[F64, F64, F64, F64]:
     """Masses [num], means [num, 3], log sizes [num] and mean colours [num, 3] of strokes by their members.
 
-    Where there are no members all are 0.
+    Where there are no members all are 0. In means strays count less than members `near` the poses: new things
+    at the border of a stroke draw it little.
     """
     rows = np.flatnonzero((labels >= 0) & (labels < num))
     some = labels[rows]
@@ -124,6 +134,9 @@ def members_of(matter: Matter, labels: Rows, num: int) -> tuple[F64, F64, F64, F
     weights = np.where(
         masses[some] > 0, weights, 1.0
     )  # points, or nothing that is opaque: each counts the same
+    if near is not None:
+        squares = ((matter.means[rows] - near.pivots[some]) ** 2).sum(axis=1)
+        weights = weights / (1 + squares * np.exp(-2 * near.sizes[some]) / STRAY**2)
     means = means_by_label(some, weights, matter.means[rows], num)
     colors = means_by_label(some, weights, matter.colors[rows], num)
     away = ((matter.means[rows] - means[some]) ** 2).sum(axis=1) + matter.spreads[rows]
