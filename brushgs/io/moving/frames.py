@@ -15,10 +15,10 @@ seen then is made of the moments around it.
 """
 
 import warnings
-from collections import OrderedDict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -27,11 +27,12 @@ import numpy as np
 from brushgs.arrays import F64
 from brushgs.errors import NoGaussiansError, SceneError, SceneWarning
 from brushgs.io.files import check_plain, is_dir
-from brushgs.io.moving.between import between
 from brushgs.io.moving.compare import are_in_one_place, have_same_rows
 from brushgs.io.moving.formats import NOMINAL_RATE
+from brushgs.io.moving.kept_moments import Moments
 from brushgs.io.moving.kept_rows import NO_ROWS, Kept, keep_rows
 from brushgs.io.moving.series import Series, find_series
+from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.encoding import STANDARD, Encoding
 from brushgs.io.scenes.folders import find_parts
 from brushgs.io.scenes.notes import LoadNotes, join_notes
@@ -42,7 +43,6 @@ from brushgs.options.scene_source import SceneSource
 from brushgs.scene import SH_TERMS, Gaussians
 
 _FEWEST_UNSURE = 3  # files that are moments though their names do not say so
-_NUM_IN_MEMORY = 2  # moments; one more is that between them
 _NUM_HEADERS = 64  # of which the number of rows is asked
 _EXACT = 1e-6  # of a moment: nearer than this to one, it is that one
 
@@ -60,8 +60,11 @@ class Frames:
     series: Series
     lod: int | None = None
     encoding: Encoding = STANDARD
-    _loaded: OrderedDict[int, Kept] = field(default_factory=OrderedDict, repr=False)
     _told: set[str] = field(default_factory=set, repr=False)
+
+    @cached_property
+    def _moments(self) -> Moments:
+        return Moments(self._read)
 
     @property
     def paths(self) -> tuple[Path, ...]:
@@ -117,27 +120,22 @@ class Frames:
     def sample(self, time: float) -> Gaussians:
         """The Gaussians of one moment: of a file, or between two if rows correspond, else of the nearer.
 
-        Where rows correspond, every moment has all of them: those that cannot be drawn, and those of a moment
-        without Gaussians, have no opacity, and lie where they do in the other moment or in the first.
+        Where rows correspond, every moment has all of them, see `Moments.at`.
         """
         if not self.has_rows:
-            return self._load(self.nearest(time)).without_broken()
+            return self.moment(self.nearest(time))
         position = self.position(time)
-        before = int(position)
-        if position == before:
-            first = self._checked(before)
-            return first.gaussians if first.is_whole else first.placed_like(self._load(self._first).gaussians)
-        first, second = self._checked(before), self._checked(before + 1)
-        if not len(first.gaussians) and not len(second.gaussians):
-            return first.placed_like(self._load(self._first).gaussians)
-        placed = first.placed_like(second.gaussians), second.placed_like(first.gaussians)
-        return between(*placed, position - before)
+        for index in {int(position), ceil(position)}:
+            self._check_count(index)
+        return self._moments.at(position, self._head[0])
+
+    def moment(self, index: int) -> Gaussians:
+        """What can be drawn of the moment of a file."""
+        return self._moments[index].without_broken()
 
     def notes(self) -> LoadNotes:
         """What the first moment that has Gaussians says beside them; it stands for all."""
-        file = next((file for index in range(len(self.paths)) if (file := self.file(index))), None)
-        if file is None:
-            raise SceneError(self.paths[0], "and all moments after it hold no Gaussians; export them again")
+        file = self._head[1]
         notes = join_notes([file], rows_dropped=0, sh_degree_used=SH_TERMS[file.num_terms])
         return replace(notes, format=f"{len(self.paths):,} moments, {file.format}")
 
@@ -146,20 +144,25 @@ class Frames:
         notes = self.notes()
         return MovingScene(self.duration, self.has_rows, self.sample, times=self.times, notes=notes)
 
-    def _checked(self, index: int) -> Kept:
-        """A moment with as many rows as the others, or none."""
-        kept = self._load(index)
-        count, first = len(kept.gaussians), self._count(self._first) or 0
-        if count not in (0, first):
-            what = f"holds {count:,} Gaussians and {self.paths[self._first].name} {first:,}"
+    @cached_property
+    def _head(self) -> tuple[int, SceneFile]:
+        """The first moment with Gaussians, and its header.
+
+        Raises:
+            SceneError: if there is none, or one before it cannot be read.
+        """
+        for index in range(len(self.paths)):
+            if file := self.file(index):
+                return index, file
+        raise SceneError(self.paths[0], "and all moments after it hold no Gaussians; export them again")
+
+    def _check_count(self, index: int) -> None:
+        """Refuse a moment that has other rows than those that were compared."""
+        count, head = len(self._moments[index].gaussians), self._head[1]
+        if count not in (0, head.num_rows):
+            what = f"holds {count:,} Gaussians and {head.path.name} {head.num_rows:,}"
             cure = "though rows correspond in the moments that were compared; export it again or remove it"
             raise SceneError(self.paths[index], f"{what}, {cure}")
-        return kept
-
-    @cached_property
-    def _first(self) -> int:
-        """The first moment with Gaussians."""
-        return next(index for index in range(len(self.paths)) if self._count(index))
 
     def _count(self, index: int) -> int | None:
         """Rows of a moment as its header says; None if it cannot be read."""
@@ -172,20 +175,10 @@ class Frames:
     def _correspond(self, before: int, after: int) -> bool | None:
         """Whether the rows of two moments correspond; None if one cannot be read or has none."""
         try:
-            first, second = (self._load(index).gaussians for index in (before, after))
+            first, second = (self._moments[index].gaussians for index in (before, after))
         except SceneError:
             return None
         return have_same_rows(first, second) if len(first) and len(second) else None
-
-    def _load(self, index: int) -> Kept:
-        """One moment, read if it is not one of the last two."""
-        if index in self._loaded:
-            self._loaded.move_to_end(index)
-            return self._loaded[index]
-        while len(self._loaded) >= _NUM_IN_MEMORY:
-            self._loaded.popitem(last=False)
-        self._loaded[index] = self._read(index)
-        return self._loaded[index]
 
     def _read(self, index: int) -> Kept:
         file = self.file(index)
@@ -196,23 +189,37 @@ class Frames:
         antialiased = file.training == "antialiased"
         columns, dropped = file.read_columns(encoding=self.encoding, is_raw=False)
         if not dropped.num_rows:
-            if self.encoding.is_standard and not file.has_fixed_encoding and not self._told:
+            if self.encoding.is_standard and not file.has_fixed_encoding and self._is_first("encoding"):
                 warn_of_other_encoding(file.path, columns)
-                self._told.add("encoding")
-            drop_unnamed_brushes(file, columns)
+            self._check_brushes(file, columns)
             return Kept(columns.gaussians(antialiased=antialiased))
         del columns
-        if dropped.num_rows == file.num_rows or "rows" not in self._told:
-            dropped.report(file.path, file.num_rows)  # of the first such moment, not of 100,000
-            self._told.add("rows")
+        if self._is_first("rows") or dropped.num_rows == file.num_rows:
+            dropped.report(file.path, file.num_rows)
         columns, _ = file.read_columns(encoding=STANDARD, is_raw=True)
-        drop_unnamed_brushes(file, columns)
+        self._check_brushes(file, columns)
         encoding = STANDARD if file.has_fixed_encoding else self.encoding
-        return keep_rows(columns, encoding, antialiased=antialiased)
+        return keep_rows(columns, encoding, antialiased=antialiased)[0]
+
+    def _check_brushes(self, file: SceneFile, columns: Columns) -> None:
+        """Drop brushes of strokes that are rows of another set than that of the first moment."""
+        drop_unnamed_brushes(file, columns)
+        head = self._head[1]
+        if columns.brushes is not None and file.brushes != head.brushes:
+            columns.brushes = None
+            if self._is_first("brushes"):
+                message = f"the brushes of its strokes are dropped, as those of {head.path.name} are others"
+                warnings.warn(SceneWarning(f"{file.path}: {message}"), stacklevel=2)
+
+    def _is_first(self, fault: str) -> bool:
+        """Whether something is said for the first time: not of each of 100,000 files."""
+        is_first = fault not in self._told
+        self._told.add(fault)
+        return is_first
 
     def __getstate__(self) -> dict[str, Any]:
-        """For pickle, since scenes cross processes: without what is in memory."""
-        return vars(self) | {"_loaded": OrderedDict()}
+        """For pickle, since scenes cross processes: without open files and what is in memory."""
+        return {name: value for name, value in vars(self).items() if name not in ("_moments", "_head")}
 
 
 def open_frames(source: SceneSource) -> MovingScene | None:
@@ -252,7 +259,7 @@ def _looks_like_moments(clip: Frames) -> bool:
     if len(series.paths) < _FEWEST_UNSURE or not series.is_regular:
         return False
     try:
-        first, second = (clip._load(index).without_broken() for index in (0, 1))
+        first, second = (clip.moment(index) for index in (0, 1))
     except SceneError:  # which the reader of still scenes says too
         return False
     if not len(first) or not len(second) or not are_in_one_place(first, second):

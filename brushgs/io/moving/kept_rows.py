@@ -9,7 +9,7 @@ import numpy as np
 
 from brushgs.arrays import Mask
 from brushgs.io.scenes.columns import Columns
-from brushgs.io.scenes.dropped import find_faults
+from brushgs.io.scenes.dropped import Dropped, find_faults
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.scene import Gaussians
 
@@ -59,17 +59,20 @@ class Kept:
 NO_ROWS = Kept(Columns.empty(0, 1).gaussians())
 
 
-def keep_rows(rows: Columns, encoding: Encoding, *, antialiased: bool) -> Kept:
+def keep_rows(rows: Columns, encoding: Encoding, *, antialiased: bool) -> tuple[Kept, Dropped]:
     """Decode raw rows, all of them.
 
     Args:
         rows: as `read_columns` gives them with `is_raw`; overwritten.
         encoding: what their numbers mean.
         antialiased: see `Gaussians`.
+
+    Returns:
+        The rows, and those of them that cannot be drawn.
     """
     with np.errstate(all="ignore"):
         rows.standardize(encoding)
-        is_sound, _ = find_faults(rows, 0, rows.sh.shape[1] - 1)
+        is_sound, dropped = find_faults(rows, 0, rows.sh.shape[1] - 1)
         is_broken = None if is_sound is None else ~is_sound
         if is_broken is not None:
             sound = rows.means[~is_broken].astype(np.float64)
@@ -79,4 +82,4 @@ def keep_rows(rows: Columns, encoding: Encoding, *, antialiased: bool) -> Kept:
             rows.opacities[is_broken] = -np.inf
             rows.sh[is_broken] = 0
         rows.activate(is_logit=True)
-    return Kept(rows.gaussians(antialiased=antialiased), is_broken)
+    return Kept(rows.gaussians(antialiased=antialiased), is_broken), dropped

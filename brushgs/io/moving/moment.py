@@ -63,7 +63,8 @@ def _of_clip(clip: Frames, time: float) -> SceneFile:
     """A file of a clip, or what lies between two."""
     position = clip.position(time)
     if position != int(position) and clip.has_rows:
-        return _made(clip.scene(), clip.paths[int(position)], time)
+        made = _made(clip.scene(), clip.paths[int(position)], time)
+        return replace(made, has_fixed_encoding=clip.encoding.is_standard)  # any other is decoded already
     index = clip.nearest(time)
     file = clip.file(index)
     if file is None:

@@ -58,7 +58,8 @@ def _is_part(entry: "os.DirEntry[str]") -> bool:
             return False
     except OSError:
         return False
-    return Path(entry.name).suffix.lower() in _OWN_SUFFIXES or match_format(Path(entry)) is not None
+    suffix = f".{entry.name.rpartition('.')[2].lower()}"
+    return suffix in _OWN_SUFFIXES or match_format(Path(entry)) is not None
 
 
 def _entries(folder: Path) -> "list[os.DirEntry[str]]":
