@@ -4,8 +4,10 @@ Each format of the tables has an entry in `SCENES`, `MOVING`, `CAMERAS` or `PICT
 """
 
 import gzip
+import io
 import json
 import struct
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -16,7 +18,7 @@ from brushgs.io.scenes.view_comments import comment_lines
 from brushgs.scene import FirstView
 from tests.fuzz.reader import SEPARATOR
 from tests.io import test_cameras, test_colmap, test_compressed_ply
-from tests.io.moving import clips, test_four_dgs
+from tests.io.moving import clips, params_maker, test_four_dgs
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
 from tests.io.scenes import gltf_maker, ksplat_format, sog_maker, splat_format, spz_format
 from tests.io.test_images import palette_chunk, png
@@ -231,6 +233,36 @@ def four_dgs_clips(folder: Path) -> list[bytes]:
     """Clips of .4dgs, compressed and plain: its checksums are only of the summary."""
     scene = test_four_dgs.gaussians()
     return [test_four_dgs.write(folder / "a.4dgs", scene, codec=codec).read_bytes() for codec in (0, 1)]
+
+
+def npz_clips(folder: Path) -> list[bytes]:
+    """Clips of Dynamic3DGaussians, stored and packed, with one moment and several, and one of objects."""
+    path, found = folder / "a.npz", []
+    for num_moments in (1, 3):
+        arrays = params_maker.params(num_moments, 5)
+        for save in (np.savez, np.savez_compressed):
+            save(path, **arrays)
+            found.append(path.read_bytes())
+    np.savez(path, **params_maker.params(2, 5) | {"means3D": np.array([None, {}], object)})
+    return [*found, path.read_bytes()]
+
+
+def npz_arrays(folder: Path) -> list[bytes]:
+    """The members of such clips, which the reader packs with right checksums."""
+    found = []
+    for content in npz_clips(folder):
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            found.append(SEPARATOR.join(archive.read(f"{name}.npy") for name in NPZ_NAMES))
+    return found
+
+
+def pack_arrays(data: bytes) -> bytes:
+    """The archive of an input of `npz_arrays`."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        for name, member in zip(NPZ_NAMES, data.split(SEPARATOR), strict=False):
+            archive.writestr(f"{name}.npy", member)
+    return packed.getvalue()
 
 
 def inria_cameras(folder: Path) -> list[bytes]:
@@ -483,6 +515,13 @@ EXR = (
     b"type\0",
 )
 
+NPZ_NAMES = ("means3D", "unnorm_rotations", "log_scales", "logit_opacities", "rgb_colors")
+NPZ = (
+    *(b"PK\1\2", b"PK\3\4", b"PK\5\6", b"\x93NUMPY\1\0", b"means3D.npy", b"log_scales.npy", b"'<f4'"),
+    *(b"'|O'", b"'>f8'", b"'<f2'", b"'fortran_order': True", b"'shape': (), ", b"((", b"[[[[[[[["),
+    *(b"(3, 5, 3)", b"(-1, 5, 3)", b"(99999999, 5, 3)", SEPARATOR),
+)
+
 # By the reader of the format; several entries of one format are fuzzed apart, equal names together.
 SCENES = {
     "ply": (
@@ -513,6 +552,7 @@ SCENES = {
 }
 MOVING = {
     "splatv": (Seeds("splatv", splatv_clips, (b"Kg\0\0", b'"size":', b'"type":"splat"', b"[{", b"\0\x7c")),),
+    "dynamic3d": (Seeds("npz", npz_clips, NPZ),),
     "spacetime": (Seeds("spacetime", spacetime_clips, (*PLY, b"property float f_dc_3\n")),),
     "four_dgs": (Seeds("4dgs", four_dgs_clips, (b"\x894DGS1\r\n", b"\xff" * 8)),),
     "freetime": (

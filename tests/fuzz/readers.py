@@ -34,6 +34,12 @@ def _clip(path: Path) -> object:
     return [scene.at(share * scene.duration) for share in (0, 0.37, 1)]
 
 
+def _arrays(path: Path) -> object:
+    """`_clip` of an archive with these members."""
+    path.write_bytes(corpus.pack_arrays(path.read_bytes()))
+    return _clip(path)
+
+
 def _cameras(path: Path) -> object:
     from brushgs.io.cameras.read import read_cameras
 
@@ -96,6 +102,7 @@ READERS = {
         *_readers([(row.reader, f"clip{row.suffixes[0]}") for row in CLIPS], corpus.MOVING, _clip),
         *_readers([(row.reader, row.file) for row in CAMERA_FORMATS], corpus.CAMERAS, _cameras),
         *_readers([(row.reader, row.file) for row in GUIDE_FORMATS], corpus.GUIDES, _guides),
+        Reader("npz-arrays", "arrays.npz", corpus.npz_arrays, _arrays, corpus.NPZ),
         Reader("manifest", ".%05d.png.json", corpus.manifests, _manifest, corpus.JSON),
         *PICTURE_READERS,
     )

@@ -87,7 +87,8 @@ class Params:
         columns.quats[:] = self._column("unnorm_rotations", index)
         columns.scales[:] = self._column("log_scales", index)
         columns.opacities[:] = self._column("logit_opacities", index)[:, 0]
-        columns.sh[:, 0] = (self._column("rgb_colors", index) - 0.5) / C0
+        with np.errstate(over="ignore"):  # infinity is found below
+            columns.sh[:, 0] = (self._column("rgb_colors", index) - 0.5) / C0
         kept, dropped = keep_rows(columns, STANDARD, antialiased=False)
         if dropped.num_rows and (not self._has_told or dropped.num_rows == self.num_rows):
             dropped.report(self.path, self.num_rows)

@@ -11,10 +11,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import prod
 from pathlib import Path
-from typing import Any, BinaryIO
+from tokenize import TokenError
+from typing import Any
 
 import numpy as np
 from numpy.lib import format as npy
+from numpy.typing import NDArray
 
 from brushgs.arrays import F32
 from brushgs.errors import SceneError
@@ -26,6 +28,11 @@ _LOCAL_MARK = b"PK\x03\x04"
 # Packed floats of scenes become 1.1 to 2 times as large; constant ones up to a thousand times.
 _MAX_GROWTH, _SMALL = 50, 64 << 20
 _MOST_NAMES = 6  # of members in a message
+# What NumPy raises for text that is no header: it parses it, and in a second try splits it into tokens.
+_HEADER_FAULTS = (
+    *(ValueError, KeyError, TypeError, AttributeError, SyntaxError, MemoryError, RecursionError),
+    TokenError,
+)
 _CURE = "save it again with numpy.savez"
 
 
@@ -38,14 +45,14 @@ class StoredArray:
         shape: of the array.
         dtype: of its numbers.
         start: its first byte in the file.
-        unpacked: the file; None for the archive itself.
+        unpacked: the numbers in a temporary file, which goes with them; None for those in the archive itself.
     """
 
     path: Path
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
     start: int
-    unpacked: BinaryIO | None = None
+    unpacked: NDArray[np.floating[Any]] | None = None
 
     def read(self, index: int | None = None) -> F32:
         """All of it, or one entry of its first axis.
@@ -53,17 +60,18 @@ class StoredArray:
         Raises:
             SceneError: if the file became shorter.
         """
-        shape = self.shape if index is None else self.shape[1:]
-        values = np.empty(shape, self.dtype)
-        start = self.start + (index or 0) * values.nbytes
-        target = memoryview(values.reshape(-1).view(np.uint8).data)
         if self.unpacked is not None:
-            read_exactly(self.path, self.unpacked, start, target)
-        else:
-            with open_plain(self.path, "scene file", buffering=0) as file:
-                read_exactly(self.path, file, start, target)
-        with np.errstate(over="ignore", invalid="ignore"):
-            return values.astype(np.float32)
+            return _float32(self.unpacked if index is None else self.unpacked[index])
+        values = np.empty(self.shape if index is None else self.shape[1:], self.dtype)
+        start = self.start + (index or 0) * values.nbytes
+        with open_plain(self.path, "scene file", buffering=0) as file:
+            read_exactly(self.path, file, start, memoryview(values.reshape(-1).view(np.uint8).data))
+        return _float32(values)
+
+
+def _float32(values: NDArray[np.floating[Any]]) -> F32:
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.array(values, np.float32)
 
 
 def open_npz(path: Path, names: Iterable[str]) -> tuple[dict[str, StoredArray], tuple[str, ...]]:
@@ -98,7 +106,8 @@ def _open_member(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo, 
                 fact = f"its array {name!r} has {member.file_size} bytes, and {size} by its header"
                 raise SceneError(path, f"{fact}; {_CURE}")
             if member.compress_type != zipfile.ZIP_STORED:
-                return StoredArray(path, shape, dtype, 0, _unpacked(path, file, member, name))
+                values = _unpacked(path, file, member, name, dtype)
+                return StoredArray(path, shape, dtype, 0, values.reshape(shape))
     except SceneError:
         raise
     except ZIP_FAULTS as error:
@@ -116,7 +125,7 @@ def _read_header(path: Path, file: Any, name: str) -> tuple[tuple[int, ...], np.
             version = npy.read_magic(file)
             read = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}[version]
             shape, is_fortran, dtype = read(file)
-    except (ValueError, KeyError, TypeError, MemoryError, RecursionError, AttributeError) as error:
+    except _HEADER_FAULTS as error:
         fact = f"its array {name!r} has no header that can be read ({type(error).__name__})"
         raise SceneError(path, f"{fact}; {_CURE}") from None
     if dtype.hasobject:
@@ -146,11 +155,14 @@ def _start_of(path: Path, member: zipfile.ZipInfo, name: str) -> int:
     raise SceneError(path, f"its array {name!r} is cut off; download or copy it again")
 
 
-def _unpacked(path: Path, file: Any, member: zipfile.ZipInfo, name: str) -> BinaryIO:
-    """The rest of a member as a temporary file, which goes with the array."""
+def _unpacked(
+    path: Path, file: Any, member: zipfile.ZipInfo, name: str, dtype: np.dtype[Any]
+) -> NDArray[np.floating[Any]]:
+    """The rest of a member as numbers in a temporary file."""
     if member.file_size > _MAX_GROWTH * member.compress_size + _SMALL:
         fact = f"its array {name!r} would grow from {member.compress_size} to {member.file_size} bytes"
         raise SceneError(path, f"{fact}; {_CURE}")
-    target = tempfile.TemporaryFile(prefix="brushgs-")  # noqa: SIM115
-    shutil.copyfileobj(file, target, 1 << 20)
-    return target
+    with tempfile.TemporaryFile(prefix="brushgs-") as target:
+        shutil.copyfileobj(file, target, 1 << 20)
+        target.flush()
+        return np.memmap(target, dtype, "r") if target.tell() else np.empty(0, dtype)
