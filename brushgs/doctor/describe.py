@@ -1,11 +1,14 @@
 """The contents of a scene in a few figures."""
 
+import warnings
 from typing import Any
 
 import numpy as np
 
 from brushgs.cameras.framing import DEFAULT_UP, subject
+from brushgs.errors import SceneWarning
 from brushgs.io import read_scene
+from brushgs.io.moving import open_moving
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.sh import C0
 
@@ -17,7 +20,9 @@ def describe(path: SceneFiles) -> dict[str, Any]:
 
     Returns:
         Name -> number, text or list of numbers, ready for JSON. Percentiles are 1, 50 and 99; the size is
-        the standard deviation along the longest axis, the aspect the longest over the middle one.
+        the standard deviation along the longest axis, the aspect the longest over the middle one. Of a moving
+        scene they are those of one moment, and there is more: its duration in seconds, the moments that its
+        files hold ("any" of a formula), whether rows correspond, and the share of Gaussians that rest.
 
     Raises:
         SceneError: if the file cannot be used.
@@ -48,6 +53,25 @@ def describe(path: SceneFiles) -> dict[str, Any]:
         "aspect": _floats(np.percentile(aspects, (1, 50, 99))),
         "opacity": _floats(np.percentile(gaussians.opacities, (1, 50, 99))),
         "dark_share": float((base.max(axis=1) < DARK).mean()),
+        **_motion_of(source),
+    }
+
+
+def _motion_of(source: SceneSource) -> dict[str, Any]:
+    """What there is to tell of a scene because it moves; nothing of one at rest."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)  # the moment that was read has told them
+        moving = open_moving(source)
+    if moving is None:
+        return {}
+    resting = moving.resting
+    is_timed = moving.notes is not None and moving.notes.is_timed
+    return {
+        "duration": float(f"{moving.duration:.6g}"),
+        "seconds_are": "those of the file" if is_timed else "nominal: the file does not say",
+        "moments": "any" if moving.times is None else len(moving.times),
+        "rows_correspond": moving.has_rows,
+        "resting_share": "not known" if resting is None else float(resting.mean()),
     }
 
 

@@ -1,0 +1,143 @@
+"""Commands that read one moment of a moving scene."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.cli import main
+from brushgs.options.moment import Moment
+from brushgs.options.scene_source import SceneSource
+from brushgs.page.export import command_of
+from brushgs.still_life import still_life
+from tests.io.moving.params_maker import write_params
+from tests.scenes import real_scene, save_upright
+
+SMALL = ["--strokes", "40", "--size", "48x36"]
+
+
+@pytest.fixture(params=["folder", "params"])
+def clip(request, tmp_path, monkeypatch):
+    """Three moments of a still life that slides, as a folder of files and as one archive."""
+    monkeypatch.chdir(tmp_path)
+    scene = still_life(1500)
+    moments = [replace(scene, means=scene.means + np.float32([0.1 * index, 0, 0])) for index in range(3)]
+    if request.param == "params":
+        return write_params(Path("clip.npz"), moments)
+    Path("clip").mkdir()
+    for index, moment in enumerate(moments):
+        save_upright(moment, Path("clip") / f"frame_{index}.ply")
+    return Path("clip")
+
+
+def run(capsys, *words):
+    code = main(list(map(str, words)))
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["cluster", "--strokes", "50", "-o", "out.ply"],
+        ["prune", "-o", "out.ply"],
+        ["recolor", "--palette", "palette.png", "-o", "out.ply"],
+        ["render", *SMALL, "-o", "out.png"],
+        ["views", "--size", "32x24", "-o", "out.png"],
+        ["export", "--strokes", "40", "-o", "out.html"],
+        ["doctor", "--fix", "out.ply"],
+        ["info"],
+    ],
+    ids=lambda words: words[0],
+)
+def test_every_command_takes_a_moment(clip, capsys, words):
+    bg.save(bg.Frame(np.full((8, 8, 3), 0.5, np.float32), np.ones((8, 8), np.float32)), "palette.png")
+    code, _, err = run(capsys, words[0], clip, "--time", "0.05", *words[1:])
+    assert code == 0, err
+    assert words[0] == "info" or next(Path().glob("out.*")).stat().st_size > 0
+    code, _, err = run(capsys, words[0], clip, "--time", "9", *words[1:])
+    assert code == 2
+    assert "is after its end; choose another moment (--time)" in err
+    assert err.count("\n") == 1
+
+
+def test_moments_differ(clip, capsys):
+    for time in ("0", "50%", "0.05", "100%"):
+        assert run(capsys, "prune", clip, "--keep", "1", "--time", time, "-o", f"{time}.ply")[0] == 0
+    lefts = [bg.load(f"{time}.ply").means[:, 0].mean() for time in ("0", "50%", "0.05", "100%")]
+    np.testing.assert_allclose(np.diff(lefts), [0.1, 0.05, 0.05], atol=1e-4)
+
+
+def test_info_tells_of_the_motion(clip, capsys):
+    code, out, err = run(capsys, "info", clip, "--json")
+    assert code == 0, err
+    facts = json.loads(out)
+    expected = {"duration": 0.0666667, "moments": 3, "rows_correspond": True, "resting_share": "not known"}
+    assert {name: facts[name] for name in expected} == expected
+    assert facts["seconds_are"].startswith("nominal")
+    assert facts["format"].endswith("moment 0.00 s of 0.07 s")
+
+
+def test_looks_paints_a_moment(clip, capsys):
+    sheet = ["--size", "48x36", "-o", "sheet.png"]
+    code, _, err = run(capsys, "looks", "oil", "--scene", clip, "--time", "50%", *sheet)
+    assert (code, Path("sheet.png").exists()) == (0, True), err
+    code, _, err = run(capsys, "looks", "oil", "--time", "50%")
+    assert code == 2
+    assert "--time needs --scene" in err
+
+
+def test_the_page_names_the_moment_in_its_command():
+    for time in ("0.4", "40%", "all"):
+        source = SceneSource((Path("clip"),), time=Moment.parse(time))
+        assert command_of(source, ["--look", "ink"]) == ("clip", ["--time", time, "--look", "ink"])
+
+
+@pytest.mark.parametrize("command", ["render", "cluster", "prune", "info", "doctor", "export"])
+def test_a_moment_of_a_scene_at_rest_is_refused(tmp_path, monkeypatch, capsys, command):
+    monkeypatch.chdir(tmp_path)
+    bg.save(still_life(1000), "still.ply")
+    code, _, err = run(capsys, command, "still.ply", "--time", "0.4")
+    assert (code, err) == (
+        2,
+        "brushgs: still.ply: is a scene at rest, which has no moments; omit the time (--time)\n",
+    )
+
+
+@pytest.mark.parametrize("text", ["soon", "-1", "120%", "1,5"])
+def test_what_is_no_moment_is_refused_by_its_flag(capsys, text):
+    code, _, err = run(capsys, "info", "a.ply", f"--time={text}")
+    assert code == 2
+    assert "--time" in err
+    assert "must be" in err
+
+
+def test_files_that_lie_in_one_place_are_told_with_the_cure(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("scans").mkdir()
+    for index in range(3):
+        bg.save(still_life(1000), f"scans/scan_{index}.ply")
+    code, out, _ = run(capsys, "info", "scans", "--json")
+    facts = json.loads(out)
+    assert (code, facts["moments"]) == (0, 3)
+    num_rows = facts["gaussians"]
+    assert [note for note in facts["notes"] if "add --time all" in note]
+    code, out, _ = run(capsys, "info", "scans", "--time", "all", "--json")
+    facts = json.loads(out)
+    assert (code, facts["gaussians"], facts["notes"]) == (0, 3 * num_rows, [])
+    assert "moments" not in facts
+
+
+def test_a_real_clip_has_a_moment(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    clip = real_scene("moving/cook_spinach.splatv")
+    code, out, err = run(capsys, "info", clip, "--time", "50%", "--json")
+    assert code == 0, err
+    facts = json.loads(out)
+    assert (facts["moments"], facts["rows_correspond"]) == ("any", True)
+    assert 50_000 < facts["gaussians"] < 62_442
+    assert run(capsys, "doctor", clip, "--time", "50%", "--quiet")[0] in (0, 3)
+    assert run(capsys, "prune", clip, "--time", "50%", "-o", "a.ply", "--quiet")[0] == 0
