@@ -94,15 +94,24 @@ def add_time(container: Container) -> None:
     )
 
 
-def add_scene_output(parser: ArgumentParser, ending: str) -> None:
-    """The scene file that a command writes: `args.output`, None for the default."""
+def add_scene_output(parser: ArgumentParser, ending: str, *, has_moments: bool = False) -> None:
+    """The scene file that a command writes: `args.output`, None for the default.
+
+    Args:
+        parser: gets the flag.
+        ending: of the default name.
+        has_moments: whether a moving scene gets a folder of files, one a moment. A name that ends in a slash
+            is a folder, so it stays text.
+    """
+    suffixes, default = ", ".join(SCENE_SUFFIXES), f"SCENE-{ending}"
+    folder = f"; of a moving scene a folder of such files, one a moment, default {default}/"
     parser.add_argument(
         "-o",
         "--output",
-        type=Path,
+        type=str if has_moments else Path,
         metavar="FILE",
-        help=f"scene file ({', '.join(SCENE_SUFFIXES)}), default SCENE-{ending}{SCENE_SUFFIXES[0]} in the "
-        "current folder",
+        help=f"scene file ({suffixes}), default {default}{SCENE_SUFFIXES[0]} in the current folder"
+        + (folder if has_moments else ""),
     )
 
 
@@ -603,12 +612,18 @@ def add_path(container: Container, *, default: str) -> None:
     )
 
 
-def add_clip(parser: ArgumentParser) -> None:
-    """`ClipConfig`."""
-    flags = ConfigFlags(parser.add_argument_group("clip", "a film of a moving scene"), "clip")
+def add_span(parser: ArgumentParser, about: str) -> ConfigFlags:
+    """The part of a moving scene that is shown, of `ClipConfig`; gives the group, which `about` describes."""
+    flags = ConfigFlags(parser.add_argument_group("clip", about), "clip")
     moment = "a moment, in seconds such as 0.4 or as a share such as 40%%"
     flags.add("--start", type=values.clip_time, metavar="TIME", help=f"{moment}, default that of the scene")
     flags.add("--end", type=values.clip_time, metavar="TIME", help=f"{moment}, default that of the scene")
+    return flags
+
+
+def add_clip(parser: ArgumentParser) -> None:
+    """`ClipConfig`."""
+    flags = add_span(parser, "a film of a moving scene")
     flags.add(
         "--speed",
         type=values.number,

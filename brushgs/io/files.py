@@ -6,13 +6,15 @@ target, and is renamed when complete.
 """
 
 import os
+import shutil
 import stat
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
 from brushgs.errors import SceneError
+from brushgs.signals import defer_stop
 
 
 def open_plain(path: Path, what: str = "file", *, buffering: int = -1) -> BinaryIO:
@@ -173,4 +175,48 @@ def replacing(path: str | Path) -> Iterator[Path]:
         raise SceneError(path, f"cannot be written ({error.strerror}); check the disk") from error
     except BaseException:
         temporary.unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def filling(folder: Path, goes: Callable[[Path], bool]) -> Iterator[Path]:
+    """A temporary folder; its files move into `folder` when the block ends without an error.
+
+    It lies in `folder` and its name is hidden, so that readers pass over it, and that moving is renaming also
+    where `folder` is a disk of its own. If the block raises, it is removed, and `folder` is as it was.
+
+    Args:
+        folder: made if it is missing; its parent is not.
+        goes: whether a file that lies in `folder` before is removed: what has the name of a new file, and
+            what belongs to those that are replaced.
+
+    Raises:
+        SceneError: if the folder cannot be made or written to.
+    """
+    is_new = not folder.exists()
+    temporary = folder / f".unfinished-{os.urandom(4).hex()}"
+    try:
+        if is_new:
+            folder.mkdir()
+        temporary.mkdir()
+    except FileNotFoundError:
+        raise SceneError(folder, f"the folder {folder.parent} does not exist; create it first") from None
+    except OSError as error:
+        raise SceneError(folder, f"cannot be written ({error.strerror}); choose another folder") from None
+    try:
+        yield temporary
+        with defer_stop():  # renaming takes milliseconds
+            for path in folder.iterdir():
+                if goes(path):
+                    path.unlink()
+            for path in sorted(temporary.iterdir()):
+                path.replace(folder / path.name)
+            temporary.rmdir()
+    except BaseException as error:
+        shutil.rmtree(temporary, ignore_errors=True)
+        if is_new:
+            with suppress(OSError):
+                folder.rmdir()
+        if isinstance(error, OSError):
+            raise SceneError(folder, f"cannot be written ({error.strerror}); check the disk") from error
         raise

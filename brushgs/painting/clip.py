@@ -9,7 +9,7 @@ import numpy as np
 from brushgs.arrays import F64, Rows
 from brushgs.moving_scene import MovingScene
 from brushgs.options.clip import CLIP_FPS, ClipConfig
-from brushgs.options.scene_source import SceneSource
+from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.sequence import MAX_FRAMES
 
 NUM_SAMPLED = 12  # moments of a clip that tell how its rows move
@@ -163,3 +163,8 @@ class Clip:
         if last < first:
             raise ValueError(f"end must not be before start, got {last:g} s and {first:g} s")
         return min(first, duration), min(last, duration)
+
+
+def files_of(scene: SceneFiles | Clip) -> SceneFiles | None:
+    """The files of a scene, or of a clip; None for a clip in memory."""
+    return scene.source if isinstance(scene, Clip) else scene

@@ -9,6 +9,8 @@ from pathlib import Path
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.painting import PaintConfig, PaletteConfig, PruneConfig
 from brushgs.options.scene_source import SceneFiles
+from brushgs.painting.clip import Clip, files_of
+from brushgs.painting.moments import check_strokes_output, write_strokes
 from brushgs.painting.outputs import check_output, scene_inputs
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
@@ -40,26 +42,24 @@ def prune_file(scene: SceneFiles, output: str | Path, config: PruneConfig, repor
     )
 
 
-def cluster_file(scene: SceneFiles, output: str | Path, config: PaintConfig, report: Report) -> Report:
-    """Cluster a scene file, without pruning it.
+def cluster_file(scene: SceneFiles | Clip, output: str | Path, config: PaintConfig, report: Report) -> Report:
+    """Cluster a scene file, or a clip whose strokes are written one file a moment, without pruning it.
 
     Where the number of strokes is chosen for a view, that is the default view of `paint_file`, painted with
     its default stroke.
     """
-    check_output(Path(output), SCENE_SUFFIXES, inputs=scene_inputs(scene))
+    files = files_of(scene)
+    check_strokes_output(scene, output, inputs=scene_inputs(files))
     unpruned = replace(config, prune=PruneConfig(keep=1.0))
     prepared = prepare(
-        scene, unpruned, report, needs_view=False, needs_background=False, needs_first_view=True
-    )
-    return write_scene(
-        prepared.strokes,
-        output,
+        scene,
+        unpruned,
         report,
-        is_strokes=True,
-        scene=name_of(scene, prepared.notes),
-        first_view=prepared.first_view,
-        brushes=prepared.kit.images,
+        needs_view=isinstance(scene, Clip),  # a film has one
+        needs_background=False,
+        needs_first_view=True,
     )
+    return write_strokes(prepared.strokes, prepared, output, name_of(files, prepared.notes), report)
 
 
 def recolor_file(scene: SceneFiles, output: str | Path, config: PaletteConfig, report: Report) -> Report:

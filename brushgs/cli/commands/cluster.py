@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 
 from brushgs.cli import flags
-from brushgs.cli.configs import paint_config, scene_source
+from brushgs.cli.configs import open_clip, paint_config, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 
@@ -11,12 +11,13 @@ from brushgs.io.scenes.formats import SCENE_SUFFIXES
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
-    flags.add_scene_output(parser, "strokes")
+    flags.add_scene_output(parser, "strokes", has_moments=True)
     flags.add_cluster(parser)
     flags.add_stroke_passes(parser)
     flags.add_up(
         parser.add_argument_group("view", "recorded with the strokes, which are seen as their scene")
     )
+    flags.add_span(parser, "of a moving scene, whose strokes are written at 30 moments a second")
     flags.add_report(parser)
 
 
@@ -26,4 +27,7 @@ def run(args: Namespace) -> None:
     with reported(args) as report:
         from brushgs.painting.passes import cluster_file
 
-        cluster_file(scene, args.output or output_beside(scene, "strokes", SCENE_SUFFIXES[0]), config, report)
+        clip = open_clip(args, scene)
+        suffix = SCENE_SUFFIXES[0] if clip is None else ""
+        output = args.output or output_beside(scene, "strokes", suffix)
+        cluster_file(clip or scene, output, config, report)

@@ -1,0 +1,104 @@
+"""Moments of strokes as files: all or nothing, nobody else's files are lost, and they read back."""
+
+import numpy as np
+import pytest
+
+from brushgs.errors import SceneError
+from brushgs.io.files import filling
+from brushgs.io.moving import load_moving
+from brushgs.io.moving.write import NAME, check_moments_folder, write_moments
+from brushgs.io.scenes.write import write_scene
+from brushgs.scene import Gaussians
+from tests.passes.scenes import random_gaussians
+
+
+def moments(num, *, num_strokes=40, step=0.1):
+    """The first half of the strokes moves along x."""
+    strokes = random_gaussians(num_strokes, 3).astype(np.float32)
+    for index in range(num):
+        means = strokes.means.copy()
+        means[: num_strokes // 2, 0] += step * index
+        yield Gaussians(means, strokes.quats, strokes.scales, strokes.opacities, strokes.sh, brushes=None)
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_moments_read_back_as_a_clip_whose_rows_correspond(tmp_path):
+    folder = tmp_path / "strokes"
+    size = write_moments(moments(5), folder, scene="pears", brushes=())
+    assert names(folder) == [NAME % index for index in range(5)]
+    assert size == sum(path.stat().st_size for path in folder.iterdir())
+    clip = load_moving(folder)
+    assert (clip.has_rows, clip.duration) == (True, pytest.approx(4 / 30))
+    assert clip.notes.is_strokes
+    assert clip.notes.scene == "pears"
+    for index, strokes in enumerate(moments(5)):
+        read = clip.at(index / 30)
+        for name, column in strokes.columns().items():
+            np.testing.assert_allclose(getattr(read, name), column, rtol=1e-5, atol=1e-6, err_msg=name)
+
+
+def test_fewer_moments_replace_more_and_hidden_files_stay(tmp_path):
+    write_moments(moments(6), tmp_path)
+    (tmp_path / ".DS_Store").write_bytes(b"hidden")
+    check_moments_folder(tmp_path)
+    write_moments(moments(2, step=0.5), tmp_path)
+    assert names(tmp_path) == [".DS_Store", NAME % 0, NAME % 1]
+    assert load_moving(tmp_path).duration == pytest.approx(1 / 30)
+
+
+@pytest.mark.parametrize("is_new", [True, False])
+def test_what_fails_midway_leaves_the_folder_as_it_was(tmp_path, is_new):
+    folder = tmp_path / "strokes"
+    if not is_new:
+        write_moments(moments(3), folder)
+    before = {} if is_new else {path.name: path.read_bytes() for path in folder.iterdir()}
+
+    def fail(error):
+        yield from moments(2, step=0.7)
+        raise error
+
+    for error in (KeyboardInterrupt(), MemoryError()):
+        with pytest.raises(type(error)):
+            write_moments(fail(error), folder)
+    with pytest.raises(SceneError, match=r"strokes: cannot be written \(No space left on device\)"):
+        write_moments(fail(OSError(28, "No space left on device")), folder)
+    after = {path.name: path.read_bytes() for path in folder.iterdir()} if folder.exists() else {}
+    assert after == before
+    assert folder.exists() is not is_new
+
+
+@pytest.mark.parametrize(
+    "name", ["notes.txt", "moment_00000.txt", "00000.ply", NAME % 0, "moment_00001.ply/"]
+)
+def test_a_folder_with_anything_else_is_refused(tmp_path, name):
+    if name.endswith("/"):
+        (tmp_path / name).mkdir()
+    elif name.endswith(".ply"):  # a scene that someone trained
+        write_scene(next(moments(1)), tmp_path / name)
+    else:
+        (tmp_path / name).write_text("mine")
+    with pytest.raises(SceneError, match=rf"holds {name.strip('/')}, which brushgs did not write"):
+        check_moments_folder(tmp_path)
+
+
+def test_a_file_is_no_folder_and_a_missing_parent_is_named(tmp_path):
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(SceneError, match="is a file, not a folder; choose another name"):
+        check_moments_folder(tmp_path / "file")
+    with pytest.raises(SceneError, match=r"the folder .*none does not exist; create it first"):
+        write_moments(moments(1), tmp_path / "none" / "strokes")
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path, monkeypatch):
+    def refuse(path, *_, **__):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("pathlib.Path.mkdir", refuse)  # root may write anywhere
+    with (
+        pytest.raises(SceneError, match=r"cannot be written \(Permission denied\); choose another folder"),
+        filling(tmp_path / "strokes", lambda path: False),
+    ):
+        pytest.fail("there is nothing to write to")
