@@ -207,10 +207,11 @@ def check_opaque_background(background: str) -> None:
         raise ValueError("background must be a colour or an image to compare pictures on, got transparent")
 
 
-def plain_paint(scene: SceneFiles, paint: PaintConfig) -> dict[str, Any]:
-    """The scene files and how it is painted, ready for JSON."""
+def plain_paint(scene: SceneFiles | None, paint: PaintConfig) -> dict[str, Any]:
+    """The scene files, None for one in memory, and how it is painted, ready for JSON."""
     parts = {name: getattr(paint, name) for name in ("prune", "cluster", "strokes", "draw", "view")}
-    return {"scene": str(SceneSource.of(scene))} | {name: plain_config(part) for name, part in parts.items()}
+    name = None if scene is None else str(SceneSource.of(scene))
+    return {"scene": name} | {name: plain_config(part) for name, part in parts.items()}
 
 
 def plain_config(config: Any) -> dict[str, Any]:

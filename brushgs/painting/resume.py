@@ -80,7 +80,7 @@ def describe_painting(
     """Everything that frames depend on: the options, and digests of what was made from the files."""
     strokes, path, background = prepared.strokes, prepared.path, prepared.background
     assert path is not None
-    moving = {} if prepared.moving is None else {"motion": _motion_digest(prepared.moving)}
+    moving = {} if prepared.moving is None else {"motion": motion_digest(prepared.moving)}
     return (
         describe_options(config, grow, clip)
         | moving
@@ -178,7 +178,7 @@ def named_file_digest(path: Path) -> dict[str, str]:
         return {"name": path.name, _DIGEST: f"{_DIGEST} {hashlib.file_digest(file, 'blake2b').hexdigest()}"}
 
 
-def _motion_digest(moving: "Moving") -> str:
+def motion_digest(moving: "Moving") -> str:
     """A digest of how strokes move, a moment at a time: the table may be larger than memory."""
     film, motion = moving.film, moving.motion
     poses = (np.asarray(numbers) for numbers in motion.table)

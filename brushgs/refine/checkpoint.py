@@ -16,12 +16,14 @@ from brushgs.io.files import is_plain, replacing
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, Up
 from brushgs.options.scene_source import SceneFiles, SceneSource
+from brushgs.painting.clip import Clip, files_of
 from brushgs.painting.prepare import Prepared
 from brushgs.painting.resume import (
     content_of,
     describe_options,
     differences,
     digest,
+    motion_digest,
     named_digest,
     named_file_digest,
 )
@@ -31,7 +33,7 @@ SECONDS_BETWEEN_CHECKPOINTS = 20.0
 # Options that a fit does not depend on: it draws in order of depth, on white; and files, which go by their
 # content.
 _NOT_OF_A_FIT = "background", "order", "stroke", "palette file"
-_STROKES = "result of clustering"  # compared last: it follows from all others
+_STROKES, _MOTION = "result of clustering", "motion"  # compared last: they follow from all others
 
 
 class Checkpoint:
@@ -65,7 +67,7 @@ class Checkpoint:
         try:
             content = torch.load(self.path, weights_only=True)
             found, state = content["fit"], content["state"]
-            given = {name: value for name, value in self._fit.items() if name != _STROKES}
+            given = {name: value for name, value in self._fit.items() if name not in (_STROKES, _MOTION)}
             differing = differences(found, given) or differences(found, self._fit)
             step = int(state["step"])
         except Exception as error:  # whatever torch makes of any file
@@ -106,7 +108,7 @@ class Checkpoint:
 
 
 def describe_fit(
-    scene: SceneFiles,
+    scene: SceneFiles | Clip,
     paint: PaintConfig,
     config: RefineConfig,
     prepared: Prepared,
@@ -116,26 +118,31 @@ def describe_fit(
     """Everything that a fit depends on: options, and digests of what was made from the files.
 
     Args:
-        scene: the files of the scene.
+        scene: the files of the scene, or a moving scene.
         paint: how strokes are made and drawn.
         config: of the fit.
         prepared: the strokes and the stroke image.
         target: the scene that the strokes are fitted to, in the colours of the palette.
         up: of the views.
     """
-    options = {name: value for name, value in describe_options(paint).items() if name not in _NOT_OF_A_FIT}
+    clip = scene.config if isinstance(scene, Clip) else None
+    described_options = describe_options(paint, clip=clip)
+    options = {name: value for name, value in described_options.items() if name not in _NOT_OF_A_FIT}
     fit = {name: _plain(value) for name, value in asdict(config).items()} | {"steps": config.most_steps}
     del fit["is_resumed"], fit["style"], fit["vgg_weights"]
     texture = prepared.texture
-    files_of_scene = " ".join(path.name for path in SceneSource.of(scene).paths)
+    paths = () if (source := files_of(scene)) is None else SceneSource.of(source).paths
+    names = " ".join(path.name for path in paths)
     described: dict[str, Any] = {
-        "scene": named_digest(files_of_scene, *content_of(prepared.whole_scene)),
+        "scene": named_digest(names, *content_of(prepared.whole_scene)),
         "stroke": named_digest(
             texture.name, *texture.coverages, np.frombuffer(texture.kind.encode(), np.uint8)
         ),
         _STROKES: digest(*content_of(prepared.strokes), *content_of(target)),
         "up": _plain(up),
     }
+    if prepared.moving is not None:
+        described[_MOTION] = motion_digest(prepared.moving)
     palette = None if paint.palette is None else paint.palette.file
     files = {"palette": palette, "style image": config.style, "VGG weights": config.vgg_weights}
     for name, path in files.items():

@@ -15,7 +15,9 @@ from torch import Tensor
 import brushgs.autograd as ba
 from brushgs.brushes.brush_set import Brushes
 from brushgs.refine.checkpoint import SECONDS_BETWEEN_CHECKPOINTS, Checkpoint
+from brushgs.refine.targets import TargetView
 from brushgs.refine.variables import Rates, Variables
+from brushgs.rendering.motion import StrokeMotion
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.signals import defer_stop
@@ -27,8 +29,8 @@ NUM_EVALUATIONS = 20  # over all steps, beside the one before the first step
 PATIENCE, LEAST_GAIN = 5, 0.05
 
 Objective = Callable[
-    [ba.Frame, int, ba.Gaussians], Tensor
-]  # (painted frame, index of the view, strokes) -> loss
+    [ba.Frame, TargetView, ba.Gaussians], Tensor
+]  # (painted frame, its view, strokes at their reference moments) -> loss
 
 
 def no_progress(score: float) -> None:
@@ -42,23 +44,42 @@ class Drawing:
     Attributes:
         texture: the stroke image.
         options: see `RenderOptions`; the order is "depth", the only one with a gradient.
+        motion: how strokes move, which no fit changes; None for strokes at rest.
+        takes_light: whether strokes take part in changes of colour over time.
     """
 
     texture: Brushes
     options: RenderOptions
+    motion: StrokeMotion | None = None
+    takes_light: bool = True
 
     @classmethod
-    def of(cls, texture: Brushes, options: RenderOptions | None = None) -> "Drawing":
-        """Drawing in order of depth and without a depth image; other options default to those of `render`."""
-        options = options or RenderOptions.of(texture)
-        return cls(texture, replace(options, order="depth", depth=False))
+    def of(
+        cls,
+        texture: Brushes,
+        options: RenderOptions | None = None,
+        motion: StrokeMotion | None = None,
+        *,
+        takes_light: bool = True,
+    ) -> "Drawing":
+        """Drawing in order of depth and without a depth image; other options default to those of `render`.
 
-    def frame(self, strokes: Gaussians, camera: Camera) -> Frame:
-        """Paint strokes in a view."""
+        Strokes that are tracked along a path point where their axes do: one view has no path.
+        """
+        options = options or RenderOptions.of(texture)
+        lock = "anchor" if options.lock == "track" else options.lock
+        return cls(texture, replace(options, lock=lock, order="depth", depth=False), motion, takes_light)
+
+    def frame(self, strokes: Gaussians, camera: Camera, moment: int | None = None) -> Frame:
+        """Paint strokes in a view; `moment` is a row of the moments of the motion."""
+        if self.motion is not None and moment is not None:
+            strokes = self.motion.pose(moment).moved(strokes, has_color=self.takes_light)
         return render_with(strokes, camera, self.texture, self.options)
 
-    def tensors(self, strokes: ba.Gaussians, camera: Camera) -> ba.Frame:
-        """Paint strokes in a view, with gradients."""
+    def tensors(self, strokes: ba.Gaussians, camera: Camera, moment: int | None = None) -> ba.Frame:
+        """Paint strokes in a view, see `frame`, with gradients."""
+        if self.motion is not None and moment is not None:
+            strokes = ba.moved(strokes, self.motion.pose(moment), has_color=self.takes_light)
         options = self.options
         assert options.lock != "track", "one view has no path to track"
         return ba.render(
@@ -119,7 +140,7 @@ class Fit:
     def __init__(
         self,
         variables: Variables,
-        cameras: Sequence[Camera],
+        views: Sequence[TargetView],
         drawing: Drawing,
         objective: Objective,
         score: Callable[[Gaussians], float],
@@ -129,13 +150,13 @@ class Fit:
 
         Args:
             variables: strokes to optimise.
-            cameras: n views, painted in turn.
+            views: n views, painted in turn.
             drawing: how strokes are drawn.
             objective: loss of one painted view, to be minimised.
-            score: evaluation of strokes in dB, higher is better; its views should not be among `cameras`.
+            score: evaluation of strokes in dB, higher is better; its views should not be among `views`.
             schedule: how long.
         """
-        self.variables, self.cameras, self.drawing = variables, cameras, drawing
+        self.variables, self.views, self.drawing = variables, views, drawing
         self.objective, self.score, self.schedule = objective, score, schedule
         self.optimizer = variables.optimizer(schedule.rates)
         self.curve, self.step = LossCurve(), 0
@@ -192,9 +213,9 @@ class Fit:
         factor = LAST_RATE + (1 - LAST_RATE) * 0.5 * (1 + cos(pi * share))
         for group in self.optimizer.param_groups:
             group["lr"] = factor * group["initial_lr"]
-        view = self._view()
+        view = self.views[self._view()]
         strokes = self.variables.gaussians()
-        frame = self.drawing.tensors(strokes, self.cameras[view])
+        frame = self.drawing.tensors(strokes, view.camera, view.moment)
         loss = self.objective(frame, view, strokes)
         self.optimizer.zero_grad(set_to_none=True)
         loss.backward()
@@ -204,8 +225,8 @@ class Fit:
 
     def _view(self) -> int:
         """The view of this step: each once per round, shuffled by nothing but the seed and the round."""
-        round_, place = divmod(self.step, len(self.cameras))
-        return int(np.random.default_rng((self.schedule.seed, round_)).permutation(len(self.cameras))[place])
+        round_, place = divmod(self.step, len(self.views))
+        return int(np.random.default_rng((self.schedule.seed, round_)).permutation(len(self.views))[place])
 
     def _evaluate(self) -> None:
         is_first = not self.curve.scores

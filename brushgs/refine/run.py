@@ -1,10 +1,14 @@
 """`brushgs refine`: a scene file -> strokes -> refined strokes, written as a scene file.
 
-stroke (-> palette) -> load -> prune -> cluster (-> recolor) -> views -> refine -> write
+stroke (-> palette) -> load -> prune -> cluster (-> recolor) (-> follow) -> views -> refine -> write
+
+Strokes of a moving scene learn from views at several of its moments. There is one set of them, and how they
+move stays as it is: only the strokes at their reference moments change. They are written as scene files, one
+a moment.
 """
 
 import importlib.util
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,17 +22,19 @@ from brushgs.measure.report import plain_config, plain_paint
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, PaletteConfig, ViewConfig
 from brushgs.options.scene_source import SceneFiles
-from brushgs.painting.outputs import check_output, input_files
-from brushgs.painting.prepare import prepare
+from brushgs.painting.clip import Clip, files_of
+from brushgs.painting.moments import check_strokes_output, write_strokes
+from brushgs.painting.outputs import input_files
+from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
-from brushgs.painting.strokes import name_of, write_scene
+from brushgs.painting.strokes import name_of
 from brushgs.refine.checkpoint import Checkpoint, describe_fit
 from brushgs.refine.report import Refinement, RefineReport, write_plot
 from brushgs.scene import Camera, FirstView, Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.refine.distil import TargetView
     from brushgs.refine.fit import Drawing, FitSchedule
+    from brushgs.refine.targets import TargetView
 
 NUM_VALIDATION_VIEWS = 6
 # Training views. A picture of the scene takes milliseconds, and strokes overfit to few views.
@@ -37,7 +43,7 @@ MOST_BYTES = 6e8  # of their target pictures: fewer views where these are larger
 
 
 def refine_file(
-    scene: SceneFiles,
+    scene: SceneFiles | Clip,
     output: str | Path,
     paint: PaintConfig | None = None,
     config: RefineConfig | None = None,
@@ -46,11 +52,12 @@ def refine_file(
     folder: str | Path | None = None,
     wants_plot: bool = True,
 ) -> RefineReport:
-    """Refine the strokes of a scene file; write them as a scene file.
+    """Refine the strokes of a scene file; write them as a scene file, or those of a clip as one a moment.
 
     Args:
-        scene: the files of a trained 3D Gaussian scene.
-        output: scene file (.ply) to write.
+        scene: the files of a trained 3D Gaussian scene, or a moving scene that has files.
+        output: scene file (.ply) to write; for a moving scene a folder, see
+            `check_strokes_output`.
         paint: how strokes are made and will be drawn; of its view only `up` is used.
         config: see `RefineConfig`. What is resumed is the checkpoint beside the output, see `checkpoint_of`;
             where there is none the fit starts anew, and a note says so.
@@ -68,13 +75,13 @@ def refine_file(
         KeyboardInterrupt: if the run is stopped; says how to resume it.
     """
     paint, config, report = paint or PaintConfig(), config or RefineConfig(), report or RefineReport()
-    output, outputs = Path(output), None
+    files, outputs = files_of(scene), None
     extras = tuple(path for path in (config.style, config.vgg_weights) if path is not None)
-    check_output(output, SCENE_SUFFIXES, inputs=(*input_files(scene, paint), *extras))
+    inputs = (*input_files(files, paint), *extras)
+    check_strokes_output(scene, output, inputs)
+    output = Path(output)
     if folder is not None:
-        outputs = report.plan_outputs(
-            Path(folder), (*input_files(scene, paint), *extras), wants_plot=wants_plot
-        )
+        outputs = report.plan_outputs(Path(folder), inputs, wants_plot=wants_plot)
     check_libraries(config)
     if config.style is not None and paint.palette is None:
         paint = replace(paint, palette=PaletteConfig(config.style))
@@ -82,7 +89,7 @@ def refine_file(
         scene,
         paint,
         report,
-        needs_view=False,
+        needs_view=isinstance(scene, Clip),  # a film has one
         needs_background=False,
         needs_first_view=True,
         keeps_scene=True,
@@ -91,33 +98,29 @@ def refine_file(
 
     from brushgs.refine.fit import Drawing, FitSchedule
 
-    drawing = Drawing.of(prepared.texture, prepared.options)
+    moving = prepared.moving
+    motion, takes_light = (None, True) if moving is None else (moving.motion, moving.takes_light)
+    drawing = Drawing.of(prepared.texture, prepared.options, motion, takes_light=takes_light)
     if prepared.palette is not None and paint.palette is not None:
         from brushgs.passes.recolor import recolor
 
         gaussians = recolor(gaussians, prepared.palette, paint.palette.strength)
-    name = name_of(scene, prepared.notes)
+    name = name_of(files, prepared.notes)
     fit = describe_fit(scene, paint, config, prepared, gaussians, up_text(view.up))
     with _resumable(Checkpoint(checkpoint_of(output), fit), config, report) as checkpoint:
-        training_views, validation_views = _target_views(gaussians, view, config, report)
+        shown_at = _shown_over_time(prepared, gaussians, paint)
+        training_views, validation_views = _target_views(prepared, shown_at, config, report)
         schedule = FitSchedule(config.most_steps, seed=config.seed, checkpoint=checkpoint)
         refined = refine_strokes(strokes, training_views, validation_views, drawing, schedule, config, report)
         report.settings = _settings(scene, paint, config, view)
         # First: a plot that fails must not lose it.
-        write_scene(
-            refined,
-            output,
-            report,
-            is_strokes=True,
-            scene=name,
-            first_view=view,
-            brushes=prepared.kit.images,
-        )
+        write_strokes(refined, prepared, output, name, report)
         checkpoint.remove()
     if outputs is not None:
         title = f"{name}, {len(strokes):,} strokes of {prepared.texture.name}, {config.params}"
         camera = framed_camera(view, ViewConfig(size=config.size))
-        shown, result = _Shown(gaussians, strokes, refined, camera), report.result
+        moment = None if moving is None else len(moving.motion.times) // 2
+        shown, result = _Shown(shown_at(moment), strokes, refined, camera, moment), report.result
         report.write(
             outputs,
             lambda path: write_plot(result, _pictures(shown, drawing), path, title),
@@ -216,8 +219,9 @@ def check_libraries(config: RefineConfig) -> None:
 
 
 def checkpoint_of(output: Path) -> Path:
-    """The file from which a stopped run that writes `output` resumes."""
-    return output.with_name(f"{output.stem}.checkpoint")
+    """The file from which a stopped run that writes `output`, a file or a folder, resumes."""
+    name = output.stem if output.suffix.lower() in SCENE_SUFFIXES else output.name
+    return output.with_name(f"{name}.checkpoint")
 
 
 @contextmanager
@@ -256,50 +260,69 @@ class _Shown:
     before: Gaussians
     after: Gaussians
     camera: Camera
+    moment: int | None  # of a clip
 
 
 def _pictures(shown: _Shown, drawing: "Drawing") -> dict[str, Array]:
     """The strokes before and after, and the plain picture, from one camera."""
-    from brushgs.refine.distil import BACKGROUND, TargetView
+    from brushgs.refine.distil import BACKGROUND
+    from brushgs.refine.targets import TargetView
 
     plain = TargetView.of(shown.scene, shown.camera).over(BACKGROUND)
     return {
-        name: drawing.frame(strokes, shown.camera).over(BACKGROUND)
+        name: drawing.frame(strokes, shown.camera, shown.moment).over(BACKGROUND)
         for name, strokes in (("before", shown.before), ("after", shown.after))
     } | {"plain": plain.numpy()}
 
 
-def _settings(scene: SceneFiles, paint: PaintConfig, config: RefineConfig, view: FirstView) -> dict[str, Any]:
+def _settings(
+    scene: SceneFiles | Clip, paint: PaintConfig, config: RefineConfig, view: FirstView
+) -> dict[str, Any]:
     """All that a reader needs to repeat the figures."""
-    return plain_paint(scene, replace(paint, view=ViewConfig(up=up_text(view.up)))) | {
+    settings = plain_paint(files_of(scene), replace(paint, view=ViewConfig(up=up_text(view.up)))) | {
         "refine": plain_config(config),
         "validation_views": NUM_VALIDATION_VIEWS,
     }
+    return settings | ({"clip": plain_config(scene.config)} if isinstance(scene, Clip) else {})
+
+
+def _shown_over_time(
+    prepared: Prepared, recolored: Gaussians, paint: PaintConfig
+) -> Callable[[int | None], Gaussians]:
+    """The scene that strokes are fitted to: at a moment of a clip, or None for one at rest."""
+    moving = prepared.moving
+    if moving is None:
+        return lambda moment: recolored
+    from brushgs.refine.targets import scene_over_time
+
+    strength = 1.0 if paint.palette is None else paint.palette.strength
+    at = scene_over_time(moving, prepared.whole_scene, prepared.palette, strength)
+    return lambda moment: at(moment or 0)
 
 
 def _target_views(
-    gaussians: Gaussians, first_view: FirstView, config: RefineConfig, report: Report
+    prepared: Prepared, shown_at: Callable[[int | None], Gaussians], config: RefineConfig, report: Report
 ) -> "tuple[list[TargetView], list[TargetView]]":
     """Training and validation views, with the plain picture as target."""
+    view, moving, (width, height) = prepared.known_view, prepared.moving, config.size
     with report.stage("views") as stage:
-        from brushgs.refine.distil import TargetView
-        from brushgs.refine.views import views_around
+        from brushgs.refine.targets import draw_targets
+        from brushgs.refine.views import TimedView, views_around, views_over_time
 
-        width, height = config.size
         affordable = max(STYLE_VIEWS, min(SELF_VIEWS, int(MOST_BYTES // (16 * width * height))))
         num_views = config.views or (affordable if config.style is None else STYLE_VIEWS)
-        training_views, validation_views = (
-            [
-                TargetView.of(gaussians, view)
-                for view in views_around(first_view, num, width=width, height=height, shift=shift)
-            ]
-            for num, shift in ((num_views, 0.0), (NUM_VALIDATION_VIEWS, 0.5))
-        )
+        num_moments = 0 if moving is None else len(moving.motion.times)
+        size, found = {"width": width, "height": height}, []
+        for num, shift in ((num_views, 0.0), (NUM_VALIDATION_VIEWS, 0.5)):
+            if moving is None:
+                views = [TimedView(camera) for camera in views_around(view, num, **size, shift=shift)]
+            else:
+                own = framed_camera(view, ViewConfig(size=config.size)) if shift == 0 else None
+                views = views_over_time(view, num, num_moments, **size, own=own, shift=shift)
+            found.append(draw_targets(views, shown_at))
         stage.did = f"{num_views} for training, {NUM_VALIDATION_VIEWS} for validation, {width}x{height}"
-        stage.counts = {
-            "views": num_views,
-            "validation_views": NUM_VALIDATION_VIEWS,
-            "width": width,
-            "height": height,
-        }
-    return training_views, validation_views
+        stage.counts = {"views": num_views, "validation_views": NUM_VALIDATION_VIEWS} | size
+        if moving is not None:
+            stage.did += f", over {num_moments:,} moments"
+            stage.counts["moments"] = num_moments
+    return found[0], found[1]

@@ -15,10 +15,11 @@ import brushgs.autograd as ba
 from brushgs.arrays import Array
 from brushgs.colors import flatten, split_alpha
 from brushgs.passes.recolor import Palette
-from brushgs.refine.distil import FREE_ASPECT, ROUNDNESS, TargetView
+from brushgs.refine.distil import FREE_ASPECT, ROUNDNESS
 from brushgs.refine.fit import Drawing, Fit, FitSchedule, LossCurve, no_progress
 from brushgs.refine.losses import color_distance, roundness, total_variation
 from brushgs.refine.nnfm import Features, Style, style_gradient
+from brushgs.refine.targets import TargetView
 from brushgs.refine.variables import Rates, Variables
 from brushgs.refine.vgg import Vgg, find_weights
 from brushgs.scene import Gaussians
@@ -121,8 +122,8 @@ def stylise(
         loss = loss + weights.outline * (alpha - view.alpha).square().mean()
         return loss + weights.color * color_distance(rgb, alpha, mean, covariance)
 
-    def objective(frame: ba.Frame, view: int, strokes: ba.Gaussians) -> Tensor:
-        loss = loss_of(frame.rgb, frame.alpha, training_views[view])
+    def objective(frame: ba.Frame, view: TargetView, strokes: ba.Gaussians) -> Tensor:
+        loss = loss_of(frame.rgb, frame.alpha, view)
         if "opacities" in variables.moving:
             loss = loss + ROUNDNESS * roundness(strokes.scales, FREE_ASPECT)
         return loss
@@ -130,11 +131,11 @@ def stylise(
     def score(strokes: Gaussians) -> float:
         losses = []
         for view in validation_views:
-            frame = drawing.frame(strokes, view.camera)
+            frame = drawing.frame(strokes, view.camera, view.moment)
             with torch.no_grad():
                 loss = loss_of(torch.from_numpy(frame.rgb), torch.from_numpy(frame.alpha), view)
             losses.append(float(loss))
         return float(-10 * np.log10(np.mean(losses)))
 
-    fit = Fit(variables, [view.camera for view in training_views], drawing, objective, score, schedule)
+    fit = Fit(variables, training_views, drawing, objective, score, schedule)
     return fit.run(on_step), fit.curve

@@ -83,7 +83,11 @@ class Variables:
             name: torch.tensor(start[name]).requires_grad_() for name in MOVING[params] if start[name].size
         }
         self._fixed = {name: torch.tensor(column) for name, column in strokes.columns().items()}
-        self._brushes = None if strokes.brushes is None else torch.tensor(strokes.brushes)
+        self._integers = {
+            name: torch.tensor(column)
+            for name, column in (("brushes", strokes.brushes), ("ids", strokes.ids))
+            if column is not None
+        }
         self._rows = torch.from_numpy(np.flatnonzero(self.moves))
         sizes = np.maximum(np.sort(rows.scales, axis=1)[:, 1:2], LEAST_SCALE * radius)
         self._homes, self._sizes = torch.tensor(rows.means), torch.tensor(sizes)
@@ -102,7 +106,7 @@ class Variables:
         for name, column in self._columns().items():
             is_whole = self.moves.all()
             tensors[name] = column if is_whole else tensors[name].index_put((self._rows,), column)
-        return ba.Gaussians(**tensors, antialiased=self.strokes.antialiased, brushes=self._brushes)
+        return ba.Gaussians(**tensors, antialiased=self.strokes.antialiased, **self._integers)
 
     def result(self) -> Gaussians:
         """The current strokes as arrays; what may not change is bit for bit what came in."""

@@ -1,7 +1,10 @@
 """Cameras around a scene for refinement: training and validation views that need no photographs.
 
 Both sets are spread evenly over the same range of directions around the subject; a shift keeps them apart.
+Those of a clip are spread over its moments too.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +14,10 @@ from brushgs.cameras.orbit import orbit
 from brushgs.scene import Camera, FirstView, Gaussians
 
 GOLDEN_SHARE = (np.sqrt(5) - 1) / 2  # of a turn: any number of such steps are spread evenly over the circle
+# Of a clip, for the moments: 1 over the real root of x^3 = x + 1. No whole numbers relate it to the golden
+# section, so views fill directions and moments evenly together (Weyl 1916).
+PLASTIC_SHARE = 0.7548776662466927
+OWN_VIEWS = 4  # one view in so many is of the camera that films the clip
 ELEVATION_RANGE = np.radians(45.0)  # from lowest to highest view; the default elevation is in the middle
 MAX_ELEVATION = np.radians(80.0)
 
@@ -48,4 +55,59 @@ def views_around(
         elevation = min(view.elevation + ELEVATION_RANGE * (along - 0.5), MAX_ELEVATION)
         azimuth = 2 * np.pi * ((index + shift) * GOLDEN_SHARE % 1.0)
         views.append(frame_scene(view, width=width, height=height, azimuth=azimuth, elevation=elevation))
+    return views
+
+
+class TimedView(NamedTuple):
+    """A view, of a clip at one of its moments.
+
+    Attributes:
+        camera: from where.
+        moment: when, a row of the moments of the clip; None for a scene at rest.
+    """
+
+    camera: Camera
+    moment: int | None = None
+
+
+def views_over_time(
+    scene: Gaussians | FirstView,
+    num_views: int,
+    num_moments: int,
+    *,
+    width: int,
+    height: int,
+    own: Camera | None = None,
+    shift: float = 0.0,
+) -> list[TimedView]:
+    """Views of the subject of a clip from all around, each at a moment, spread evenly over both together.
+
+    Args:
+        scene: see `views_around`.
+        num_views: n >= 1.
+        num_moments: T >= 1.
+        width: pixels.
+        height: pixels.
+        own: the camera that films the clip: one view in four is of it, the first at least, and these are
+            spread evenly over the moments of their own. None for none of it.
+        shift: see `views_around`.
+
+    Raises:
+        ValueError: if a number is out of range.
+    """
+    if num_moments < 1:
+        raise ValueError(f"moments must be at least 1, got {num_moments}")
+    num_own = 0 if own is None else -(-num_views // OWN_VIEWS)
+    num_around = num_views - num_own
+    cameras = (
+        views_around(scene, num_around, width=width, height=height, shift=shift)
+        if num_around or own is None
+        else []
+    )
+    views = []
+    if own is not None:
+        views = [TimedView(own, int((index + 0.5) / num_own * num_moments)) for index in range(num_own)]
+    for index, camera in enumerate(cameras):
+        share = (0.5 + (index + shift) * PLASTIC_SHARE) % 1.0
+        views.append(TimedView(camera, min(int(share * num_moments), num_moments - 1)))
     return views

@@ -38,9 +38,10 @@ from brushgs.measure.plotting import (
 )
 from brushgs.measure.warp import match_views
 from brushgs.options.experiments import DEFAULT_STEPS, REFINE_SIZE
-from brushgs.refine.distil import TargetView, distil
+from brushgs.refine.distil import distil
 from brushgs.refine.fit import Drawing, FitSchedule
 from brushgs.refine.run import NUM_VALIDATION_VIEWS, SELF_VIEWS
+from brushgs.refine.targets import TargetView
 from brushgs.refine.variables import Variables
 from brushgs.refine.views import views_around
 from brushgs.rendering.track import track_directions

@@ -30,11 +30,11 @@ import brushgs as bg
 from brushgs.colors import LUMINANCE
 from brushgs.io.pictures.images import read_image
 from brushgs.passes.recolor import Palette, recolor
-from brushgs.refine.distil import TargetView
 from brushgs.refine.filter_bank import REACH, FilterBank, oriented_filters
 from brushgs.refine.fit import Drawing, FitSchedule
 from brushgs.refine.nnfm import Style
 from brushgs.refine.style import RATES, stylise
+from brushgs.refine.targets import TargetView
 from brushgs.refine.variables import Variables
 from brushgs.refine.views import views_around
 from brushgs.still_life import still_life, still_life_camera

@@ -14,9 +14,10 @@ from brushgs.io.pictures.images import read_image  # noqa: E402
 from brushgs.options.region import Region  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
 from brushgs.refine.checkpoint import Checkpoint  # noqa: E402
-from brushgs.refine.distil import TargetView, distil, mean_psnr  # noqa: E402
+from brushgs.refine.distil import distil, mean_psnr  # noqa: E402
 from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.select import select_strokes  # noqa: E402
+from brushgs.refine.targets import TargetView  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
 from brushgs.still_life import still_life  # noqa: E402

@@ -11,11 +11,11 @@ import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
 from brushgs.passes.recolor import Palette, recolor  # noqa: E402
 from brushgs.refine import nnfm  # noqa: E402
-from brushgs.refine.distil import TargetView  # noqa: E402
 from brushgs.refine.filter_bank import FilterBank  # noqa: E402
 from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.nnfm import Style  # noqa: E402
 from brushgs.refine.style import RATES, stylise  # noqa: E402
+from brushgs.refine.targets import TargetView  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.vgg import Vgg  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from brushgs.cli import flags, values
-from brushgs.cli.configs import paint_config, scene_source
+from brushgs.cli.configs import open_clip, paint_config, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import Params
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
-    flags.add_scene_output(parser, "refined")
+    flags.add_scene_output(parser, "refined", has_moments=True)
     flags.add_experiment_output(parser, "refine", is_main=False)
     _add_refinement(parser)
     flags.add_draw(parser)
@@ -25,6 +25,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_cluster(parser)
     flags.add_stroke_passes(parser)
     flags.add_palette(parser)
+    flags.add_span(parser, "of a moving scene, whose strokes are written at 30 moments a second")
     flags.add_report(parser)
 
 
@@ -99,10 +100,19 @@ def run(args: Namespace) -> None:
     from brushgs.refine.run import refine_file
 
     report = RefineReport()
-    output = args.output or output_beside(scene, "refined", SCENE_SUFFIXES[0])
-    wants_plot = not args.no_plot
     with reported(args, report):
-        refine_file(scene, output, paint, config, report=report, folder=args.report, wants_plot=wants_plot)
+        clip = open_clip(args, scene)
+        suffix = SCENE_SUFFIXES[0] if clip is None else ""
+        output = args.output or output_beside(scene, "refined", suffix)
+        refine_file(
+            clip or scene,
+            output,
+            paint,
+            config,
+            report=report,
+            folder=args.report,
+            wants_plot=not args.no_plot,
+        )
 
 
 def refine_config(args: Namespace) -> "RefineConfig":

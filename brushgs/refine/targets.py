@@ -1,0 +1,97 @@
+"""Views and what they should show: the plain picture of the scene, at rest or at a moment of a clip.
+
+All pictures are drawn once, before the fit. Those of a clip are drawn moment by moment, so that no more than
+one of its moments is in memory beside them.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+import brushgs.autograd as ba
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.painting.moving import Moving, joined
+from brushgs.passes.contribution import projected_areas
+from brushgs.passes.recolor import Palette, recolor
+from brushgs.refine.views import TimedView
+from brushgs.rendering.render import render
+from brushgs.scene import Camera, Gaussians
+
+
+@dataclass(frozen=True, eq=False)
+class TargetView:
+    """A view and its target picture.
+
+    Attributes:
+        camera: the view.
+        rgba: [H, W, 4] premultiplied RGB and alpha of the plain picture.
+        moment: of the view, a row of the moments of a clip; None for a scene at rest.
+    """
+
+    camera: Camera
+    rgba: Tensor
+    moment: int | None = None
+
+    @classmethod
+    def of(cls, scene: Gaussians, camera: Camera, moment: int | None = None) -> "TargetView":
+        """The plain picture of a scene in a view."""
+        frame = render(scene, camera, StrokeTexture.open("gaussian"), depth=False)
+        return cls(camera, torch.from_numpy(np.dstack([frame.rgb, frame.alpha])), moment)
+
+    @property
+    def alpha(self) -> Tensor:
+        """[H, W] of the target picture."""
+        return self.rgba[..., 3]
+
+    def over(self, background: Sequence[float] | Tensor) -> Tensor:
+        """[H, W, 3] the target picture over one RGB colour."""
+        return ba.Frame(self.rgba[..., :3], self.alpha).over(background)
+
+
+def draw_targets(views: Sequence[TimedView], shown_at: Callable[[int | None], Gaussians]) -> list[TargetView]:
+    """The plain pictures of views.
+
+    Args:
+        views: n views.
+        shown_at: the scene at the moment of a view; called once for each.
+
+    Returns:
+        n targets, in the same order.
+    """
+    targets: dict[int, TargetView] = {}
+    for moment in dict.fromkeys(view.moment for view in views):
+        scene = shown_at(moment)
+        for index, view in enumerate(views):
+            if view.moment == moment:
+                targets[index] = TargetView.of(scene, view.camera, moment)
+    return [targets[index] for index in range(len(views))]
+
+
+def scene_over_time(
+    moving: Moving, members: Gaussians, palette: Palette | None = None, strength: float = 1.0
+) -> Callable[[int], Gaussians]:
+    """The scene that strokes of a clip stand for, at each of its moments.
+
+    Args:
+        moving: the moving scene, and its moments.
+        members: what strokes were made of. Where rows correspond, only these rows are in the picture.
+        palette: the colours it takes; None for its own. The map of colours is that of `members` at all times.
+        strength: of the palette, see `recolor`.
+    """
+    weights = members.opacities * projected_areas(members.scales)
+
+    def at(moment: int) -> Gaussians:
+        scene = moving.scene.at(float(moving.motion.times[moment]))
+        if moving.scene.has_rows:
+            assert members.ids is not None, "they are rows of the scene"
+            scene = scene.take(members.ids.astype(np.intp))
+        if palette is None or not weights.any():
+            return scene
+        both = joined(replace(scene, brushes=None, ids=None), replace(members, brushes=None, ids=None))
+        alone = np.concatenate([np.zeros(len(scene), weights.dtype), weights])
+        return recolor(both, palette, strength, weights=alone).take(slice(0, len(scene)))
+
+    return at

@@ -1,0 +1,401 @@
+"""Strokes of a clip learn from views at several of its moments; how they move stays as it is."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="needs the extra [refine]")
+
+import brushgs as bg  # noqa: E402
+import brushgs.autograd as ba  # noqa: E402
+from brushgs import cli  # noqa: E402
+from brushgs.cameras.framing import frame_scene, plain_first_view  # noqa: E402
+from brushgs.options.experiments import RefineConfig  # noqa: E402
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig  # noqa: E402
+from brushgs.painting.clip import Clip  # noqa: E402
+from brushgs.painting.moving import joined  # noqa: E402
+from brushgs.painting.prepare import prepare  # noqa: E402
+from brushgs.painting.report import Report  # noqa: E402
+from brushgs.painting.resume import motion_digest  # noqa: E402
+from brushgs.passes.recolor import Palette  # noqa: E402
+from brushgs.quats import quat_products  # noqa: E402
+from brushgs.refine import fit as fit_module  # noqa: E402
+from brushgs.refine.distil import distil, mean_psnr  # noqa: E402
+from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
+from brushgs.refine.run import refine_file  # noqa: E402
+from brushgs.refine.targets import draw_targets, scene_over_time  # noqa: E402
+from brushgs.refine.variables import Rates, Variables  # noqa: E402
+from brushgs.refine.views import OWN_VIEWS, views_over_time  # noqa: E402
+from tests.clips import clip_of, first_moment, moving_scene, save_clip  # noqa: E402
+
+SIZE = {"width": 64, "height": 48}
+SMALL = [
+    *("--strokes", "60", "--steps", "10", "--views", "8", "--size", "64x48"),
+    *("--stroke", "flat", "--up", "-y"),
+]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return save_clip(tmp_path_factory.mktemp("scene") / "dance")
+
+
+@pytest.fixture(scope="module")
+def prepared(folder):
+    """Strokes of the clip and how they move."""
+    paint = PaintConfig(cluster=ClusterConfig(60), draw=DrawConfig("flat"), view=ViewConfig(up="-y"))
+    return prepare(clip_of(folder), paint, Report(), needs_view=True, needs_first_view=True, keeps_scene=True)
+
+
+@pytest.fixture(scope="module")
+def drawing(prepared):
+    return Drawing.of(prepared.texture, prepared.options, prepared.moving.motion)
+
+
+@pytest.fixture(scope="module")
+def views(prepared):
+    """Training and validation views."""
+    at = scene_over_time(prepared.moving, prepared.whole_scene)
+    own = frame_scene(prepared.known_view, **SIZE)
+    return [
+        draw_targets(views_over_time(prepared.known_view, num, 5, **SIZE, own=camera, shift=shift), at)
+        for num, camera, shift in ((12, own, 0.0), (8, None, 0.5))
+    ]
+
+
+def test_a_view_of_a_moment_paints_the_strokes_as_they_are_there(prepared, drawing):
+    camera, strokes = frame_scene(prepared.known_view, **SIZE), prepared.strokes
+    for moment in range(5):
+        moved = prepared.moving.motion.pose(moment).moved(strokes)
+        expected = drawing.frame(moved, camera)
+        found = drawing.frame(strokes, camera, moment)
+        np.testing.assert_array_equal(found.rgb, expected.rgb)
+        painted = drawing.tensors(ba.Gaussians.of(strokes), camera, moment)
+        np.testing.assert_allclose(painted.rgb, expected.rgb, atol=1e-5)
+    first, last = (drawing.frame(strokes, camera, moment).rgb for moment in (0, 4))
+    assert np.abs(first - last).max() > 0.2, "the body moves"
+
+
+def test_strokes_come_nearer_to_the_clip_in_views_they_were_not_fitted_to(prepared, drawing, views):
+    before = prepared.strokes, motion_digest(prepared.moving)
+    training, validation = views
+    assert {view.moment for view in training} == {view.moment for view in validation} == set(range(5))
+    start = mean_psnr(prepared.strokes, validation, drawing)
+    after, curve = distil(Variables(prepared.strokes, "all"), *views, drawing, FitSchedule(steps=60))
+    for moment in range(5):
+        here = [view for view in validation if view.moment == moment]
+        assert mean_psnr(after, here, drawing) > mean_psnr(prepared.strokes, here, drawing) + 0.3
+    assert mean_psnr(after, validation, drawing) > start + 1.0
+    assert curve.losses[-1] < 0.9 * curve.losses[1]
+    np.testing.assert_array_equal(after.ids, before[0].ids)
+    assert motion_digest(prepared.moving) == before[1]
+
+
+def test_a_view_of_the_last_moment_teaches_strokes_at_their_reference_moment(prepared, drawing):
+    """The body is painted grey; a fit of colours at the last moment alone must find its own again."""
+    grey, body = prepared.strokes.sh.copy(), np.isin(prepared.strokes.ids, prepared.moving.motion.ids)
+    assert 5 < body.sum() < len(body)
+    grey[body] = 0
+    strokes = replace(prepared.strokes, sh=grey)
+    at = scene_over_time(prepared.moving, prepared.whole_scene)
+    timed = views_over_time(prepared.known_view, 8, 5, **SIZE)
+    last = draw_targets([view._replace(moment=4) for view in timed], at)
+    first = draw_targets([view._replace(moment=0) for view in timed], at)
+    schedule = FitSchedule(steps=60, rates=Rates(sh_base=0.05))
+    after, _ = distil(Variables(strokes, "colour"), last, last, drawing, schedule)
+    # At the first moment too, since the same strokes are there: measured 22.9 to 23.8 dB.
+    assert mean_psnr(after, first, drawing) > mean_psnr(strokes, first, drawing) + 0.7
+    # Without the motion they would be where the body was, and learn nothing of it.
+    at_rest = Drawing.of(drawing.texture, drawing.options)
+    wrong, _ = distil(Variables(strokes, "colour"), last, last, at_rest, schedule)
+    assert mean_psnr(after, first, drawing) > mean_psnr(wrong, first, drawing) + 0.5
+
+
+@pytest.mark.parametrize(("num_views", "num_moments"), [(320, 51), (24, 51), (320, 3), (7, 1), (1, 9)])
+def test_views_are_spread_over_moments_and_the_camera_of_the_film_is_among_them(num_views, num_moments):
+    scene = plain_first_view(first_moment(), "-y")
+    own = frame_scene(scene, **SIZE)
+    views = views_over_time(scene, num_views, num_moments, **SIZE, own=own)
+    assert len(views) == num_views
+    for is_own in (True, False):
+        moments = np.array([view.moment for view in views if (view.camera is own) == is_own], int)
+        if is_own:
+            assert len(moments) == -(-num_views // OWN_VIEWS)
+        counts = np.bincount(moments, minlength=num_moments)
+        assert len(counts) == num_moments
+        assert counts.max() - counts.min() <= 2 + 0.05 * counts.mean()
+    around = [view for view in views if view.camera is not own]
+    if len(around) > 100:  # at each third of the clip from all sides
+        for third in range(3):
+            some = [view for view in around if view.moment * 3 // num_moments == third]
+            angles = np.sort([np.arctan2(*view.camera.position[[0, 2]]) for view in some])
+            assert np.diff(angles, append=angles[0] + 2 * np.pi).max() < 0.5
+
+
+def test_validation_views_share_no_view_with_training(prepared):
+    views = [
+        view
+        for shift in (0.0, 0.5)
+        for view in views_over_time(prepared.known_view, 6, 5, **SIZE, shift=shift)
+    ]
+    places = np.array([view.camera.position for view in views])
+    away = np.linalg.norm(places[:, None] - places[None], axis=2) + 1e9 * np.eye(len(views))
+    assert away.min() > 0.02 * np.linalg.norm(places[0] - places[1])
+    with pytest.raises(ValueError, match="moments must be at least 1, got 0"):
+        views_over_time(prepared.known_view, 6, 0, **SIZE)
+
+
+def test_targets_are_the_scene_at_their_moments_and_each_moment_is_made_once(prepared):
+    asked, scene = [], moving_scene()
+
+    def at(time):
+        asked.append(time)
+        return scene.at(time)
+
+    moving = replace(prepared.moving, scene=replace(scene, sample=at))
+    timed = views_over_time(prepared.known_view, 10, 5, **SIZE)
+    targets = draw_targets(timed, scene_over_time(moving, prepared.whole_scene))
+    assert len(asked) == len({view.moment for view in timed}) >= 4
+    for view, target in zip(timed, targets, strict=True):
+        assert (target.camera, target.moment) == (view.camera, view.moment)
+        rows = prepared.whole_scene.ids
+        whole = scene.at(view.moment / 30).take(rows)
+        expected = bg.render(whole, view.camera, bg.StrokeTexture.open("gaussian"), depth=False)
+        np.testing.assert_array_equal(target.rgba[..., :3], expected.rgb)
+
+
+def test_a_palette_maps_a_colour_alike_at_all_moments(prepared):
+    fading = moving_scene()
+
+    def at(time):  # what a map of its own would be shifted by: the body goes
+        scene = fading.at(time)
+        opacities = scene.opacities.copy()
+        opacities[220:] *= 1 - time / fading.duration
+        return replace(scene, opacities=opacities)
+
+    moving = replace(prepared.moving, scene=replace(fading, sample=at))
+    palette = Palette.of_colors(np.array([[0.1, 0.2, 0.7], [0.9, 0.8, 0.2], [0.3, 0.3, 0.3]]))
+    shown = scene_over_time(moving, prepared.whole_scene, palette)
+    first, last = shown(0), shown(4)
+    np.testing.assert_array_equal(first.sh, last.sh)
+    assert np.abs(first.sh - prepared.whole_scene.sh).max() > 0.2
+    assert np.array_equal(
+        scene_over_time(moving, prepared.whole_scene)(0).sh, at(0).sh[prepared.whole_scene.ids]
+    )
+
+
+def run(capsys, *words):
+    """Exit code, stdout and stderr of one command."""
+    code = cli.main(["refine", *map(str, words)])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
+
+
+@pytest.fixture(scope="module")
+def refined(folder, tmp_path_factory):
+    """What one run writes."""
+    out = tmp_path_factory.mktemp("refined") / "dance-refined"
+    assert cli.main(["refine", str(folder), *SMALL, "-o", f"{out}/", "--quiet"]) == 0
+    return out
+
+
+def test_the_command_writes_a_folder_of_moments_and_tells_the_gain(
+    folder, refined, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, folder, *SMALL, "--json", "--report", "report")
+    assert (code, err) == (0, "")
+    report = json.loads(out)
+    assert report["output"] == "dance-refined/"
+    stages = {stage["name"]: stage["counts"] for stage in report["stages"]}
+    assert stages["refine"]["psnr_after"] > stages["refine"]["psnr_before"]
+    assert (stages["views"]["moments"], stages["write"]["moments"]) == (5, 5)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["dance-refined", "report"]
+    assert contents("dance-refined") == contents(refined), "equal input gives equal files"
+    assert sorted(path.name for path in (tmp_path / "report").iterdir()) == ["refine.json", "refine.png"]
+    clip = bg.load_moving("dance-refined")
+    assert clip.notes.is_strokes
+    assert clip.notes.scene == "dance"
+    assert clip.notes.first_view is not None
+    assert len(clip.at(0)) == stages["write"]["gaussians"]
+
+
+def test_strokes_of_the_files_move_as_they_did_before(folder, tmp_path, monkeypatch, capsys):
+    """Turns, sizes, opacities and changes of colour since the first moment are those of `cluster`."""
+    monkeypatch.chdir(tmp_path)
+    words = [folder, *SMALL[:2], "--up", "-y", "--quiet"]
+    assert cli.main(["cluster", *map(str, words), "-o", "strokes/"]) == 0
+    more = ["--steps", "30", "--keep", "1", "--params", "free", "--quiet"]
+    assert run(capsys, folder, *SMALL, *more)[0] == 0
+    before, after = (bg.load_moving(name) for name in ("strokes", "dance-refined"))
+    starts = before.at(0), after.at(0)
+    for name in ("means", "quats", "scales", "sh"):
+        assert not np.allclose(getattr(starts[0], name), getattr(starts[1], name), atol=1e-3)
+    conjugate = np.array([1, -1, -1, -1])
+    for index in range(1, 5):
+        changes = []
+        for scene, start in zip((before, after), starts, strict=True):
+            now = scene.at(index / 30)
+            turns = quat_products(now.quats, conjugate * start.quats)
+            unit = turns / np.linalg.norm(turns, axis=1, keepdims=True)
+            changes.append((unit, now.scales / start.scales, now.opacities, now.sh - start.sh))
+        for first, second in zip(*changes, strict=True):
+            np.testing.assert_allclose(first, second, atol=2e-5)
+
+
+@pytest.fixture
+def stopped(folder, tmp_path, monkeypatch, capsys):
+    """What is said where Ctrl-C stops a run after its sixth step."""
+    monkeypatch.chdir(tmp_path)
+    step = fit_module.Fit._step
+
+    def stop(fit):
+        step(fit)
+        if fit.step == 6:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(fit_module.Fit, "_step", stop)
+        code, out, err = run(capsys, folder, *SMALL)
+    assert (code, out) == (130, "")
+    return err
+
+
+def test_a_run_that_was_stopped_resumes_to_the_same_files(stopped, folder, refined, capsys):
+    assert stopped == "brushgs: stopped: --resume continues from step 6: dance-refined.checkpoint\n"
+    assert [path.name for path in Path().iterdir()] == ["dance-refined.checkpoint"]
+    code, out, err = run(capsys, folder, *SMALL, "--resume")
+    assert (code, out) == (0, "dance-refined/\n")
+    assert "resumed from step 6" in " ".join(err.split())
+    assert contents("dance-refined") == contents(refined)
+    assert [path.name for path in Path().iterdir()] == ["dance-refined"]
+
+
+@pytest.mark.parametrize(
+    ("words", "differing"),
+    [(["--end", "50%"], r"clip end None, now 50%"), (["--seed", "4"], r"seed 0, now 4")],
+)
+def test_a_checkpoint_of_another_part_of_the_clip_is_refused(stopped, folder, capsys, words, differing):
+    code, out, err = run(capsys, folder, *SMALL, *words, "--resume")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    found = re.search(r"is the checkpoint of another fit \((.*?)\); give the scene", err)
+    assert found, err
+    assert found[1].startswith(differing), err
+
+
+def test_strokes_that_move_otherwise_are_another_fit(stopped, folder, capsys, monkeypatch):
+    import brushgs.painting.prepare as preparation
+
+    follow = preparation.follow_strokes
+
+    def otherwise(*args):
+        strokes, motion = follow(*args)
+        table = motion.table.copy()
+        table[2, 0, 0] += 0.01
+        return strokes, replace(motion, table=table)
+
+    monkeypatch.setattr(preparation, "follow_strokes", otherwise)
+    code, _, err = run(capsys, folder, *SMALL, "--resume")
+    assert code == 2
+    assert "is the checkpoint of another fit (another motion); " in err
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["-o", "a.ply"], r"a.ply is one scene, and .*dance moves; write a folder, a/, or add --time"),
+        (["-o", "a.png"], r"output of a moving scene must be a folder, got 'a.png'; write a folder, a/"),
+        (["-o", "a/%05d.ply"], r"moments are called moment_%05d.ply; name their folder, a/, not"),
+        (["-o", "none/a/"], r"none/a: the folder .*none does not exist; create it first"),
+        (["-o", "mine"], r"mine: holds notes.txt and 1 more, which brushgs did not write as moments"),
+        (["-o", "file/"], r"file: is a file, not a folder"),
+        (["-o", "{folder}/"], r"dance.*: is an input, and .*dance/ would replace it; choose another folder"),
+        (["--start", "9"], r"start must be in the 0.133333 s of .*dance, got 9 s"),
+        (["--start", "60%", "--end", "10%"], r"end must not be before start"),
+        (["--start", "soon"], r"--start"),
+    ],
+)
+def test_a_bad_flag_gets_one_sentence(folder, tmp_path, monkeypatch, capsys, words, sentence):
+    monkeypatch.chdir(tmp_path)
+    Path("mine").mkdir()
+    Path("mine/notes.txt").write_text("mine")
+    Path("mine/plan.txt").write_text("mine")
+    Path("file").write_text("mine")
+    before = contents(folder)
+    code, out, err = run(capsys, folder, *SMALL, *(word.format(folder=folder) for word in words))
+    assert (code, out, err.count("\n")) == (2, "", 1), err
+    assert re.search(sentence, err), err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "mine"]
+    assert contents(folder) == before
+
+
+def test_one_moment_is_refined_as_a_still_scene(folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, folder, *SMALL, "--time", "50%", "-o", "a.ply", "--json")
+    assert (code, err) == (0, "")
+    assert "moments" not in {name for stage in json.loads(out)["stages"] for name in stage["counts"]}
+    assert run(capsys, folder, *SMALL, "--time", "50%", "--start", "1")[0] == 2
+    assert len(bg.load("a.ply")) <= 60
+
+
+def test_a_clip_in_memory_is_refined_too(tmp_path):
+    paint = PaintConfig(cluster=ClusterConfig(60), draw=DrawConfig("flat"), view=ViewConfig(up="-y"))
+    config = RefineConfig(steps=2, views=4, size=(64, 48))
+    report = refine_file(Clip(moving_scene()), tmp_path / "a", paint, config)
+    assert report.output == f"{tmp_path / 'a'}/"
+    assert len(list((tmp_path / "a").iterdir())) == 5
+
+
+def test_strokes_that_are_born_later_learn_too(tmp_path, monkeypatch):
+    """Rows of the frames are in any order, and a second body is there from the middle of the clip on."""
+    scene, g = moving_scene(), np.random.default_rng(7)
+    (tmp_path / "mixed").mkdir()
+    for index in range(5):
+        moment = scene.at(index / 30)
+        late = moment.take(np.arange(220, 340))
+        late = replace(late, means=late.means + np.float32([-0.6, -0.9, 0]), sh=-late.sh)
+        both = joined(moment, late) if index > 1 else moment
+        bg.save(both.take(g.permutation(len(both))), tmp_path / "mixed" / f"frame_{index}.ply")
+    clip = clip_of(tmp_path / "mixed")
+    assert not clip.scene.has_rows
+    paint = PaintConfig(cluster=ClusterConfig(60), draw=DrawConfig("flat"), view=ViewConfig(up="-y"))
+    caught = []
+
+    def watch(*args, **options):
+        caught.append(prepare(*args, **options))
+        return caught[-1]
+
+    monkeypatch.setattr("brushgs.refine.run.prepare", watch)
+    report = refine_file(clip, f"{tmp_path}/out/", paint, RefineConfig(steps=30, views=12, size=(64, 48)))
+    counts = {stage.name: stage.counts for stage in report.stages}
+    assert counts["follow"]["born"] > 0
+    assert counts["refine"]["psnr_after"] > counts["refine"]["psnr_before"] + 0.3
+    after, made = bg.load_moving(tmp_path / "out"), caught[0]
+    first, last = (made.moving.motion.pose(moment).moved(made.strokes).opacities for moment in (0, 4))
+    comes = first < 0.7 * last  # the clip is shorter than the time in which a stroke comes
+    assert comes.sum() > 3
+    assert (after.at(0).opacities < 0.8 * after.at(4 / 30).opacities)[comes].all()
+
+
+def test_a_clip_is_refined_toward_a_style(folder, tmp_path, monkeypatch, capsys):
+    pytest.importorskip("kornia", reason="needs the extra [refine]")
+    monkeypatch.chdir(tmp_path)
+    g = np.random.default_rng(0)
+    stripes = np.where(np.arange(64)[:, None, None] // 4 % 2, (0.1, 0.2, 0.6), (0.9, 0.8, 0.3))
+    rgb = (np.broadcast_to(stripes, (64, 80, 3)) + g.normal(0, 0.02, (64, 80, 3))).clip(0, 1)
+    flat = np.ones((64, 80), np.float32)
+    bg.save(bg.Frame(rgb.astype(np.float32), flat, flat), "style.png")
+    code, out, err = run(capsys, folder, *SMALL, "--style", "style.png", "--json")
+    assert (code, err) == (0, "")
+    stages = {stage["name"]: stage["counts"] for stage in json.loads(out)["stages"]}
+    scores = stages["refine"]["curve_scores"]
+    assert max(scores) > scores[0]
+    assert len(list(Path("dance-refined").iterdir())) == 5
