@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from brushgs.options.painting import PaintConfig
     from brushgs.options.scene_source import SceneSource
     from brushgs.options.sequence import GrowConfig, PathConfig
-    from brushgs.painting.clip import Clip
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 NOT_FRAMING = {"size", "camera_file", "view"}  # fields of a view that do not place the camera
@@ -156,24 +155,6 @@ def grow_config(args: Namespace) -> "GrowConfig | None":
     from brushgs.options.sequence import GrowConfig
 
     return GrowConfig(**grow | path)
-
-
-def open_clip(args: Namespace, scene: "SceneSource") -> "Clip | None":
-    """The part of a moving scene that flags ask for; None for a still one, or one moment.
-
-    Raises:
-        SceneError: if a file cannot be used.
-        ValueError: see `clip_config`.
-    """
-    from brushgs.io.moving import open_moving
-
-    moving = None if scene.time is not None else open_moving(scene)
-    config = clip_config(args, scene, is_moving=moving is not None)
-    if moving is None or config is None:
-        return None
-    from brushgs.painting.clip import Clip
-
-    return Clip(moving, config, scene)
 
 
 def clip_config(args: Namespace, scene: "SceneSource", *, is_moving: bool) -> "ClipConfig | None":

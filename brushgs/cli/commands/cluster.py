@@ -3,7 +3,8 @@
 from argparse import ArgumentParser, Namespace
 
 from brushgs.cli import flags
-from brushgs.cli.configs import open_clip, paint_config, scene_source
+from brushgs.cli.clips import open_clip
+from brushgs.cli.configs import paint_config, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from brushgs.cli import flags, values
-from brushgs.cli.configs import open_clip, paint_config, scene_source
+from brushgs.cli.clips import open_clip
+from brushgs.cli.configs import paint_config, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import Params

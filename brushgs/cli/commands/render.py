@@ -9,7 +9,6 @@ from brushgs.cli import flags, values
 from brushgs.cli.clips import open_clip
 from brushgs.cli.configs import (
     grow_config,
-    open_clip,
     paint_config,
     painting_name,
     path_config,
