@@ -5,10 +5,14 @@ from pathlib import Path
 from brushgs.brushes.brush_set import name_of
 from brushgs.errors import SceneError
 from brushgs.io import save
+from brushgs.io.moving.write import NAME
+from brushgs.io.pictures.formats import VIDEO_SUFFIXES
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.painting import PaintConfig
+from brushgs.painting.clip import Clip
 from brushgs.painting.outputs import check_output
 from brushgs.painting.report import Report
+from brushgs.painting.sequence import paint_sequence
 from brushgs.painting.still import paint_file
 from brushgs.painting.strokes import file_size, write_scene
 from brushgs.still_life import still_life, still_life_camera
@@ -19,7 +23,7 @@ CLIP_NAME = "still_life_moving"
 MOVING_GAUSSIANS = (
     20_000  # 1.5 MB a moment, which with the Gaussians and highlights of the still scene would be 13 MB
 )
-SIZE = (1200, 900)  # pixels
+SIZE, FILM_SIZE = (1200, 900), (960, 720)  # pixels
 
 
 def paint_demo(
@@ -58,35 +62,44 @@ def paint_demo(
     return paint_file(scene, picture, config, camera=camera, report=report)
 
 
-def build_moving_demo(
-    folder: str | Path, seed: int, *, report: Report, num_gaussians: int = MOVING_GAUSSIANS
+def paint_moving_demo(
+    folder: str | Path,
+    config: PaintConfig,
+    *,
+    report: Report,
+    num_gaussians: int = MOVING_GAUSSIANS,
+    name: str | None = None,
 ) -> Report:
-    """Write the still life in motion as one scene file a moment, 30 a second, into a folder in a folder.
+    """Write the still life in motion as one scene file a moment, 30 a second, and paint a film of it.
 
     Args:
-        folder: made if missing; in it `still_life_moving` is made, whose files are replaced.
-        seed: of all random choices.
-        report: gets the stage.
+        folder: made if missing; in it the folder `still_life_moving`, whose moments are replaced, and the
+            film are made.
+        config: as of `paint_demo`; a film has 960 x 720 pixels by default.
+        report: gets the stages.
         num_gaussians: approximate count, >= 1000.
+        name: of the painting, still_life_moving-NAME.mp4; None for that of the stroke.
 
     Raises:
         SceneError: if the folder cannot be made or written to.
     """
-    clip = _made(Path(folder) / CLIP_NAME)
-    files = [clip / f"{moment:04d}.ply" for moment in range(round(SECONDS * RATE) + 1)]
+    folder = _made(Path(folder))
+    clip, film = folder / CLIP_NAME, folder / f"{CLIP_NAME}-{name or name_of(config.draw.stroke)}.mp4"
+    files = [_made(clip) / (NAME % moment) for moment in range(round(SECONDS * RATE) + 1)]
     check_output(files[0], SCENE_SUFFIXES)
+    check_output(film, VIDEO_SUFFIXES)
+    scene = still_life_moving(num_gaussians, config.cluster.seed)
+    width, height = config.view.size or FILM_SIZE
+    camera = still_life_camera(width=width, height=height)
     with report.stage("build", total=len(files), unit="moments") as stage:
-        scene = still_life_moving(num_gaussians, seed)
-        eye = still_life_camera().position
         for moment, path in enumerate(files):
-            gaussians = seen_from(scene.at(moment / RATE), eye)
+            gaussians = seen_from(scene.at(moment / RATE), camera.position)
             save(gaussians, path)
             report.advance()
         size = sum(path.stat().st_size for path in files)
         stage.did = f"{clip}, {len(files)} moments of {len(gaussians):,} Gaussians, {file_size(size)}"
         stage.counts = {"gaussians": len(gaussians), "moments": len(files), "bytes": size, "path": str(clip)}
-    report.output = str(clip)
-    return report
+    return paint_sequence(Clip(scene), film, camera, config, report=report)
 
 
 def _made(folder: Path) -> Path:

@@ -23,6 +23,7 @@ from brushgs.painting.report import Report
 from brushgs.painting.stroke_chart import CELL, COLUMNS, PAPER
 from brushgs.sh import base_colors
 from brushgs.still_life import still_life
+from brushgs.still_life.moving import still_life_moving
 from tests.scenes import save_upright
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -660,12 +661,15 @@ def test_the_demo_says_where_the_picture_is(tmp_path, monkeypatch, capsys):
     assert names("brushgs-demo") == ["still_life-gaussian.png", "still_life.ply"]
 
 
-def test_the_moving_demo_takes_no_words_of_a_painting(tmp_path, capsys):
-    for words in (["--stroke", "flat"], ["--look", "oil"], ["--strokes", "100"]):
-        code, _, err = run(capsys, "demo", "--moving", *words, "-o", tmp_path / "demo")
-        assert code == 2
-        assert "--moving builds a scene and paints nothing" in err
-    assert not (tmp_path / "demo").exists()
+def test_the_moving_demo_builds_a_clip_and_paints_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("brushgs.painting.demo.SECONDS", 0.1)
+    monkeypatch.setattr("brushgs.painting.demo.still_life_moving", partial(still_life_moving, seconds=0.1))
+    words = "--look", "plain", "--stroke", "flat", "--strokes", "100", "--size", "64x48"
+    code, out, err = run(capsys, "demo", "--moving", *words)
+    assert (code, out) == (0, "brushgs-demo/still_life_moving-flat.mp4\n")
+    assert "4 moments" in err
+    assert names("brushgs-demo") == ["still_life_moving", "still_life_moving-flat.mp4"]
 
 
 def brushgs(*words, cwd, **options):

@@ -1,5 +1,6 @@
 import json
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from brushgs.io.pictures.images import read_image
 from brushgs.io.scenes.notes import LoadNotes
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, PruneConfig, ViewConfig
 from brushgs.painting import drawing, outputs
-from brushgs.painting.demo import build_moving_demo, paint_demo
+from brushgs.painting.demo import paint_demo, paint_moving_demo
 from brushgs.painting.outputs import check_output
 from brushgs.painting.passes import cluster_file, prune_file
 from brushgs.painting.report import Report
@@ -20,6 +21,7 @@ from brushgs.painting.strokes import load_scene
 from brushgs.painting.views import choose_camera, choose_first_view
 from brushgs.rendering.coats import Canvas, Coat
 from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life.moving import still_life_moving
 from tests.passes.layers import plane
 
 SMALL = ViewConfig(size=(64, 48))
@@ -376,15 +378,22 @@ def test_the_demo_writes_a_scene_and_its_picture(tmp_path):
     assert bg.load(tmp_path / "deep" / "folder" / "still_life.ply").sh_degree == 3
 
 
-def test_the_moving_demo_writes_a_scene_file_a_moment(tmp_path, monkeypatch):
+def test_the_moving_demo_writes_a_scene_file_a_moment_and_a_film(tmp_path, monkeypatch):
     monkeypatch.setattr("brushgs.painting.demo.SECONDS", 0.1)
-    report = build_moving_demo(tmp_path / "folder", 1, report=Report(), num_gaussians=1000)
+    monkeypatch.setattr("brushgs.painting.demo.still_life_moving", partial(still_life_moving, seconds=0.1))
+    small = replace(config(), view=ViewConfig(size=(64, 48)))
+    small = replace(small, cluster=replace(small.cluster, seed=1))
+    report = paint_moving_demo(tmp_path / "folder", small, report=Report(), num_gaussians=1000)
     clip = tmp_path / "folder" / "still_life_moving"
-    assert report.output == str(clip)
-    assert [path.name for path in sorted(clip.iterdir())] == ["0000.ply", "0001.ply", "0002.ply", "0003.ply"]
-    first, last = bg.load(clip / "0000.ply"), bg.load(clip / "0003.ply")
+    assert report.output == str(tmp_path / "folder" / "still_life_moving-ellipse.mp4")
+    files = sorted(clip.iterdir())
+    assert [path.name for path in files] == [f"moment_{k:05d}.ply" for k in range(4)]
+    first, last = bg.load(files[0]), bg.load(files[-1])
     np.testing.assert_array_equal(first.means, still_life(1000, 1).means)
     assert len(first) == len(last)
+    moving = bg.load_moving(clip)
+    assert moving.has_rows
+    assert len(moving.times) == 4
 
 
 def test_a_demo_into_a_file_is_refused(tmp_path):

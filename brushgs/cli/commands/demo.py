@@ -1,4 +1,4 @@
-"""`brushgs demo`: the example scene, built and painted, or built in motion."""
+"""`brushgs demo`: the example scene, still or in motion, built and painted."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -23,11 +23,14 @@ def add_flags(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--moving",
         action="store_true",
-        help="build the scene in motion instead: a folder of scene files, 4 seconds at 30 a second, "
-        "177 MB, for `brushgs render`; takes only -o and --seed",
+        help="build the scene in motion instead, 4 seconds, as a folder of 121 scene files (177 MB), and paint "
+        "a film of it",
     )
     flags.ConfigFlags(parser, "view").add(
-        "--size", type=values.picture_size, metavar="WxH", help="picture size in pixels, default 1200x900"
+        "--size",
+        type=values.picture_size,
+        metavar="WxH",
+        help="size in pixels, default 1200x900, of a film 960x720",
     )
     flags.add_seed(parser)
     flags.add_stroke_count(parser, has_look=True)
@@ -38,27 +41,9 @@ def add_flags(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Build, write and paint the scene."""
-    if args.moving:
-        _build_moving(args)
-        return
     config = paint_config(args, draw={"background": BACKGROUND})
     with reported(args) as report:
-        from brushgs.painting.demo import paint_demo
+        from brushgs.painting.demo import paint_demo, paint_moving_demo
 
-        paint_demo(args.output, config, report=report, name=painting_name(args, config))
-
-
-def _build_moving(args: Namespace) -> None:
-    from brushgs.options.painting import STEPS, ClusterConfig
-
-    seed = flags.given(args, "cluster").get("seed", ClusterConfig.seed)
-    named = {(step, name) for step in STEPS for name in flags.given(args, step)} - {("cluster", "seed")}
-    if named or args.look is not None:
-        raise ValueError(
-            "--moving builds a scene and paints nothing, so it takes only -o and --seed; give the other "
-            "words to `brushgs render`, with the folder that it writes"
-        )
-    with reported(args) as report:
-        from brushgs.painting.demo import build_moving_demo
-
-        build_moving_demo(args.output, seed, report=report)
+        paint = paint_moving_demo if args.moving else paint_demo
+        paint(args.output, config, report=report, name=painting_name(args, config))
