@@ -2,8 +2,10 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from brushgs.cameras.first_view import framing
+from brushgs.options.moment import Moment
 from brushgs.options.page import PAGE_SUFFIXES
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
@@ -13,6 +15,9 @@ from brushgs.painting.outputs import check_output, input_files
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import name_of
+
+if TYPE_CHECKING:
+    from brushgs.io.scenes.notes import LoadNotes
 
 
 def export_file(
@@ -52,7 +57,7 @@ def export_file(
         output,
         view=view_of(prepared, config),
         title=name_of(source, prepared.notes) if title is None else title,
-        command=command_of(source, options),
+        command=command_of(source, options, prepared.notes),
         background=prepared.background,
         report=report,
     )
@@ -68,9 +73,21 @@ def view_of(prepared: Prepared, config: PaintConfig) -> PageView:
     return PageView.of(view, prepared.camera, framing(view, config.view)["look_at"] if is_framed else None)
 
 
-def command_of(source: SceneSource, options: Sequence[str]) -> tuple[str, list[str]]:
-    """The scene and the options of `brushgs render SCENE OPTIONS`; a scene of several files begins these."""
+def command_of(
+    source: SceneSource, options: Sequence[str], notes: "LoadNotes | None" = None
+) -> tuple[str, list[str]]:
+    """The scene and the options of `brushgs render SCENE OPTIONS`; a scene of several files begins these.
+
+    Args:
+        source: its files.
+        options: the words of the options.
+        notes: what was read of it: of a moving scene one moment, which the options name, as without it
+            `render` paints a film.
+    """
     first, *more = map(str, source.paths)
     lod = [] if source.lod is None else ["--lod", str(source.lod)]
-    time = [] if source.time is None else ["--time", source.time.word]
+    moment = source.time
+    if moment is None and notes is not None and notes.moment is not None:
+        moment = Moment(notes.moment)
+    time = [] if moment is None else ["--time", moment.word]
     return first, [*more, *lod, *time, *options]

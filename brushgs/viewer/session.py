@@ -122,7 +122,7 @@ class Session:
                 prepared.camera,
                 view=view_of(prepared, config),
                 title=self.source.name,
-                command=command_of(self.source, self._options(settings)),
+                command=command_of(self.source, self._options(settings), prepared.notes),
                 background=prepared.background,
             )
             packed = write_container(contents, level=QUICK)

@@ -9,6 +9,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
+from brushgs.io import read_scene
 from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
 from brushgs.page.export import command_of
@@ -94,6 +95,14 @@ def test_the_page_names_the_moment_in_its_command():
     for time in ("0.4", "40%", "all"):
         source = SceneSource((Path("clip"),), time=Moment.parse(time))
         assert command_of(source, ["--look", "ink"]) == ("clip", ["--time", time, "--look", "ink"])
+
+
+def test_the_page_of_a_clip_names_the_moment_that_it_shows(clip):
+    for scene, expected in ((SceneSource((clip,)), "0"), (SceneSource((clip,), time=Moment(0.05)), "0.05")):
+        _, notes = read_scene(scene)
+        assert command_of(scene, [], notes)[1] == ["--time", expected]
+    bg.save(still_life(1000), "still.ply")
+    assert command_of(SceneSource((Path("still.ply"),)), [], read_scene("still.ply")[1])[1] == []
 
 
 @pytest.mark.parametrize("command", ["render", "cluster", "prune", "info", "doctor", "export"])

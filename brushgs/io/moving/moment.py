@@ -19,6 +19,7 @@ from brushgs.scene import Gaussians
 
 LEAST_OPACITY = 1e-3  # of a Gaussian between the moments that are stored; fainter ones are not there then
 ROUNDED = 1e-3  # seconds: reports print the end of a scene so
+_NEARLY = 0.02  # of the time between two files: what is typed as 0.033 s is the file at 1/30 s
 _CURE = "choose another moment (--time)"
 
 
@@ -62,14 +63,15 @@ def _seconds(time: Moment | None, duration: float, path: Path) -> float:
 def _of_clip(clip: Frames, time: float) -> SceneFile:
     """A file of a clip, or what lies between two."""
     position = clip.position(time)
-    if position != int(position) and clip.has_rows:
+    if abs(position - round(position)) > _NEARLY and clip.has_rows:
         made = _made(clip.scene(), clip.paths[int(position)], time)
         return replace(made, has_fixed_encoding=clip.encoding.is_standard)  # any other is decoded already
     index = clip.nearest(time)
     file = clip.file(index)
     if file is None:
         raise SceneError(clip.paths[index], f"holds no Gaussians; {_CURE}")
-    return replace(file, format=f"{file.format}, {_in_words(float(clip.times[index]), clip.duration)}")
+    words = _in_words(float(clip.times[index]), clip.duration)
+    return replace(file, format=f"{file.format}, {words}", moment=time)
 
 
 def _made(moving: MovingScene, path: Path, time: float) -> SceneFile:
@@ -97,6 +99,7 @@ def _made(moving: MovingScene, path: Path, time: float) -> SceneFile:
         scene=notes.scene,
         first_view=notes.first_view,
         brushes=notes.brushes,
+        moment=time,
     )
 
 

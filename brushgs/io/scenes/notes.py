@@ -33,6 +33,7 @@ class LoadNotes:
         first_view: how that scene is seen; None if the file does not say, and for several.
         brushes: names or paths of the brushes that the strokes have rows of; none if the file names none, and
             for several.
+        moment: of a moving scene the moment that was read, seconds from its start; None for a scene at rest.
         is_timed: whether the files of a moving scene give its length in seconds; else these are nominal.
     """
 
@@ -49,6 +50,7 @@ class LoadNotes:
     scene: str | None = None
     first_view: FirstView | None = None
     brushes: tuple[str, ...] = ()
+    moment: float | None = None
     is_timed: bool = False
 
 
@@ -73,6 +75,7 @@ def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used:
         scene=files[0].scene if is_one else None,
         first_view=files[0].first_view if is_one else None,
         brushes=files[0].brushes if is_one else (),
+        moment=files[0].moment if is_one else None,
     )
 
 

@@ -52,6 +52,7 @@ class SceneFile:
         scene: name of the scene that strokes were made of; None if the file names none.
         first_view: how that scene is seen; None if the file does not say.
         brushes: names or paths of the brushes that strokes have rows of, as far as the file states them.
+        moment: of a moving scene, whose moment this is: seconds from its start; None for a scene at rest.
     """
 
     path: Path
@@ -67,3 +68,4 @@ class SceneFile:
     scene: str | None = None
     first_view: FirstView | None = None
     brushes: tuple[str, ...] = ()
+    moment: float | None = None

@@ -196,6 +196,16 @@ def test_boxes_of_things_that_are_flat_or_points_overlap() -> None:
 # Do rows correspond?
 
 
+@pytest.mark.parametrize("step", [0, 28])
+def test_rows_of_a_trained_clip_correspond_and_not_where_each_moment_is_a_file_of_its_own(step: int) -> None:
+    clip = opened(real_scene("moving/cook_spinach.splatv"))
+    one, other = (clip.at(moment / 29 * clip.duration) for moment in (step, step + 1))
+    assert have_same_rows(one, other)
+    lost = [without(moment, 0.03, seed) for seed, moment in enumerate((one, other))]
+    assert not have_same_rows(*lost)
+    assert not have_same_rows(lost[0], lost[1].take(np.random.default_rng(0).permutation(len(lost[1]))))
+
+
 def test_rows_that_are_shuffled_do_not_correspond(tmp_path: Path) -> None:
     write_frames(tmp_path, range(5), columns=lambda moment: shuffled(columns_at(moment), int(moment)))
     moving = opened(tmp_path)
@@ -586,6 +596,7 @@ def test_a_moment_is_read_as_its_file_is(tmp_path: Path) -> None:
     for time, path, words in (
         (None, paths[0], "0.00"),
         (Moment(2 / 30), paths[2], "0.07"),
+        (Moment(0.067), paths[2], "0.07"),
         (Moment(1.0, is_share=True), paths[4], "0.13"),
     ):
         gaussians, notes = read_scene(SceneSource((tmp_path,), time=time))
