@@ -21,7 +21,8 @@ def load(path: "SceneFiles", encoding: "Encoding | None" = None, *, lod: int | N
 
     Args:
         path: a scene file, such as .ply, whose content decides the format, not its suffix; a folder that is a
-            scene or holds scene files; or several of these, which are joined in order.
+            scene or holds scene files; or several of these, which are joined in order. Of a moving scene,
+            such as files frame_000.ply, frame_001.ply, ..., the first moment: see `brushgs.load_moving`.
         encoding: what its numbers mean; None for the standard layout. For files of other exporters
             `brushgs.examine` and `brushgs doctor` detect it.
         lod: level of detail of a scene that has several, from 0, the finest; None for the default of its
