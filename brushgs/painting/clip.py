@@ -11,6 +11,7 @@ from brushgs.moving_scene import MovingScene
 from brushgs.options.clip import CLIP_FPS, ClipConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.sequence import MAX_FRAMES
+from brushgs.scene import Gaussians
 
 NUM_SAMPLED = 12  # moments of a clip that tell how its rows move
 ROUNDING = 1e-6  # of a frame: a clip that is longer by less has no further one
@@ -147,6 +148,18 @@ class Clip:
     def sampled(self) -> F64:
         """A few moments of the part that is shown, from its first to its last, each once."""
         return np.unique(np.linspace(*self.ends(), NUM_SAMPLED))
+
+    def first_seen(self) -> Gaussians:
+        """The Gaussians of the first of these moments that has any.
+
+        Raises:
+            ValueError: if none has.
+        """
+        for time in self.sampled():
+            gaussians = self.scene.at(float(time))
+            if gaussians.opacities.any():
+                return gaussians
+        raise ValueError(f"{self.name} shows nothing between its start and its end; show another part of it")
 
     def ends(self) -> tuple[float, float]:
         """The first and the last moment that is shown, seconds.

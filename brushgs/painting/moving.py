@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from brushgs.arrays import F64
-from brushgs.painting.clip import Clip, Film, Run
+from brushgs.painting.clip import Clip, Film
 from brushgs.painting.report import Report
 from brushgs.rendering.motion import Pose, StrokeMotion
-from brushgs.rendering.project import Directions
-from brushgs.scene import Camera, Gaussians
+from brushgs.scene import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.arrays import F32
@@ -24,8 +23,6 @@ if TYPE_CHECKING:
     from brushgs.passes.cluster import Grouping
     from brushgs.passes.follow.canonical import Canonical
     from brushgs.rendering.coats import Coat
-    from brushgs.rendering.track_moving import MovingTrack
-
 
 SAME_MOMENT = 1e-6  # seconds: moments nearer to each other are one
 
@@ -82,8 +79,6 @@ def load_clip(clip: Clip, report: Report) -> "tuple[Gaussians, LoadNotes | None,
         of_format = "in memory" if notes is None else notes.format
         first, last = clip.ends()
         stage.did = f"{len(gaussians):,} Gaussians, {of_format}, {last - first:.2f} s of {scene.duration:.2f}"
-        if scene.times is not None:
-            stage.did += f" in {len(scene.times):,} moments"
         if not scene.has_rows:
             stage.details.append("rows of its moments do not correspond: strokes are found again in each")
         if notes is not None and notes.rows_dropped:
@@ -106,8 +101,8 @@ def seen_at(clip: Clip, film: Film, gaussians: Gaussians) -> Callable[[int], Gau
     return lambda frame: clip.scene.at(float(film.times[frame])).take(rows)
 
 
-def features_of(found: "Canonical | None", gaussians: Gaussians) -> "F32 | None":
-    """How Gaussians move, for `StrokeMaker.motion`."""
+def features_of(found: "Canonical | None", gaussians: Gaussians) -> "F32":
+    """How Gaussians move, for `StrokeMaker.motion`: [N, 0] where that is not known."""
     if found is None:
         return np.empty((len(gaussians), 0), np.float32)
     from brushgs.passes.follow import canonical
@@ -155,14 +150,7 @@ def follow_strokes(
             num_born = len(found) - len(strokes)
             if num_born:
                 strokes = joined(strokes, finish(found.take(slice(len(strokes), None))))
-        last = clip.ends()[1]
-        if not clip.config.loop and film.times[-1] < last - SAME_MOMENT:
-            stage.details.append(f"the film ends {last - film.times[-1]:.2f} s before the scene")
-        elif (
-            not clip.config.loop
-            and (num_rests := int(np.count_nonzero(film.times >= last - SAME_MOMENT)) - 1) > 0
-        ):
-            stage.details.append(f"the scene ends {num_rests:,} frames before the film, and rests")
+        stage.details += _lengths(clip, film)
         num_moving = len(motion.ids)
         stage.did = f"{num_moving:,} of {len(strokes):,} strokes move in {len(moments):,} moments"
         if num_born:
@@ -174,6 +162,17 @@ def follow_strokes(
             "moments": len(moments),
         }
     return strokes, motion
+
+
+def _lengths(clip: Clip, film: Film) -> list[str]:
+    """Which of film and scene ends first, where that is not together."""
+    last = clip.ends()[1]
+    if clip.config.loop:
+        return []
+    if film.times[-1] < last - SAME_MOMENT:
+        return [f"the film ends {last - film.times[-1]:.2f} s before the scene"]
+    num_rests = int(np.count_nonzero(film.times >= last - SAME_MOMENT)) - 1
+    return [f"the scene ends {num_rests:,} frames before the film, and rests"] if num_rests else []
 
 
 def _followed(scene: "MovingScene", film: Film) -> F64:
@@ -225,78 +224,3 @@ def attached(coats: "Sequence[Coat]", strokes: Gaussians, *, resting: Sequence[s
             coat = replace(coat, strokes=replace(coat.strokes, ids=strokes.ids[nearest]))
         found.append(coat)
     return found
-
-
-@dataclass(frozen=True, eq=False)
-class FilmTrack:
-    """Which way the strokes of a coat point in each frame of a film, a track for each of its runs.
-
-    Attributes:
-        runs: of the film.
-        tracks: one per run.
-    """
-
-    runs: list[Run]
-    tracks: "list[MovingTrack]"
-
-    def directions(self, frame: int) -> Directions:
-        """The directions in a frame."""
-        track, place = self._place(frame, fading_in=False)
-        return track.directions(place)
-
-    def directions_into(self, frame: int) -> Directions:
-        """The directions in what a frame fades into."""
-        track, place = self._place(frame, fading_in=True)
-        return track.directions(place)
-
-    def place(self, frame: int) -> float:
-        """Where a frame lies among the knots of its run."""
-        track, place = self._place(frame, fading_in=False)
-        return float(track.positions[place])
-
-    def _place(self, frame: int, *, fading_in: bool) -> "tuple[MovingTrack, int]":
-        for run, track in zip(self.runs, self.tracks, strict=True):
-            split = run.num_fading
-            among, skipped = (run.frames[:split], 0) if fading_in else (run.frames[split:], split)
-            found = np.flatnonzero(among == frame)
-            if len(found):
-                return track, int(found[0]) + skipped
-        raise IndexError(f"directions: there is no frame {frame}")
-
-
-def track_film(
-    strokes: Gaussians,
-    cameras: Sequence[Camera],
-    moving: Moving,
-    *,
-    is_loop: bool,
-    num_threads: int | None,
-) -> FilmTrack:
-    """Choose which way the strokes of a coat point over a film.
-
-    Args:
-        strokes: of the coat.
-        cameras: one per frame.
-        moving: how the strokes move.
-        is_loop: whether the frame after the last is the first again, for the camera as for the scene.
-        num_threads: None takes the processors available to this process.
-    """
-    from brushgs.rendering.track_moving import track_moving
-
-    runs, tracks = moving.film.runs(), []
-    for run in runs:
-        frames = run.frames
-        times = run.times
-        if is_loop and len(runs) == 1 and not run.num_fading:  # it ends with its first frame again
-            frames, times = np.append(frames, frames[0]), np.append(times, times[0])
-        tracks.append(
-            track_moving(
-                strokes,
-                [cameras[frame] for frame in frames],
-                moving.motion,
-                moving.motion.positions(times),
-                fps=moving.film.fps,
-                num_threads=num_threads,
-            )
-        )
-    return FilmTrack(runs, tracks)

@@ -77,6 +77,8 @@ def plan_cameras(
     """
     growing, views = (views, None) if isinstance(views, GrowConfig) else (None, views)
     is_framed, first_view = _is_framed(views, config, needs_view=needs_view), None
+    if clip is not None and is_framed and len(gaussians) == 0:
+        gaussians = clip.first_seen()
     if needs_first_view or is_framed:
         first_view = memory.of(
             "first view",

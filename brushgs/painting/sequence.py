@@ -24,9 +24,9 @@ from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.painting.clip import Clip
 from brushgs.painting.drawing import NOTHING_SEEN
+from brushgs.painting.film_track import FilmTrack, track_film
 from brushgs.painting.frame_painter import FramePainter, FrameView
 from brushgs.painting.look import BACKDROP
-from brushgs.painting.moving import FilmTrack, track_film
 from brushgs.painting.outputs import check_output, input_files
 from brushgs.painting.parallel import parallel_map
 from brushgs.painting.parallel.connection import Waiting, check_scheduler

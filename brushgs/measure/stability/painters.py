@@ -13,7 +13,8 @@ from brushgs.brushes.brush_set import Brushes
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.stability.figures import Seconds
 from brushgs.options.choices import Lock, ViewLock
-from brushgs.painting.moving import FilmTrack, Moving, track_film
+from brushgs.painting.film_track import FilmTrack, track_film
+from brushgs.painting.moving import Moving
 from brushgs.painting.report import Stopwatch
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
 from brushgs.rendering.track import Track, track_directions
