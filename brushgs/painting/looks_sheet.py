@@ -110,8 +110,9 @@ def _painted(
         if not repeats_notes:
             warnings.simplefilter("ignore", SceneWarning)
         painted = paint_file(scene, picture, config, camera=camera)
-        counts = {one.name: one.counts for one in painted.stages}
-        num_strokes = counts["project"]["before"]
+        # Of several coats each is projected by itself; marks are made of the strokes, some of none.
+        of_coats = [one.counts["before"] for one in painted.stages if one.name.split()[0] == "project"]
+        num_strokes = max(of_coats)
         stage.did = f"{look.title}, {num_strokes:,} strokes"
         stage.counts = {"strokes": num_strokes}
         stage.details = [f"{one.name} {one.seconds:.3f} s" for one in painted.stages]
