@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import brushgs as bg
 from brushgs.errors import SceneError
 from brushgs.io.pictures.images import read_image
 from brushgs.io.pictures.letters import shortened
@@ -55,6 +56,12 @@ def test_a_sheet_shows_each_look_as_render_paints_it(scene, looks, tmp_path, mon
     strokes = [stage.counts["strokes"] for stage in report.stages if stage.name in NAMES]
     assert strokes == [20, 30, 40]
     assert report.output == str(tmp_path / "a.png")
+
+
+def test_looks_of_several_coats_are_on_a_sheet(scene, tmp_path):
+    report = paint_looks([Look.open("ink")], tmp_path / "a.png", scene=scene, view=ViewConfig(size=SIZE))
+    (stage,) = (one for one in report.stages if one.name == "ink")
+    assert 0 < stage.counts["strokes"] <= len(bg.load(scene))
 
 
 def test_without_a_scene_it_shows_the_still_life(looks, tmp_path, monkeypatch):

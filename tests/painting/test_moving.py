@@ -200,6 +200,56 @@ def test_every_mark_moves_with_a_stroke_and_a_backdrop_rests():
     assert rested.strokes.ids is None
 
 
+def moments(*those, has_rows=False):
+    times = np.arange(len(those)) / 30
+    return MovingScene(times[-1], has_rows, lambda time: those[round(30 * time)], times=times)
+
+
+@pytest.mark.parametrize("has_rows", [True, False])
+@pytest.mark.parametrize("num", [1, 2])
+def test_one_moment_and_two(num, has_rows, tmp_path):
+    paint(tmp_path / "%d.png", moments(*[wall_and_ball()] * num, has_rows=has_rows), clip=ClipConfig())
+    pictures = frames_of(tmp_path)
+    assert len(pictures) == num
+    np.testing.assert_array_equal(pictures[0], pictures[-1])
+
+
+def test_moments_without_gaussians_and_of_other_counts(tmp_path):
+    whole = wall_and_ball()
+    none, half = whole.take(slice(0, 0)), whole.take(slice(0, None, 2))
+    scene = moments(none, *[whole] * 3, half, whole, *[none] * 15)
+    paint(tmp_path / "%02d.png", scene, clip=ClipConfig())
+    levels = [picture.mean() for picture in frames_of(tmp_path)]
+    np.testing.assert_allclose(levels[1:6], levels[2], rtol=0.1)
+    assert levels[-1] == 0, "it has faded"
+
+
+def test_a_view_is_framed_on_the_first_moment_that_shows_anything(tmp_path):
+    whole = wall_and_ball()
+    paint(tmp_path / "%02d.png", moments(whole.take(slice(0, 0)), whole), clip=ClipConfig(), path=None)
+    assert frames_of(tmp_path)[1].mean() > 0.1
+
+
+@pytest.mark.parametrize("has_rows", [True, False])
+@pytest.mark.parametrize("path", [None, PathConfig(orbit=3)])
+def test_a_clip_that_shows_nothing_is_refused_where_it_must_be_framed(path, has_rows, tmp_path):
+    scene = moments(*[wall_and_ball().take(slice(0, 0))] * 2, has_rows=has_rows)
+    with pytest.raises(ValueError, match="the scene shows nothing between its start and its end"):
+        paint(tmp_path / "%d.png", scene, clip=ClipConfig(), path=path)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.filterwarnings("ignore:no stroke is in the picture")
+def test_what_leaves_and_comes_back_takes_its_strokes_along(tmp_path):
+    near = wall_and_ball()
+    far = replace(near, means=near.means + np.float32([0, 0, 1e6]))
+    paint(tmp_path / "%d.png", moments(near, near, far, far, near, has_rows=True), clip=ClipConfig())
+    first, *_, away, back = frames_of(tmp_path)
+    assert away.max() < 0.02
+    np.testing.assert_allclose(back, first, atol=0.35)
+    assert np.abs(back - first).mean() < 0.02
+
+
 @pytest.mark.parametrize("look", ["oil", "watercolour", "charcoal", "ink"])
 def test_looks_paint_films(look, tmp_path):
     config = bg.Look.open(look).config
