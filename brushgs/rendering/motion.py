@@ -7,6 +7,8 @@ any coat have the id of the stroke that they were made of, and move with it.
 
 import tempfile
 from dataclasses import dataclass, replace
+from math import prod
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,12 +123,18 @@ def match(strokes: Gaussians, ids: NDArray[np.int32]) -> tuple[Rows, Rows]:
 
 
 def new_table(num_times: int, num_strokes: int) -> F32:
-    """A table of a `StrokeMotion` in which nothing moves: in memory, or in a file that goes with it."""
-    shape = num_times, num_strokes, NUM_NUMBERS
-    if 4 * num_times * num_strokes * NUM_NUMBERS <= IN_MEMORY:
-        table = np.empty(shape, np.float32)
-    else:
-        with tempfile.TemporaryFile() as file:  # the map holds what it maps
-            table = np.memmap(file, np.float32, "w+", shape=shape)
+    """A table of a `StrokeMotion` in which nothing moves."""
+    table: F32 = zeros_over_time((num_times, num_strokes, NUM_NUMBERS), np.float32)
     table[...] = AT_REST
     return table
+
+
+def zeros_over_time(shape: tuple[int, ...], dtype: type[np.generic]) -> NDArray[Any]:
+    """An array of zeros: in memory, or if it is large in a file that goes with it.
+
+    So memory does not grow with the length of a clip.
+    """
+    if prod(shape) * np.dtype(dtype).itemsize <= IN_MEMORY:
+        return np.zeros(shape, dtype)
+    with tempfile.TemporaryFile() as file:  # which stays while it is mapped
+        return np.memmap(file, dtype, "w+", shape=shape)

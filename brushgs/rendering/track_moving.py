@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from brushgs.arrays import F32, F64, Array, Mask, Rows
 from brushgs.quats import conjugates, normalized, quat_products, rotation_matrices, twists
 from brushgs.rendering.knots import Knots, knots_of, middle_and_reach
-from brushgs.rendering.motion import SHIFT, TURN, Pose, StrokeMotion, match
+from brushgs.rendering.motion import SHIFT, TURN, Pose, StrokeMotion, match, zeros_over_time
 from brushgs.rendering.project import LOW_PASS, Directions
 from brushgs.rendering.track import TRACKED_COLUMNS, Track, checked_cameras, directions_along
 from brushgs.scene import Camera, Gaussians
@@ -223,8 +223,8 @@ class _Clip:
         """
         num_knots, n = len(self.knots.among_frames), len(strokes)
         things = np.unique(found)
-        carried = np.zeros((len(self.moments.frames), len(things)), np.int16)
-        turns, area_scales = np.empty((num_knots, n), np.int16), None
+        carried = zeros_over_time((len(self.moments.frames), len(things)), np.int16)
+        turns, area_scales = zeros_over_time((num_knots, n), np.int16), None
         num_bytes = 11 * strokes.means.itemsize + 21  # of a stroke at a knot, with what is known of its thing
         step = max(LEAST_ROWS, int(CHUNK / (num_knots * num_bytes)))
         for begin in range(0, n, step):
@@ -249,7 +249,8 @@ class _Clip:
             )
             turns[:, rows] = tracked.turns
             if tracked.area_scales is not None:
-                area_scales = np.zeros_like(turns, np.uint16) if area_scales is None else area_scales
+                if area_scales is None:
+                    area_scales = zeros_over_time((num_knots, n), np.uint16)
                 area_scales[:, rows] = tracked.area_scales
             here = np.flatnonzero((things >= part.start) & (things < part.stop))
             of_frames = sample.carried[self.moments.frames][:, things[here] - part.start]

@@ -10,8 +10,9 @@ one turn in so many frames. The columns are those of the report, and:
 - alone: strokes made of each moment alone, by the same options, each frame painted as a still;
 - image: the baseline `tests.baseline.painterly`, as many strokes of the same brush on each plain picture,
   equal seeds in all frames.
-The last line of each table is the excess at gap 1 over that of `alone`. The summary at the end is the table
-of examples/measured/moving.md; with --show it is made of the files that --json wrote, and nothing is measured.
+The last line of each table is the excess at gap 1 over that of `alone`. The summary at the end is the
+table of examples/measured/moving.md; with --show it is made of the files that --json wrote, and nothing is
+measured.
 """
 
 import argparse

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+import brushgs.rendering.motion as motion_module
 import brushgs.rendering.track_moving as track_moving_module
 from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
 from brushgs.quats import quat_products, quats_of
@@ -456,3 +457,16 @@ def test_a_frame_beyond_the_clip_is_refused():
     path = track_moving(scene(), STILL[:3], tumble(3.0), EVERY[:3], fps=30)
     with pytest.raises(IndexError, match="frame must be 0 to 2, got 3"):
         path.directions(3)
+
+
+def test_a_long_clip_is_tracked_in_a_file(monkeypatch):
+    strokes, motion = scene(100), tumble(6.0, 100)
+    clip = strokes, turntable(NUM_FRAMES), motion, EVERY
+    expected = track_moving(*clip, fps=30)
+    monkeypatch.setattr(motion_module, "IN_MEMORY", 0)
+    track = track_moving(*clip, fps=30)
+    assert isinstance(track.moving.turns, np.memmap)
+    for frame in (0, NUM_FRAMES // 2, NUM_FRAMES - 1):
+        found, known = track.directions(frame), expected.directions(frame)
+        np.testing.assert_array_equal(found.angles, known.angles)
+        np.testing.assert_array_equal(found.area_scales, known.area_scales)
