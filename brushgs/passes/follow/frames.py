@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32, F64, Mask, Rows
+from brushgs.arrays import F32, F64, Array, Mask, Rows
 from brushgs.moving_scene import MovingScene
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.follow.carry import NOBODY, Carrier
@@ -40,6 +40,8 @@ GAINS = 1.15  # factor of the matter that makes it worth it
 # Noise over time: of the size of a stroke, radians, of the logarithms of size and of matter, RGB.
 NOISE_SHIFT, NOISE_TURN, NOISE_SIZE, NOISE_MASS, NOISE_COLOR = 0.1, 0.05, 0.05, 0.2, 0.02
 BRIDGED = 0.12  # seconds without matter that are not seen: some moments of a training miss what is there
+# How far a stroke may be from its reference and rest, in these units.
+SETTLED_SHIFT, SETTLED_TURN, SETTLED_SIZE, SETTLED_COLOR = 0.05, 0.05, 0.05, 0.02
 LIGHT_CHANGE = 0.15  # of the logarithm of the matter of a stroke: below it, as opaque as it was
 
 
@@ -277,8 +279,34 @@ def _since_references(block: F32, references: Rows, strokes: Gaussians, times: F
     back = at_reference[:, TURN] * np.array([1, -1, -1, -1], np.float32)
     for moment in block:
         moment[:, TURN] = normalized(quat_products(moment[:, TURN], back))
+    _settle(block, sizes)
     block[..., OPACITY] = _opacities(masses, is_there, references, strokes, times)
     return at_reference[:, SHIFT].astype(np.float64)
+
+
+def _settle(block: F32, sizes: F64) -> None:
+    """Bring numbers that may be noise nearer to rest, in place: what rests but for noise rests."""
+    align_signs(block)
+    halves = np.linalg.norm(block[..., TURN][..., 1:], axis=2)
+    angles = 2 * np.arctan2(halves, block[..., TURN.start])
+    less = 0.5 * angles * _shares(angles, SETTLED_TURN)
+    block[..., TURN][..., 1:] *= (np.sin(less) / np.maximum(halves, 1e-30))[..., None]
+    block[..., TURN.start] = np.cos(less)
+    for kind, settled in (
+        (SHIFT, SETTLED_SHIFT * sizes[None, :, None]),
+        (slice(SIZE, SIZE + 1), SETTLED_SIZE),
+        (COLOR, SETTLED_COLOR),
+    ):
+        lengths = np.linalg.norm(block[..., kind], axis=2, keepdims=True)
+        block[..., kind] *= _shares(lengths, settled)
+
+
+def _shares(lengths: Array, noise: Array | float) -> Array:
+    """What is kept of differences: nothing below the noise, all but 1 % at ten times as much.
+
+    Source: James and Stein 1961, Estimation with quadratic loss (the positive part of their shrinkage).
+    """
+    return 1 - np.minimum(noise / np.maximum(lengths, 1e-30), 1) ** 2
 
 
 def _bridged(masses: F32, times: F64) -> F32:

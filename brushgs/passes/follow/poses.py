@@ -5,16 +5,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brushgs.arrays import F32, F64, Rows
+from brushgs.arrays import F32, F64, Mask, Rows
 from brushgs.passes.follow.matter import Matter, means_by_label, sums_by_label
-from brushgs.passes.follow.step import Step
-from brushgs.quats import normalized, quat_products
+from brushgs.passes.follow.step import APART, Step
+from brushgs.quats import normalized, quat_products, rotation_matrices, turn_forms
 from brushgs.rendering.motion import COLOR, IN_MEMORY, NUM_NUMBERS, OPACITY, SHIFT, SIZE, TURN, new_table
 
 # Steps add up, and so do their errors: a stroke is drawn to where its members are. The share of the way in a
 # second, and how far the two may be apart before, of the size of the stroke, and of its logarithm. Members
 # that come and go move the mean, too: at 3 a second they are half of all jitter.
 DRAWN, DEAD_ZONE, DEAD_SIZE = 1.0, 0.3, 0.2
+# The same of turns, by the strokes around, and radians. Turns in steps of what rests add up to any direction,
+# and what turns more slowly than this, in radians a second, turns in steps hardly at all.
+DRAWN_TURN, DEAD_TURN, QUIET_TURN = 1.0, 0.1, 0.15
+NUM_AROUND = 8
+KEPT = 0.1  # the weight of the turn that steps add up to
 STRAY = 1.5  # sizes; a member so far away has half its weight
 
 
@@ -28,6 +33,8 @@ class Poses:
         turns: [m, 4] quaternions, since they were born.
         sizes: [m] logarithms of root mean squared distances of members to the pivot, world units.
         colors: [m, 3] mean of the members.
+        around: [m, 8] the strokes that were nearest when each was born; itself where there were fewer.
+        offsets: [m, 8, 3] from its pivot to theirs, at that moment.
     """
 
     origins: F64
@@ -35,11 +42,17 @@ class Poses:
     turns: F64
     sizes: F64
     colors: F64
+    around: Rows
+    offsets: F64
 
     @classmethod
     def none(cls) -> "Poses":
         """No strokes."""
-        return cls(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 4)), np.zeros(0), np.zeros((0, 3)))
+        places = np.zeros((0, 3))
+        around = np.zeros((0, NUM_AROUND), np.intp)
+        return cls(
+            places, places, np.zeros((0, 4)), np.zeros(0), places, around, np.zeros((0, NUM_AROUND, 3))
+        )
 
     def bear(self, matter: Matter, labels: Rows, num: int) -> None:
         """Add strokes until there are `num`, where their members are; one without members at the origin."""
@@ -52,6 +65,21 @@ class Poses:
         self.turns = np.concatenate([self.turns, np.tile(np.array([1.0, 0, 0, 0]), (num - first, 1))])
         self.sizes = np.concatenate([self.sizes, sizes])
         self.colors = np.concatenate([self.colors, colors])
+        self._look_around(first, np.bincount(labels[labels >= 0], minlength=num) > 0)
+
+    def _look_around(self, first: int, is_there: Mask) -> None:
+        """Remember where the neighbours of the strokes from `first` on are."""
+        from brushgs.passes.neighbours import nearest
+
+        numbers = np.arange(first, len(self.pivots))
+        others = np.repeat(numbers[:, None], NUM_AROUND, axis=1)
+        there = np.flatnonzero(is_there)
+        count = min(NUM_AROUND + 1, len(there))
+        if count > 1:
+            found = there[nearest(self.pivots[there], self.pivots[numbers], count)[1]]
+            others[:, : count - 1] = found[:, 1:]  # the first is the stroke itself
+        self.around = np.concatenate([self.around, others])
+        self.offsets = np.concatenate([self.offsets, self.pivots[others] - self.pivots[numbers, None]])
 
     def move(self, step: Step, matter: Matter, labels: Rows, usual: F64, seconds: float) -> None:
         """Go one step of so many seconds, and a little of the way to what the members say.
@@ -60,7 +88,7 @@ class Poses:
         """
         num = len(self.pivots)
         self.pivots = step.pivots[:num]
-        self.turns = normalized(quat_products(step.turns[:num], self.turns))
+        self.turns = normalized(quat_products(_quieted(step.turns[:num], seconds), self.turns))
         self.sizes = self.sizes + step.growths[:num]
         self.colors = self.colors + step.colors[:num]
         masses, means, sizes, colors = members_of(matter, labels, num, self)
@@ -75,6 +103,30 @@ class Poses:
         apart = sizes[alive] - self.sizes[alive]
         self.sizes[alive] += drawn * np.sign(apart) * np.maximum(np.abs(apart) - DEAD_SIZE, 0.0)
         self.colors[alive] += drawn[:, None] * (colors[alive] - self.colors[alive])
+        self._turn_back(masses > 0, -np.expm1(-DRAWN_TURN * seconds))
+
+    def _turn_back(self, is_there: Mask, most: float) -> None:
+        """Go a share of the way to the turns since birth that the strokes around each say.
+
+        Those count that go with it: by how far they are from where its turn would bring them.
+        """
+        now = self.pivots[self.around] - self.pivots[:, None]
+        expected = np.einsum("mij,mnj->mni", rotation_matrices(self.turns), self.offsets)
+        squares = (self.offsets**2).sum(axis=2)
+        away = ((now - expected) ** 2).sum(axis=2) / np.maximum(squares, 1e-300)
+        weights = is_there[self.around] * (squares > 0) / (1 + away / APART**2)
+        totals = (weights * squares).sum(axis=1)
+        rows = np.flatnonzero(is_there & (totals > 0))
+        forms = np.einsum("mn,mni,mnj->mij", weights[rows], now[rows], self.offsets[rows])
+        forms = turn_forms(forms / totals[rows, None, None])
+        # The turn that is there decides about what the others do not: two in a line, say.
+        kept = self.turns[rows]
+        forms += KEPT * kept[:, :, None] * kept[:, None, :]
+        turns = np.linalg.eigh(forms)[1][:, :, -1]
+        turns[np.einsum("mi,mi->m", turns, kept) < 0] *= -1
+        apart = 2 * np.linalg.norm(turns - kept, axis=1)  # chords: the angle, but for large ones
+        drawn = most * np.maximum(1 - DEAD_TURN / np.maximum(apart, 1e-30), 0)
+        self.turns[rows] = normalized(kept + drawn[:, None] * (turns - kept))
 
     def rows(self, masses: F64) -> F32:
         """[m, 12] as numbers of a `Pose`, but since birth, with masses in the place of opacity, and with the
@@ -87,6 +139,16 @@ class Poses:
         rows[:, OPACITY] = masses
         rows[:, COLOR] = self.colors
         return rows.astype(np.float32)
+
+
+def _quieted(turns: F64, seconds: float) -> F64:
+    """Turns [m, 4] in so many seconds, slow ones made less: noise turns nothing."""
+    halves = np.linalg.norm(turns[:, 1:], axis=1)
+    angles = 2 * np.arctan2(halves, turns[:, 0])
+    noise = QUIET_TURN * seconds
+    less = 0.5 * angles**3 / (angles**2 + noise**2)
+    axes = turns[:, 1:] * (np.sin(less) / np.maximum(halves, 1e-30))[:, None]
+    return np.concatenate([np.cos(less)[:, None], axes], axis=1)
 
 
 class Film:
@@ -115,7 +177,6 @@ class Film:
         for at, count in enumerate(self._counts):
             row = np.frombuffer(self._file.read(4 * NUM_NUMBERS * count), np.float32)
             table[at, :count] = row.reshape(count, NUM_NUMBERS)
-        self._file.close()
         return table
 
 

@@ -64,8 +64,8 @@ def step_of(before: Matter, after: Matter, pairs: Pairs, labels: Rows, pivots: F
     for again in reversed(range(NUM_ROUNDS)):
         mean_x, mean_y = (means_by_label(labels, agreeing, means, num) for means in (x, y))
         from_x, from_y = x - mean_x[labels], y - mean_y[labels]
-        squares = np.stack([(from_x**2).sum(axis=1) + spread_x, (from_y**2).sum(axis=1) + spread_y], axis=1)
-        size_x, size_y = means_by_label(labels, agreeing, squares, num).T
+        squares = (from_x**2).sum(axis=1) + spread_x
+        size_x = means_by_label(labels, agreeing, squares[:, None], num)[:, 0]
         if again:
             away = ((from_y - from_x) ** 2).sum(axis=1)
             allowed = STRAY**2 * size_x[labels]
@@ -78,9 +78,13 @@ def step_of(before: Matter, after: Matter, pairs: Pairs, labels: Rows, pivots: F
     known = np.flatnonzero(is_known)
     turns = at_rest
     turns[known] = _turns(mean_x[known], mean_y[known], covars[known], size_x[known])
-    growths = np.zeros(num)
-    has_size = (size_x > 0) & (size_y > 0)
-    growths[has_size] = 0.5 * np.log(size_y[has_size] / size_x[has_size])
+    # By how much places and sizes before must grow to fit those after best. The ratio of the two spreads
+    # would take members that scatter for growth, in each step anew.
+    turned = np.einsum("pij,pj->pi", rotation_matrices(turns)[labels], from_x)
+    alike = np.einsum("pi,pi->p", turned, from_y) + np.sqrt(spread_x * spread_y)
+    size_xy = means_by_label(labels, agreeing, alike[:, None], num)[:, 0]
+    has_size = (size_x > 0) & (size_xy > 0)
+    growths = np.log(np.where(has_size, size_xy, 1.0) / np.where(has_size, size_x, 1.0))
     growths = np.clip(growths, -MOST_GROWTH, MOST_GROWTH)
     of = _nearest_known(pivots, mean_x, known, is_open)
     levers = np.einsum("mij,mj->mi", rotation_matrices(turns[of]), pivots - mean_x[of])
