@@ -116,6 +116,13 @@ def test_a_moment_of_a_scene_at_rest_is_refused(tmp_path, monkeypatch, capsys, c
     )
 
 
+@pytest.mark.parametrize("scene", ["nothing.splatv", "nothing/*.ply"])
+def test_a_moment_of_what_is_not_there_is_refused_as_that(tmp_path, monkeypatch, capsys, scene):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = run(capsys, "render", scene, "--time", "0.4")
+    assert (code, err) == (2, f"brushgs: {scene}: there is no such file; check the path\n")
+
+
 @pytest.mark.parametrize("text", ["soon", "-1", "120%", "1,5"])
 def test_what_is_no_moment_is_refused_by_its_flag(capsys, text):
     code, _, err = run(capsys, "info", "a.ply", f"--time={text}")

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgs.errors import SceneError
+from brushgs.io.files import exists
 from brushgs.io.moving.frames import Frames, find_frames
 from brushgs.io.moving.read import open_formula
 from brushgs.io.scenes.columns import Columns
@@ -45,7 +46,7 @@ def open_moment(source: SceneSource, encoding: Encoding) -> SceneFile | None:
     clip = find_frames(source, encoding)
     if clip is not None:
         return _of_clip(clip, _seconds(time, clip.duration, path))
-    if time is not None and not time.is_all:
+    if time is not None and not time.is_all and exists(path):
         what = "is a scene at rest" if len(source.paths) == 1 else "and the others are one scene at rest"
         raise SceneError(path, f"{what}, which has no moments; omit the time (--time)")
     return None
