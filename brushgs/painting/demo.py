@@ -20,9 +20,8 @@ from brushgs.still_life.moving import RATE, SECONDS, seen_from, still_life_movin
 
 SCENE_NAME = "still_life.ply"
 CLIP_NAME = "still_life_moving"
-MOVING_GAUSSIANS = (
-    20_000  # 1.5 MB a moment, which with the Gaussians and highlights of the still scene would be 13 MB
-)
+# 1.5 MB a moment, which with the Gaussians and highlights of the still scene would be 13 MB.
+MOVING_GAUSSIANS = 20_000
 SIZE, FILM_SIZE = (1200, 900), (960, 720)  # pixels
 
 

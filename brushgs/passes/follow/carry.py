@@ -33,9 +33,7 @@ STRAY = 2.0  # so far from the centre a Gaussian has half its weight
 # Of a usual stroke of the scene, the median.
 LEAST_RADIUS = 0.25
 LEAST_BIRTH = 0.25  # mass; less matter bears no stroke
-CUT = (
-    0.05  # of all that is painted: so much that is new at once is no flicker, and strokes do not wait for it
-)
+CUT = 0.05  # of all that is painted: so much that is new at once is no flicker, and is painted at once
 # Of the usual mass of the stroke itself.
 ALIVE = 0.05
 GAIN, SPREAD = 2.5, 1.6  # mass and radius at which a stroke is cut
