@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from brushgs.moving_scene import MovingScene as MovingScene
     from brushgs.options.clip import ClipConfig as ClipConfig
     from brushgs.options.look import Look as Look
+    from brushgs.options.moment import Moment as Moment
     from brushgs.page.save import save as save
     from brushgs.painting.film import paint_film as paint_film
     from brushgs.painting.still import paint as paint
@@ -66,6 +67,7 @@ _MODULES = {
     "moving_scene": "MovingScene",
     "options.clip": "ClipConfig",
     "options.look": "Look",
+    "options.moment": "Moment",
     "page.save": "save",
     "painting.film": "paint_film",
     "painting.still": "paint",

@@ -47,6 +47,7 @@ def test_every_example_is_run_by_this_file():
         "contact_sheet.py",
         "plain_3dgs.py",
         "moving_still_life.py",
+        "film.py",
         "make_pictures.py",
         "page_screenshots.py",
     }
@@ -87,6 +88,14 @@ def test_moving_still_life(tmp_path, monkeypatch):
         frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
     assert [frame.shape for frame in frames] == [(60, 80, 3)] * 4
     assert all(frame.std() > 5 for frame in frames)
+
+
+def test_film(tmp_path, monkeypatch, capsys):
+    words = "-o", tmp_path / "a.mp4", "--look", "plain", "--seconds", 0.1, "--size", 80, 60
+    run("film.py", *words, monkeypatch=monkeypatch)
+    with av.open(tmp_path / "a.mp4") as video:
+        assert sum(1 for _ in video.decode(video=0)) == 3
+    assert "74% rest" in capsys.readouterr().out
 
 
 def test_make_pictures(tmp_path, monkeypatch, capfd):

@@ -14,6 +14,7 @@ from typing import Any, get_args
 from brushgs.cli import values
 from brushgs.io.cameras.formats import CAMERAS_READ
 from brushgs.io.formats import in_words
+from brushgs.io.moving.formats import MOVING_READ
 from brushgs.io.pictures.formats import PICTURES_READ
 from brushgs.io.scenes.formats import SCENE_SUFFIXES, SCENES_READ
 from brushgs.options.choices import (
@@ -71,8 +72,9 @@ def add_scene(parser: ArgumentParser) -> None:
         "scene",
         type=Path,
         nargs="+",
-        help=f"trained 3D Gaussian scene: {SCENES_READ}; several files, a folder of them, or a pattern in "
-        "quotes, are one scene, or the moments of a moving one if they are numbered so",
+        help=f"trained 3D Gaussian scene: {SCENES_READ}; or a moving one: {MOVING_READ}; several files, a "
+        "folder of them, or a pattern in quotes, are one scene, or the moments of a moving one if they are "
+        "numbered so",
     )
     parser.add_argument(
         "--lod",
@@ -603,7 +605,7 @@ def add_path(container: Container, *, default: str) -> None:
         "--fps",
         type=values.number,
         metavar="RATE",
-        help="frames per second, above 0, default that of the path file, else 24",
+        help="frames per second, above 0, default that of the path file, else 24, of a moving scene 30",
     )
     flags.add(
         "--loop",

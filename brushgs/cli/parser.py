@@ -13,7 +13,7 @@ from typing import NoReturn
 from brushgs.version import __version__
 
 COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
-    "render": "paint a scene as a picture, or along a camera path as numbered frames or a video",
+    "render": "paint a scene as a picture; along a camera path, or as it moves, as frames or a video",
     "export": "paint a scene as one HTML file, in which the painting can be turned",
     "view": "paint a scene in the browser: turn it, change it, and paint pictures and videos from there",
     "demo": "build the example scene and paint it",
@@ -22,7 +22,7 @@ COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
     "recolor": "give a scene the colours of a picture: scene and picture in, scene out",
     "refine": "fit strokes to the scene, or to a style image: scene in, scene out",
     "views": "show a scene from all around on one sheet, each picture with the flags that give it",
-    "stability": "measure how stable the strokes are along a camera path",
+    "stability": "measure how stable the strokes are along a camera path, or as a scene moves",
     "bench": "measure error against run time on a scene, as curves",
     "doctor": "find faults and oddities in a scene file, and fix them",
     "strokes": "list the built-in strokes and what each is good for, or draw a chart of them",
@@ -41,6 +41,7 @@ examples:
   brushgs render scene.ply --stroke gaussian          the plain 3DGS picture
   brushgs render scene.ply --stroke my_brush.png --strokes 2000 --size 1920x1080
   brushgs render scene.ply --orbit 120 -o turn.mp4    one turn around the scene, as a video
+  brushgs render clip.splatv                          a moving scene, as a video
   brushgs export scene.ply                            an HTML page in which the painting can be turned
 
 `brushgs help COMMAND` lists the flags of a command. A command prints the path of its output on stdout and a

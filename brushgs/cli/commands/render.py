@@ -31,9 +31,9 @@ def add_flags(parser: ArgumentParser) -> None:
         "--output",
         metavar="FILE",
         help=f"picture, {PICTURES_WRITTEN}; default SCENE-LOOK{PICTURE_SUFFIXES[0]} in the current folder, "
-        f"SCENE-STROKE{PICTURE_SUFFIXES[0]} where a stroke is named; along a path a video, {VIDEOS_WRITTEN}; "
-        f"default SCENE-LOOK{VIDEO_SUFFIXES[0]}; or numbered pictures, FOLDER/%%05d{PICTURE_SUFFIXES[0]} or "
-        "short FOLDER/",
+        f"SCENE-STROKE{PICTURE_SUFFIXES[0]} where a stroke is named; along a path, and of a moving scene, a "
+        f"video, {VIDEOS_WRITTEN}; default SCENE-LOOK{VIDEO_SUFFIXES[0]}; or numbered pictures, "
+        f"FOLDER/%%05d{PICTURE_SUFFIXES[0]} or short FOLDER/",
     )
     parser.add_argument(
         "--preset",
