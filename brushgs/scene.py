@@ -117,6 +117,32 @@ class Gaussians:
         taken: dict[str, Any] = {name: c if c is None else c[rows] for name, c in columns.items()}
         return replace(self, **taken)
 
+    @staticmethod
+    def joined(parts: "Sequence[Gaussians]") -> "Gaussians":
+        """Several behind each other, with the SH degree, the dtype and the columns of the first.
+
+        Terms above that degree are cut, those that a part lacks are zero; so are the brushes and ids of parts
+        without such a column.
+
+        Args:
+            parts: at least one.
+        """
+        first, num_terms = parts[0], parts[0].sh.shape[1]
+        columns: dict[str, Any] = {}
+        for name, column in (first.columns() | first._integers()).items():
+            if column is None:
+                columns[name] = None
+                continue
+            others = [getattr(part, name) for part in parts[1:]]
+            if name == "sh":
+                others = [_with_terms(other, num_terms) for other in others]
+            others = [
+                np.zeros(len(part), column.dtype) if other is None else other.astype(column.dtype, copy=False)
+                for part, other in zip(parts[1:], others, strict=True)
+            ]
+            columns[name] = np.concatenate([column, *others])
+        return replace(first, **columns)
+
     def astype(self, dtype: type[np.floating[Any]]) -> "Gaussians":
         """The same Gaussians with all columns but `brushes` and `ids` as float32 or float64."""
         cast = {name: column.astype(dtype, copy=False) for name, column in self.columns().items()}
@@ -409,6 +435,12 @@ class Frame:
                 f"over: background must have shape [3] or {list(self.rgb.shape)}, got {list(behind.shape)}"
             )
         return behind
+
+
+def _with_terms(sh: Array, num_terms: int) -> Array:
+    """Coefficients [N, k, 3] with so many terms: cut, or filled with zeros."""
+    missing = num_terms - sh.shape[1]
+    return np.pad(sh, ((0, 0), (0, missing), (0, 0))) if missing > 0 else sh[:, :num_terms]
 
 
 def _freeze_columns(where: str, value: Any, integers: Mapping[str, type[np.integer[Any]]]) -> None:

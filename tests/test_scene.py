@@ -430,3 +430,26 @@ def test_a_background_of_another_shape_is_refused(shape):
     frame = Frame(np.zeros((1, 3, 3)), np.zeros((1, 3)))
     with refused(ValueError, f"over: background must have shape [3] or [1, 3, 3], got {list(shape)}"):
         frame.over(np.zeros(shape))
+
+
+def test_joined_gaussians_have_the_columns_of_the_first():
+    rng = np.random.default_rng(0)
+
+    def some(num, terms, dtype, **more):
+        columns = [rng.random(shape).astype(dtype) for shape in ((num, 3), (num, 4), (num, 3), (num,))]
+        return Gaussians(*columns, rng.random((num, terms, 3)).astype(dtype), **more)
+
+    first = some(2, 4, np.float32, brushes=np.uint8([1, 2]), ids=np.int32([7, 8]))
+    bare, other = some(3, 1, np.float64), some(1, 9, np.float32, ids=np.int32([9]))
+    joined = Gaussians.joined([first, bare, other])
+    assert len(joined) == 6
+    assert joined.means.dtype == np.float32
+    np.testing.assert_array_equal(joined.means[2:5], bare.means.astype(np.float32))
+    np.testing.assert_array_equal(joined.sh[:2], first.sh)
+    np.testing.assert_array_equal(joined.sh[2:5, 0], bare.sh[:, 0].astype(np.float32))
+    assert not joined.sh[2:5, 1:].any()
+    np.testing.assert_array_equal(joined.sh[5], other.sh[0, :4])
+    assert joined.brushes.tolist() == [1, 2, 0, 0, 0, 0]
+    assert joined.ids.tolist() == [7, 8, 0, 0, 0, 9]
+    assert Gaussians.joined([bare, first]).ids is None
+    np.testing.assert_array_equal(Gaussians.joined([first]).means, first.means)

@@ -6,7 +6,7 @@ follow what they paint: nothing is clustered again. Where rows do not correspond
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -149,7 +149,8 @@ def follow_strokes(
             )
             num_born = len(found) - len(strokes)
             if num_born:
-                strokes = joined(strokes, finish(found.take(slice(len(strokes), None))))
+                born = finish(found.take(slice(len(strokes), None)))
+                strokes = Gaussians.joined([strokes, born])
         stage.details += _lengths(clip, film)
         num_moving = len(motion.ids)
         stage.did = f"{num_moving:,} of {len(strokes):,} strokes move in {len(moments):,} moments"
@@ -180,28 +181,10 @@ def _followed(scene: "MovingScene", film: Film) -> F64:
     moments = film.moments
     if scene.has_rows or scene.times is None:
         return moments
-    between = (scene.times > moments[0]) & (scene.times < moments[-1])
-    both = np.unique(np.concatenate([moments, scene.times[between]]))
-    # The same moment in other digits counts once, in those of the film.
-    is_near = np.diff(both, append=np.inf) < SAME_MOMENT
-    is_film = np.isin(both, moments)
-    return both[~(is_near & ~is_film) & ~(np.concatenate([[False], is_near[:-1]]) & ~is_film)]
-
-
-def joined(first: Gaussians, second: Gaussians) -> Gaussians:
-    """Strokes, and others behind them, with the SH degree and the columns of the first."""
-    num, kept = len(second), min(first.sh.shape[1], second.sh.shape[1])
-    sh = np.zeros((num, *first.sh.shape[1:]), first.sh.dtype)
-    sh[:, :kept] = second.sh[:, :kept]
-    both: dict[str, Any] = {
-        name: np.concatenate([column, sh if name == "sh" else getattr(second, name)])
-        for name, column in first.columns().items()
-    }
-    for name in ("brushes", "ids"):
-        column, other = getattr(first, name), getattr(second, name)
-        if column is not None:
-            both[name] = np.concatenate([column, np.zeros(num, column.dtype) if other is None else other])
-    return replace(first, **both)
+    between = scene.times[(scene.times > moments[0]) & (scene.times < moments[-1])]
+    after = np.searchsorted(moments, between)
+    away = np.minimum(moments[after] - between, between - moments[after - 1])
+    return np.union1d(moments, between[away >= SAME_MOMENT])
 
 
 def attached(coats: "Sequence[Coat]", strokes: Gaussians, *, resting: Sequence[str] = ()) -> "list[Coat]":

@@ -13,7 +13,7 @@ from torch import Tensor
 
 import brushgs.autograd as ba
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.painting.moving import Moving, joined
+from brushgs.painting.moving import Moving
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.recolor import Palette, recolor
 from brushgs.refine.views import TimedView
@@ -90,7 +90,7 @@ def scene_over_time(
             scene = scene.take(members.ids.astype(np.intp))
         if palette is None or not weights.any():
             return scene
-        both = joined(replace(scene, brushes=None, ids=None), replace(members, brushes=None, ids=None))
+        both = Gaussians.joined([replace(scene, brushes=None, ids=None), members])
         alone = np.concatenate([np.zeros(len(scene), weights.dtype), weights])
         return recolor(both, palette, strength, weights=alone).take(slice(0, len(scene)))
 

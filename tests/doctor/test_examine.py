@@ -92,12 +92,7 @@ def test_sky_far_away_is_no_outlier(tmp_path: Path) -> None:
     far = ball(1, 400)
     size = np.full_like(far.scales, 30.0)
     sky = bg.Gaussians(far.means * np.float32(200), far.quats, size, far.opacities, far.sh)
-    scene = ball()
-    columns = [
-        np.concatenate([getattr(scene, n), getattr(sky, n)])
-        for n in ("means", "quats", "scales", "opacities", "sh")
-    ]
-    bg.save(bg.Gaussians(*columns), tmp_path / "a.ply")
+    bg.save(bg.Gaussians.joined([ball(), sky]), tmp_path / "a.ply")
     assert "far-outliers" not in {finding.name for finding in bg.examine(tmp_path / "a.ply")}
 
 

@@ -38,8 +38,7 @@ def gaussians(means, normals, sizes, colors, opacities=0.95, flatness=0.1) -> bg
 
 def joined(*scenes: bg.Gaussians) -> bg.Gaussians:
     """One scene of several."""
-    names = ("means", "quats", "scales", "opacities", "sh")
-    return bg.Gaussians(*(np.concatenate([getattr(s, n) for s in scenes]) for n in names))
+    return bg.Gaussians.joined(scenes)
 
 
 def moved(scene: bg.Gaussians, *, rotation=None, scale=1.0, offset=(0.0, 0.0, 0.0)) -> bg.Gaussians:

@@ -13,8 +13,7 @@ from tests.doctor.scenes import ball, fruit, scaled
 
 
 def joined(*scenes: bg.Gaussians) -> bg.Gaussians:
-    names = ("means", "quats", "scales", "opacities", "sh")
-    return bg.Gaussians(*(np.concatenate([getattr(scene, name) for scene in scenes]) for name in names))
+    return bg.Gaussians.joined(scenes)
 
 
 def blobs(places: object, size: object = 0.05, opacity: float = 0.8) -> bg.Gaussians:

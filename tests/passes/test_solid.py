@@ -20,8 +20,7 @@ def layer(side=8, *, opacity=0.5, size=0.5, z=0.0):
 
 
 def joined(*parts):
-    names = ("means", "quats", "scales", "opacities", "sh")
-    return bg.Gaussians(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+    return bg.Gaussians.joined(parts)
 
 
 def paint(strokes):

@@ -17,7 +17,6 @@ from brushgs.cameras.framing import frame_scene, plain_first_view  # noqa: E402
 from brushgs.options.experiments import RefineConfig  # noqa: E402
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig  # noqa: E402
 from brushgs.painting.clip import Clip  # noqa: E402
-from brushgs.painting.moving import joined  # noqa: E402
 from brushgs.painting.prepare import prepare  # noqa: E402
 from brushgs.painting.report import Report  # noqa: E402
 from brushgs.painting.resume import motion_digest  # noqa: E402
@@ -362,7 +361,7 @@ def test_strokes_that_are_born_later_learn_too(tmp_path, monkeypatch):
         moment = scene.at(index / 30)
         late = moment.take(np.arange(220, 340))
         late = replace(late, means=late.means + np.float32([-0.6, -0.9, 0]), sh=-late.sh)
-        both = joined(moment, late) if index > 9 else moment
+        both = bg.Gaussians.joined([moment, late]) if index > 9 else moment
         bg.save(both.take(g.permutation(len(both))), tmp_path / "mixed" / f"frame_{index}.ply")
     clip = clip_of(tmp_path / "mixed")
     assert not clip.scene.has_rows

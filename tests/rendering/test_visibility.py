@@ -27,8 +27,7 @@ def wall(z, opacity=1.0):
 
 
 def joined(*scenes):
-    names = ("means", "quats", "scales", "opacities", "sh")
-    return bg.Gaussians(*(np.concatenate([getattr(scene, name) for scene in scenes]) for name in names))
+    return bg.Gaussians.joined(scenes)
 
 
 @pytest.mark.parametrize("antialiased", [False, True])

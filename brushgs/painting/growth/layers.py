@@ -6,8 +6,7 @@ level on where it first stands.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from brushgs.arrays import Mask, Rows
 from brushgs.painting.make_strokes import StrokeMaker
 from brushgs.passes.cluster import Grouping
 from brushgs.passes.hierarchy import Hierarchy
-from brushgs.scene import GAUSSIAN_COLUMNS, Gaussians
+from brushgs.scene import Gaussians
 
 NONE = -1  # in place of a row
 
@@ -128,7 +127,7 @@ class _Growing:
         for rows, level, replaced, together in self._came:
             level_of[rows], parents[rows], broods[rows] = level, replaced, together
         levels = tuple(rows[rows != NONE] for rows in self._levels)
-        strokes = _joined(self._parts)
+        strokes = Gaussians.joined(self._parts)
         return Layers(strokes, self._num_finished, levels, level_of, parents, broods, num_merged)
 
     def _is_whole(self, into: Rows, num: int) -> Mask:
@@ -140,11 +139,3 @@ class _Growing:
         if above is None:
             return np.ones(num, bool)
         return np.asarray((np.bincount(above) > 1)[above])
-
-
-def _joined(parts: list[Gaussians]) -> Gaussians:
-    columns: dict[str, Any] = {
-        name: np.concatenate([getattr(part, name) for part in parts]) for name in GAUSSIAN_COLUMNS
-    }
-    of_parts = [part.brushes for part in parts if part.brushes is not None]
-    return replace(parts[0], **columns, brushes=np.concatenate(of_parts) if of_parts else None)

@@ -193,34 +193,14 @@ class Born:
 
         Their ids are those by number, `ids` [m]. Returns the strokes and their numbers.
         """
+        everything = Gaussians.joined([strokes, *self._made])
+        starts = len(strokes) + np.cumsum([0] + [len(made) for made in self._made])
         numbers = np.flatnonzero(self._masses > 0)
-        made = self._rows[numbers]
-        opacities = np.array([self._made[one].opacities[row] for one, row in made])
-        numbers = numbers[opacities >= FAINT] if len(numbers) else numbers
-        painted = np.concatenate([painted, numbers])
-        own = ids[painted].astype(np.int32)
-        if len(numbers) == 0:
-            return replace(strokes, ids=own), painted
-        starts = np.cumsum([0] + [len(made) for made in self._made])
         rows = starts[self._rows[numbers, 0]] + self._rows[numbers, 1]
-        columns: dict[str, Any] = {}
-        for name, column in strokes.columns().items():
-            parts = [getattr(made, name) for made in self._made]
-            if name == "sh":
-                parts = [_terms(part, column.shape[1]) for part in parts]
-            columns[name] = np.concatenate([column, np.concatenate(parts)[rows].astype(column.dtype)])
-        brushes = strokes.brushes
-        if brushes is not None:
-            brushes = np.append(brushes, np.zeros(len(rows), np.uint8))
-        return replace(strokes, **columns, brushes=brushes, ids=own), painted
-
-
-def _terms(sh: NDArray[Any], count: int) -> NDArray[Any]:
-    """Coefficients [n, k, 3] with so many terms: cut, or filled with zeros."""
-    filled = np.zeros((len(sh), count, 3), sh.dtype)
-    kept = min(count, sh.shape[1])
-    filled[:, :kept] = sh[:, :kept]
-    return filled
+        is_seen = everything.opacities[rows] >= FAINT
+        painted = np.concatenate([painted, numbers[is_seen]])
+        rows = np.concatenate([np.arange(len(strokes)), rows[is_seen]])
+        return replace(everything.take(rows), ids=ids[painted].astype(np.int32)), painted
 
 
 def _motion(

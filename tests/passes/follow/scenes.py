@@ -32,8 +32,7 @@ def moved(gaussians, quat, shift, *, size=1.0, around=(0, 0, 0)):
 
 def joined(*parts):
     """Several sets of Gaussians as one."""
-    names = ("means", "quats", "scales", "opacities", "sh")
-    return Gaussians(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    return Gaussians.joined(parts)
 
 
 def clip(sample, duration=1.0, **columns):
