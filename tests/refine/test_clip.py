@@ -22,7 +22,6 @@ from brushgs.painting.report import Report  # noqa: E402
 from brushgs.painting.resume import motion_digest  # noqa: E402
 from brushgs.passes.recolor import Palette  # noqa: E402
 from brushgs.quats import quat_products  # noqa: E402
-from brushgs.refine import fit as fit_module  # noqa: E402
 from brushgs.refine.distil import distil, mean_psnr  # noqa: E402
 from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.run import refine_file  # noqa: E402
@@ -30,6 +29,7 @@ from brushgs.refine.targets import draw_targets, scene_over_time  # noqa: E402
 from brushgs.refine.variables import Rates, Variables  # noqa: E402
 from brushgs.refine.views import OWN_VIEWS, views_over_time  # noqa: E402
 from tests.clips import clip_of, first_moment, moving_scene, save_clip  # noqa: E402
+from tests.refine.stops import stopping_after  # noqa: E402
 
 SIZE = {"width": 64, "height": 48}
 SMALL = [
@@ -254,15 +254,7 @@ def test_strokes_of_the_files_move_as_they_did_before(folder, tmp_path, monkeypa
 def stopped(folder, tmp_path, monkeypatch, capsys):
     """What is said where Ctrl-C stops a run after its sixth step."""
     monkeypatch.chdir(tmp_path)
-    step = fit_module.Fit._step
-
-    def stop(fit):
-        step(fit)
-        if fit.step == 6:
-            raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr(fit_module.Fit, "_step", stop)
+    with stopping_after(monkeypatch, 6):
         code, out, err = run(capsys, folder, *SMALL)
     assert (code, out) == (130, "")
     return err

@@ -19,6 +19,7 @@ from brushgs import cli  # noqa: E402
 from brushgs.io.scenes import write  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
 from brushgs.still_life import still_life  # noqa: E402
+from tests.refine.stops import stopping_after  # noqa: E402
 from tests.scenes import save_upright  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -71,15 +72,7 @@ def names():
 @pytest.fixture
 def stopped(scene, monkeypatch, capsys):
     """What is said where Ctrl-C stops a run after its sixth step."""
-    step = fit_module.Fit._step
-
-    def stop(fit):
-        step(fit)
-        if fit.step == 6:
-            raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr(fit_module.Fit, "_step", stop)
+    with stopping_after(monkeypatch, 6):
         code, out, err = run(capsys, scene, *SMALL)
     assert (code, out) == (130, "")
     return err
