@@ -12,6 +12,7 @@ import numpy as np
 from brushgs.arrays import F32, F64, Array, Mask, Rows
 from brushgs.moving_scene import MovingScene
 from brushgs.passes.features import contracted
+from brushgs.passes.follow.known import nearest_known
 from brushgs.scene import Gaussians
 
 MOST_LOOKS = 12  # moments at which positions are looked at, for the features
@@ -133,13 +134,9 @@ def _hold_nearest(values: Array, is_known: Mask) -> None:
 
     Of two that are equally near it is the earlier; where none is known all are 0.
     """
-    num = len(values)
-    at = np.arange(num)[:, None]
-    before = np.maximum.accumulate(np.where(is_known, at, -num), axis=0)
-    after = np.minimum.accumulate(np.where(is_known, at, 2 * num)[::-1], axis=0)[::-1]
-    nearest = np.where(at - before <= after - at, before, after)
     columns = np.flatnonzero(~is_known.all(axis=0))
-    held = values[np.clip(nearest[:, columns], 0, num - 1), columns]
+    nearest = nearest_known(is_known[:, columns], np.arange(float(len(values))))
+    held = values[np.maximum(nearest, 0), columns]
     held[:, ~np.asarray(is_known.any(axis=0))[columns]] = 0
     values[:, columns] = held
 

@@ -16,6 +16,7 @@ from brushgs.arrays import F32, F64, Array, Mask, Rows
 from brushgs.moving_scene import MovingScene
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.follow.carry import NOBODY, Carrier
+from brushgs.passes.follow.known import known_around
 from brushgs.passes.follow.matter import Matter, sums_by_label
 from brushgs.passes.follow.poses import Film, Poses
 from brushgs.passes.follow.rows import align_signs, blocks, finish
@@ -292,11 +293,8 @@ def _shares(lengths: Array, noise: Array | float) -> Array:
 def _bridged(masses: F32, times: F64) -> F32:
     """Masses [T, k] without the short gaps: in them, the smaller of those before and after."""
     masses = masses.copy()
-    num = len(masses)
-    rows = np.arange(num)[:, None]
-    before = np.maximum.accumulate(np.where(masses > 0, rows, -1), axis=0)
-    after = np.minimum.accumulate(np.where(masses > 0, rows, num)[::-1], axis=0)[::-1]
-    gaps, strokes = np.nonzero((masses == 0) & (before >= 0) & (after < num))
+    before, after = known_around(masses > 0)
+    gaps, strokes = np.nonzero((masses == 0) & (before >= 0) & (after < len(masses)))
     before, after = before[gaps, strokes], after[gaps, strokes]
     is_short = (times[after] - times[before] <= BRIDGED) | (after - before == 2)
     gaps, strokes, before, after = (rows[is_short] for rows in (gaps, strokes, before, after))

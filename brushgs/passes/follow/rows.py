@@ -11,6 +11,7 @@ from brushgs.arrays import F32, F64, Array, Mask, Rows
 from brushgs.moving_scene import MovingScene
 from brushgs.passes.follow.bodies import Bodies
 from brushgs.passes.follow.fade import faded
+from brushgs.passes.follow.known import nearest_known
 from brushgs.rendering.motion import (
     AT_REST,
     COLOR,
@@ -128,15 +129,8 @@ def hold_poses(table: F32, times: F64) -> None:
     Of two that are equally near it is the earlier; a stroke that is never there keeps its poses.
     """
     is_there = table[..., OPACITY] > 0
-    num = len(times)
     waits = np.flatnonzero(~is_there.all(axis=0) & is_there.any(axis=0))
-    is_there = is_there[:, waits]
-    at = np.arange(num)[:, None]
-    before = np.maximum.accumulate(np.where(is_there, at, -1), axis=0)
-    after = np.minimum.accumulate(np.where(is_there, at, num)[::-1], axis=0)[::-1]
-    to_before = np.where(before >= 0, times[:, None] - times[before], np.inf)
-    to_after = np.where(after < num, times[np.minimum(after, num - 1)] - times[:, None], np.inf)
-    nearest = np.where(to_before <= to_after, before, after)
+    nearest = nearest_known(is_there[:, waits], times)
     opacities = table[:, waits, OPACITY]
     table[:, waits] = table[nearest, waits]
     table[:, waits, OPACITY] = opacities
