@@ -6,8 +6,6 @@ from math import inf
 from brushgs.options.moment import Moment
 from brushgs.options.sequence import MAX_FPS
 
-CLIP_FPS = 30.0  # frames a second of a film whose camera has no rate of its own: that of most captures
-
 
 @dataclass(frozen=True)
 class ClipConfig:

@@ -267,6 +267,11 @@ class MediaConfig(_Part):
                 raise ValueError(f"{name} must be #rrggbb, got {code!r}")
 
     @property
+    def has_own_color(self) -> bool:
+        """Whether marks have a colour of the medium, not those of the scene."""
+        return self.kind in ("charcoal", "ink")
+
+    @property
     def draws_lines(self) -> bool:
         """Whether there are lines along edges."""
         return self.kind != "paint" and self.lines > 0

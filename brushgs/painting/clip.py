@@ -8,7 +8,8 @@ import numpy as np
 
 from brushgs.arrays import F64, Rows
 from brushgs.moving_scene import MovingScene
-from brushgs.options.clip import CLIP_FPS, ClipConfig
+from brushgs.options.choices import CLIP_FPS
+from brushgs.options.clip import ClipConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.sequence import MAX_FRAMES
 from brushgs.scene import Gaussians
@@ -70,7 +71,7 @@ class Run:
     """Frames that are seen without a jump in time.
 
     Attributes:
-        frames: [n] their numbers.
+        frames: [n] their numbers; those that fade, and the others, ascending.
         times: [n] seconds of the scene.
         num_fading: so many of them, the first, are those that a turn before this one fades into.
     """

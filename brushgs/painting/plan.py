@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from brushgs.options.clip import CLIP_FPS
+from brushgs.options.choices import CLIP_FPS
 from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import GrowConfig, PathConfig
 from brushgs.painting.clip import Clip, Film

@@ -13,6 +13,7 @@ import numpy as np
 
 from brushgs.arrays import F64, Mask, Rows
 from brushgs.moving_scene import MovingScene
+from brushgs.options.choices import CLIP_FPS
 from brushgs.quats import quat_products, quats_of, rotation_matrices
 from brushgs.scene import Gaussians
 from brushgs.sh import C0, sh_basis
@@ -33,7 +34,7 @@ from brushgs.still_life.light import (
 from brushgs.still_life.surfaces import turn, unit
 
 SECONDS = 4.0  # that the motion was composed for; another length plays it slower or faster
-RATE = 30.0  # moments a second where rows do not correspond
+RATE = CLIP_FPS  # moments a second where rows do not correspond, and of the files of the demo
 DROPPED = 0.03  # share of the rows that such a moment lacks
 
 DOWN = np.array([0.0, 1.0, 0.0])

@@ -21,8 +21,9 @@ from brushgs.io.formats import (
     is_zip_with,
 )
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
+from brushgs.options.choices import CLIP_FPS
 
-NOMINAL_RATE = 30.0  # moments a second where a format does not say
+NOMINAL_RATE = CLIP_FPS  # moments a second where a format does not say
 NOMINAL_FRAMES = 50  # from time 0 to 1, where a format does not say: SpaceTimeGaussian trains so many at once
 _MAX_HEADER = 1 << 20  # bytes of a PLY header, as `ply_header` reads it
 _PIECE = 1 << 14  # bytes read at a time: those of trainers have 2 KiB
