@@ -173,8 +173,8 @@ def clip_config(args: Namespace, scene: "SceneSource", *, is_moving: bool) -> "C
     if "seconds" in given(args, "grow"):
         raise ValueError(f"--grow needs a still scene, and {scene} moves; add --time, one moment of it")
     path = given(args, "path")
-    if not {"orbit", "file"} & set(path):
-        clip |= {name: path[name] for name in ("fps",) if name in path}
+    if not {"orbit", "file"} & set(path) and "fps" in path:
+        clip["fps"] = path["fps"]
     return ClipConfig(**clip, loop=path.get("loop", False))
 
 

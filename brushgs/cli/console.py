@@ -45,7 +45,7 @@ def reported(args: Namespace, report: "Report | None" = None) -> Iterator["Repor
             yield report
     finally:
         report.close()
-        notes = [str(warning.message) for warning in caught]
+        notes = list(dict.fromkeys(str(warning.message) for warning in caught))  # each once
         report.notes += notes
         if is_for_people:
             for note in notes:

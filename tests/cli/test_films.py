@@ -107,3 +107,10 @@ def test_python_paints_the_same_film(folder, tmp_path):
 def test_a_still_scene_is_a_film_of_one_frame(folder):
     bg.paint_film(folder / "pears.ply", "f/%02d.png")
     assert len(list(Path("f").glob("*.png"))) == 1
+
+
+def test_a_note_is_told_once(folder, capsys):
+    save_upright(still_life(1000), "point_cloud.ply")
+    Path("deformation.pth").write_bytes(b"a network")
+    code, _, err = run(capsys, "point_cloud.ply", *SMALL[:-2])
+    assert (code, err.count("are moved by the network beside them")) == (0, 1)
