@@ -43,9 +43,9 @@ class FilmTrack:
         for run, track in zip(self.runs, self.tracks, strict=True):
             split = run.num_fading
             among, skipped = (run.frames[:split], 0) if fading_in else (run.frames[split:], split)
-            found = np.flatnonzero(among == frame)
-            if len(found):
-                return track, int(found[0]) + skipped
+            place = int(np.searchsorted(among, frame))
+            if place < len(among) and among[place] == frame:
+                return track, place + skipped
         raise IndexError(f"directions: there is no frame {frame}")
 
 

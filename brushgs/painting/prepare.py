@@ -67,9 +67,6 @@ if TYPE_CHECKING:
     from brushgs.rendering.options import RenderOptions
 
 
-OWN_COLORS = ("charcoal", "ink")  # media whose marks do not have the colours of the scene
-
-
 @dataclass(frozen=True, eq=False)
 class Prepared:
     """Everything that pictures are painted from.
@@ -356,8 +353,7 @@ def prepare(
     moving = None
     if clip is not None and film is not None and motion is not None:
         coats = attached(coats, strokes, resting=(BACKDROP,))
-        takes_light = config.media.kind not in OWN_COLORS
-        moving = Moving.of(clip.scene, film, motion, takes_light=takes_light)
+        moving = Moving.of(clip.scene, film, motion, takes_light=not config.media.has_own_color)
     painting = Painting(
         tuple(coats),
         surface,
