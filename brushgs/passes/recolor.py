@@ -6,8 +6,7 @@ Source: Pitie and Kokaram 2007, The linear Monge-Kantorovitch linear colour mapp
 transfer, eq. 10.
 """
 
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import get_args
 
 import numpy as np
@@ -15,16 +14,15 @@ import numpy as np
 from brushgs.arrays import F64, Array, check
 from brushgs.colors import split_alpha
 from brushgs.options.choices import ColorSpace
+from brushgs.passes.color_map import map_colors
 from brushgs.passes.color_space import Space
 from brushgs.passes.contribution import projected_areas
 from brushgs.scene import Gaussians
 from brushgs.sh import C0
-from brushgs.threads import num_threads_or_default
 
 # Largest stretch of differences of colours: more would turn the noise of a grey scene into bright confetti.
 # Trained scenes and paintings are within 0.2 to 4 of each other along every axis.
 MAX_STRETCH = 10.0
-ROWS_AT_A_TIME = 1 << 14  # of derivatives in memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,8 +114,23 @@ def recolor(
     own = Palette.of_colors(base, weights, space=palette.space)
     matrix = (1 - strength) * np.eye(3) + strength * monge_kantorovich(own.covariance, palette.covariance)
     mean = (1 - strength) * own.mean + strength * palette.mean
-    sh = _mapped(gaussians.sh, Space(palette.space), own.mean, matrix, mean)
-    return replace(gaussians, sh=sh)
+    return map_colors(gaussians, _LinearMap(Space(palette.space), own.mean, matrix, mean))
+
+
+@dataclass(frozen=True, eq=False)
+class _LinearMap:
+    """The map of colours c -> matrix (c - center) + mean in a colour space, a `ColorMap`."""
+
+    space: Space
+    center: F64
+    matrix: F64
+    mean: F64
+
+    def colors(self, rgb: F64, features: object = None) -> F64:
+        return self.space.back((self.space.to(rgb) - self.center) @ self.matrix.T + self.mean)
+
+    def slopes(self, rgb: F64, after: F64, features: object = None) -> F64:
+        return self.space.slopes(rgb, after, self.matrix)
 
 
 def monge_kantorovich(source: F64, target: F64) -> F64:
@@ -131,21 +144,3 @@ def monge_kantorovich(source: F64, target: F64) -> F64:
     middle = (axes_inner * np.sqrt(np.maximum(inner, 0))) @ axes_inner.T
     stretches, own = np.linalg.eigh(inverse @ middle @ inverse)
     return np.asarray((own * np.minimum(stretches, MAX_STRETCH)) @ own.T)
-
-
-def _mapped(sh: Array, space: Space, center: F64, matrix: F64, mean: F64) -> Array:
-    """Coefficients [N, k, 3] after the map of colours c -> matrix (c - center) + mean in `space`."""
-    mapped = np.empty_like(sh)
-
-    def map_rows(first: int) -> None:
-        rows = slice(first, first + ROWS_AT_A_TIME)
-        before = 0.5 + C0 * sh[rows, 0].astype(np.float64)
-        after = space.back((space.to(before) - center) @ matrix.T + mean)
-        mapped[rows, 0] = (after - 0.5) / C0
-        if sh.shape[1] > 1:
-            slopes = space.slopes(before, after, matrix).astype(sh.dtype)
-            np.matmul(sh[rows, 1:], slopes.transpose(0, 2, 1), out=mapped[rows, 1:])
-
-    with ThreadPoolExecutor(num_threads_or_default(None)) as pool:
-        list(pool.map(map_rows, range(0, len(sh), ROWS_AT_A_TIME)))
-    return mapped

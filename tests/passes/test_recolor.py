@@ -181,7 +181,7 @@ def test_extreme_scenes_stay_finite():
 def test_the_result_does_not_depend_on_the_block(monkeypatch):
     before, palette = scene(degree=1), Palette.of_image(painting())
     whole = recolor(before, palette).sh
-    monkeypatch.setattr("brushgs.passes.recolor.ROWS_AT_A_TIME", 333)
+    monkeypatch.setattr("brushgs.passes.color_map.ROWS_AT_A_TIME", 333)
     np.testing.assert_allclose(recolor(before, palette).sh, whole, atol=1e-6)
 
 

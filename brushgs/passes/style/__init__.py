@@ -1,0 +1,1 @@
+"""Styles: learnt from paintings and from edits, and applied to the strokes of any scene."""
