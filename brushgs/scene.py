@@ -31,7 +31,11 @@ GAUSSIAN_COLUMNS = (
     "opacities",
     "sh",
 )  # of Gaussians, in order
-_GAUSSIAN_INTEGERS: dict[str, type[np.integer[Any]]] = {"brushes": np.uint8, "ids": np.int32}
+_GAUSSIAN_INTEGERS: dict[str, type[np.integer[Any]]] = {
+    "brushes": np.uint8,
+    "ids": np.int32,
+    "regions": np.uint8,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,10 +62,12 @@ class Gaussians:
         ids: [N] int32, where things move: of which row of a `MovingScene` each is a moment, or which stroke
             of a `StrokeMotion` it moves with, -1 for what rests; None where nothing moves. Rows that are
             taken keep theirs.
+        regions: [N] uint8, the part of the scene that each belongs to: 0 elsewhere, else the number of its
+            rule, from 1, see `brushgs.options.rules`; None where all is treated alike.
 
     Raises:
-        TypeError: if a column is not a float32 or float64 array, or dtypes differ; or `brushes` not uint8, or
-            `ids` not int32.
+        TypeError: if a column is not a float32 or float64 array, or dtypes differ; or `brushes` or `regions`
+            not uint8, or `ids` not int32.
         ValueError: if a shape is wrong or a value is outside the range above; names column and row.
     """
 
@@ -73,6 +79,7 @@ class Gaussians:
     antialiased: bool = field(default=False, kw_only=True)
     brushes: NDArray[np.uint8] | None = field(default=None, kw_only=True)  # [N]
     ids: NDArray[np.int32] | None = field(default=None, kw_only=True)  # [N]
+    regions: NDArray[np.uint8] | None = field(default=None, kw_only=True)  # [N]
 
     def __post_init__(self) -> None:
         _freeze_columns("Gaussians", self, _GAUSSIAN_INTEGERS)
@@ -105,7 +112,7 @@ class Gaussians:
         return SH_TERMS[self.sh.shape[1]]
 
     def columns(self) -> dict[str, Any]:
-        """The columns of numbers by name; `brushes` and `ids` are not among them."""
+        """The columns of numbers by name; `brushes`, `ids` and `regions` are not among them."""
         return {name: getattr(self, name) for name in GAUSSIAN_COLUMNS}
 
     def _integers(self) -> dict[str, Any]:
@@ -144,7 +151,7 @@ class Gaussians:
         return replace(first, **columns)
 
     def astype(self, dtype: type[np.floating[Any]]) -> "Gaussians":
-        """The same Gaussians with all columns but `brushes` and `ids` as float32 or float64."""
+        """The same Gaussians with all columns of numbers as float32 or float64."""
         cast = {name: column.astype(dtype, copy=False) for name, column in self.columns().items()}
         return replace(self, **cast)
 
