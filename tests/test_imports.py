@@ -16,7 +16,7 @@ LAYERS = [
     ["version", "errors", "arrays", "threads", "signals", "colors", "options"],
     ["native"],
     ["scene"],
-    ["sh", "quats", "hashing"],
+    ["sh", "quats", "hashing", "style"],
     ["io", "moving_scene"],
     ["brushes", "cameras", "still_life"],
     ["rendering"],
