@@ -30,7 +30,7 @@ def test_parts_of_a_direction():
 )
 def test_other_texts_are_refused(text, cure):
     with pytest.raises(
-        ValueError, match="direction must be own, form, colour, painting:FILE or guides:FILE"
+        ValueError, match="direction must be own, form, colour, style, painting:FILE or guides:FILE"
     ) as e:
         Direction.of(text)
     assert str(e.value).endswith(cure)

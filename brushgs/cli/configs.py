@@ -69,13 +69,33 @@ def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig
         raise ValueError(
             f"--palette-{next(iter(palette))} needs --palette, the picture whose colours are taken"
         )
-    layers = (defaults, look, preset, plain, {step: given(args, step) for step in STEPS})
-    values = {
+    flags = {step: given(args, step) for step in STEPS}
+    if flags["style"]:
+        flags["style"]["has_brushes"] = not is_plain and "stroke" not in flags["draw"]
+    below = _layered([defaults, look, preset, plain])
+    values = _layered([_styled(below, flags["style"]), flags])
+    values["ground"] |= _backdrop(given(args, "ground").get("backdrop"), whole)
+    return PaintConfig.of(values)
+
+
+def _layered(layers: Iterable[StepValues]) -> dict[str, dict[str, Any]]:
+    """All steps, each field as the last layer that has it says."""
+    from brushgs.options.painting import STEPS
+
+    return {
         step: {name: value for layer in layers for name, value in layer.get(step, {}).items()}
         for step in STEPS
     }
-    values["ground"] |= _backdrop(given(args, "ground").get("backdrop"), whole)
-    return PaintConfig.of(values)
+
+
+def _styled(values: StepValues, style: Mapping[str, Any]) -> StepValues:
+    """The values of a look on the way to those of its styles."""
+    if not style:
+        return values
+    from brushgs.options.styling import StyleConfig
+    from brushgs.painting.styling import styled_values
+
+    return styled_values(values, StyleConfig(**style))
 
 
 def _values_of(look: str) -> StepValues:

@@ -24,6 +24,7 @@ from brushgs.options.choices import (
     LOOKS,
     METHODS,
     REPORT_SUFFIXES,
+    STYLE_SUFFIX,
     Canvas,
     Clean,
     ColorSpace,
@@ -58,6 +59,15 @@ class ConfigFlags:
             options.setdefault("metavar", name.upper())
         dest = f"{self._step}.{field or name}"
         self._container.add_argument(flag, dest=dest, default=argparse.SUPPRESS, **options)
+
+
+class _Fields(argparse.Action):
+    """A flag whose value is several fields of a step, by name."""
+
+    def __call__(self, parser: Any, namespace: Namespace, values: Any, option_string: Any = None) -> None:
+        step, _, _ = self.dest.partition(".")
+        for name, value in values.items():
+            setattr(namespace, f"{step}.{name}", value)
 
 
 def given(args: Namespace, step: str) -> dict[str, Any]:
@@ -150,6 +160,7 @@ def add_painting(parser: ArgumentParser) -> None:
     add_strokes_for(add_cluster(parser, has_look=True))
     add_stroke_passes(parser)
     add_palette(parser)
+    add_style(parser)
     add_view(parser)
 
 
@@ -466,6 +477,39 @@ def add_palette(parser: ArgumentParser, *, is_required: bool = False) -> None:
         field="space",
         choices=get_args(ColorSpace),
         help="colour space of the comparison: 'lab', perceptual (default), 'linear' light, 'srgb' as encoded",
+    )
+
+
+def add_style(parser: ArgumentParser) -> None:
+    """`StyleConfig` and `AdjustConfig`."""
+    group = parser.add_argument_group(
+        "style",
+        "what was learnt from paintings and edits, and changes of colour (`brushgs style` learns one)",
+    )
+    ConfigFlags(group, "style").add(
+        "--style",
+        field="styles",
+        type=values.styles,
+        metavar="FILE:SHARE",
+        help=f"style, or several with commas: monet{STYLE_SUFFIX}:0.7,dusk{STYLE_SUFFIX}:0.3; shares add up "
+        "to at most 1, what is missing is the painting without style; default none, without a share 1",
+    )
+    adjust = ConfigFlags(group, "adjust")
+    adjust.add(
+        "--adjust",
+        action=_Fields,
+        type=values.adjustments,
+        metavar="NAME=NUMBER",
+        help="one or several with commas: brightness -1 to 1 (default 0), contrast and saturation 0 to 3 "
+        "(default 1), temperature -1 (blue) to 1 (orange, default 0); after palette and style",
+    )
+    adjust.add(
+        "--swap",
+        field="swaps",
+        action="append",
+        type=values.swap,
+        metavar="#a:#b",
+        help="colours near #a move to #b, such as '#3a5f0b:#7a1f1f'; may be given again; default none",
     )
 
 

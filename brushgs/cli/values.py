@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from brushgs.options.moment import Moment
     from brushgs.options.painting import ErrorBudget, StrokeSize
     from brushgs.options.region import Region
+    from brushgs.options.styling import StyleShare
 
 T = TypeVar("T")
 
@@ -191,6 +192,27 @@ def direction(text: str) -> "Direction":
     from brushgs.options.direction import Direction
 
     return _checked(Direction.of, text)
+
+
+def styles(text: str) -> "tuple[StyleShare, ...]":
+    """Styles with their shares, see `StyleConfig.parse`."""
+    from brushgs.options.styling import StyleConfig
+
+    return _checked(StyleConfig.parse, text).styles
+
+
+def adjustments(text: str) -> dict[str, float]:
+    """Changes of colour by name, see `AdjustConfig.parse`."""
+    from brushgs.options.styling import AdjustConfig
+
+    return _checked(AdjustConfig.parse, text)
+
+
+def swap(text: str) -> str:
+    """Two colours, see `AdjustConfig`."""
+    from brushgs.options.styling import check_swap
+
+    return _checked(check_swap, text)
 
 
 def _checked(make: Callable[..., T], *values: object) -> T:

@@ -36,6 +36,8 @@ DEFAULT_BACKDROP, MAX_BACKDROP = 2500, 20_000
 # say: that of most captures. One number, so that a film shows each moment once.
 CLIP_FPS = 30.0
 
+STYLE_SUFFIX = ".style"
+
 StepValues = Mapping[str, Mapping[str, Any]]  # step of a painting -> field of its config -> value
 
 # Clustering methods -> what the help says of them; `brushgs.passes.cluster.METHODS` has the functions.

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Literal
 
 FieldName = Literal["own", "form", "colour"]  # a field of the scene
-DirectionKind = Literal["own", "form", "colour", "painting", "guides"]
+DirectionKind = Literal["own", "form", "colour", "style", "painting", "guides"]
 KINDS_WITH_FILE = ("painting", "guides")
-FORMS = "own, form, colour, painting:FILE or guides:FILE"
+FORMS = "own, form, colour, style, painting:FILE or guides:FILE"
 
 
 @dataclass(frozen=True)
@@ -15,8 +15,8 @@ class Direction:
     """Which way strokes run within their own plane, see `brushgs.passes.direction`.
 
     Attributes:
-        kind: "own" leaves strokes as they are, "form" and "colour" are fields of the scene; "painting" and
-            "guides" are read from a file.
+        kind: "own" leaves strokes as they are, "form" and "colour" are fields of the scene; "style" is as the
+            marks of the styles of the painting; "painting" and "guides" are read from a file.
         file: of "painting" a picture, of "guides" lines in space; None of the others.
 
     Raises:
@@ -27,7 +27,7 @@ class Direction:
     file: Path | None = None
 
     def __post_init__(self) -> None:
-        if self.kind not in ("own", "form", "colour", *KINDS_WITH_FILE):
+        if self.kind not in ("own", "form", "colour", "style", *KINDS_WITH_FILE):
             raise ValueError(f"direction must be {FORMS}, got {self.kind!r}")
         if (self.kind in KINDS_WITH_FILE) != (self.file is not None):
             cure = f"write {self.kind}:FILE" if self.file is None else f"write {self.kind} alone"

@@ -33,6 +33,7 @@ from brushgs.options.choices import (
 from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
 from brushgs.options.look_parts import BrushesConfig, ColorConfig, GroundConfig, LightConfig, MediaConfig
+from brushgs.options.styling import AdjustConfig, StyleConfig
 
 DEFAULT_KEEP = 0.7  # of the Gaussians, as published
 DEFAULT_STROKE = "impasto"  # reads at any size; a swirl under some 20 px looks like a bubble
@@ -245,7 +246,7 @@ class StrokesConfig:
     def needs_camera(self) -> bool:
         """Whether strokes depend on how the first picture is seen."""
         is_masked = self.focus is not None and self.focus.mask is not None
-        return self.see == "views" or is_masked or self.direction.kind == "painting"
+        return self.see == "views" or is_masked or self.direction.kind in ("painting", "style")
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -415,6 +416,8 @@ class PaintConfig:
     ground: GroundConfig = field(default_factory=GroundConfig)
     light: LightConfig = field(default_factory=LightConfig)
     media: MediaConfig = field(default_factory=MediaConfig)
+    style: StyleConfig | None = None
+    adjust: AdjustConfig = field(default_factory=AdjustConfig)
 
     @classmethod
     def of(cls, values: StepValues) -> Self:

@@ -5,12 +5,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.options.look_parts import Within, _Part
 
-SUFFIX = ".style"
 MAX_STYLES = 8  # of one painting
-FORM = f"FILE{SUFFIX}:SHARE, several with commas between them, such as monet{SUFFIX}:0.7,dusk{SUFFIX}:0.3"
+FORM = "FILE:SHARE, several with commas between them, such as " + ",".join(
+    (f"monet{STYLE_SUFFIX}:0.7", f"dusk{STYLE_SUFFIX}:0.3")
+)
 ROUNDING = 1e-9
+NUMBERS = ("brightness", "contrast", "saturation", "temperature")
 
 
 @dataclass(frozen=True)
@@ -32,9 +35,11 @@ class StyleConfig:
 
     Attributes:
         styles: 1 to 8.
+        has_brushes: whether strokes take the brushes of styles that have some.
     """
 
     styles: tuple[StyleShare, ...]
+    has_brushes: bool = True
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.styles) <= MAX_STYLES:
@@ -58,7 +63,7 @@ class StyleConfig:
         return tuple(style.file for style in self.styles)
 
     @classmethod
-    def of(cls, text: str) -> "StyleConfig":
+    def parse(cls, text: str) -> "StyleConfig":
         """Parse a text such as "monet.style:0.7,dusk.style:0.3"; without a share it is 1.
 
         Raises:
@@ -76,12 +81,23 @@ class StyleConfig:
         return cls(tuple(styles))
 
     def __str__(self) -> str:
-        """The text that `of` takes."""
+        """The text that `parse` takes."""
         return ",".join(f"{style.file}:{style.share:g}" for style in self.styles)
 
 
 def _is_number(text: str) -> bool:
     return re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?%?", text.lower()) is not None
+
+
+def check_swap(text: str) -> str:
+    """The text, if it is a swap of colours.
+
+    Raises:
+        ValueError: if it is none.
+    """
+    if not re.fullmatch(r"#[0-9a-fA-F]{6}:#[0-9a-fA-F]{6}", text):
+        raise ValueError(f"swap must be two colours such as '#3a5f0b:#7a1f1f', got {text!r}")
+    return text
 
 
 @dataclass(frozen=True)
@@ -105,8 +121,24 @@ class AdjustConfig(_Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         for swap in self.swaps:
-            if not re.fullmatch(r"#[0-9a-fA-F]{6}:#[0-9a-fA-F]{6}", swap):
-                raise ValueError(f"swaps must be two colours such as '#3a5f0b:#7a1f1f', got {swap!r}")
+            check_swap(swap)
+
+    @classmethod
+    def parse(cls, text: str) -> dict[str, float]:
+        """The numbers of a text such as "saturation=0.6,contrast=1.1", by field.
+
+        Raises:
+            ValueError: if it has no such form, or a number is out of range.
+        """
+        numbers = {}
+        for word in text.split(","):
+            name, equals, number = (part.strip() for part in word.partition("="))
+            if name not in NUMBERS or not equals or not _is_number(number):
+                names = ", ".join(NUMBERS)
+                raise ValueError(f"adjust must be {names} = a number, such as saturation=0.6, got {word!r}")
+            numbers[name] = float(number.removesuffix("%")) / (100 if number.endswith("%") else 1)
+        cls(**numbers)  # type: ignore[arg-type]  # checks them
+        return numbers
 
     @property
     def changes(self) -> bool:

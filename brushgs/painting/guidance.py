@@ -12,6 +12,7 @@ from brushgs.options.painting import PaintConfig
 from brushgs.painting.focus import place_focus
 from brushgs.painting.job_views import draw_job_views
 from brushgs.painting.report import Report
+from brushgs.painting.styling import Styles, directions_of
 from brushgs.painting.views import choose_first_view
 from brushgs.scene import Camera, FirstView, Gaussians
 
@@ -51,6 +52,7 @@ def open_guidance(
     gaussians: Gaussians,
     cameras: Sequence[Camera],
     config: PaintConfig,
+    styles: Styles | None,
     notes: "LoadNotes | None",
     report: Report,
     *,
@@ -65,6 +67,7 @@ def open_guidance(
         gaussians: the whole scene, N >= 1.
         cameras: of the picture or the path; empty where no view is needed.
         config: the options.
+        styles: of the painting, whose marks strokes may follow.
         notes: of the scene file.
         report: gets the stages.
         first_view: of the scene, where it is known.
@@ -80,8 +83,11 @@ def open_guidance(
     if first_view is None and (sees or passes.focus is not None):
         # It decides nothing that is shown: no stage, and no doubt about it is told.
         first_view = choose_first_view(gaussians, config.view, notes, Report())
-    camera, field, views = cameras[0] if cameras else None, None, None
-    if passes.direction.kind != "own":
+    camera, views = cameras[0] if cameras else None, None
+    field: FieldName | Guides | Marks | None = None
+    if passes.direction.kind == "style":
+        field = directions_of(styles, camera)
+    elif passes.direction.kind != "own":
         from brushgs.passes.direction.open_field import open_field
 
         field = open_field(passes.direction, camera)

@@ -1,12 +1,13 @@
 """The stages that make a painting of strokes: what it is laid on, what stands behind, coats, and the lamp."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from brushgs.arrays import Array
 from brushgs.options.look_parts import GroundConfig, LightConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.background import Background, open_background
@@ -85,6 +86,16 @@ def open_surface(
             stage.did += f", on {light.canvas}"
         stage.counts = {"ground": ground.ground, "canvas": light.canvas}
     return surface
+
+
+def recolored_ground(surface: "Surface | None", change: Callable[[Array], Array]) -> "Surface | None":
+    """What a look is painted on in other colours; `change` takes those of the ground, [3] or [H, W, 3]."""
+    if surface is None:
+        return None
+    from brushgs.rendering.surface import in_color
+
+    assert surface.recipe is not None, "open_surface makes it of a recipe"
+    return in_color(surface, change(surface.recipe.color))
 
 
 def mean_ground(surface: "Surface | None", background: Background) -> tuple[float, float, float]:

@@ -19,6 +19,7 @@ def scene_inputs(scene: SceneFiles | None) -> tuple[Path, ...]:
 def input_files(scene: SceneFiles | None, config: PaintConfig) -> tuple[Path, ...]:
     """The files that a painting is made of; names of built-in strokes and colours among them are no files."""
     palette = () if config.palette is None else (config.palette.file,)
+    styles = () if config.style is None else config.style.files
     return (
         *scene_inputs(scene),
         *map(Path, paths_of(config.draw.stroke)),
@@ -27,6 +28,7 @@ def input_files(scene: SceneFiles | None, config: PaintConfig) -> tuple[Path, ..
         Path(config.ground.ground),
         *map(Path, config.ground.backdrop_brushes),
         *palette,
+        *styles,
         *config.strokes.files,
     )
 

@@ -1,8 +1,9 @@
 """The one preparation of every command: from a scene and options to the strokes, the views and how to draw.
 
-    stroke (-> palette) -> load -> clean (-> first view) -> camera or path (-> background, ground, plain)
-        -> plain views (-> seen, lines) -> prune (-> focus, count) -> cluster -> solid -> direction -> repaint
-        (-> recolor) (-> colour) -> broken colour (-> brushes) (-> backdrop) -> coats
+    stroke (-> style, palette) -> load -> clean (-> first view) -> camera or path (-> background, ground,
+        plain) -> plain views (-> seen, lines) -> prune (-> focus, count) -> cluster -> solid -> direction
+        -> repaint (-> recolor) (-> colour) (-> style colours, adjust) -> broken colour (-> brushes)
+        (-> backdrop) -> coats
 
 Cameras are framed on the cleaned scene, so that paintings of one scene with different counts line up.
 """
@@ -31,6 +32,7 @@ from brushgs.painting.look import (
     open_lines,
     open_relief,
     open_surface,
+    recolored_ground,
 )
 from brushgs.painting.make_strokes import (
     ALREADY_STROKES,
@@ -52,7 +54,8 @@ from brushgs.painting.moving import (
 )
 from brushgs.painting.plan import plan_cameras
 from brushgs.painting.report import Report
-from brushgs.painting.strokes import cluster_scene, load_scene, open_palette, prune_scene, recolor_scene
+from brushgs.painting.strokes import cluster_scene, load_scene, open_palette, prune_scene
+from brushgs.painting.styling import Changes, open_styles, palette_pass
 from brushgs.rendering.coats import Painting
 from brushgs.scene import Camera, FirstView, Gaussians
 
@@ -61,7 +64,6 @@ if TYPE_CHECKING:
     from brushgs.brushes.kit import BrushKit
     from brushgs.cameras.paths import CameraPath
     from brushgs.io.scenes.notes import LoadNotes
-    from brushgs.options.painting import PaletteConfig
     from brushgs.passes.recolor import Palette
     from brushgs.rendering.growing import GrowingPainting
     from brushgs.rendering.options import RenderOptions
@@ -179,6 +181,7 @@ def prepare(
     if needs_background or config.cluster.target is not None:
         check_background(config.draw.background)
     named = config.brushes, config.draw.stroke, config.view.size
+    styles = recall("style", (config.style,), lambda: open_styles(config.style, report))
     texture, kit = recall("stroke", named, lambda: open_brushes(config, report))
     options = render_options(config.draw, texture, along_path=along_path, relief=open_relief(config.light))
     palette = recall("palette", (config.palette,), lambda: open_palette(config.palette, report))
@@ -214,7 +217,7 @@ def prepare(
         memory,
         check_path=check_path,
         needs_view=needs_view,
-        needs_first_view=needs_first_view,
+        needs_first_view=needs_first_view or (styles is not None and styles.needs_first_view),
     )
     cameras, film, first_view = plan.cameras, plan.film, plan.first_view
     background, surface, view_model = None, None, None
@@ -240,11 +243,12 @@ def prepare(
         has_lines, threads = config.media.draws_lines, config.draw.threads
         guidance = recall(
             "guidance",
-            (gaussians, tuple(cameras), *seen_by, config.view, has_lines, threads, notes, first_view),
+            (gaussians, tuple(cameras), *seen_by, styles, config.view, has_lines, threads, notes, first_view),
             lambda: open_guidance(
                 gaussians,
                 cameras,
                 config,
+                styles,
                 notes,
                 report,
                 first_view=first_view,
@@ -303,13 +307,20 @@ def prepare(
         memory=memory,
         motion=None if clip is None else features_of(rows, gaussians),
     )
-    after_palette = [
-        *color_passes(config.color, seed=cluster.seed),
-        broken_color_pass(passes, seed=cluster.seed, skip=skip),
-        *brush_passes(kit, seed=cluster.seed),
-    ]
-    if palette is None:  # so that a budget is met with them
-        maker.passes.extend(after_palette)
+    changes = Changes(styles, config.adjust, first_view)
+    finish = Finish(
+        [
+            *([] if palette is None or config.palette is None else [palette_pass(palette, config.palette)]),
+            *color_passes(config.color, seed=cluster.seed),
+            *changes.passes(),
+            broken_color_pass(passes, seed=cluster.seed, skip=skip),
+            *brush_passes(kit, seed=cluster.seed),
+        ]
+    )
+    is_recolored = palette is not None or changes.are_any
+    if not is_recolored:  # so that a budget, which compares with the scene, is met with them
+        maker.passes.extend(finish.passes)
+        finish = Finish([])
     lamp = open_lamp(config.light)
     everything = partial(
         Prepared,
@@ -326,19 +337,17 @@ def prepare(
     if merges_later:
         return everything(strokes=gaussians, palette=None, painting=Painting((), surface, lamp), maker=maker)
     strokes, grouping = cluster_scene(maker, report, num_loaded=num_loaded, view_model=view_model)
-    if palette is not None:
-        strokes = recolor_scene(strokes, palette, config.palette, report)
-        for one in after_palette:
-            strokes = one(strokes)
-            if one.skip is None:
-                one.report(report)
+    strokes = finish(strokes, report)
     backdrop = open_backdrop(
         config, gaussians, cameras, first_view, options, texture, kit, guidance.views, report
     )
+    if changes.are_any:
+        backdrop = [replace(coat, strokes=changes.backdrop(coat.strokes)) for coat in backdrop]
+        surface = recolored_ground(surface, changes.ground)
     motion = None
     if clip is not None and film is not None:
-        finish = _finishing_later(maker, palette, config.palette, after_palette)
-        strokes, motion = follow_strokes(clip, film, strokes, grouping, maker.gaussians, finish, report)
+        later = Finish([*(one for one in maker.passes if one.name != "repaint"), *finish.passes])
+        strokes, motion = follow_strokes(clip, film, strokes, grouping, maker.gaussians, later, report)
     materials = Materials(
         strokes,
         texture,
@@ -365,7 +374,6 @@ def prepare(
     if grows or isinstance(views, GrowConfig):
         from brushgs.painting.growth.grow import grow
 
-        finish = _finishing(palette, config.palette, after_palette)
         growth = grow(painting, strokes, grouping, maker, finish, cameras[0], report)
     return everything(strokes=strokes, palette=palette, painting=painting, growth=growth, moving=moving)
 
@@ -378,35 +386,20 @@ def _load(source: SceneFiles | Gaussians | Clip, report: Report) -> "tuple[Gauss
     return gaussians, notes
 
 
-def _finishing(
-    palette: "Palette | None", config: "PaletteConfig | None", passes: list[StrokePass]
-) -> Callable[[Gaussians], Gaussians]:
-    """What is done to strokes after they were made, where they take a palette."""
+@dataclass(frozen=True, eq=False)
+class Finish:
+    """What is done to strokes after they were made.
 
-    def finished(strokes: Gaussians) -> Gaussians:
-        if palette is None:
-            return strokes
-        strokes = recolor_scene(strokes, palette, config, Report())
-        for one in passes:
+    Attributes:
+        passes: in this order.
+    """
+
+    passes: Sequence[StrokePass]
+
+    def __call__(self, strokes: Gaussians, report: Report | None = None) -> Gaussians:
+        """The strokes after it; with a report its stages are told."""
+        for one in self.passes:
             strokes = one(strokes)
+            if report is not None:
+                one.report(report)
         return strokes
-
-    return finished
-
-
-def _finishing_later(
-    maker: StrokeMaker,
-    palette: "Palette | None",
-    config: "PaletteConfig | None",
-    passes: list[StrokePass],
-) -> Callable[[Gaussians], Gaussians]:
-    """What is done to strokes that are born after the views were drawn: they are not in these."""
-    finish = _finishing(palette, config, passes)
-
-    def finished(strokes: Gaussians) -> Gaussians:
-        for one in maker.passes:
-            if one.name != "repaint":
-                strokes = one(strokes)
-        return finish(strokes)
-
-    return finished

@@ -27,7 +27,14 @@ if TYPE_CHECKING:
     from brushgs.painting.moving import Moving
 
 _DIGEST = "digest"
-_OF_LOOKS = ("brushes", "color", "ground", "light", "media")  # steps that plain paintings do nothing in
+_OF_LOOKS = (
+    "brushes",
+    "color",
+    "ground",
+    "light",
+    "media",
+    "adjust",
+)  # steps that plain paintings do nothing in
 
 
 def describe_options(
@@ -48,6 +55,8 @@ def describe_options(
     steps |= {step: _changed(getattr(config, step)) for step in _OF_LOOKS}
     if config.palette is not None:
         steps |= {f"palette {name}": str(value) for name, value in asdict(config.palette).items()}
+    if config.style is not None:
+        steps["style"] = str(config.style)
     moving: dict[str, Any] = {
         "lock": config.draw.lock_of(along_path=along_path),
         "order": config.draw.order_of(along_path=along_path),

@@ -82,6 +82,31 @@ class Blend:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """Maps one after the other.
+
+    Attributes:
+        maps: the first is done first.
+    """
+
+    maps: Sequence[ColorMap]
+
+    def colors(self, rgb: F64, features: "StrokeFeatures | None" = None) -> F64:
+        """See `ColorMap`."""
+        for one in self.maps:
+            rgb = one.colors(rgb, features)
+        return rgb
+
+    def slopes(self, rgb: F64, after: F64, features: "StrokeFeatures | None" = None) -> F64:
+        """See `ColorMap`."""
+        slopes = np.broadcast_to(np.eye(3), (len(rgb), 3, 3))
+        for one in self.maps:
+            then = one.colors(rgb, features)
+            slopes, rgb = one.slopes(rgb, then, features) @ slopes, then
+        return slopes
+
+
 def difference_slopes(one: ColorMap, rgb: F64, features: "StrokeFeatures | None" = None) -> F64:
     """[M, 3, 3] the derivative of a map without a formula for it, by central differences."""
     slopes = np.empty((len(rgb), 3, 3))

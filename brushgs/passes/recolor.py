@@ -14,7 +14,7 @@ import numpy as np
 from brushgs.arrays import F64, Array, check
 from brushgs.colors import split_alpha
 from brushgs.options.choices import ColorSpace
-from brushgs.passes.color_map import map_colors
+from brushgs.passes.color_map import ColorMap, map_colors
 from brushgs.passes.color_space import Space
 from brushgs.passes.contribution import projected_areas
 from brushgs.scene import Gaussians
@@ -106,15 +106,31 @@ def recolor(
         raise ValueError(f"recolor: strength must be in [0, 1], got {strength:g}{cure}")
     if strength == 0 or len(gaussians) == 0:
         return gaussians
-    if weights is None:
-        weights = gaussians.opacities * projected_areas(gaussians.scales)
-        weights = weights if weights.any() else np.ones(len(gaussians))
+    return map_colors(gaussians, matching_map(gaussians, palette, strength, weights=weights))
+
+
+def matching_map(
+    gaussians: Gaussians, palette: Palette, strength: float = 1.0, *, weights: Array | None = None
+) -> ColorMap:
+    """The map of `recolor`, for these and for other Gaussians of the same scene; arguments as there.
+
+    Raises:
+        TypeError: if an argument has another type.
+        ValueError: if there are no Gaussians, or the weights are of another length or sum to zero.
+    """
+    weights = painted_weights(gaussians) if weights is None else weights
     check("recolor", means=(gaussians.means, "N 3"), weights=(weights, "N"))
     base = 0.5 + C0 * gaussians.sh[:, 0].astype(np.float64)
     own = Palette.of_colors(base, weights, space=palette.space)
     matrix = (1 - strength) * np.eye(3) + strength * monge_kantorovich(own.covariance, palette.covariance)
     mean = (1 - strength) * own.mean + strength * palette.mean
-    return map_colors(gaussians, _LinearMap(Space(palette.space), own.mean, matrix, mean))
+    return _LinearMap(Space(palette.space), own.mean, matrix, mean)
+
+
+def painted_weights(gaussians: Gaussians) -> Array:
+    """[N] opacity x mean projected area, the paint that Gaussians carry; 1 for all where none carries any."""
+    weights = gaussians.opacities * projected_areas(gaussians.scales)
+    return weights if weights.any() else np.ones(len(gaussians))
 
 
 @dataclass(frozen=True, eq=False)

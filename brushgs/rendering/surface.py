@@ -104,6 +104,22 @@ def paper(color: ArrayLike, *, height: int, width: int, strength: float = 1.0, s
     return _surface("paper", color, pattern, _grain(pattern), strength, PAPER_HEIGHT, PAPER_TONE, seed)
 
 
+def in_color(surface: Surface, color: ArrayLike) -> Surface:
+    """The same surface in another colour, [3] or [H, W, 3].
+
+    Raises:
+        ValueError: if it has no recipe, or the colour has another shape.
+    """
+    recipe = surface.recipe
+    if recipe is None:
+        raise ValueError("in_color: surface must be flat, linen or paper, got one without a recipe")
+    height, width = surface.grain.shape
+    if recipe.kind == "flat":
+        return flat(color, height=height, width=width)
+    weave = linen if recipe.kind == "linen" else paper
+    return weave(color, height=height, width=width, strength=recipe.strength, seed=recipe.seed)
+
+
 def _surface(
     kind: Literal["flat", "linen", "paper"],
     color: ArrayLike,

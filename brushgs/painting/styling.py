@@ -1,0 +1,276 @@
+"""Changes of colour that do not come from the scene: a palette, styles, swaps and adjustments.
+
+A change is fitted once, to the strokes of a painting. What belongs to it then changes alike: strokes that are
+born later or drawn coarser, the backdrop and the ground.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.arrays import Array
+from brushgs.options.choices import StepValues
+from brushgs.options.direction import Direction
+from brushgs.options.painting import PaletteConfig
+from brushgs.options.styling import NUMBERS, AdjustConfig, StyleConfig
+from brushgs.painting.make_strokes import StrokePass
+from brushgs.painting.report import Report
+from brushgs.passes.color_map import Affine, Blend, ColorMap, map_colors
+from brushgs.scene import Camera, FirstView, Gaussians
+from brushgs.sh import base_colors, in_colors
+
+if TYPE_CHECKING:
+    from brushgs.passes.direction.marks import Marks
+    from brushgs.passes.recolor import Palette
+    from brushgs.style import Style
+
+FEW_COLORS = 4096  # of a ground, from which on each of them is mapped once
+
+
+@dataclass(frozen=True, eq=False)
+class Styles:
+    """The styles of a painting, opened.
+
+    Attributes:
+        parts: with their shares, each above 0.
+        names: of the files, for reports.
+    """
+
+    parts: "Sequence[tuple[Style, float]]"
+    names: Sequence[str]
+
+    @property
+    def needs_first_view(self) -> bool:
+        """Whether an edit depends on how the scene stands."""
+        edits = [style.edit for style, _ in self.parts]
+        return any(edit is not None and edit.residual is not None for edit in edits)
+
+
+def open_styles(config: StyleConfig | None, report: Report) -> Styles | None:
+    """Read the styles of a painting; a stage only where there are any.
+
+    Raises:
+        SceneError: if a file is no style.
+    """
+    if config is None:
+        return None
+    with report.stage("style") as stage:
+        from brushgs.io.styles import read_style
+
+        styles = [(read_style(one.file), one.share) for one in config.styles]
+        named = [f"{style.name} {share:.0%}" for style, share in styles]
+        stage.did = ", ".join(named)
+        stage.counts = {"styles": {str(one.file): one.share for one in config.styles}}
+        parts = [(style, share) for style, share in styles if share > 0]
+        if not parts:
+            stage.skipped.append("style: its share is 0")
+            return None
+    return Styles(parts, named)
+
+
+def styled_values(values: StepValues, config: StyleConfig) -> StepValues:
+    """The values of a look, by step and field, on the way to those that the marks of styles ask for.
+
+    Raises:
+        SceneError: if a file is no style.
+    """
+    styles = open_styles(config, Report())
+    marked = [] if styles is None else [one for one in styles.parts if one[0].marks is not None]
+    if not marked:
+        return values
+    from brushgs.painting.style_values import style_values
+
+    values = style_values(marked, values)
+    return {**values, "strokes": {**values.get("strokes", {}), "direction": Direction("style")}}
+
+
+def directions_of(styles: Styles | None, camera: Camera | None) -> "Marks":
+    """How the marks of styles run, laid over the picture of a camera.
+
+    Raises:
+        ValueError: if no style has marks.
+    """
+    if styles is None or all(style.marks is None for style, _ in styles.parts):
+        raise ValueError("direction style needs --style, a style of a painting with marks")
+    from brushgs.passes.style.directions import direction_field
+
+    assert camera is not None, "marks lie over a picture"
+    return direction_field(styles.parts, camera)
+
+
+class FittedMap:
+    """A change of colours that is fitted to the first strokes that it is given, and then is the same for all.
+
+    Args:
+        fit: from strokes to a map.
+        first_view: of the scene, for changes that depend on how it stands.
+        names: of the features of a stroke that the map needs beside its colour.
+    """
+
+    def __init__(
+        self,
+        fit: Callable[[Gaussians], ColorMap],
+        first_view: FirstView | None = None,
+        names: tuple[str, ...] = (),
+    ) -> None:
+        self._fit, self._first_view, self._names = fit, first_view, names
+        self.map: ColorMap | None = None
+
+    def __call__(self, strokes: Gaussians) -> Gaussians:
+        """The strokes in other colours."""
+        if len(strokes) == 0:
+            return strokes
+        if self.map is None:
+            self.map = self._fit(strokes)
+        features = None
+        if self._names:
+            from brushgs.passes.style.features import stroke_features
+
+            assert self._first_view is not None, "what depends on how a scene stands needs its first view"
+            features = stroke_features(strokes, self._first_view, names=self._names)
+        return map_colors(strokes, self.map, features)
+
+    def colors(self, rgb: Array, by: ColorMap | None = None) -> Array:
+        """Colours [..., 3] that belong to no stroke, 0 to 1; as they are where nothing was fitted yet."""
+        one = by or self.map
+        if one is None:
+            return rgb
+        flat = np.asarray(rgb, np.float64).reshape(-1, 3)
+        found, row_of = flat, None
+        if len(flat) > FEW_COLORS:
+            found, row_of = np.unique(flat, axis=0, return_inverse=True)
+        mapped = np.clip(one.colors(found), 0, 1)
+        mapped = mapped if row_of is None else mapped[row_of.reshape(-1)]
+        return mapped.reshape(np.shape(rgb)).astype(np.asarray(rgb).dtype)
+
+
+def palette_change(palette: "Palette", config: PaletteConfig) -> FittedMap:
+    """The change of `--palette`."""
+
+    def fit(strokes: Gaussians) -> ColorMap:
+        from brushgs.passes.recolor import matching_map
+
+        return matching_map(strokes, palette, config.strength)
+
+    return FittedMap(fit)
+
+
+def palette_pass(palette: "Palette", config: PaletteConfig) -> StrokePass:
+    """The stage of a palette."""
+    what = f"recolored, {config.strength:.0%} of the way in {config.space}"
+    skip = "its strength is 0" if config.strength == 0 else None
+    counts = {"strength": config.strength, "space": config.space}
+    return StrokePass("recolor", what, palette_change(palette, config), skip, counts)
+
+
+def style_change(styles: Styles, first_view: FirstView | None) -> FittedMap:
+    """The change of `--style`."""
+
+    def map_of(style: "Style", strokes: Gaussians) -> ColorMap:
+        if style.edit is not None:
+            from brushgs.passes.style.edit import edit_map
+
+            return edit_map(style.edit)
+        if style.palette is None:
+            return Affine(np.eye(3), np.zeros(3))
+        from brushgs.passes.recolor import painted_weights
+        from brushgs.passes.style.transport import palette_map
+
+        return palette_map(style.palette, base_colors(strokes.sh), painted_weights(strokes))
+
+    def fit(strokes: Gaussians) -> ColorMap:
+        return Blend([(map_of(style, strokes), share) for style, share in styles.parts])
+
+    residuals = [style.edit.residual for style, _ in styles.parts if style.edit is not None]
+    names = {name for residual in residuals if residual is not None for name in residual.features}
+    return FittedMap(fit, first_view, tuple(sorted(names)))
+
+
+def adjust_change(config: AdjustConfig) -> FittedMap:
+    """The change of `--adjust` and `--swap`."""
+
+    def fit(strokes: Gaussians) -> ColorMap:
+        from brushgs.passes.adjust import adjust_map
+
+        return adjust_map(config)
+
+    return FittedMap(fit)
+
+
+@dataclass(frozen=True, eq=False)
+class Changes:
+    """Styles and adjustments of a painting: its passes, and what else they change.
+
+    Attributes:
+        styles: None without any.
+        adjust: the adjustments.
+        first_view: of the scene; None where no style needs it.
+    """
+
+    styles: Styles | None
+    adjust: AdjustConfig
+    first_view: FirstView | None
+
+    @property
+    def are_any(self) -> bool:
+        """Whether anything changes."""
+        return self.styles is not None or self.adjust.changes
+
+    @cached_property
+    def _maps(self) -> list[tuple[str, str, FittedMap]]:
+        """Name, what it does, and the change."""
+        maps = []
+        if self.styles is not None:
+            what = f"in the colours of {', '.join(self.styles.names)}"
+            maps.append(("style colours", what, style_change(self.styles, self.first_view)))
+        if self.adjust.changes:
+            maps.append(("adjust", f"with {described(self.adjust)}", adjust_change(self.adjust)))
+        return maps
+
+    def passes(self) -> list[StrokePass]:
+        """The stages, in order."""
+        return [StrokePass(name, what, change) for name, what, change in self._maps]
+
+    def backdrop(self, strokes: Gaussians) -> Gaussians:
+        """Strokes of a backdrop, after the stages ran."""
+        colors: Array = base_colors(strokes.sh)
+        for _, _, change in self._maps:
+            colors = change.colors(colors)
+        return in_colors(strokes, colors)
+
+    def ground(self, rgb: Array) -> Array:
+        """A ground [3] or [H, W, 3], after the stages ran: in its share the ground that a style has."""
+        for _, _, change in self._maps:
+            rgb = change.colors(
+                rgb, change.map if self.styles is None else _of_grounds(change.map, self.styles)
+            )
+        return rgb
+
+
+def _of_grounds(one: ColorMap | None, styles: Styles) -> ColorMap | None:
+    """The map of styles, for a ground."""
+    if not isinstance(one, Blend):
+        return one
+    grounds = [None if style.marks is None else style.marks.ground for style, _ in styles.parts]
+    return Blend(
+        [
+            (of_style if ground is None else Affine(np.zeros((3, 3)), ground), share)
+            for (of_style, share), ground in zip(one.maps, grounds, strict=True)
+        ]
+    )
+
+
+def described(config: AdjustConfig) -> str:
+    """An adjustment in words, such as "saturation 0.6, 1 swap"."""
+    plain = AdjustConfig()
+    words = [
+        f"{name} {getattr(config, name):g}"
+        for name in NUMBERS
+        if getattr(config, name) != getattr(plain, name)
+    ]
+    if config.swaps:
+        words.append(f"{len(config.swaps)} swap{'s' if len(config.swaps) > 1 else ''}")
+    return ", ".join(words)
