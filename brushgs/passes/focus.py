@@ -5,15 +5,12 @@ are as many as without it, and inside there are twice as many to an area as outs
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from brushgs.arrays import F64, Array, check
-from brushgs.brushes.texture import StrokeTexture
-from brushgs.rendering.options import RenderOptions, project_with
-from brushgs.rendering.visibility import painted_sums
+from brushgs.passes.picture_votes import votes
 from brushgs.scene import Camera, FirstView, Gaussians
 
 STRENGTH = 2.0  # times as many strokes to an area
@@ -63,14 +60,9 @@ def mask_focus(gaussians: Gaussians, camera: Camera, mask: Array, *, num_threads
         num_threads: None takes the processors available to this process. The result does not depend on it.
     """
     check("mask_focus", mask=(mask, f"{camera.height} {camera.width}"))
-    kernel = StrokeTexture.open("gaussian")
-    plain = replace(gaussians, sh=gaussians.sh[:, :1])  # how much is seen does not depend on colours
-    boxes, _ = project_with(plain, camera, RenderOptions.of(kernel, num_threads=num_threads))
-    values = np.repeat(mask[..., None], 3, axis=2)
-    sums, shares = painted_sums(boxes, kernel, values, np.ones_like(mask), num_threads=num_threads)
-    areas, lit = shares.astype(np.float64), sums[:, 0].astype(np.float64)
+    sums, areas = votes(gaussians, [camera], [mask[..., None]], num_threads=num_threads)
     light, is_seen = np.zeros(len(gaussians)), areas >= LEAST_SEEN
-    light[boxes.ids[is_seen]] = lit[is_seen] / areas[is_seen]
+    light[is_seen] = sums[is_seen, 0] / areas[is_seen]
     return _factors(np.clip(light, 0, 1))
 
 
