@@ -86,6 +86,8 @@ class StyleMarks:
 class Residual:
     """What an edit does beyond its affine map: a sum of Gaussian bumps of the features of a stroke.
 
+    Each adds bump x (weights + slopes @ colour before), a change of the affine map around its centre.
+
     Attributes:
         features: names of the F features, see `brushgs.passes.style.features`.
         centers: [K, F] of the bumps, in deviations of the features.
@@ -93,6 +95,7 @@ class Residual:
         weights: [K, C] what each adds to the C outputs: RGB, then log size, see `StyleEdit`.
         offset: [F] means of the features, which are taken off them first.
         scale: [F] deviations, by which they are then divided, above 0.
+        slopes: [K, 3, 3] what each adds to the matrix of the affine map; None for nothing.
     """
 
     features: tuple[str, ...]
@@ -101,6 +104,7 @@ class Residual:
     weights: F32
     offset: F32
     scale: F32
+    slopes: F32 | None = None
 
 
 @dataclass(frozen=True, eq=False)

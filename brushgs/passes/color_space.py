@@ -99,6 +99,16 @@ class Space:
         roots = (colors - _BLACK) @ np.linalg.inv(_LAB_FROM_ROOTS).T
         return np.asarray(srgb_from_linear(_cube(roots) @ np.linalg.inv(_XYZ_OVER_WHITE).T), np.float64)
 
+    def slopes_to(self, rgb: F64) -> F64:
+        """[N, 3, 3] the derivative of `to` at display-encoded colours [N, 3]."""
+        if self.name == "srgb":
+            return np.broadcast_to(np.eye(3), (len(rgb), 3, 3))
+        into = srgb_slope(rgb)[:, None, :]
+        if self.name == "linear":
+            return np.asarray(into * np.eye(3))
+        roots = _root_slope(linear_from_srgb(rgb) @ _XYZ_OVER_WHITE.T)
+        return np.asarray(_LAB_FROM_ROOTS @ (roots[:, :, None] * _XYZ_OVER_WHITE) * into)
+
     def slopes(self, before: F64, after: F64, matrix: F64) -> F64:
         """Derivative of a linear map in this space by display-encoded colours.
 

@@ -1,11 +1,34 @@
-"""What is known of a stroke that means the same in every scene."""
+"""What is known of a stroke that means the same in every scene.
 
-from dataclasses import dataclass
+Colours mean the same as they are. Lengths are shares of the subject, sizes ranks among the other strokes, and
+directions are compared with up: so features depend neither on the unit of a scene, nor on where it stands and
+how it is turned about up. All are bounded where nothing bounds a colour: what lies far away, or shines, is
+as far as it gets.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Rows
+from brushgs.native import core as _core
+from brushgs.passes.color_space import Space
+from brushgs.passes.contribution import projected_areas, visible_shares
+from brushgs.quats import rotation_matrices
+from brushgs.scene import FirstView, Gaussians
+from brushgs.sh import C0, used_sh_degree
+from brushgs.threads import num_threads_or_default
+
+NUM_NEIGHBORS = 8
+ROWS_AT_A_TIME = 1 << 15  # whose neighbours are in memory
+LOWEST, HIGHEST = -0.5, 1.5  # heights of the subject: what is further down or up is as far
+FARTHEST = 3.0  # radii of the subject
+FLATTEST = 1e-3  # radii: the least height of a subject
+MOST_GLOSS = 2.0  # trained scenes have up to 1, in a few Gaussians more
+COLOR_FEATURES = ("lightness", "green_red", "blue_yellow")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,3 +58,170 @@ class StrokeFeatures:
         """
         row_of = {name: row for row, name in enumerate(self.names)}
         return self.values[:, [row_of[name] for name in names]]
+
+
+def color_features(rgb: F64) -> F64:
+    """[N, 3] the features that follow from display-encoded colours [N, 3] alone: CIELAB over 100.
+
+    Unlike that of OKLab its slope is bounded at black, so view-dependent terms of dark strokes stay small.
+    """
+    return Space("lab").to(rgb)
+
+
+def stroke_features(
+    strokes: Gaussians, first_view: FirstView, names: Sequence[str] | None = None
+) -> StrokeFeatures:
+    """Find features of strokes, or of the Gaussians of a scene.
+
+    Args:
+        strokes: N of them.
+        first_view: of their scene; its up and its subject are used.
+        names: of the features, see `FEATURES`; only what these need is computed. None for all.
+
+    Raises:
+        ValueError: if there is no feature of a name.
+    """
+    chosen = tuple(FEATURES) if names is None else tuple(names)
+    if unknown := [name for name in chosen if name not in FEATURES]:
+        raise ValueError(f"stroke_features: names must be of {', '.join(FEATURES)}, got {unknown[0]!r}")
+    context = _Context(strokes, first_view)
+    values = np.empty((len(strokes), len(chosen)))
+    for column, name in enumerate(chosen):
+        values[:, column] = FEATURES[name](context) if len(strokes) else 0.0
+    return StrokeFeatures(chosen, values)
+
+
+@dataclass(frozen=True, eq=False)
+class _Context:
+    """What several features are made of, each found once and only where it is asked for."""
+
+    strokes: Gaussians
+    first_view: FirstView
+
+    @cached_property
+    def lab(self) -> F64:
+        return color_features(0.5 + C0 * self.strokes.sh[:, 0].astype(np.float64))
+
+    @cached_property
+    def order(self) -> NDArray[np.intp]:
+        return np.argsort(-self.strokes.scales, axis=1, kind="stable")
+
+    @cached_property
+    def scales(self) -> F64:
+        """[N, 3] descending, never 0, so that they have ratios; their unit is the largest of all."""
+        sorted_scales = np.take_along_axis(self.strokes.scales, self.order, axis=1).astype(np.float64)
+        largest = max(float(sorted_scales.max()), np.finfo(np.float64).tiny)
+        return np.maximum(sorted_scales / largest, 1e-12)
+
+    @cached_property
+    def normals(self) -> F64:
+        """[N, 3] the shortest axes, of either sign."""
+        rotations = rotation_matrices(self.strokes.quats)
+        return np.take_along_axis(rotations, self.order[:, None, 2:], axis=2)[..., 0]
+
+    @cached_property
+    def neighbors(self) -> NDArray[np.int32]:
+        count = max(0, min(NUM_NEIGHBORS, len(self.strokes) - 1))
+        rows = np.empty((len(self.strokes), count), dtype=np.int32)
+        if count:
+            means = np.ascontiguousarray(self.strokes.means, dtype=np.float64)
+            _core.neighbors(means, rows, num_threads_or_default(None))
+        return rows
+
+    @cached_property
+    def subject(self) -> tuple[F64, float, float, float]:
+        """Centre [3] and radius of the subject, and where it begins and ends along up."""
+        points = self.first_view.points
+        heights = points @ self.first_view.up
+        low, high = float(heights.min()), float(heights.max())
+        center = points.mean(axis=0)
+        radius = float(np.linalg.norm(points - center, axis=1).max())
+        radius = max(radius, 1e-9 * float(np.abs(points).max())) or 1.0  # of a point
+        return center, radius, low, max(high, low + FLATTEST * radius)
+
+    def of_neighbors(self, measure: Callable[[slice, NDArray[np.int32]], F64]) -> F64:
+        """[N] a measure of a few strokes and their neighbours at a time; 0 where there are none."""
+        found = np.zeros(len(self.strokes))
+        if self.neighbors.shape[1]:
+            for first in range(0, len(found), ROWS_AT_A_TIME):
+                some = slice(first, first + ROWS_AT_A_TIME)
+                found[some] = measure(some, self.neighbors[some])
+        return found
+
+
+def _gloss(context: _Context) -> F64:
+    """How much a colour depends on the view: root of the sum of squares of its view-dependent terms."""
+    sh = context.strokes.sh
+    if used_sh_degree(context.strokes) == 0:
+        return np.zeros(len(sh))
+    squares = np.einsum("nkc,nkc->n", sh[:, 1:], sh[:, 1:], dtype=np.float64)
+    return np.asarray(np.minimum(np.sqrt(squares), MOST_GLOSS))
+
+
+def _size(context: _Context) -> F64:
+    """Share of the painted area that smaller strokes make up, and half of those as large, 0 to 1."""
+    sizes = context.scales[:, 0] * context.scales[:, 1]
+    areas = context.strokes.opacities * projected_areas(context.scales)
+    if not areas.sum() > 0:
+        areas = np.ones(len(sizes))
+    _, which = np.unique(sizes, return_inverse=True)  # ascending
+    totals = np.bincount(which, areas)
+    return np.asarray(((np.cumsum(totals) - 0.5 * totals) / totals.sum())[which])
+
+
+def _bend(context: _Context) -> F64:
+    """Mean squared sine between the normal of a stroke and those of its neighbours, 0 (flat) to 1."""
+    normals = context.normals
+
+    def measure(some: slice, rows: NDArray[np.int32]) -> F64:
+        cosines = np.einsum("nki,ni->nk", normals[rows], normals[some])
+        return np.asarray(1 - np.minimum((cosines**2).mean(axis=1), 1))
+
+    return context.of_neighbors(measure)
+
+
+def _contrast(context: _Context) -> F64:
+    """Root of the mean squared difference of colours to the neighbours, CIELAB over 100, at most 1."""
+    lab = context.lab
+
+    def measure(some: slice, rows: NDArray[np.int32]) -> F64:
+        away = lab[rows] - lab[some, None]
+        return np.asarray(np.minimum(np.sqrt(np.einsum("nki,nki->n", away, away) / rows.shape[1]), 1))
+
+    return context.of_neighbors(measure)
+
+
+def _height(context: _Context) -> F64:
+    """Above the foot of the subject, in heights of the subject: 0 on the ground, 1 at its top."""
+    _, _, low, high = context.subject
+    heights = context.strokes.means.astype(np.float64) @ context.first_view.up
+    return np.asarray(np.clip((heights - low) / (high - low), LOWEST, HIGHEST))
+
+
+def _distance(context: _Context) -> F64:
+    """From the middle of the subject, in radii of it."""
+    center, radius, _, _ = context.subject
+    away = np.linalg.norm(context.strokes.means - center, axis=1)
+    return np.asarray(np.minimum(away / radius, FARTHEST))
+
+
+def _visible(context: _Context) -> F64:
+    """Share of directions from which a stroke is seen, 0 to 1."""
+    return visible_shares(replace(context.strokes, sh=context.strokes.sh[:, :1]))
+
+
+FEATURES: dict[str, Callable[[_Context], F64]] = {
+    "lightness": lambda context: context.lab[:, 0],
+    "green_red": lambda context: context.lab[:, 1],
+    "blue_yellow": lambda context: context.lab[:, 2],
+    "gloss": _gloss,
+    "size": _size,
+    "elongation": lambda context: 1 - context.scales[:, 1] / context.scales[:, 0],
+    "flatness": lambda context: 1 - context.scales[:, 2] / context.scales[:, 1],
+    "level": lambda context: np.minimum(np.abs(context.normals @ context.first_view.up), 1),
+    "bend": _bend,
+    "height": _height,
+    "distance": _distance,
+    "visible": _visible,
+    "contrast": _contrast,
+}

@@ -1,0 +1,145 @@
+"""An edit is applied to any strokes: exactly, bounded, and by a dial."""
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.passes.color_map import Blend, difference_slopes, map_colors
+from brushgs.passes.color_space import Space
+from brushgs.passes.style.edit import apply_edit, edit_map, log_sizes, needed_features
+from brushgs.passes.style.features import COLOR_FEATURES, StrokeFeatures, stroke_features
+from brushgs.sh import C0
+from brushgs.style import Residual, StyleEdit
+from tests.passes.scenes import assert_same, random_gaussians, replaced
+from tests.passes.style.test_features import VIEW
+
+IDENTITY = np.eye(3, 4)
+WARM = np.array([[1.1, 0.1, 0, 0.05], [0, 0.9, 0.05, 0.0], [0, 0.1, 0.7, -0.1]])
+
+
+def residual(features=("lightness", "height"), *, num=5, outputs=4, has_slopes=True, seed=0, width=0.8):
+    rng = np.random.default_rng(seed)
+    size = num, len(features)
+    return Residual(
+        tuple(features),
+        rng.normal(size=size).astype(np.float32),
+        width,
+        rng.normal(size=(num, outputs)).astype(np.float32),
+        np.full(size[1], 0.4, np.float32),
+        np.full(size[1], 0.3, np.float32),
+        rng.normal(size=(num, 3, 3)).astype(np.float32) if has_slopes else None,
+    )
+
+
+def colors_of(gaussians):
+    return 0.5 + C0 * gaussians.sh[:, 0]
+
+
+def test_an_affine_edit_is_that_affine_map_of_all_terms():
+    strokes = random_gaussians(50, terms=9)
+    after = apply_edit(strokes, StyleEdit(WARM), None)
+    np.testing.assert_allclose(colors_of(after), colors_of(strokes) @ WARM[:, :3].T + WARM[:, 3], atol=1e-12)
+    np.testing.assert_allclose(after.sh[:, 1:], strokes.sh[:, 1:] @ WARM[:, :3].T, atol=1e-12)
+    assert_same(replaced(after, sh=strokes.sh), strokes)
+
+
+def test_a_residual_is_the_sum_of_its_bumps():
+    strokes, some = random_gaussians(20), residual()
+    features = stroke_features(strokes, VIEW, ("height",))
+    rgb = colors_of(strokes)
+    lightness = Space("lab").to(rgb)[:, 0]
+    expected = rgb @ WARM[:, :3].T + WARM[:, 3]
+    for row in range(20):
+        place = (np.array([lightness[row], features.values[row, 0]]) - 0.4) / np.float32(0.3)
+        for center, weights, slopes in zip(some.centers, some.weights, some.slopes, strict=True):
+            bump = np.exp(-0.5 * ((place - center) ** 2).sum() / 0.8**2)
+            expected[row] += bump * (weights[:3] + slopes @ rgb[row])
+    found = edit_map(StyleEdit(WARM, residual=some)).colors(rgb, features)
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("names", [COLOR_FEATURES, ("height",), ("blue_yellow", "height", "size")])
+@pytest.mark.parametrize("has_slopes", [False, True])
+def test_slopes_are_the_derivative_of_the_colours(names, has_slopes):
+    strokes = random_gaussians(200)
+    rgb = np.random.default_rng(1).uniform(0.05, 0.95, (200, 3))
+    one = edit_map(StyleEdit(WARM, residual=residual(names, has_slopes=has_slopes)))
+    features = stroke_features(strokes, VIEW)
+    found = one.slopes(rgb, one.colors(rgb, features), features)
+    np.testing.assert_allclose(found, difference_slopes(one, rgb, features), rtol=1e-3, atol=1e-3)
+
+
+def test_slopes_of_black_are_bounded():
+    one = edit_map(StyleEdit(IDENTITY, residual=residual(COLOR_FEATURES)))
+    black = np.zeros((1, 3))
+    assert np.abs(one.slopes(black, one.colors(black))).max() < 50
+
+
+def test_far_from_all_it_was_learnt_from_the_affine_map_remains():
+    one = edit_map(StyleEdit(WARM, residual=residual(("height", "distance"))))
+    rgb = np.random.default_rng(0).uniform(size=(10, 3))
+    far = StrokeFeatures(("distance", "height"), np.full((10, 2), 50.0))
+    np.testing.assert_array_equal(one.colors(rgb, far), edit_map(StyleEdit(WARM)).colors(rgb))
+    np.testing.assert_array_equal(one.slopes(rgb, rgb, far), np.broadcast_to(WARM[:, :3], (10, 3, 3)))
+
+
+def test_colours_without_a_stroke_take_what_depends_on_colour_alone():
+    rgb = np.random.default_rng(0).uniform(size=(10, 3))
+    plain = edit_map(StyleEdit(WARM)).colors(rgb)
+    of_height = edit_map(StyleEdit(WARM, residual=residual()))
+    np.testing.assert_array_equal(of_height.colors(rgb), plain)
+    np.testing.assert_array_equal(of_height.slopes(rgb, plain), np.broadcast_to(WARM[:, :3], (10, 3, 3)))
+    of_color = edit_map(StyleEdit(WARM, residual=residual(COLOR_FEATURES)))
+    assert np.abs(of_color.colors(rgb) - plain).max() > 0.1
+    assert needed_features([StyleEdit(WARM, residual=residual(COLOR_FEATURES))]) == ()
+    both = [
+        StyleEdit(WARM),
+        *(StyleEdit(WARM, residual=residual((n, "lightness"))) for n in ("size", "size")),
+    ]
+    assert needed_features(both) == ("size",)
+
+
+def test_the_dial_is_nothing_at_0_and_linear_in_between():
+    strokes = random_gaussians(60, terms=4)
+    edit = StyleEdit(WARM, 0.5, residual())
+    features = stroke_features(strokes, VIEW, ("height",))
+    assert apply_edit(strokes, edit, features, 0.0) is strokes
+    dialled = map_colors(strokes, Blend([(edit_map(edit), 0.0)]), features)
+    np.testing.assert_allclose(dialled.sh, strokes.sh, atol=1e-12)
+    whole = apply_edit(strokes, edit, features)
+    for share in (0.25, 0.5, 0.9):
+        part = apply_edit(strokes, edit, features, share)
+        np.testing.assert_allclose(part.sh, (1 - share) * strokes.sh + share * whole.sh, atol=1e-9)
+        grown = np.log(part.scales / strokes.scales)
+        np.testing.assert_allclose(grown, share * np.log(whole.scales / strokes.scales), atol=1e-9)
+
+
+def test_sizes_grow_by_the_edit_and_within_reason():
+    strokes = random_gaussians(30)
+    grown = apply_edit(strokes, StyleEdit(IDENTITY, np.log(2)), None)
+    np.testing.assert_allclose(grown.scales, 2 * strokes.scales, rtol=1e-12)
+    features = stroke_features(strokes, VIEW, ("height",))
+    steps = log_sizes(StyleEdit(IDENTITY, residual=residual()), strokes, features)
+    assert np.ptp(steps) > 0.1
+    assert np.abs(log_sizes(StyleEdit(IDENTITY, 99.0), strokes, None)).max() <= np.log(8.0)
+    three = residual(outputs=3)
+    assert not log_sizes(StyleEdit(IDENTITY, residual=three), strokes, features).any()
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_few_strokes_are_edited_too(count):
+    strokes = random_gaussians(count).astype(np.float32)
+    features = stroke_features(strokes, VIEW, ("height",))
+    after = apply_edit(strokes, StyleEdit(WARM, 0.1, residual()), features)
+    assert len(after) == count
+    assert after.sh.dtype == np.float32
+
+
+def test_strokes_may_be_edited_in_any_number_at_once():
+    strokes = random_gaussians(5000)
+    edit = StyleEdit(WARM, 0.1, residual())
+    features = stroke_features(strokes, VIEW, ("height",))
+    whole = apply_edit(strokes, edit, features)
+    part = apply_edit(strokes.take(slice(4090, 4110)), edit, features.take(slice(4090, 4110)))
+    np.testing.assert_allclose(part.sh, whole.sh[4090:4110], atol=1e-12)
+    assert isinstance(part, bg.Gaussians)

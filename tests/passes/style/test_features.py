@@ -1,0 +1,146 @@
+"""Features of strokes mean the same in every scene."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.cameras.framing import plain_first_view, with_up
+from brushgs.passes.style.features import (
+    COLOR_FEATURES,
+    FARTHEST,
+    FEATURES,
+    HIGHEST,
+    LOWEST,
+    MOST_GLOSS,
+    stroke_features,
+)
+from brushgs.scene import FirstView
+from brushgs.sh import C0, sh_rotation
+from brushgs.still_life import still_life
+from tests.passes.scenes import random_gaussians, replaced
+
+VIEW = FirstView(np.array([[-1.0, -1, -1], [1, 1, 1]]), np.array([0.0, 0, 1]), 0.0, 0.0)
+
+
+def of(gaussians, name, view=VIEW):
+    return stroke_features(gaussians, view, [name]).values[:, 0]
+
+
+def transformed(gaussians, view, *, turn=0.0, factor=1.0, shift=(0.0, 0.0, 0.0)):
+    """A scene and its first view in another unit, turned about up (z) and moved."""
+    cos, sin = np.cos(turn), np.sin(turn)
+    matrix = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1.0]])
+    w, x, y, z = gaussians.quats.T
+    a, b = np.cos(turn / 2), np.sin(turn / 2)
+    quats = np.stack([a * w - b * z, a * x - b * y, a * y + b * x, a * z + b * w], axis=1)
+    moved = replaced(
+        gaussians,
+        means=factor * gaussians.means @ matrix.T + shift,
+        quats=quats,
+        scales=factor * gaussians.scales,
+        sh=np.einsum("ij,njc->nic", sh_rotation(matrix, gaussians.sh_degree), gaussians.sh),
+    )
+    return moved, replace(view, points=factor * view.points @ matrix.T + shift)
+
+
+@pytest.mark.parametrize("name", sorted(set(FEATURES) - {"visible"}))
+@pytest.mark.parametrize(
+    "change", [{"factor": 1e-3}, {"factor": 1e4}, {"turn": 1.1}, {"shift": (5.0, -7.0, 2.0)}]
+)
+def test_features_depend_neither_on_unit_nor_place_nor_turn(name, change):
+    scene = random_gaussians(400, terms=4)
+    np.testing.assert_allclose(
+        of(*transformed(scene, VIEW, **change)[:1], name, transformed(scene, VIEW, **change)[1]),
+        of(scene, name),
+        atol=1e-7,
+    )
+
+
+def test_what_is_visible_depends_on_no_unit():
+    scene = random_gaussians(400)
+    moved, view = transformed(scene, VIEW, factor=256.0)
+    np.testing.assert_allclose(of(moved, "visible", view), of(scene, "visible"), atol=1e-9)
+
+
+def test_features_are_bounded_whatever_lies_far_away_or_shines():
+    scene = random_gaussians(200, terms=16, spread=1e3, size=10.0)
+    scene = replaced(scene, sh=100 * scene.sh)
+    found = stroke_features(scene, VIEW)
+    assert np.isfinite(found.values).all()
+    for name, low, high in [
+        ("height", LOWEST, HIGHEST),
+        ("distance", 0, FARTHEST),
+        ("gloss", 0, MOST_GLOSS),
+        *((n, 0, 1) for n in ("size", "elongation", "flatness", "level", "bend", "visible", "contrast")),
+    ]:
+        column = found.columns((name,))
+        assert low <= column.min() <= column.max() <= high, name
+
+
+def test_colour_is_lightness_and_two_opponents():
+    colors = np.array([[0.0, 0, 0], [1, 1, 1], [0.5, 0.5, 0.5], [1, 0, 0], [0, 0, 1]])
+    scene = replaced(random_gaussians(5), sh=((colors - 0.5) / C0)[:, None])
+    lab = stroke_features(scene, VIEW, COLOR_FEATURES).values
+    np.testing.assert_allclose(lab[:3, 0], [0, 1, 0.534], atol=1e-3)
+    np.testing.assert_allclose(lab[:3, 1:], 0, atol=1e-6)
+    assert lab[3, 1] > 0.5
+    assert lab[4, 2] < -0.5
+
+
+def test_height_runs_from_the_foot_of_the_subject_to_its_top():
+    scene = replaced(random_gaussians(3), means=np.array([[9.0, 0, -1], [0, 9, 1], [0, 0, 0.0]]))
+    np.testing.assert_allclose(of(scene, "height"), [0, 1, 0.5])
+    np.testing.assert_allclose(of(scene, "height", with_up(VIEW, "-z")), [1, 0, 0.5])
+
+
+def test_a_disc_is_flat_and_level_and_a_needle_is_long():
+    scales = np.array([[1.0, 1, 1e-3], [1, 1e-3, 1e-3]])
+    scene = replaced(random_gaussians(2), scales=scales, quats=np.array([[1.0, 0, 0, 0]] * 2))
+    np.testing.assert_allclose(of(scene, "flatness"), [0.999, 0])
+    np.testing.assert_allclose(of(scene, "elongation"), [0, 0.999])
+    np.testing.assert_allclose(of(scene, "level")[0], 1)
+
+
+def test_sizes_are_shares_of_the_painted_area():
+    scales = np.repeat([[1.0], [2.0], [2.0], [9.0]], 3, axis=1)
+    scene = replaced(random_gaussians(4), scales=scales, opacities=np.full(4, 0.5))
+    areas = np.array([1, 8, 81])  # of those of each size
+    np.testing.assert_allclose(of(scene, "size"), np.array([0.5, 5, 5, 49.5]) / areas.sum(), rtol=1e-6)
+
+
+def test_a_plane_of_one_colour_neither_bends_nor_contrasts():
+    flat = random_gaussians(100)
+    same = {"quats": np.tile([1.0, 0, 0, 0], (100, 1)), "scales": np.tile([1.0, 1, 0.1], (100, 1))}
+    plane = replaced(flat, sh=np.zeros((100, 1, 3)), **same)
+    np.testing.assert_allclose(of(plane, "bend"), 0, atol=1e-12)
+    np.testing.assert_allclose(of(plane, "contrast"), 0, atol=1e-12)
+    assert of(flat, "bend").mean() > 0.3
+    assert of(flat, "contrast").mean() > 0.1
+
+
+def test_only_what_is_asked_for_comes_in_that_order():
+    scene = still_life(1000)
+    view = plain_first_view(scene)
+    every = stroke_features(scene, view)
+    assert every.names == tuple(FEATURES)
+    some = stroke_features(scene, view, ["height", "lightness"])
+    assert some.names == ("height", "lightness")
+    np.testing.assert_array_equal(some.values, every.columns(("height", "lightness")))
+    np.testing.assert_array_equal(every.take(slice(3, 7)).values, every.values[3:7])
+    with pytest.raises(ValueError, match=r"names must be of lightness, .* got 'mood'"):
+        stroke_features(scene, view, ["mood"])
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_few_strokes_have_features_too(count):
+    scene = random_gaussians(count, terms=4)
+    found = stroke_features(scene, VIEW)
+    assert found.values.shape == (count, len(FEATURES))
+    assert np.isfinite(found.values).all()
+
+
+def test_strokes_without_extent_or_paint_have_features_too():
+    scene = replaced(random_gaussians(5), scales=np.zeros((5, 3)), opacities=np.zeros(5))
+    point = FirstView(np.zeros((1, 3)), np.array([0.0, 0, 1]), 0.0, 0.0)
+    assert np.isfinite(stroke_features(scene, point).values).all()
