@@ -1,0 +1,247 @@
+"""Styles travel as files that people can edit; wrong ones are refused by name."""
+
+import base64
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.errors import SceneError
+from brushgs.io.styles.arrays import pack
+from brushgs.io.styles.format import MAX_BYTES
+from brushgs.io.styles.read import read_style
+from brushgs.io.styles.write import write_style
+from brushgs.style import Style
+from tests.io.styles import example
+
+HALF = 2.0**-11  # relative rounding of float16
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "evening.style"
+
+
+def edited(path, change, style=None):
+    """The file of a style after a change of its JSON."""
+    write_style(style or example.painting(), path)
+    value = json.loads(path.read_text())
+    change(value)
+    path.write_text(json.dumps(value))
+    return path
+
+
+def test_a_painting_survives_writing_and_reading(path):
+    style = example.painting()
+    write_style(style, path)
+    read = read_style(path)
+    assert (read.name, read.kind, read.edit) == ("evening", "painting", None)
+    assert [color.name for color in read.palette.colors] == [color.name for color in style.palette.colors]
+    for color, other in zip(read.palette.colors, style.palette.colors, strict=True):
+        np.testing.assert_array_equal(color.rgb, other.rgb)
+        assert color.share == pytest.approx(other.share, abs=1e-6)
+        np.testing.assert_allclose(color.offsets, other.offsets, rtol=HALF, atol=1e-7)
+    for name in ("length", "aspect", "broken_lightness", "broken_chroma", "relief"):
+        assert getattr(read.marks, name) == getattr(style.marks, name)
+    np.testing.assert_array_equal(read.marks.ground, style.marks.ground)
+    np.testing.assert_allclose(read.marks.directions, style.marks.directions, atol=0.5 / 127 + 1e-6)
+    assert len(read.marks.brushes) == 2
+    for brush, other in zip(read.marks.brushes, style.marks.brushes, strict=True):
+        np.testing.assert_array_equal(brush, other)
+
+
+def test_a_file_read_and_written_again_is_the_same_file(path, tmp_path):
+    for style in (example.painting(), example.edit()):
+        write_style(style, path)
+        again = tmp_path / "again.style"
+        write_style(read_style(path), again)
+        assert again.read_bytes() == path.read_bytes()
+
+
+def test_an_edit_survives_writing_and_reading(path):
+    style = example.edit()
+    write_style(style, path)
+    read = read_style(path)
+    assert (read.kind, read.palette, read.marks) == ("edit", None, None)
+    np.testing.assert_array_equal(read.edit.affine, style.edit.affine)
+    assert read.edit.log_size == style.edit.log_size
+    own, other = read.edit.residual, style.edit.residual
+    assert (own.features, own.width) == (other.features, other.width)
+    for name in ("centers", "weights", "offset", "scale"):
+        np.testing.assert_array_equal(getattr(own, name), getattr(other, name))
+
+
+def test_colours_between_the_steps_of_hex_keep_their_samples(path):
+    style = example.painting()
+    first = replace(style.palette.colors[0], rgb=np.array([0.1234, 0.4567, 1.02]))
+    palette = replace(style.palette, colors=(first, *style.palette.colors[1:]))
+    write_style(replace(style, palette=palette), path)
+    np.testing.assert_allclose(read_style(path).palette.samples, palette.samples, atol=2e-4)
+
+
+def test_an_artist_who_edits_a_hex_moves_all_colours_around_it(path):
+    before = example.painting().palette
+
+    def redden(value):
+        assert value["palette"][0]["color"] == "#1f3a6b"
+        value["palette"][0]["color"] = "#8b1f2a"
+
+    after = read_style(edited(path, redden)).palette
+    shift = (np.array([0x8B, 0x1F, 0x2A]) - (0x1F, 0x3A, 0x6B)) / 255
+    np.testing.assert_allclose(after.samples[:20], before.samples[:20] + shift, atol=1e-4)
+    np.testing.assert_allclose(after.samples[20:], before.samples[20:], atol=1e-4)
+
+
+def test_shares_are_scaled_and_a_colour_needs_no_offsets(path):
+    def change(value):
+        value["palette"][0]["share"] = 2
+        value["palette"].append({"name": "new", "color": "#FF0000", "share": 1.5})
+
+    palette = read_style(edited(path, change)).palette
+    assert sum(color.share for color in palette.colors) == pytest.approx(1)
+    assert palette.colors[0].share == pytest.approx(0.5)
+    np.testing.assert_allclose(palette.samples[-1], [1, 0, 0])
+    assert palette.weights.sum() == pytest.approx(1)
+
+
+def test_people_can_read_the_file(path):
+    write_style(example.painting(), path)
+    lines = path.read_text().splitlines()
+    assert '      "color": "#1f3a6b",' in lines
+    assert '      "share": 0.5,' in lines
+    assert '    "ground": "#8a5420",' in lines
+    assert sum("data" in line for line in lines) == 3 + 1 + 2
+
+
+def test_arrays_may_be_lists(path):
+    def change(value):
+        value["palette"][0]["offsets"] = [[0, 0.1, -0.1], [0, 0, 0.25]]
+
+    np.testing.assert_allclose(
+        read_style(edited(path, change)).palette.colors[0].offsets, [[0, 0.1, -0.1], [0, 0, 0.25]]
+    )
+
+
+def _set(*keys):
+    """A change of the value at some keys; the last is the new value."""
+    *places, last, new = keys
+
+    def change(value):
+        for place in places:
+            value = value[place]
+        if new is ...:
+            del value[last]
+        else:
+            value[last] = new
+
+    return change
+
+
+BAD = [
+    (_set("brushgs", "scene"), "is no style file"),
+    (_set("version", 2), "is a style of version 2, and this brushgs reads up to version 1; update brushgs"),
+    (_set("version", "1"), "'version' must be 1"),
+    (_set("name", "a\x1b[31m"), "'name' must be a text of 1 to 80 printable characters"),
+    (_set("name", ...), "'name' is missing; add it"),
+    (_set("colour", 1), "'colour' is no field of a style; remove or correct it"),
+    (_set("palette", []), "'palette' must hold 1 to 64 colours, got 0"),
+    (_set("palette", {}), "'palette' must be a list of colours"),
+    (_set("palette", 1, 7), "what stands of colour 2 of palette must be a JSON object"),
+    (_set("palette", 1, "color", "red"), "'color' of colour 2 of palette must be a colour such as '#3a5f0b'"),
+    (
+        _set("palette", 0, "share", -0.1),
+        "'share' of colour 1 of palette must be a number 0 to 1e\\+06, got -0.1",
+    ),
+    (_set("palette", 0, "share", True), "'share' of colour 1 of palette must be a number"),
+    (_set("palette", 0, "shere", 1), "'shere' of colour 1 of palette is no field of a style"),
+    (_set("palette", 0, "offsets", [[0, 0]]), "'offsets' of colour 1 .* of shape \\[any, 3\\]"),
+    (_set("palette", 0, "offsets", [[0, 0, 9]]), "must be finite numbers of at most 2, got 9.0"),
+    (_set("palette", 0, "offsets", [[0, 0, 0], [0]]), "must be an array of shape \\[any, 3\\]"),
+    (_set("palette", 0, "offsets", [[0, 0, "x"]]), "must be an array of shape \\[any, 3\\]"),
+    (
+        _set("palette", 0, "offsets", "type", "float64"),
+        "'type' of offsets of colour 1 of palette must be one of",
+    ),
+    (_set("palette", 0, "offsets", "shape", [20, 4]), "must be 80 numbers of 2 bytes, .* got 120 bytes"),
+    (_set("palette", 0, "offsets", "shape", [1e9, 1e9, 3]), "must be .* numbers of 2 bytes"),
+    (_set("palette", 0, "offsets", "data", "&"), "'data' of offsets of colour 1 of palette must be base64"),
+    (_set("marks", 3), "what stands of marks must be a JSON object"),
+    (_set("marks", "length", 0), "'length' of marks must be a number above 0 to 1, got 0.0"),
+    (_set("marks", "aspect", 21), "'aspect' of marks must be a number 1 to 20"),
+    (_set("marks", "relief", 1.5), "'relief' of marks must be a number 0 to 1"),
+    (_set("marks", "ground", [1, 0, 0]), "'ground' of marks must be a colour"),
+    (
+        _set("marks", "directions", [[0, 1]]),
+        "'directions' of marks must be an array of shape \\[any, any, 2\\]",
+    ),
+    (_set("marks", "directions", pack(np.zeros((1, 300, 2)), "int8")), "must be at most 256 a side"),
+    (_set("marks", "brushes", 1, "type", "jpeg"), "'type' of brush 2 of brushes of marks must be 'png'"),
+    (_set("marks", "brushes", 1, "data", "AAAA"), "brush 2 .* must be a PNG of 8 bits of grey"),
+]
+
+
+@pytest.mark.parametrize(("change", "sentence"), BAD, ids=[sentence[:40] for _, sentence in BAD])
+def test_a_wrong_field_is_named(path, change, sentence):
+    with pytest.raises(SceneError, match=sentence) as raised:
+        read_style(edited(path, change))
+    assert str(raised.value).startswith(f"{path}: ")
+    assert ";" in str(raised.value)
+
+
+BAD_EDITS = [
+    (_set("edit", "affine", [[1, 0, 0]]), "'affine' of edit must be an array of shape \\[3, 4\\]"),
+    (_set("edit", "log_size", 11), "'log_size' of edit must be a number -10 to 10"),
+    (_set("edit", "residual", "width", 0), "'width' of residual of edit must be a number above 0"),
+    (_set("edit", "residual", "scale", [1, 0]), "'scale' of residual of edit must be numbers above 0"),
+    (_set("edit", "residual", "features", ["a", "a"]), "must be different names of features"),
+    (
+        _set("edit", "residual", "features", ["a"]),
+        "'offset' of residual of edit must be an array of shape \\[1\\]",
+    ),
+    (_set("edit", "residual", "weights", [[1, 2, 3]]), "'weights' .* must be an array of shape \\[7, any\\]"),
+]
+
+
+@pytest.mark.parametrize(("change", "sentence"), BAD_EDITS, ids=[sentence[:40] for _, sentence in BAD_EDITS])
+def test_a_wrong_field_of_an_edit_is_named(path, change, sentence):
+    with pytest.raises(SceneError, match=sentence):
+        read_style(edited(path, change, example.edit()))
+
+
+def test_brushes_must_be_small_and_grey(path, tmp_path):
+    import brushgs as bg
+
+    colored = bg.Frame(np.zeros((8, 8, 3), np.float32), np.ones((8, 8), np.float32), None)
+    bg.save(colored, tmp_path / "a.png")
+    data = base64.b64encode((tmp_path / "a.png").read_bytes()).decode()
+    with pytest.raises(SceneError, match=r"brush 1 of brushes .* got 4 channels in 8x8"):
+        read_style(edited(path, _set("marks", "brushes", 0, "data", data)))
+    with pytest.raises(ValueError, match="at most 256 texels a side, got 1 channels in 300x150"):
+        write_style(example.painting(1, side=300), tmp_path / "b.style")
+
+
+def test_what_is_no_json_or_too_large_is_refused(path):
+    path.write_bytes(b"\x89PNG")
+    with pytest.raises(SceneError, match=r"is not JSON .* give a file that `brushgs style learn` wrote"):
+        read_style(path)
+    path.write_bytes(b" " * (MAX_BYTES + 1))
+    with pytest.raises(SceneError, match="at most 200 kB"):
+        read_style(path)
+    with pytest.raises(SceneError, match="there is no such file"):
+        read_style(path.with_stem("missing"))
+
+
+def test_a_style_too_large_or_wrong_is_not_written(path):
+    with pytest.raises(ValueError, match=r"at most 200 kB, got .*; keep fewer or smaller brushes"):
+        write_style(example.painting(8, side=250), path)
+    with pytest.raises(ValueError, match=r"at most 200 kB, got .*; learn a smaller residual"):
+        write_style(example.edit(8000), path)
+    style = example.painting()
+    with pytest.raises(ValueError, match=r"cannot be written: .*'aspect' of marks"):
+        write_style(replace(style, marks=replace(style.marks, aspect=30.0)), path)
+    with pytest.raises(ValueError, match="holds neither"):
+        write_style(Style("nothing"), path)
+    with pytest.raises(ValueError, match=r"must be written to a file \*.style"):
+        write_style(style, path.with_suffix(".json"))
+    assert list(path.parent.iterdir()) == []
