@@ -51,7 +51,7 @@ class Marks:
                 f"Marks: image must have 1 to 4 channels and {LEAST_SIDE}x{LEAST_SIDE} pixels or more, got "
                 f"{sizes['C']} in {sizes['W']}x{sizes['H']}"
             )
-        pairs = _mark_pairs(*_shrunk(image))
+        pairs = mark_pairs(*shrunk(image))
         if not pairs.any():
             raise ValueError("Marks: image must show marks, got one even colour")
         return cls(camera, pairs)
@@ -109,7 +109,7 @@ def _at(marks: Marks, columns: F64, rows: F64) -> F64:
     return np.asarray((1 - below) * upper + below * lower)
 
 
-def _shrunk(image: Array) -> tuple[F64, F64]:
+def shrunk(image: Array) -> tuple[F64, F64]:
     """Brightness and alpha [h, w] of a picture, averaged over whole blocks until it is small."""
     step = -(-max(image.shape[:2]) // MOST_SIDE)
     height, width = max(image.shape[0] // step, 1), max(image.shape[1] // step, 1)
@@ -126,7 +126,7 @@ def _shrunk(image: Array) -> tuple[F64, F64]:
     return brightness, covered
 
 
-def _mark_pairs(brightness: F64, covered: F64) -> F64:
+def mark_pairs(brightness: F64, covered: F64) -> F64:
     """Directions of least change, [h, w, 2]."""
     from scipy.ndimage import gaussian_filter
 
