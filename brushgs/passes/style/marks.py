@@ -1,0 +1,72 @@
+"""A painting -> its marks: which way they run, how long and wide they are, how far they differ, and images.
+
+Everything is measured on the picture alone, in a second or two: directions by the structure tensor
+(`passes.direction.marks`), sizes by how fast colours change along and across them (`sizes`), the ground and
+the relief where there is evidence of them (`ground`, `lit`), and images of single marks (`cut`).
+"""
+
+import numpy as np
+
+from brushgs.arrays import F32, F64, Array, check
+from brushgs.colors import flatten
+from brushgs.passes.color_space import oklab_planes
+from brushgs.passes.direction.marks import mark_pairs, shrunk
+from brushgs.passes.style.sizes import mark_sizes
+from brushgs.style import StyleMarks
+
+MOST_GRID = 48  # directions along the longer side of a painting
+MOST_SIDE = 1024  # pixels of a painting in which marks are measured; larger ones are averaged
+LEAST_SIDE = 32  # pixels
+
+
+def learn_marks(image: Array) -> StyleMarks:
+    """Learn the marks of a painting.
+
+    Args:
+        image: [H, W, C] as `read_image` returns it: 1 to 4 channels, 0 to 1, display-encoded. What is
+            transparent is white, and has no directions.
+
+    Raises:
+        TypeError: if `image` is not an array.
+        ValueError: if it has other channels, is smaller than 32 x 32 pixels, or shows no marks.
+    """
+    sizes = check("learn_marks", image=(image, "H W C"))
+    if not 1 <= sizes["C"] <= 4 or min(sizes["H"], sizes["W"]) < LEAST_SIDE:
+        raise ValueError(
+            f"learn_marks: image must have 1 to 4 channels and {LEAST_SIDE}x{LEAST_SIDE} pixels or more, got "
+            f"{sizes['C']} in {sizes['W']}x{sizes['H']}"
+        )
+    pairs = mark_pairs(*shrunk(image))
+    if not pairs.any():
+        raise ValueError("learn_marks: image must show marks, got one even colour")
+    rgb = averaged(image, MOST_SIDE)
+    measured = mark_sizes(oklab_planes(rgb), pairs)
+    return StyleMarks(
+        length=measured.length,
+        aspect=measured.aspect,
+        directions=_grid(pairs),
+        broken_lightness=measured.lightness,
+        broken_chroma=measured.chroma,
+    )
+
+
+def averaged(image: Array, most: int) -> F32:
+    """The opaque colours [h, w, 3] of a picture, averaged over blocks to at most so many pixels a side."""
+    step = -(-max(image.shape[:2]) // most)
+    height, width = max(image.shape[0] // step, 1), max(image.shape[1] // step, 1)
+    small = np.empty((height, width, 3), np.float32)
+    for row in range(height):  # whole copies of a large picture add up
+        block = flatten(image[row * step : (row + 1) * step, : width * step].astype(np.float32))
+        small[row] = block.reshape(len(block), width, -1, 3).mean(axis=(0, 2))
+    return np.clip(small, 0, 1)
+
+
+def _grid(pairs: F64) -> F32:
+    """The means of directions over the cells of a small grid of the same aspect."""
+    height, width = pairs.shape[:2]
+    scale = min(1.0, MOST_GRID / max(height, width))
+    rows, columns = max(1, round(height * scale)), max(1, round(width * scale))
+    starts = [np.arange(n) * size // n for n, size in ((rows, height), (columns, width))]
+    sums = np.add.reduceat(np.add.reduceat(pairs, starts[0], axis=0), starts[1], axis=1)
+    counts = np.outer(*(np.diff([*first, size]) for first, size in zip(starts, (height, width), strict=True)))
+    return (sums / counts[..., None]).astype(np.float32)
