@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.brushes.texture import LONG_SIDE, StrokeTexture, variants_of
+from brushgs.brushes.texture import LONG_SIDE, StrokeTexture, brush_of_style, name_in_style, variants_of
 from brushgs.errors import SceneError
 from brushgs.io.files import exists, is_dir, is_plain
 
@@ -217,7 +217,12 @@ def name_of(stroke: str | Path) -> str:
     """
     if is_folder(stroke):
         return Path(stroke).resolve().name
-    return joined_name([Path(path).stem for path in paths_of(stroke)])
+    return joined_name([_plain_name_of(path) for path in paths_of(stroke)])
+
+
+def _plain_name_of(stroke: str | Path) -> str:
+    of_style = brush_of_style(str(stroke))
+    return Path(stroke).stem if of_style is None else name_in_style(*of_style)
 
 
 def joined_name(names: Sequence[str]) -> str:

@@ -22,6 +22,7 @@ from brushgs.arrays import check
 from brushgs.colors import LUMINANCE, split_alpha
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.files import exists
+from brushgs.options.styling import SUFFIX as STYLE_SUFFIX
 
 KERNELS = ("gaussian", "ellipse")  # computed, not drawn
 # Half length of a box in standard deviations: the published stroke covers 2, the 3DGS kernel is clipped at 3.
@@ -34,6 +35,10 @@ OPAQUE = 254.5 / 255  # an alpha channel that is nowhere below this is not the c
 CANVAS = 0.5  # height where there is no paint
 _ROWS_AT_A_TIME = 64  # of an image
 _VARIANT = re.compile(r"_(\d+)$")  # after the name of a stroke
+# A brush of a style, such as "monet.style:2": the first is 1.
+_OF_STYLE = re.compile(
+    rf"(?P<file>.+{re.escape(STYLE_SUFFIX)}):(?P<number>\d{{1,9}})", re.IGNORECASE | re.DOTALL
+)
 BLANK = 0.02  # coverage read from luminance below this is paper grain or JPEG noise
 
 
@@ -110,7 +115,8 @@ class StrokeTexture:
 
         A built-in name (`builtin_names()`) may be written with capitals, spaces or hyphens ("Dry Brush"), and
         with the number of a variant ("flat_2").
-        What has a suffix or a folder in it ("flat.png", "./flat"), or is a `Path`, means a file.
+        What has a suffix or a folder in it ("flat.png", "./flat"), or is a `Path`, means a file. The brushes
+        of a style are numbered from 1: "monet.style:2".
 
         In a file, coverage is the alpha channel. Without one, or where it is fully opaque, coverage is the
         difference in luminance from the median of the border (dark paint on a light background or the
@@ -122,7 +128,8 @@ class StrokeTexture:
             size: longest side kept, texels, >= 1.
 
         Raises:
-            SceneError: if there is no such name or file, or the image has no paint in it.
+            SceneError: if there is no such name or file, the image has no paint in it, or the style has not
+                so many brushes.
             ValueError: if `size` is below 1.
 
         Warns:
@@ -131,6 +138,8 @@ class StrokeTexture:
         if size < 1:
             raise ValueError(f"StrokeTexture.open: size must be at least 1, got {size}")
         path, text = Path(name_or_path), str(name_or_path)
+        if (of_style := brush_of_style(text)) is not None:
+            return cls._from_style(*of_style, size)
         name = _plain_name(path.stem)
         if isinstance(name_or_path, str) and not path.suffix and "/" not in text and os.sep not in text:
             if name in KERNELS:
@@ -194,6 +203,21 @@ class StrokeTexture:
         return cls(name, name, np.full((1, 1), 255, np.uint8), None, KERNEL_SIGMAS[name])
 
     @classmethod
+    def _from_style(cls, path: Path, number: int | None, size: int) -> "StrokeTexture":
+        from brushgs.io.styles import read_style
+
+        style = read_style(path)
+        brushes = () if style.marks is None else style.marks.brushes
+        if not brushes:
+            raise SceneError(path, "the style has no brushes; choose a stroke that comes with the program")
+        if number is None or not 1 <= number <= len(brushes):
+            have = "1 brush" if len(brushes) == 1 else f"{len(brushes)} brushes"
+            raise SceneError(path, f"the style has {have}; name one of them, such as {path}:1")
+        coverage = brushes[number - 1].astype(np.float32) / 255
+        small = _average(coverage, _shape_within(coverage.shape, size))
+        return cls("image", name_in_style(path, number), np.rint(np.clip(small, 0, 1) * 255).astype(np.uint8))
+
+    @classmethod
     def _from_file(cls, path: Path, name: str, size: int) -> "StrokeTexture":
         from brushgs.io.pictures.images import read_image
 
@@ -204,8 +228,7 @@ class StrokeTexture:
             raise SceneError(path, "the stroke is fully transparent; give an image with paint in it")
         crop = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
         coverage = coverage[crop]
-        factor = min(1.0, size / max(coverage.shape))
-        shape = [max(1, round(n * factor)) for n in coverage.shape]
+        shape = _shape_within(coverage.shape, size)
         small = _average(coverage, shape)
         if height is not None:  # weighted by coverage
             relief = _average(height[crop] * coverage, shape) / np.maximum(small, 1e-6)
@@ -287,6 +310,27 @@ def _coverage_and_height(
         distance = -distance
     coverage = np.clip(distance / distance.max(), 0, 1)
     return np.where(coverage < BLANK, np.float32(0), coverage).astype(np.float32), None
+
+
+def brush_of_style(name: str) -> tuple[Path, int | None] | None:
+    """The file of a style and which of its brushes a name means, such as "monet.style:2"; None for others.
+
+    The name of a style alone has no number.
+    """
+    if found := _OF_STYLE.fullmatch(name):
+        return Path(found["file"]), int(found["number"])
+    return (Path(name), None) if name.lower().endswith(STYLE_SUFFIX) else None
+
+
+def name_in_style(path: Path, number: int | None) -> str:
+    """A name for a brush of a style, fit for that of a file: "monet_2"."""
+    return path.stem if number is None else f"{path.stem}_{number}"
+
+
+def _shape_within(shape: Sequence[int], size: int) -> list[int]:
+    """The shape of an image with a long side of at most so many texels."""
+    factor = min(1.0, size / max(shape))
+    return [max(1, round(n * factor)) for n in shape]
 
 
 def _average(image: NDArray[np.float32], shape: Sequence[int]) -> NDArray[np.float32]:

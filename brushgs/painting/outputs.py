@@ -5,6 +5,7 @@ import tempfile
 from pathlib import Path
 
 from brushgs.brushes.brush_set import paths_of
+from brushgs.brushes.texture import brush_of_style
 from brushgs.errors import SceneError
 from brushgs.io.pictures.formats import holds_alpha
 from brushgs.options.painting import PaintConfig
@@ -22,15 +23,20 @@ def input_files(scene: SceneFiles | None, config: PaintConfig) -> tuple[Path, ..
     styles = () if config.style is None else config.style.files
     return (
         *scene_inputs(scene),
-        *map(Path, paths_of(config.draw.stroke)),
+        *map(_file_of, paths_of(config.draw.stroke)),
         Path(config.draw.background),
-        *map(Path, config.brushes.names),
+        *map(_file_of, config.brushes.names),
         Path(config.ground.ground),
-        *map(Path, config.ground.backdrop_brushes),
+        *map(_file_of, config.ground.backdrop_brushes),
         *palette,
         *styles,
         *config.strokes.files,
     )
+
+
+def _file_of(stroke: str | Path) -> Path:
+    of_style = brush_of_style(str(stroke))
+    return Path(stroke) if of_style is None else of_style[0]
 
 
 def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...] = ()) -> None:
