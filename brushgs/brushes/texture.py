@@ -22,7 +22,7 @@ from brushgs.arrays import check
 from brushgs.colors import LUMINANCE, split_alpha
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.files import exists
-from brushgs.options.styling import SUFFIX as STYLE_SUFFIX
+from brushgs.options.choices import STYLE_SUFFIX
 
 KERNELS = ("gaussian", "ellipse")  # computed, not drawn
 # Half length of a box in standard deviations: the published stroke covers 2, the 3DGS kernel is clipped at 3.

@@ -9,7 +9,7 @@ from brushgs.io.files import replacing
 from brushgs.io.styles import edit, marks, palette
 from brushgs.io.styles.format import MARK, MAX_BYTES, VERSION
 from brushgs.io.styles.read import style_of
-from brushgs.options.styling import SUFFIX
+from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.style import Style
 
 
@@ -26,8 +26,10 @@ def write_style(style: Style, path: str | Path) -> None:
         SceneError: if the file cannot be written.
     """
     path = Path(path)
-    if path.suffix.lower() != SUFFIX:
-        raise ValueError(f"a style must be written to a file *{SUFFIX}, got {str(path)!r}; change the suffix")
+    if path.suffix.lower() != STYLE_SUFFIX:
+        raise ValueError(
+            f"a style must be written to a file *{STYLE_SUFFIX}, got {str(path)!r}; change the suffix"
+        )
     content = content_of(style, path)
     with replacing(path) as temporary:
         temporary.write_bytes(content)
