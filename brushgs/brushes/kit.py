@@ -32,6 +32,7 @@ class BrushKit:
         short: for those at most 1.35 times.
         other: for the rest.
         large: what strokes of more than 2.2 times the median size may take beside their own.
+        styled: what strokes take in place of these by chance, see `mix_brushes`.
 
     A group without brushes takes those of `other`, and `other` those of `long` or else of `short`.
 
@@ -44,6 +45,7 @@ class BrushKit:
     short: Names = ()
     other: Names = ()
     large: Names = ()
+    styled: Names = ()
 
     def __post_init__(self) -> None:
         for field in fields(self):

@@ -1,7 +1,8 @@
 """The stages that turn strokes into a picture: stroke image, background, project, rasterise and write."""
 
 import warnings
-from dataclasses import fields
+from collections.abc import Sequence
+from dataclasses import fields, replace
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,8 +34,14 @@ CULLED = {  # field of ProjectCounts -> words
 }
 
 
-def open_brushes(config: PaintConfig, report: Report) -> "tuple[BrushSet, BrushKit]":
-    """Open the stroke images, or the kernel; and which strokes each of several suits."""
+def open_brushes(config: PaintConfig, styled: Sequence[str], report: Report) -> "tuple[BrushSet, BrushKit]":
+    """Open the stroke images, or the kernel; and which strokes each of several suits.
+
+    Args:
+        config: the options.
+        styled: names of the brushes of styles, which no kernel is mixed with.
+        report: gets the stage.
+    """
     with report.stage("stroke") as stage:
         from brushgs.brushes.brush_set import BrushSet, paths_of, size_for
         from brushgs.brushes.kit import BrushKit
@@ -47,6 +54,10 @@ def open_brushes(config: PaintConfig, report: Report) -> "tuple[BrushSet, BrushK
         else:
             kit = BrushKit.of(stroke)
             texture = BrushSet.open(stroke, size=size) if len(paths_of(stroke)) == 1 else kit.open(size=size)
+        if styled and texture.kind == "image":
+            known = dict(zip(kit.images, texture.textures, strict=True))
+            kit = replace(kit, styled=tuple(styled))
+            texture = kit.open(size=size, known=known)
         shapes = [image.coverage.shape for image in texture.textures]
         height, width = (max(sides) for sides in zip(*shapes, strict=True))
         stage.did = f"{texture.name}: {width} x {height} texels"

@@ -55,7 +55,7 @@ from brushgs.painting.moving import (
 from brushgs.painting.plan import plan_cameras
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import cluster_scene, load_scene, open_palette, prune_scene
-from brushgs.painting.styling import Changes, open_styles, palette_pass
+from brushgs.painting.styling import Changes, open_styles, palette_pass, style_brush_passes
 from brushgs.rendering.coats import Painting
 from brushgs.scene import Camera, FirstView, Gaussians
 
@@ -182,7 +182,8 @@ def prepare(
         check_background(config.draw.background)
     named = config.brushes, config.draw.stroke, config.view.size
     styles = recall("style", (config.style,), lambda: open_styles(config.style, report))
-    texture, kit = recall("stroke", named, lambda: open_brushes(config, report))
+    styled = [] if styles is None else [name for names in styles.brushes for name in names]
+    texture, kit = recall("stroke", (*named, *styled), lambda: open_brushes(config, styled, report))
     options = render_options(config.draw, texture, along_path=along_path, relief=open_relief(config.light))
     palette = recall("palette", (config.palette,), lambda: open_palette(config.palette, report))
     rows = None  # of a moving scene: how they move
@@ -315,6 +316,7 @@ def prepare(
             *changes.passes(),
             broken_color_pass(passes, seed=cluster.seed, skip=skip),
             *brush_passes(kit, seed=cluster.seed),
+            *style_brush_passes(styles, kit, seed=cluster.seed),
         ]
     )
     is_recolored = palette is not None or changes.are_any

@@ -7,6 +7,7 @@ born later or drawn coarser, the backdrop and the ground.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,7 @@ from brushgs.scene import Camera, FirstView, Gaussians
 from brushgs.sh import base_colors, in_colors
 
 if TYPE_CHECKING:
+    from brushgs.brushes.kit import BrushKit
     from brushgs.passes.direction.marks import Marks
     from brushgs.passes.recolor import Palette
     from brushgs.style import Style
@@ -36,11 +38,13 @@ class Styles:
 
     Attributes:
         parts: with their shares, each above 0.
-        names: of the files, for reports.
+        names: of these and their shares, for reports.
+        brushes: names of the brushes of each; none where a painting keeps its own.
     """
 
     parts: "Sequence[tuple[Style, float]]"
     names: Sequence[str]
+    brushes: Sequence[tuple[str, ...]]
 
     @property
     def needs_first_view(self) -> bool:
@@ -58,17 +62,43 @@ def open_styles(config: StyleConfig | None, report: Report) -> Styles | None:
     if config is None:
         return None
     with report.stage("style") as stage:
-        from brushgs.io.styles import read_style
+        from brushgs.io.styles.read import read_style
 
-        styles = [(read_style(one.file), one.share) for one in config.styles]
-        named = [f"{style.name} {share:.0%}" for style, share in styles]
-        stage.did = ", ".join(named)
-        stage.counts = {"styles": {str(one.file): one.share for one in config.styles}}
-        parts = [(style, share) for style, share in styles if share > 0]
-        if not parts:
+        styles = [(one, read_style(one.file)) for one in config.styles]
+        stage.did = ", ".join(f"{style.name} {one.share:.0%}" for one, style in styles)
+        stage.counts = {"styles": {str(one.file): one.share for one, _ in styles}}
+        styles = [(one, style) for one, style in styles if one.share > 0]
+        if not styles:
             stage.skipped.append("style: its share is 0")
             return None
-    return Styles(parts, named)
+        brushes = [_brushes_of(style, one.file) if config.has_brushes else () for one, style in styles]
+    names = [f"{style.name} {one.share:.0%}" for one, style in styles]
+    return Styles([(style, one.share) for one, style in styles], names, brushes)
+
+
+def _brushes_of(style: "Style", file: Path) -> tuple[str, ...]:
+    count = 0 if style.marks is None else len(style.marks.brushes)
+    return tuple(f"{file}:{number}" for number in range(1, count + 1))
+
+
+def style_brush_passes(styles: Styles | None, kit: "BrushKit", *, seed: int) -> list[StrokePass]:
+    """The pass that gives strokes the brushes of styles; none where there are none."""
+    if styles is None or not kit.styled:
+        return []
+    row_of = {image: row for row, image in enumerate(kit.images)}
+    choices = [
+        (np.array([row_of[name] for name in names], np.uint8), share)
+        for names, (_, share) in zip(styles.brushes, styles.parts, strict=True)
+        if names
+    ]
+
+    def mixed(strokes: Gaussians) -> Gaussians:
+        from brushgs.passes.choose_brushes import mix_brushes
+
+        return mix_brushes(strokes, choices, seed=seed)
+
+    total = sum(share for _, share in choices)
+    return [StrokePass("style brushes", f"by chance of {len(kit.styled)} brushes, {total:.0%}", mixed)]
 
 
 def styled_values(values: StepValues, config: StyleConfig) -> StepValues:

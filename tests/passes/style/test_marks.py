@@ -7,8 +7,8 @@ from brushgs.passes.style.marks import MOST_GRID, learn_marks
 from tests.bench.mark_paintings import KINDS, paint
 
 SIZE = 800, 600
-# Mean angle, degrees, between learnt and true directions: dabs are nearly as wide as long, and washes lie over
-# each other, which shows edges across them as well.
+# Mean angle, degrees, between learnt and true directions: dabs are nearly as wide as long, and washes lie
+# over each other, which shows edges across them as well.
 WITHIN = {"hatching": 4, "swirls": 9, "dabs": 20, "washes": 30}
 
 
