@@ -7,11 +7,12 @@ Turned by 5 and 8 degrees, three real scenes with a ground come back to within 0
 are left alone.
 """
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from brushgs.arrays import F64
+from brushgs.arrays import F64, Array
 from brushgs.cameras.framing import camera_axes, subject
 from brushgs.quats import rotation_matrices
 from brushgs.scene import Gaussians
@@ -33,6 +34,23 @@ AGREE = 1.0
 LEAST, MOST = 1.5, 30.0  # degrees of tilt: below, the axis is as good; above, what was found is a slope
 
 
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """The points x with normal . x = offset.
+
+    Attributes:
+        normal: [3] unit vector.
+        offset: world units.
+    """
+
+    normal: F64
+    offset: float
+
+    def heights(self, points: Array) -> F64:
+        """[n] signed distances of points [n, 3], world units; above 0 on the side of the normal."""
+        return np.asarray(points.astype(np.float64) @ self.normal - self.offset)
+
+
 def level_up(gaussians: Gaussians, up: F64) -> F64:
     """The normal of the ground, where two measures of it agree.
 
@@ -48,16 +66,21 @@ def level_up(gaussians: Gaussians, up: F64) -> F64:
     """
     every = slice(None, None, -(-len(gaussians) // MOST_ROWS))
     gaussians = gaussians.take(every)
-    by_places, by_normals = _ground_normal(gaussians, up), _level_normal(gaussians, up)
-    if by_places is None or by_normals is None or _degrees_between(by_places, by_normals) > AGREE:
+    by_places, by_normals = ground_plane(gaussians, up), _level_normal(gaussians, up)
+    if by_places is None or by_normals is None or _degrees_between(by_places.normal, by_normals) > AGREE:
         return up
-    found = by_places + by_normals
+    found = by_places.normal + by_normals
     found /= np.linalg.norm(found)
     return found if LEAST < _degrees_between(found, up) <= MOST else up
 
 
-def _ground_normal(gaussians: Gaussians, up: F64) -> F64 | None:
-    """[3] normal of a plane through the lowest layer around the subject; None where there is too little."""
+def ground_plane(gaussians: Gaussians, up: F64) -> Plane | None:
+    """The plane through the lowest layer around the subject; None where there is too little.
+
+    Args:
+        gaussians: N >= 1 Gaussians.
+        up: [3] unit vector, roughly up.
+    """
     points, _ = subject(gaussians)
     low, high = points.min(axis=0), points.max(axis=0)
     radius = 0.5 * float((high - low).max())
@@ -85,14 +108,15 @@ def _ground_normal(gaussians: Gaussians, up: F64) -> F64 | None:
             lowest.append((x, places[row, 1], z))
     if len(lowest) < MIN_CELLS:
         return None
-    normal = _plane_normal(np.array(lowest))
-    if normal is None:
+    plane = _plane_through(np.array(lowest))
+    if plane is None:
         return None
-    return np.asarray(normal @ axes)
+    normal = np.asarray(plane.normal @ axes)
+    return Plane(normal, plane.offset * radius + float(normal @ (0.5 * (low + high))))
 
 
-def _plane_normal(points: F64) -> F64 | None:
-    """[3] upward normal of the plane through most of the points [n, 3]; None where that are too few.
+def _plane_through(points: F64) -> Plane | None:
+    """The plane, upward, through most of the points [n, 3]; None where that are too few.
 
     Least squares with the squared weights of Cauchy, which points far from the plane do not pull. y is down.
     """
@@ -108,7 +132,8 @@ def _plane_normal(points: F64) -> F64 | None:
     if np.count_nonzero(np.abs(errors) < THICKNESS) < MIN_CELLS:
         return None
     normal = np.array([found[0], -1.0, found[1]])
-    return np.asarray(normal / np.linalg.norm(normal))
+    length = float(np.linalg.norm(normal))
+    return Plane(np.asarray(normal / length), -float(found[2]) / length)
 
 
 def _level_normal(gaussians: Gaussians, up: F64) -> F64 | None:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from brushgs.options.painting import PaintConfig
     from brushgs.options.scene_source import SceneSource
     from brushgs.options.sequence import GrowConfig, PathConfig
+    from brushgs.options.where import WhereConfig
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 NOT_FRAMING = {"size", "camera_file", "view"}  # fields of a view that do not place the camera
@@ -158,6 +159,24 @@ def _backdrop(asked: bool | int | None, look: StepValues) -> dict[str, Any]:
     if asked is True:
         asked = look.get("ground", {}).get("backdrop") or DEFAULT_BACKDROP
     return {"backdrop": int(asked), "backdrop_always": bool(asked)}
+
+
+def where_config(args: Namespace) -> "WhereConfig | None":
+    """The part of the scene that a command is limited to; None for all.
+
+    Raises:
+        ValueError: if flags need each other.
+    """
+    where = given(args, "where")
+    if "expression" not in where:
+        for flag, field in (("--where-soft", "soft"), ("--camera-file", "camera_file")):
+            if field in where:
+                raise ValueError(f"{flag} needs --where, the part of the scene that it is for")
+        return None
+    from brushgs.options.where import WhereConfig
+
+    cameras: dict[str, Any] = {"camera_file": given(args, "view").get("camera_file")}
+    return WhereConfig(**cameras | where)
 
 
 def grow_config(args: Namespace) -> "GrowConfig | None":

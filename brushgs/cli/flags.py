@@ -306,6 +306,42 @@ def add_threads(container: Container) -> None:
     )
 
 
+def add_where(parser: ArgumentParser, limited: str, *, has_camera_file: bool = False) -> None:
+    """`WhereConfig`, see `configs.where_config`.
+
+    Args:
+        parser: gets the flags.
+        limited: what is limited to the part of the scene, as "only there Gaussians are dropped".
+        has_camera_file: whether the command has --camera-file already, which then is that of masks too.
+    """
+    flags = ConfigFlags(parser.add_argument_group("where", f"{limited}; the rest stays as it is"), "where")
+    flags.add(
+        "--where",
+        field="expression",
+        type=values.where,
+        metavar="EXPR",
+        help="part of the scene: subject, surroundings, box:x0,y0,z0,x1,y1,z1, sphere:x,y,z,radius, "
+        "half:nx,ny,nz,d (where n.x >= d), colour:#rrggbb,distance, height:low..high above the ground (world "
+        "units, or %% of the subject's), part:N (N-th largest connected one) or part:x,y,z (the nearest), "
+        "mask:FILE|FOLDER (painted pictures, white inside), text:words; combined by and, or, not, ( ); "
+        "default all",
+    )
+    flags.add(
+        "--where-soft",
+        field="soft",
+        type=values.share,
+        metavar="SHARE",
+        help="width of the edge as a share of the subject's size, 0 (hard, default) to 2",
+    )
+    if not has_camera_file:
+        flags.add(
+            "--camera-file",
+            type=Path,
+            metavar="FILE",
+            help=f"cameras of the masks, by the names of the pictures or in their order: {CAMERAS_READ}",
+        )
+
+
 def add_clean(container: Container) -> None:
     """`CleanConfig`."""
     ConfigFlags(container, "clean").add(

@@ -1,4 +1,4 @@
-"""What the text of a flag means: numbers, counts, sizes in pixels, stroke targets, regions.
+"""What the text of a flag means: numbers, counts, sizes in pixels, stroke targets, parts of a scene.
 
 Each function takes the text of one flag and raises `ArgumentTypeError`, whose message argparse prints after
 the name of the flag. Classes of `brushgs.options` are imported where they are made: `--help` needs none.
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from brushgs.options.focus import Focus
     from brushgs.options.moment import Moment
     from brushgs.options.painting import ErrorBudget, StrokeSize
-    from brushgs.options.region import Region
     from brushgs.options.styling import StyleShare
+    from brushgs.options.where import Where
 
 T = TypeVar("T")
 
@@ -136,11 +136,11 @@ def stroke_size(text: str) -> "StrokeSize":
     return _checked(StrokeSize, float(match[1]))
 
 
-def region(text: str) -> "Region":
-    """A part of a scene, see `Region.parse`."""
-    from brushgs.options.region import Region
+def where(text: str) -> "Where":
+    """A part of a scene, see `Where.parse`."""
+    from brushgs.options.where import Where
 
-    return _checked(Region.parse, text)
+    return _checked(Where.parse, text)
 
 
 def on_off(text: str) -> bool:

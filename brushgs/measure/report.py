@@ -16,6 +16,7 @@ from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
+from brushgs.options.where import WhereConfig
 from brushgs.painting.background import check_background
 from brushgs.painting.outputs import check_folder, check_output
 from brushgs.painting.report import Report
@@ -217,7 +218,9 @@ def plain_paint(scene: SceneFiles | None, paint: PaintConfig) -> dict[str, Any]:
 def plain_config(config: Any) -> dict[str, Any]:
     """A configuration, ready for JSON."""
     values = {field.name: getattr(config, field.name) for field in fields(config)}
-    as_text = {name: str(v) for name, v in values.items() if isinstance(v, Path | Focus | Direction)}
+    as_text = {
+        name: str(v) for name, v in values.items() if isinstance(v, Path | Focus | Direction | WhereConfig)
+    }
     return asdict(config) | as_text
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import get_args
 
 from brushgs.options.choices import BenchFamily, Method, Params, size_rule
-from brushgs.options.region import Region
+from brushgs.options.where import WhereConfig
 
 DEFAULT_STEPS, STYLE_STEPS = 900, 100  # of a refinement to the scene, and to a style image
 REFINE_SIZE = (384, 288)  # pixels
@@ -96,7 +96,7 @@ class RefineConfig:
 
     style: Path | None = None
     params: Params = "all"
-    where: Region | None = None
+    where: WhereConfig | None = None
     steps: int | None = None
     views: int | None = None
     size: tuple[int, int] = REFINE_SIZE

@@ -5,7 +5,7 @@ are written: a run that is killed loses at most these seconds.
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -128,7 +128,9 @@ def describe_fit(
     clip = scene.config if isinstance(scene, Clip) else None
     described_options = describe_options(paint, clip=clip)
     options = {name: value for name, value in described_options.items() if name not in _NOT_OF_A_FIT}
-    fit = {name: _plain(value) for name, value in asdict(config).items()} | {"steps": config.most_steps}
+    where = None if config.where is None else str(config.where)
+    fit = {name: _plain(value) for name, value in asdict(replace(config, where=None)).items()}
+    fit |= {"steps": config.most_steps, "where": where}
     del fit["is_resumed"], fit["style"], fit["vgg_weights"]
     texture = prepared.texture
     paths = () if (source := files_of(scene)) is None else SceneSource.of(source).paths

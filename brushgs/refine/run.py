@@ -14,7 +14,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from brushgs.arrays import Array
+import numpy as np
+
+from brushgs.arrays import Array, Mask
 from brushgs.cameras.first_view import framed_camera, up_text
 from brushgs.io.pictures.images import read_image
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
@@ -28,6 +30,7 @@ from brushgs.painting.outputs import input_files
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import name_of
+from brushgs.painting.where import rows_where
 from brushgs.refine.checkpoint import Checkpoint, describe_fit
 from brushgs.refine.report import Refinement, RefineReport, write_plot
 from brushgs.scene import Camera, FirstView, Gaussians
@@ -76,7 +79,8 @@ def refine_file(
     """
     paint, config, report = paint or PaintConfig(), config or RefineConfig(), report or RefineReport()
     files, outputs = files_of(scene), None
-    extras = tuple(path for path in (config.style, config.vgg_weights) if path is not None)
+    extras = [path for path in (config.style, config.vgg_weights) if path is not None]
+    extras += () if config.where is None else config.where.files
     inputs = (*input_files(files, paint), *extras)
     check_strokes_output(scene, output, inputs)
     output = Path(output)
@@ -111,7 +115,10 @@ def refine_file(
         shown_at = _shown_over_time(prepared, gaussians, paint)
         training_views, validation_views = _target_views(prepared, shown_at, config, report)
         schedule = FitSchedule(config.most_steps, seed=config.seed, checkpoint=checkpoint)
-        refined = refine_strokes(strokes, training_views, validation_views, drawing, schedule, config, report)
+        moves = rows_where(strokes, config.where, view, report, what="strokes")
+        refined = refine_strokes(
+            strokes, training_views, validation_views, drawing, schedule, config, report, moves=moves
+        )
         report.settings = _settings(scene, paint, config, view)
         # First: a plot that fails must not lose it.
         write_strokes(refined, prepared, output, name, report)
@@ -137,17 +144,18 @@ def refine_strokes(
     schedule: "FitSchedule",
     config: RefineConfig,
     report: RefineReport,
+    *,
+    moves: Mask | None = None,
 ) -> Gaussians:
     """Refine strokes toward the plain picture, or toward a style image, as one stage of a report.
 
-    The figures become `report.result`.
+    `moves` [N] are those that may change, None for all. The figures become `report.result`.
     """
     from brushgs.refine.distil import distil, mean_psnr
-    from brushgs.refine.select import select_strokes
     from brushgs.refine.variables import Variables
 
     with report.stage("refine", total=schedule.steps, unit="steps") as stage:
-        moves = select_strokes(config.where, strokes)
+        moves = np.ones(len(strokes), bool) if moves is None else moves
         variables = Variables(strokes, config.params, moves)
         before = mean_psnr(strokes, validation_views, drawing)
         resumed_from = None if schedule.checkpoint is None else schedule.checkpoint.step

@@ -23,8 +23,8 @@ from brushgs.options.painting import (
     StrokesConfig,
     ViewConfig,
 )
-from brushgs.options.region import Region
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
+from brushgs.options.where import Where, WhereConfig
 
 PLAIN = {"underpaint": False, "streaks": 0.0}  # of the drawing of presets that paint no underpaint
 
@@ -173,7 +173,7 @@ def test_the_plain_stroke_means_the_whole_scene_in_every_command(command):
 def test_refine_sizes_its_views_and_not_a_picture():
     words = ["--size", "64x48", "--up", "+z", "--seed", "3", "--where", "sphere:0,0,0,1", "--resume"]
     args = parse(["refine", "a.ply", *words])
-    region = Region("sphere", (0.0, 0.0, 0.0, 1.0))
+    region = WhereConfig(Where.parse("sphere:0,0,0,1"))
     assert refine.refine_config(args) == RefineConfig(size=(64, 48), seed=3, where=region, is_resumed=True)
     paint = paint_config(args)
     assert (paint.view.size, paint.view.up, paint.cluster.seed) == (None, "+z", 3)
@@ -202,6 +202,7 @@ def actions(command):
 
 
 STEPS = {
+    "where": WhereConfig,
     "clean": CleanConfig,
     "prune": PruneConfig,
     "cluster": ClusterConfig,

@@ -11,12 +11,12 @@ torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
 from brushgs.io.pictures.images import read_image  # noqa: E402
-from brushgs.options.region import Region  # noqa: E402
+from brushgs.options.where import Where  # noqa: E402
+from brushgs.passes.where import memberships  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
 from brushgs.refine.checkpoint import Checkpoint  # noqa: E402
 from brushgs.refine.distil import distil, mean_psnr  # noqa: E402
 from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
-from brushgs.refine.select import select_strokes  # noqa: E402
 from brushgs.refine.targets import TargetView  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
@@ -55,7 +55,7 @@ def drawing():
 
 
 def refined(strokes, training_views, validation_views, drawing, params="all", where=None, **schedule):
-    moves = select_strokes(where, strokes)
+    moves = np.ones(len(strokes), bool) if where is None else where
     return distil(
         Variables(strokes, params, moves),
         training_views,
@@ -94,9 +94,8 @@ def test_what_is_not_to_move_does_not(strokes, training_views, validation_views,
 
 def test_outside_the_region_nothing_changes_bit_for_bit(strokes, training_views, validation_views, drawing):
     low, high = np.percentile(strokes.means[:, 0], (0, 50))
-    region = Region("box", (low, -1e9, -1e9, high, 1e9, 1e9))
-    inside = select_strokes(region, strokes)
-    after, _ = refined(strokes, training_views, validation_views, drawing, where=region, steps=20)
+    inside = memberships(Where.parse(f"box:{low},-1e9,-1e9,{high},1e9,1e9"), strokes) == 1
+    after, _ = refined(strokes, training_views, validation_views, drawing, where=inside, steps=20)
     assert same(after, strokes, rows=~inside)
     for name in COLUMNS:
         assert not np.array_equal(getattr(after, name)[inside], getattr(strokes, name)[inside])
@@ -295,8 +294,8 @@ def test_the_strokes_are_there_though_the_plot_fails(file, tmp_path, monkeypatch
     ("words", "sentence"),
     [
         (["--params", "shape"], "invalid choice: 'shape'"),
-        (["--where", "cone:1"], "--where must be box:"),
-        (["--where", "sphere:1000,0,0,1"], "no stroke lies in it"),
+        (["--where", "cone:1"], "--where must be of the terms box:"),
+        (["--where", "sphere:1000,0,0,1"], "none of 100 strokes lies in sphere:1000,0,0,1"),
         (["--style", "none.jpg"], "none.jpg: there is no such picture"),
         (["--vgg-weights", "w.pth"], "vgg-weights needs style"),
         (["--to", "style"], "--to style needs --style"),

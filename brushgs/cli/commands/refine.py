@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, get_args
 
 from brushgs.cli import flags, values
 from brushgs.cli.clips import open_clip
-from brushgs.cli.configs import paint_config, scene_source
+from brushgs.cli.configs import paint_config, scene_source, where_config
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.choices import Params
@@ -21,6 +21,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_scene_output(parser, "refined", has_moments=True)
     flags.add_experiment_output(parser, "refine", is_main=False)
     _add_refinement(parser)
+    flags.add_where(parser, "strokes that may change")
     flags.add_draw(parser)
     flags.add_prune(parser)
     flags.add_cluster(parser)
@@ -51,13 +52,6 @@ def _add_refinement(parser: ArgumentParser) -> None:
         choices=get_args(Params),
         help="parameters of the strokes that are fitted: 'colour' alone, 'free' all but opacity, 'all' "
         "(default)",
-    )
-    refine.add(
-        "--where",
-        type=values.region,
-        metavar="REGION",
-        help="strokes that may change: box:x0,y0,z0,x1,y1,z1, sphere:x,y,z,radius (world units) or "
-        "colour:#rrggbb,distance; default all",
     )
     refine.add(
         "--steps",
@@ -124,7 +118,8 @@ def refine_config(args: Namespace) -> "RefineConfig":
     """
     from brushgs.options.experiments import RefineConfig
 
-    config = RefineConfig(seed=flags.given(args, "cluster").get("seed", 0), **flags.given(args, "refine"))
+    seed = flags.given(args, "cluster").get("seed", 0)
+    config = RefineConfig(seed=seed, where=where_config(args), **flags.given(args, "refine"))
     if args.to == "style" and config.style is None:
         raise ValueError("--to style needs --style, the style image")
     if args.to == "self" and config.style is not None:

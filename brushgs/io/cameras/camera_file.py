@@ -14,9 +14,12 @@ class CameraFile:
         keys: the key views that a camera path was made of; may be empty.
         fps: frames a second, if the file states it.
         is_loop: whether the file states that the first frame follows the last.
+        names: of the pictures that the cameras took, as the file has them, one a camera; empty, also as a
+            single name, where it has none.
     """
 
     cameras: list[Camera]
     keys: list[Camera] = field(default_factory=list)
     fps: float | None = None
     is_loop: bool = False
+    names: tuple[str, ...] = ()

@@ -100,7 +100,7 @@ def read(path: Path, content: object = None) -> CameraFile:
     images.sort(key=lambda image: image.name)
     cameras = [_camera(images_file, image, lenses) for image in images]
     _warn(cameras_file, [lenses[number] for number in sorted({image.camera_id for image in images})])
-    return CameraFile(cameras)
+    return CameraFile(cameras, names=tuple(image.name for image in images))
 
 
 def _bounded(path: Path, entries: Iterator[T]) -> Iterator[T]:

@@ -162,3 +162,10 @@ def read_frames(
             raise SceneError(path, f"{name} {index}: must be an object, got {shown(frame)}")
         cameras.append(read(CameraFrame(path, f"{name} {index}", frame, shared)))
     return cameras
+
+
+def names_in(frames: object, field: str) -> tuple[str, ...]:
+    """The names of the pictures of a list of entries, "" where an entry has none."""
+    entries = frames if isinstance(frames, list) else []
+    found = [entry.get(field) if isinstance(entry, dict) else None for entry in entries]
+    return tuple(name if isinstance(name, str) else "" for name in found)

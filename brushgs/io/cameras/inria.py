@@ -6,13 +6,14 @@ Axes are x right, y down, z forward, as here.
 from pathlib import Path
 
 from brushgs.io.cameras.camera_file import CameraFile
-from brushgs.io.cameras.frame import CameraFrame, read_frames
+from brushgs.io.cameras.frame import CameraFrame, names_in, read_frames
 from brushgs.scene import Camera
 
 
 def read(path: Path, content: object) -> CameraFile:
     """The cameras of a list. Raises SceneError, see `read_cameras`."""
-    return CameraFile(read_frames(path, content, {}, _read_frame))
+    cameras = read_frames(path, content, {}, _read_frame)
+    return CameraFile(cameras, names=names_in(content, "img_name"))
 
 
 def _read_frame(frame: CameraFrame) -> Camera:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import cast
 
 from brushgs.io.cameras.camera_file import CameraFile
-from brushgs.io.cameras.frame import CameraFrame, Json, read_frames
+from brushgs.io.cameras.frame import CameraFrame, Json, names_in, read_frames
 from brushgs.io.cameras.lens import warn_of_distortion
 from brushgs.io.json_file import shown
 from brushgs.scene import Camera
@@ -31,7 +31,7 @@ def read(path: Path, content: object) -> CameraFile:
     shared = cast(Json, content)
     cameras = read_frames(path, shared["frames"], shared, _read_frame)
     _warn_of_distortion(path, shared, shared["frames"])
-    return CameraFile(cameras)
+    return CameraFile(cameras, names=names_in(shared["frames"], "file_path"))
 
 
 def _read_frame(frame: CameraFrame) -> Camera:

@@ -1,0 +1,195 @@
+"""The memberships of a whole expression: each term alone, then combined."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import assert_never
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import F64, Array, Mask
+from brushgs.hashing import GOLDEN, uniform
+from brushgs.options.where import Where
+from brushgs.options.where_terms import (
+    Box,
+    Colour,
+    Half,
+    Height,
+    Part,
+    Sphere,
+    Subject,
+    Surroundings,
+    Term,
+    Words,
+)
+from brushgs.options.where_terms import (
+    Mask as MaskTerm,
+)
+from brushgs.passes.where.edges import ramp, soft_mask
+from brushgs.passes.where.ground import Ground, height_depths
+from brushgs.passes.where.masks import MaskView, mask_votes
+from brushgs.passes.where.parts import connected_parts
+from brushgs.passes.where.shapes import box_depths, color_depths, half_depths, sphere_depths
+from brushgs.passes.where.subject import find_subject, size_of
+from brushgs.scene import FirstView, Gaussians
+
+HALF = 0.5  # from which on a Gaussian is inside, where it cannot be in part
+
+
+@dataclass(frozen=True)
+class WhereContext:
+    """What memberships depend on beside the Gaussians.
+
+    Attributes:
+        first_view: how the scene is seen; needed where `Where.needs_subject`, and for soft edges.
+        soft: width of edges as a share of the subject's size, half to each side; of colours as a distance in
+            RGB. 0 for hard edges: memberships are 0 or 1.
+        open_masks: the views of a file or folder of painted masks, needed by terms `mask:`.
+        relevance: how much each of N Gaussians looks as words say, 0 to 1, inside from 1/2 on; needed by
+            terms `text:`.
+        num_threads: None takes the processors available to this process; no result depends on it.
+    """
+
+    first_view: FirstView | None = None
+    soft: float = 0.0
+    open_masks: Callable[[Path], Sequence[MaskView]] | None = None
+    relevance: Callable[[str, Gaussians], F64] | None = None
+    num_threads: int | None = None
+
+
+def memberships(where: Where, gaussians: Gaussians, context: WhereContext | None = None) -> F64:
+    """How far each Gaussian is in a part of the scene.
+
+    Args:
+        where: the part.
+        gaussians: N Gaussians, a scene or strokes.
+        context: what terms may need; None for nothing.
+
+    Returns:
+        [N] 0 to 1: `and` is the lowest, `or` the highest of its parts, `not` 1 less its part.
+
+    Raises:
+        ValueError: if a term needs what the context does not have, or names a part that is not there.
+
+    Does not depend on the order of the rows, or on the unit of the scene for terms without lengths.
+    """
+    if len(gaussians) == 0:
+        return np.zeros(0)
+    return _Evaluation(gaussians, context or WhereContext()).of(where)
+
+
+def sides(shares: F64, gaussians: Gaussians) -> Mask:
+    """[N] which Gaussians are inside, where each is so as a whole: by a hash of its place.
+
+    Args:
+        shares: [N] memberships, 0 to 1; 1 is always inside, 0 never.
+        gaussians: N Gaussians.
+    """
+    bits = np.ascontiguousarray(gaussians.means.astype(np.float64) + 0.0).view(np.uint64)
+    states = np.zeros(len(gaussians), np.uint64)
+    for column in bits.T:
+        states = (states ^ column) * np.uint64(GOLDEN)
+        states ^= states >> np.uint64(32)
+    return np.asarray(uniform(states) < shares)
+
+
+class _Evaluation:
+    """Memberships of one set of Gaussians; what several terms need is found once."""
+
+    def __init__(self, gaussians: Gaussians, context: WhereContext) -> None:
+        self._gaussians, self._context = gaussians, context
+
+    def of(self, where: Where) -> F64:
+        if where.term is not None:
+            return self._of_term(where.term)
+        parts = [self.of(part) for part in where.parts]
+        if where.operator == "not":
+            return 1 - parts[0]
+        combine = np.minimum if where.operator == "and" else np.maximum
+        return np.asarray(combine.reduce(parts))
+
+    def _of_term(self, term: Term) -> F64:
+        means = self._gaussians.means
+        match term:
+            case Box():
+                return self._ramp(box_depths(term, means))
+            case Sphere():
+                return self._ramp(sphere_depths(term, means))
+            case Half():
+                return self._ramp(half_depths(term, means))
+            case Colour():
+                return ramp(color_depths(term, self._gaussians), self._context.soft)
+            case Height():
+                return self._ramp(height_depths(term, self._ground, means))
+            case Subject():
+                return self._soft(self._subject)
+            case Surroundings():
+                return 1 - self._soft(self._subject)
+            case Part():
+                return self._soft(self._part(term))
+            case MaskTerm():
+                return self._soft(self._masked(term))
+            case Words():
+                return self._soft(self._relevant(term))
+        assert_never(term)
+
+    def _ramp(self, depths: F64) -> F64:
+        return ramp(depths, self._width)
+
+    def _soft(self, inside: Mask) -> F64:
+        return soft_mask(inside, self._gaussians.means, self._width)
+
+    @cached_property
+    def _width(self) -> float:
+        """Of soft edges, world units."""
+        return self._context.soft * size_of(self._view) if self._context.soft > 0 else 0.0
+
+    @cached_property
+    def _view(self) -> FirstView:
+        if self._context.first_view is None:
+            raise ValueError("where: the first view of the scene must be known for this; give first_view")
+        return self._context.first_view
+
+    @cached_property
+    def _ground(self) -> Ground:
+        return Ground.under(self._gaussians, self._view)
+
+    @cached_property
+    def _subject(self) -> Mask:
+        return find_subject(self._gaussians, self._view, self._ground)
+
+    def _part(self, term: Part) -> Mask:
+        parts = self._parts
+        if term.point is not None:
+            away = self._gaussians.means.astype(np.float64) - np.array(term.point)
+            return np.asarray(parts == parts[np.argmin((away**2).sum(axis=1))])
+        assert term.rank is not None, "a part has a rank or a point"
+        num = int(parts[self._subject].max(initial=-1)) + 1
+        if term.rank > num:
+            raise ValueError(f"where: {term} is not there; the subject has {num:,} connected parts")
+        return np.asarray(parts == term.rank - 1)
+
+    @cached_property
+    def _parts(self) -> NDArray[np.intp]:
+        """[N] the connected part of each: those of the subject from 0, then those of the surroundings."""
+        subject = self._subject
+        parts = np.empty(len(subject), np.intp)
+        parts[subject] = connected_parts(self._gaussians.take(subject))
+        num = int(parts[subject].max(initial=-1)) + 1
+        parts[~subject] = num + connected_parts(self._gaussians.take(~subject))
+        return parts
+
+    def _masked(self, term: MaskTerm) -> Mask:
+        if self._context.open_masks is None:
+            raise ValueError(f"where: {term} needs the cameras that the masks were painted from")
+        views = self._context.open_masks(term.path)
+        found = mask_votes(self._gaussians, views, num_threads=self._context.num_threads)
+        return np.asarray(found >= HALF)
+
+    def _relevant(self, term: Words) -> Mask:
+        if self._context.relevance is None:
+            raise ValueError(f"where: {term} needs weights that tell what things look like")
+        found: Array = self._context.relevance(term.words, self._gaussians)
+        return np.asarray(found >= HALF)

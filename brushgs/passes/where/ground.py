@@ -1,0 +1,57 @@
+"""What heights are measured from: the ground that the subject stands on.
+
+That is the plane through the lowest layer around the subject, where there is one. Of a scene without a ground
+it is the lowest end of the subject, across up.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from brushgs.arrays import F64, Array
+from brushgs.cameras.ground import MOST_ROWS, Plane, ground_plane
+from brushgs.options.where_terms import Height, Length
+from brushgs.scene import FirstView, Gaussians
+
+STEEPEST = np.cos(np.radians(12.0))  # of the ground against up: steeper planes are something else
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """The ground of a scene.
+
+    Attributes:
+        plane: its normal points up.
+        is_found: whether there is one; else the plane touches the lowest end of the subject.
+        subject_height: of the highest end of the subject above it, world units, >= 0.
+    """
+
+    plane: Plane
+    is_found: bool
+    subject_height: float
+
+    @classmethod
+    def under(cls, gaussians: Gaussians, view: FirstView) -> "Ground":
+        """The ground of N Gaussians that are seen so."""
+        up = view.up
+        every = slice(None, None, max(1, -(-len(gaussians) // MOST_ROWS)))
+        plane = ground_plane(gaussians.take(every), up) if len(gaussians) else None
+        is_found = plane is not None and float(plane.normal @ up) >= STEEPEST
+        if plane is None or not is_found:
+            plane = Plane(up, float((view.points @ up).min()))
+        return cls(plane, is_found, max(float(plane.heights(view.points).max()), 0.0))
+
+
+def height_depths(height: Height, ground: Ground, means: Array) -> F64:
+    """[N] how far inside a range of heights, world units."""
+    heights = ground.plane.heights(means)
+    depths = np.full(len(heights), np.inf)
+    if height.low is not None:
+        depths = np.minimum(depths, heights - _in_units(height.low, ground))
+    if height.high is not None:
+        depths = np.minimum(depths, _in_units(height.high, ground) - heights)
+    return depths
+
+
+def _in_units(length: Length, ground: Ground) -> float:
+    return length.value / 100 * ground.subject_height if length.is_percent else length.value

@@ -1,0 +1,69 @@
+"""Connected parts of a scene: Gaussians that hang together by neighbours within a few of their own sizes.
+
+The unit of the scene does not matter, and neither does how dense it is: two Gaussians are linked where the
+gap between their centres is at most `REACH` of their sizes along the line between them.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import F64, Array
+from brushgs.passes.contribution import projected_areas
+from brushgs.passes.neighbours import nearest
+from brushgs.quats import rotation_matrices
+from brushgs.scene import Gaussians
+
+NUM_NEIGHBOURS = 12
+REACH = 2.0  # standard deviations of each of the two: their visible extents meet
+FAINTEST = 0.1  # opacity: fainter ones link nothing, and belong to the nearest that do
+LARGEST = 10.0  # medians of the sizes; larger ones are haze or sky, and would link everything
+
+
+def connected_parts(gaussians: Gaussians) -> NDArray[np.intp]:
+    """[N] the number of the connected part of each, 0 the one of most painted area, then the next.
+
+    Args:
+        gaussians: N Gaussians.
+    """
+    num = len(gaussians)
+    if num == 0:
+        return np.zeros(0, np.intp)
+    sizes = gaussians.scales.max(axis=1).astype(np.float64)
+    links = (gaussians.opacities >= FAINTEST) & (sizes <= LARGEST * float(np.median(sizes)))
+    rows = np.flatnonzero(links) if links.any() else np.arange(num)
+    some = gaussians.take(rows)
+    groups = _components(some)
+    areas = np.bincount(groups, some.opacities * projected_areas(some.scales))
+    ranks = np.empty(len(areas), np.intp)
+    ranks[np.argsort(-areas, kind="stable")] = np.arange(len(areas))
+    parts = np.empty(num, np.intp)
+    parts[rows] = ranks[groups]
+    others = np.setdiff1d(np.arange(num), rows)
+    if len(others):
+        _, near = nearest(some.means, gaussians.means[others], 1)
+        parts[others] = parts[rows[near[:, 0]]]
+    return parts
+
+
+def _components(gaussians: Gaussians) -> NDArray[np.int32]:
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    num = len(gaussians)
+    count = min(NUM_NEIGHBOURS + 1, num)
+    distances, near = nearest(gaussians.means, gaussians.means, count)
+    own = np.repeat(np.arange(num), count - 1)
+    others, gaps = near[:, 1:].ravel(), distances[:, 1:].ravel()
+    lines = gaussians.means[others].astype(np.float64) - gaussians.means[own]
+    lines /= np.maximum(gaps, np.finfo(np.float64).tiny)[:, None]
+    axes = rotation_matrices(gaussians.quats).astype(np.float64)
+    reach = _extents(axes, gaussians.scales, own, lines) + _extents(axes, gaussians.scales, others, lines)
+    is_linked = gaps <= REACH * reach
+    pairs = (np.ones(int(is_linked.sum()), np.int8), (own[is_linked], others[is_linked]))
+    return np.asarray(connected_components(coo_matrix(pairs, shape=(num, num)), directed=False)[1])
+
+
+def _extents(axes: F64, scales: Array, rows: NDArray[np.intp], lines: F64) -> F64:
+    """Standard deviations of Gaussians along directions: [P] for rows [P] and unit vectors [P, 3]."""
+    along = np.einsum("pij,pi->pj", axes[rows], lines)
+    return np.asarray(np.linalg.norm(along * scales[rows], axis=1))

@@ -1,0 +1,81 @@
+"""Boxes, balls, half spaces and colours: who is in, and soft edges."""
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.options.where import Where
+from brushgs.passes.where import WhereContext, memberships, sides
+from brushgs.scene import FirstView
+from brushgs.sh import C0
+
+
+def scene():
+    means = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [5, 5, 5]], dtype=np.float32)
+    colors = np.array([[1, 0, 0], [0.9, 0.1, 0], [0, 0, 1], [0, 1, 0]], dtype=np.float32)
+    return bg.Gaussians(
+        means,
+        np.tile(np.array([1, 0, 0, 0], np.float32), (4, 1)),
+        np.ones((4, 3), np.float32),
+        np.ones(4, np.float32),
+        ((colors - 0.5) / np.float32(C0))[:, None],
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "inside"),
+    [
+        ("box:-1,-1,-1,1,1,1", [1, 1, 0, 0]),
+        ("box:1,2,1,-1,-1,-1", [1, 1, 1, 0]),
+        ("sphere:0,0,0,1.5", [1, 1, 0, 0]),
+        ("sphere: 5, 5, 5, 0.1", [0, 0, 0, 1]),
+        ("colour:#ff0000,0.2", [1, 1, 0, 0]),
+        ("color:#0000ff,0.01", [0, 0, 1, 0]),
+        ("half:1,0,0,1", [0, 1, 0, 1]),
+        ("half:-1,0,0,0", [1, 0, 1, 0]),
+        ("half:1e-200,0,0,1e-200", [0, 1, 0, 1]),
+        ("not sphere:0,0,0,1.5", [0, 0, 1, 1]),
+        ("half:1,0,0,1 and sphere:0,0,0,1.5", [0, 1, 0, 0]),
+        ("half:1,0,0,1 or colour:#0000ff,0.01", [0, 1, 1, 1]),
+        ("not (half:1,0,0,1 or colour:#0000ff,0.01)", [1, 0, 0, 0]),
+    ],
+)
+def test_a_part_holds_what_lies_in_it(text, inside):
+    assert memberships(Where.parse(text), scene()).tolist() == inside
+
+
+def unit_view():
+    """The first view of a subject whose longest distance is 2."""
+    points = np.array([[-1.0, 0, 0], [1, 0, 0], [0, 0.5, 0], [0, 0, 0.5]])
+    return FirstView(points, np.array([0, -1.0, 0]), 0.0, 0.0)
+
+
+def test_a_soft_edge_is_a_ramp_of_its_width_about_the_hard_one():
+    context = WhereContext(unit_view(), soft=1.0)  # 2 world units wide
+    found = memberships(Where.parse("sphere:0,0,0,1.5"), scene(), context)
+    np.testing.assert_allclose(found, [1, 0.75, 0.25, 0], atol=1e-12)
+    found = memberships(Where.parse("box:0,-9,-9,9,9,9 and half:0,-1,0,-1"), scene(), context)
+    np.testing.assert_allclose(found, [0.5, 1, 0, 0], atol=1e-12)
+    found = memberships(Where.parse("colour:#ff0000,0.2"), scene(), WhereContext(unit_view(), soft=0.4))
+    away = np.linalg.norm([0.1, 0.1, 0])
+    np.testing.assert_allclose(found, [1, 0.5 + (0.2 - away) / 0.4, 0, 0], atol=1e-6)
+
+
+def test_a_soft_edge_needs_the_size_of_the_subject():
+    with pytest.raises(ValueError, match="the first view of the scene must be known"):
+        memberships(Where.parse("sphere:0,0,0,1"), scene(), WhereContext(soft=0.1))
+
+
+def test_each_gaussian_is_on_one_side_by_its_place():
+    rng = np.random.default_rng(0)
+    means = rng.normal(size=(20_000, 3)).astype(np.float32)
+    gaussians = scene().take(np.zeros(len(means), int))
+    gaussians = bg.Gaussians(means, gaussians.quats, gaussians.scales, gaussians.opacities, gaussians.sh)
+    shares = np.repeat([0.0, 0.25, 0.75, 1.0], 5000)
+    found = sides(shares, gaussians)
+    counts = found.reshape(4, 5000).mean(axis=1)
+    assert counts[0] == 0
+    assert counts[3] == 1
+    np.testing.assert_allclose(counts[1:3], [0.25, 0.75], atol=0.02)
+    order = rng.permutation(len(means))
+    assert np.array_equal(sides(shares[order], gaussians.take(order)), found[order])
