@@ -13,15 +13,12 @@ degrees, and files lie beside the look or are named from the current folder.
 """
 
 import reprlib
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from difflib import get_close_matches
 from functools import partial
-from math import inf, radians
+from math import radians
 from pathlib import Path
-from types import UnionType
-from typing import Annotated, Any, Literal, Self, Union, get_args, get_origin
+from typing import Any, Self
 
 from brushgs.errors import SceneError
 from brushgs.options.choices import LOOKS, PLAIN_LOOK, StepValues
@@ -29,6 +26,7 @@ from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
 from brushgs.options.look_parts import DEGREES
 from brushgs.options.painting import STEPS, PaintConfig, UsualCount
+from brushgs.options.toml_values import hint_for, located, parsed_text, read_text, read_toml, typed_value
 
 SUFFIX = ".toml"
 MAX_BYTES = (
@@ -81,17 +79,11 @@ class Look:
         is_known = name in LOOKS
         path = looks_folder() / f"{name}{SUFFIX}" if is_known else Path(name)
         text = _read(path)
-        try:
-            return cls._parse(text, path, str(name) if is_known else path.stem, based)
-        except RecursionError:
-            raise SceneError(path, "is nested too deeply; a look has tables of values") from None
+        return cls._parse(text, path, str(name) if is_known else path.stem, based)
 
     @classmethod
     def _parse(cls, text: str, path: Path, name: str, based: tuple[Path, ...]) -> Self:
-        try:
-            content = tomllib.loads(text)
-        except ValueError as error:  # of the syntax, and numbers of too many digits
-            raise SceneError(path, f"is not TOML: {str(error)[:200]}; see `brushgs looks oil`") from None
+        content = read_toml(text, path, "see `brushgs looks oil`")
         tables = {key: value for key, value in content.items() if isinstance(value, dict)}
         texts = {key: value for key, value in content.items() if key not in tables}
         for key in texts:
@@ -118,19 +110,9 @@ def _read(path: Path) -> str:
     if path.is_dir():
         raise SceneError(path, f"is a folder, not a look; name a {SUFFIX} file in it")
     if not path.is_file():
-        hint = _hint(str(path), LOOKS)
+        hint = hint_for(str(path), LOOKS)
         raise SceneError(path, f"neither a file nor a look, which are {', '.join(LOOKS)}{hint}")
-    try:
-        with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise SceneError(path, f"cannot be read: {(error.strerror or str(error)).lower()}") from None
-    if len(content) > MAX_BYTES:
-        raise SceneError(path, f"must have at most {MAX_BYTES} bytes; a look is a small TOML file")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise SceneError(path, f"must be text in UTF-8, byte {error.start} is not; a look is TOML") from None
+    return read_text(path, "a look", MAX_BYTES)
 
 
 def _base_values(path: Path, base: str | None, based: tuple[Path, ...]) -> dict[str, dict[str, Any]]:
@@ -156,7 +138,7 @@ def _unknown_text(key: str) -> str:
     for step in tables:
         if key in {known.name for known in fields(STEPS[step])}:
             return f"{key!r} stands above all tables; write it below [{step}]"
-    return f"there is no {key!r} above the tables, only {', '.join(TEXTS)}{_hint(key, TEXTS)}"
+    return f"there is no {key!r} above the tables, only {', '.join(TEXTS)}{hint_for(key, TEXTS)}"
 
 
 def _step_values(path: Path, step: str, table: Mapping[str, Any]) -> dict[str, Any]:
@@ -165,7 +147,7 @@ def _step_values(path: Path, step: str, table: Mapping[str, Any]) -> dict[str, A
     if step in NOT_OF_LOOKS:
         raise SceneError(path, f"[{step}] belongs to one picture, not to a look; give it with flags")
     if step not in steps:
-        hint = _hint(step, steps)
+        hint = hint_for(step, steps)
         raise SceneError(path, f"a look has no [{step}]; its tables are {', '.join(steps)}{hint}")
     known = {field.name: field for field in fields(STEPS[step])}
     for name in NOT_IN_LOOKS.get(step, ()):
@@ -173,77 +155,16 @@ def _step_values(path: Path, step: str, table: Mapping[str, Any]) -> dict[str, A
     values = {}
     for name, value in table.items():
         if name not in known:
-            hint = _hint(name, known) or f"; it has {', '.join(known)}"
+            hint = hint_for(name, known) or f"; it has {', '.join(known)}"
             raise SceneError(path, f"[{step}] has no {name!r}{hint}")
         try:
-            values[name] = _value(value, known[name].type, _SPECIAL.get((step, name)))
+            values[name] = typed_value(value, known[name].type, _SPECIAL.get((step, name)))
         except ValueError as error:
             raise SceneError(path, f"[{step}] {name} {error}") from None
         if DEGREES in getattr(known[name].type, "__metadata__", ()):
             values[name] = tuple(map(radians, values[name]))
-        values[name] = _located(values[name], path.parent)
+        values[name] = located(values[name], path.parent)
     return values
-
-
-def _value(value: Any, kind: Any, special: Callable[[Any], Any] | None) -> Any:
-    """A value of TOML as one of a field.
-
-    Raises:
-        ValueError: if the field takes no such value; without the name of the field.
-    """
-    if special is not None:
-        return special(value)
-    fits, made = _fitted(value, kind)
-    if not fits:
-        raise ValueError(f"must be {_in_words(kind)}, got {reprlib.repr(value)}")
-    return made
-
-
-def _fitted(value: Any, kind: Any) -> tuple[bool, Any]:
-    """Whether a value of TOML is of a type, and the value."""
-    if get_origin(kind) is Annotated:
-        return _fitted(value, get_args(kind)[0])
-    if get_origin(kind) in (UnionType, Union):
-        tried = (_fitted(value, one) for one in get_args(kind))
-        return next((found for found in tried if found[0]), (False, None))
-    if get_origin(kind) is Literal:
-        return isinstance(value, str) and value in get_args(kind), value
-    if get_origin(kind) is tuple:
-        if not isinstance(value, list):
-            return False, None
-        kinds = get_args(kind)
-        kinds = (kinds[0],) * len(value) if kinds[1:] == (...,) else kinds
-        items = [_fitted(item, one) for item, one in zip(value, kinds, strict=False)]
-        is_fit = len(value) == len(kinds) and all(fits for fits, _ in items)
-        return is_fit, tuple(item for _, item in items)
-    if kind is float:
-        is_number = isinstance(value, float | int) and not isinstance(value, bool)
-        is_fit = is_number and -inf < value < inf and abs(value) < 1e300
-        return is_fit, float(value) if is_fit else None
-    if kind is int:
-        return isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63, value
-    return isinstance(value, kind), value
-
-
-def _in_words(kind: Any) -> str:
-    """What a field takes."""
-    kinds = get_args(kind)
-    if get_origin(kind) is Annotated:
-        return _in_words(kinds[0])
-    if get_origin(kind) in (UnionType, Union):
-        return " or ".join(_in_words(one) for one in kinds if one is not type(None))
-    if get_origin(kind) is Literal:
-        return _listed([repr(one) for one in kinds])
-    if get_origin(kind) is tuple:
-        if kinds[1:] == (...,):
-            return 'a list of texts such as ["flat", "dab"]'
-        return f"a list of {len(kinds)} numbers"
-    words = {bool: "true or false", int: "a whole number", float: "a number", str: "text in quotes"}
-    return words.get(kind, "text in quotes")
-
-
-def _listed(words: list[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}"
 
 
 def _strokes(value: Any) -> UsualCount | float | str | None:
@@ -259,35 +180,9 @@ def _strokes(value: Any) -> UsualCount | float | str | None:
     )
 
 
-def _parsed(parse: Callable[[str], Any], value: Any) -> Any:
-    """A value that is text with a form of its own."""
-    if not isinstance(value, str):
-        raise ValueError(f"must be text in quotes, got {reprlib.repr(value)}")
-    try:
-        return parse(value)
-    except ValueError as error:
-        _, _, rule = str(error).partition(" ")  # without the name of the field, which is said already
-        raise ValueError(rule) from None
-
-
 # Fields whose value in a file is not that of their class.
 _SPECIAL: Mapping[tuple[str, str], Callable[[Any], Any]] = {
     ("cluster", "strokes"): _strokes,
-    ("strokes", "direction"): partial(_parsed, Direction.of),
-    ("strokes", "focus"): partial(_parsed, Focus.of),
+    ("strokes", "direction"): partial(parsed_text, Direction.of),
+    ("strokes", "focus"): partial(parsed_text, Focus.of),
 }
-
-
-def _located(value: Any, folder: Path) -> Any:
-    """The same with files that lie beside the look; other names stay."""
-    if isinstance(value, tuple):
-        return tuple(_located(item, folder) for item in value)
-    if isinstance(value, str) and ("." in value or "/" in value) and "\0" not in value:
-        path = folder / value
-        return str(path) if len(value) < 1000 and path.exists() else value
-    return value
-
-
-def _hint(word: str, known: Any) -> str:
-    closest = get_close_matches(word[:100], list(known), n=1, cutoff=0.6)
-    return f"; did you mean {closest[0]!r}?" if closest else ""
