@@ -23,6 +23,7 @@ from brushgs.passes.features import cluster_features
 from brushgs.passes.lloyd import Clusters, lloyd
 from brushgs.passes.merge import OVERLAP, merge_clusters
 from brushgs.passes.minibatch import minibatch
+from brushgs.passes.pure import keep_pure
 from brushgs.passes.seen import Seen, seen_in
 from brushgs.passes.split import FIRST_SHARE, split
 from brushgs.rendering.plain import PlainViews
@@ -162,7 +163,8 @@ def group(
 
     `worth_keeping` is that of `split`: where strokes are not worth keeping, more than `num_strokes` clusters
     come back. `motion` [N, m] are further features, at most 7, in radii of the scene: what moves otherwise
-    than its neighbours is another stroke; None for a scene that rests.
+    than its neighbours is another stroke; None for a scene that rests. No cluster mixes Gaussians of
+    different `regions`; where there are more regions than strokes are asked for, each region has one.
     """
     num_strokes = _integer("num_strokes", num_strokes, 1, None)
     seed = _integer("seed", seed, 0, MAX_SEED)
@@ -196,6 +198,7 @@ def group(
     if focus is not None:
         weights = weights * focus
     found = METHODS[chosen](points, weights, num_strokes, seed=seed)
+    found = keep_pure(found, points, weights, gaussians, num_strokes)
     return Grouping(
         found.labels,
         found.num_clusters,
@@ -228,6 +231,7 @@ def _group_seen(
     visible = np.maximum(seen.areas / np.maximum(largest, largest.max() * 1e-12), 1e-12)
     first = max(1, round(FIRST_SHARE * num_strokes))
     found = STARTS[method](points, weights, first, seed=seed)
+    found = keep_pure(found, points, weights, gaussians, first)
 
     def merged(labels: NDArray[np.intp]) -> Gaussians:
         return merge_clusters(gaussians, labels, overlap=OVERLAP, visible=visible)

@@ -14,6 +14,7 @@ from brushgs.passes.cluster import CONTRIBUTION_POWER, Grouping
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.features import cluster_features
 from brushgs.passes.lloyd import lloyd
+from brushgs.passes.pure import keep_pure
 
 FACTOR = 4  # from level to level: a stroke gives way to so many of half its length
 FEWEST = 24  # clusters of the coarsest level, about
@@ -43,7 +44,9 @@ class Hierarchy:
             strokes = grouping.merged("cover", into)
             paint = strokes.opacities * projected_areas(strokes.scales)
             weights = np.maximum(paint / max(float(paint.max()), 1e-300), 1e-9) ** CONTRIBUTION_POWER
-            found = lloyd(cluster_features(strokes), weights, count // FACTOR, seed=seed)
+            points = cluster_features(strokes)
+            found = lloyd(points, weights, count // FACTOR, seed=seed)
+            found = keep_pure(found, points, weights, strokes, count // FACTOR)
             if found.num_clusters >= count:
                 break
             above = found.labels.astype(np.intp)

@@ -60,7 +60,8 @@ def merge_clusters(
 
     Returns:
         One Gaussian per label in use, by ascending label, in the dtype of the input. With "cover" a
-        Gaussian alone under its label is returned as it was.
+        Gaussian alone under its label is returned as it was. Each is in the region of its first member:
+        clusters do not mix regions.
 
     Raises:
         TypeError: if `labels` are not integers.
@@ -83,7 +84,10 @@ def merge_clusters(
     dtype = gaussians.means.dtype.type
     # Both rules enlarge, but the largest number of the dtype stays finite.
     scales = np.minimum(merged.scales, np.finfo(dtype).max)
-    return replace(merged, scales=scales, antialiased=gaussians.antialiased).astype(dtype)
+    regions = gaussians.regions
+    if regions is not None:
+        regions = regions[np.unique(compact, return_index=True)[1]]
+    return replace(merged, scales=scales, antialiased=gaussians.antialiased, regions=regions).astype(dtype)
 
 
 def _paper(gaussians: Gaussians, labels: NDArray[np.intp], num: int) -> Gaussians:
