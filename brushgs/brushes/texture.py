@@ -213,7 +213,7 @@ class StrokeTexture:
         if number is None or not 1 <= number <= len(brushes):
             have = "1 brush" if len(brushes) == 1 else f"{len(brushes)} brushes"
             raise SceneError(path, f"the style has {have}; name one of them, such as {path}:1")
-        coverage = brushes[number - 1].astype(np.float32) / 255
+        coverage = brushes[number - 1].astype(np.float32) / np.float32(255)
         small = _average(coverage, _shape_within(coverage.shape, size))
         return cls("image", name_in_style(path, number), np.rint(np.clip(small, 0, 1) * 255).astype(np.uint8))
 

@@ -36,4 +36,6 @@ def open_field(direction: Direction, camera: Camera | None = None) -> FieldName 
             raise SceneError(
                 direction.file, f"has no marks to follow ({error}); choose another picture"
             ) from None
+    if direction.kind == "style":
+        raise ValueError("orient: direction must not be style, which is that of a painting; give its marks")
     return direction.kind
