@@ -23,12 +23,15 @@ if TYPE_CHECKING:
     from brushgs.io.pictures.video import save_video as save_video
     from brushgs.io.scenes.encoding import Encoding as Encoding
     from brushgs.io.scenes.encoding import Reading as Reading
+    from brushgs.io.styles import load_style as load_style
+    from brushgs.io.styles import save_style as save_style
     from brushgs.moving_scene import MovingScene as MovingScene
     from brushgs.options.clip import ClipConfig as ClipConfig
     from brushgs.options.look import Look as Look
     from brushgs.options.moment import Moment as Moment
     from brushgs.page.save import save as save
     from brushgs.painting.film import paint_film as paint_film
+    from brushgs.painting.learn_style import learn_style as learn_style
     from brushgs.painting.still import paint as paint
     from brushgs.passes.broken_color import break_colors as break_colors
     from brushgs.passes.choose_brushes import choose_brushes as choose_brushes
@@ -53,6 +56,7 @@ if TYPE_CHECKING:
     from brushgs.scene import Frame as Frame
     from brushgs.scene import Gaussians as Gaussians
     from brushgs.stroke_count.choose import choose_strokes as choose_strokes
+    from brushgs.style import Style as Style
 
 _MODULES = {
     "brushes.brush_set": "BrushSet",
@@ -64,12 +68,14 @@ _MODULES = {
     "io.moving": "load_moving",
     "io.pictures.video": "save_video",
     "io.scenes.encoding": "Encoding Reading",
+    "io.styles": "load_style save_style",
     "moving_scene": "MovingScene",
     "options.clip": "ClipConfig",
     "options.look": "Look",
     "options.moment": "Moment",
     "page.save": "save",
     "painting.film": "paint_film",
+    "painting.learn_style": "learn_style",
     "painting.still": "paint",
     "passes.broken_color": "break_colors",
     "passes.choose_brushes": "choose_brushes",
@@ -88,6 +94,7 @@ _MODULES = {
     "rendering.track": "track",
     "scene": "Boxes Camera Frame Gaussians",
     "stroke_count.choose": "choose_strokes",
+    "style": "Style",
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
 if not TYPE_CHECKING:  # type checkers take the imports above: they read only a literal list

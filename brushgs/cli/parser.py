@@ -21,6 +21,7 @@ COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
     "cluster": "merge Gaussians into fewer and larger ones: scene in, scene out",
     "recolor": "give a scene the colours of a picture: scene and picture in, scene out",
     "refine": "fit strokes to the scene, or to a style image: scene in, scene out",
+    "style": "learn a style from a painting and write it to a file, or show what is in one",
     "views": "show a scene from all around on one sheet, each picture with the flags that give it",
     "stability": "measure how stable the strokes are along a camera path, or as a scene moves",
     "bench": "measure error against run time on a scene, as curves",

@@ -32,11 +32,11 @@ LOOKS = ("oil", "impressionist", "gouache", "watercolour", "charcoal", "ink", "p
 DEFAULT_LOOK, PLAIN_LOOK = "oil", "plain"
 # Strokes of a backdrop: of one that is switched on in a look without, and the most that a look may have.
 DEFAULT_BACKDROP, MAX_BACKDROP = 2500, 20_000
+STYLE_SUFFIX = ".style"  # of files of styles
 # Frames a second of a film whose camera has no rate of its own, and moments a second of files that do not
 # say: that of most captures. One number, so that a film shows each moment once.
 CLIP_FPS = 30.0
 
-STYLE_SUFFIX = ".style"
 
 StepValues = Mapping[str, Mapping[str, Any]]  # step of a painting -> field of its config -> value
 

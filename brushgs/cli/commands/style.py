@@ -1,0 +1,144 @@
+"""`brushgs style`: a style learnt from a painting or an edit, and what a style file holds."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from brushgs.cli import flags
+from brushgs.cli.console import reported
+from brushgs.io.pictures.formats import PICTURES_READ
+from brushgs.options.choices import STYLE_SUFFIX
+
+if TYPE_CHECKING:
+    from brushgs.style import NamedColor, Style
+
+ACTIONS = ("learn", "show")
+
+
+def add_flags(parser: ArgumentParser) -> None:
+    """Define the command."""
+    parser.add_argument(
+        "action",
+        choices=ACTIONS,
+        metavar="learn|show",
+        help="learn a style and write it to a file, or show what is in one",
+    )
+    parser.add_argument(
+        "file",
+        nargs="?",
+        type=Path,
+        metavar="FILE",
+        help=f"to learn from, a painting: {PICTURES_READ}; to show, a file *{STYLE_SUFFIX}",
+    )
+    group = parser.add_argument_group("learn")
+    group.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar=f"FILE{STYLE_SUFFIX}",
+        help=f"style file, default PAINTING{STYLE_SUFFIX} in the current folder",
+    )
+    group.add_argument("--name", metavar="TEXT", help="name of the style, default that of the painting")
+    flags.add_report(parser)
+
+
+def run(args: Namespace) -> None:
+    """Learn or show.
+
+    Raises:
+        ValueError: if no file is given, or a flag of learning with `show`.
+    """
+    if args.action == "show":
+        for name in ("output", "name"):
+            if getattr(args, name) is not None:
+                raise ValueError(f"--{name} belongs to `brushgs style learn`; remove it")
+        _show(_file(args), as_json=args.json)
+    else:
+        _learn(args)
+
+
+def _file(args: Namespace) -> Path:
+    if args.file is None:
+        what = "painting" if args.action == "learn" else f"file *{STYLE_SUFFIX}"
+        raise ValueError(f"style {args.action} needs a {what}; name it")
+    file: Path = args.file
+    return file
+
+
+def _learn(args: Namespace) -> None:
+    painting = _file(args)
+    output = args.output or Path(f"{painting.stem}{STYLE_SUFFIX}")
+    with reported(args) as report:
+        from brushgs.painting.learn_style import learn_file
+
+        learn_file(painting, output, args.name, report)
+
+
+def _show(path: Path, *, as_json: bool) -> None:
+    from brushgs.io.styles.read import read_style
+
+    facts = _facts(read_style(path))
+    if as_json:
+        import json
+
+        print(json.dumps(facts, indent=2))
+        return
+    for name, value in facts.items():
+        if isinstance(value, list):
+            print(name)
+            _print_table(value)
+        elif isinstance(value, dict):
+            for part, number in value.items():
+                print(f"{f'{name} {part}'.replace('_', ' '):24} {_text(number)}")
+        else:
+            print(f"{name:24} {_text(value)}")
+
+
+def _facts(style: "Style") -> dict[str, object]:
+    """What is in a style, for people and machines."""
+    facts: dict[str, object] = {"name": style.name, "kind": style.kind}
+    if style.palette is not None:
+        facts["palette"] = [_color(color) for color in style.palette.colors]
+    if style.marks is not None:
+        marks = style.marks
+        facts["marks"] = {
+            "length": marks.length,
+            "aspect": marks.aspect,
+            "broken_lightness": marks.broken_lightness,
+            "broken_chroma": marks.broken_chroma,
+            "ground": None if marks.ground is None else _code(marks.ground),
+            "relief": marks.relief,
+            "directions": "{1}x{0}".format(*marks.directions.shape),
+            "brushes": len(marks.brushes),
+        }
+    if style.edit is not None:
+        residual = style.edit.residual
+        facts["edit"] = {
+            "affine": style.edit.affine.tolist(),
+            "log_size": style.edit.log_size,
+            "residual": None if residual is None else f"{len(residual.centers)} bumps",
+            "features": [] if residual is None else list(residual.features),
+        }
+    return facts
+
+
+def _color(color: "NamedColor") -> dict[str, object]:
+    return {"name": color.name, "color": _code(color.rgb), "share": round(color.share, 4)}
+
+
+def _code(rgb: object) -> str:
+    import numpy as np
+
+    return "#{:02x}{:02x}{:02x}".format(*np.rint(255 * np.clip(np.asarray(rgb), 0, 1)).astype(int))
+
+
+def _print_table(rows: list[dict[str, object]]) -> None:
+    width = max(len(str(row["name"])) for row in rows)
+    for row in rows:
+        print(f"  {row['color']}  {row['name']!s:{width}}  {100 * float(str(row['share'])):5.1f} %")
+
+
+def _text(value: object) -> str:
+    if isinstance(value, list):
+        return "  ".join(_text(item) for item in value) or "none"
+    return "none" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
