@@ -8,9 +8,10 @@ the relief where there is evidence of them (`ground`, `lit`), and images of sing
 import numpy as np
 
 from brushgs.arrays import F32, F64, Array, check
-from brushgs.colors import flatten
 from brushgs.passes.color_space import oklab_planes
 from brushgs.passes.direction.marks import mark_pairs, shrunk
+from brushgs.passes.style.averages import averaged
+from brushgs.passes.style.cut import cut_marks
 from brushgs.passes.style.sizes import mark_sizes
 from brushgs.style import StyleMarks
 
@@ -47,18 +48,8 @@ def learn_marks(image: Array) -> StyleMarks:
         directions=_grid(pairs),
         broken_lightness=measured.lightness,
         broken_chroma=measured.chroma,
+        brushes=cut_marks(rgb, measured),
     )
-
-
-def averaged(image: Array, most: int) -> F32:
-    """The opaque colours [h, w, 3] of a picture, averaged over blocks to at most so many pixels a side."""
-    step = -(-max(image.shape[:2]) // most)
-    height, width = max(image.shape[0] // step, 1), max(image.shape[1] // step, 1)
-    small = np.empty((height, width, 3), np.float32)
-    for row in range(height):  # whole copies of a large picture add up
-        block = flatten(image[row * step : (row + 1) * step, : width * step].astype(np.float32))
-        small[row] = block.reshape(len(block), width, -1, 3).mean(axis=(0, 2))
-    return np.clip(small, 0, 1)
 
 
 def _grid(pairs: F64) -> F32:

@@ -1,0 +1,17 @@
+"""Large pictures -> small ones."""
+
+import numpy as np
+
+from brushgs.arrays import F32, Array
+from brushgs.colors import flatten
+
+
+def averaged(image: Array, most: int) -> F32:
+    """The opaque colours [h, w, 3] of a picture, averaged over blocks to at most so many pixels a side."""
+    step = -(-max(image.shape[:2]) // most)
+    height, width = max(image.shape[0] // step, 1), max(image.shape[1] // step, 1)
+    small = np.empty((height, width, 3), np.float32)
+    for row in range(height):  # whole copies of a large picture add up
+        block = flatten(image[row * step : (row + 1) * step, : width * step].astype(np.float32))
+        small[row] = block.reshape(len(block), width, -1, 3).mean(axis=(0, 2))
+    return np.clip(small, 0, 1)
