@@ -109,6 +109,7 @@ def page_contents(
     title: str,
     command: tuple[str, Sequence[str]],
     background: ArrayLike | None = None,
+    regions: Sequence[str] = (),
 ) -> PageContents:
     """What a page needs to show a painting.
 
@@ -120,12 +121,15 @@ def page_contents(
         command: the scene, and the options with which `brushgs render SCENE OPTIONS` paints this.
         background: what lies behind the strokes where the painting has no surface: one RGB colour or a
             picture [H, W, 3]; None for transparent.
+        regions: the names of the regions of the strokes from 1 on, any text; those that have none are called
+            by their numbers.
 
     Returns:
         The header has the keys version, title, generator, command, camera (first view, world axes), origin
         (means are relative to it), up, center, radius, isInside, surface, background, isTransparent, lamp,
-        brushes and coats. Rows of a coat are sorted by `coarse_to_fine`; what belongs to a row of the strokes
-        was computed before. Strokes of an opacity under 1/255, which no renderer paints, are left out.
+        brushes and coats; and regions, their names, where a coat has a column of them. Rows of a coat are
+        sorted by `coarse_to_fine`; what belongs to a row of the strokes was computed before. Strokes of an
+        opacity under 1/255, which no renderer paints, are left out.
     """
     collected = _Collected()
     coats = [_coat(number, coat, view.center, collected) for number, coat in enumerate(painting.coats)]
@@ -157,7 +161,16 @@ def page_contents(
         "brushes": collected.brushes,
         "coats": coats,
     }
+    if any("region" in coat["arrays"] for coat in coats):
+        header["regions"] = _names_of_regions(painting, regions)
     return PageContents(header, collected.arrays, tuple(collected.rows), tuple(collected.omitted))
+
+
+def _names_of_regions(painting: "Painting", names: Sequence[str]) -> list[str]:
+    """A name for each region from 1 on, as many as there are names or numbers."""
+    columns = [coat.strokes.regions for coat in painting.coats if coat.strokes.regions is not None]
+    highest = max(int(column.max(initial=0)) for column in columns)
+    return [*names, *(f"Region {number}" for number in range(len(names) + 1, highest + 1))]
 
 
 def coarse_to_fine(strokes: Gaussians) -> Rows:
@@ -201,6 +214,8 @@ def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict
         used, columns = np.unique(brushes[rows].astype(np.intp), return_inverse=True)
     if columns is not None and len(used) > 1:
         arrays["brush"] = collected.add(name("brush"), columns, np.uint8)
+    if strokes.regions is not None and strokes.regions.any():  # a coat without lies elsewhere
+        arrays["region"] = collected.add(name("region"), strokes.regions[rows], np.uint8)
     if options.streaks > 0:
         arrays["streakStart"] = collected.add(name("streakStart"), starts_of(ids)[rows], np.uint8)
     if options.relief is not None:

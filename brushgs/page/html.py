@@ -28,6 +28,7 @@ SCRIPTS = (
     "coat.js",
     "surface.js",
     "canvas.js",
+    "highlight.js",
     "painter.js",
     "orbit.js",
     "pick.js",

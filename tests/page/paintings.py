@@ -37,6 +37,6 @@ def some_coat(strokes, texture="flat", name="strokes", **options):
 
 def contents_of(*coats, **facts):
     """The contents of a painting of these coats; facts are those of `Painting` and `page_contents`."""
-    of_page = {key: facts.pop(key) for key in ("title", "background", "view") if key in facts}
+    of_page = {key: facts.pop(key) for key in ("title", "background", "view", "regions") if key in facts}
     arguments = {"view": VIEW, "title": "a title", "command": ("a.ply", ["--look", "oil"])} | of_page
     return page_contents(Painting(coats, **facts), CAMERA, **arguments)

@@ -15,7 +15,7 @@ class App {
   constructor() {
     this.framesDrawn = 0;
     this.firstPictureMs = null;
-    this.look = { share: 1, brush: null, ground: true };
+    this.look = { share: 1, brush: null, ground: true, highlight: null };
     this.isPaused = false; // while something else paints, such as a headset
     this.contents = this.gl = this.painter = this.controls = this.panel = null;
     this._pace = new Pace();
@@ -75,11 +75,17 @@ class App {
     this.invalidate();
   }
 
-  /** Change how the painting is shown: any of share, brush and ground, see `Painter.paint`. */
+  /** Change how the painting is shown: any of share, brush, ground and highlight, see `Painter.paint`. */
   setLook(changes) {
     Object.assign(this.look, changes);
     this.canvas.classList.toggle("is-transparent", this.look.ground === false);
     this.invalidate();
+  }
+
+  /** Highlight a `Part` of the painting, see highlight.js; null for none. */
+  highlight(part) {
+    this.setLook({ highlight: part });
+    this._describe();
   }
 
   /** Ask for a frame; several calls before it make one. */
@@ -97,11 +103,15 @@ class App {
     return this.controls.restingCamera(...sides);
   }
 
-  /** A promise of what is on the screen, as a PNG; of null while there is nothing. */
+  /** A promise of what is on the screen, as a PNG, without a highlight; of null while there is nothing. */
   async picture() {
     if (!this.painter) return null;
-    this._paint(1);
-    return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png")); // before the page is composed
+    const { highlight } = this.look;
+    this._paint(1, { ...this.look, highlight: null });
+    // Before the page is composed.
+    const picture = new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
+    if (highlight) this._paint(1);
+    return picture;
   }
 
   /** Say in the page what went wrong; the still picture is shown, if there is one. */
@@ -129,7 +139,9 @@ class App {
   _describe() {
     const { title, coats } = this.contents.header;
     const count = coats.reduce((sum, coat) => sum + coat.count, 0);
-    this.canvas.setAttribute("aria-label", `${title}: a painting of ${count.toLocaleString("en")} strokes`);
+    const { highlight } = this.look;
+    const words = `${title}: a painting of ${count.toLocaleString("en")} strokes`;
+    this.canvas.setAttribute("aria-label", highlight ? `${words}, ${highlight.name} highlighted` : words);
   }
 
   _listen() {
@@ -213,14 +225,14 @@ class App {
   }
 
   /** Paint, with a share of the pixels along a side. */
-  _paint(share) {
+  _paint(share, look = this.look) {
     const { canvas } = this;
     const ratio = Math.min(window.devicePixelRatio, MAX_PIXEL_RATIO) * share;
     const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
     const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
     if (canvas.width !== width) canvas.width = width;
     if (canvas.height !== height) canvas.height = height;
-    this.painter.paint(this.controls.camera(width, height), this.look);
+    this.painter.paint(this.controls.camera(width, height), look);
     this.framesDrawn += 1;
   }
 }

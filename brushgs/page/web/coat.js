@@ -3,7 +3,8 @@
 const TEXTURE_WIDTH = 2048;
 const BOX_NUMBERS = 12; // of boxes.vert, a stroke
 const { FITTED_REACH, IMAGE_SIGMAS } = SHARED;
-const TEXTURES = ["uStrokes", "uSh", "uTable", "uAtlas", "uNoise", "uBelow", "uBelowDetail"]; // by unit
+// By unit.
+const TEXTURES = ["uStrokes", "uSh", "uTable", "uAtlas", "uNoise", "uBelow", "uBelowDetail", "uMembers"];
 
 /**
  * Draws a coat.
@@ -50,11 +51,12 @@ class CoatPainter {
    * @param {object} options `order` "distance" or "depth"; `share` of the strokes; `brush` in place of those
    *     of the coat, an index into the brushes of the header, or null; `isBare`, without the border of the
    *     coat; `x` and `y` of the picture in the framebuffer; `detail`; `below` and `belowDetail`, the
-   *     textures of the canvas below, for coats with a tolerance, or null
+   *     textures of the canvas below, for coats with a tolerance, or null; `members`, a texture of 0 to 1 by
+   *     stroke: then alphas of what is a member and of what is not take the place of colours, see highlight.js
    */
   draw(camera, head, options) {
     const { order, share, brush, isBare = false, x = 0, y = 0 } = options;
-    const { detail = false, below = null, belowDetail = null } = options;
+    const { detail = false, below = null, belowDetail = null, members = null } = options;
     const count = this.countOf(share);
     if (count === 0) return;
     const { gl } = this;
@@ -63,16 +65,17 @@ class CoatPainter {
     const program = this._program("stroke.vert", "stroke.frag", [
       ...(isTested ? ["TESTED"] : []),
       ...(detail ? ["DETAIL"] : []),
+      ...(members ? ["MASK"] : []),
     ]);
     const { at } = program;
     gl.useProgram(program.handle);
     this._setView(at, camera, head, brush, isBare);
     gl.uniform2f(at.uOrigin, x, y);
     const { _strokes: strokes, _sh: sh, _noise: noise, atlas } = this;
-    this._bind([strokes, sh, atlas.table, atlas.texture, noise, below, belowDetail]);
+    this._bind([strokes, sh, atlas.table, atlas.texture, noise, below, belowDetail, members]);
     gl.enable(gl.BLEND);
     gl.blendEquation(gl.FUNC_ADD);
-    if (this.header.blend === "glaze") gl.blendFuncSeparate(gl.ZERO, gl.SRC_COLOR, gl.ZERO, gl.SRC_ALPHA);
+    if (this.header.blend === "glaze" && !members) gl.blendFuncSeparate(gl.ZERO, gl.SRC_COLOR, gl.ZERO, gl.SRC_ALPHA);
     else gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.bindVertexArray(this._vertices);
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count * this._order.layers);

@@ -27,14 +27,14 @@ class Painter {
     this._noise = newNoise(gl);
     this._coats = header.coats.map((coat) => new CoatPainter(gl, coat, arrays, this._atlas, this._noise));
     this._canvas = new Canvas(gl, header, arrays);
-    this._bareCanvas = null; // made when it is needed
+    this._bareCanvas = this._highlighter = null; // made when they are needed
     this._drawing = {}; // options of a coat
   }
 
   /** Make everything anew after a lost context was restored. */
   restore() {
     this._coats = [];
-    this._atlas = this._noise = this._canvas = this._bareCanvas = null;
+    this._atlas = this._noise = this._canvas = this._bareCanvas = this._highlighter = null;
     this.replace(this.contents);
   }
 
@@ -50,21 +50,26 @@ class Painter {
    *     viewport: [x, y, width, height]; null for all of the canvas.
    *     isBare: on a smooth surface and without border: threads, grain and border belong to a picture, and
    *     would float before eyes that stand in the scene. Its ground is white where `ground` is true.
+   *     highlight: a `Part`, see highlight.js: a veil lies over what does not belong to it; null for none.
    */
   paint(camera, { head = camera, order = "distance", share = 1, brush = null, ground = true, target = null,
-    viewport = null, isBare = false } = {}) {
+    viewport = null, isBare = false, highlight = null } = {}) {
     const { gl, _drawing: drawing } = this;
     if (isBare) this._bareCanvas ??= new Canvas(gl, bareHeader(this.contents.header), this.contents.arrays);
     const canvas = isBare ? this._bareCanvas : this._canvas;
     const [x, y, width, height] = viewport ?? [0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight];
+    const highlighter = highlight && (this._highlighter ??= new Highlighter(gl));
+    highlighter?.begin(highlight, this._coats, width, height);
     canvas.begin({ width, height, x, y, target, ground });
     Object.assign(drawing, { order, share, brush, isBare });
     this._coats.forEach((coat, i) => {
       if (ground === false && coat.header.isBackdrop) return; // strokes alone, as --background transparent has
       coat.draw(camera, head, Object.assign(drawing, canvas.bindCoat(i)));
+      highlighter?.add(i, coat, camera, head, drawing);
       canvas.lay(i);
     });
     canvas.finish();
+    highlighter?.finish({ width, height, x, y, target });
   }
 
   /** Sentences on what this browser cannot show of the painting. */
@@ -95,10 +100,11 @@ class Painter {
     for (const coat of this._coats ?? []) coat.dispose();
     this._canvas?.dispose();
     this._bareCanvas?.dispose();
+    this._highlighter?.dispose();
     this._atlas?.dispose();
     if (this._noise) this.gl.deleteTexture(this._noise);
     this._coats = [];
-    this._atlas = this._noise = this._canvas = this._bareCanvas = null;
+    this._atlas = this._noise = this._canvas = this._bareCanvas = this._highlighter = null;
   }
 }
 

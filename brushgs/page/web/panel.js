@@ -19,6 +19,7 @@ class Panel {
     this._brush = byId("brush");
     this._ground = byId("ground");
     this._color = byId("color");
+    this._region = byId("region");
     this._notice = byId("notice");
     this._help = byId("help");
     this._isChoosing = false; // a list is open: the browser draws it, so the bar must stay
@@ -29,8 +30,9 @@ class Panel {
     this._wake();
   }
 
-  /** Offer the brushes of other contents. */
-  replace({ header }) {
+  /** Offer the brushes and the regions of other contents. */
+  replace(contents) {
+    const { header } = contents;
     const names = header.brushes.map((brush) => brush.name);
     this._brush.replaceChildren(
       new Option("As painted", ""),
@@ -38,6 +40,7 @@ class Panel {
     );
     this._brush.closest("label").hidden = names.length < 2; // of one brush there is no choice
     this.app.setLook({ brush: null });
+    this._offerRegions(contents);
   }
 
   /** Tell something in a few words, also to screen readers. */
@@ -149,6 +152,7 @@ class Panel {
       this.app.setLook({ brush: this._brush.value === "" ? null : Number(this._brush.value) });
     });
     this._ground.addEventListener("change", () => this._onGround());
+    this._region.addEventListener("change", () => this._onRegion());
     this._color.addEventListener("input", () => this._onGround());
     const full = document.getElementById("full");
     full.hidden = !document.fullscreenEnabled;
@@ -165,12 +169,34 @@ class Panel {
         if (!target.closest("#turn")) controls.stopAutomatic();
       });
     }
-    for (const select of [this._brush, this._ground]) {
+    for (const select of [this._brush, this._ground, this._region]) {
       select.addEventListener("pointerdown", () => { this._isChoosing = true; });
       for (const name of ["change", "blur"]) {
         select.addEventListener(name, () => { this._isChoosing = false; });
       }
     }
+  }
+
+  /** A region that is highlighted stays so where the new contents have one of its name. */
+  _offerRegions(contents) {
+    const names = contents.header.regions ?? [];
+    const kept = this.app.look.highlight?.region > 0 ? this.app.look.highlight.name : null;
+    const counts = names.length ? countsOfRegions(contents) : [];
+    const options = [...names.map((name, index) => [name, index + 1]), ["Elsewhere", 0]].map(([name, region]) => {
+      const option = new Option(counts[region] ? name : `${name} (no strokes)`, String(region));
+      option.disabled = !counts[region];
+      return option;
+    });
+    this._region.replaceChildren(new Option("Nothing", ""), ...options);
+    this._region.closest("label").hidden = names.length === 0;
+    const region = names.indexOf(kept) + 1;
+    this._region.value = region && counts[region] ? String(region) : "";
+    this._onRegion();
+  }
+
+  _onRegion() {
+    const { value } = this._region;
+    this.app.highlight(value === "" ? null : partOfRegion(this.app.contents, Number(value)));
   }
 
   _onShare() {

@@ -30,6 +30,9 @@ flat in vec2 vRelief;
 #ifdef TESTED
 flat in vec2 vLimit;
 #endif
+#ifdef MASK
+flat in float vMember;
+#endif
 
 layout(location = 0) out vec4 oColor;
 #ifdef DETAIL
@@ -66,6 +69,9 @@ void main() {
 #endif
   if (!(alpha >= MIN_ALPHA)) discard;
 
+#ifdef MASK
+  oColor = alpha * vec4(vMember, 1.0 - vMember, 0, 1);
+#else
   vec3 color = vPaint.rgb;
 #ifdef STREAKS
   float bristle = vStreaks.x + 0.5 * BRISTLES * (1.0 + place.y * vStreaks.y);
@@ -83,5 +89,6 @@ void main() {
   paint = vRelief.x + vRelief.y * (height - 0.5);
 #endif
   oDetail = vec4(alpha * paint, alpha * vKind.y, 0, alpha);
+#endif
 #endif
 }

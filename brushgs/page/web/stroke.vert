@@ -13,6 +13,9 @@ uniform float uTolerance;  // of the depth test, in sizes of the stroke
 uniform float uStreaks;
 uniform highp sampler2D uTable;  // see atlas.js
 uniform vec2 uAtlasSize;
+#ifdef MASK
+uniform sampler2D uMembers;  // by stroke, see highlight.js
+#endif
 
 layout(location = 0) in uint aInstance;
 
@@ -31,6 +34,9 @@ flat out vec2 vRelief;  // thickness, gain, pixels
 #endif
 #ifdef TESTED
 flat out vec2 vLimit;  // where it ends, from the middle, 1 / the depth over which
+#endif
+#ifdef MASK
+flat out float vMember;  // how much it is highlighted, 0 to 1
 #endif
 
 const float EDGE = 0.0625;  // pixels around a quad: its corners may be rounded to 1/16 pixel
@@ -84,6 +90,10 @@ void main() {
 #ifdef TESTED
   float tolerance = max(uTolerance * sizeOf(stroke.scales), 1e-30);
   vLimit = vec2(box.depth - uMiddle - tolerance, 2.0 / tolerance);
+#endif
+#ifdef MASK
+  int width = textureSize(uMembers, 0).x;
+  vMember = texelFetch(uMembers, ivec2(id % width, id / width), 0).r;
 #endif
   vCenter = box.center;
   vPlace = vec4(box.axis / halfExtents.x, vec2(-box.axis.y, box.axis.x) / halfExtents.y);

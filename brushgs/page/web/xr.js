@@ -204,8 +204,8 @@ class Locomotion {
 class Headset {
   /**
    * @param {WebGL2RenderingContext} gl
-   * @param {object} page `getPainter()`: the Painter, null while there is none; `getOptions()`: share, brush
-   *     and ground for it; `onStart()` and `onEnd()` of a session; `onProblem(sentence)`
+   * @param {object} page `getPainter()`: the Painter, null while there is none; `getOptions()`: share, brush,
+   *     ground and highlight for it; `onStart()` and `onEnd()` of a session; `onProblem(sentence)`
    */
   constructor(gl, page) {
     this.gl = gl;
@@ -335,7 +335,7 @@ class Headset {
     for (let i = 0; i < pose.views.length; i++) this._paintEye(i, pose.views[i], layer, painter, options);
   }
 
-  _paintEye(i, view, layer, painter, { share, brush, ground }) {
+  _paintEye(i, view, layer, painter, { share, brush, ground, highlight }) {
     const found = layer.getViewport(view);
     if (!found?.width || !found.height) return;
     const { camera, settings } = (this._eyes[i] ??= newEye());
@@ -349,6 +349,7 @@ class Headset {
     settings.head = this._head;
     settings.share = share;
     settings.brush = brush;
+    settings.highlight = highlight;
     settings.ground = this._isAr ? false : Array.isArray(ground) ? ground : this._ground;
     settings.target = layer.framebuffer;
     painter.paint(camera, settings);
