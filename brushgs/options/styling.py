@@ -102,7 +102,7 @@ def check_swap(text: str) -> str:
 
 @dataclass(frozen=True)
 class AdjustConfig(_Part):
-    """Changes of the colours of strokes, after palette and style; the defaults change nothing.
+    """Changes of the colours of strokes, the last of all; the defaults change nothing.
 
     Attributes:
         brightness: added to each channel, -1 to 1.

@@ -2,8 +2,8 @@
 
     stroke (-> style, palette) -> load -> clean (-> first view) -> camera or path (-> background, ground,
         plain) -> plain views (-> seen, lines) -> prune (-> focus, count) -> cluster -> solid -> direction
-        -> repaint (-> recolor) (-> colour) (-> style colours, adjust) -> broken colour (-> brushes)
-        (-> backdrop) -> coats
+        -> repaint (-> recolor) (-> colour) (-> style colours) -> broken colour (-> adjust)
+        (-> brushes) (-> backdrop) -> coats
 
 Cameras are framed on the cleaned scene, so that paintings of one scene with different counts line up.
 """
@@ -313,8 +313,9 @@ def prepare(
         [
             *([] if palette is None or config.palette is None else [palette_pass(palette, config.palette)]),
             *color_passes(config.color, seed=cluster.seed),
-            *changes.passes(),
+            *changes.style_passes(),
             broken_color_pass(passes, seed=cluster.seed, skip=skip),
+            *changes.adjust_passes(),
             *brush_passes(kit, seed=cluster.seed),
             *style_brush_passes(styles, kit, seed=cluster.seed),
         ]

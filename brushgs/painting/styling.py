@@ -250,34 +250,37 @@ class Changes:
         return self.styles is not None or self.adjust.changes
 
     @cached_property
-    def _maps(self) -> list[tuple[str, str, FittedMap]]:
-        """Name, what it does, and the change."""
-        maps = []
-        if self.styles is not None:
-            what = f"in the colours of {', '.join(self.styles.names)}"
-            maps.append(("style colours", what, style_change(self.styles, self.first_view)))
-        if self.adjust.changes:
-            maps.append(("adjust", f"with {described(self.adjust)}", adjust_change(self.adjust)))
-        return maps
+    def _style(self) -> FittedMap | None:
+        return None if self.styles is None else style_change(self.styles, self.first_view)
 
-    def passes(self) -> list[StrokePass]:
-        """The stages, in order."""
-        return [StrokePass(name, what, change) for name, what, change in self._maps]
+    @cached_property
+    def _adjust(self) -> FittedMap | None:
+        return adjust_change(self.adjust) if self.adjust.changes else None
+
+    def style_passes(self) -> list[StrokePass]:
+        """The stage of styles, if there are any."""
+        if self._style is None or self.styles is None:
+            return []
+        return [StrokePass("style colours", f"in the colours of {', '.join(self.styles.names)}", self._style)]
+
+    def adjust_passes(self) -> list[StrokePass]:
+        """The stage of adjustments, if there are any: the last change of colours, so that grey is grey."""
+        if self._adjust is None:
+            return []
+        return [StrokePass("adjust", f"with {described(self.adjust)}", self._adjust)]
 
     def backdrop(self, strokes: Gaussians) -> Gaussians:
         """Strokes of a backdrop, after the stages ran."""
         colors: Array = base_colors(strokes.sh)
-        for _, _, change in self._maps:
-            colors = change.colors(colors)
+        for change in (self._style, self._adjust):
+            colors = colors if change is None else change.colors(colors)
         return in_colors(strokes, colors)
 
     def ground(self, rgb: Array) -> Array:
         """A ground [3] or [H, W, 3], after the stages ran: in its share the ground that a style has."""
-        for _, _, change in self._maps:
-            rgb = change.colors(
-                rgb, change.map if self.styles is None else _of_grounds(change.map, self.styles)
-            )
-        return rgb
+        if self._style is not None and self.styles is not None:
+            rgb = self._style.colors(rgb, _of_grounds(self._style.map, self.styles))
+        return rgb if self._adjust is None else self._adjust.colors(rgb)
 
 
 def _of_grounds(one: ColorMap | None, styles: Styles) -> ColorMap | None:
