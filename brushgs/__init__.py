@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from brushgs.painting.film import paint_film as paint_film
     from brushgs.painting.learn_style import learn_style as learn_style
     from brushgs.painting.still import paint as paint
+    from brushgs.painting.styling import styled as styled
     from brushgs.passes.broken_color import break_colors as break_colors
     from brushgs.passes.choose_brushes import choose_brushes as choose_brushes
     from brushgs.passes.clean import clean as clean
@@ -77,6 +78,7 @@ _MODULES = {
     "painting.film": "paint_film",
     "painting.learn_style": "learn_style",
     "painting.still": "paint",
+    "painting.styling": "styled",
     "passes.broken_color": "break_colors",
     "passes.choose_brushes": "choose_brushes",
     "passes.clean": "clean",

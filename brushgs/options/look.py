@@ -101,6 +101,17 @@ class Look:
         return cls(name, texts.get("title", name), texts.get("good_for", ""), values, text)
 
 
+def config_of(look: PaintConfig | Look | str | Path | None) -> PaintConfig:
+    """The options that a look stands for, or its name or file; None for plain strokes.
+
+    Raises:
+        SceneError: see `Look.open`.
+    """
+    if look is None or isinstance(look, PaintConfig):
+        return look or PaintConfig()
+    return (look if isinstance(look, Look) else Look.open(look)).config
+
+
 def looks_folder() -> Path:
     """The folder of the looks that come with the program."""
     return Path(__file__).resolve().parent.parent / "looks"

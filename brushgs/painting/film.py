@@ -5,23 +5,22 @@ from typing import TYPE_CHECKING
 
 from brushgs.moving_scene import MovingScene
 from brushgs.options.clip import ClipConfig
+from brushgs.options.look import Look, config_of
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.painting.clip import Clip
 from brushgs.painting.report import Report
 from brushgs.painting.sequence import paint_sequence
-from brushgs.painting.still import config_of
 from brushgs.scene import Camera
 
 if TYPE_CHECKING:
-    from brushgs.options.look import Look
     from brushgs.options.sequence import PathConfig
 
 
 def paint_film(
     scene: MovingScene | SceneFiles,
     output: str | Path,
-    look: "PaintConfig | Look | str | Path | None" = None,
+    look: PaintConfig | Look | str | Path | None = None,
     *,
     camera: "Camera | PathConfig | None" = None,
     clip: ClipConfig | None = None,

@@ -4,9 +4,9 @@ The stages are those of `prepare`, then project -> rasterise -> write.
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, holds_depth
+from brushgs.options.look import Look, config_of
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.painting.drawing import lay_coat, light_canvas, project_coat, warn_if_blank, write_picture
@@ -17,9 +17,6 @@ from brushgs.painting.report import Report
 from brushgs.painting.strokes import name_of
 from brushgs.painting.views_sheet import write_sheet_of
 from brushgs.scene import Camera, Frame, Gaussians
-
-if TYPE_CHECKING:
-    from brushgs.options.look import Look
 
 SPENT_OUTSIDE = "most lie outside: --strokes-for view spends all in this view"
 
@@ -79,7 +76,7 @@ def paint_file(
 
 def paint(
     gaussians: Gaussians,
-    look: "PaintConfig | Look | str | Path | None" = None,
+    look: PaintConfig | Look | str | Path | None = None,
     *,
     camera: Camera | None = None,
     report: Report | None = None,
@@ -103,15 +100,6 @@ def paint(
     config, report = config_of(look), report or Report()
     prepared = prepare(gaussians, config, report, views=camera, needs_background=False)
     return paint_view(prepared, report)
-
-
-def config_of(look: "PaintConfig | Look | str | Path | None") -> PaintConfig:
-    """The options that a look stands for, see `paint`."""
-    from brushgs.options.look import Look
-
-    if look is None or isinstance(look, PaintConfig):
-        return look or PaintConfig()
-    return (look if isinstance(look, Look) else Look.open(look)).config
 
 
 def paint_view(prepared: Prepared, report: Report, *, depth: bool = True, first: float = 1.0) -> Frame:

@@ -5,7 +5,7 @@ born later or drawn coarser, the backdrop and the ground.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +15,8 @@ import numpy as np
 from brushgs.arrays import Array
 from brushgs.options.choices import StepValues
 from brushgs.options.direction import Direction
-from brushgs.options.painting import PaletteConfig
+from brushgs.options.look import Look, config_of
+from brushgs.options.painting import STEPS, PaintConfig, PaletteConfig
 from brushgs.options.styling import NUMBERS, AdjustConfig, StyleConfig
 from brushgs.painting.make_strokes import StrokePass
 from brushgs.painting.report import Report
@@ -115,6 +116,27 @@ def styled_values(values: StepValues, config: StyleConfig) -> StepValues:
 
     values = style_values(marked, values)
     return {**values, "strokes": {**values.get("strokes", {}), "direction": Direction("style")}}
+
+
+def styled(look: PaintConfig | Look | str | Path | None, style: StyleConfig | str) -> PaintConfig:
+    """A look on the way to styles, for whatever takes a look, as `paint` does.
+
+    Args:
+        look: see `brushgs.paint`.
+        style: styles with their shares, such as "monet.style:0.7,dusk.style:0.3".
+
+    Raises:
+        SceneError: if a file cannot be read, or is no style.
+        ValueError: if the style is no such text.
+    """
+    config, style = config_of(look), StyleConfig.parse(style) if isinstance(style, str) else style
+    steps = {step: getattr(config, step) for step in STEPS}
+    values = {
+        step: {known.name: getattr(part, known.name) for known in fields(part)}
+        for step, part in steps.items()
+        if part is not None
+    }
+    return replace(PaintConfig.of(styled_values(values, style)), style=style)
 
 
 def directions_of(styles: Styles | None, camera: Camera | None) -> "Marks":
