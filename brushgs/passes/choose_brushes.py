@@ -6,9 +6,11 @@ The bounds were found by trial on captured scenes.
 """
 
 import operator
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brushgs.arrays import F64
 from brushgs.brushes.kit import BrushKit
@@ -18,6 +20,7 @@ from brushgs.scene import Gaussians
 LONG, SHORT = 1.9, 1.35  # length over width above and below which strokes are long and short
 LARGE = 2.2  # times the median size
 MAX_SEED = 2**32 - 1
+ROUNDING = 1e-9  # of a sum of shares
 
 
 def choose_brushes(strokes: Gaussians, kit: BrushKit, *, seed: int = 0) -> Gaussians:
@@ -40,9 +43,7 @@ def choose_brushes(strokes: Gaussians, kit: BrushKit, *, seed: int = 0) -> Gauss
         TypeError: if `seed` is not an integer.
         ValueError: if it is out of range, or the kit has more than 256 images.
     """
-    seed = operator.index(seed)
-    if not 0 <= seed <= MAX_SEED:
-        raise ValueError(f"choose_brushes: seed must be in 0 to {MAX_SEED}, got {seed}")
+    _check_seed("choose_brushes", seed)
     rows = kit.rows()
     large = rows["large"]
     aspects, sizes = _shapes(strokes)
@@ -58,6 +59,52 @@ def choose_brushes(strokes: Gaussians, kit: BrushKit, *, seed: int = 0) -> Gauss
         ):
             brushes[some] = choice[(shares[some] * len(choice)).astype(np.intp)]
     return replace(strokes, brushes=brushes)
+
+
+def mix_brushes(
+    strokes: Gaussians, choices: Sequence[tuple[NDArray[np.uint8], float]], *, seed: int = 0
+) -> Gaussians:
+    """Give a share of the strokes other brushes, evenly over the scene.
+
+    Who takes them is a hash of the place and the seed: as the share of one choice grows, more strokes take
+    its brushes and none gives them back.
+
+    Args:
+        strokes: k strokes; without brushes theirs is row 0.
+        choices: rows of the brush set, one or more, and the share of the strokes that take one of them; the
+            shares are 0 to 1, at most 1 in all.
+        seed: 0 to 2^32 - 1.
+
+    Returns:
+        The strokes with other `brushes`; the input itself where no share is above 0.
+
+    Raises:
+        TypeError: if `seed` is not an integer.
+        ValueError: if it, or a share, is out of range, or a choice has no rows.
+    """
+    _check_seed("mix_brushes", seed)
+    total = 0.0
+    for rows, share in choices:
+        total += share
+        if not share >= 0 or total > 1 + ROUNDING:
+            raise ValueError(f"mix_brushes: shares must be 0 to 1 and at most 1 in all, got {share:g}")
+        if len(rows) == 0:
+            raise ValueError("mix_brushes: a choice must have at least one row, got none")
+    if total == 0:
+        return strokes
+    takes, which = (chances(strokes.means, seed, draw) for draw in (5, 6))
+    brushes = np.zeros(len(strokes), np.uint8) if strokes.brushes is None else strokes.brushes.copy()
+    first = 0.0
+    for rows, share in choices:
+        chosen = (takes >= first) & (takes < first + share)
+        brushes[chosen] = np.asarray(rows, np.uint8)[(which[chosen] * len(rows)).astype(np.intp)]
+        first += share
+    return replace(strokes, brushes=brushes)
+
+
+def _check_seed(where: str, seed: int) -> None:
+    if not 0 <= operator.index(seed) <= MAX_SEED:
+        raise ValueError(f"{where}: seed must be in 0 to {MAX_SEED}, got {seed}")
 
 
 def _shapes(strokes: Gaussians) -> tuple[F64, F64]:

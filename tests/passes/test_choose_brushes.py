@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.passes.choose_brushes import LARGE, LONG, SHORT
+from brushgs.passes.choose_brushes import LARGE, LONG, SHORT, mix_brushes
 from tests.passes.scenes import random_gaussians
 
 KIT = bg.BrushKit(long=("flat",), short=("dab",), other=("filbert",), large=("impasto",))
@@ -84,3 +84,59 @@ def test_a_seed_out_of_range_is_refused(seed):
         bg.choose_brushes(strokes_of(3), KIT, seed=seed)
     with pytest.raises(TypeError):
         bg.choose_brushes(strokes_of(3), KIT, seed=0.5)
+
+
+ROWS, MORE = np.array([100, 101, 102], np.uint8), np.array([200], np.uint8)
+
+
+def chosen(*choices, strokes=None, seed=0):
+    strokes = bg.choose_brushes(strokes_of(3000), KIT) if strokes is None else strokes
+    return mix_brushes(strokes, choices, seed=seed).brushes
+
+
+def test_a_share_of_the_strokes_takes_other_brushes_evenly():
+    before = bg.choose_brushes(strokes_of(3000), KIT).brushes
+    after = chosen((ROWS, 0.4), (MORE, 0.2))
+    is_first, is_second = np.isin(after, ROWS), after == 200
+    assert np.mean(is_first) == pytest.approx(0.4, abs=0.03)
+    assert np.mean(is_second) == pytest.approx(0.2, abs=0.03)
+    np.testing.assert_array_equal(after[~is_first & ~is_second], before[~is_first & ~is_second])
+    np.testing.assert_allclose(np.bincount(after, minlength=103)[100:103] / is_first.sum(), 1 / 3, atol=0.05)
+    assert (chosen((ROWS, 0.4), (MORE, 0.6)) >= 100).all()
+
+
+def test_strokes_keep_the_brushes_of_a_style_as_its_share_grows():
+    few, many = chosen((ROWS, 0.3)), chosen((ROWS, 0.7))
+    has = few >= 100
+    np.testing.assert_array_equal(many[has], few[has])
+    assert np.count_nonzero(many >= 100) > 2 * np.count_nonzero(has)
+
+
+def test_no_share_changes_nothing_and_strokes_without_brushes_have_the_first():
+    strokes = strokes_of(400)
+    assert mix_brushes(strokes, [(ROWS, 0.0)]) is strokes
+    assert mix_brushes(strokes, []) is strokes
+    assert set(chosen((MORE, 0.5), strokes=strokes)) == {0, 200}
+    assert strokes.brushes is None
+
+
+def test_who_takes_them_belongs_to_the_place_and_the_seed():
+    strokes = strokes_of(1000)
+    shuffle = np.random.default_rng(2).permutation(1000)
+    np.testing.assert_array_equal(
+        chosen((ROWS, 0.5), strokes=strokes.take(shuffle)), chosen((ROWS, 0.5), strokes=strokes)[shuffle]
+    )
+    assert (chosen((ROWS, 0.5), strokes=strokes, seed=1) != chosen((ROWS, 0.5), strokes=strokes)).any()
+
+
+@pytest.mark.parametrize(
+    ("choices", "message"),
+    [
+        ([(ROWS, 0.7), (MORE, 0.4)], "at most 1 in all, got 0.4"),
+        ([(ROWS, -0.1)], "shares must be 0 to 1"),
+        ([(ROWS[:0], 0.1)], "at least one row"),
+    ],
+)
+def test_choices_that_cannot_be_are_refused(choices, message):
+    with pytest.raises(ValueError, match=message):
+        mix_brushes(strokes_of(10), choices)
