@@ -32,10 +32,17 @@ class Marks:
     Attributes:
         camera: takes the picture.
         pairs: [h, w, 2] twice the angles of marks from +x towards +y, see `planes`; weight 0 to 1.
+        aspect: of strokes that run as the marks do, length over width, at most; None for that of others.
     """
 
     camera: Camera
     pairs: F64
+    aspect: float | None = None
+
+    @property
+    def clearest(self) -> float:
+        """The largest weight, 0 to 1."""
+        return float(np.hypot(self.pairs[..., 0], self.pairs[..., 1]).max())
 
     @classmethod
     def of_image(cls, image: Array, camera: Camera) -> "Marks":
@@ -72,7 +79,7 @@ def mark_wish(marks: Marks, planes: Planes) -> Wish:
     columns, rows = fx * x / depths + cx, fy * y / depths + cy
     is_inside = is_ahead & (columns >= 0) & (columns < camera.width) & (rows >= 0) & (rows < camera.height)
     found = np.zeros((len(planes), 2))
-    found[is_inside] = _at(marks, columns[is_inside], rows[is_inside])
+    found[is_inside] = marks_at(marks, columns[is_inside], rows[is_inside])
     directions, clear = unit_pairs(found)
     angles = 0.5 * np.arctan2(directions[:, 1], directions[:, 0])
 
@@ -95,7 +102,7 @@ def mark_wish(marks: Marks, planes: Planes) -> Wish:
     return Wish(say[:, None] * pairs, np.zeros((len(planes), 3)))
 
 
-def _at(marks: Marks, columns: F64, rows: F64) -> F64:
+def marks_at(marks: Marks, columns: F64, rows: F64) -> F64:
     """The pairs [n, 2] at places of the picture, pixels, between those of the painting's four next pixels."""
     height, width = marks.pairs.shape[:2]
     camera = marks.camera

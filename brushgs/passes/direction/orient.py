@@ -110,16 +110,18 @@ def orient(
     mix = FIELDS[opened if isinstance(opened, str) else "form"]
     pairs, weights = _field(planes, around, gaussians, mix)
     turnable = 1 - ramp(planes.aspects, *OWN)
-    headings = np.broadcast_to(HEADING, planes.means.shape)
+    headings, aspects = np.broadcast_to(HEADING, planes.means.shape), np.full(len(planes), ASPECT)
     if not isinstance(opened, str):
         wish = guide_wish(opened, planes) if isinstance(opened, Guides) else mark_wish(opened, planes)
         say = np.hypot(wish.pairs[:, 0], wish.pairs[:, 1])
         pairs = (1 - say)[:, None] * pairs + WISH * wish.pairs
         weights = (1 - say) * weights + WISH * say
         turnable = np.maximum(turnable, say * (1 - ramp(planes.aspects, *SLENDER)))
+        if isinstance(opened, Marks) and opened.aspect is not None:
+            aspects *= (opened.aspect / ASPECT) ** (say / max(opened.clearest, np.finfo(np.float64).tiny))
         headings = np.where(wish.headings.any(axis=1, keepdims=True), wish.headings, headings)
     smooth = around.smoothed(planes.lift(pairs, weights))
-    shapes = _shapes(planes, *planes.lower(smooth), turnable)
+    shapes = _shapes(planes, *planes.lower(smooth), turnable, aspects)
     return _shaped(strokes, planes, shapes, turnable > 0, around, headings)
 
 
@@ -138,7 +140,7 @@ def _field(planes: Planes, around: Neighborhood, gaussians: Gaussians, mix: Weig
     return pairs, weights
 
 
-def _shapes(planes: Planes, pairs: F64, weights: F64, turnable: F64) -> F64:
+def _shapes(planes: Planes, pairs: F64, weights: F64, turnable: F64, aspects: F64) -> F64:
     """The shapes of strokes, [n, 2]: pairs whose weight is the logarithm of the aspect.
 
     Args:
@@ -146,10 +148,11 @@ def _shapes(planes: Planes, pairs: F64, weights: F64, turnable: F64) -> F64:
         pairs: [n, 2] smoothed directions.
         weights: [n] behind them: the more these exceed the pairs, the less neighbours agree.
         turnable: [n] share of the shape that the field decides, 0 to 1.
+        aspects: [n] at most, of strokes that turn.
     """
     directions, agreement = unit_pairs(pairs)
     confidence = 2 * agreement / (weights + agreement + UNSURE)  # 1 - smaller / larger eigenvalue, but for it
-    wanted = np.log1p((ASPECT - 1) * confidence)[:, None] * directions
+    wanted = np.log1p((aspects - 1) * confidence)[:, None] * directions
     own = np.zeros_like(wanted)
     own[:, 0] = np.log(np.minimum(planes.aspects, np.finfo(np.float64).max))
     shapes = (1 - turnable * ramp(confidence, 0.0, SURE))[:, None] * own + turnable[:, None] * wanted

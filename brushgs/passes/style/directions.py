@@ -1,0 +1,39 @@
+"""Styles -> how strokes should run: as the marks of their paintings do, in their shares."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from brushgs.passes.direction.marks import Marks, marks_at
+from brushgs.passes.direction.orient import ASPECT
+from brushgs.scene import Camera
+from brushgs.style import Style
+
+CELLS = 64  # along the longer side of a picture: finer than the fields of styles
+
+
+def direction_field(styles: Sequence[tuple[Style, float]], camera: Camera) -> Marks:
+    """The marks of styles over the picture of a camera.
+
+    Each style lies over the picture as a painting does, scaled to fill it; where they meet their directions
+    are added as vectors, weighted by their shares, so opposite ones cancel. What a direction says grows with
+    the share and with how clear it is. The aspect of marks is the mean of logarithms, of what is missing of 1
+    in the shares that of strokes without a style.
+
+    Args:
+        styles: with their shares, 0 to 1, at most 1 in all. Those without marks say nothing.
+        camera: takes the picture.
+    """
+    scale = CELLS / max(camera.width, camera.height)
+    rows, columns = max(2, round(camera.height * scale)), max(2, round(camera.width * scale))
+    y, x = ((np.arange(n) + 0.5) * size / n for n, size in ((rows, camera.height), (columns, camera.width)))
+    across, down = (values.ravel() for values in np.meshgrid(x, y))
+    pairs, aspect = np.zeros((len(down), 2)), np.log(ASPECT)
+    for style, share in styles:
+        if style.marks is not None:
+            field = style.marks.directions.astype(np.float64)
+            if min(field.shape[:2]) < 2:  # between four of which there must be places
+                field = field.repeat(2, axis=0).repeat(2, axis=1)
+            pairs += share * marks_at(Marks(camera, field), across, down)
+            aspect += share * (np.log(style.marks.aspect) - np.log(ASPECT))
+    return Marks(camera, pairs.reshape(rows, columns, 2), float(np.exp(aspect)))
