@@ -263,4 +263,5 @@ def _straightened(mark: _Mark) -> NDArray[np.uint8]:
     paint = np.clip((2.4 * mark.tolerance - color) / (1.4 * mark.tolerance), 0, 1)
     coverage = covered * (mark.full + (1 - mark.full) * paint)
     rows, columns = (np.flatnonzero((coverage > 2 / 255).any(axis=axis)) for axis in (1, 0))
-    return np.rint(255 * coverage[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]).astype(np.uint8)
+    image = coverage[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    return np.asarray(np.rint(255 * image).astype(np.uint8))
