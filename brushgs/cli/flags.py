@@ -314,7 +314,7 @@ def add_where(parser: ArgumentParser, limited: str, *, has_camera_file: bool = F
         limited: what is limited to the part of the scene, as "only there Gaussians are dropped".
         has_camera_file: whether the command has --camera-file already, which then is that of masks too.
     """
-    flags = ConfigFlags(parser.add_argument_group("where", f"{limited}; the rest stays as it is"), "where")
+    flags = ConfigFlags(parser.add_argument_group("where", limited), "where")
     flags.add(
         "--where",
         field="expression",

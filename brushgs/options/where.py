@@ -176,7 +176,7 @@ def _end_of_term(text: str, start: int) -> int:
     """Where a term ends: before ` and `, ` or `, or a parenthesis that is not in quotes."""
     at = start
     while at < len(text) and text[at] not in "()":
-        if text[at] in "\"'" and text[at - 1] == ":":  # an apostrophe in words is no quote
+        if text[at] in "\"'" and text[start:at].rstrip().endswith(":"):  # an apostrophe in words is no quote
             match = _QUOTE.match(text, at)
             if match is None:
                 raise ValueError(f"where must close its quotes, got {text[start:][:60]!r}")

@@ -15,6 +15,7 @@ from brushgs.painting.outputs import check_folder, check_output
 from brushgs.painting.prepare import Prepared
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import file_size, write_scene
+from brushgs.painting.where import Rest
 from brushgs.scene import Gaussians
 
 
@@ -62,6 +63,8 @@ def write_strokes(
 ) -> Report:
     """Write strokes of what was prepared, and complete the report: a file, or of a clip a folder.
 
+    What no strokes were made of follows them as it is.
+
     Args:
         strokes: those of `prepared`, or what became of them.
         prepared: with a first view.
@@ -70,12 +73,16 @@ def write_strokes(
         report: gets the stage.
     """
     facts: dict[str, Any] = {"scene": name, "first_view": prepared.known_view, "brushes": prepared.kit.images}
+    rest = prepared.rest
     if prepared.moving is None:
-        return write_scene(strokes, output, report, is_strokes=True, **facts)
-    return _write_moments(strokes, prepared.moving, Path(output), report, **facts)
+        whole = strokes if rest is None else rest.behind(strokes)
+        return write_scene(whole, output, report, is_strokes=True, **facts)
+    return _write_moments(strokes, prepared.moving, rest, Path(output), report, **facts)
 
 
-def _write_moments(strokes: Gaussians, moving: Moving, folder: Path, report: Report, **facts: Any) -> Report:
+def _write_moments(
+    strokes: Gaussians, moving: Moving, rest: Rest | None, folder: Path, report: Report, **facts: Any
+) -> Report:
     from brushgs.io.moving import write
 
     motion = moving.motion
@@ -84,7 +91,8 @@ def _write_moments(strokes: Gaussians, moving: Moving, folder: Path, report: Rep
 
         def moments() -> Iterator[Gaussians]:
             for position in range(num):
-                yield motion.pose(position).moved(strokes, has_color=moving.takes_light)
+                moved = motion.pose(position).moved(strokes, has_color=moving.takes_light)
+                yield moved if rest is None else rest.behind(moved, float(motion.times[position]))
                 report.advance()
 
         size = write.write_moments(moments(), folder, **facts)

@@ -5,10 +5,12 @@ The output records the name and the first view of the scene before the pass, so 
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.painting import PaintConfig, PaletteConfig, PruneConfig
 from brushgs.options.scene_source import SceneFiles
+from brushgs.options.where import WhereConfig
 from brushgs.painting.clip import Clip, files_of
 from brushgs.painting.moments import check_strokes_output, write_strokes
 from brushgs.painting.outputs import check_output, scene_inputs
@@ -23,14 +25,26 @@ from brushgs.painting.strokes import (
     write_scene,
 )
 from brushgs.painting.views import default_first_view
+from brushgs.painting.where import files_where, rows_where, where_in
+
+if TYPE_CHECKING:
+    from brushgs.io.scenes.notes import LoadNotes
 
 
-def prune_file(scene: SceneFiles, output: str | Path, config: PruneConfig, report: Report) -> Report:
-    """Prune a scene file, also one of strokes."""
-    check_output(Path(output), SCENE_SUFFIXES, inputs=scene_inputs(scene))
+def prune_file(
+    scene: SceneFiles,
+    output: str | Path,
+    config: PruneConfig,
+    report: Report,
+    *,
+    where: WhereConfig | None = None,
+) -> Report:
+    """Prune a scene file, also one of strokes; or only a part of it, and the rest stays as it is."""
+    check_output(Path(output), SCENE_SUFFIXES, inputs=(*scene_inputs(scene), *files_where(where)))
     gaussians, notes = load_scene(scene, report)
     view = default_first_view(gaussians, notes, report)
-    gaussians = prune_scene(gaussians, config, report)
+    among = rows_where(gaussians, where, view, report, what=_called(notes))
+    gaussians = prune_scene(gaussians, config, report, among=among)
     return write_scene(
         gaussians,
         output,
@@ -42,14 +56,24 @@ def prune_file(scene: SceneFiles, output: str | Path, config: PruneConfig, repor
     )
 
 
-def cluster_file(scene: SceneFiles | Clip, output: str | Path, config: PaintConfig, report: Report) -> Report:
+def cluster_file(
+    scene: SceneFiles | Clip,
+    output: str | Path,
+    config: PaintConfig,
+    report: Report,
+    *,
+    where: WhereConfig | None = None,
+) -> Report:
     """Cluster a scene file, or a clip whose strokes are written one file a moment, without pruning it.
+
+    Where only a part of it is clustered, the Gaussians of the rest are strokes as they are, behind the others
+    in the file.
 
     Where the number of strokes is chosen for a view, that is the default view of `paint_file`, painted with
     its default stroke.
     """
     files = files_of(scene)
-    check_strokes_output(scene, output, inputs=scene_inputs(files))
+    check_strokes_output(scene, output, inputs=(*scene_inputs(files), *files_where(where)))
     unpruned = replace(config, prune=PruneConfig(keep=1.0))
     prepared = prepare(
         scene,
@@ -58,17 +82,28 @@ def cluster_file(scene: SceneFiles | Clip, output: str | Path, config: PaintConf
         needs_view=isinstance(scene, Clip),  # a film has one
         needs_background=False,
         needs_first_view=True,
+        where=where,
     )
     return write_strokes(prepared.strokes, prepared, output, name_of(files, prepared.notes), report)
 
 
-def recolor_file(scene: SceneFiles, output: str | Path, config: PaletteConfig, report: Report) -> Report:
-    """Give a scene file the colours of a palette."""
-    check_output(Path(output), SCENE_SUFFIXES, inputs=(*scene_inputs(scene), config.file))
+def recolor_file(
+    scene: SceneFiles,
+    output: str | Path,
+    config: PaletteConfig,
+    report: Report,
+    *,
+    where: WhereConfig | None = None,
+) -> Report:
+    """Give a scene file the colours of a palette; or only a part of it, and the rest keeps its own."""
+    check_output(
+        Path(output), SCENE_SUFFIXES, inputs=(*scene_inputs(scene), config.file, *files_where(where))
+    )
     palette = open_palette(config, report)
     gaussians, notes = load_scene(scene, report)
     view = default_first_view(gaussians, notes, report)
-    gaussians = recolor_scene(gaussians, palette, config, report, is_strokes=notes.is_strokes)
+    shares = where_in(gaussians, where, view, report, what=_called(notes))
+    gaussians = recolor_scene(gaussians, palette, config, report, is_strokes=notes.is_strokes, shares=shares)
     return write_scene(
         gaussians,
         output,
@@ -78,3 +113,7 @@ def recolor_file(scene: SceneFiles, output: str | Path, config: PaletteConfig, r
         first_view=view,
         brushes=notes.brushes,
     )
+
+
+def _called(notes: "LoadNotes") -> str:
+    return "strokes" if notes.is_strokes else "Gaussians"

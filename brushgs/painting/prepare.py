@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig
+from brushgs.options.where import WhereConfig
 from brushgs.painting.background import Background, check_background
 from brushgs.painting.clean import clean_scene, select_seen
 from brushgs.painting.clip import Clip
@@ -56,6 +57,7 @@ from brushgs.painting.plan import plan_cameras
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import cluster_scene, load_scene, open_palette, prune_scene
 from brushgs.painting.styling import Changes, open_styles, palette_pass, style_brush_passes
+from brushgs.painting.where import Rest, split_where, with_ids
 from brushgs.rendering.coats import Painting
 from brushgs.scene import Camera, FirstView, Gaussians
 
@@ -89,6 +91,8 @@ class Prepared:
         maker: makes other numbers of strokes; None unless the caller clusters.
         growth: how the painting comes into being; None unless the caller shows it.
         moving: how the strokes move; None for a still scene.
+        rest: what no strokes were made of, since it lies outside of the part of the scene that was asked for;
+            None where strokes are of all.
     """
 
     strokes: Gaussians
@@ -106,6 +110,7 @@ class Prepared:
     maker: StrokeMaker | None = None
     growth: "GrowingPainting | None" = None
     moving: "Moving | None" = None
+    rest: Rest | None = None
 
     @property
     def camera(self) -> Camera:
@@ -145,6 +150,7 @@ def prepare(
     merges_later: bool = False,
     grows: bool = False,
     memory: Memory | None = None,
+    where: WhereConfig | None = None,
 ) -> Prepared:
     """Make strokes of a scene, and everything else that is needed before the first picture.
 
@@ -169,6 +175,7 @@ def prepare(
         grows: whether the caller will show how the painting comes into being, without a `GrowConfig`.
         memory: of earlier calls for the same source: steps whose inputs are as they were are not made again,
             and have no stage. None makes all of them.
+        where: the part of the scene that strokes are made of; `Prepared.rest` is all else. None for all.
 
     Raises:
         SceneError: if a file cannot be read.
@@ -192,6 +199,7 @@ def prepare(
     else:
         gaussians, notes = recall("load", (source,), lambda: _load(source, report))
     is_strokes = notes is not None and notes.is_strokes
+    loaded = gaussians = gaussians if where is None else with_ids(gaussians)
     gaussians = recall(
         "clean",
         (gaussians, config.clean),
@@ -231,6 +239,9 @@ def prepare(
             (gaussians, *laid_on, cameras[0]),
             lambda: open_surface(config, gaussians, cameras[0], report),
         )
+    rest = None
+    if where is not None:
+        gaussians, rest = split_where(loaded, gaussians, where, first_view, report, clip)
     if is_counted:
         # Strokes are counted for a still with the default lock and order, whatever is painted of them.
         still = render_options(replace(config.draw, lock=None, order=None), texture, along_path=False)
@@ -336,6 +347,7 @@ def prepare(
         notes=notes,
         first_view=first_view,
         scene=scene,
+        rest=rest,
     )
     if merges_later:
         return everything(strokes=gaussians, palette=None, painting=Painting((), surface, lamp), maker=maker)

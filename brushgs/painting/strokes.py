@@ -23,6 +23,7 @@ from brushgs.painting.report import Report, Stage
 from brushgs.scene import FirstView, Gaussians
 
 if TYPE_CHECKING:
+    from brushgs.arrays import F64, Mask
     from brushgs.io.scenes.notes import LoadNotes
     from brushgs.passes.recolor import Palette
     from brushgs.stroke_count.search import Clustered
@@ -85,6 +86,7 @@ def prune_scene(
     is_strokes: bool = False,
     is_seen: bool = False,
     cluster: ClusterConfig | None = None,
+    among: "Mask | None" = None,
 ) -> Gaussians:
     """Keep the Gaussians of highest weight.
 
@@ -98,6 +100,7 @@ def prune_scene(
         is_strokes: whether they are strokes already.
         is_seen: whether they are only those that the views show: hidden and faint ones are gone already.
         cluster: how many strokes will be made of them; None if they will not be clustered.
+        among: [N] those that may go; None for all.
     """
     with report.stage("prune") as stage:
         num_before = len(gaussians)
@@ -105,9 +108,13 @@ def prune_scene(
         if reason is None:
             from brushgs.passes.prune import prune
 
-            gaussians = prune(gaussians, config.keep, weight=config.weight, at_least=at_least)
+            num_fixed = 0 if among is None else num_before - int(among.sum())
+            gaussians = prune(gaussians, config.keep, weight=config.weight, at_least=at_least, among=among)
             stage.did = f"kept {len(gaussians):,} of {num_before:,} by {config.weight}"
-            if config.keep is None and len(gaussians) > max(at_least, DEFAULT_KEEP * num_before + 1):
+            if among is not None:
+                stage.did += f", {len(gaussians) - num_fixed:,} of {num_before - num_fixed:,} in this part"
+            usual = DEFAULT_KEEP * (num_before - num_fixed) + num_fixed + 1
+            if config.keep is None and len(gaussians) > max(at_least, usual):
                 stage.details.append("not fewer: what else could go contributes too much")
         else:
             stage.did = f"kept all {num_before:,}"
@@ -233,17 +240,22 @@ def recolor_scene(
     report: Report,
     *,
     is_strokes: bool = True,
+    shares: "F64 | None" = None,
 ) -> Gaussians:
-    """Give strokes, or Gaussians, the colours of the palette; a stage only where there is one."""
+    """Give strokes, or Gaussians, the colours of the palette; a stage only where there is one.
+
+    `shares` [N] 0 to 1 are how far each is recoloured, None for 1: those of 0 keep theirs bit for bit.
+    """
     if palette is None or config is None:
         return gaussians
     with report.stage("recolor") as stage:
         from brushgs.passes.recolor import recolor
 
-        gaussians = recolor(gaussians, palette, config.strength)
+        gaussians = recolor(gaussians, palette, config.strength, shares=shares)
         what = "strokes" if is_strokes else "Gaussians"
-        stage.did = f"{len(gaussians):,} {what}, {config.strength:.0%} of the way in {config.space}"
-        stage.counts = {what.lower(): len(gaussians), "strength": config.strength, "space": config.space}
+        num = len(gaussians) if shares is None else int((shares > 0).sum())
+        stage.did = f"{num:,} {what}, {config.strength:.0%} of the way in {config.space}"
+        stage.counts = {what.lower(): num, "strength": config.strength, "space": config.space}
         if config.strength == 0:
             stage.skipped.append("recolouring: the strength is 0")
     return gaussians

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from brushgs.passes.recolor import Palette
     from brushgs.style import Style
 
+UNCHANGED = Affine(np.eye(3), np.zeros(3))
 FEW_COLORS = 4096  # of a ground, from which on each of them is mapped once
 
 
@@ -227,7 +228,7 @@ def style_change(styles: Styles, first_view: FirstView | None) -> FittedMap:
 
             return edit_map(style.edit)
         if style.palette is None:
-            return Affine(np.eye(3), np.zeros(3))
+            return UNCHANGED
         from brushgs.passes.recolor import painted_weights
         from brushgs.passes.style.transport import palette_map
 
@@ -299,20 +300,20 @@ class Changes:
         return in_colors(strokes, colors)
 
     def ground(self, rgb: Array) -> Array:
-        """A ground [3] or [H, W, 3], after the stages ran: in its share the ground that a style has."""
+        """A ground [3] or [H, W, 3], after the stages ran."""
         if self._style is not None and self.styles is not None:
             rgb = self._style.colors(rgb, _of_grounds(self._style.map, self.styles))
         return rgb if self._adjust is None else self._adjust.colors(rgb)
 
 
 def _of_grounds(one: ColorMap | None, styles: Styles) -> ColorMap | None:
-    """The map of styles, for a ground."""
+    """The map of styles, for a ground: toward one that a style has it is on the way already."""
     if not isinstance(one, Blend):
         return one
     grounds = [None if style.marks is None else style.marks.ground for style, _ in styles.parts]
     return Blend(
         [
-            (of_style if ground is None else Affine(np.zeros((3, 3)), ground), share)
+            (of_style if ground is None else UNCHANGED, share)
             for (of_style, share), ground in zip(one.maps, grounds, strict=True)
         ]
     )

@@ -1,11 +1,20 @@
 """The stage that finds which Gaussians, or strokes, lie in the part of a scene that is meant."""
 
+from dataclasses import dataclass, replace
+from pathlib import Path
+
 import numpy as np
 
 from brushgs.arrays import F64, Mask
 from brushgs.options.where import WhereConfig
+from brushgs.painting.clip import Clip
 from brushgs.painting.report import Report
 from brushgs.scene import FirstView, Gaussians
+
+
+def files_where(config: WhereConfig | None) -> tuple[Path, ...]:
+    """The files that a part of a scene is told by, which an output must not replace."""
+    return () if config is None else config.files
 
 
 def where_in(
@@ -76,3 +85,66 @@ def rows_where(
     from brushgs.passes.where import sides
 
     return sides(found, gaussians)
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """What lies outside of the part of a scene that strokes are made of.
+
+    Attributes:
+        gaussians: its rows, in the order of the scene; of a moving scene at their reference moments.
+        clip: the moving scene; None for one at rest.
+    """
+
+    gaussians: Gaussians
+    clip: Clip | None = None
+
+    def behind(self, strokes: Gaussians, time: float | None = None) -> Gaussians:
+        """Strokes, and behind them the rest as it is, at a moment of a moving scene in seconds."""
+        rest = self.gaussians
+        if self.clip is not None and time is not None:
+            assert rest.ids is not None, "they are rows of a moving scene"
+            rest = self.clip.scene.at(time).take(rest.ids.astype(np.intp))
+        return Gaussians.joined([strokes, rest])
+
+
+def with_ids(gaussians: Gaussians) -> Gaussians:
+    """The same with the numbers of their rows, unless they have them: `split_where` finds them again so."""
+    if gaussians.ids is not None:
+        return gaussians
+    return replace(gaussians, ids=np.arange(len(gaussians), dtype=np.int32))
+
+
+def split_where(
+    loaded: Gaussians,
+    cleaned: Gaussians,
+    config: WhereConfig,
+    first_view: FirstView | None,
+    report: Report,
+    clip: Clip | None = None,
+) -> tuple[Gaussians, Rest]:
+    """What lies in a part of a scene, without floaters, and the rest with all that is there.
+
+    Args:
+        loaded: [N] the scene, with ids.
+        cleaned: those that are no floaters.
+        config: the part.
+        first_view: see `where_in`.
+        report: gets the stage.
+        clip: the moving scene; None for one at rest.
+
+    Raises:
+        ValueError: as `where_in`, and if a clip has no rows that could be followed outside of the part.
+    """
+    if clip is not None and not clip.scene.has_rows:
+        raise ValueError(
+            f"where needs rows that correspond, and those of the moments of {clip.name} do not; "
+            "add --time, one moment of it"
+        )
+    rows = rows_where(loaded, config, first_view, report)
+    assert rows is not None, "there is a part"
+    assert loaded.ids is not None, "see with_ids"
+    inside, rest = cleaned.take(np.isin(cleaned.ids, loaded.ids[rows])), loaded.take(~rows)
+    if clip is None:
+        inside, rest = replace(inside, ids=None), replace(rest, ids=None)
+    return inside, Rest(rest, clip)

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.arrays import Mask
 from brushgs.colors import LUMINANCE
 from brushgs.options.choices import Weight
 from brushgs.options.painting import DEFAULT_KEEP
@@ -22,7 +23,12 @@ MOST_LOST = 0.05
 
 
 def prune(
-    gaussians: Gaussians, keep: float | None = None, *, weight: Weight = "contribution", at_least: int = 1
+    gaussians: Gaussians,
+    keep: float | None = None,
+    *,
+    weight: Weight = "contribution",
+    at_least: int = 1,
+    among: Mask | None = None,
 ) -> Gaussians:
     """Keep the Gaussians of highest weight.
 
@@ -43,6 +49,7 @@ def prune(
             layer has nothing that it could do without.
         weight: "contribution" or "paper".
         at_least: rows that are kept whatever the share says.
+        among: [N] the rows that may go, of which `keep` is the share; all others stay. None for all.
 
     Returns:
         The rows kept, in input order; of equal weights at one place the earlier rows stay. The input itself
@@ -57,16 +64,23 @@ def prune(
     if weight not in ("contribution", "paper"):
         raise ValueError(f"prune: weight must be 'contribution' or 'paper', got {weight!r}")
     share = DEFAULT_KEEP if keep is None else keep
-    num_kept = max(1, at_least, int(np.floor(share * len(gaussians) + 0.5)))
-    if num_kept >= len(gaussians):
+    rows = np.ones(len(gaussians), bool) if among is None else among
+    num = int(np.count_nonzero(rows))
+    num_kept = max(1, at_least, int(np.floor(share * num + 0.5)))
+    if num_kept >= num:
         return gaussians
     if weight == "paper":
-        return gaussians.take(highest(intensities(gaussians), num_kept))
-    weights = contributions(gaussians)
-    ranked = spread(weights, gaussians)
-    if keep is None:
-        num_kept = max(num_kept, len(gaussians) - num_spare(weights, ranked))
-    return gaussians if num_kept == len(gaussians) else gaussians.take(highest(ranked, num_kept))
+        ranked = intensities(gaussians)[rows]
+    else:
+        weights = contributions(gaussians)
+        ranked = spread(weights, gaussians)[rows]
+        if keep is None:
+            num_kept = max(num_kept, num - num_spare(weights[rows], ranked))
+    if num_kept == num:
+        return gaussians
+    is_kept = ~rows
+    is_kept[rows] = highest(ranked, num_kept)
+    return gaussians.take(is_kept)
 
 
 def spread(weights: NDArray[np.float64], gaussians: Gaussians) -> NDArray[np.float64]:

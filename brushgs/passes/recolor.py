@@ -6,7 +6,7 @@ Source: Pitie and Kokaram 2007, The linear Monge-Kantorovitch linear colour mapp
 transfer, eq. 10.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import get_args
 
 import numpy as np
@@ -77,7 +77,12 @@ class Palette:
 
 
 def recolor(
-    gaussians: Gaussians, palette: Palette, strength: float = 1.0, *, weights: Array | None = None
+    gaussians: Gaussians,
+    palette: Palette,
+    strength: float = 1.0,
+    *,
+    weights: Array | None = None,
+    shares: F64 | None = None,
 ) -> Gaussians:
     """Give Gaussians the colours of a painting: their mean and covariance become the palette's.
 
@@ -90,6 +95,8 @@ def recolor(
         palette: of the painting.
         strength: 0 changes nothing, 1 matches the palette; mean and map are interpolated in between.
         weights: [N] >= 0 of the Gaussians; None for opacity x mean projected area, the paint they carry.
+        shares: [N] 0 to 1, how far each Gaussian is recoloured; they are matched to the palette as if there
+            were no others. None for 1; those of 0 keep their colours bit for bit.
 
     Returns:
         The Gaussians with other `sh`, in the same dtype; the input itself at strength 0 or where N = 0.
@@ -106,6 +113,8 @@ def recolor(
         raise ValueError(f"recolor: strength must be in [0, 1], got {strength:g}{cure}")
     if strength == 0 or len(gaussians) == 0:
         return gaussians
+    if shares is not None:
+        return _recolor_part(gaussians, palette, strength, weights, shares)
     return map_colors(gaussians, matching_map(gaussians, palette, strength, weights=weights))
 
 
@@ -131,6 +140,19 @@ def painted_weights(gaussians: Gaussians) -> Array:
     """[N] opacity x mean projected area, the paint that Gaussians carry; 1 for all where none carries any."""
     weights = gaussians.opacities * projected_areas(gaussians.scales)
     return weights if weights.any() else np.ones(len(gaussians))
+
+
+def _recolor_part(
+    gaussians: Gaussians, palette: Palette, strength: float, weights: Array | None, shares: F64
+) -> Gaussians:
+    weights = painted_weights(gaussians) if weights is None else weights
+    check("recolor", means=(gaussians.means, "N 3"), weights=(weights, "N"), shares=(shares, "N"))
+    rows = np.flatnonzero(shares > 0)
+    part, own = gaussians.take(rows), (weights * shares)[rows]
+    recolored = recolor(part, palette, strength, weights=own if own.any() else np.ones(len(rows)))
+    sh, share = gaussians.sh.copy(), shares[rows, None, None].astype(gaussians.sh.dtype)
+    sh[rows] = np.where(share == 1, recolored.sh, part.sh + share * (recolored.sh - part.sh))
+    return replace(gaussians, sh=sh)
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,7 @@ from argparse import ArgumentParser, Namespace
 
 from brushgs.cli import flags
 from brushgs.cli.clips import open_clip
-from brushgs.cli.configs import paint_config, scene_source
+from brushgs.cli.configs import paint_config, scene_source, where_config
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 
@@ -19,16 +19,17 @@ def add_flags(parser: ArgumentParser) -> None:
         parser.add_argument_group("view", "recorded with the strokes, which are seen as their scene")
     )
     flags.add_span(parser, "of a moving scene, whose strokes are written at 30 moments a second")
+    flags.add_where(parser, "only there Gaussians are merged; the others are strokes as they are")
     flags.add_report(parser)
 
 
 def run(args: Namespace) -> None:
     """Write the strokes."""
-    config, scene = paint_config(args), scene_source(args)
+    config, scene, where = paint_config(args), scene_source(args), where_config(args)
     with reported(args) as report:
         from brushgs.painting.passes import cluster_file
 
         clip = open_clip(args, scene)
         suffix = SCENE_SUFFIXES[0] if clip is None else ""
         output = args.output or output_beside(scene, "strokes", suffix)
-        cluster_file(clip or scene, output, config, report)
+        cluster_file(clip or scene, output, config, report, where=where)

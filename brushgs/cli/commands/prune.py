@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 
 from brushgs.cli import flags
-from brushgs.cli.configs import paint_config, scene_source
+from brushgs.cli.configs import paint_config, scene_source, where_config
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 
@@ -13,13 +13,15 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_scene(parser)
     flags.add_scene_output(parser, "pruned")
     flags.add_prune(parser)
+    flags.add_where(parser, "only there Gaussians are dropped")
     flags.add_report(parser)
 
 
 def run(args: Namespace) -> None:
     """Write the pruned scene."""
-    config, scene = paint_config(args).prune, scene_source(args)
+    config, scene, where = paint_config(args).prune, scene_source(args), where_config(args)
     with reported(args) as report:
         from brushgs.painting.passes import prune_file
 
-        prune_file(scene, args.output or output_beside(scene, "pruned", SCENE_SUFFIXES[0]), config, report)
+        output = args.output or output_beside(scene, "pruned", SCENE_SUFFIXES[0])
+        prune_file(scene, output, config, report, where=where)

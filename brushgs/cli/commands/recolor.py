@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 
 from brushgs.cli import flags
-from brushgs.cli.configs import paint_config, scene_source
+from brushgs.cli.configs import paint_config, scene_source, where_config
 from brushgs.cli.console import output_beside, reported
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 
@@ -13,15 +13,16 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_scene(parser)
     flags.add_scene_output(parser, "recolored")
     flags.add_palette(parser, is_required=True)
+    flags.add_where(parser, "only there colours change")
     flags.add_report(parser)
 
 
 def run(args: Namespace) -> None:
     """Write the recolored scene."""
-    config, scene = paint_config(args).palette, scene_source(args)
+    config, scene, where = paint_config(args).palette, scene_source(args), where_config(args)
     assert config is not None, "the parser requires --palette"
     with reported(args) as report:
         from brushgs.painting.passes import recolor_file
 
         output = args.output or output_beside(scene, "recolored", SCENE_SUFFIXES[0])
-        recolor_file(scene, output, config, report)
+        recolor_file(scene, output, config, report, where=where)
