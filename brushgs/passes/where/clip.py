@@ -1,0 +1,198 @@
+"""CLIP from a folder that the user brings, as an `Encoder`: patches of pictures and words in one space.
+
+The library is `transformers`, imported where a model is opened. Weights are read as safetensors alone: a
+pickle can run code. No file is looked for outside the folder, and nothing is asked of any network.
+
+CLIP is trained to say what a whole picture shows. The value path of its last attention layer, without the
+attention, says it of patches: there each patch speaks for itself.
+Sources: Radford et al. 2021, CLIP; Zhou et al. 2022, MaskCLIP (features of patches).
+"""
+
+import math
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from brushgs.arrays import F32, F64
+from brushgs.errors import SceneError
+from brushgs.io.files import exists, is_dir, is_plain
+from brushgs.io.json_file import read_json, shown
+
+PICKLES = (".bin", ".pt", ".pth", ".ckpt", ".pkl", ".h5", ".msgpack")  # weights in forms that are not read
+WEIGHTS = ("model.safetensors", "model.safetensors.index.json")
+# Of the pictures CLIP was trained with, for folders without a preprocessor_config.json.
+MEAN, DEVIATION = (0.48145466, 0.4578275, 0.40821073), (0.26862954, 0.26130258, 0.27577711)
+BATCH = 8  # windows at once: a base model at 224 pixels takes 1.1 GB in all
+BRING = "a folder with config.json, model.safetensors, tokenizer.json and preprocessor_config.json"
+MODEL = f"bring CLIP as {BRING}, as CLIPModel and CLIPProcessor of transformers save it"
+
+
+class ClipEncoder:
+    """A CLIP model whose pictures are seen by a vision transformer.
+
+    Attributes:
+        side: of its windows, patches.
+        patch: side of a patch, pixels.
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        """Open the model in a folder.
+
+        Args:
+            folder: with what `CLIPModel` and `CLIPTokenizer` of transformers save: config.json,
+                model.safetensors, tokenizer.json or vocab.json and merges.txt, and, unless its numbers are
+                those of the first CLIP, preprocessor_config.json.
+
+        Raises:
+            SceneError: with the cure, if a file is missing or not what it should be, the weights are a
+                pickle, or a library is missing.
+        """
+        self._folder = Path(folder)
+        config = _checked(self._folder)
+        self._mean, self._deviation = _normalization(self._folder)
+        vision = config["vision_config"]
+        self.patch = int(vision["patch_size"])
+        self.side = int(vision["image_size"]) // self.patch
+        self._model, self._tokenizer = _opened(self._folder)
+
+    def of_words(self, words: Sequence[str]) -> F64:
+        """[T, D] unit vectors of T phrases.
+
+        Raises:
+            ValueError: if a phrase has more tokens than the model takes.
+        """
+        import torch
+
+        most = self._model.config.text_config.max_position_embeddings
+        tokens = self._tokenizer(list(words), padding=True, return_tensors="pt")
+        if tokens["input_ids"].shape[1] > most:
+            raise ValueError(f"text: must be at most {most} tokens of {self._folder.name}; take fewer words")
+        with torch.inference_mode():
+            pooled = self._model.text_model(**tokens).pooler_output
+            found = self._model.text_projection(pooled)
+        return _unit(found.double().numpy())
+
+    def of_windows(self, windows: F32) -> F64:
+        """[B, side, side, D] unit vectors of the patches of B windows, see `Encoder`."""
+        import torch
+
+        normalized = ((windows - self._mean) / self._deviation).astype(np.float32)
+        pixels = torch.from_numpy(np.ascontiguousarray(normalized.transpose(0, 3, 1, 2)))
+        with torch.inference_mode():
+            found = torch.cat([self._of_patches(some) for some in pixels.split(BATCH)])
+        grid = found.reshape(len(windows), self.side, self.side, -1)
+        return _unit(grid.double().numpy())
+
+    def _of_patches(self, pixels: Any) -> Any:
+        vision, before = self._model.vision_model, []
+        last = vision.encoder.layers[-1]
+        hook = last.register_forward_pre_hook(lambda _, arguments: before.append(arguments[0]))
+        try:
+            vision(pixels)
+        finally:
+            hook.remove()
+        values = last.self_attn.out_proj(last.self_attn.v_proj(last.layer_norm1(before[0])))
+        return self._model.visual_projection(vision.post_layernorm(values[:, 1:]))  # the first is the picture
+
+
+def _checked(folder: Path) -> dict[str, Any]:
+    """The configuration of a folder that holds what it should, before anything heavy is imported."""
+    if not is_dir(folder):
+        what = "is a file, not the folder of a CLIP model" if exists(folder) else "is no folder"
+        raise SceneError(folder, f"{what}; {MODEL}")
+    if not is_plain(folder / "config.json"):
+        raise SceneError(folder, f"has no config.json; {MODEL}")
+    config = read_json(folder / "config.json", MODEL)
+    kind = config.get("model_type") if isinstance(config, dict) else None
+    if kind != "clip":
+        rule = f"must be the configuration of a model of the type 'clip', got {shown(kind)}"
+        raise SceneError(folder / "config.json", f"{rule}; other models are not read: {MODEL}")
+    assert isinstance(config, dict)
+    vision = config.get("vision_config")
+    vision = {"patch_size": 32.0, "image_size": 224.0} | (vision if isinstance(vision, dict) else {})
+    for name, most in (("patch_size", 64), ("image_size", 1024)):
+        value = vision[name]
+        if not isinstance(value, float) or not 1 <= value <= most or value != int(value):
+            rule = f"vision_config.{name} must be 1 to {most} pixels, got {shown(value)}"
+            raise SceneError(folder / "config.json", f"{rule}; {MODEL}")
+    if vision["patch_size"] > vision["image_size"]:
+        raise SceneError(folder / "config.json", f"vision_config.patch_size exceeds image_size; {MODEL}")
+    _check_files(folder)
+    return config | {"vision_config": vision}
+
+
+def _check_files(folder: Path) -> None:
+    names = sorted(path.name for path in folder.iterdir())
+    if "adapter_config.json" in names:
+        raise SceneError(folder, "is an adapter to another model; merge it, and save the whole model")
+    if not any(name in names for name in WEIGHTS):
+        pickles = [name for name in names if name.endswith(PICKLES)]
+        if pickles:
+            cure = "save the weights as safetensors where you trust them: "
+            cure += "transformers.CLIPModel.from_pretrained(FOLDER).save_pretrained(OTHER)"
+            rule = (
+                f"holds its weights as {pickles[0]}, which can be a pickle that runs code: it is not opened"
+            )
+            raise SceneError(folder, f"{rule}; {cure}")
+        raise SceneError(folder, f"has no weights: {WEIGHTS[0]} is missing; {MODEL}")
+    if "tokenizer.json" not in names and not {"vocab.json", "merges.txt"} <= set(names):
+        raise SceneError(folder, f"has no tokenizer.json, and no vocab.json with merges.txt; {MODEL}")
+
+
+def _normalization(folder: Path) -> tuple[F32, F32]:
+    """Mean and deviation of pictures, [3] each, as the model was trained with."""
+    path = folder / "preprocessor_config.json"
+    if not is_plain(path):
+        return np.array(MEAN, np.float32), np.array(DEVIATION, np.float32)
+    content = read_json(path, MODEL)
+    found = []
+    for name, default in (("image_mean", MEAN), ("image_std", DEVIATION)):
+        value = content.get(name, list(default)) if isinstance(content, dict) else None
+        is_three = isinstance(value, list) and len(value) == 3
+        if not is_three or not all(isinstance(v, float) and math.isfinite(v) for v in value):
+            raise SceneError(path, f"{name} must be three numbers, got {shown(value)}; {MODEL}")
+        found.append(np.array(value, np.float32))
+    if not (found[1] > 0).all():
+        raise SceneError(path, f"image_std must be above 0, got {shown(found[1].tolist())}; {MODEL}")
+    return found[0], found[1]
+
+
+def _opened(folder: Path) -> tuple[Any, Any]:
+    """The model in float32, ready to be asked, and its tokenizer."""
+    try:
+        import torch
+        from transformers import CLIPModel, CLIPTokenizerFast
+        from transformers.utils import logging
+    except ImportError:
+        cure = "pip install 'brushgs[text]'"
+        raise SceneError(folder, f"is a CLIP model, which torch and transformers read; {cure}") from None
+    logging.set_verbosity_error()
+    logging.disable_progress_bar()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            tokenizer = CLIPTokenizerFast.from_pretrained(folder, local_files_only=True)
+            model, info = CLIPModel.from_pretrained(
+                folder,
+                local_files_only=True,
+                use_safetensors=True,
+                output_loading_info=True,
+                dtype=torch.float32,
+            )
+    except Exception as error:  # whatever a library raises on files that are not what they should be
+        sentence = " ".join(str(error).split())[:200]
+        raise SceneError(
+            folder, f"cannot be opened as CLIP ({type(error).__name__}: {sentence}); {MODEL}"
+        ) from None
+    missing = sorted(info["missing_keys"])
+    if missing:  # they would be random numbers
+        raise SceneError(folder, f"lacks {len(missing)} of the weights of CLIP, first {missing[0]}; {MODEL}")
+    return model.eval(), tokenizer
+
+
+def _unit(vectors: Any) -> F64:
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.maximum(lengths, 1e-12))

@@ -1,0 +1,217 @@
+"""CLIP from a folder: the real code path with random weights, and each folder that is not one."""
+
+import json
+import socket
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("transformers", reason="the extra `text` is not installed")
+
+from brushgs.errors import SceneError
+from brushgs.first_view import find_first_view
+from brushgs.passes.where.clip import ClipEncoder
+from brushgs.passes.where.text import text_relevance
+from brushgs.still_life import still_life
+from tests.passes.where.tiny_clip import PATCH, SIDE, save_tiny_clip
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return save_tiny_clip(tmp_path_factory.mktemp("clip"))
+
+
+@pytest.fixture
+def own(folder, tmp_path):
+    """A copy that a test may spoil."""
+    for path in folder.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    return tmp_path
+
+
+@pytest.fixture
+def no_network(monkeypatch):
+    def refuse(*_, **__):
+        raise AssertionError("the network was asked")
+
+    for name in ("connect", "connect_ex", "sendto"):
+        monkeypatch.setattr(socket.socket, name, refuse)
+    monkeypatch.setattr(socket, "getaddrinfo", refuse)
+
+
+def test_words_and_patches_are_unit_vectors_of_one_space(folder, no_network):
+    encoder = ClipEncoder(folder)
+    assert (encoder.side, encoder.patch) == (SIDE // PATCH, PATCH)
+    words = encoder.of_words(["red", "a blue truck"])
+    patches = encoder.of_windows(np.random.default_rng(0).random((11, SIDE, SIDE, 3)).astype(np.float32))
+    assert words.shape == (2, 8)
+    assert patches.shape == (11, 4, 4, 8)
+    np.testing.assert_allclose(np.linalg.norm(words, axis=-1), 1)
+    np.testing.assert_allclose(np.linalg.norm(patches, axis=-1), 1)
+
+
+def test_a_phrase_does_not_depend_on_those_beside_it(folder):
+    encoder = ClipEncoder(folder)
+    alone, beside = encoder.of_words(["red"]), encoder.of_words(["red", "a blue truck"])
+    np.testing.assert_allclose(beside[:1], alone, atol=1e-6)
+    assert np.abs(beside[1] - beside[0]).max() > 0.01
+
+
+def test_words_agree_with_the_library_itself(folder):
+    import torch
+    from transformers import CLIPModel, CLIPTokenizerFast
+
+    model, tokens = CLIPModel.from_pretrained(folder), CLIPTokenizerFast.from_pretrained(folder)("red truck")
+    with torch.inference_mode():
+        found = model.get_text_features(**{name: torch.tensor([ids]) for name, ids in tokens.items()})
+    found = getattr(found, "pooler_output", found)[0].numpy()
+    expected = found / np.linalg.norm(found)
+    np.testing.assert_allclose(ClipEncoder(folder).of_words(["red truck"])[0], expected, atol=1e-5)
+
+
+def test_a_patch_speaks_through_the_values_of_the_last_layer(folder):
+    """By hand, from what the library says goes into the last layer."""
+    import torch
+    from transformers import CLIPModel
+
+    window = np.random.default_rng(1).random((1, SIDE, SIDE, 3)).astype(np.float32)
+    pixels = torch.from_numpy(((window - 0.5) / 0.25).transpose(0, 3, 1, 2).copy())
+    model = CLIPModel.from_pretrained(folder).eval()
+    vision = model.vision_model
+    with torch.inference_mode():
+        hidden = vision.pre_layrnorm(vision.embeddings(pixels))
+        hidden = vision.encoder.layers[0](hidden, attention_mask=None)
+        hidden = hidden[0] if isinstance(hidden, tuple) else hidden
+        last = vision.encoder.layers[1]
+        hidden = last.self_attn.out_proj(last.self_attn.v_proj(last.layer_norm1(hidden)))
+        hidden = model.visual_projection(vision.post_layernorm(hidden))[0, 1:].reshape(4, 4, 8).numpy()
+    expected = hidden / np.linalg.norm(hidden, axis=-1, keepdims=True)
+    np.testing.assert_allclose(ClipEncoder(folder).of_windows(window)[0], expected, atol=1e-5)
+
+
+def test_a_tokenizer_in_one_file_says_the_same(folder, own):
+    from transformers import CLIPTokenizerFast
+
+    CLIPTokenizerFast.from_pretrained(folder).save_pretrained(own)
+    for name in ("vocab.json", "merges.txt"):
+        (own / name).unlink(missing_ok=True)
+    assert (own / "tokenizer.json").exists()
+    words = ["red", "a truck"]
+    np.testing.assert_array_equal(ClipEncoder(own).of_words(words), ClipEncoder(folder).of_words(words))
+
+
+def test_relevance_of_a_scene_by_random_weights_repeats(folder, no_network):
+    gaussians = still_life(1000)
+    view = find_first_view(gaussians)
+    found = text_relevance(gaussians, "the red jug", folder, view)
+    assert found.shape == (len(gaussians),)
+    assert found.dtype == np.float64
+    assert ((found > 0) & (found < 1)).all()
+    assert np.ptp(found) > 1e-3
+    np.testing.assert_array_equal(found, text_relevance(gaussians, "the red jug", folder, view))
+
+
+def test_too_many_words_are_refused(folder):
+    with pytest.raises(ValueError, match="at most 12 tokens"):
+        ClipEncoder(folder).of_words(["one two three four five six"])
+
+
+def without(name):
+    def spoil(folder):
+        (folder / name).unlink()
+
+    return spoil
+
+
+def with_config(**changes):
+    def spoil(folder):
+        path = folder / "config.json"
+        path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+
+    return spoil
+
+
+def with_pickle(name):
+    def spoil(folder):
+        (folder / "model.safetensors").unlink()
+        (folder / name).write_bytes(b"\x80\x04cos\nsystem\n(S'touch hacked'\ntR.")
+
+    return spoil
+
+
+def written(name, text):
+    def spoil(folder):
+        (folder / name).write_text(text)
+
+    return spoil
+
+
+def lacking_weights(folder):
+    from safetensors.torch import load_file, save_file
+
+    weights = load_file(folder / "model.safetensors")
+    del weights["visual_projection.weight"]
+    save_file(weights, folder / "model.safetensors", metadata={"format": "pt"})
+
+
+def cut_short(folder):
+    path = folder / "model.safetensors"
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+REFUSED = {
+    "no configuration": (without("config.json"), r"has no config\.json; bring CLIP as"),
+    "no weights": (without("model.safetensors"), "has no weights: model.safetensors is missing"),
+    "no tokenizer": (without("vocab.json"), r"no tokenizer\.json, and no vocab\.json with merges\.txt"),
+    "a pickle": (with_pickle("pytorch_model.bin"), "pytorch_model.bin, which can be a pickle .*safetensors"),
+    "another pickle": (with_pickle("ViT-B-32.pt"), "ViT-B-32.pt, which can be a pickle .*safetensors"),
+    "another model": (
+        with_config(model_type="siglip"),
+        "must be the configuration .* 'clip', got \"siglip\"",
+    ),
+    "no model": (written("config.json", "[1]"), "must be the configuration .* 'clip'"),
+    "no JSON": (written("config.json", "{"), "is not JSON"),
+    "patches of nothing": (with_config(vision_config={"patch_size": 0}), "patch_size must be 1 to 64"),
+    "giant windows": (with_config(vision_config={"image_size": 1e6}), "image_size must be 1 to 1024"),
+    "patches beyond windows": (
+        with_config(vision_config={"patch_size": 32, "image_size": 16}),
+        "patch_size exceeds",
+    ),
+    "an adapter": (written("adapter_config.json", "{}"), "is an adapter to another model"),
+    "too few weights": (lacking_weights, "lacks 1 of the weights of CLIP, first visual_projection.weight"),
+    "weights cut short": (cut_short, "cannot be opened as CLIP"),
+    "other weights": (with_config(projection_dim=16), "cannot be opened as CLIP"),
+    "no mean": (written("preprocessor_config.json", '{"image_mean": [1, 2]}'), "image_mean must be three"),
+    "no deviation": (
+        written("preprocessor_config.json", '{"image_std": [1, 1, 0]}'),
+        "image_std must be above",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_no_clip_is_refused_with_the_cure(own, no_network, case):
+    spoil, message = REFUSED[case]
+    spoil(own)
+    before = set(Path.cwd().iterdir())
+    with pytest.raises(SceneError, match=message) as caught:
+        ClipEncoder(own)
+    assert str(own) in str(caught.value)
+    assert ";" in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert set(Path.cwd().iterdir()) == before, "nothing was run"
+
+
+@pytest.mark.parametrize("name", ["nowhere", "openai/clip-vit-base-patch32", "file.txt", "zero\0byte"])
+def test_what_is_no_folder_is_refused(tmp_path, no_network, name):
+    (tmp_path / "file.txt").write_text("")
+    with pytest.raises(SceneError, match=r"is no folder|is a file, not the folder"):
+        ClipEncoder(tmp_path / name)
+
+
+def test_a_missing_library_is_named_with_the_cure(folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, "transformers", None)
+    with pytest.raises(SceneError, match=r"torch and transformers read; pip install 'brushgs\[text\]'"):
+        ClipEncoder(folder)
