@@ -161,6 +161,7 @@ def add_painting(parser: ArgumentParser) -> None:
     add_stroke_passes(parser)
     add_palette(parser)
     add_style(parser)
+    add_rules(parser)
     add_view(parser)
 
 
@@ -546,6 +547,20 @@ def add_style(parser: ArgumentParser) -> None:
         type=values.swap,
         metavar="#a:#b",
         help="colours near #a move to #b, such as '#3a5f0b:#7a1f1f'; may be given again; default none",
+    )
+
+
+def add_rules(parser: ArgumentParser) -> None:
+    """`Rules`."""
+    group = parser.add_argument_group("parts", "what is painted otherwise in parts of the scene")
+    ConfigFlags(group, "rules").add(
+        "--rules",
+        field="file",
+        type=Path,
+        metavar="FILE",
+        help='TOML file of tables [[region]], each with where = "subject" (any EXPR of `brushgs refine '
+        "--where`) and any of brushes, size, share, palette, palette_strength, style, adjust, direction, "
+        "opacity, soft; default none",
     )
 
 

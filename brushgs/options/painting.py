@@ -33,6 +33,7 @@ from brushgs.options.choices import (
 from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
 from brushgs.options.look_parts import BrushesConfig, ColorConfig, GroundConfig, LightConfig, MediaConfig
+from brushgs.options.rules import Rules
 from brushgs.options.styling import AdjustConfig, StyleConfig
 
 DEFAULT_KEEP = 0.7  # of the Gaussians, as published
@@ -418,6 +419,7 @@ class PaintConfig:
     media: MediaConfig = field(default_factory=MediaConfig)
     style: StyleConfig | None = None
     adjust: AdjustConfig = field(default_factory=AdjustConfig)
+    rules: Rules | None = None
 
     @classmethod
     def of(cls, values: StepValues) -> Self:

@@ -12,6 +12,7 @@ import numpy as np
 
 from brushgs.arrays import F64
 from brushgs.painting.clip import Clip, Film
+from brushgs.painting.regions import nearest_regions
 from brushgs.painting.report import Report
 from brushgs.rendering.motion import Pose, StrokeMotion
 from brushgs.scene import Gaussians
@@ -149,7 +150,7 @@ def follow_strokes(
             )
             num_born = len(found) - len(strokes)
             if num_born:
-                born = finish(found.take(slice(len(strokes), None)))
+                born = finish(nearest_regions(strokes, found.take(slice(len(strokes), None))))
                 strokes = Gaussians.joined([strokes, born])
         stage.details += _lengths(clip, film)
         num_moving = len(motion.ids)

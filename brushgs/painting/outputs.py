@@ -30,6 +30,7 @@ def input_files(scene: SceneFiles | None, config: PaintConfig) -> tuple[Path, ..
         *map(_file_of, config.ground.backdrop_brushes),
         *palette,
         *styles,
+        *(() if config.rules is None else config.rules.files),
         *config.strokes.files,
     )
 

@@ -1,8 +1,8 @@
 """The one preparation of every command: from a scene and options to the strokes, the views and how to draw.
 
-    stroke (-> style, palette) -> load -> clean (-> first view) -> camera or path (-> background, ground,
-        plain) -> plain views (-> seen, lines) -> prune (-> focus, count) -> cluster -> solid -> direction
-        -> repaint (-> recolor) (-> colour) (-> style colours) -> broken colour (-> adjust)
+    stroke (-> style, palette) -> load -> clean (-> first view) -> camera or path (-> regions, background,
+        ground, plain) -> plain views (-> seen, lines) -> prune (-> focus, count) -> cluster -> solid
+        -> direction -> repaint (-> recolor) (-> colour) (-> style colours) -> broken colour (-> adjust)
         (-> brushes) (-> backdrop) -> coats
 
 Cameras are framed on the cleaned scene, so that paintings of one scene with different counts line up.
@@ -54,6 +54,7 @@ from brushgs.painting.moving import (
     seen_at,
 )
 from brushgs.painting.plan import plan_cameras
+from brushgs.painting.regions import open_regions
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import cluster_scene, load_scene, open_palette, prune_scene
 from brushgs.painting.styling import Changes, open_styles, palette_pass, style_brush_passes
@@ -189,8 +190,10 @@ def prepare(
         check_background(config.draw.background)
     named = config.brushes, config.draw.stroke, config.view.size
     styles = recall("style", (config.style,), lambda: open_styles(config.style, report))
-    styled = [] if styles is None else [name for names in styles.brushes for name in names]
-    texture, kit = recall("stroke", (*named, *styled), lambda: open_brushes(config, styled, report))
+    regions = recall("region files", (config.rules,), lambda: open_regions(config.rules, report))
+    more = [] if styles is None else [name for names in styles.brushes for name in names]
+    more += [] if regions is None else regions.brushes
+    texture, kit = recall("stroke", (*named, *more), lambda: open_brushes(config, more, report))
     options = render_options(config.draw, texture, along_path=along_path, relief=open_relief(config.light))
     palette = recall("palette", (config.palette,), lambda: open_palette(config.palette, report))
     rows = None  # of a moving scene: how they move
@@ -214,7 +217,8 @@ def prepare(
     passes, skip = config.strokes, ALREADY_STROKES if is_strokes else None
     if len(gaussians) == 0:
         skip = "there are no Gaussians"
-    needs_view = needs_view or is_counted or is_for_view or (passes.needs_camera and skip is None)
+    sees = passes.needs_camera or (regions is not None and regions.needs_camera)
+    needs_view = needs_view or is_counted or is_for_view or (sees and skip is None)
     needs_background = needs_background or is_counted
     plan = plan_cameras(
         gaussians,
@@ -226,9 +230,14 @@ def prepare(
         memory,
         check_path=check_path,
         needs_view=needs_view,
-        needs_first_view=needs_first_view or (styles is not None and styles.needs_first_view),
+        needs_first_view=needs_first_view
+        or (styles is not None and styles.needs_first_view)
+        or (regions is not None and regions.needs_first_view),
     )
     cameras, film, first_view = plan.cameras, plan.film, plan.first_view
+    if regions is not None:
+        place = partial(regions.place, gaussians, first_view, report, num_threads=config.draw.threads)
+        gaussians = recall("regions", (gaussians, regions, first_view), place)
     background, surface, view_model = None, None, None
     if cameras and needs_background:
         background = open_picture_background(config.draw, cameras[0], report)
@@ -302,36 +311,42 @@ def prepare(
             None if skip else guidance.focus(gaussians, passes.focus, report, num_threads=config.draw.threads)
         ),
     )
+    making = stroke_passes(
+        gaussians, passes, views=guidance.views, field=guidance.field, skip=skip, memory=memory
+    )
+    seed = cluster.seed
+    choosing = [*brush_passes(kit, seed=seed), *style_brush_passes(styles, kit, seed=seed)]
+    changes = Changes(styles, config.adjust, first_view)
+    palettes = [] if palette is None or config.palette is None else [palette_pass(palette, config.palette)]
+    restyling, adjusting = changes.style_passes(), changes.adjust_passes()
+    if regions is not None:
+        focus = recall("shares", (gaussians, focus, regions), partial(regions.shares, gaussians, focus))
+        making = regions.stroke_passes(making, gaussians, guidance.camera, styles)
+        choosing = regions.brush_passes(choosing, kit, seed=seed)
+        palettes = regions.palettes(palettes)
+        restyling = regions.style_passes(restyling, first_view)
+        adjusting = regions.adjust_passes(adjusting)
     maker = StrokeMaker(
         gaussians,
         cluster,
         guidance.views,
         focus,
         is_solid=passes.solid and skip is None,
-        passes=stroke_passes(
-            gaussians,
-            passes,
-            views=guidance.views,
-            field=guidance.field,
-            skip=skip,
-            memory=memory,
-        ),
+        passes=making,
         memory=memory,
         motion=None if clip is None else features_of(rows, gaussians),
     )
-    changes = Changes(styles, config.adjust, first_view)
     finish = Finish(
         [
-            *([] if palette is None or config.palette is None else [palette_pass(palette, config.palette)]),
+            *palettes,
             *color_passes(config.color, seed=cluster.seed),
-            *changes.style_passes(),
+            *restyling,
             broken_color_pass(passes, seed=cluster.seed, skip=skip),
-            *changes.adjust_passes(),
-            *brush_passes(kit, seed=cluster.seed),
-            *style_brush_passes(styles, kit, seed=cluster.seed),
+            *adjusting,
+            *choosing,
         ]
     )
-    is_recolored = palette is not None or changes.are_any
+    is_recolored = palette is not None or changes.are_any or (regions is not None and regions.recolors)
     if not is_recolored:  # so that a budget, which compares with the scene, is met with them
         maker.passes.extend(finish.passes)
         finish = Finish([])

@@ -57,6 +57,8 @@ def describe_options(
         steps |= {f"palette {name}": str(value) for name, value in asdict(config.palette).items()}
     if config.style is not None:
         steps["style"] = str(config.style)
+    if config.rules is not None:
+        steps["rules"] = digest(np.frombuffer(repr(config.rules.rules).encode(), np.uint8))
     moving: dict[str, Any] = {
         "lock": config.draw.lock_of(along_path=along_path),
         "order": config.draw.order_of(along_path=along_path),

@@ -85,7 +85,7 @@ def _brushes_of(style: "Style", file: Path) -> tuple[str, ...]:
 
 def style_brush_passes(styles: Styles | None, kit: "BrushKit", *, seed: int) -> list[StrokePass]:
     """The pass that gives strokes the brushes of styles; none where there are none."""
-    if styles is None or not kit.styled:
+    if styles is None or not any(styles.brushes) or not kit.styled:
         return []
     row_of = {image: row for row, image in enumerate(kit.images)}
     choices = [
@@ -99,8 +99,8 @@ def style_brush_passes(styles: Styles | None, kit: "BrushKit", *, seed: int) -> 
 
         return mix_brushes(strokes, choices, seed=seed)
 
-    total = sum(share for _, share in choices)
-    return [StrokePass("style brushes", f"by chance of {len(kit.styled)} brushes, {total:.0%}", mixed)]
+    total, num = sum(share for _, share in choices), sum(map(len, styles.brushes))
+    return [StrokePass("style brushes", f"by chance of {num} brushes, {total:.0%}", mixed)]
 
 
 def styled_values(values: StepValues, config: StyleConfig) -> StepValues:

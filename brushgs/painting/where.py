@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from brushgs.options.where import WhereConfig
 from brushgs.painting.clip import Clip
 from brushgs.painting.report import Report
 from brushgs.scene import FirstView, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.passes.where import WhereContext
 
 
 def files_where(config: WhereConfig | None) -> tuple[Path, ...]:
@@ -43,16 +47,9 @@ def where_in(
     if config is None:
         return None
     with report.stage("where") as stage:
-        from brushgs.painting.masks import MaskOpener
-        from brushgs.passes.where import WhereContext, memberships
+        from brushgs.passes.where import memberships
 
-        context = WhereContext(
-            first_view,
-            config.soft,
-            None if config.camera_file is None else MaskOpener(config.camera_file),
-            num_threads=num_threads,
-        )
-        found = memberships(config.expression, gaussians, context)
+        found = memberships(config.expression, gaussians, context_of(config, first_view, num_threads))
         is_in = found > 0
         num, total = int(np.count_nonzero(is_in)), len(gaussians)
         stage.did = f"{num:,} of {total:,} {what} in {config.expression}"
@@ -67,6 +64,17 @@ def where_in(
         if num == total and not num_part:
             stage.skipped.append("limiting to a part: all of the scene lies in it")
     return found
+
+
+def context_of(
+    config: WhereConfig, first_view: FirstView | None, num_threads: int | None = None
+) -> "WhereContext":
+    """What the memberships of a part depend on beside the Gaussians; its files are opened when needed."""
+    from brushgs.painting.masks import MaskOpener
+    from brushgs.passes.where import WhereContext
+
+    masks = None if config.camera_file is None else MaskOpener(config.camera_file)
+    return WhereContext(first_view, config.soft, masks, num_threads=num_threads)
 
 
 def rows_where(
