@@ -59,6 +59,7 @@ def export_file(
         title=name_of(source, prepared.notes) if title is None else title,
         command=command_of(source, options, prepared.notes),
         background=prepared.background,
+        regions=prepared.region_names,
         report=report,
     )
     report.output = str(output)

@@ -27,6 +27,7 @@ def write_page(
     title: str,
     command: tuple[str, Sequence[str]],
     background: Background = None,
+    regions: Sequence[str] = (),
     report: Report | None = None,
 ) -> Weight:
     """Write a page; the file appears when it is complete.
@@ -39,6 +40,7 @@ def write_page(
         title: any text.
         command: the scene and the options of `brushgs render`.
         background: one RGB colour, a picture [H, W, 3], or None for transparent.
+        regions: the names of the regions of the strokes from 1 on.
         report: gets the stages "first view" and "page", and notes where a device would suffer.
 
     Raises:
@@ -67,6 +69,7 @@ def write_page(
             title=title,
             command=command,
             background=None if background is None else np.asarray(background),
+            regions=regions,
         )
         text = page_html(write_container(contents), title=title, still=still)
         with replacing(output) as temporary:

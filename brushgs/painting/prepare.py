@@ -94,6 +94,7 @@ class Prepared:
         moving: how the strokes move; None for a still scene.
         rest: what no strokes were made of, since it lies outside of the part of the scene that was asked for;
             None where strokes are of all.
+        region_names: of the parts that are painted otherwise, from label 1 on.
     """
 
     strokes: Gaussians
@@ -112,6 +113,7 @@ class Prepared:
     growth: "GrowingPainting | None" = None
     moving: "Moving | None" = None
     rest: Rest | None = None
+    region_names: Sequence[str] = ()
 
     @property
     def camera(self) -> Camera:
@@ -363,6 +365,7 @@ def prepare(
         first_view=first_view,
         scene=scene,
         rest=rest,
+        region_names=() if regions is None else regions.names,
     )
     if merges_later:
         return everything(strokes=gaussians, palette=None, painting=Painting((), surface, lamp), maker=maker)

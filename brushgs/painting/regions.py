@@ -109,6 +109,11 @@ class Regions:
     _fields: dict[str, Any] = field(default_factory=dict)
 
     @property
+    def names(self) -> list[str]:
+        """Of the parts, for reports."""
+        return [region.name for region in self.regions]
+
+    @property
     def brushes(self) -> list[str]:
         """Names of all brushes that parts have of their own."""
         names = [name for region in self.regions for name in region.rule.brushes]
@@ -156,7 +161,7 @@ class Regions:
                     f"rules: none of {rest:,} Gaussians lies in any of their regions; `brushgs info` prints "
                     "where the scene is"
                 )
-            named = list(zip((region.name for region in self.regions), counts, strict=True))
+            named = list(zip(self.names, counts, strict=True))
             stage.did = ", ".join(f"{name} {count:,}" for name, count in named) + f", elsewhere {rest:,}"
             stage.counts = {"regions": [{"name": n, "gaussians": c} for n, c in named], "elsewhere": rest}
         return replace(gaussians, regions=labels)

@@ -124,6 +124,7 @@ class Session:
                 title=self.source.name,
                 command=command_of(self.source, self._options(settings), prepared.notes),
                 background=prepared.background,
+                regions=prepared.region_names,
             )
             packed = write_container(contents, level=QUICK)
             stage.did = f"{contents.num_strokes:,} strokes, {len(packed) / 1e6:.1f} MB"

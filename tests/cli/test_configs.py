@@ -23,6 +23,7 @@ from brushgs.options.painting import (
     StrokesConfig,
     ViewConfig,
 )
+from brushgs.options.rules import Rules
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.options.where import Where, WhereConfig
 
@@ -202,6 +203,7 @@ def actions(command):
 
 
 STEPS = {
+    "rules": Rules,
     "where": WhereConfig,
     "clean": CleanConfig,
     "prune": PruneConfig,
