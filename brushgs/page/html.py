@@ -40,11 +40,12 @@ SCRIPTS = (
     "live_server.js",
     "live_fields.js",
     "live_outputs.js",
+    "live_where.js",
     "live.js",
     "app.js",
 )
 # Those that only the page of a server has.
-LIVE_SCRIPTS = frozenset({"live_server.js", "live_fields.js", "live_outputs.js", "live.js"})
+LIVE_SCRIPTS = frozenset({"live_server.js", "live_fields.js", "live_outputs.js", "live_where.js", "live.js"})
 SHARED_GLSL = "shared.glsl"  # is no file, see `brushgs.page.shared`
 SHADER_SUFFIXES = (".vert", ".frag", ".glsl")
 _INCLUDE = re.compile(r'^[ \t]*#include "([^"\n]+)"[ \t]*$', re.MULTILINE)

@@ -27,7 +27,7 @@ from urllib.parse import parse_qsl, urlsplit
 
 from brushgs.errors import SceneError
 from brushgs.options.viewer import ServerConfig
-from brushgs.viewer.settings import read_film, read_json, read_settings, read_shot
+from brushgs.viewer.settings import read_film, read_json, read_part, read_settings, read_shot
 from brushgs.viewer.studio import Studio
 
 MAX_UPLOAD = 16 << 20  # bytes of a dropped picture
@@ -369,6 +369,10 @@ class StudioHandler(BaseHTTPRequestHandler):
         """Have a video painted."""
         return Reply.of({"id": self.server.studio.film(read_film(read_json(body)))})
 
+    def where(self, query: Mapping[str, str], body: bytes) -> Reply:
+        """Find the strokes in a part of the scene."""
+        return Reply.of(self.server.studio.find(read_part(read_json(body))))
+
     def stop(self, query: Mapping[str, str], body: bytes) -> Reply:
         """Stop a picture or a video."""
         return Reply.of({"stopped": self.server.studio.stop(query.get("id", ""))})
@@ -398,6 +402,7 @@ ROUTES: Mapping[tuple[str, str], Route] = {
     ("POST", "/file"): StudioHandler.file,
     ("POST", "/render"): StudioHandler.render,
     ("POST", "/video"): StudioHandler.video,
+    ("POST", "/where"): StudioHandler.where,
     ("POST", "/stop"): StudioHandler.stop,
 }
 

@@ -12,6 +12,7 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from brushgs.arrays import Rows
 from brushgs.brushes.builtin import stroke_notes
 from brushgs.errors import SceneError
 from brushgs.options.choices import LOOKS
@@ -24,6 +25,7 @@ from brushgs.painting.memory import Memory
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.viewer.settings import Film, Known, Settings, Shot, flags_of, overrides_of, shown_lamp
+from brushgs.viewer.where import Finder, Members, read_where
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -55,6 +57,7 @@ class Painted:
         prepared: its strokes.
         contents: of the page, as `write_container` packs them.
         facts: what the panel shows of it, for JSON.
+        rows: for each coat, the rows of its strokes in the order in which the page has them.
     """
 
     settings: Settings
@@ -62,6 +65,7 @@ class Painted:
     prepared: Prepared
     contents: bytes
     facts: Mapping[str, Any]
+    rows: tuple[Rows, ...] = ()
 
 
 @dataclass
@@ -84,6 +88,7 @@ class Session:
     folder: Path = Path()
     dropped: dict[str, Dropped] = field(default_factory=dict)
     _memory: Memory = field(default_factory=Memory)
+    _finder: Finder = field(default_factory=Finder)
 
     @property
     def known(self) -> Known:
@@ -129,9 +134,16 @@ class Session:
             packed = write_container(contents, level=QUICK)
             stage.did = f"{contents.num_strokes:,} strokes, {len(packed) / 1e6:.1f} MB"
             stage.counts = {"strokes": contents.num_strokes, "bytes": len(packed)}
-        return Painted(
-            settings, config, prepared, packed, self._facts(settings, config, prepared, contents.omitted)
-        )
+        facts = self._facts(settings, config, prepared, contents.omitted)
+        return Painted(settings, config, prepared, packed, facts, contents.rows)
+
+    def find(self, painted: Painted, text: object) -> Members:
+        """The strokes in a part of the scene that was typed, see `brushgs.viewer.where`.
+
+        Raises:
+            ValueError: if it cannot be read, names what is not there, or would read files.
+        """
+        return self._finder.find(painted.prepared, painted.rows, read_where(text))
 
     def shoot(self, painted: Painted, shot: Shot, report: Report) -> Path:
         """Paint a view with the exact renderer, and return the file."""

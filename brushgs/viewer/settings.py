@@ -214,6 +214,12 @@ def read_film(value: Json) -> Film:
     return Film(config, [camera.resized(config.width, config.height) for camera in cameras], center)
 
 
+def read_part(value: Json) -> Any:
+    """What was typed for a part of the scene, {where}. Raises ValueError."""
+    _check_names(value, ("where",), needs_all=True)
+    return value["where"]
+
+
 def shown_lamp(lamp: tuple[float, float]) -> list[float]:
     """A lamp for the page, degrees."""
     return [round(degrees(angle), 3) for angle in lamp]

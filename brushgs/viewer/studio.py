@@ -8,6 +8,7 @@ were made before it was asked for. Every change of the state has a new number, w
 import re
 import threading
 import time
+from base64 import b64encode
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
@@ -94,7 +95,7 @@ class Studio:
     ) -> None:
         self._session, self._uploads, self._heard = session, uploads, heard or Heard()
         self._say, self.hint = say, ""
-        self._changed = threading.Condition()
+        self._changed, self._finding = threading.Condition(), threading.Lock()
         self._number, self._is_closed = 1, False
         self._painted, self._version, self._seconds = first, 1, 0.0
         self._wanted = first.settings
@@ -186,6 +187,23 @@ class Studio:
         config = film.config
         words = f"{config.width} x {config.height}, {config.seconds:g} s"
         return self._add("video", words, lambda one, report: self._session.film(one, film, report))
+
+    def find(self, text: object) -> dict[str, Any]:
+        """The strokes in a part of the scene that was typed, for JSON; nothing is painted anew.
+
+        Returns:
+            The version of the painting, `num` of `total` strokes, and for each coat a column of bytes, 0 to
+            255 for 0 to 1, as base64.
+
+        Raises:
+            ValueError: if it cannot be read, or names what is not there.
+        """
+        with self._changed:
+            painted, version = self._painted, self._version
+        with self._finding:  # one after the other: each may use all processors
+            found = self._session.find(painted, text)
+        columns = [b64encode(column.tobytes()).decode("ascii") for column in found.columns]
+        return {"version": version, "num": found.num, "total": found.total, "columns": columns}
 
     def stop(self, key: str) -> bool:
         """Stop an output; False if there is none that waits or runs."""

@@ -22,8 +22,11 @@ def until(page, expression, seconds=SECONDS):
 
 
 @pytest.fixture
-def viewed(scene, tmp_path, open_page):
-    """A page of the viewer with its studio, and its server: of one brush, on nothing, which is drawn soon."""
+def viewed(request, scene, tmp_path, open_page):
+    """A page of the viewer with its studio, and its server: of one brush, on nothing, which is drawn soon.
+
+    A parameter is what the browser may complain of.
+    """
     plain = ["--stroke", "impasto", "--ground", "none", "--canvas", "none"]
     session = session_of(parse(["view", str(scene), *FEW, *plain, "-o", str(tmp_path)]))
     uploads = tmp_path / "uploads"
@@ -31,7 +34,12 @@ def viewed(scene, tmp_path, open_page):
     with serving(session, uploads) as server:
         own = f"http://127.0.0.1:{server.port}/"
         page = open_page(
-            server.address(), width=900, height=240, allowed=(own, "data:", "blob:"), reduced_motion="reduce"
+            server.address(),
+            width=900,
+            height=240,
+            allowed=(own, "data:", "blob:"),
+            expected=getattr(request, "param", None),
+            reduced_motion="reduce",
         )
         until(page, "window.brushgs.studio?.isSettled")
         yield page
@@ -178,3 +186,58 @@ def test_a_file_over_the_page_is_shown_where_it_may_be_dropped(viewed, tmp_path)
     page.evaluate(send, ["drop", "stroke"])
     assert page.is_hidden("#drops")
     until(page, "window.brushgs.contents.header.brushes[0].name === 'dropped'")
+
+
+PART = "window.brushgs.look.highlight"
+
+
+def show_where(page, text):
+    page.fill("#studio input[name=where]", text)
+    page.press("#studio input[name=where]", "Enter")
+
+
+def test_a_part_that_is_typed_is_highlighted_and_changes_no_stroke(viewed):
+    page = viewed
+    page.evaluate("window.before = window.brushgs.contents")
+    show_where(page, "half:1,0,0,0")
+    until(page, f"{PART} !== null")
+    words = re.fullmatch(r"([0-9]+) of ([0-9]+) strokes", page.inner_text("#whereWords"))
+    assert 0 < int(words[1]) < int(words[2]) == strokes_of(page)
+    members = page.evaluate(f"{PART}.columns.map((column) => column.filter((byte) => byte >= 128).length)")
+    assert sum(members) == int(words[1])
+    assert page.evaluate("window.before === window.brushgs.contents")
+    name = page.get_attribute("#painting", "aria-label")
+    assert name.endswith("strokes, half:1,0,0,0 highlighted")
+    assert page.input_value("#region") == "typed"
+    page.select_option("#region", "Nothing")
+    assert page.evaluate(PART) is None
+    page.select_option("#region", "As typed")
+    assert page.evaluate(f"{PART}.name") == "half:1,0,0,0"
+
+    slide(page, "strokes", 3.7)
+    until(page, f"{PART} !== null && {PART}.columns[0].length === {strokes_of(page)}")
+    page.press("#studio input[name=where]", "Escape")
+    assert page.evaluate(PART) is None
+    assert page.input_value("#studio input[name=where]") == ""
+
+
+@pytest.mark.parametrize("viewed", ["400 (Bad Request)"], indirect=True)
+def test_a_part_that_cannot_be_is_told_below_its_field(viewed):
+    page = viewed
+    field = page.get_by_role("textbox", name="Show where")
+    assert "subject" in page.inner_text("#" + field.get_attribute("aria-describedby"))
+    for text, sentence in (
+        ("subject and", "where must have"),
+        ("mask:/etc/passwd", "where: mask: reads files, which a page must not name"),
+        ("part:999", "part:999 is not there"),
+        ("sphere:900,0,0,1", "No stroke lies there"),
+    ):
+        show_where(page, text)
+        until(page, f"document.getElementById('whereWords').textContent.includes({sentence!r})")
+        is_wrong = "No stroke" not in sentence
+        assert field.get_attribute("aria-invalid") == str(is_wrong).lower()
+        assert page.evaluate(PART) is None
+    show_where(page, "subject or not subject")
+    until(page, f"{PART} !== null")
+    show_where(page, "sphere:")
+    until(page, f"{PART} === null")

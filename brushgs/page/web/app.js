@@ -86,6 +86,7 @@ class App {
   highlight(part) {
     this.setLook({ highlight: part });
     this._describe();
+    this.panel?.showHighlight(part);
   }
 
   /** Ask for a frame; several calls before it make one. */

@@ -89,6 +89,7 @@ class Studio {
   async _take(version) {
     this.app.replace(await decodeContents(await this._server.contents()));
     this._version = version;
+    this._where.again();
   }
 
   /** Say something in a few words. */
@@ -148,6 +149,7 @@ class Studio {
       this._strokeFields(),
       this._lightFields(),
       this._paletteFields(),
+      this._whereField(),
       button("Back to how it began", () => this._reset(), { id: "reset" }),
       this._notes,
       ...this._outputs.elements,
@@ -287,6 +289,15 @@ class Studio {
     const own = filePicker("Painting …", (file) => this._useFile(file, "palette"));
     this._offerFiles();
     return group("Palette", this._palette.element, this._strength.element, own);
+  }
+
+  _whereField() {
+    this._where = new WhereField(this.app, async (text) => {
+      const found = await this._server.find(text);
+      // Of a painting that is not here yet: it is asked again when that comes.
+      return found.version === this._version ? found : new Promise(() => {});
+    });
+    return group("Regions", this._where.element);
   }
 
   /** Offer brushes and palettes, dropped ones among them. */

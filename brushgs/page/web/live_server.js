@@ -41,6 +41,11 @@ class StudioServer {
     return this._post("/video", request);
   }
 
+  /** The strokes in a part of the scene, as text. */
+  find(where) {
+    return this._post("/where", { where });
+  }
+
   /** Stop a picture or a video. */
   stop(id) {
     return this._ask(`/stop?id=${id}`, { method: "POST", body: "{}" });

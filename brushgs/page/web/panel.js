@@ -177,6 +177,16 @@ class Panel {
     }
   }
 
+  /** Show what is highlighted; a part that is no region is offered beside them from now on. */
+  showHighlight(part) {
+    if (part?.region === null && part !== this._typed) {
+      this._typed = part;
+      if (!this._region.querySelector("[value=typed]")) this._region.append(new Option("As typed", "typed"));
+      this._region.closest("label").hidden = false;
+    }
+    this._region.value = part === null ? "" : part === this._typed ? "typed" : String(part.region);
+  }
+
   /** A region that is highlighted stays so where the new contents have one of its name. */
   _offerRegions(contents) {
     const names = contents.header.regions ?? [];
@@ -187,6 +197,7 @@ class Panel {
       option.disabled = !counts[region];
       return option;
     });
+    this._typed = null; // a part that is no region; of other strokes
     this._region.replaceChildren(new Option("Nothing", ""), ...options);
     this._region.closest("label").hidden = names.length === 0;
     const region = names.indexOf(kept) + 1;
@@ -196,7 +207,8 @@ class Panel {
 
   _onRegion() {
     const { value } = this._region;
-    this.app.highlight(value === "" ? null : partOfRegion(this.app.contents, Number(value)));
+    if (value === "typed") this.app.highlight(this._typed);
+    else this.app.highlight(value === "" ? null : partOfRegion(this.app.contents, Number(value)));
   }
 
   _onShare() {
