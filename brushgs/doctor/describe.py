@@ -6,17 +6,23 @@ from typing import Any
 import numpy as np
 
 from brushgs.cameras.framing import DEFAULT_UP, subject
+from brushgs.doctor.part import describe_part
 from brushgs.errors import SceneWarning
 from brushgs.io import read_scene
 from brushgs.io.moving import open_moving
 from brushgs.options.scene_source import SceneFiles, SceneSource
+from brushgs.options.where import WhereConfig
 from brushgs.sh import C0
 
 DARK = 0.1  # display-encoded; below it a Gaussian is nearly black
 
 
-def describe(path: SceneFiles) -> dict[str, Any]:
+def describe(path: SceneFiles, where: WhereConfig | None = None) -> dict[str, Any]:
     """Figures of a scene: what `brushgs info` prints.
+
+    Args:
+        path: its files.
+        where: a part of it, which is described too, see `describe_part`.
 
     Returns:
         Name -> number, text or list of numbers, ready for JSON. Percentiles are 1, 50 and 99; the size is
@@ -25,7 +31,8 @@ def describe(path: SceneFiles) -> dict[str, Any]:
         files hold ("any" of a formula), whether rows correspond, and the share of Gaussians that rest.
 
     Raises:
-        SceneError: if the file cannot be used.
+        SceneError: if a file cannot be used.
+        ValueError: if a term of the part needs what there is not.
     """
     source = SceneSource.of(path)
     gaussians, notes = read_scene(source)
@@ -54,6 +61,7 @@ def describe(path: SceneFiles) -> dict[str, Any]:
         "opacity": _floats(np.percentile(gaussians.opacities, (1, 50, 99))),
         "dark_share": float((base.max(axis=1) < DARK).mean()),
         **_motion_of(source),
+        **({} if where is None else describe_part(gaussians, notes, where)),
     }
 
 

@@ -4,7 +4,7 @@ import warnings
 from argparse import ArgumentParser, Namespace
 
 from brushgs.cli import flags
-from brushgs.cli.configs import scene_source
+from brushgs.cli.configs import scene_source, where_config
 from brushgs.errors import SceneWarning
 
 
@@ -12,6 +12,7 @@ def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
     parser.add_argument("--json", action="store_true", help="print a JSON object")
+    flags.add_where(parser, "how many Gaussians lie in a part of the scene, and where, is told too")
 
 
 def run(args: Namespace) -> None:
@@ -20,10 +21,10 @@ def run(args: Namespace) -> None:
 
     from brushgs.doctor.describe import describe
 
-    scene = scene_source(args)
+    scene, where = scene_source(args), where_config(args)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SceneWarning)
-        facts = describe(scene)
+        facts = describe(scene, where)
     notes = [str(warning.message) for warning in caught]
     if args.json:
         print(json.dumps(facts | {"notes": notes}, indent=2))

@@ -1,0 +1,55 @@
+"""What lies in a part of a scene, in a few figures."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from brushgs.options.where import WhereConfig
+from brushgs.scene import Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.io.scenes.notes import LoadNotes
+
+DIGITS = 6
+
+
+def describe_part(gaussians: Gaussians, notes: "LoadNotes", config: WhereConfig) -> dict[str, Any]:
+    """Figures of a part of a scene: what `brushgs info --where` prints beside those of the scene.
+
+    Args:
+        gaussians: of a file.
+        notes: what the file holds beside them.
+        config: the part.
+
+    Returns:
+        Name -> number, text or list of numbers, ready for JSON: how many Gaussians lie in it, at least in
+        part; their share, and that of the sum of opacities, each by how far it is in; and the corners of the
+        box around their centres, unless there are none.
+
+    Raises:
+        ValueError: if a term needs what there is not.
+        SceneError: if a mask or the camera file cannot be used.
+    """
+    from brushgs.painting.report import Report
+    from brushgs.painting.views import default_first_view
+    from brushgs.painting.where import context_of
+    from brushgs.passes.where import memberships
+
+    first_view = default_first_view(gaussians, notes, Report()) if config.needs_first_view else None
+    found = memberships(config.expression, gaussians, context_of(config, first_view))
+    opacities = gaussians.opacities.astype(np.float64)
+    inside = gaussians.means[found > 0]
+    facts: dict[str, Any] = {
+        "where": str(config),
+        "where_gaussians": len(inside),
+        "where_share": _rounded(found.mean()),
+        "where_opacity": _rounded(opacities @ found / max(opacities.sum(), np.finfo(float).tiny)),
+    }
+    if len(inside):
+        facts["where_low"] = [_rounded(value) for value in inside.min(axis=0)]
+        facts["where_high"] = [_rounded(value) for value in inside.max(axis=0)]
+    return facts
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

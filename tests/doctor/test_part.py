@@ -1,0 +1,65 @@
+"""What `info --where` tells of a part of a scene."""
+
+import json
+
+import numpy as np
+import pytest
+
+from brushgs.cli import main
+from brushgs.doctor.describe import describe
+from brushgs.io import load
+from brushgs.options.where import Where, WhereConfig
+from brushgs.still_life import still_life
+from tests.scenes import save_upright
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    path = tmp_path_factory.mktemp("part") / "pears.ply"
+    save_upright(still_life(1500), path)
+    return path
+
+
+def part(scene, text, **options):
+    facts = describe(scene, WhereConfig(Where.parse(text), **options))
+    return {name: value for name, value in facts.items() if name.startswith("where")}
+
+
+def test_a_part_is_counted_and_has_its_corners(scene):
+    gaussians = load(scene)
+    x = gaussians.means[:, 0]
+    inside = x >= 0.5
+    facts = part(scene, "half:1,0,0,0.5")
+    assert facts["where"] == "half:1,0,0,0.5"
+    assert facts["where_gaussians"] == inside.sum()
+    assert facts["where_share"] == pytest.approx(inside.mean(), rel=1e-5)
+    opacity = gaussians.opacities[inside].sum() / gaussians.opacities.sum()
+    assert facts["where_opacity"] == pytest.approx(opacity, rel=1e-5)
+    np.testing.assert_allclose(facts["where_low"], gaussians.means[inside].min(axis=0), rtol=1e-5)
+    np.testing.assert_allclose(facts["where_high"], gaussians.means[inside].max(axis=0), rtol=1e-5)
+
+
+def test_what_is_in_it_in_part_counts_in_part(scene):
+    hard, soft = part(scene, "subject"), part(scene, "subject", soft=0.5)
+    assert soft["where_gaussians"] > hard["where_gaussians"]
+    assert soft["where_share"] < soft["where_gaussians"] / 1500
+
+
+def test_nothing_in_a_part_is_an_answer(scene, capsys):
+    assert main(["info", str(scene), "--where", "sphere:90,0,0,1", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["where_gaussians"], facts["where_share"], facts["where_opacity"]) == (0, 0, 0)
+    assert "where_low" not in facts
+
+
+def test_info_prints_a_part_and_refuses_what_is_none(scene, capsys):
+    assert main(["info", str(scene), "--where", "subject and not sphere:90,0,0,1"]) == 0
+    out = capsys.readouterr().out
+    assert "where            subject and not sphere:90,0,0,1\n" in out
+    assert "where gaussians  " in out
+    assert main(["info", str(scene)]) == 0
+    assert "where" not in capsys.readouterr().out
+    assert main(["info", str(scene), "--where", "subjekt"]) == 2
+    assert "did you mean subject?" in capsys.readouterr().err
+    assert main(["info", str(scene), "--where", "part:999"]) == 2
+    assert "part:999 is not there" in capsys.readouterr().err
