@@ -205,7 +205,10 @@ def adjustments(text: str) -> dict[str, float]:
     """Changes of colour by name, see `AdjustConfig.parse`."""
     from brushgs.options.styling import AdjustConfig
 
-    return _checked(AdjustConfig.parse, text)
+    try:
+        return AdjustConfig.parse(text)
+    except ValueError as error:  # of several numbers it names the one
+        raise ArgumentTypeError(str(error).removeprefix("adjust ")) from None
 
 
 def swap(text: str) -> str:

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from brushgs.brushes.kit import BrushKit
     from brushgs.passes.direction.marks import Marks
     from brushgs.passes.recolor import Palette
-    from brushgs.style import Style
+    from brushgs.passes.style.features import StrokeFeatures
+    from brushgs.style import Style, StyleEdit
 
 UNCHANGED = Affine(np.eye(3), np.zeros(3))
 FEW_COLORS = 4096  # of a ground, from which on each of them is mapped once
@@ -49,10 +50,16 @@ class Styles:
     brushes: Sequence[tuple[str, ...]]
 
     @property
+    def edits(self) -> "list[tuple[StyleEdit, float]]":
+        """Those that were learnt from edits."""
+        return [(style.edit, share) for style, share in self.parts if style.edit is not None]
+
+    @property
     def needs_first_view(self) -> bool:
         """Whether an edit depends on how the scene stands."""
-        edits = [style.edit for style, _ in self.parts]
-        return any(edit is not None and edit.residual is not None for edit in edits)
+        from brushgs.passes.style.edit import needed_features
+
+        return bool(needed_features(edit for edit, _ in self.edits))
 
 
 def open_styles(config: StyleConfig | None, report: Report) -> Styles | None:
@@ -178,13 +185,16 @@ class FittedMap:
             return strokes
         if self.map is None:
             self.map = self._fit(strokes)
-        features = None
-        if self._names:
-            from brushgs.passes.style.features import stroke_features
+        return map_colors(strokes, self.map, self.features(strokes))
 
-            assert self._first_view is not None, "what depends on how a scene stands needs its first view"
-            features = stroke_features(strokes, self._first_view, names=self._names)
-        return map_colors(strokes, self.map, features)
+    def features(self, strokes: Gaussians) -> "StrokeFeatures | None":
+        """What the map depends on beside colour; None for nothing."""
+        if not self._names:
+            return None
+        from brushgs.passes.style.features import stroke_features
+
+        assert self._first_view is not None, "what depends on how a scene stands needs its first view"
+        return stroke_features(strokes, self._first_view, names=self._names)
 
     def colors(self, rgb: Array, by: ColorMap | None = None) -> Array:
         """Colours [..., 3] that belong to no stroke, 0 to 1; as they are where nothing was fitted yet."""
@@ -237,9 +247,9 @@ def style_change(styles: Styles, first_view: FirstView | None) -> FittedMap:
     def fit(strokes: Gaussians) -> ColorMap:
         return Blend([(map_of(style, strokes), share) for style, share in styles.parts])
 
-    residuals = [style.edit.residual for style, _ in styles.parts if style.edit is not None]
-    names = {name for residual in residuals if residual is not None for name in residual.features}
-    return FittedMap(fit, first_view, tuple(sorted(names)))
+    from brushgs.passes.style.edit import needed_features
+
+    return FittedMap(fit, first_view, needed_features(edit for edit, _ in styles.edits))
 
 
 def adjust_change(config: AdjustConfig) -> FittedMap:
@@ -282,9 +292,20 @@ class Changes:
 
     def style_passes(self) -> list[StrokePass]:
         """The stage of styles, if there are any."""
-        if self._style is None or self.styles is None:
+        change, styles = self._style, self.styles
+        if change is None or styles is None:
             return []
-        return [StrokePass("style colours", f"in the colours of {', '.join(self.styles.names)}", self._style)]
+
+        def restyled(strokes: Gaussians) -> Gaussians:
+            from brushgs.passes.style.edit import log_sizes, resized
+
+            if not styles.edits:
+                return change(strokes)
+            features = change.features(strokes)
+            steps = sum(share * log_sizes(edit, strokes, features) for edit, share in styles.edits)
+            return resized(change(strokes), np.asarray(steps))
+
+        return [StrokePass("style colours", f"in the colours of {', '.join(styles.names)}", restyled)]
 
     def adjust_passes(self) -> list[StrokePass]:
         """The stage of adjustments, if there are any: the last change of colours, so that grey is grey."""
