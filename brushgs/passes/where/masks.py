@@ -1,21 +1,24 @@
 """Painted pictures of a scene say which Gaussians are meant: those that paint what is white in them.
 
-Each Gaussian takes the mean of the masks over the pixels that it makes up, by how much of each. What no view
-shows is as its nearest neighbours that are seen.
+Each Gaussian takes the mean of the masks over the pixels that it makes up, by how much of each. That is
+trusted by how clearly it is seen; what hardly shows is as its neighbours of one surface, see `settle`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from brushgs.arrays import F64, Array
-from brushgs.passes.neighbours import nearest
+from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.picture_votes import votes
+from brushgs.passes.where.settle import settle
+from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.scene import Camera, Gaussians
 
-LEAST_SEEN = 0.05  # pixels of all views together: of less, neighbours know more
-NUM_NEIGHBOURS = 5  # whose votes what is not seen takes
+# Of the share of a Gaussian that is not hidden, over all views. By the share itself, the table under the
+# cloth is taken for cloth: 0.80 of IoU in place of 0.94.
+TRUST_POWER = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,14 +37,14 @@ class MaskView:
 
 
 def mask_votes(gaussians: Gaussians, views: Sequence[MaskView], *, num_threads: int | None = None) -> F64:
-    """[N] the mean of the masks over what each Gaussian shows in them, 0 to 1; 0 where no view shows any.
+    """[N] how much the masks say that each Gaussian is inside, 0 to 1; 1/2 where no view shows any.
 
     Args:
         gaussians: N Gaussians.
         views: at least one.
         num_threads: None takes the processors available to this process. The result does not depend on it.
     """
-    sums, weights = np.zeros(len(gaussians)), np.zeros(len(gaussians))
+    sums, weights, areas = (np.zeros(len(gaussians)) for _ in range(3))
     for view in views:  # one after another: masks of a whole capture need not lie in memory as float64
         found, shares = votes(
             gaussians,
@@ -52,12 +55,19 @@ def mask_votes(gaussians: Gaussians, views: Sequence[MaskView], *, num_threads: 
         )
         sums += found[:, 0]
         weights += shares
-    means = np.clip(sums / np.maximum(weights, np.finfo(np.float64).tiny), 0, 1)
-    is_seen = weights >= LEAST_SEEN
-    if not is_seen.any():
-        return np.zeros(len(gaussians))
-    if not is_seen.all():
-        count = min(NUM_NEIGHBOURS, int(is_seen.sum()))
-        _, rows = nearest(gaussians.means[is_seen], gaussians.means[~is_seen], count)
-        means[~is_seen] = means[is_seen][rows].mean(axis=1)
-    return means
+        areas += _areas(gaussians, view.camera)
+    is_seen = weights > 0
+    means = np.full(len(gaussians), 0.5)
+    means[is_seen] = np.clip(sums[is_seen] / weights[is_seen], 0, 1)
+    clear = np.minimum(weights / np.maximum(areas, np.finfo(np.float64).tiny), 1)
+    return settle(gaussians, means, clear**TRUST_POWER)
+
+
+def _areas(gaussians: Gaussians, camera: Camera) -> F64:
+    """[N] what each Gaussian would make up of a view if nothing lay before it, pixels."""
+    kernel = StrokeTexture.open("gaussian")
+    options = RenderOptions.of(kernel)
+    boxes, _ = project_with(replace(gaussians, sh=gaussians.sh[:, :1]), camera, options)
+    areas, extents = np.zeros(len(gaussians)), boxes.half_extents.astype(np.float64) / kernel.num_sigmas
+    areas[boxes.ids] = 2 * np.pi * boxes.opacities * extents[:, 0] * extents[:, 1]
+    return areas
