@@ -1,0 +1,184 @@
+"""Words fit what they say: colours, light and marks that are made to be so."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.passes.style.words import FITS, Scale, words_of_strokes, words_of_style
+from brushgs.scene import Camera, Gaussians
+from brushgs.sh import C0
+from brushgs.style import NamedColor, Style, StyleEdit, StyleMarks, StylePalette
+from tests.bench.paintings import paint
+
+CAMERA = Camera.look_at((0, 0, -4), (0, 0, 0), width=160, height=120, fov_y=0.8)
+
+
+def palette(*colors, shares=None):
+    shares = [1 / len(colors)] * len(colors) if shares is None else shares
+    nothing = np.zeros((1, 3), np.float32)
+    parts = zip(colors, shares, strict=True)
+    return StylePalette(tuple(NamedColor("some", np.array(c, float), s, nothing) for c, s in parts))
+
+
+def words(found):
+    return {word.word for word in found if word.fit >= FITS}
+
+
+def of_colors(*colors, shares=None):
+    return words_of_style(Style("a", palette=palette(*colors, shares=shares)))
+
+
+def marks(length=0.06, aspect=2.5, angle=lambda x, y: 0 * x, **others):
+    y, x = np.mgrid[0:24, 0:32] / 24
+    doubled = 2 * angle(x, y)
+    pairs = np.stack([np.cos(doubled), np.sin(doubled)], axis=-1).astype(np.float32)
+    return StyleMarks(length, aspect, pairs, **others)
+
+
+def of_marks(*given, **named):
+    return words(words_of_style(Style("a", marks=marks(*given, **named))))
+
+
+@pytest.mark.parametrize(
+    ("colors", "fits", "fits_not"),
+    [
+        ([(0.05, 0.05, 0.06), (0.2, 0.2, 0.21)], {"dark", "muted"}, {"high-key", "vivid", "warm", "cool"}),
+        ([(0.9, 0.9, 0.9), (0.8, 0.8, 0.81)], {"high-key", "muted", "low in contrast"}, {"dark", "warm"}),
+        ([(0.02, 0.02, 0.02), (1, 1, 1)], {"strong in contrast"}, {"low in contrast", "dark"}),
+        ([(0.9, 0.3, 0.05), (0.9, 0.6, 0.1)], {"warm", "vivid"}, {"cool", "muted", "contrasting in hue"}),
+        ([(0.1, 0.3, 0.8), (0.1, 0.4, 0.9)], {"cool", "of one hue"}, {"warm", "muted"}),
+        ([(0.9, 0.2, 0.2), (0.1, 0.7, 0.7)], {"contrasting in hue"}, {"of one hue"}),
+    ],
+)
+def test_words_of_light_and_colour(colors, fits, fits_not):
+    found = words(of_colors(*colors))
+    assert fits <= found
+    assert not fits_not & found
+
+
+def test_colours_are_named_by_their_shares():
+    found = of_colors((0.1, 0.2, 0.7), (0.8, 0.75, 0.2), (0.7, 0.1, 0.1), shares=[0.7, 0.27, 0.03])
+    shares = {word.word: word.value for word in found if word.figure == "share of the picture"}
+    assert [round(share, 2) for share in shares.values()] == [0.7, 0.27]
+    assert "blue" in next(iter(shares))
+
+
+def test_colours_of_one_name_count_together():
+    found = of_colors((0.1, 0.2, 0.7), (0.11, 0.21, 0.7))
+    shares = [word.value for word in found if word.figure == "share of the picture"]
+    assert shares == [pytest.approx(1)]
+
+
+@pytest.mark.parametrize(
+    ("given", "fits", "fits_not"),
+    [
+        ({"length": 0.02, "aspect": 1.5}, {"fine", "dabbed"}, {"broad", "drawn-out"}),
+        ({"length": 0.3, "aspect": 4.5}, {"broad", "drawn-out"}, {"fine", "dabbed"}),
+        ({"angle": lambda x, y: -0.8 + 0.1 * np.sin(40 * x)}, {"aligned"}, {"swirling", "restless"}),
+        (
+            {"angle": lambda x, y: np.arctan2(y - 0.5, x - 0.7) + np.pi / 2},
+            {"swirling"},
+            {"aligned", "restless"},
+        ),
+        (
+            {"angle": lambda x, y: np.random.default_rng(0).uniform(0, np.pi, x.shape)},
+            {"restless"},
+            {"aligned", "swirling"},
+        ),
+        ({"broken_lightness": 0.15, "relief": 0.8}, {"broken in colour", "thick"}, {"flat in colour"}),
+        ({"broken_lightness": 0.0}, {"flat in colour"}, {"broken in colour", "thick"}),
+    ],
+)
+def test_words_of_marks(given, fits, fits_not):
+    found = of_marks(**given)
+    assert fits <= found
+    assert not fits_not & found
+
+
+def strokes(num=900, *, angle=lambda x, y: 0 * x, aspect=3.0, width=0.05, opacity=0.9, deviation=0.0):
+    """A sheet of flat strokes before the camera, grey."""
+    rng = np.random.default_rng(1)
+    x, y = rng.uniform(-1.6, 1.6, num), rng.uniform(-1.2, 1.2, num)
+    half = 0.5 * angle(x, y)
+    quats = np.stack([np.cos(half), 0 * half, 0 * half, np.sin(half)], axis=1)
+    scales = np.tile([aspect * width, width, 1e-3], (num, 1))
+    grey = np.clip(0.5 + deviation * rng.normal(size=num), 0, 1)
+    means = np.stack([x, y, 1e-3 * np.arange(num) / num], 1)
+    sh = np.repeat((grey[:, None, None] - 0.5) / C0, 3, axis=2)
+    return Gaussians(means, quats, scales, np.full(num, opacity), sh)
+
+
+@pytest.mark.parametrize(
+    ("given", "fits", "fits_not"),
+    [
+        ({}, {"aligned", "flat in colour"}, {"swirling", "broken in colour", "dabbed"}),
+        ({"angle": lambda x, y: np.arctan2(y, x) + np.pi / 2}, {"swirling"}, {"aligned", "restless"}),
+        (
+            {"angle": lambda x, y: np.random.default_rng(2).uniform(0, np.pi, len(x))},
+            {"restless"},
+            {"aligned", "swirling"},
+        ),
+        ({"deviation": 0.2}, {"broken in colour"}, {"flat in colour"}),
+        ({"aspect": 1.2}, {"dabbed"}, {"drawn-out"}),
+        ({"aspect": 6.0, "width": 0.03}, {"drawn-out"}, {"dabbed"}),
+        ({"width": 0.005, "num": 5000}, {"fine"}, {"broad"}),
+        ({"width": 0.08}, {"broad", "dense"}, {"fine", "loose"}),
+        ({"width": 0.03, "num": 150}, {"loose"}, {"dense"}),
+    ],
+)
+def test_words_of_strokes(given, fits, fits_not):
+    found = words(words_of_strokes(strokes(**given), CAMERA))
+    assert fits <= found
+    assert not fits_not & found
+
+
+def test_words_of_strokes_depend_on_neither_the_unit_nor_the_order():
+    one = strokes(angle=lambda x, y: x, deviation=0.1)
+    order = np.random.default_rng(0).permutation(len(one))
+    large = replace(one.take(order), means=1000 * one.means[order], scales=1000 * one.scales[order])
+    far = Camera.look_at((0, 0, -4000), (0, 0, 0), width=160, height=120, fov_y=0.8)
+    found, again = words_of_strokes(one, CAMERA), words_of_strokes(large, far)
+    assert [word.word for word in found] == [word.word for word in again]
+    np.testing.assert_allclose([w.value for w in found], [w.value for w in again], rtol=1e-3)
+
+
+def test_what_is_not_seen_has_no_words():
+    assert words_of_strokes(strokes(), Camera.look_at((0, 0, 4), (0, 0, 9), width=64, height=48)) == []
+    assert words_of_style(Style("edit", edit=StyleEdit(np.eye(3, 4)))) == []
+
+
+def test_one_stroke_has_words():
+    assert words_of_strokes(strokes(1).take(np.array([0])), CAMERA)
+
+
+@pytest.mark.parametrize(
+    ("name", "fits", "fits_not"),
+    [
+        ("ochre", {"warm", "aligned", "cream", "of one hue"}, {"cool", "swirling", "dark"}),
+        ("night", {"cool", "swirling", "deep blue", "dark"}, {"warm", "aligned", "high-key"}),
+        ("garden", {"green", "contrasting in hue", "aligned"}, {"warm", "cool", "swirling"}),
+    ],
+)
+def test_a_painter_would_say_so_of_three_paintings(name, fits, fits_not):
+    from brushgs.passes.style.marks import learn_marks
+    from brushgs.passes.style.palette import learn_palette
+
+    frame = paint(name)
+    image = frame.over(frame.rgb.mean(axis=(0, 1)) / frame.alpha.mean()).astype(np.float32)
+    found = words(words_of_style(Style(name, learn_palette(image), learn_marks(image))))
+    assert fits <= found
+    assert not fits_not & found
+
+
+def test_words_are_ranked_by_how_well_they_fit():
+    fits = [word.fit for word in of_colors((0.9, 0.3, 0.05), (0.05, 0.05, 0.05))]
+    assert fits == sorted(fits, reverse=True)
+
+
+def test_a_word_fits_by_a_half_at_its_threshold():
+    scale = Scale("a figure", "low", 1.0, "high", 2.0, 0.1)
+    (low,), (high,) = scale.words(1.0), scale.words(2.0)
+    assert (low.word, low.fit, high.word, high.fit) == ("low", 0.5, "high", 0.5)
+    assert not list(scale.words(1.5))
+    assert next(scale.words(2.1)).fit == pytest.approx(0.731, abs=1e-3)
