@@ -104,6 +104,11 @@ class BrushSet:
         check_brushes(where, brushes, len(self))
         return brushes if len(self) > 1 else None
 
+    def without_bristles(self, brushes: NDArray[np.uint8] | None) -> NDArray[np.bool_] | None:
+        """[M] mask of the boxes that bristles leave no streaks in; None where there is none."""
+        smooth = [row for row, texture in enumerate(self.textures) if not texture.has_bristles]
+        return np.isin(brushes, smooth) if smooth and brushes is not None else None
+
     @classmethod
     def open(cls, stroke: str | Path | Sequence[str | Path], *, size: int = LONG_SIDE) -> "BrushSet":
         """The brush or the brushes that names, files or a folder give.

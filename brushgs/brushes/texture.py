@@ -53,6 +53,7 @@ class StrokeTexture:
         coverage: uint8 [h, w] paint mask, 255 = full; u runs along the columns. 1 x 1 for kernels.
         height: float32 [h, w] relief of the paint, 0 to 1, 0.5 the canvas; None where the image has none.
         num_sigmas: half length of a stroke's box in standard deviations, > 0.
+        has_bristles: whether bristles leave streaks in it, see `brushgs.rendering.streaks`.
 
     Raises:
         TypeError: if an array has another dtype.
@@ -64,6 +65,7 @@ class StrokeTexture:
     coverage: NDArray[np.uint8]  # [h, w]
     height: NDArray[np.float32] | None = None  # [h, w]
     num_sigmas: float = KERNEL_SIGMAS["image"]
+    has_bristles: bool = True
 
     def __post_init__(self) -> None:
         if self.kind not in KERNEL_SIGMAS:

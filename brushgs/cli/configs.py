@@ -71,6 +71,8 @@ def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig
             f"--palette-{next(iter(palette))} needs --palette, the picture whose colours are taken"
         )
     flags = {step: given(args, step) for step in STEPS}
+    if painted := where_config(args, "painted"):
+        flags["painted"] = vars(painted)
     if flags["style"]:
         flags["style"]["has_brushes"] = not is_plain and "stroke" not in flags["draw"]
     below = _layered([defaults, look, preset, plain])
@@ -161,13 +163,17 @@ def _backdrop(asked: bool | int | None, look: StepValues) -> dict[str, Any]:
     return {"backdrop": int(asked), "backdrop_always": bool(asked)}
 
 
-def where_config(args: Namespace) -> "WhereConfig | None":
+def where_config(args: Namespace, step: str = "where") -> "WhereConfig | None":
     """The part of the scene that a command is limited to; None for all.
+
+    Args:
+        args: parsed flags.
+        step: that they fill.
 
     Raises:
         ValueError: if flags need each other.
     """
-    where = given(args, "where")
+    where = given(args, step)
     if "expression" not in where:
         for flag, field in (("--where-soft", "soft"), ("--camera-file", "camera_file")):
             if field in where:

@@ -162,6 +162,7 @@ def add_painting(parser: ArgumentParser) -> None:
     add_palette(parser)
     add_style(parser)
     add_rules(parser)
+    add_where(parser, "what is painted; the rest is shown as it is", has_camera_file=True, step="painted")
     add_view(parser)
 
 
@@ -307,15 +308,18 @@ def add_threads(container: Container) -> None:
     )
 
 
-def add_where(parser: ArgumentParser, limited: str, *, has_camera_file: bool = False) -> None:
+def add_where(
+    parser: ArgumentParser, limited: str, *, has_camera_file: bool = False, step: str = "where"
+) -> None:
     """`WhereConfig`, see `configs.where_config`.
 
     Args:
         parser: gets the flags.
         limited: what is limited to the part of the scene, as "only there Gaussians are dropped".
         has_camera_file: whether the command has --camera-file already, which then is that of masks too.
+        step: that the flags fill.
     """
-    flags = ConfigFlags(parser.add_argument_group("where", limited), "where")
+    flags = ConfigFlags(parser.add_argument_group("where", limited), step)
     flags.add(
         "--where",
         field="expression",

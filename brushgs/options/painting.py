@@ -35,6 +35,7 @@ from brushgs.options.focus import Focus
 from brushgs.options.look_parts import BrushesConfig, ColorConfig, GroundConfig, LightConfig, MediaConfig
 from brushgs.options.rules import Rules
 from brushgs.options.styling import AdjustConfig, StyleConfig
+from brushgs.options.where import WhereConfig
 
 DEFAULT_KEEP = 0.7  # of the Gaussians, as published
 DEFAULT_STROKE = "impasto"  # reads at any size; a swirl under some 20 px looks like a bubble
@@ -403,6 +404,7 @@ class PaintConfig:
     """A whole painting, step by step; without a palette strokes keep the colours of the scene.
 
     The defaults are the plain method: one brush, no ground, no relief; `brushgs.options.look` has others.
+    Where only a part is `painted`, the rest is shown as the scene has it.
     """
 
     prune: PruneConfig = field(default_factory=PruneConfig)
@@ -420,6 +422,7 @@ class PaintConfig:
     style: StyleConfig | None = None
     adjust: AdjustConfig = field(default_factory=AdjustConfig)
     rules: Rules | None = None
+    painted: WhereConfig | None = None
 
     @classmethod
     def of(cls, values: StepValues) -> Self:

@@ -121,9 +121,11 @@ def project_coat(coat: "Coat", camera: Camera, report: Report, *, advice: str = 
         from brushgs.sh import used_sh_degree
 
         boxes, culled = coat.boxes(camera)
-        stage.did = f"{len(boxes):,} of {len(strokes):,} strokes in the picture"
+        num = len(strokes) + (0 if coat.plain is None else len(coat.plain))
+        what = "strokes" if coat.plain is None else "strokes and Gaussians"
+        stage.did = f"{len(boxes):,} of {num:,} {what} in the picture"
         stage.counts = {
-            "before": len(strokes),
+            "before": num,
             "after": len(boxes),
             "sigmas": _rounded(options.num_sigmas),
             "lock": options.lock,
@@ -134,7 +136,7 @@ def project_coat(coat: "Coat", camera: Camera, report: Report, *, advice: str = 
             stage.counts[reason] = count
             if count:
                 stage.skipped.append(f"{count:,} strokes {words}")
-        if advice and culled.outside > 0.5 * len(strokes):
+        if advice and culled.outside > 0.5 * num:
             stage.did += f"; {advice}"
         if not coat.texture.is_directed:
             stage.details.append("no lock, fading or soft order: a kernel fills the ellipse itself")

@@ -12,7 +12,7 @@ import numpy as np
 
 from brushgs.arrays import F64
 from brushgs.painting.clip import Clip, Film
-from brushgs.painting.regions import nearest_regions
+from brushgs.painting.regions import nearest_regions, nearest_rows
 from brushgs.painting.report import Report
 from brushgs.rendering.motion import Pose, StrokeMotion
 from brushgs.scene import Gaussians
@@ -119,7 +119,9 @@ def follow_strokes(
     members: Gaussians,
     finish: Callable[[Gaussians], Gaussians],
     report: Report,
-) -> tuple[Gaussians, StrokeMotion]:
+    *,
+    plain: Gaussians | None = None,
+) -> tuple[Gaussians, Gaussians | None, StrokeMotion]:
     """Follow strokes over a film.
 
     Args:
@@ -130,12 +132,20 @@ def follow_strokes(
         members: the Gaussians as `load_clip` gave them, pruned.
         finish: what is done to strokes that are born later, after they were merged.
         report: gets the stage.
+        plain: Gaussians as `load_clip` gave them, which are followed one by one; None for none.
 
     Returns:
-        The strokes, those that are born later behind the others, and their motion.
+        The strokes, those that are born later behind the others; the Gaussians, with ids after those of
+        strokes; and the motion of both.
     """
     moments = _followed(clip.scene, film)
     labels = np.arange(len(members)) if grouping is None else grouping.labels.astype(np.intp)
+    num_strokes = len(strokes)
+    if plain is not None:
+        first = int(labels.max(initial=-1)) + 1
+        alone = np.arange(first, first + len(plain))
+        members, labels = Gaussians.joined([members, plain]), np.concatenate([labels, alone])
+        strokes = Gaussians.joined([strokes, replace(plain, ids=alone.astype(np.int32))])
     with report.stage("follow", total=len(moments), unit="moments") as stage:
         num_born = 0
         if clip.scene.has_rows:
@@ -150,11 +160,17 @@ def follow_strokes(
             )
             num_born = len(found) - len(strokes)
             if num_born:
-                born = finish(nearest_regions(strokes, found.take(slice(len(strokes), None))))
-                strokes = Gaussians.joined([strokes, born])
+                born = found.take(slice(len(strokes), None))
+                is_painted = nearest_rows(strokes, born) < num_strokes
+                painted, rest = strokes.take(slice(num_strokes)), strokes.take(slice(num_strokes, None))
+                rest = Gaussians.joined([rest, born.take(~is_painted)])
+                born = finish(nearest_regions(painted, born.take(is_painted)))
+                strokes = Gaussians.joined([painted, born, rest])
+                num_strokes += len(born)
         stage.details += _lengths(clip, film)
         num_moving = len(motion.ids)
-        stage.did = f"{num_moving:,} of {len(strokes):,} strokes move in {len(moments):,} moments"
+        what = "strokes" if plain is None else "strokes and Gaussians"
+        stage.did = f"{num_moving:,} of {len(strokes):,} {what} move in {len(moments):,} moments"
         if num_born:
             stage.did += f", {num_born:,} of them are born later"
         stage.counts = {
@@ -163,7 +179,9 @@ def follow_strokes(
             "born": num_born,
             "moments": len(moments),
         }
-    return strokes, motion
+    if plain is None:
+        return strokes, None, motion
+    return strokes.take(slice(num_strokes)), strokes.take(slice(num_strokes, None)), motion
 
 
 def _lengths(clip: Clip, film: Film) -> list[str]:

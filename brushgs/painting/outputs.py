@@ -31,6 +31,7 @@ def input_files(scene: SceneFiles | None, config: PaintConfig) -> tuple[Path, ..
         *palette,
         *styles,
         *(() if config.rules is None else config.rules.files),
+        *(() if config.painted is None else config.painted.files),
         *config.strokes.files,
     )
 

@@ -53,6 +53,7 @@ from brushgs.painting.moving import (
     load_clip,
     seen_at,
 )
+from brushgs.painting.plain_part import part
 from brushgs.painting.plan import plan_cameras
 from brushgs.painting.regions import open_regions
 from brushgs.painting.report import Report
@@ -95,6 +96,7 @@ class Prepared:
         rest: what no strokes were made of, since it lies outside of the part of the scene that was asked for;
             None where strokes are of all.
         region_names: of the parts that are painted otherwise, from label 1 on.
+        plain: Gaussians that are shown as they are among the strokes; None where all is painted.
     """
 
     strokes: Gaussians
@@ -114,6 +116,7 @@ class Prepared:
     moving: "Moving | None" = None
     rest: Rest | None = None
     region_names: Sequence[str] = ()
+    plain: Gaussians | None = None
 
     @property
     def camera(self) -> Camera:
@@ -234,9 +237,14 @@ def prepare(
         needs_view=needs_view,
         needs_first_view=needs_first_view
         or (styles is not None and styles.needs_first_view)
-        or (regions is not None and regions.needs_first_view),
+        or (regions is not None and regions.needs_first_view)
+        or (config.painted is not None and config.painted.needs_first_view),
     )
     cameras, film, first_view = plan.cameras, plan.film, plan.first_view
+    whole, plain = gaussians, None
+    if config.painted is not None:
+        parted = partial(part, gaussians, config.painted, first_view, report, num_threads=config.draw.threads)
+        gaussians, plain = recall("where", (gaussians, config.painted, first_view), parted)
     if regions is not None:
         place = partial(regions.place, gaussians, first_view, report, num_threads=config.draw.threads)
         gaussians = recall("regions", (gaussians, regions, first_view), place)
@@ -247,8 +255,8 @@ def prepare(
         laid_on = config.ground, config.light.canvas, config.light.canvas_strength, config.draw.background
         surface = recall(
             "ground",
-            (gaussians, *laid_on, cameras[0]),
-            lambda: open_surface(config, gaussians, cameras[0], report),
+            (whole, *laid_on, cameras[0]),
+            partial(open_surface, config, whole, cameras[0], report),
         )
     rest = None
     if where is not None:
@@ -259,7 +267,8 @@ def prepare(
         behind = background if surface is None or background is None else surface.rgb
         view_model = open_view_model(gaussians, cameras[0], texture, still, behind, report)
 
-    num_loaded, scene = len(gaussians), gaussians if keeps_scene else None
+    num_loaded, scene = len(gaussians), whole if keeps_scene else None
+    del whole
     guidance = Guidance()
     if skip is None:
         seen_by = passes.see, passes.focus, passes.direction
@@ -371,16 +380,20 @@ def prepare(
         return everything(strokes=gaussians, palette=None, painting=Painting((), surface, lamp), maker=maker)
     strokes, grouping = cluster_scene(maker, report, num_loaded=num_loaded, view_model=view_model)
     strokes = finish(strokes, report)
-    backdrop = open_backdrop(
-        config, gaussians, cameras, first_view, options, texture, kit, guidance.views, report
-    )
+    backdrop = []
+    if plain is None or config.ground.backdrop_always:  # what is not painted is as the scene has it
+        backdrop = open_backdrop(
+            config, gaussians, cameras, first_view, options, texture, kit, guidance.views, report
+        )
     if changes.are_any:
         backdrop = [replace(coat, strokes=changes.backdrop(coat.strokes)) for coat in backdrop]
         surface = recolored_ground(surface, changes.ground)
     motion = None
     if clip is not None and film is not None:
         later = Finish([*(one for one in maker.passes if one.name != "repaint"), *finish.passes])
-        strokes, motion = follow_strokes(clip, film, strokes, grouping, maker.gaussians, later, report)
+        strokes, plain, motion = follow_strokes(
+            clip, film, strokes, grouping, maker.gaussians, later, report, plain=plain
+        )
     materials = Materials(
         strokes,
         texture,
@@ -391,7 +404,8 @@ def prepare(
         lines,
         line_brushes,
     )
-    coats = [*backdrop, *coats_of(materials)]
+    first, *others = coats_of(materials)
+    coats = [*backdrop, first if plain is None else first.showing(plain), *others]
     moving = None
     if clip is not None and film is not None and motion is not None:
         coats = attached(coats, strokes, resting=(BACKDROP,))
@@ -408,7 +422,9 @@ def prepare(
         from brushgs.painting.growth.grow import grow
 
         growth = grow(painting, strokes, grouping, maker, finish, cameras[0], report)
-    return everything(strokes=strokes, palette=palette, painting=painting, growth=growth, moving=moving)
+    return everything(
+        strokes=strokes, palette=palette, painting=painting, growth=growth, moving=moving, plain=plain
+    )
 
 
 def _load(source: SceneFiles | Gaussians | Clip, report: Report) -> "tuple[Gaussians, LoadNotes | None]":

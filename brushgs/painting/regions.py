@@ -380,12 +380,19 @@ def put(strokes: Gaussians, rows: Rows, part: Gaussians) -> Gaussians:
 
 def nearest_regions(strokes: Gaussians, others: Gaussians) -> Gaussians:
     """Other strokes, each with the label of the stroke that it lies nearest to."""
-    if strokes.regions is None or len(strokes) == 0 or len(others) == 0:
+    if strokes.regions is None or len(others) == 0:
         return others
+    return replace(others, regions=strokes.regions[nearest_rows(strokes, others)])
+
+
+def nearest_rows(strokes: Gaussians, others: Gaussians) -> Rows:
+    """[n] the row of the stroke that each of the others lies nearest to; 0 where there is none."""
+    if len(strokes) == 0:
+        return np.zeros(len(others), np.intp)
     from brushgs.passes.lloyd import assign
 
     points = np.ascontiguousarray(others.means, np.float32)
-    return replace(others, regions=strokes.regions[assign(points, strokes.means.astype(np.float64))[1]])
+    return assign(points, strokes.means.astype(np.float64))[1].astype(np.intp)
 
 
 def _open_direction(region: Region, camera: Camera | None, styles: Styles | None) -> Any:

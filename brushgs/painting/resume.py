@@ -59,6 +59,8 @@ def describe_options(
         steps["style"] = str(config.style)
     if config.rules is not None:
         steps["rules"] = digest(np.frombuffer(repr(config.rules.rules).encode(), np.uint8))
+    if config.painted is not None:
+        steps["where"] = str(config.painted)
     moving: dict[str, Any] = {
         "lock": config.draw.lock_of(along_path=along_path),
         "order": config.draw.order_of(along_path=along_path),
@@ -90,13 +92,14 @@ def describe_painting(
 ) -> dict[str, Any]:
     """Everything that frames depend on: the options, and digests of what was made from the files."""
     strokes, path, background = prepared.strokes, prepared.path, prepared.background
+    plain = prepared.plain
     assert path is not None
     moving = {} if prepared.moving is None else {"motion": motion_digest(prepared.moving)}
     return (
         describe_options(config, grow, clip)
         | moving
         | {
-            "scene": digest(*content_of(strokes)),
+            "scene": digest(*content_of(strokes), *([] if plain is None else content_of(plain))),
             "stroke image": digest(*prepared.texture.coverages),
             "background image": None if background is None else digest(np.asarray(background)),
             "frames": len(path.cameras),

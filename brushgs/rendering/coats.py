@@ -46,6 +46,8 @@ class Coat:
             laid over everything.
         border: width of the border in which strokes thin out, see `thin_to_border`; 0 for none.
         normals: [N, 3] for strokes that are seen only edge-on, see `fade_by_facing`; None for others.
+        plain: Gaussians that are shown as they are among the strokes, by the last brush, see `showing`; None
+            for none. The ids of their boxes follow those of strokes.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Coat:
     tolerance: float | None = None
     border: float = 0.0
     normals: Array | None = field(default=None, kw_only=True)
+    plain: Gaussians | None = field(default=None, kw_only=True)
 
     def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Coat":
         """The coat at a moment of a moving scene; `takes_light` as `has_color` of `Pose.moved`."""
@@ -64,7 +67,19 @@ class Coat:
         strokes = pose.moved(self.strokes, has_color=takes_light)
         if self.options.relief is not None:
             keep_relief(strokes, self.strokes)
-        return replace(self, strokes=strokes, normals=normals)
+        plain = None if self.plain is None else pose.moved(self.plain)
+        return replace(self, strokes=strokes, normals=normals, plain=plain)
+
+    def showing(self, plain: Gaussians) -> "Coat":
+        """The coat with Gaussians among its strokes, as they are.
+
+        Raises:
+            ValueError: if its strokes are painted with a kernel that is not that of 3DGS.
+        """
+        from brushgs.rendering.among import with_soft_brush
+
+        texture, options = with_soft_brush(self.texture, self.options)
+        return replace(self, texture=texture, options=options, plain=plain)
 
     def boxes(self, camera: Camera, directions: Directions | None = None) -> tuple[Boxes, ProjectCounts]:
         """The boxes of one view, and what was culled."""
@@ -78,7 +93,13 @@ class Coat:
             from brushgs.rendering.facing import fade_by_facing
 
             boxes = fade_by_facing(boxes, camera, self.strokes, self.normals)
-        return boxes, counts
+        if self.plain is None:
+            return boxes, counts
+        from brushgs.rendering.among import boxes_among
+
+        brush, first = len(BrushSet.of(self.texture)) - 1, len(self.strokes)
+        boxes, culled = boxes_among(boxes, self.plain, camera, self.options, first=first, brush=brush)
+        return boxes, counts + culled
 
 
 class Canvas:

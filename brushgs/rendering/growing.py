@@ -46,7 +46,7 @@ class GrowingCoat:
         return self._shown(is_there & ~(self.leaves <= time))
 
     def _shown(self, shares: F64) -> Coat | None:
-        if not shares.any():
+        if not shares.any() and self.coat.plain is None:
             return None
         strokes = self.coat.strokes
         # Rows stay, though some are invisible: the streaks of a stroke go by its row.

@@ -3,7 +3,7 @@
 The arithmetic is in the compiled core; its plain definition is `brushgs.rendering.reference.project`.
 """
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from math import inf
 from typing import Any, get_args
 
@@ -39,6 +39,9 @@ class ProjectCounts:
     not_finite: int
     faint: int
     outside: int
+
+    def __add__(self, other: "ProjectCounts") -> "ProjectCounts":
+        return ProjectCounts(*(a + b for a, b in zip(astuple(self), astuple(other), strict=True)))
 
     @property
     def total(self) -> int:

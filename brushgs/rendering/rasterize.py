@@ -155,7 +155,7 @@ def rasterize(
         depths=boxes.depths,
         softness=boxes.softness if is_soft else None,
         **underpaint_arguments("rasterize", boxes, brush_set, underpaint),
-        **streak_arguments(boxes, streaks),
+        **streak_arguments(boxes, streaks, brush_set),
         **relief_arguments(boxes, height_plane),
         rgb=rgb,
         alpha=alpha,

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array
+from brushgs.brushes.brush_set import BrushSet
 from brushgs.native import core as _core
 from brushgs.scene import Boxes
 
@@ -27,14 +28,13 @@ BRISTLES: int = _core.BRISTLES  # 12 across a box
 MARGIN: int = _core.BRISTLE_MARGIN
 
 
-def streak_arguments(boxes: Boxes, streaks: float) -> dict[str, Any]:
+def streak_arguments(boxes: Boxes, streaks: float, brush_set: BrushSet) -> dict[str, Any]:
     """What the core takes of streaks; nothing where they are 0."""
     names = "streak_noise", "streak_starts", "streak_weights"
     if streaks == 0:
         return dict.fromkeys(names)
-    return dict(
-        zip(names, (packed_noise(), streak_starts(boxes), streak_weights(boxes, streaks)), strict=True)
-    )
+    weights = streak_weights(boxes, streaks, brush_set.without_bristles(boxes.brushes))
+    return dict(zip(names, (packed_noise(), streak_starts(boxes), weights), strict=True))
 
 
 def streak_starts(boxes: Boxes) -> NDArray[np.uint8]:
@@ -47,20 +47,26 @@ def starts_of(ids: NDArray[np.integer[Any]]) -> NDArray[np.uint8]:
     return (ids.astype(np.uint32) * np.uint32(0x9E3779B1) >> np.uint32(24)).astype(np.uint8)
 
 
-def streak_weights(boxes: Boxes, streaks: float) -> Array:
-    """[M, 2] amplitude of single bristles and of tufts in each box, >= 0, in all at most `streaks`."""
-    return _weights(boxes, streaks, 0)
+def streak_weights(boxes: Boxes, streaks: float, is_smooth: NDArray[np.bool_] | None = None) -> Array:
+    """[M, 2] amplitude of single bristles and of tufts in each box, >= 0, in all at most `streaks`.
+
+    Boxes that are smooth, [M], have none; None for no such box.
+    """
+    return _weights(boxes, streaks, 0, is_smooth)
 
 
-def streak_slopes(boxes: Boxes, streaks: float) -> Array | None:
+def streak_slopes(boxes: Boxes, streaks: float, is_smooth: NDArray[np.bool_] | None = None) -> Array | None:
     """[M, 2] derivative of the weights by the half extent across the stroke, 1/px; None without streaks."""
-    return None if streaks == 0 else _weights(boxes, streaks, 1)
+    return None if streaks == 0 else _weights(boxes, streaks, 1, is_smooth)
 
 
-def _weights(boxes: Boxes, streaks: float, derivative: int) -> Array:
+def _weights(boxes: Boxes, streaks: float, derivative: int, is_smooth: NDArray[np.bool_] | None) -> Array:
     half_v = boxes.half_extents[:, 1].astype(np.float64)
     bristles, tufts = (_shown(half_v, fade)[derivative] for fade in (BRISTLE_FADE, TUFT_FADE))
-    return (streaks * np.stack([bristles, tufts - bristles], 1)).astype(boxes.half_extents.dtype)
+    weights = streaks * np.stack([bristles, tufts - bristles], 1)
+    if is_smooth is not None:
+        weights[is_smooth] = 0
+    return weights.astype(boxes.half_extents.dtype)
 
 
 def check_streaks(where: str, streaks: float) -> None:

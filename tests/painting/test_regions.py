@@ -10,6 +10,7 @@ from brushgs.errors import SceneError
 from brushgs.io.pictures.images import read_image
 from brushgs.options.clip import ClipConfig
 from brushgs.options.direction import Direction
+from brushgs.options.look_parts import MediaConfig
 from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,
@@ -21,7 +22,7 @@ from brushgs.options.painting import (
 )
 from brushgs.options.rules import Rule, Rules
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
-from brushgs.options.where import Where
+from brushgs.options.where import Where, WhereConfig
 from brushgs.painting.clip import Clip
 from brushgs.painting.memory import Memory
 from brushgs.painting.prepare import prepare
@@ -30,7 +31,7 @@ from brushgs.painting.sequence import paint_sequence
 from brushgs.passes.recolor import Palette, recolor
 from brushgs.sh import base_colors
 from brushgs.still_life import still_life, still_life_camera
-from tests.painting.test_moving import CAMERA, CONFIG, moving_scene
+from tests.painting.test_moving import CAMERA, CONFIG, STEP, moving_scene, red_center
 from tests.passes.scenes import assert_same
 
 VIEW = still_life_camera(width=96, height=72)
@@ -238,3 +239,70 @@ def test_frames_do_not_depend_on_the_number_of_processes(scene, tmp_path):
     for number in range(3):
         one, two = ((tmp_path / str(jobs) / f"{number:05}.png").read_bytes() for jobs in (1, 2))
         assert one == two
+
+
+def shown(where, paint=PAINT, **fields):
+    return replace(paint, painted=WhereConfig(Where.parse(where), **fields))
+
+
+def test_what_is_not_painted_is_shown_as_it_is(scene):
+    prepared = painted(scene, shown(LEFT))
+    assert (prepared.strokes.means[:, 0] < 0).all()
+    assert len(prepared.strokes) <= 300
+    rest = scene.take(scene.means[:, 0] > 0)
+    assert_same(prepared.plain, rest)
+    frame = prepared.painting.frame(VIEW)
+    plain = bg.render(scene, VIEW, "gaussian")
+    away = np.abs(frame.rgb - plain.rgb).mean(axis=(0, 2))
+    assert away[60:].mean() < 0.02 < away[:20].mean()
+
+
+def test_the_part_that_is_painted_is_painted_as_a_scene_of_its_own(scene):
+    part = scene.take(scene.means[:, 0] <= 0)
+    assert_same(painted(scene, shown(LEFT)).strokes, painted(part, PAINT).strokes)
+
+
+def test_all_of_a_scene_is_painted_as_without_where(scene):
+    prepared = painted(scene, shown("sphere:0,0,0,1000"))
+    assert prepared.plain is None
+    assert_same(prepared.strokes, painted(scene, PAINT).strokes)
+
+
+@pytest.mark.parametrize("kind", ["charcoal", "ink", "watercolour"])
+def test_drawing_media_draw_a_part_too(kind, scene):
+    media = MediaConfig(kind=kind, lines=0.5)
+    prepared = painted(scene, replace(shown(LEFT), media=media))
+    frame = prepared.painting.frame(VIEW)
+    plain = bg.render(scene, VIEW, "gaussian")
+    away = np.abs(frame.rgb - plain.rgb).mean(axis=(0, 2))
+    assert away[70:].mean() < 0.02 < away[:20].mean()
+
+
+def test_rules_hold_within_what_is_painted(scene):
+    prepared = painted(scene, replace(with_rules(rule("sphere:0,-1,0,1")), painted=shown(LEFT).painted))
+    assert set(prepared.strokes.regions) == {0, 1}
+    assert prepared.plain.regions is None
+
+
+def test_a_soft_edge_mingles_strokes_and_gaussians(scene):
+    prepared = painted(scene, shown(LEFT, soft=0.5))
+    assert (prepared.plain.means[:, 0] < 0).any()
+    assert (prepared.strokes.means[:, 0] > 0).any()
+
+
+@pytest.mark.parametrize("has_rows", [True, False])
+def test_what_is_not_painted_moves_with_the_scene(has_rows, tmp_path):
+    clip = Clip(moving_scene(has_rows=has_rows), ClipConfig(fps=12))
+    config = shown("not colour:#e61a1a,0.3", CONFIG)
+    prepared = prepare(clip, config, Report(), views=CAMERA)
+    assert np.median(base_colors(prepared.plain.sh)[:, 1]) < 0.2  # the ball
+    paint_sequence(clip, f"{tmp_path}/%d.png", CAMERA, config, SequenceConfig())
+    centers = np.array([red_center(read_image(tmp_path / f"{n}.png")) for n in (0, 6)])
+    assert centers[1] - centers[0] == pytest.approx(CAMERA.K[0, 0] * STEP / 6, abs=1.5)
+
+
+def test_a_painting_of_a_part_grows_before_the_rest(scene):
+    prepared = prepare(scene, shown(LEFT), Report(), views=GrowConfig(seconds=1.0))
+    assert len(prepared.growth.coats[-1].coat.strokes) > len(prepared.strokes)
+    begun = prepared.growth.first(0.0)
+    assert begun.coats[0].plain is prepared.plain
