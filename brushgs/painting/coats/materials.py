@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from brushgs.arrays import Array
 from brushgs.options.look_parts import ColorConfig, MediaConfig
+from brushgs.painting.regions import nearest_regions
 from brushgs.rendering.coats import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.scene import Gaussians
@@ -90,6 +91,7 @@ class Materials:
         strokes = in_colors(
             scaled(shown.strokes, 1.0, 1.0, opacities=opacity * shown.strokes.opacities), color
         )
+        strokes = nearest_regions(self.strokes, strokes)
         options = self.options.for_marks(self.line_texture)
         return [
             Coat(
