@@ -25,7 +25,7 @@ from brushgs.painting.memory import Memory
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.viewer.settings import Film, Known, Settings, Shot, flags_of, overrides_of, shown_lamp
-from brushgs.viewer.where import Finder, Members, read_where
+from brushgs.viewer.where import Finder, Members, given_in, read_where
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -143,7 +143,7 @@ class Session:
         Raises:
             ValueError: if it cannot be read, names what is not there, or would read files.
         """
-        return self._finder.find(painted.prepared, painted.rows, read_where(text))
+        return self._finder.find(painted.prepared, painted.rows, read_where(text, given_in(painted.config)))
 
     def shoot(self, painted: Painted, shot: Shot, report: Report) -> Path:
         """Paint a view with the exact renderer, and return the file."""

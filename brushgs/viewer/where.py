@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Rows
+from brushgs.options.painting import PaintConfig
 from brushgs.options.where import Where, WhereConfig
 from brushgs.options.where_terms import Mask, Words
 from brushgs.painting.look import BACKDROP
@@ -52,6 +53,11 @@ def read_where(text: Any, given: Sequence[WhereConfig] = ()) -> WhereConfig:
             )
         camera_file = next((one.camera_file for one in named if one.camera_file is not None), camera_file)
     return WhereConfig(where, camera_file=camera_file)
+
+
+def given_in(config: PaintConfig) -> tuple[WhereConfig, ...]:
+    """The parts that the options of a painting name: those of its rules."""
+    return () if config.rules is None else tuple(config.rules.where(rule) for rule in config.rules.rules)
 
 
 @dataclass(frozen=True)

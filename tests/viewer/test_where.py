@@ -1,15 +1,21 @@
 """A part of the scene that is typed in the page: what it may say, and which strokes it finds."""
 
+import base64
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from brushgs.cli.commands.view import session_of
+from brushgs.cli.parser import parse
 from brushgs.options.where import Where, WhereConfig
 from brushgs.painting.report import Report
 from brushgs.viewer.settings import Settings
-from brushgs.viewer.where import MAX_TYPED, Finder, read_where
+from brushgs.viewer.where import MAX_TYPED, Finder, given_in, read_where
+from tests.viewer.conftest import FEW
 from tests.viewer.test_server import ask
+from tests.viewer.test_session import header_of
 
 
 @pytest.fixture
@@ -49,6 +55,29 @@ def test_files_that_the_command_line_names_may_be_asked_for():
         read_where("mask:b.png", given)
 
 
+def test_the_rules_of_the_command_line_name_regions_and_files(scene, tmp_path):
+    rules = tmp_path / "rules.toml"
+    rules.write_text(
+        """
+        camera_file = "cameras.json"
+        [[region]]
+        name = "left"
+        where = "half:-1,0,0,0"
+        [[region]]
+        where = "sphere:9,9,9,1 or surroundings"
+        """
+    )
+    session = session_of(parse(["view", str(scene), *FEW, "--rules", str(rules), "-o", str(tmp_path)]))
+    painted = session.paint(Settings(), Report())
+    header = header_of(painted.contents)
+    assert header["regions"] == ["left", "region 2"]
+    first, second = given_in(painted.config)
+    assert str(first.expression) == "half:-1,0,0,0"
+    assert second.camera_file == Path("cameras.json")
+    without = session_of(parse(["view", str(scene), *FEW, "-o", str(tmp_path)]))
+    assert given_in(without.config(Settings())) == ()
+
+
 def test_strokes_are_in_it_where_the_scene_around_them_is(painted):
     low, high = painted.prepared.whole_scene.means.min(axis=0), painted.prepared.whole_scene.means.max(axis=0)
     middle = float(low[0] + high[0]) / 2
@@ -69,9 +98,6 @@ def test_strokes_are_in_it_where_the_scene_around_them_is(painted):
 
 
 def test_the_backdrop_is_in_no_part(scene, tmp_path):
-    from brushgs.cli.commands.view import session_of
-    from brushgs.cli.parser import parse
-
     words = ["--strokes", "60", "--size", "96x72", "--backdrop", "on", "-o", str(tmp_path)]
     painted = session_of(parse(["view", str(scene), *words])).paint(Settings(), Report())
     everything = found(painted, "subject or not subject")
@@ -89,9 +115,6 @@ def test_a_part_that_is_not_there_is_one_sentence(painted):
 
 
 def test_the_server_answers_with_columns_and_refuses_with_a_sentence(shared):
-    import base64
-    import json
-
     status, _, content = ask(shared, "POST", "/where", {"where": "half:1,0,0,0"})
     answer = json.loads(content)
     assert status == 200
