@@ -9,6 +9,7 @@ from brushgs.io.styles.write import write_style
 from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.painting.outputs import check_output
 from brushgs.painting.report import Report
+from brushgs.passes.style.marks import learn_marks
 from brushgs.passes.style.palette import learn_palette
 from brushgs.style import Style
 
@@ -40,7 +41,16 @@ def learn_painting(painting: Path, name: str | None, report: Report) -> Style:
             raise SceneError(painting, f"has no colours to learn ({error}); choose another picture") from None
         stage.did = f"{len(palette.colors)} colours: {', '.join(color.name for color in palette.colors)}"
         stage.counts = {"colors": len(palette.colors), "samples": len(palette.samples)}
-    return Style(printable(name or painting.stem), palette)
+    with report.stage("marks") as stage:
+        marks = None
+        try:
+            marks = learn_marks(image)
+        except ValueError as error:
+            stage.skipped.append(f"marks: {str(error).removeprefix('learn_marks: ')}")
+        if marks is not None:
+            stage.did = f"{marks.length:.1%} of the shorter side long, {marks.aspect:.1f} times their width"
+            stage.counts = {"length": marks.length, "aspect": marks.aspect, "brushes": len(marks.brushes)}
+    return Style(printable(name or painting.stem), palette, marks)
 
 
 def learn_file(painting: Path, output: Path, name: str | None, report: Report) -> Report:

@@ -1,0 +1,196 @@
+"""The paint of a scene -> the palette of a painting: a smooth map of colours that keeps structure.
+
+Colours are split into luma and two differences of chroma, all linear in display-encoded RGB. Structure is in
+luma: so luma after depends on luma before alone, by a rising curve whose slope is bounded, fitted to match
+the quantiles of the painting. Chroma is free: samples of the scene's paint, at their new luma, are carried to
+the painting's by sliced optimal transport, and a smooth function of colour is fitted to where they arrived:
+an affine map and a sum of wide Gaussian bumps, by ridge regression. Equal colours stay equal, and what is
+noise in the transport is none in the map.
+Sources: Pitie, Kokaram and Dahyot 2007, Automated colour grading using colour distribution transfer;
+Rabin et al. 2011, Wasserstein barycenter and its application to texture mixing; Bonneel et al. 2015.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from brushgs.arrays import F64, Array, check
+from brushgs.colors import LUMINANCE
+from brushgs.passes.color_map import Affine, ColorMap
+from brushgs.passes.style.features import StrokeFeatures
+from brushgs.style import StylePalette
+
+NUM_SAMPLES = 1024  # of the scene's paint and of the painting, equally weighted
+SLOPES = 0.65, 1.5  # of the curve of luma
+NUM_KNOTS = 17  # of the curve, from black to white
+STIFFNESS = 0.02  # of the curve: weight of its second differences against the quantiles
+ROUNDS, DIRECTIONS = 24, 16  # of the sliced transport
+NUM_BUMPS = 96
+WIDTHS = 0.20, 0.10  # of the bumps: luma, chroma
+RIDGE = 0.02  # of the bumps, against a mean of squares
+AFFINE_RIDGE = 1e-4  # of the slopes of chroma: the noise of a grey scene stays grey
+MOST_STRETCH = 3.0  # of them: more would turn it into confetti
+_SEED = 20161
+
+# Rows: luma, red - luma, blue - luma.
+_SPLIT = np.array([LUMINANCE, np.array([1, 0, 0]) - LUMINANCE, np.array([0, 0, 1]) - LUMINANCE])
+_JOIN = np.linalg.inv(_SPLIT)
+
+
+@dataclass(frozen=True, eq=False)
+class PaletteMap:
+    """The colours of a scene -> those of a painting, a `ColorMap`.
+
+    Attributes:
+        knots: [K] luma before, rising, evenly spaced.
+        lumas: [K] luma after; from knot to knot a cubic of continuous slope, beyond them a line.
+        affine: [2, 4] chroma after = affine[:, :3] @ (luma, chroma) + affine[:, 3], and to it
+        centers: [B, 3] bumps in luma and chroma before,
+        weights: [B, 2] times what each adds.
+    """
+
+    knots: F64
+    lumas: F64
+    affine: F64
+    centers: F64
+    weights: F64
+
+    def colors(self, rgb: F64, features: StrokeFeatures | None = None) -> F64:
+        """See `ColorMap`."""
+        split = rgb @ _SPLIT.T
+        after = np.empty_like(split)
+        after[:, 0] = self._curve(split[:, 0])[0]
+        bumps = _bumps(split, self.centers)
+        after[:, 1:] = split @ self.affine[:, :3].T + self.affine[:, 3] + bumps @ self.weights
+        return np.asarray(after @ _JOIN.T)
+
+    def slopes(self, rgb: F64, after: F64, features: StrokeFeatures | None = None) -> F64:
+        """See `ColorMap`."""
+        split = rgb @ _SPLIT.T
+        slopes = np.zeros((len(rgb), 3, 3))
+        slopes[:, 0, 0] = self._curve(split[:, 0])[1]
+        bumps = _bumps(split, self.centers)
+        # d bump / d x = bump (center - x) / width^2
+        pulled = bumps @ (self.weights[:, :, None] * self.centers[:, None]).reshape(len(self.centers), 6)
+        turned = pulled.reshape(-1, 2, 3) - (bumps @ self.weights)[:, :, None] * split[:, None]
+        slopes[:, 1:] = self.affine[:, :3] + turned / np.square(_widths())
+        return np.asarray(_JOIN @ slopes @ _SPLIT)
+
+    def _curve(self, luma: F64) -> tuple[F64, F64]:
+        """[M] luma after, and its slope."""
+        step = self.knots[1] - self.knots[0]
+        rises = np.gradient(self.lumas, step)
+        within = np.clip(luma, self.knots[0], self.knots[-1])
+        place = (within - self.knots[0]) / step
+        row = np.minimum(place.astype(np.intp), len(self.knots) - 2)
+        t = place - row
+        one, other = self.lumas[row], self.lumas[row + 1]
+        m, n = rises[row] * step, rises[row + 1] * step
+        value = one + t * (m + t * (3 * (other - one) - 2 * m - n + t * (2 * (one - other) + m + n)))
+        slope = (m + t * (2 * (3 * (other - one) - 2 * m - n) + 3 * t * (2 * (one - other) + m + n))) / step
+        return value + slope * (luma - within), slope
+
+
+def palette_map(palette: StylePalette, rgb: Array, weights: Array) -> ColorMap:
+    """The map that gives the paint of a scene the colours of a painting.
+
+    Args:
+        palette: of the painting.
+        rgb: [N, 3] colours of the scene's paint, display-encoded.
+        weights: [N] >= 0, how much of it each is, see `brushgs.passes.recolor.painted_weights`.
+
+    Raises:
+        TypeError: if an argument is not an array.
+        ValueError: if the shapes do not fit.
+
+    Equal inputs give equal maps. Where there is no paint the map changes nothing.
+    """
+    check("palette_map", rgb=(rgb, "N 3"), weights=(weights, "N"))
+    if not len(rgb) or not weights.sum() > 0:
+        return Affine(np.eye(3), np.zeros(3))
+    rng = np.random.default_rng(_SEED)
+    source = _even(np.asarray(rgb, np.float64), np.asarray(weights, np.float64), rng) @ _SPLIT.T
+    samples = np.clip(palette.samples, 0, 1)  # an artist may have moved a colour to the border
+    target = _even(samples, palette.weights, rng) @ _SPLIT.T
+    knots, lumas = _luma_curve(source[:, 0], target[:, 0])
+    start = PaletteMap(knots, lumas, np.zeros((2, 4)), np.zeros((0, 3)), np.zeros((0, 2)))
+    moved = np.column_stack([start._curve(source[:, 0])[0], source[:, 1:]])
+    arrived = _transported(moved, target, rng)
+    return PaletteMap(knots, lumas, *_fitted(source, arrived, rng))
+
+
+def _even(colors: F64, weights: F64, rng: np.random.Generator) -> F64:
+    """[S, 3] colours that stand for equal weights."""
+    order = np.argsort(colors @ LUMINANCE, kind="stable")
+    sums = np.cumsum(weights[order])
+    places = (np.arange(NUM_SAMPLES) + 0.5) / NUM_SAMPLES * sums[-1]
+    return np.asarray(colors[order[np.minimum(np.searchsorted(sums, places), len(order) - 1)]])
+
+
+def _luma_curve(source: F64, target: F64) -> tuple[F64, F64]:
+    """Knots, and the luma at each: nearest to the quantiles of both, with bounded slope."""
+    knots = np.linspace(0, 1, NUM_KNOTS)
+    step = knots[1]
+    before, after = np.sort(source), np.sort(target)
+    place = np.clip(before / step, 0, NUM_KNOTS - 1 - 1e-9)
+    row, share = place.astype(np.intp), place % 1
+    # Unknowns: the luma at the first knot, and the slope of each piece.
+    pieces = np.arange(NUM_KNOTS - 1)
+    matrix = step * ((pieces < row[:, None]) + (pieces == row[:, None]) * share[:, None])
+    matrix = np.column_stack([np.ones(len(before)), matrix]) / np.sqrt(len(before))
+    stiff = np.zeros((NUM_KNOTS - 2, NUM_KNOTS))
+    stiff[pieces[:-1], pieces[:-1] + 1], stiff[pieces[:-1], pieces[:-1] + 2] = -1, 1
+    stiff *= STIFFNESS
+    weak = np.zeros((NUM_KNOTS - 1, NUM_KNOTS))  # where there is no paint: slope 1
+    weak[pieces, pieces + 1] = 1e-3
+    rows = np.vstack([matrix, stiff, weak])
+    wanted = np.concatenate([after / np.sqrt(len(before)), np.zeros(len(stiff)), np.full(len(weak), 1e-3)])
+    normal = np.linalg.cholesky(rows.T @ rows)
+    right = np.linalg.solve(normal, rows.T @ wanted)
+    bounds = np.array([(-1.0, *[SLOPES[0]] * len(pieces)), (2.0, *[SLOPES[1]] * len(pieces))])
+    found = lsq_linear(normal.T, right, tuple(bounds)).x
+    return knots, found[0] + np.concatenate([[0], np.cumsum(found[1:] * step)])
+
+
+def _transported(source: F64, target: F64, rng: np.random.Generator) -> F64:
+    """[S, 2] chroma to which sliced optimal transport carries the samples; their luma stays."""
+    moved = source.copy()
+    for _ in range(ROUNDS):
+        directions = rng.normal(size=(DIRECTIONS, 3))
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        along, there = moved @ directions.T, target @ directions.T
+        order = np.argsort(along, axis=0)
+        ways = np.empty_like(along)
+        np.put_along_axis(ways, order, np.sort(there, axis=0) - np.take_along_axis(along, order, 0), 0)
+        # Three directions in space say three times what one does.
+        moved[:, 1:] += (3 / DIRECTIONS) * (ways @ directions)[:, 1:]
+    return moved[:, 1:]
+
+
+def _fitted(source: F64, arrived: F64, rng: np.random.Generator) -> tuple[F64, F64, F64]:
+    """The affine part, the centres and the weights of the bumps: see `PaletteMap`."""
+    mean, goal = source.mean(axis=0), arrived.mean(axis=0)
+    away = source - mean
+    scatter = away.T @ away / len(source) + AFFINE_RIDGE * np.eye(3)
+    slopes = np.linalg.solve(scatter, away.T @ (arrived - goal) / len(source)).T
+    left, stretches, right = np.linalg.svd(slopes, full_matrices=False)
+    slopes = (left * np.minimum(stretches, MOST_STRETCH)) @ right
+    rest = arrived - goal - away @ slopes.T
+    centers = np.unique(source[:: max(1, len(source) // NUM_BUMPS)], axis=0)
+    bumps = _bumps(source, centers)
+    between = _bumps(centers, centers)
+    normal = bumps.T @ bumps / len(source) + RIDGE * between + 1e-9 * np.eye(len(centers))
+    weights = np.linalg.solve(normal, bumps.T @ rest / len(source))
+    return np.column_stack([slopes, goal - slopes @ mean]), centers, weights
+
+
+def _widths() -> F64:
+    return np.array([WIDTHS[0], WIDTHS[1], WIDTHS[1]])
+
+
+def _bumps(split: F64, centers: F64) -> F64:
+    """[M, B] height of each bump at each colour."""
+    one, other = split / _widths(), centers / _widths()
+    squares = (one**2).sum(axis=1)[:, None] + (other**2).sum(axis=1) - 2 * one @ other.T
+    return np.asarray(np.exp(-0.5 * np.maximum(squares, 0)))

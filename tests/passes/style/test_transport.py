@@ -1,0 +1,126 @@
+"""The paint of a scene takes the colours of a painting by a smooth map, and structure stays."""
+
+import numpy as np
+import pytest
+
+from brushgs.colors import LUMINANCE
+from brushgs.passes.color_map import Affine
+from brushgs.passes.style.palette import learn_palette
+from brushgs.passes.style.transport import SLOPES, palette_map
+
+GRID = np.stack(np.meshgrid(*[np.linspace(0, 1, 9)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def cloud(middles, count=500, spread=0.04, seed=0):
+    rng = np.random.default_rng(seed)
+    return np.clip(np.concatenate([rng.normal(m, spread, (count, 3)) for m in middles]), 0, 1)
+
+
+def palette_of(colors):
+    return learn_palette(np.asarray(colors, np.float32)[:, None])
+
+
+SCENE = cloud([(0.25, 0.2, 0.15), (0.5, 0.5, 0.45), (0.7, 0.75, 0.8)])
+PAINTING = cloud([(0.1, 0.15, 0.4), (0.3, 0.45, 0.7), (0.9, 0.8, 0.4)], seed=1)
+
+
+def distance(one, other):
+    """Sliced Wasserstein distance."""
+    directions = np.random.default_rng(9).normal(size=(3, 64))
+    directions /= np.linalg.norm(directions, axis=0)
+    at = (np.arange(256) + 0.5) / 256
+    return np.sqrt(
+        np.mean(np.square(np.quantile(one @ directions, at, 0) - np.quantile(other @ directions, at, 0)))
+    )
+
+
+def fitted(scene=SCENE, painting=PAINTING, weights=None):
+    return palette_map(palette_of(painting), scene, np.ones(len(scene)) if weights is None else weights)
+
+
+def test_the_distance_to_the_painting_falls_by_four_fifths():
+    after = fitted().colors(SCENE)
+    assert distance(after, PAINTING) < 0.2 * distance(SCENE, PAINTING)
+
+
+def test_weights_count():
+    weights = np.where(np.arange(len(SCENE)) < 500, 1.0, 0.0)
+    after = fitted(weights=weights).colors(SCENE[:500])
+    assert np.linalg.norm(after.mean(axis=0) - PAINTING.mean(axis=0)) < 0.05
+
+
+def test_luma_depends_on_luma_alone_and_rises():
+    one = fitted()
+    after = one.colors(GRID) @ LUMINANCE
+    order = np.argsort(GRID @ LUMINANCE)
+    rises, runs = np.diff(after[order]), np.diff((GRID @ LUMINANCE)[order])
+    far = runs > 1e-9
+    assert (rises[far] / runs[far] > 0.9 * SLOPES[0]).all()
+    assert (rises[far] / runs[far] < 1.1 * SLOPES[1]).all()
+    np.testing.assert_allclose(rises[~far], 0, atol=1e-8)
+
+
+def test_the_map_is_smooth():
+    """Along any line through the colours of the scene slopes change little by little: no bands."""
+    one, steps = fitted(), np.linspace(0, 1, 201)[:, None]
+    for a, b in [(0, 600), (600, 1200), (0, 1200), (700, 710)]:
+        line = (1 - steps) * SCENE[a] + steps * SCENE[b]
+        slopes = one.slopes(line, one.colors(line))
+        assert np.abs(np.diff(slopes, axis=0)).max() < 0.5
+        assert np.linalg.norm(slopes, ord=2, axis=(1, 2)).max() < 12
+
+
+def test_equal_input_gives_an_equal_map():
+    np.testing.assert_array_equal(fitted().colors(GRID), fitted().colors(GRID))
+
+
+def test_derivatives_are_those_of_the_map():
+    one, some = fitted(), np.concatenate([GRID, GRID * 1.4 - 0.2])
+    slopes = one.slopes(some, one.colors(some))
+    for channel, step in enumerate(1e-6 * np.eye(3)):
+        found = (one.colors(some + step) - one.colors(some - step)) / 2e-6
+        np.testing.assert_allclose(slopes[:, :, channel], found, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        np.full((400, 3), 0.4),
+        np.array([[0.2, 0.5, 0.9]]),
+        np.repeat([[0.0, 0, 0], [1, 1, 1]], 50, axis=0),
+        cloud([(0.5, 0.5, 0.5)], spread=0.002),
+        SCENE,
+    ],
+    ids=["one colour", "one stroke", "black and white", "grey with noise", "colours"],
+)
+@pytest.mark.parametrize(
+    "painting",
+    [
+        np.full((400, 3), 0.7),
+        np.array([[0.9, 0.1, 0.1]]),
+        np.repeat([[0.0, 0, 0], [1, 1, 1]], 50, 0),
+        PAINTING,
+    ],
+    ids=["one colour", "one pixel", "black and white", "colours"],
+)
+def test_extremes_give_no_confetti(scene, painting):
+    one = fitted(scene, painting)
+    after, slopes = one.colors(GRID), one.slopes(GRID, one.colors(GRID))
+    assert np.isfinite(after).all()
+    assert np.isfinite(slopes).all()
+    assert np.linalg.norm(one.slopes(scene, one.colors(scene)), ord=2, axis=(1, 2)).max() < 12
+    assert np.abs(after).max() < 4
+    # The middle of the paint gets near the middle of the painting.
+    assert np.linalg.norm(one.colors(scene).mean(axis=0) - painting.mean(axis=0)) < 0.12
+
+
+def test_no_paint_changes_nothing():
+    one = palette_map(palette_of(PAINTING), np.zeros((0, 3)), np.zeros(0))
+    assert isinstance(one, Affine)
+    np.testing.assert_array_equal(one.colors(GRID), GRID)
+    np.testing.assert_array_equal(fitted(weights=np.zeros(len(SCENE))).colors(GRID), GRID)
+
+
+def test_shapes_are_checked():
+    with pytest.raises(ValueError, match="palette_map: weights must have shape"):
+        palette_map(palette_of(PAINTING), SCENE, np.ones(3))
