@@ -40,6 +40,7 @@ SLENDER = (4.0, 6.0)  # likewise, where the user says how strokes run: ropes and
 OWN_COUNTS = (1.1, 1.6)  # aspects between which the own direction comes to count for the neighbours
 UNSURE = 0.05  # weight of having no direction: beside it, noise on a surface of one colour is nothing
 WISH = 4.0  # weight of what the user says, where it counts wholly; a field has up to 4.2
+ROUNDING = 1e-9  # of a ratio of scales
 # Signs that have nothing else to follow: any direction that no axis of a scene is at right angles to.
 HEADING = np.array([0.61, 0.53, 0.59])
 
@@ -110,7 +111,8 @@ def orient(
     mix = FIELDS[opened if isinstance(opened, str) else "form"]
     pairs, weights = _field(planes, around, gaussians, mix)
     turnable = 1 - ramp(planes.aspects, *OWN)
-    headings, aspects = np.broadcast_to(HEADING, planes.means.shape), np.full(len(planes), ASPECT)
+    headings = np.broadcast_to(HEADING, planes.means.shape)
+    aspects, marked = np.full(len(planes), ASPECT), np.zeros(len(planes))
     if not isinstance(opened, str):
         wish = guide_wish(opened, planes) if isinstance(opened, Guides) else mark_wish(opened, planes)
         say = np.hypot(wish.pairs[:, 0], wish.pairs[:, 1])
@@ -118,10 +120,11 @@ def orient(
         weights = (1 - say) * weights + WISH * say
         turnable = np.maximum(turnable, say * (1 - ramp(planes.aspects, *SLENDER)))
         if isinstance(opened, Marks) and opened.aspect is not None:
-            aspects *= (opened.aspect / ASPECT) ** (say / max(opened.clearest, np.finfo(np.float64).tiny))
+            marked = say / max(opened.clearest, np.finfo(np.float64).tiny)
+            aspects *= (opened.aspect / ASPECT) ** marked
         headings = np.where(wish.headings.any(axis=1, keepdims=True), wish.headings, headings)
     smooth = around.smoothed(planes.lift(pairs, weights))
-    shapes = _shapes(planes, *planes.lower(smooth), turnable, aspects)
+    shapes = _shapes(planes, *planes.lower(smooth), turnable, aspects, marked)
     return _shaped(strokes, planes, shapes, turnable > 0, around, headings)
 
 
@@ -140,7 +143,7 @@ def _field(planes: Planes, around: Neighborhood, gaussians: Gaussians, mix: Weig
     return pairs, weights
 
 
-def _shapes(planes: Planes, pairs: F64, weights: F64, turnable: F64, aspects: F64) -> F64:
+def _shapes(planes: Planes, pairs: F64, weights: F64, turnable: F64, aspects: F64, marked: F64) -> F64:
     """The shapes of strokes, [n, 2]: pairs whose weight is the logarithm of the aspect.
 
     Args:
@@ -149,6 +152,7 @@ def _shapes(planes: Planes, pairs: F64, weights: F64, turnable: F64, aspects: F6
         weights: [n] behind them: the more these exceed the pairs, the less neighbours agree.
         turnable: [n] share of the shape that the field decides, 0 to 1.
         aspects: [n] at most, of strokes that turn.
+        marked: [n] how far a stroke is a mark, which gets as thin as it is wide, 0 to 1.
     """
     directions, agreement = unit_pairs(pairs)
     confidence = 2 * agreement / (weights + agreement + UNSURE)  # 1 - smaller / larger eigenvalue, but for it
@@ -160,6 +164,7 @@ def _shapes(planes: Planes, pairs: F64, weights: F64, turnable: F64, aspects: F6
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         thinnest = 2 * np.log(planes.sizes / planes.scales[:, 2])  # the aspect of a middle axis so thin
     limit = np.maximum(own[:, 0], np.where(planes.scales[:, 2] > 0, thinnest, np.inf))
+    limit = np.maximum(limit, marked * np.log(aspects))
     return directions * np.minimum(logs, limit)[:, None]
 
 
@@ -182,9 +187,12 @@ def _shaped(
     scales = np.empty_like(strokes.scales)
     sizes, stretch = planes.sizes, np.exp(0.5 * logs)
     longest = np.where(is_free, sizes * stretch, planes.scales[:, 0])
-    middle = np.where(is_free, np.maximum(sizes / stretch, planes.scales[:, 2]), planes.scales[:, 1])
+    middle = np.where(is_free, sizes / stretch, planes.scales[:, 1])
+    # What rounding makes thinner than it is thick stays so thick; a mark becomes thinner.
+    thick = planes.scales[:, 2]
+    middle = np.where(middle > (1 - ROUNDING) * thick, np.maximum(middle, thick), middle)
     largest = np.finfo(scales.dtype).max
-    _put(scales, planes.order, [np.minimum(longest, largest), middle, planes.scales[:, 2]])
+    _put(scales, planes.order, [np.minimum(longest, largest), middle, np.minimum(thick, middle)])
     quats = np.where(is_same[:, None], strokes.quats, quats_of(rotations).astype(scales.dtype))
     return replace(strokes, quats=quats, scales=scales)
 
