@@ -67,7 +67,8 @@ class StyleMarks:
         broken_lightness: standard deviation by which marks differ from their neighbours in OKLab lightness.
         broken_chroma: the same in a and b.
         ground: [3] colour that shows between marks; None where none does.
-        relief: how much the light on ridges of paint is seen, 0 to 1, as `LightConfig.relief`.
+        relief: how much the light on ridges of paint is seen, 0 to 1, as `LightConfig.relief`; 0 where that
+            is not known, and the relief of a look stays.
         brushes: stroke images cut out of the painting, each [h, w] uint8 coverage with its mark along the
             rows; none where no mark stands alone.
     """

@@ -18,12 +18,16 @@ from brushgs.painting.look import BOUGHT
 from brushgs.passes.color_space import oklab_of
 from brushgs.style import Style, StyleMarks
 
-# A picture of S pixels with n strokes of area a has n a / S = 1.6 on koala, 1.2 to 1.5 on chair, 3.5 to 3.9
-# on truck, which has a street around it; the same for 2000 to 14,000 strokes.
-LAYERS = 2.0
+# A picture of S pixels with n strokes of median area a has n a / S = 1.6 on koala, 1.2 to 1.5 on chair, 3.5
+# to 3.9 on truck, which has a street around it; the same for 2000 to 14,000 strokes. With 2.0 the truck falls
+# apart: there its strokes are twice as wide as the marks.
+LAYERS = 3.5
 CANVAS = 1000, 750  # pixels, of the picture for which strokes are counted
-FEWEST, MOST = 800, 20_000  # strokes of a style
-MOST_BROKEN = 0.05  # OKLab lightness: more than that of any look, and beyond it nothing is seen of a scene
+# Strokes of a style. Large washes would be 100 strokes; with 800 the truck is no truck any more.
+FEWEST, MOST = 2400, 20_000
+# OKLab lightness, that of the look of broken colour: marks of paintings differ by 0.05 to 0.14, but much of
+# this is what they depict; with 0.05 a grey street turns to confetti.
+MOST_BROKEN = 0.034
 MOST_TINT = 0.2  # of a ground, OKLab a and b
 
 
@@ -35,22 +39,22 @@ def style_values(styles: Sequence[tuple[Style, float]], values: StepValues) -> S
         values: step -> field -> value of a look; what is missing has the default of its class.
 
     Returns:
-        The values with others for the broken colour, the relief, the number of strokes where that of the look
-        is a `UsualCount`, and the ground where it has one colour and a style has one; the input itself where
-        no share is above 0.
+        The values with others for the broken colour, the relief where a style has some, the number of strokes
+        where that of the look is a `UsualCount`, and the ground where it has one colour and a style has one;
+        the input itself where no share is above 0.
     """
     marked = [(style.marks, share) for style, share in styles if style.marks is not None and share > 0]
     if not marked:
         return values
     found: dict[str, dict[str, Any]] = {step: dict(of_step) for step, of_step in values.items()}
 
-    def moved(step: str, field: str, of_style: Any) -> None:
+    broken = [(min(marks.broken_lightness, MOST_BROKEN), share) for marks, share in marked]
+    lit = [(marks.relief, share) for marks, share in marked if marks.relief > 0]
+    for step, field, wanted in (("strokes", "broken_color", broken), ("light", "relief", lit)):
         start = _of_look(values, step, field)
-        change = sum(share * (of_style(marks) - start) for marks, share in marked)
-        found.setdefault(step, {})[field] = start + change
-
-    moved("strokes", "broken_color", lambda marks: min(marks.broken_lightness, MOST_BROKEN))
-    moved("light", "relief", lambda marks: marks.relief)
+        if wanted:
+            change = sum(share * (of_style - start) for of_style, share in wanted)
+            found.setdefault(step, {})[field] = start + change
     count = _of_look(values, "cluster", "strokes")
     if isinstance(count, UsualCount):
         change = sum(share * (log(count_of(marks)) - log(count.count)) for marks, share in marked)

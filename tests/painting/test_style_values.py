@@ -17,7 +17,7 @@ MARKS = StyleMarks(
     0.04,
     2.0,
     np.zeros((2, 2, 2), np.float32),
-    broken_lightness=0.04,
+    broken_lightness=0.03,
     ground=np.array([0.2, 0.3, 0.4]),
     relief=0.2,
 )
@@ -38,7 +38,7 @@ def test_no_share_and_no_marks_leave_the_look():
 def test_numbers_go_from_those_of_the_look_to_those_of_the_style():
     for share in (0.25, 0.5, 1.0):
         config = PaintConfig.of(style_values([(style_of(), share)], OIL))
-        assert config.strokes.broken_color == pytest.approx(0.016 + share * (0.04 - 0.016))
+        assert config.strokes.broken_color == pytest.approx(0.016 + share * (0.03 - 0.016))
         assert config.light.relief == pytest.approx(0.6 + share * (0.2 - 0.6))
         assert config.light.gain == 1.7
         expected = 6000 ** (1 - share) * count_of(MARKS) ** share
@@ -49,17 +49,17 @@ def test_numbers_go_from_those_of_the_look_to_those_of_the_style():
 def test_styles_are_mixed_in_their_shares():
     both = [(style_of(), 0.5), (style_of(broken_lightness=0.02, relief=0.0, ground=None), 0.5)]
     config = PaintConfig.of(style_values(both, OIL))
-    assert config.strokes.broken_color == pytest.approx(0.03)
-    assert config.light.relief == pytest.approx(0.1)
+    assert config.strokes.broken_color == pytest.approx(0.025)
+    assert config.light.relief == pytest.approx(0.6 + 0.5 * (0.2 - 0.6))  # the other knows nothing of it
     assert config.ground.complement == pytest.approx(0.3)  # half of it has no ground
 
 
 def test_smaller_marks_ask_for_more_strokes_within_limits():
-    counts = [count_of(replace(MARKS, length=length)) for length in (0.005, 0.02, 0.04, 0.08, 0.9)]
+    counts = [count_of(replace(MARKS, length=length)) for length in (0.005, 0.02, 0.03, 0.06, 0.9)]
     assert counts == sorted(counts, reverse=True)
     assert counts[2] == pytest.approx(4 * counts[3], rel=0.01)
     assert counts[0] == 20_000
-    assert counts[-1] == 800
+    assert counts[-1] == 2400
 
 
 @pytest.mark.parametrize("asked", ["auto", 0.1, None, 5000])

@@ -14,6 +14,7 @@ from brushgs.arrays import F32, F64, Mask
 from brushgs.passes.color_space import oklab_planes
 from brushgs.passes.direction.planes import ramp
 from brushgs.passes.style.averages import averaged
+from brushgs.passes.style.outlines import hull_area
 from brushgs.passes.style.sizes import Sizes
 
 MOST_BRUSHES, LEAST_BRUSHES = 8, 3
@@ -171,7 +172,7 @@ def _grown(search: _Search, x: int, y: int) -> _Mark | None:
     ratios = 2 * half / typical
     if not (LENGTHS[0] <= ratios[0] <= LENGTHS[1] and WIDTHS[0] <= ratios[1] <= WIDTHS[1]):
         return None
-    solid = float(ramp(np.array(len(u) / _hull_area(u, straight)), *SOLID))
+    solid = float(ramp(np.array(len(u) / hull_area(u, straight)), *SOLID))
     ring = _ring(inside)
     contrast = float(np.mean(distance[ring] > 2 * tolerance)) if ring.any() else 0.0
     typicality = np.exp(-0.5 * (np.log(ratios) ** 2).sum() / 0.4**2)
@@ -191,14 +192,6 @@ def _grown(search: _Search, x: int, y: int) -> _Mark | None:
         SOFT_EDGE if search.is_soft else EDGE,
         1.0 if search.is_soft else FULL,
     )
-
-
-def _hull_area(u: F64, v: F64) -> float:
-    """Area of the convex outline of pixels."""
-    from scipy.spatial import ConvexHull
-
-    corners = [np.stack([u + a, v + b], axis=1) for a in (-0.5, 0.5) for b in (-0.5, 0.5)]
-    return float(ConvexHull(np.concatenate(corners)).volume)
 
 
 def _ring(inside: Mask) -> Mask:

@@ -1,8 +1,10 @@
 """A painting -> its marks: which way they run, how long and wide they are, how far they differ, and images.
 
 Everything is measured on the picture alone, in a second or two: directions by the structure tensor
-(`passes.direction.marks`), sizes by how fast colours change along and across them (`sizes`), the ground and
-the relief where there is evidence of them (`ground`, `lit`), and images of single marks (`cut`).
+(`passes.direction.marks`), sizes by how fast colours change along and across them (`sizes`), the ground where
+there is evidence of it (`ground`), and images of single marks (`cut`). The relief stays 0, not known: light
+on ridges could not be told from what is painted. The skewness of slopes, which lit ridges have, differs by
+0.2 to 1 between relief 0 and 1 of a scene, and by 1 and more from scene to scene.
 """
 
 import numpy as np
@@ -12,6 +14,7 @@ from brushgs.passes.color_space import oklab_planes
 from brushgs.passes.direction.marks import mark_pairs, shrunk
 from brushgs.passes.style.averages import averaged
 from brushgs.passes.style.cut import cut_marks
+from brushgs.passes.style.ground import find_ground
 from brushgs.passes.style.sizes import mark_sizes
 from brushgs.style import StyleMarks
 
@@ -48,6 +51,7 @@ def learn_marks(image: Array) -> StyleMarks:
         directions=_grid(pairs),
         broken_lightness=measured.lightness,
         broken_chroma=measured.chroma,
+        ground=find_ground(rgb),
         brushes=cut_marks(rgb, measured),
     )
 

@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
+from brushgs.colors import rgb_of
+from brushgs.passes.style.ground import find_ground
 from brushgs.passes.style.marks import MOST_GRID, learn_marks
 from tests.bench.mark_paintings import KINDS, paint
+from tests.bench.paintings import PAINTINGS, _opaque
+from tests.bench.paintings import paint as painted
 
 SIZE = 800, 600
 # Mean angle, degrees, between learnt and true directions: dabs are nearly as wide as long, and washes lie
@@ -42,6 +46,20 @@ def test_the_grid_has_the_aspect_of_the_painting(learnt):
     for marks in learnt.values():
         assert marks.directions.shape == (36, MOST_GRID, 2)
         assert marks.directions.dtype == np.float32
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_ground_is_found_where_it_shows_between_marks_and_nowhere_else(learnt, name):
+    found, kind = learnt[name].ground, KINDS[name]
+    if kind.shows_ground:
+        np.testing.assert_allclose(found, rgb_of(kind.ground), atol=0.02)
+    else:
+        assert found is None
+
+
+def test_the_most_frequent_colour_of_paint_is_no_ground():
+    for name in PAINTINGS:
+        assert find_ground(_opaque(painted(name), np.zeros(3))[0]) is None
 
 
 def test_marks_in_one_colour_of_paint_are_not_broken():

@@ -1,0 +1,76 @@
+"""A painting -> the colour of what it is painted on, where there is evidence that it shows between marks.
+
+A ground has one colour, shows in small pieces all over the picture, and these have the shape of what marks
+leave open, not of marks: they are no convex patches. Where one of these is missing nothing is claimed.
+"""
+
+import numpy as np
+
+from brushgs.arrays import F32, F64, Mask
+from brushgs.passes.color_space import oklab_planes, rgb_of_oklab
+from brushgs.passes.style.averages import averaged
+from brushgs.passes.style.outlines import hull_area
+
+MOST_SIDE = 512  # pixels
+BIN = 0.02  # of colours, OKLab
+NEAR = 0.025  # of the colour of a ground: what belongs to it
+AROUND = 0.06
+LEAST_SHARE, MOST_SHARE = 0.02, 0.7  # of the picture
+# Of what lies within `AROUND` of it lies within `NEAR`: a colour among others of a ramp has 0.4, the
+# ends of one 0.6 to 0.73, grounds 0.82 to 0.89. Edges,
+# where it mixes with paint, take the rest.
+PEAKED = 0.78
+CELLS, LEAST_CELLS = 6, 0.75  # along each side of the picture, and the share of them that show it
+IN_CELL = 0.004  # share of a cell
+NUM_CANDIDATES = 6
+BAYS = 0.8  # of their convex outlines that pieces fill at most, in mean by area: marks fill 0.85 and more
+LEAST_PIECE, MOST_PIECES = 12, 200  # pixels of a piece, and how many are looked at
+
+
+def find_ground(rgb: F32) -> F64 | None:
+    """The colour [3] of the ground of a painting [H, W, 3], display-encoded; None without evidence."""
+    lab = oklab_planes(averaged(rgb, MOST_SIDE))
+    for color in _frequent(lab):
+        distance = np.sqrt(((lab - color[:, None, None]) ** 2).sum(axis=0))
+        is_near = distance < NEAR
+        near, around = float(is_near.mean()), float((distance < AROUND).mean())
+        if not LEAST_SHARE <= near <= MOST_SHARE or near < PEAKED * around:
+            continue
+        if _cells_with(is_near) >= LEAST_CELLS and _fill(is_near) <= BAYS:
+            exact = lab[:, is_near].astype(np.float64).mean(axis=1)
+            return np.asarray(np.clip(rgb_of_oklab(exact[None])[0], 0, 1))
+    return None
+
+
+def _frequent(lab: F32) -> F64:
+    """The most frequent colours, [n, 3]."""
+    places = np.floor(lab.reshape(3, -1) / BIN).astype(np.int64)
+    places -= places.min(axis=1, keepdims=True)
+    sizes = places.max(axis=1) + 1
+    flat = np.ravel_multi_index(tuple(places), tuple(sizes))
+    counts = np.bincount(flat)
+    best = np.argsort(-counts, kind="stable")[:NUM_CANDIDATES]
+    colors = lab.reshape(3, -1).astype(np.float64)
+    return np.stack([colors[:, flat == one].mean(axis=1) for one in best if counts[one] > 0])
+
+
+def _cells_with(is_near: Mask) -> float:
+    """Share of the cells of the picture in which a colour shows."""
+    rows, columns = (np.array_split(np.arange(n), CELLS) for n in is_near.shape)
+    shares = [is_near[np.ix_(row, column)].mean() for row in rows for column in columns]
+    return float(np.mean(np.array(shares) >= IN_CELL))
+
+
+def _fill(is_near: Mask) -> float:
+    """How much of their convex outlines pieces fill, mean by area of the outlines; 1 without pieces."""
+    from scipy.ndimage import find_objects, label
+
+    labels, count = label(is_near)
+    areas = np.bincount(labels.ravel(), minlength=count + 1)[1:]
+    boxes, filled, outlined = find_objects(labels), 0.0, 0.0
+    for piece in np.argsort(-areas, kind="stable")[:MOST_PIECES]:
+        if areas[piece] >= LEAST_PIECE:
+            rows, columns = np.nonzero(labels[boxes[piece]] == piece + 1)
+            filled += float(areas[piece])
+            outlined += hull_area(columns.astype(np.float64), rows.astype(np.float64))
+    return filled / outlined if outlined else 1.0
