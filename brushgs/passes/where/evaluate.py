@@ -29,10 +29,11 @@ from brushgs.options.where_terms import (
 )
 from brushgs.passes.where.edges import ramp, soft_mask
 from brushgs.passes.where.ground import Ground, height_depths
+from brushgs.passes.where.hull import size_of
 from brushgs.passes.where.masks import MaskView, mask_votes
 from brushgs.passes.where.parts import connected_parts
 from brushgs.passes.where.shapes import box_depths, color_depths, half_depths, sphere_depths
-from brushgs.passes.where.subject import find_subject, size_of
+from brushgs.passes.where.subject import find_subject
 from brushgs.scene import FirstView, Gaussians
 
 HALF = 0.5  # from which on a Gaussian is inside, where it cannot be in part

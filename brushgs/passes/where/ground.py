@@ -1,7 +1,8 @@
 """What heights are measured from: the ground that the subject stands on.
 
-That is the plane through the lowest layer around the subject, where there is one. Of a scene without a ground
-it is the lowest end of the subject, across up.
+That is the plane through the lowest layer around the subject, where there is one, raised to what is seen of
+it: captured ground is a layer of some thickness, on the truck 0.06 of the subject's size. Of a scene without
+a ground it is the lowest end of the subject, across up.
 """
 
 from dataclasses import dataclass
@@ -11,8 +12,14 @@ import numpy as np
 from brushgs.arrays import F64, Array
 from brushgs.cameras.ground import MOST_ROWS, Plane, ground_plane
 from brushgs.options.where_terms import Height, Length
+from brushgs.passes.where.hull import in_hull, size_of
 from brushgs.scene import FirstView, Gaussians
 
+# In sizes of the subject: the ring around it, whose Gaussians tell where the ground ends; how far from the
+# plane these may lie; and the layers that they are counted in.
+RING, THICKEST, LAYER = 0.3, 0.1, 0.005
+DENSE = 0.1  # of the densest layer: the ground ends where the layers above it hold less
+FEWEST = 100  # Gaussians that tell it
 STEEPEST = np.cos(np.radians(12.0))  # of the ground against up: steeper planes are something else
 
 
@@ -39,6 +46,8 @@ class Ground:
         is_found = plane is not None and float(plane.normal @ up) >= STEEPEST
         if plane is None or not is_found:
             plane = Plane(up, float((view.points @ up).min()))
+        else:
+            plane = Plane(plane.normal, plane.offset + _top(gaussians, view, plane))
         return cls(plane, is_found, max(float(plane.heights(view.points).max()), 0.0))
 
 
@@ -51,6 +60,26 @@ def height_depths(height: Height, ground: Ground, means: Array) -> F64:
     if height.high is not None:
         depths = np.minimum(depths, _in_units(height.high, ground) - heights)
     return depths
+
+
+def _top(gaussians: Gaussians, view: FirstView, plane: Plane) -> float:
+    """How far above its plane the ground ends, world units."""
+    size = size_of(view)
+    heights = plane.heights(gaussians.means)
+    rows = np.flatnonzero(np.abs(heights) <= THICKEST * size)
+    means = gaussians.means[rows]
+    around = in_hull(means, view.points, RING * size)
+    if view.has_surroundings:
+        around &= ~in_hull(means, view.points, 0.0)
+    rows = rows[around]
+    if len(rows) < FEWEST:
+        return 0.0
+    layers = np.arange(-THICKEST, THICKEST + 0.5 * LAYER, LAYER)
+    counts, _ = np.histogram(heights[rows] / size, layers)
+    densest = int(np.argmax(counts))
+    is_thin = counts[densest:] < DENSE * counts[densest]
+    last = densest + (int(np.argmax(is_thin)) if is_thin.any() else len(is_thin))
+    return float(layers[last] * size)
 
 
 def _in_units(length: Length, ground: Ground) -> float:

@@ -2,41 +2,63 @@
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, Mask
+from brushgs.arrays import Mask
+from brushgs.passes.contribution import projected_areas
 from brushgs.passes.where.ground import Ground
+from brushgs.passes.where.hull import in_hull, size_of
+from brushgs.passes.where.parts import connected_parts
+from brushgs.quats import rotation_matrices
 from brushgs.scene import FirstView, Gaussians
 
 MARGIN = 0.01  # of the subject's size, by which what is inside its hull may stick out
-ON_GROUND = 0.01  # of the subject's size above the ground, which is the ground's
-
-
-def size_of(view: FirstView) -> float:
-    """The longest distance between two points of the subject, world units, > 0."""
-    points = view.points
-    lengths = np.linalg.norm(points[:, None] - points, axis=2)
-    return max(float(lengths.max()), float(np.finfo(np.float64).tiny))
+# Of a scene with surroundings, in sizes of the subject: how far beyond its hull a part of it may reach, and
+# how far above the ground what lies level is of the ground.
+AROUND = 0.3
+LEVEL_ON_GROUND = 0.02
+LEVEL = np.cos(np.radians(30.0))  # of the shortest axis against up
+FLAT = 2.0  # the second axis over the shortest, from which on that is a normal
+# Shares of the painted area of a connected part inside of the hull, and of all such parts in this one, from
+# which on it belongs. The fence beside the truck lies in the hull in part.
+MOSTLY, WORTH = 0.6, 0.005
 
 
 def find_subject(gaussians: Gaussians, view: FirstView, ground: Ground) -> Mask:
-    """[N] the Gaussians of the subject."""
+    """[N] the Gaussians of the subject.
+
+    Of a scene without surroundings and ground that is what lies in the hull of its points. Else the hull
+    holds ground, and parts of other things; then the subject is what stands on the ground and hangs together,
+    if most of it lies in the hull: all of it, also what sticks out.
+    """
     size = size_of(view)
     inside = in_hull(gaussians.means, view.points, MARGIN * size)
-    if view.has_surroundings and ground.is_found:
-        inside &= ground.plane.heights(gaussians.means) > ON_GROUND * size
-    return inside
+    if not view.has_surroundings and not ground.is_found:
+        return inside
+    near = in_hull(gaussians.means, view.points, AROUND * size)
+    if ground.is_found:
+        near &= ~_on_ground(gaussians, ground, size)
+    rows = np.flatnonzero(near)
+    some = gaussians.take(rows)
+    parts = connected_parts(some)
+    areas = some.opacities * projected_areas(some.scales)
+    num = int(parts.max(initial=-1)) + 1
+    whole, in_it = (np.bincount(parts, weights, num) for weights in (areas, areas * inside[rows]))
+    belongs = in_it >= MOSTLY * whole
+    belongs &= in_it >= WORTH * in_it[belongs].sum()
+    if not belongs.any():  # nothing stands out of the ground: what lies in the hull
+        return inside
+    found = np.zeros(len(gaussians), bool)
+    found[rows] = belongs[parts]
+    return found
 
 
-def in_hull(points: Array, corners: F64, margin: float) -> Mask:
-    """[N] which points [N, 3] lie within a margin of the convex hull of others [m, 3]."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    places = points.astype(np.float64)
-    low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
-    inside = ((places >= low) & (places <= high)).all(axis=1)
-    try:
-        planes = ConvexHull(corners).equations
-    except (QhullError, ValueError):  # flat, on a line or a point: its box is as good
-        return np.asarray(inside)
-    rows = np.flatnonzero(inside)
-    inside[rows] = (places[rows] @ planes[:, :3].T + planes[:, 3]).max(axis=1) <= margin
-    return np.asarray(inside)
+def _on_ground(gaussians: Gaussians, ground: Ground, size: float) -> Mask:
+    heights = ground.plane.heights(gaussians.means)
+    found = heights <= 0
+    rows = np.flatnonzero(~found & (heights <= LEVEL_ON_GROUND * size))
+    sizes = np.sort(gaussians.scales[rows].astype(np.float64), axis=1)
+    shortest = gaussians.scales[rows].argmin(axis=1)
+    axes = rotation_matrices(gaussians.quats[rows]).astype(np.float64)
+    normals = np.take_along_axis(axes, shortest[:, None, None], axis=2)[..., 0]
+    is_level = np.abs(normals @ ground.plane.normal) >= LEVEL
+    found[rows] = is_level & (sizes[:, 1] > FLAT * sizes[:, 0])
+    return np.asarray(found)
