@@ -125,3 +125,14 @@ def test_painting_loads_no_torch_and_no_table_library_when_quiet(tmp_path):
     assert "numpy" in loaded
     assert not loaded & {"torch", "kornia", "open3d", "trimesh", "dask", "rich", "av", "skimage"}
     assert not loaded & {"sklearn"}  # its import takes longer than the work it would do here
+
+
+def test_a_part_without_words_loads_no_torch_and_no_transformers(tmp_path):
+    code = (
+        "import brushgs.cli\nfrom brushgs.still_life import still_life\nimport brushgs as bg\n"
+        f"bg.save(still_life(1000), {str(tmp_path / 'a.ply')!r})\n"
+        f"words = ['prune', {str(tmp_path / 'a.ply')!r}, '-o', {str(tmp_path / 'b.ply')!r}]\n"
+        "words += ['--where', 'height:10%.. or half:1,0,0,0', '--clip', 'nowhere', '--quiet']\n"
+        "assert brushgs.cli.main(words) == 0"
+    )
+    assert not loaded_by(code) & {"torch", "transformers", "safetensors", "tokenizers"}

@@ -175,7 +175,7 @@ def where_config(args: Namespace, step: str = "where") -> "WhereConfig | None":
     """
     where = given(args, step)
     if "expression" not in where:
-        for flag, field in (("--where-soft", "soft"), ("--camera-file", "camera_file")):
+        for flag, field in (("--where-soft", "soft"), ("--camera-file", "camera_file"), ("--clip", "clip")):
             if field in where:
                 raise ValueError(f"{flag} needs --where, the part of the scene that it is for")
         return None

@@ -328,8 +328,8 @@ def add_where(
         help="part of the scene: subject, surroundings, box:x0,y0,z0,x1,y1,z1, sphere:x,y,z,radius, "
         "half:nx,ny,nz,d (where n.x >= d), colour:#rrggbb,distance, height:low..high above the ground (world "
         "units, or %% of the subject's), part:N (N-th largest connected one) or part:x,y,z (the nearest), "
-        "mask:FILE|FOLDER (painted pictures, white inside), text:words; combined by and, or, not, ( ); "
-        "default all",
+        "mask:FILE|FOLDER (painted pictures, white inside), text:words (needs --clip); combined by and, or, "
+        "not, ( ); default all",
     )
     flags.add(
         "--where-soft",
@@ -337,6 +337,13 @@ def add_where(
         type=values.share,
         metavar="SHARE",
         help="width of the edge as a share of the subject's size, 0 (hard, default) to 2",
+    )
+    flags.add(
+        "--clip",
+        type=Path,
+        metavar="FOLDER",
+        help="CLIP model that finds text:words, yours: a folder with config.json, model.safetensors and "
+        "tokenizer.json, as transformers saves it (extra text); default the environment's BRUSHGS_CLIP",
     )
     if not has_camera_file:
         flags.add(

@@ -29,13 +29,13 @@ from brushgs.options.direction import Direction
 from brushgs.options.look_parts import MAX_BRUSHES, Share, Within, _Part
 from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.options.toml_values import hint_for, located, parsed_text, read_text, read_toml, typed_value
-from brushgs.options.where import MAX_SOFT, Where, WhereConfig
+from brushgs.options.where import CLIP_VARIABLE, MAX_SOFT, Where, WhereConfig, clip_folder
 from brushgs.options.where_terms import Mask
 
 MAX_RULES = 32
 MAX_BYTES = 65536  # of a file
 TABLE = "region"
-KEYS = (TABLE, "camera_file")  # above and beside the tables
+KEYS = (TABLE, "camera_file", "clip")  # above and beside the tables
 ADVICE = 'rules are tables [[region]] with where = "subject" and what is to be there'
 
 
@@ -98,14 +98,16 @@ class Rules:
         rules: 1 to 32.
         file: that holds them; None for rules made in code.
         camera_file: the cameras that painted masks were made with; None where there are none.
+        clip: folder of the CLIP model that finds words; None for that of the environment.
 
     Raises:
-        ValueError: if there are more, or none, or a mask lacks its cameras.
+        ValueError: if there are more, or none, a mask lacks its cameras, or words lack a model.
     """
 
     rules: tuple[Rule, ...]
     file: Path | None = None
     camera_file: Path | None = None
+    clip: Path | None = None
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.rules) <= MAX_RULES:
@@ -115,6 +117,11 @@ class Rules:
                 raise ValueError(
                     f"{_place(number, rule.name)} where has mask:{rule.where.masks[0]}, which needs the "
                     'cameras that it was painted from; write camera_file = "cameras.json" above the tables'
+                )
+            if rule.where.texts and clip_folder(self.clip) is None:
+                raise ValueError(
+                    f"{_place(number, rule.name)} where has text:{rule.where.texts[0]}, which needs a CLIP "
+                    f'model that you bring; write clip = "folder" above the tables, or set {CLIP_VARIABLE}'
                 )
 
     @classmethod
@@ -138,18 +145,21 @@ class Rules:
             raise SceneError(file, f"must have tables [[{TABLE}]], got {reprlib.repr(tables)}; {ADVICE}")
         if len(tables) > MAX_RULES:
             raise SceneError(file, f"must have at most {MAX_RULES} tables [[{TABLE}]], got {len(tables)}")
-        camera_file = content.get("camera_file")
-        if camera_file is not None and (not isinstance(camera_file, str) or not camera_file):
-            raise SceneError(file, f"camera_file must be text in quotes, got {reprlib.repr(camera_file)}")
+        beside: list[Path | None] = []
+        for key in ("camera_file", "clip"):
+            name = content.get(key)
+            if name is not None and (not isinstance(name, str) or not name):
+                raise SceneError(file, f"{key} must be text in quotes, got {reprlib.repr(name)}")
+            beside.append(None if name is None else _beside(name, file.parent))
         rules = tuple(_rule(file, number, table) for number, table in enumerate(tables, 1))
         try:
-            return cls(rules, file, None if camera_file is None else _beside(camera_file, file.parent))
+            return cls(rules, file, *beside)
         except ValueError as error:
             raise SceneError(file, str(error)) from None
 
     def where(self, rule: Rule) -> WhereConfig:
         """The part of one of them."""
-        return WhereConfig(rule.where, rule.soft, self.camera_file)
+        return WhereConfig(rule.where, rule.soft, self.camera_file, self.clip)
 
     def label(self, number: int) -> str:
         """What the rule of a number, from 1, is called in reports."""

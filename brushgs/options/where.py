@@ -4,6 +4,7 @@
 parenthesis, so words and file names may hold spaces; quotes hold the rest.
 """
 
+import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from brushgs.options.where_terms import FORMS, Mask, Term, Words, parse_term
 MAX_DEPTH = 50  # of parentheses: a text from elsewhere must not exhaust the stack
 MAX_LENGTH = 20_000  # characters
 MAX_SOFT = 2.0  # of the subject's size: a wider edge is no edge
+CLIP_VARIABLE = "BRUSHGS_CLIP"  # of the environment: the folder of CLIP where none is named
 _OPERATOR = re.compile(r"(and|or|not)(?=[\s()]|$)", re.IGNORECASE)
 _QUOTE = re.compile(r'"(?:[^"]|"")*"|\'(?:[^\']|\'\')*\'')
 
@@ -111,11 +113,16 @@ class WhereConfig:
         expression: the part.
         soft: width of its edge as a share of the subject's size, 0 (hard) to 2.
         camera_file: the cameras that painted masks were made with; None where there are none.
+        clip: folder of the CLIP model that finds words; None for that of the environment.
+
+    Raises:
+        ValueError: if the edge is too wide, or a term needs what is not given.
     """
 
     expression: Where
     soft: float = 0.0
     camera_file: Path | None = None
+    clip: Path | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.soft <= MAX_SOFT:
@@ -124,6 +131,11 @@ class WhereConfig:
             raise ValueError(
                 f"where has mask:{self.expression.masks[0]}, which needs --camera-file, the cameras that the "
                 "masks were painted from"
+            )
+        if self.expression.texts and clip_folder(self.clip) is None:
+            raise ValueError(
+                f"where has text:{self.expression.texts[0]}, which needs --clip FOLDER, a CLIP model of "
+                f"yours (or {CLIP_VARIABLE} in the environment); brushgs has none and downloads none"
             )
 
     def __str__(self) -> str:
@@ -138,6 +150,12 @@ class WhereConfig:
     def needs_first_view(self) -> bool:
         """Whether it depends on the first view of the scene; a soft edge does, by the subject's size."""
         return self.expression.needs_subject or self.soft > 0
+
+
+def clip_folder(named: Path | None) -> Path | None:
+    """The folder of the CLIP model: the one that is named, else that of the environment; None for none."""
+    told = os.environ.get(CLIP_VARIABLE)
+    return named or (Path(told) if told else None)
 
 
 def _pictures_in(path: Path) -> tuple[Path, ...]:

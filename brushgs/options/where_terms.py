@@ -241,6 +241,7 @@ class Words(_Term):
     """What looks as words say."""
 
     form: ClassVar[str] = "text:words"
+    needs_subject: ClassVar[bool] = True  # it is looked at from all around
     words: str
 
     @classmethod

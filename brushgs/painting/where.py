@@ -1,19 +1,21 @@
 """The stage that finds which Gaussians, or strokes, lie in the part of a scene that is meant."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from brushgs.arrays import F64, Mask
-from brushgs.options.where import WhereConfig
+from brushgs.options.where import WhereConfig, clip_folder
 from brushgs.painting.clip import Clip
 from brushgs.painting.report import Report
 from brushgs.scene import FirstView, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.passes.where import WhereContext
+    from brushgs.passes.where.text import WordFinder
 
 
 def files_where(config: WhereConfig | None) -> tuple[Path, ...]:
@@ -74,7 +76,28 @@ def context_of(
     from brushgs.passes.where import WhereContext
 
     masks = None if config.camera_file is None else MaskOpener(config.camera_file)
-    return WhereContext(first_view, config.soft, masks, num_threads=num_threads)
+    relevance = None
+    if config.expression.texts and first_view is not None:
+        relevance = partial(_relevance, config, first_view, num_threads)
+    return WhereContext(first_view, config.soft, masks, relevance, num_threads)
+
+
+def _relevance(
+    config: WhereConfig, first_view: FirstView, num_threads: int | None, words: str, gaussians: Gaussians
+) -> F64:
+    folder = clip_folder(config.clip)
+    assert folder is not None, "the config has seen to it"
+    return _finder(gaussians, folder, first_view, num_threads).relevance(words)
+
+
+@lru_cache(maxsize=1)
+def _finder(
+    gaussians: Gaussians, folder: Path, first_view: FirstView, num_threads: int | None
+) -> "WordFinder":
+    """One scene as a model sees it: several words, and several rules, ask what was looked at once."""
+    from brushgs.passes.where.text import word_finder
+
+    return word_finder(gaussians, folder, first_view, num_threads=num_threads)
 
 
 def rows_where(

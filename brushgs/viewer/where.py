@@ -41,7 +41,7 @@ def read_where(text: Any, given: Sequence[WhereConfig] = ()) -> WhereConfig:
         raise ValueError("where must be text")
     if len(text) > MAX_TYPED:
         raise ValueError(f"where must be at most {MAX_TYPED:,} characters, got {len(text):,}")
-    where, camera_file = Where.parse(text), None
+    where, camera_file, clip = Where.parse(text), None, None
     for term in where.terms():
         if not isinstance(term, Mask | Words):
             continue
@@ -52,7 +52,8 @@ def read_where(text: Any, given: Sequence[WhereConfig] = ()) -> WhereConfig:
                 "with --rules"
             )
         camera_file = next((one.camera_file for one in named if one.camera_file is not None), camera_file)
-    return WhereConfig(where, camera_file=camera_file)
+        clip = next((one.clip for one in named if one.clip is not None), clip)
+    return WhereConfig(where, camera_file=camera_file, clip=clip)
 
 
 def given_in(config: PaintConfig) -> tuple[WhereConfig, ...]:

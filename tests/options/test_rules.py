@@ -77,6 +77,7 @@ FAULTS = {
     "a field above": ("size = 2\n" + WHERE, r"has no 'size' above its tables.*write it below \[\[region\]\]"),
     "unknown above": ("camera = 'a'\n" + WHERE, "has no 'camera' .*did you mean 'camera_file'"),
     "camera_file": ("camera_file = 2\n" + WHERE, "camera_file must be text in quotes, got 2"),
+    "clip": ("clip = 2\n" + WHERE, "clip must be text in quotes, got 2"),
     "no where": ('[[region]]\nname = "x"', r"\[\[region\]\] 1 \(x\) must say where"),
     "bad where": ('[[region]]\nwhere = "subject und"', r"\[\[region\]\] 1 where must .*got"),
     "no cameras": ('[[region]]\nwhere = "mask:a.png"', r"\[\[region\]\] 1 where has mask:a.png, which needs"),

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from brushgs.options.where import MAX_DEPTH, Where, WhereConfig
+from brushgs.options.where import MAX_DEPTH, Where, WhereConfig, clip_folder
 from brushgs.options.where_terms import (
     FORMS,
     Box,
@@ -195,7 +195,8 @@ def test_a_part_says_what_it_needs(tmp_path):
     assert where.files == (masks, masks / "a.png")
     assert where.texts == ("a b", "c")
     assert where.needs_cameras
-    assert not where.needs_subject
+    assert where.needs_subject, "words are looked for from all around"
+    assert not Where.parse(f'mask:"{masks}" or box:0,0,0,1,1,1').needs_subject
     for text in ("subject", "surroundings", "height:1..", "part:1", "part:0,0,0"):
         assert Where.parse(f"box:0,0,0,1,1,1 and not {text}").needs_subject
 
@@ -208,3 +209,14 @@ def test_options_refuse_what_cannot_be():
     assert WhereConfig(Where.parse("box:0,0,0,1,1,1"), soft=0.1).needs_first_view
     assert not WhereConfig(Where.parse("box:0,0,0,1,1,1")).needs_first_view
     assert WhereConfig(Where.parse("mask:m"), camera_file=Path("c.json")).files == (Path("m"), Path("c.json"))
+
+
+def test_words_need_a_model_that_is_named_or_in_the_environment(monkeypatch):
+    words = Where.parse("subject and text:the truck")
+    monkeypatch.delenv("BRUSHGS_CLIP", raising=False)
+    with pytest.raises(ValueError, match=r"text:the truck, which needs --clip FOLDER.*BRUSHGS_CLIP"):
+        WhereConfig(words)
+    assert WhereConfig(words, clip=Path("mine")).clip == Path("mine")
+    monkeypatch.setenv("BRUSHGS_CLIP", "theirs")
+    assert clip_folder(WhereConfig(words).clip) == Path("theirs")
+    assert clip_folder(Path("mine")) == Path("mine")

@@ -150,7 +150,7 @@ def _normalization(folder: Path) -> tuple[F32, F32]:
     content = read_json(path, MODEL)
     found = []
     for name, default in (("image_mean", MEAN), ("image_std", DEVIATION)):
-        value = content.get(name, list(default)) if isinstance(content, dict) else None
+        value: Any = content.get(name, list(default)) if isinstance(content, dict) else None
         is_three = isinstance(value, list) and len(value) == 3
         if not is_three or not all(isinstance(v, float) and math.isfinite(v) for v in value):
             raise SceneError(path, f"{name} must be three numbers, got {shown(value)}; {MODEL}")
