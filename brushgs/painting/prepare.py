@@ -261,6 +261,7 @@ def prepare(
     rest = None
     if where is not None:
         gaussians, rest = split_where(loaded, gaussians, where, first_view, report, clip)
+    del loaded
     if is_counted:
         # Strokes are counted for a still with the default lock and order, whatever is painted of them.
         still = render_options(replace(config.draw, lock=None, order=None), texture, along_path=False)
