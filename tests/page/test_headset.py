@@ -33,16 +33,18 @@ HOOK = """
 Object.assign(gl.canvas, { width: 480, height: 200 });
 document.body.append(gl.canvas);
 const problems = [];
+const options = { share: 1, brush: null, ground: true, highlight: null };
 let isDrawn = false;
 const headset = new Headset(gl, {
   getPainter: () => painter,
-  getOptions: () => ({ share: 1, brush: null, ground: true }),
+  getOptions: () => options,
   onStart() {},
   onEnd: () => { isDrawn = true; },
   onProblem: (sentence) => problems.push(sentence),
 });
 Object.assign(window.studio, {
   headset,
+  options,
   problems,
   wasDrawn: () => isDrawn,
   eyeBoxes() {
@@ -254,6 +256,19 @@ def test_ar_is_transparent_where_nothing_is_painted(visit):
     assert (picture[picture[..., 3] == 0] == 0).all()
     assert picture[..., 3].max() > 0.8
     assert visit.page.evaluate("device.layers[0].alpha")
+
+
+def test_both_eyes_see_what_is_highlighted(visit):
+    visit.hang(crowd(), "flat")
+    visit.enter()
+    usual = visit.look(Head((0, 0.3, 0)))
+    columns = [[0] * 60]
+    part = {"columns": columns, "ground": 0, "region": None, "name": ""}
+    visit.page.evaluate("part => { studio.options.highlight = part; }", part)
+    veiled = visit.look(Head((0, 0.3, 0)))[..., :3]
+    np.testing.assert_allclose(veiled, 0.24 * usual[..., :3] + 0.76 * 0.5, atol=0.01)
+    visit.page.evaluate("studio.options.highlight = null")
+    np.testing.assert_array_equal(visit.look(Head((0, 0.3, 0))), usual)
 
 
 def test_vr_has_the_ground_of_the_painting(visit):
