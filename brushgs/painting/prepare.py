@@ -2,7 +2,7 @@
 
     stroke (-> style, palette) -> load -> clean (-> first view) -> camera or path (-> regions, background,
         ground, plain) -> plain views (-> seen, lines) -> prune (-> focus, count) -> cluster -> solid
-        -> direction -> repaint (-> recolor) (-> colour) (-> style colours) -> broken colour (-> adjust)
+        -> direction -> repaint (-> recolor) (-> colour) -> broken colour (-> style colours, adjust)
         (-> brushes) (-> backdrop) -> coats
 
 Cameras are framed on the cleaned scene, so that paintings of one scene with different counts line up.
@@ -352,8 +352,8 @@ def prepare(
         [
             *palettes,
             *color_passes(config.color, seed=cluster.seed),
-            *restyling,
             broken_color_pass(passes, seed=cluster.seed, skip=skip),
+            *restyling,  # after it: what differs from its neighbours is a colour of the style too
             *adjusting,
             *choosing,
         ]

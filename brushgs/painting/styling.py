@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.arrays import Array
+from brushgs.arrays import F64, Array
 from brushgs.options.choices import StepValues
 from brushgs.options.direction import Direction
 from brushgs.options.look import Look, config_of
@@ -20,7 +20,7 @@ from brushgs.options.painting import STEPS, PaintConfig, PaletteConfig
 from brushgs.options.styling import NUMBERS, AdjustConfig, StyleConfig
 from brushgs.painting.make_strokes import StrokePass
 from brushgs.painting.report import Report
-from brushgs.passes.color_map import Affine, Blend, ColorMap, map_colors
+from brushgs.passes.color_map import Affine, Blend, Chain, ColorMap, map_colors
 from brushgs.scene import Camera, FirstView, Gaussians
 from brushgs.sh import base_colors, in_colors
 
@@ -315,29 +315,46 @@ class Changes:
 
     def backdrop(self, strokes: Gaussians) -> Gaussians:
         """Strokes of a backdrop, after the stages ran."""
-        colors: Array = base_colors(strokes.sh)
-        for change in (self._style, self._adjust):
-            colors = colors if change is None else change.colors(colors)
-        return in_colors(strokes, colors)
+        return in_colors(strokes, self._behind(base_colors(strokes.sh), has_grounds=False))
 
     def ground(self, rgb: Array) -> Array:
         """A ground [3] or [H, W, 3], after the stages ran."""
+        return self._behind(rgb, has_grounds=True)
+
+    def _behind(self, rgb: Array, *, has_grounds: bool) -> Array:
         if self._style is not None and self.styles is not None:
-            rgb = self._style.colors(rgb, _of_grounds(self._style.map, self.styles))
+            mean = np.asarray(rgb, np.float64).reshape(-1, 3).mean(axis=0)
+            by = _map_behind(self._style.map, self.styles, mean, has_grounds=has_grounds)
+            rgb = self._style.colors(rgb, by)
         return rgb if self._adjust is None else self._adjust.colors(rgb)
 
 
-def _of_grounds(one: ColorMap | None, styles: Styles) -> ColorMap | None:
-    """The map of styles, for a ground: toward one that a style has it is on the way already."""
+def _map_behind(one: ColorMap | None, styles: Styles, mean: F64, *, has_grounds: bool) -> ColorMap | None:
+    """The map of styles, for what lies behind the strokes.
+
+    What a map that was fitted to strokes makes of other colours need not be in the painting: the complement
+    of a scene became a brown in the blues of a night. So all is shifted until its mean is in it.
+
+    Args:
+        one: for the strokes.
+        styles: of the painting.
+        mean: [3] colour of what lies there.
+        has_grounds: whether it is on the way to the grounds of styles already.
+    """
     if not isinstance(one, Blend):
         return one
-    grounds = [None if style.marks is None else style.marks.ground for style, _ in styles.parts]
-    return Blend(
-        [
-            (of_style if ground is None else UNCHANGED, share)
-            for (of_style, share), ground in zip(one.maps, grounds, strict=True)
-        ]
-    )
+    maps: list[tuple[ColorMap, float]] = []
+    for (of_style, share), (style, _) in zip(one.maps, styles.parts, strict=True):
+        if has_grounds and style.marks is not None and style.marks.ground is not None:
+            of_style = UNCHANGED
+        elif style.palette is not None:
+            from brushgs.passes.style.palette import nearest_color
+
+            found = of_style.colors(mean[None])[0]
+            shift = nearest_color(style.palette, found) - found
+            of_style = Chain([of_style, Affine(np.eye(3), shift)])
+        maps.append((of_style, share))
+    return Blend(maps)
 
 
 def described(config: AdjustConfig) -> str:

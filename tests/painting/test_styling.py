@@ -24,6 +24,7 @@ from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.painting.sequence import paint_sequence
+from brushgs.passes.style.palette import learn_palette
 from brushgs.sh import base_colors
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.style import Style, StyleEdit
@@ -167,3 +168,15 @@ def test_what_cannot_be_gets_one_sentence(scene, tmp_path, capsys, words, senten
     assert main(["render", str(tmp_path / "scene.ply"), "-o", str(tmp_path / "a.png"), *words]) == 2
     assert sentence in capsys.readouterr().err
     assert not (tmp_path / "a.png").exists()
+
+
+def test_what_lies_behind_takes_a_colour_of_the_painting(scene, tmp_path):
+    rng = np.random.default_rng(3)
+    blues = np.array([0.1, 0.2, 0.5]) + 0.08 * rng.random((40, 60, 3))
+    write_style(Style("night", learn_palette(blues)), tmp_path / "night.style")
+    config = config_of("night.style", tmp_path)  # on a brown ground, before a brown backdrop
+    prepared = prepare(scene, config, Report(), views=CAMERA)
+    backdrop, *_ = prepared.painting.coats
+    for colors in (prepared.painting.surface.rgb[0, 0], base_colors(backdrop.strokes.sh).mean(axis=0)):
+        assert np.abs(colors - blues.reshape(-1, 3)).max(axis=1).min() < 0.06
+    assert base_colors(backdrop.strokes.sh).std(axis=0).max() > 0.005  # and stays lively

@@ -19,6 +19,7 @@ NUM_SAMPLES, FEWEST_SAMPLES = 768, 12  # of the palette, and of each colour: 6 b
 # OKLab as clusters see it: chroma spans a third of the range of lightness, and names go by hue.
 CHROMA_WEIGHT = 2.0
 NEAR = 0.075  # in that space: two colours nearer than this are one, if there are enough without
+REACH = 0.12  # OKLab: of the colours of a painting that are near to another one
 _ROUNDS = 20
 _SEED = 20160
 
@@ -139,3 +140,16 @@ def _representatives(lab: F64, rows: Rows, count: int, rng: np.random.Generator)
             _representatives(lab, rows[halves[cut:]], count - first, rng),
         ]
     )
+
+
+def nearest_color(palette: StylePalette, rgb: F64) -> F64:
+    """A colour [3] of a painting that is near to another one [3].
+
+    It is the mean of the painting's colours, weighted by how near they are in OKLab and how much of it they
+    cover.
+    """
+    samples = np.clip(palette.samples, 0, 1)
+    away = oklab_of(samples) - oklab_of(np.clip(rgb, 0, 1)[None])
+    far = np.einsum("si,si->s", away, away) / (2 * REACH**2)
+    shares = palette.weights * np.exp(far.min() - far)
+    return np.asarray(shares @ samples / shares.sum())
