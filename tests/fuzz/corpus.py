@@ -3,24 +3,28 @@
 Each format of the tables has an entry in `SCENES`, `MOVING`, `CAMERAS` or `PICTURES` at the end of this file.
 """
 
+import base64
 import gzip
 import io
 import json
 import struct
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from brushgs.io.scenes.view_comments import comment_lines
+from brushgs.io.styles.write import write_style
 from brushgs.scene import FirstView
 from tests.fuzz.reader import SEPARATOR
 from tests.io import test_cameras, test_colmap, test_compressed_ply
 from tests.io.moving import clips, params_maker, test_four_dgs
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
 from tests.io.scenes import gltf_maker, ksplat_format, sog_maker, splat_format, spz_format
+from tests.io.styles import example
 from tests.io.test_images import palette_chunk, png
 
 ENCODINGS = ("binary_little_endian", "binary_big_endian")
@@ -344,6 +348,29 @@ def guide_lists(folder: Path) -> list[bytes]:
     return found + [b'{"guides": ' + deep.encode() + b"}" for deep in DEEP[:2]]
 
 
+def styles(folder: Path) -> list[bytes]:
+    """Styles of paintings and edits, some with arrays as lists, one with a brush that claims to be huge."""
+    found = []
+    for style in (
+        example.painting(),
+        example.painting(0),
+        example.edit(),
+        replace(example.painting(), marks=None),
+    ):
+        path = folder / "a.style"
+        write_style(style, path)
+        found.append(path.read_bytes())
+    value = json.loads(found[0])
+    value["palette"][0]["offsets"] = [[0, 0.1, -0.1], [0, 0, 0.25]]
+    value["marks"]["directions"] = [[[0, 1], [0.5, 0.5]]]
+    found.append(json.dumps(value).encode())
+    for picture in (png(60_000, 60_000, 8, 0, b"\0" * 1000), png(16, 16, 8, 2, b"\0" * 49 * 16)):
+        value["marks"]["brushes"][0]["data"] = base64.b64encode(picture).decode()
+        found.append(json.dumps(value).encode())
+    found.append(b'{"brushgs": "style", "version": 1, "name": "a", "palette": ' + DEEP[2].encode() + b"}")
+    return found
+
+
 def _pixels(channels: int, dtype: type, side: int = 16) -> np.ndarray:
     values = np.random.default_rng([20251121, channels]).random((side, side, channels))
     values[4:12, 4:12] = 0.1
@@ -504,6 +531,20 @@ GLTF = (
     *(b'"children":[0],', b'"rotation":[', b'"kernel":"box",', b"COLOR_0", b"lin_rec709_display", b"1e17"),
 )
 COLMAP = (SEPARATOR, b"SIMPLE_RADIAL", b"OPENCV", b"FULL_OPENCV", b"#", b"\n", b"\0", b"\xff" * 8, b"a.jpg")
+STYLE = (
+    *(b'"brushgs": "style"', b'"version": 1,', b'"palette": [', b'"color": "#ff0000"', b'"share": 0,'),
+    *(b'"offsets": {', b'"type": "int8"', b'"shape": [1, 3]', b'"data": "AAAA"', b'"marks": {', b'"edit": {'),
+    *(
+        b'"residual": {',
+        b'"affine": [[',
+        b'"features": ["a"]',
+        b"1e999",
+        b"NaN",
+        b"null",
+        b"\\ud800",
+        b"[[[[",
+    ),
+)
 TIFF = tuple(bytes((tag & 255, tag >> 8)) for tag in (256, 257, 258, 259, 277, 278, 284, 317, 322, 323, 338))
 EXR = (
     b"compression\0",

@@ -68,6 +68,25 @@ def _guides(path: Path) -> object:
     return [abs(guides.starts) / MAX_COORDINATE, abs(guides.ends) / MAX_COORDINATE]
 
 
+def _style(path: Path) -> object:
+    """Its arrays, scaled to be judged like a picture: finite, and 0 to 1."""
+    from brushgs.io.styles.edit import MOST
+    from brushgs.io.styles.read import read_style
+
+    style, arrays = read_style(path), []
+    if style.palette is not None:
+        samples, weights = style.palette.samples, style.palette.weights
+        arrays += [(samples + 2) / 5, weights]
+    if style.marks is not None:
+        arrays += [0.5 + style.marks.directions / 2.001, *(brush / 255 for brush in style.marks.brushes)]
+    if style.edit is not None and style.edit.residual is not None:
+        residual = style.edit.residual
+        arrays += [
+            abs(a / MOST) for a in (residual.centers, residual.weights, residual.offset, residual.scale)
+        ]
+    return arrays
+
+
 def _manifest(path: Path) -> object:
     from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 
@@ -103,6 +122,7 @@ READERS = {
         *_readers([(row.reader, row.file) for row in CAMERA_FORMATS], corpus.CAMERAS, _cameras),
         *_readers([(row.reader, row.file) for row in GUIDE_FORMATS], corpus.GUIDES, _guides),
         Reader("npz-arrays", "arrays.npz", corpus.npz_arrays, _arrays, corpus.NPZ),
+        Reader("style", "a.style", corpus.styles, _style, corpus.STYLE),
         Reader("manifest", ".%05d.png.json", corpus.manifests, _manifest, corpus.JSON),
         *PICTURE_READERS,
     )

@@ -9,7 +9,7 @@ import numpy as np
 from brushgs.arrays import F64
 from brushgs.passes.color_space import oklab_of
 
-_GREY, _TINTED = 0.018, 0.042  # chroma up to which a colour is grey, and a warm or cool grey
+_GREY, _TINTED = 0.008, 0.034  # chroma up to which a colour is grey, and a warm or cool grey
 _WARM = (0.0, 125.0)  # degrees of hue; from 340 on too
 # First degree of each family of hues; those below the first belong to the last.
 _HUES = (
@@ -62,14 +62,14 @@ def _grey_name(lightness: float, chroma: float, hue: float) -> str:
 
 
 def _toned(family: str, lightness: float, chroma: float) -> str:
-    if lightness < 0.45 and family in _BROWNS and not (family == "red" and chroma > 0.11):
+    if lightness < 0.48 and family in _BROWNS and not (family == "red" and chroma > 0.11):
         return ("deep " if lightness < 0.30 else "") + _BROWNS[family]
-    if lightness < 0.45:
+    if lightness < 0.48:
         return ("dark " if chroma < 0.06 or lightness < 0.22 else "deep ") + family
     if lightness > 0.80 and family in _PALES and chroma < 0.11:
         return ("pale " if chroma < 0.05 else "") + _PALES[family]
-    if lightness < 0.74 and family in _EARTHS and chroma < 0.13:
+    if lightness < 0.74 and family in _EARTHS and chroma < 0.145:
         return ("muted " if chroma < 0.06 else "") + _EARTHS[family]
     if lightness > 0.74:
-        return ("pale " if chroma < 0.07 else "light ") + family
+        return ("pale " if chroma < 0.07 else "light " if chroma < 0.16 else "bright ") + family
     return ("muted " if chroma < 0.06 else "bright " if chroma > 0.17 else "") + family

@@ -24,6 +24,7 @@ from brushgs.style import StylePalette
 NUM_SAMPLES = 1024  # of the scene's paint and of the painting, equally weighted
 SLOPES = 0.65, 1.5  # of the curve of luma
 NUM_KNOTS = 17  # of the curve, from black to white
+KEPT = 0.004  # weight of squares of its slope less 1, as the paint has it, against squares of luma
 STIFFNESS = 0.02  # of the curve: weight of its second differences against the quantiles
 ROUNDS, DIRECTIONS = 24, 16  # of the sliced transport
 NUM_BUMPS = 96
@@ -142,10 +143,12 @@ def _luma_curve(source: F64, target: F64) -> tuple[F64, F64]:
     stiff = np.zeros((NUM_KNOTS - 2, NUM_KNOTS))
     stiff[pieces[:-1], pieces[:-1] + 1], stiff[pieces[:-1], pieces[:-1] + 2] = -1, 1
     stiff *= STIFFNESS
-    weak = np.zeros((NUM_KNOTS - 1, NUM_KNOTS))  # where there is no paint: slope 1
-    weak[pieces, pieces + 1] = 1e-3
-    rows = np.vstack([matrix, stiff, weak])
-    wanted = np.concatenate([after / np.sqrt(len(before)), np.zeros(len(stiff)), np.full(len(weak), 1e-3)])
+    shares = np.bincount(row, minlength=NUM_KNOTS - 1) / len(before)
+    kept = np.sqrt(KEPT * shares + 1e-6)  # toward slope 1, also where there is no paint
+    structure = np.zeros((NUM_KNOTS - 1, NUM_KNOTS))
+    structure[pieces, pieces + 1] = kept
+    rows = np.vstack([matrix, stiff, structure])
+    wanted = np.concatenate([after / np.sqrt(len(before)), np.zeros(len(stiff)), kept])
     normal = np.linalg.cholesky(rows.T @ rows)
     right = np.linalg.solve(normal, rows.T @ wanted)
     bounds = np.array([(-1.0, *[SLOPES[0]] * len(pieces)), (2.0, *[SLOPES[1]] * len(pieces))])

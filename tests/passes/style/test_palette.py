@@ -1,0 +1,124 @@
+"""A palette holds the colours of a painting, in their shares, by names that people use."""
+
+import numpy as np
+import pytest
+
+from brushgs.passes.style.color_names import color_name, color_names
+from brushgs.passes.style.palette import NUM_SAMPLES, learn_palette
+
+
+def image(parts, height=60, width=100, noise=0.02):
+    """Upright stripes of colours in their shares."""
+    rng = np.random.default_rng(0)
+    counts = np.rint(np.array([share for _, share in parts]) * width).astype(int)
+    row = np.repeat([color for color, _ in parts], counts, axis=0)
+    return np.clip(row + rng.normal(0, noise, (height, len(row), 3)), 0, 1).astype(np.float32)
+
+
+PARTS = [
+    ((0.10, 0.20, 0.60), 0.40),
+    ((0.85, 0.80, 0.70), 0.30),
+    ((0.30, 0.50, 0.20), 0.25),
+    ((0.8, 0.1, 0.1), 0.05),
+]
+
+
+def test_the_colours_of_a_painting_are_found_in_their_shares():
+    palette = learn_palette(image(PARTS))
+    for rgb, share in PARTS:
+        near = [c for c in palette.colors if np.linalg.norm(c.rgb - rgb) < 0.08]
+        assert sum(color.share for color in near) == pytest.approx(share, abs=0.03)
+    shares = [color.share for color in palette.colors]
+    assert shares == sorted(shares, reverse=True)
+    assert sum(shares) == pytest.approx(1)
+    assert 4 <= len(palette.colors) <= 8
+
+
+def test_samples_have_the_moments_and_the_tails_of_the_painting():
+    pixels = image(PARTS, noise=0.08)
+    palette = learn_palette(pixels)
+    flat = pixels.reshape(-1, 3).astype(np.float64)
+    mean = palette.weights @ palette.samples
+    away = palette.samples - mean
+    np.testing.assert_allclose(mean, flat.mean(axis=0), atol=0.01)
+    np.testing.assert_allclose(away.T @ (away * palette.weights[:, None]), np.cov(flat.T), atol=0.004)
+    order = np.argsort(palette.samples[:, 0])
+    at = np.cumsum(palette.weights[order])
+    for level in (0.02, 0.98):
+        found = palette.samples[order][np.searchsorted(at, level), 0]
+        assert found == pytest.approx(np.quantile(flat[:, 0], level), abs=0.03)
+    assert abs(len(palette.samples) - NUM_SAMPLES) < 100
+
+
+def test_equal_paintings_give_equal_palettes():
+    one, other = (learn_palette(image(PARTS)) for _ in range(2))
+    np.testing.assert_array_equal(one.samples, other.samples)
+    assert [c.name for c in one.colors] == [c.name for c in other.colors]
+
+
+def test_what_is_transparent_does_not_count():
+    pixels = image([((0.1, 0.2, 0.6), 0.5), ((0.9, 0.1, 0.1), 0.5)])
+    alpha = np.zeros((*pixels.shape[:2], 1), np.float32)
+    alpha[:, :50] = 1
+    palette = learn_palette(np.concatenate([pixels, alpha], axis=2))
+    assert (palette.samples[:, 2] > 0.4).all()
+
+
+@pytest.mark.parametrize("shape", [(1, 1, 3), (1, 1, 1), (3, 1, 4), (40, 40, 2)])
+def test_tiny_and_grey_pictures_have_a_palette(shape):
+    palette = learn_palette(np.full(shape, 0.5, np.float32))
+    assert len(palette.colors) == 1
+    np.testing.assert_allclose(palette.samples, 0.5, atol=1e-6)
+
+
+def test_black_and_white_are_two_colours():
+    pixels = np.zeros((20, 20, 1), np.float32)
+    pixels[:, 5:] = 1
+    colors = learn_palette(pixels).colors
+    assert [(color.name, color.share) for color in colors] == [("white", 0.75), ("black", 0.25)]
+
+
+@pytest.mark.parametrize(
+    ("pixels", "sentence"),
+    [
+        (np.zeros((4, 4, 5), np.float32), "1 to 4 channels, got 5"),
+        (np.zeros((4, 4, 4), np.float32), "a pixel that is not transparent, got none"),
+        (np.zeros((0, 4, 3), np.float32), "a pixel that is not transparent, got none"),
+    ],
+)
+def test_what_has_no_colours_is_refused(pixels, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        learn_palette(pixels)
+
+
+@pytest.mark.parametrize(
+    ("code", "name"),
+    [
+        ("#000000", "black"),
+        ("#ffffff", "white"),
+        ("#808080", "grey"),
+        ("#8a8078", "warm grey"),
+        ("#78808a", "cool grey"),
+        ("#14286a", "deep blue"),
+        ("#b9d3e6", "pale sky blue"),
+        ("#c98a2b", "ochre"),
+        ("#523014", "brown"),
+        ("#f6e6c0", "cream"),
+        ("#2e6b2f", "deep green"),
+        ("#7a3fa8", "violet"),
+        ("#d01c1c", "bright red"),
+        ("#f4b8b8", "pink"),
+        ("#f8e040", "bright yellow"),
+        ("#606020", "olive"),
+        ("#008080", "teal"),
+    ],
+)
+def test_colours_have_the_names_that_people_use(code, name):
+    assert color_name(np.array([int(code[i : i + 2], 16) / 255 for i in (1, 3, 5)])) == name
+
+
+def test_names_of_a_palette_differ():
+    blues = np.array([[0.05, 0.1, 0.3], [0.08, 0.14, 0.38], [0.1, 0.18, 0.45], [0.1, 0.1, 0.1]])
+    names = color_names(blues)
+    assert len(set(names)) == 4
+    assert names[0].startswith("darker")
