@@ -31,6 +31,7 @@ def _residual_to_json(residual: Residual) -> dict[str, Any]:
         "scale": pack(residual.scale, "float32"),
         "centers": pack(residual.centers, "float32"),
         "weights": pack(residual.weights, "float32"),
+        "slopes": None if residual.slopes is None else pack(residual.slopes, "float32"),
     }
 
 
@@ -61,7 +62,10 @@ def _residual_of_json(fields: Fields) -> Residual:
     weights = take_array(fields, "weights", (len(centers), None), MOST)
     if weights.shape[1] < 3:
         fields.refuse("weights", "of 3 outputs or more", [float(side) for side in weights.shape])
+    slopes = None
+    if "slopes" in fields:
+        slopes = take_array(fields, "slopes", (len(centers), 3, 3), MOST).astype(np.float32)
     fields.end()
     singles = (array.astype(np.float32) for array in (centers, weights, offset, scale))
     centers32, weights32, offset32, scale32 = singles
-    return Residual(tuple(names), centers32, width, weights32, offset32, scale32)
+    return Residual(tuple(names), centers32, width, weights32, offset32, scale32, slopes)

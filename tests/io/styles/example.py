@@ -38,5 +38,6 @@ def edit(num_bumps=7) -> Style:
         rng.normal(size=(num_bumps, 4)).astype(np.float32),
         np.array([0.5, 0.1], np.float32),
         np.array([0.2, 1.5], np.float32),
+        rng.normal(size=(num_bumps, 3, 3)).astype(np.float32),
     )
     return Style("warm", edit=StyleEdit(np.hstack([np.eye(3), rng.normal(0, 0.1, (3, 1))]), 0.25, residual))

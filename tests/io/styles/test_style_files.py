@@ -68,7 +68,7 @@ def test_an_edit_survives_writing_and_reading(path):
     assert read.edit.log_size == style.edit.log_size
     own, other = read.edit.residual, style.edit.residual
     assert (own.features, own.width) == (other.features, other.width)
-    for name in ("centers", "weights", "offset", "scale"):
+    for name in ("centers", "weights", "slopes", "offset", "scale"):
         np.testing.assert_array_equal(getattr(own, name), getattr(other, name))
 
 
@@ -200,6 +200,7 @@ BAD_EDITS = [
         "'offset' of residual of edit must be an array of shape \\[1\\]",
     ),
     (_set("edit", "residual", "weights", [[1, 2, 3]]), "'weights' .* must be an array of shape \\[7, any\\]"),
+    (_set("edit", "residual", "slopes", [[[1]]]), "'slopes' .* must be an array of shape \\[7, 3, 3\\]"),
 ]
 
 
