@@ -1,0 +1,146 @@
+"""Colours before and after an edit -> the affine map that is the simplest explanation of it.
+
+Simple means: what most colours say, a few that an edit treats otherwise set aside; and where the colours of
+a scene do not say, as those of a grey one, first no change, then one of each channel for itself, then what
+the data force upon it. So a map that is learnt from few colours is right for others as far as it can be.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from brushgs.arrays import F64
+
+CLIP = 2e-3  # half a step of 8 bits: what is this near to 0 or 1 may have been cut there
+ROUNDS = 12
+FIRST_SCALE, LEAST_SCALE = 0.5, 2e-3  # of differences that are set aside, shrinking from round to round
+SPREADS = 2.0  # median differences that still count
+SAYS = 30.0  # independent colours that a scene is taken to have where no map explains them
+EXACT = 1e-6  # standard deviation of rounding in float32
+SAME, CHANGED = 1 / 255, 4 / 255  # differences that nobody sees, and those that some do
+LEFT_ALONE = 0.05  # share of the weight that shows an edit to be partial
+LEAST_SHARE = 0.5  # of the weight that a map must explain for the rest to be set aside
+
+
+@dataclass(frozen=True, eq=False)
+class AffineFit:
+    """An affine map and how well it explains the data.
+
+    Attributes:
+        affine: [3, 4] as in `brushgs.style.StyleEdit`.
+        known: [n, 3] of 0 or 1: which values after were not cut off at 0 or 1.
+    """
+
+    affine: F64
+    known: F64
+
+
+def fit_affine(before: F64, after: F64, weights: F64) -> AffineFit:
+    """Fit an affine map.
+
+    Args:
+        before: [n, 3] colours, n >= 1.
+        after: [n, 3] colours.
+        weights: [n] >= 0, not all 0.
+    """
+    weights = weights / weights.sum()
+    is_cut = (np.minimum(np.abs(after), np.abs(after - 1)) < CLIP) & (np.abs(after - before) > CLIP)
+    known = np.where(is_cut, 0.0, 1.0)
+    if (weights @ known).min() < LEAST_SHARE:
+        known = np.ones_like(known)
+    everyone = _solve(before, after, weights[:, None] * known)
+    affine = _set_aside(before, after, weights, known, everyone)
+    if _is_partial(before, after, weights, affine):
+        affine = np.eye(3, 4)
+    # What was cut, and by the map would not have been, is no rounding: it speaks against the map.
+    predicted = _mapped(affine, before)
+    known = np.maximum(known, (predicted > CLIP) & (predicted < 1 - CLIP))
+    return AffineFit(affine, known)
+
+
+def _is_partial(before: F64, after: F64, weights: F64, affine: F64) -> bool:
+    """Whether an edit leaves colours alone that the map would change: then it is one of some colours only.
+
+    What it does to these is no map of all, however many they are in this scene.
+    """
+    is_alone = np.abs(after - before).max(axis=1) < SAME
+    predicted = np.clip(_mapped(affine, before), np.minimum(before, 0), np.maximum(before, 1))
+    is_changed = np.abs(predicted - before).max(axis=1) > CHANGED
+    return float(weights @ (is_alone & is_changed)) > LEFT_ALONE
+
+
+def _set_aside(before: F64, after: F64, weights: F64, known: F64, start: F64) -> F64:
+    """The map of most: weights of Geman and McClure at a scale that shrinks.
+
+    Where no map explains more than half, that of all colours is as good as any.
+    Source: Black and Rangarajan 1996, On the unification of line processes (graduated non-convexity).
+    """
+    affine, scale = start, FIRST_SCALE
+    for _ in range(ROUNDS):
+        errors = np.sqrt((((after - _mapped(affine, before)) * known) ** 2).sum(axis=1))
+        trust = (scale**2 / (scale**2 + errors**2)) ** 2
+        if weights @ trust < LEAST_SHARE:
+            return start
+        affine = _solve(before, after, (weights * trust)[:, None] * known)
+        spread = SPREADS * _median(errors, weights)
+        scale = max(0.5 * scale, min(spread, scale), LEAST_SCALE)
+    return affine
+
+
+def _solve(before: F64, after: F64, weights: F64) -> F64:
+    """[3, 4] weighted least squares, held toward the identity, then toward one channel for itself.
+
+    Args:
+        before: [n, 3].
+        after: [n, 3].
+        weights: [n, 3] of each value after.
+    """
+    columns = np.column_stack([before, np.ones(len(before)), after])
+    is_same = bool((weights == weights[:, :1]).all())
+    whole = np.zeros((3, 4))
+    for channel in range(3):
+        if channel == 0 or not is_same:
+            moments = (columns * weights[:, channel, None]).T @ columns
+            moments /= max(moments[3, 3], np.finfo(np.float64).tiny)
+        rows = [*range(4), 4 + channel]
+        held = np.eye(4)[channel]
+        for some in ([channel, 3], [0, 1, 2, 3]):
+            held = _ridge(moments[np.ix_(rows, rows)], some, held)
+        whole[channel] = held
+    return whole
+
+
+def _ridge(moments: F64, some: list[int], prior: F64) -> F64:
+    """[4] coefficients near `prior`: how near, the differences that remain decide.
+
+    Of exact data the held-back part is at rounding; of data that no map explains it is as large as if there
+    were `SAYS` of them.
+
+    Args:
+        moments: [5, 5] mean products of the columns before, 1, and the values after.
+        some: columns whose coefficients may differ from `prior`.
+        prior: [4].
+    """
+    of_left = np.append(-prior, 1.0)  # the differences that remain with the prior, by columns
+    gram = moments[np.ix_(some, some)]
+    right = (moments @ of_left)[some]
+    variance = float(of_left @ moments @ of_left)
+    held = EXACT**2
+    step = np.zeros(len(some))
+    for _ in range(3):
+        step = np.linalg.solve(gram + held / SAYS * np.eye(len(some)), right)
+        held = max(variance - 2 * step @ right + step @ gram @ step, 0) + EXACT**2
+    found = prior.copy()
+    found[some] += step
+    return found
+
+
+def _mapped(affine: F64, colors: F64) -> F64:
+    return np.asarray(colors @ affine[:, :3].T + affine[:, 3])
+
+
+def _median(values: F64, weights: F64) -> float:
+    """The weighted median."""
+    order = np.argsort(values, kind="stable")
+    totals = np.cumsum(weights[order])
+    return float(values[order[np.searchsorted(totals, 0.5 * totals[-1])]])

@@ -1,0 +1,163 @@
+"""Two states of a scene -> the edit between them, as a style that any scene can take.
+
+    pairs of colours -> the simplest affine map -> what it leaves, by features of strokes
+
+What is learnt must hold where the scene it is learnt from says nothing: so the affine map is the simplest
+that explains most of it, and a residual enters only if it explains parts of the scene that it was not fitted
+to.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from brushgs.arrays import F64, Array, Rows
+from brushgs.cameras.framing import camera_axes
+from brushgs.passes.contribution import projected_areas
+from brushgs.passes.style.features import COLOR_FEATURES, color_features, stroke_features
+from brushgs.passes.style.fit_affine import fit_affine
+from brushgs.passes.style.fit_bumps import CANDIDATES, NOTHING, NUM_FOLDS, BumpFit, Samples, fit_bumps
+from brushgs.passes.style.pairs import pair_rows
+from brushgs.scene import FirstView, Gaussians
+from brushgs.sh import C0
+from brushgs.style import StyleEdit
+
+MOST_ROWS = 10_000  # that an edit is fitted to
+SECTORS = 12  # around up, of which every fourth is held out at a time
+LARGEST_SHARE = 0.99  # quantile of weights that larger ones are reduced to
+SAME_SIZE = 1e-3  # of a log size: rounding
+LOG_SIZE_WEIGHT = 0.3  # a log size counts like so much of a colour
+
+
+@dataclass(frozen=True, eq=False)
+class LearntEdit:
+    """An edit and how well it explains what it was learnt from.
+
+    Attributes:
+        edit: what was learnt.
+        num_pairs: Gaussians whose states were compared.
+        changed: root mean square difference of colours before and after.
+        left: that which the affine map leaves.
+        held_out: that which remains with the bumps, in parts of the scene that they were not fitted to.
+    """
+
+    edit: StyleEdit
+    num_pairs: int
+    changed: float
+    left: float
+    held_out: float
+
+
+def learn_edit(
+    before: Gaussians, after: Gaussians, first_view: FirstView, *, num_bumps: int | None = None
+) -> LearntEdit:
+    """Learn what was done to the colours and sizes of a scene.
+
+    Args:
+        before: the scene.
+        after: the same, edited: its rows are those of the scene, or lie where these do.
+        first_view: of the scene before.
+        num_bumps: of the residual at most, 0 for none; None for as many as it takes.
+
+    Raises:
+        ValueError: if a scene is empty, or they are not two states of one.
+    """
+    pairs = pair_rows(before, after)
+    weights = before.opacities * projected_areas(before.scales)
+    rows, says = sampled(weights[pairs.before])
+    first, second = pairs.before[rows], pairs.after[rows]
+    colors, edited = (
+        0.5 + C0 * scene.sh[some, 0].astype(np.float64) for scene, some in ((before, first), (after, second))
+    )
+    steps = _log_steps(before.scales[first], after.scales[second])
+    return learn_from_colors(
+        before, first, colors, edited, says, first_view, log_steps=steps, num_bumps=num_bumps
+    )
+
+
+def learn_from_colors(
+    scene: Gaussians,
+    rows: Rows,
+    before: F64,
+    after: F64,
+    weights: F64,
+    first_view: FirstView,
+    *,
+    log_steps: F64 | None = None,
+    num_bumps: int | None = None,
+) -> LearntEdit:
+    """Learn an edit from colours of some Gaussians, however they are known.
+
+    Args:
+        scene: N Gaussians before the edit.
+        rows: [n] n >= 1 of these.
+        before: [n, 3] their colours before the edit.
+        after: [n, 3] and after it.
+        weights: [n] >= 0, how much each says.
+        first_view: of the scene.
+        log_steps: [n] by how much the logarithms of their sizes grew; None for not at all.
+        num_bumps: see `learn_edit`.
+    """
+    weights = np.minimum(weights, np.quantile(weights, LARGEST_SHARE)) if weights.any() else weights
+    weights = weights if weights.any() else np.ones(len(rows))
+    fit = fit_affine(before, after, weights)
+    left = (after - before @ fit.affine[:, :3].T - fit.affine[:, 3]) * fit.known
+    steps = np.zeros(len(rows)) if log_steps is None else log_steps
+    log_size = float(np.median(steps))
+    log_size = log_size if abs(log_size) > SAME_SIZE else 0.0
+    shares = weights / weights.sum()
+    changed, remains = (float(np.sqrt(shares @ (d**2).mean(axis=1))) for d in (after - before, left))
+    sizes_left = LOG_SIZE_WEIGHT * (steps - log_size)
+    has_sizes = bool(np.sqrt(shares @ sizes_left**2) > NOTHING)
+    bumps = BumpFit(None, remains, remains)
+    if (remains > NOTHING or has_sizes) and num_bumps != 0:
+        candidates = [names for names in CANDIDATES if names != ("gloss",) or scene.sh.shape[1] > 1]
+        others = [name for names in candidates for name in names if name not in COLOR_FEATURES]
+        found = stroke_features(scene, first_view, tuple(dict.fromkeys(others)))
+        wanted = np.column_stack([left, sizes_left]) if has_sizes else left
+        says = shares[:, None] * np.column_stack([fit.known, np.ones(len(rows))])[:, : wanted.shape[1]]
+        samples = Samples(
+            before,
+            np.column_stack([color_features(before), found.values[rows]]),
+            COLOR_FEATURES + found.names,
+            wanted,
+            says,
+            _folds(scene.means[rows], first_view),
+        )
+        bumps = fit_bumps(samples, candidates, most=num_bumps)
+        if has_sizes and bumps.residual is not None:
+            bumps.residual.weights[:, 3] /= LOG_SIZE_WEIGHT
+    return LearntEdit(
+        StyleEdit(fit.affine, log_size, bumps.residual), len(rows), changed, remains, bumps.held_out
+    )
+
+
+def sampled(weights: F64, *, most: int = MOST_ROWS) -> tuple[Rows, F64]:
+    """Rows of at most so many strokes, ascending, and their weights.
+
+    Of many, they are drawn by the roots of their weights [n], and the roots are the weights of those that are
+    drawn: large strokes are there more often, but small ones too.
+    """
+    if len(weights) <= most:
+        return np.arange(len(weights)), weights
+    roots = np.sqrt(weights) + 1e-3 * np.sqrt(weights.max()) + np.finfo(np.float64).tiny
+    totals = np.cumsum(roots)
+    rows = np.unique(np.searchsorted(totals, (np.arange(most) + 0.5) / most * totals[-1]))
+    return rows.astype(np.intp), roots[rows]
+
+
+def _log_steps(before: Array, after: Array) -> F64:
+    """[n] by how much the mean logarithm of scales [n, 3] grew; 0 where one has no extent."""
+    is_known = ((before > 0) & (after > 0)).all(axis=1)
+    steps = np.zeros(len(before))
+    ratios = after[is_known].astype(np.float64) / before[is_known]
+    steps[is_known] = np.log(ratios).mean(axis=1)
+    return steps
+
+
+def _folds(means: Array, first_view: FirstView) -> Rows:
+    """[n] parts of a scene: sectors around the middle of its subject, so that each has all heights."""
+    axes = camera_axes(first_view.up, 0.0, 0.0)
+    away = (means.astype(np.float64) - first_view.points.mean(axis=0)) @ axes.T
+    turns = np.arctan2(away[:, 0], away[:, 2]) / (2 * np.pi) + 0.5
+    return np.asarray(np.floor(SECTORS * turns).astype(np.intp) % NUM_FOLDS)

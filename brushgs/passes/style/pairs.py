@@ -1,0 +1,60 @@
+"""Which Gaussian of an edited scene is which of the scene before."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from brushgs.arrays import Array, Rows
+from brushgs.passes.extent import robust_frame
+from brushgs.passes.neighbours import nearest
+from brushgs.scene import Gaussians
+
+NEAR = 2e-3  # radii of the scene: what is further away is another Gaussian
+LEAST_SHARE = 0.1  # of the rows before that must be found: else these are two scenes
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """Rows of two scenes that belong together.
+
+    Attributes:
+        before: [n] rows of the scene before.
+        after: [n] theirs of the scene after.
+        are_rows: whether row i is row i, all of them.
+    """
+
+    before: Rows
+    after: Rows
+    are_rows: bool
+
+
+def pair_rows(before: Gaussians, after: Gaussians) -> Pairs:
+    """Find which rows belong together: the same ones, or else the nearest.
+
+    Raises:
+        ValueError: if there is no Gaussian, or too few lie where one of the other scene does.
+    """
+    for name, scene in (("before", before), ("after", after)):
+        if len(scene) == 0:
+            raise ValueError(f"the scene {name} the edit must have at least one Gaussian, got none")
+    _, radius = robust_frame(before.means)
+    near = NEAR * radius
+    if len(before) == len(after):
+        away = np.linalg.norm(before.means.astype(np.float64) - after.means, axis=1)
+        is_near = away <= near
+        if is_near.mean() >= 1 - LEAST_SHARE:
+            rows = np.flatnonzero(is_near)
+            return Pairs(rows, rows, bool(is_near.all()))
+    distances, rows = _nearest(after.means, before.means)
+    found = np.flatnonzero(distances <= near)
+    if len(found) < LEAST_SHARE * len(before):
+        raise ValueError(
+            f"of the {len(before)} Gaussians before the edit {len(found)} lie where one of the {len(after)} "
+            "after it does; give two states of one scene, of which colours or sizes were changed"
+        )
+    return Pairs(found, rows[found], False)
+
+
+def _nearest(points: Array, queries: Array) -> tuple[Array, Rows]:
+    distances, rows = nearest(points, queries, 1)
+    return distances[:, 0], rows[:, 0]

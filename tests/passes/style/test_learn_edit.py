@@ -1,0 +1,211 @@
+"""An edit that was learnt is the edit that was made, as far as a scene can say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brushgs.colors import LUMINANCE
+from brushgs.passes.color_map import Affine, map_colors
+from brushgs.passes.style.edit import apply_edit, needed_features
+from brushgs.passes.style.features import stroke_features
+from brushgs.passes.style.fit_affine import fit_affine
+from brushgs.passes.style.learn_edit import learn_edit
+from brushgs.passes.style.pairs import pair_rows
+from brushgs.sh import C0
+from tests.passes.scenes import random_gaussians, replaced
+from tests.passes.style.test_features import VIEW
+
+GREY = np.tile(LUMINANCE, (3, 1))
+AFFINE = {
+    "warm": (np.diag([1.1, 1.0, 0.8]), np.array([0.03, 0.0, -0.03])),
+    "grey": (GREY, np.zeros(3)),
+    "negative": (-np.eye(3), np.ones(3)),
+    "saturation": (1.6 * np.eye(3) - 0.6 * GREY, np.zeros(3)),
+    "any": (np.array([[1.1, 0.1, 0], [0, 0.9, 0.05], [0, 0.1, 0.7]]), np.array([0.05, 0, -0.1])),
+}
+
+
+def scene(n=2000, seed=0, colors=None, dtype=np.float64):
+    """A cloud of strokes in random colours within the display range, or in given ones."""
+    plain = random_gaussians(n, seed, spread=0.4, terms=4)
+    if colors is None:
+        colors = np.random.default_rng(seed + 1).uniform(size=(n, 3))
+    sh = 0.1 * plain.sh
+    sh[:, 0] = (np.broadcast_to(colors, (n, 3)) - 0.5) / C0
+    return replaced(plain, sh=sh).astype(dtype)
+
+
+def colors_of(gaussians):
+    return 0.5 + C0 * gaussians.sh[:, 0].astype(np.float64)
+
+
+def error(edit, other, wanted):
+    """Root mean square difference of an edit applied to another scene from what is wanted there."""
+    features = stroke_features(other, VIEW, needed_features([edit]))
+    found = colors_of(apply_edit(other, edit, features))
+    return float(np.sqrt(((found - colors_of(wanted)) ** 2).mean()))
+
+
+@pytest.mark.parametrize("name", AFFINE)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_an_affine_edit_is_found_exactly(name, dtype):
+    matrix, offset = AFFINE[name]
+    before = scene(dtype=dtype)
+    learnt = learn_edit(before, map_colors(before, Affine(matrix, offset)), VIEW)
+    np.testing.assert_allclose(learnt.edit.affine, np.column_stack([matrix, offset]), atol=1e-5)
+    assert learnt.edit.residual is None
+    assert learnt.edit.log_size == 0
+    assert learnt.left < 1e-5
+
+
+@pytest.mark.parametrize("name", AFFINE)
+def test_an_affine_edit_of_a_brownish_scene_holds_for_all_colours(name):
+    matrix, offset = AFFINE[name]
+    rng = np.random.default_rng(0)
+    browns = rng.uniform(0.1, 0.9, (2000, 1)) * (0.9, 0.7, 0.5) + rng.normal(0, 0.01, (2000, 3))
+    before = scene(colors=browns, dtype=np.float32)
+    edit = learn_edit(before, map_colors(before, Affine(matrix, offset)), VIEW).edit
+    other = scene(seed=5)
+    assert error(edit, other, map_colors(other, Affine(matrix, offset))) < 1e-4
+
+
+@pytest.mark.parametrize("name", ["warm", "negative"])
+def test_of_a_grey_scene_each_channel_is_taken_to_change_for_itself(name):
+    matrix, offset = AFFINE[name]
+    greys = np.repeat(np.random.default_rng(0).uniform(size=(500, 1)), 3, axis=1)
+    before = scene(500, colors=greys)
+    edit = learn_edit(before, map_colors(before, Affine(matrix, offset)), VIEW).edit
+    np.testing.assert_allclose(edit.affine, np.column_stack([matrix, offset]), atol=1e-5)
+
+
+def test_what_was_not_changed_is_learnt_as_no_change():
+    for before in (scene(), scene(300, colors=(0.3, 0.3, 0.3)), scene(1)):
+        edit = learn_edit(before, before, VIEW).edit
+        np.testing.assert_allclose(edit.affine, np.eye(3, 4), atol=1e-9)
+        assert edit.residual is None
+
+
+@pytest.mark.parametrize("count", [1, 2, 500])
+def test_of_one_colour_that_colour_is_right(count):
+    before = scene(count, colors=(0.6, 0.4, 0.2))
+    after = scene(count, colors=(0.3, 0.5, 0.7))
+    edit = learn_edit(before, after, VIEW).edit
+    assert error(edit, before, after) < 1e-4
+    assert np.isfinite(edit.affine).all()
+    assert np.abs(edit.affine[:, :3] - np.eye(3)).max() < 1
+
+
+def test_values_that_were_cut_off_do_not_bend_the_map():
+    matrix, offset = 1.5 * np.eye(3), np.full(3, -0.2)
+    before = scene()
+    cut = np.clip(colors_of(before) @ matrix.T + offset, 0, 1)
+    edit = learn_edit(before, replaced(before, sh=((cut - 0.5) / C0)[:, None]), VIEW).edit
+    np.testing.assert_allclose(edit.affine, np.column_stack([matrix, offset]), atol=1e-6)
+
+
+def test_a_few_colours_that_change_otherwise_do_not_bend_the_map():
+    rng = np.random.default_rng(0)
+    before = rng.uniform(size=(1000, 3))
+    after = before @ AFFINE["any"][0].T + AFFINE["any"][1]
+    after[:200] = rng.uniform(size=(200, 3))
+    found = fit_affine(before, after, np.ones(1000)).affine
+    np.testing.assert_allclose(found, np.column_stack(AFFINE["any"]), atol=2e-3)
+
+
+def reds_to_blue(gaussians):
+    rgb = colors_of(gaussians)
+    share = np.clip((rgb[:, 0] - rgb[:, 1] - 0.2) / 0.3, 0, 1)[:, None]
+    after = (1 - share) * rgb + share * rgb[:, [2, 1, 0]]
+    return replaced(gaussians, sh=((after - 0.5) / C0)[:, None])
+
+
+def darker_upward(gaussians):
+    height = np.clip(stroke_features(gaussians, VIEW, ("height",)).values, 0, 1)
+    return replaced(gaussians, sh=((colors_of(gaussians) * (1 - 0.7 * height) - 0.5) / C0)[:, None])
+
+
+@pytest.mark.parametrize(
+    ("change", "names", "within"),
+    [(reds_to_blue, {"lightness", "green_red", "blue_yellow"}, 0.03), (darker_upward, {"height"}, 0.01)],
+)
+def test_a_partial_edit_is_learnt_by_the_features_it_depends_on_and_holds_elsewhere(change, names, within):
+    before, other = scene(4000), scene(1000, seed=5)
+    learnt = learn_edit(before, change(before), VIEW)
+    assert learnt.edit.residual is not None
+    assert set(learnt.edit.residual.features) <= names
+    assert learnt.held_out < 0.5 * learnt.left
+    assert error(learnt.edit, other, change(other)) < within
+    plain = learn_edit(before, change(before), VIEW, num_bumps=0)
+    assert plain.edit.residual is None
+    assert error(plain.edit, other, change(other)) > 2 * within
+
+
+def test_an_edit_of_some_colours_leaves_the_others_alone():
+    before = scene(4000)
+    edit = learn_edit(before, reds_to_blue(before), VIEW).edit
+    np.testing.assert_allclose(edit.affine, np.eye(3, 4), atol=1e-3)
+    colors = np.random.default_rng(0).uniform(size=(4000, 3))
+    colors[:3000] = colors[:3000] * (0.3, 0.3, 0.5) + (0.7, 0.0, 0.0)  # most of them red
+    mostly_red = scene(4000, colors=colors)
+    edit = learn_edit(mostly_red, reds_to_blue(mostly_red), VIEW).edit
+    np.testing.assert_array_equal(edit.affine, np.eye(3, 4))
+
+
+def test_what_no_feature_explains_is_not_learnt():
+    before = scene(3000)
+    noise = np.random.default_rng(3).normal(0, 0.1, (3000, 3))
+    after = replaced(before, sh=((colors_of(before) + noise - 0.5) / C0)[:, None])
+    learnt = learn_edit(before, after, VIEW)
+    assert learnt.edit.residual is None
+    assert np.abs(learnt.edit.affine - np.eye(3, 4)).max() < 0.05
+
+
+def test_sizes_are_learnt():
+    before = scene(2000)
+    grown = replace(before, scales=1.5 * before.scales)
+    edit = learn_edit(before, grown, VIEW).edit
+    assert edit.log_size == pytest.approx(np.log(1.5))
+    np.testing.assert_allclose(edit.affine, np.eye(3, 4), atol=1e-9)
+    assert edit.residual is None
+    steps = np.clip(stroke_features(before, VIEW, ("height",)).values, 0, 1)
+    edit = learn_edit(before, replace(before, scales=before.scales * np.exp(steps)), VIEW).edit
+    features = stroke_features(before, VIEW, needed_features([edit]))
+    found = np.log(apply_edit(before, edit, features).scales / before.scales)
+    assert np.sqrt(((found - steps) ** 2).mean()) < 0.06
+
+
+def test_rows_are_paired_by_number_or_by_place():
+    before = scene(400)
+    pairs = pair_rows(before, before)
+    assert pairs.are_rows
+    np.testing.assert_array_equal(pairs.before, np.arange(400))
+    order = np.random.default_rng(0).permutation(400)[:300]
+    pairs = pair_rows(before, before.take(order))
+    assert not pairs.are_rows
+    np.testing.assert_array_equal(order[pairs.after], pairs.before)
+    assert len(pairs.before) >= 300
+
+
+def test_rows_in_another_order_give_the_same_edit():
+    before = scene()
+    after = map_colors(before, Affine(*AFFINE["any"])).take(np.random.default_rng(0).permutation(2000)[:1500])
+    edit = learn_edit(before, after, VIEW).edit
+    np.testing.assert_allclose(edit.affine, np.column_stack(AFFINE["any"]), atol=1e-5)
+
+
+def test_two_scenes_are_no_edit():
+    before = scene(100)
+    far = replaced(before, means=before.means + 50)
+    with pytest.raises(ValueError, match=r"of the 100 Gaussians before the edit 0 lie .* two states of one"):
+        learn_edit(before, far, VIEW)
+    with pytest.raises(ValueError, match="scene after the edit must have at least one Gaussian"):
+        learn_edit(before, before.take(slice(0, 0)), VIEW)
+
+
+def test_learning_is_the_same_each_time_and_its_size_is_limited():
+    before = scene(3000)
+    after = reds_to_blue(before)
+    one, two = (learn_edit(before, after, VIEW, num_bumps=8).edit for _ in range(2))
+    assert len(one.residual.centers) <= 8
+    np.testing.assert_array_equal(one.residual.weights, two.residual.weights)
