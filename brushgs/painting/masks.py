@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from brushgs.arrays import Array
 from brushgs.colors import split_alpha
 from brushgs.errors import SceneError
 from brushgs.io.cameras.camera_file import CameraFile
@@ -24,13 +25,15 @@ SAME_SHAPE = 0.02  # by which the sides of a mask and of its camera may differ i
 
 @dataclass(frozen=True)
 class MaskOpener:
-    """Opens masks with the cameras of a file.
+    """Opens masks, or other pictures of a scene, with the cameras of a file.
 
     Attributes:
         camera_file: in any format of `brushgs.io.cameras.formats`.
+        what: the pictures are, for messages.
     """
 
     camera_file: Path
+    what: str = "mask"
 
     @cached_property
     def _cameras(self) -> CameraFile:
@@ -45,9 +48,12 @@ class MaskOpener:
         Raises:
             SceneError: if there is no picture, one cannot be read, or has no camera.
         """
-        files = _pictures(path)
-        cameras = self._cameras_of(path, files)
-        return [_mask(file, camera) for file, camera in zip(files, cameras, strict=True)]
+        return [_mask(file, camera) for file, camera in self.pairs(path)]
+
+    def pairs(self, path: Path) -> list[tuple[Path, Camera]]:
+        """The files of a folder, or the one file, with their cameras, see `__call__`. Raises the same."""
+        files = _pictures(path, self.what)
+        return list(zip(files, self._cameras_of(path, files), strict=True))
 
     def _cameras_of(self, path: Path, files: list[Path]) -> list[Camera]:
         cameras, name = self._cameras.cameras, self.camera_file.name
@@ -57,22 +63,24 @@ class MaskOpener:
             return [camera for camera in found if camera is not None]
         if any(camera is not None for camera in found):
             lost = files[found.index(None)]
-            raise SceneError(lost, f"{name} has no camera of this name; rename the mask as its picture")
-        if len(files) != len(cameras):
-            cure = "name each mask as the picture of its camera, or give one camera a mask, in the same order"
             raise SceneError(
-                path, f"holds {len(files)} masks for the {len(cameras)} cameras of {name}; {cure}"
+                lost, f"{name} has no camera of this name; name each {self.what} as the picture of its camera"
+            )
+        if len(files) != len(cameras):
+            cure = f"name each {self.what} as the picture of its camera, or give each camera one, in order"
+            raise SceneError(
+                path, f"holds {len(files)} {self.what}s for the {len(cameras)} cameras of {name}; {cure}"
             )
         return cameras
 
 
-def _pictures(path: Path) -> list[Path]:
+def _pictures(path: Path, what: str) -> list[Path]:
     if not path.is_dir():
         return [path]
     files = [file for file in path.iterdir() if file.suffix.lower() in SUFFIXES]
     files = [file for file in files if not file.name.startswith(".")]
     if not files:
-        raise SceneError(path, f"holds no masks; put pictures in it: {PICTURES_READ}")
+        raise SceneError(path, f"holds no {what}s; put pictures in it: {PICTURES_READ}")
     return sorted(files, key=_order)
 
 
@@ -91,17 +99,24 @@ def _stem(name: str) -> str:
 
 
 def _mask(file: Path, camera: Camera) -> MaskView:
+    rgb, known, own = open_with_camera(file, camera, "paint it over the picture itself")
+    return MaskView(own, rgb.mean(axis=2), known)
+
+
+def open_with_camera(file: Path, camera: Camera, cure: str) -> tuple[Array, Array, Camera]:
+    """RGB [h, w, 3] and alpha [h, w] of a picture, and its camera in the size of the picture.
+
+    Raises:
+        SceneError: if it cannot be read, or has other sides than its camera; then with this cure.
+    """
     image = read_image(file)
-    height, width, channels = image.shape
-    rgb, known = split_alpha(image.reshape(-1, channels))
+    height, width, _ = image.shape
+    rgb, known = split_alpha(image)
     ratio = (width / height) / (camera.width / camera.height)
     if not abs(ratio - 1) <= SAME_SHAPE:
         size = f"{width}x{height}, its camera {camera.width}x{camera.height}"
-        raise SceneError(file, f"has other sides than its camera: {size}; paint it over the picture itself")
-    shape = height, width
-    inside = rgb.mean(axis=1).reshape(shape)
-    says = np.ones(shape) if known is None else known.reshape(shape)
-    return MaskView(_of_size(camera, width, height), inside, says)
+        raise SceneError(file, f"has other sides than its camera: {size}; {cure}")
+    return rgb, np.ones((height, width)) if known is None else known, _of_size(camera, width, height)
 
 
 def _of_size(camera: Camera, width: int, height: int) -> Camera:

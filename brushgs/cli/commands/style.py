@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from brushgs.cli import flags
 from brushgs.cli.console import reported
+from brushgs.io.cameras.formats import CAMERAS_READ
 from brushgs.io.pictures.formats import PICTURES_READ
 from brushgs.options.choices import STYLE_SUFFIX
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from brushgs.style import NamedColor, Style
 
 ACTIONS = ("learn", "show")
+OF_EDITS = ("before", "after", "scene", "camera_file")
 
 
 def add_flags(parser: ArgumentParser) -> None:
@@ -30,13 +32,28 @@ def add_flags(parser: ArgumentParser) -> None:
         metavar="FILE",
         help=f"to learn from, a painting: {PICTURES_READ}; to show, a file *{STYLE_SUFFIX}",
     )
-    group = parser.add_argument_group("learn")
+    group = parser.add_argument_group("learn", "from a painting, or from what was done to a scene")
+    for name, what in (("before", "the scene before an edit"), ("after", "the same scene after it")):
+        group.add_argument(
+            f"--{name}",
+            type=Path,
+            metavar="PATH",
+            help=f"{what}; with --camera-file pictures of it, a folder or one",
+        )
+    group.add_argument("--scene", type=Path, metavar="SCENE", help="that the pictures of an edit show")
+    group.add_argument(
+        "--camera-file",
+        type=Path,
+        metavar="FILE",
+        help=f"cameras of the pictures, by their names or in their order: {CAMERAS_READ}",
+    )
     group.add_argument(
         "-o",
         "--output",
         type=Path,
         metavar=f"FILE{STYLE_SUFFIX}",
-        help=f"style file, default PAINTING{STYLE_SUFFIX} in the current folder",
+        help=f"style file, default the name of the painting, or of what is after the edit, with "
+        f"{STYLE_SUFFIX}, in the current folder",
     )
     group.add_argument("--name", metavar="TEXT", help="name of the style, default that of the painting")
     flags.add_report(parser)
@@ -49,9 +66,10 @@ def run(args: Namespace) -> None:
         ValueError: if no file is given, or a flag of learning with `show`.
     """
     if args.action == "show":
-        for name in ("output", "name"):
+        for name in ("output", "name", *OF_EDITS):
             if getattr(args, name) is not None:
-                raise ValueError(f"--{name} belongs to `brushgs style learn`; remove it")
+                flag = name.replace("_", "-")
+                raise ValueError(f"--{flag} belongs to `brushgs style learn`; remove it")
         _show(_file(args), as_json=args.json)
     else:
         _learn(args)
@@ -66,12 +84,33 @@ def _file(args: Namespace) -> Path:
 
 
 def _learn(args: Namespace) -> None:
+    if any(getattr(args, name) is not None for name in OF_EDITS):
+        _learn_edit(args)
+        return
     painting = _file(args)
     output = args.output or Path(f"{painting.stem}{STYLE_SUFFIX}")
     with reported(args) as report:
         from brushgs.painting.learn_style import learn_file
 
         learn_file(painting, output, args.name, report)
+
+
+def _learn_edit(args: Namespace) -> None:
+    if args.file is not None:
+        raise ValueError("style learn takes a painting, or --before and --after; omit one")
+    for name, other in (("before", "after"), ("after", "before")):
+        if getattr(args, name) is None:
+            raise ValueError(
+                f"style learn needs --{name} too, the scene {name} the edit beside that {other} it"
+            )
+    from brushgs.options.style_edit import EditSource
+
+    source = EditSource(args.before, args.after, args.scene, args.camera_file)
+    output = args.output or Path(f"{args.after.stem}{STYLE_SUFFIX}")
+    with reported(args) as report:
+        from brushgs.painting.learn_edit import learn_edit_file
+
+        learn_edit_file(source, output, args.name, report)
 
 
 def _show(path: Path, *, as_json: bool) -> None:
