@@ -55,19 +55,31 @@ def mask_votes(gaussians: Gaussians, views: Sequence[MaskView], *, num_threads: 
         )
         sums += found[:, 0]
         weights += shares
-        areas += _areas(gaussians, view.camera)
+        areas += np.where(shares > 0, *_areas(gaussians, view))
     is_seen = weights > 0
     means = np.full(len(gaussians), 0.5)
     means[is_seen] = np.clip(sums[is_seen] / weights[is_seen], 0, 1)
-    clear = np.minimum(weights / np.maximum(areas, np.finfo(np.float64).tiny), 1)
+    clear = np.zeros(len(gaussians))
+    clear[is_seen] = weights[is_seen] / np.maximum(areas, weights)[is_seen]
     return settle(gaussians, means, clear**TRUST_POWER)
 
 
-def _areas(gaussians: Gaussians, camera: Camera) -> F64:
-    """[N] what each Gaussian would make up of a view if nothing lay before it, pixels."""
+def _areas(gaussians: Gaussians, view: MaskView) -> tuple[F64, F64]:
+    """[N] what each Gaussian would make up of a view if nothing lay before it, pixels.
+
+    First all of it; then as much as is known at its centre, which counts where it does not show at all: it
+    may be hidden, or the picture says nothing there.
+    """
+    camera = view.camera
     kernel = StrokeTexture.open("gaussian")
     options = RenderOptions.of(kernel)
     boxes, _ = project_with(replace(gaussians, sh=gaussians.sh[:, :1]), camera, options)
     areas, extents = np.zeros(len(gaussians)), boxes.half_extents.astype(np.float64) / kernel.num_sigmas
+    columns, rows = np.floor(boxes.centers.astype(np.float64)).astype(np.intp).T
+    is_inside = (columns >= 0) & (columns < camera.width) & (rows >= 0) & (rows < camera.height)
+    known = np.zeros(len(boxes))
+    known[is_inside] = view.known[rows[is_inside], columns[is_inside]]
     areas[boxes.ids] = 2 * np.pi * boxes.opacities * extents[:, 0] * extents[:, 1]
-    return areas
+    says = np.zeros(len(gaussians))
+    says[boxes.ids] = known
+    return areas, areas * says

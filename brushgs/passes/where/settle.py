@@ -24,7 +24,7 @@ SAME_COLOR = 0.05  # Euclidean in display-encoded RGB, likewise; with 0.08 the c
 THINNEST = 0.1  # of a Gaussian's largest scale: none is thinner here, so that curved surfaces hang together
 LEAST = 1e-6  # weight: no Gaussian is alone
 SMOOTH = 0.1  # 1 agrees so much that the bowl is lost in what lies in it
-TOLERANCE, MOST_STEPS = 1e-4, 300  # of conjugate gradients
+TOLERANCE, MOST_STEPS = 1e-5, 300  # of conjugate gradients
 _ROWS_AT_A_TIME = 1 << 16  # whose neighbours take some 100 MB
 
 

@@ -19,7 +19,7 @@ LEVEL = np.cos(np.radians(30.0))  # of the shortest axis against up
 FLAT = 2.0  # the second axis over the shortest, from which on that is a normal
 # Shares of the painted area of a connected part inside of the hull, and of all such parts in this one, from
 # which on it belongs. The fence beside the truck lies in the hull in part.
-MOSTLY, WORTH = 0.6, 0.005
+MOSTLY, WORTH = 0.8, 0.005
 
 
 def find_subject(gaussians: Gaussians, view: FirstView, ground: Ground) -> Mask:
