@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from brushgs.cameras.framing import DEFAULT_UP, subject
+from brushgs.doctor.in_words import in_words
 from brushgs.doctor.part import describe_part
 from brushgs.errors import SceneWarning
 from brushgs.io import read_scene
@@ -17,12 +18,13 @@ from brushgs.sh import C0
 DARK = 0.1  # display-encoded; below it a Gaussian is nearly black
 
 
-def describe(path: SceneFiles, where: WhereConfig | None = None) -> dict[str, Any]:
+def describe(path: SceneFiles, where: WhereConfig | None = None, *, words: bool = False) -> dict[str, Any]:
     """Figures of a scene: what `brushgs info` prints.
 
     Args:
         path: its files.
         where: a part of it, which is described too, see `describe_part`.
+        words: whether to say in words what is seen of it, see `in_words`.
 
     Returns:
         Name -> number, text or list of numbers, ready for JSON. Percentiles are 1, 50 and 99; the size is
@@ -62,6 +64,7 @@ def describe(path: SceneFiles, where: WhereConfig | None = None) -> dict[str, An
         "dark_share": float((base.max(axis=1) < DARK).mean()),
         **_motion_of(source),
         **({} if where is None else describe_part(gaussians, notes, where)),
+        **({"words": in_words(gaussians, notes)} if words else {}),
     }
 
 

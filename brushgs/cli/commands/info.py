@@ -5,6 +5,7 @@ from argparse import ArgumentParser, Namespace
 
 from brushgs.cli import flags
 from brushgs.cli.configs import scene_source, where_config
+from brushgs.cli.fitting_words import table_of_words
 from brushgs.errors import SceneWarning
 
 
@@ -12,6 +13,13 @@ def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
     parser.add_argument("--json", action="store_true", help="print a JSON object")
+    parser.add_argument(
+        "--words",
+        dest="in_words",  # `words` are those of the command line
+        action="store_true",
+        help="say in words what is seen of the scene, or of the strokes of a file: colours, light, marks, "
+        "each with its figure; computed from colours and shapes by thresholds, not by a model of language",
+    )
     flags.add_where(parser, "how many Gaussians lie in a part of the scene, and where, is told too")
 
 
@@ -24,13 +32,16 @@ def run(args: Namespace) -> None:
     scene, where = scene_source(args), where_config(args)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SceneWarning)
-        facts = describe(scene, where)
+        facts = describe(scene, where, words=args.in_words)
     notes = [str(warning.message) for warning in caught]
     if args.json:
         print(json.dumps(facts | {"notes": notes}, indent=2))
         return
+    words = facts.pop("words", [])
     for name, value in [*facts.items(), *(("note", note) for note in notes)]:
         print(f"{name.replace('_', ' '):16} {_text(value)}")
+    for line in table_of_words(words):
+        print(line)
 
 
 def _text(value: object) -> str:

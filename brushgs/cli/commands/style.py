@@ -2,10 +2,11 @@
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from brushgs.cli import flags
 from brushgs.cli.console import reported
+from brushgs.cli.fitting_words import table_of_words
 from brushgs.io.cameras.formats import CAMERAS_READ
 from brushgs.io.pictures.formats import PICTURES_READ
 from brushgs.options.choices import STYLE_SUFFIX
@@ -23,7 +24,8 @@ def add_flags(parser: ArgumentParser) -> None:
         "action",
         choices=ACTIONS,
         metavar="learn|show",
-        help="learn a style and write it to a file, or show what is in one",
+        help="learn a style and write it to a file, or show what is in one; its words are computed "
+        "from colours and marks by thresholds, not by a model of language",
     )
     parser.add_argument(
         "file",
@@ -116,14 +118,17 @@ def _learn_edit(args: Namespace) -> None:
 def _show(path: Path, *, as_json: bool) -> None:
     from brushgs.io.styles.read import read_style
 
-    facts = _facts(read_style(path))
+    style = read_style(path)
+    facts = _facts(style)
     if as_json:
         import json
 
         print(json.dumps(facts, indent=2))
         return
     for name, value in facts.items():
-        if isinstance(value, list):
+        if name == "words":
+            print(*table_of_words(_words(style)), sep="\n")
+        elif isinstance(value, list):
             print(name)
             _print_table(value)
         elif isinstance(value, dict):
@@ -158,7 +163,17 @@ def _facts(style: "Style") -> dict[str, object]:
             "residual": None if residual is None else f"{len(residual.centers)} bumps",
             "features": [] if residual is None else list(residual.features),
         }
+    if words := _words(style):
+        facts["words"] = words
     return facts
+
+
+def _words(style: "Style") -> list[dict[str, Any]]:
+    """What fits a painting, by thresholds."""
+    from brushgs.doctor.in_words import facts_of
+    from brushgs.passes.style.words import words_of_style
+
+    return facts_of(words_of_style(style))
 
 
 def _color(color: "NamedColor") -> dict[str, object]:

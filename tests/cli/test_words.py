@@ -1,0 +1,72 @@
+"""`info --words` and `style show` say in words what is seen, each word with its figure."""
+
+import json
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.cli import main
+from brushgs.still_life import still_life
+from brushgs.style import NamedColor, Style, StylePalette
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "a.ply"
+    bg.save(still_life(3000), path)
+    return path
+
+
+def run(capsys, *words):
+    code = main([*map(str, words)])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_words_of_a_scene_are_those_of_its_first_view(scene, capsys):
+    code, out, _ = run(capsys, "info", scene, "--words", "--json")
+    words = json.loads(out)["words"]
+    assert code == 0
+    assert {"warm", "dark"} <= {word["word"] for word in words}
+    assert [word["fit"] for word in words] == sorted((word["fit"] for word in words), reverse=True)
+    warm = next(word for word in words if word["word"] == "warm")
+    assert warm["figure"] == "warmth"
+    assert 0.3 < warm["value"] < 1
+
+
+def test_words_are_printed_below_the_facts_and_said_to_be_what_they_are(scene, capsys):
+    _, plain, _ = run(capsys, "info", scene)
+    _, out, _ = run(capsys, "info", scene, "--words")
+    assert out.startswith(plain)
+    heading, *lines = out.removeprefix(plain).splitlines()
+    assert "no model of language" in heading
+    assert any(line.split()[0] == "warm" and "warmth" in line for line in lines)
+
+
+def test_words_of_strokes_tell_of_their_marks(scene, tmp_path, capsys):
+    strokes = tmp_path / "strokes.ply"
+    assert main(["cluster", str(scene), "--strokes", "150", "-o", str(strokes), "--quiet"]) == 0
+    few = {word["word"] for word in json.loads(run(capsys, "info", strokes, "--words", "--json")[1])["words"]}
+    assert "broad" in few
+    assert "fine" not in few
+
+
+def test_a_style_is_shown_in_words(tmp_path, capsys):
+    offset = np.zeros((12, 3), np.float32)
+    colors = (NamedColor("one", np.array([0.1, 0.2, 0.6]), 0.8, offset),)
+    colors += (NamedColor("two", np.array([0.0, 0.0, 0.0]), 0.2, offset),)
+    path = tmp_path / "a.style"
+    bg.save_style(Style("a", palette=StylePalette(colors)), path)
+    _, out, _ = run(capsys, "style", "show", path)
+    assert "no model of language" in out
+    assert "cool" in out.split("in words")[1]
+    _, out, _ = run(capsys, "style", "show", path, "--json")
+    assert {"cool", "dark"} <= {word["word"] for word in json.loads(out)["words"]}
+
+
+@pytest.mark.parametrize("command", ["info", "style"])
+def test_help_says_what_the_words_are(command, capsys):
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    assert "not by a model of language" in " ".join(capsys.readouterr().out.split())
