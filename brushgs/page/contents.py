@@ -6,7 +6,7 @@ of JavaScript, camelCase.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 VERSION = 1  # of the header; grows when a key changes its name or meaning
 MOST_GROUND = 640  # px, the longer side of a ground that is a picture: it lies behind all strokes
+MOST_PLAIN = 100_000  # Gaussians among the strokes of a coat: some 3 MB; more is no page for a phone
 _HALF = np.finfo(np.float16)
 
 
@@ -166,6 +167,22 @@ def page_contents(
     return PageContents(header, collected.arrays, tuple(collected.rows), tuple(collected.omitted))
 
 
+def shown_by(coat: "Coat") -> Gaussians:
+    """The strokes of a coat in the page, before they are sorted: its own, and the Gaussians among them.
+
+    Of these, which carry the row of the soft brush, those `MOST_PLAIN` that carry most paint.
+    """
+    if coat.plain is None:
+        return coat.strokes
+    plain = coat.plain.take(np.sort(coarse_to_fine(coat.plain)[:MOST_PLAIN]))
+    rows = np.full(len(plain), len(BrushSet.of(coat.texture)) - 1, np.uint8)
+    brushes = coat.strokes.brushes
+    own = np.zeros(len(coat.strokes), np.uint8) if brushes is None else brushes
+    missing = max(0, plain.sh.shape[1] - coat.strokes.sh.shape[1])  # where strokes have one colour each
+    sh = np.pad(coat.strokes.sh, ((0, 0), (0, missing), (0, 0)))
+    return Gaussians.joined([replace(coat.strokes, sh=sh, brushes=own), replace(plain, brushes=rows)])
+
+
 def _names_of_regions(painting: "Painting", names: Sequence[str]) -> list[str]:
     """A name for each region from 1 on, as many as there are names or numbers."""
     columns = [coat.strokes.regions for coat in painting.coats if coat.strokes.regions is not None]
@@ -186,8 +203,9 @@ def coarse_to_fine(strokes: Gaussians) -> Rows:
 
 
 def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict[str, Any]:
-    strokes, options = coat.strokes, coat.options
+    options = coat.options
     brush_set = BrushSet.of(coat.texture)
+    num_strokes, strokes = len(coat.strokes), shown_by(coat)
     _note_omitted(coat, brush_set, collected)
     order = coarse_to_fine(strokes)
     rows = order[strokes.opacities[order] >= MIN_ALPHA]
@@ -219,9 +237,12 @@ def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict
     if options.streaks > 0:
         arrays["streakStart"] = collected.add(name("streakStart"), starts_of(ids)[rows], np.uint8)
     if options.relief is not None:
-        arrays["relief"] = collected.half(name("relief"), options.relief.of_strokes(strokes)[rows])
+        relief = np.zeros((len(strokes), 2))
+        relief[:num_strokes] = options.relief.of_strokes(coat.strokes)
+        arrays["relief"] = collected.half(name("relief"), relief[rows])
     if coat.border:
-        arrays["chance"] = collected.half(name("chance"), uniform_of(ids, 0)[rows])
+        chance = np.where(ids < num_strokes, uniform_of(ids, 0), 0.0)  # 0 stays up to the border
+        arrays["chance"] = collected.half(name("chance"), chance[rows])
     if coat.normals is not None:
         arrays["normals"] = collected.half(name("normals"), coat.normals[rows])
     underpaint = None
@@ -229,6 +250,9 @@ def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict
         reach = _of_rows(options.underpaint.reach, used)
         underpaint = {"opacity": options.underpaint.opacity, "reach": reach}
     is_image = brush_set.kind == "image"
+    plain = {}
+    if is_image and len(brush_set) - 1 in used and len(strokes) > num_strokes:
+        plain["plainBrush"] = int(np.searchsorted(used, len(brush_set) - 1))
     return {
         "name": coat.name,
         "isBackdrop": coat.name == BACKDROP,
@@ -250,6 +274,7 @@ def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict
         if options.relief is None
         else {"thickness": options.relief.thickness, "gain": options.relief.gain},
         "shDegree": degree,
+        **plain,
         "arrays": arrays,
     }
 
@@ -261,6 +286,10 @@ def _of_rows(values: Sigmas, rows: Rows) -> list[float]:
 
 def _note_omitted(coat: "Coat", brush_set: BrushSet, collected: _Collected) -> None:
     options = coat.options
+    if coat.plain is not None and len(coat.plain) > MOST_PLAIN:
+        collected.omit(
+            f"of {len(coat.plain):,} Gaussians that are not painted the page has the {MOST_PLAIN:,} largest"
+        )
     if options.order == "soft":
         collected.omit("strokes of nearly equal depth do not blend in the page: its order is by distance")
     if options.lock not in ("off", "anchor"):

@@ -4,6 +4,7 @@ import numpy as np
 
 from brushgs.io.pictures.jpeg import encode_jpeg
 from brushgs.io.pictures.oiio import Background
+from brushgs.page.contents import shown_by
 from brushgs.page.images import reduced
 from brushgs.page.weight import Weight, fragments_of, vertices_of
 from brushgs.painting.drawing import warn_if_blank
@@ -27,7 +28,7 @@ def paint_first_view(painting: Painting, camera: Camera) -> tuple[Frame, Weight]
         boxes = coat.boxes(camera)[0]
         alpha = canvas.lay(coat, boxes).alpha
         is_painted |= alpha >= MIN_ALPHA
-        vertices += vertices_of(coat, len(coat.strokes))
+        vertices += vertices_of(coat, len(shown_by(coat)))
         of_coat = fragments_of(coat, boxes, camera)
         areas, behind = areas + of_coat[0], behind + of_coat[1]
         if coat.name != BACKDROP:

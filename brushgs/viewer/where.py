@@ -15,6 +15,7 @@ from brushgs.arrays import F64, Rows
 from brushgs.options.painting import PaintConfig
 from brushgs.options.where import Where, WhereConfig
 from brushgs.options.where_terms import Mask, Words
+from brushgs.page.contents import shown_by
 from brushgs.painting.look import BACKDROP
 from brushgs.painting.prepare import Prepared
 
@@ -49,7 +50,7 @@ def read_where(text: Any, given: Sequence[WhereConfig] = ()) -> WhereConfig:
         if not named:
             raise ValueError(
                 f"where: {term.kind}: reads files, which a page must not name; give it to `brushgs view` "
-                "with --rules"
+                "with --where or --rules"
             )
         camera_file = next((one.camera_file for one in named if one.camera_file is not None), camera_file)
         clip = next((one.clip for one in named if one.clip is not None), clip)
@@ -57,8 +58,10 @@ def read_where(text: Any, given: Sequence[WhereConfig] = ()) -> WhereConfig:
 
 
 def given_in(config: PaintConfig) -> tuple[WhereConfig, ...]:
-    """The parts that the options of a painting name: those of its rules."""
-    return () if config.rules is None else tuple(config.rules.where(rule) for rule in config.rules.rules)
+    """The parts that the options of a painting name: what is painted, and those of its rules."""
+    painted = () if config.painted is None else (config.painted,)
+    rules = () if config.rules is None else [config.rules.where(rule) for rule in config.rules.rules]
+    return (*painted, *rules)
 
 
 @dataclass(frozen=True)
@@ -105,7 +108,7 @@ class Finder:
         found = memberships(config.expression, scene, context_of(config, prepared.known_view))
         columns, num, total = [], 0, 0
         for coat, shown in zip(prepared.painting.coats, rows, strict=True):
-            members = _members(found, self._around.get(coat.name), len(coat.strokes))[shown]
+            members = _members(found, self._around.get(coat.name), len(shown_by(coat)))[shown]
             columns.append(np.rint(255 * members).astype(np.uint8))
             if coat.name != BACKDROP:
                 num, total = num + int(np.count_nonzero(members >= 0.5)), total + len(members)
@@ -117,13 +120,13 @@ def _around(scene: "Gaussians", coats: "Sequence[Coat]") -> dict[str, Rows]:
     from brushgs.passes.neighbours import nearest
 
     count = min(AROUND, len(scene))
-    painted = [coat for coat in coats if coat.name != BACKDROP and len(coat.strokes)]
-    if not painted or not count:
+    shown = {coat.name: shown_by(coat).means for coat in coats if coat.name != BACKDROP}
+    if not shown or not count:
         return {}
-    means = np.concatenate([coat.strokes.means for coat in painted])
+    means = np.concatenate(list(shown.values()))
     rows = nearest(scene.means, means, count)[1]
-    ends = np.cumsum([len(coat.strokes) for coat in painted])
-    return dict(zip((coat.name for coat in painted), np.split(rows, ends[:-1]), strict=True))
+    ends = np.cumsum([len(points) for points in shown.values()])
+    return dict(zip(shown, np.split(rows, ends[:-1]), strict=True))
 
 
 def _members(found: F64, around: Rows | None, count: int) -> F64:

@@ -74,6 +74,8 @@ def test_the_rules_of_the_command_line_name_regions_and_files(scene, tmp_path):
     first, second = given_in(painted.config)
     assert str(first.expression) == "half:-1,0,0,0"
     assert second.camera_file == Path("cameras.json")
+    part = session_of(parse(["view", str(scene), *FEW, "--where", "subject", "-o", str(tmp_path)]))
+    assert [str(one) for one in given_in(part.config(Settings()))] == ["subject"]
     without = session_of(parse(["view", str(scene), *FEW, "-o", str(tmp_path)]))
     assert given_in(without.config(Settings())) == ()
 
@@ -95,6 +97,20 @@ def test_strokes_are_in_it_where_the_scene_around_them_is(painted):
     everything = found(painted, "subject or not subject")
     assert (everything.columns[0] == 255).all()
     assert everything.num == everything.total
+
+
+def test_what_is_not_painted_is_found_too(scene, tmp_path):
+    words = ["--strokes", "60", "--size", "96x72", "--where", "half:-1,0,0,0", "-o", str(tmp_path)]
+    painted = session_of(parse(["view", str(scene), *words])).paint(Settings(), Report())
+    (coat,), (rows,) = painted.prepared.painting.coats, painted.rows
+    assert len(rows) > len(coat.strokes) > 0
+    everything, right = found(painted, "subject or not subject"), found(painted, "half:1,0,0,0.5")
+    assert everything.num == everything.total == len(rows)
+    points = np.concatenate([coat.strokes.means, coat.plain.means])[rows]
+    scene = painted.prepared.whole_scene.means
+    away = np.linalg.norm(points[:, None].astype(float) - scene, axis=2)
+    around = np.argsort(away, axis=1)[:, :8]  # as the eight Gaussians around each are
+    np.testing.assert_allclose(right.columns[0], 255 * (scene[around, 0] >= 0.5).mean(axis=1), atol=0.51)
 
 
 def test_the_backdrop_is_in_no_part(scene, tmp_path):

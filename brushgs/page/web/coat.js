@@ -212,6 +212,7 @@ class CoatPainter {
       ANTIALIASED: header.antialiased,
       BORDER: header.border > 0,
       FACING: this._hasNormals,
+      PLAIN: header.plainBrush !== undefined,
       IMAGE: this.isImage,
       GAUSSIAN: header.kernel === "gaussian",
       STREAKS: header.streaks > 0 && this.isImage,
@@ -260,7 +261,7 @@ class CoatPainter {
     gl.uniform2fv(at.uAtlasSize, this.atlas.size);
   }
 
-  /** By brush of the coat: deviations in half a box, reach of the underpaint, row of the atlas, 0. */
+  /** By brush of the coat: deviations in half a box, reach of the underpaint, row of the atlas, whether plain. */
   _brushRows(replaced) {
     const { header, atlas } = this;
     const rows = this._brushes.rows;
@@ -268,10 +269,11 @@ class CoatPainter {
     this._brushes.replaced = replaced;
     header.numSigmas.forEach((sigmas, i) => {
       const own = this.isImage ? header.brushes[i] : 0;
-      const drawn = this.isImage && replaced !== null ? replaced : own;
+      const isPlain = i === header.plainBrush;
+      const drawn = this.isImage && replaced !== null && !isPlain ? replaced : own;
       const longer = drawn === own ? 1 : fittedSigmas(atlas, drawn) / fittedSigmas(atlas, own);
       const reach = this.hasUnderpaint ? header.underpaint.reach[i] / longer : 0;
-      rows.set([sigmas * longer, reach, drawn, 0], 4 * i);
+      rows.set([sigmas * longer, reach, drawn, isPlain ? 1 : 0], 4 * i);
       if (this.isImage) atlas.need(drawn);
     });
     return rows;

@@ -5,7 +5,7 @@
 // before the camera stay in range. Directions are unit vectors: angles would cost precision.
 //
 // Compiled for a coat: SH_DEGREE; NUM_BRUSHES; STRIDE texels a stroke; ANCHORED, FADES, ANTIALIASED, BORDER,
-// FACING, where it has those.
+// FACING, PLAIN, where it has those.
 
 #include "shared.glsl"
 #include "sh.glsl"
@@ -14,7 +14,8 @@
 // (mean, opacity), (quaternion w x y z), (scales, brush + 256 streak start); with relief or border
 // (thickness, gain, chance, 0); with facing (normal, 0).
 uniform highp sampler2D uStrokes;
-// By brush of the coat: standard deviations in half a box, reach of the underpaint, row of the atlas.
+// By brush of the coat: standard deviations in half a box, reach of the underpaint, row of the atlas, 1 where
+// its strokes are Gaussians that are shown as they are.
 uniform vec4 uBrushes[NUM_BRUSHES];
 uniform mat3 uRotation;  // camera from page
 uniform vec3 uEye, uHead;  // page coordinates
@@ -144,8 +145,15 @@ Box boxOf(int id, Stroke stroke) {
   Footprint f = footprintOf(t, axes);
   if (!(f.unit < 1e30)) return box;
   vec2 major = majorAxis(f);
+#ifdef PLAIN
+  bool isPlain = uBrushes[stroke.brush].w > 0.0;
+#else
+  const bool isPlain = false;
+#endif
 #ifdef ANCHORED
-  if (uHead == uEye) {
+  if (isPlain) {
+    box.axis = major;
+  } else if (uHead == uEye) {
     box.axis = anchoredAxis(f, stroke.scales, rotation, t.z, ray);
   } else {  // both eyes take the direction that is seen from between them
     vec3 middle = uRotation * seen;
@@ -171,11 +179,14 @@ Box boxOf(int id, Stroke stroke) {
   }
 #endif
 #ifdef FADES
-  float inPictures = 2.0 * sqrt(box.halfExtents.x / uSize.x) * sqrt(box.halfExtents.y / uSize.y);
-  box.opacity *= smoothed((t.z / uNear - 1.0) / (FADED_NEAR - 1.0)) * smoothed((1.0 / inPictures - 0.1) / 0.4);
+  if (!isPlain) {
+    float inPictures = 2.0 * sqrt(box.halfExtents.x / uSize.x) * sqrt(box.halfExtents.y / uSize.y);
+    float kept = smoothed((t.z / uNear - 1.0) / (FADED_NEAR - 1.0));
+    box.opacity *= kept * smoothed((1.0 / inPictures - 0.1) / 0.4);
 #ifndef ANTIALIASED
-  box.opacity *= sqrt(bare.x / (bare.x + grown));
+    box.opacity *= sqrt(bare.x / (bare.x + grown));
 #endif
+  }
 #endif
   vec2 reach = abs(box.axis) * box.halfExtents.x + abs(box.axis.yx) * box.halfExtents.y;
   box.isSeen = all(greaterThan(box.center + reach, vec2(0))) && all(lessThan(box.center - reach, uSize)) &&

@@ -60,11 +60,17 @@ void main() {
   if (!box.isSeen || opacity < MIN_ALPHA) return;
 
   vec4 brush = uBrushes[stroke.brush];
+#ifdef PLAIN
+  if (isSoft && brush.w > 0.0) return;  // Gaussians have no underpaint
+#endif
   vec2 halfExtents = box.halfExtents * (isSoft ? brush.y : 1.0);
 #ifdef STREAKS
   float bristle = halfExtents.y * 2.0 / BRISTLES;  // pixels
   vec2 shown = vec2(smoothed((bristle - BRISTLE_FADE.x) / (BRISTLE_FADE.y - BRISTLE_FADE.x)),
                     smoothed((bristle - TUFT_FADE.x) / (TUFT_FADE.y - TUFT_FADE.x)));
+#ifdef PLAIN
+  if (brush.w > 0.0) shown = vec2(0);  // it has no bristles
+#endif
   vec2 weights = isSoft ? vec2(0) : uStreaks * vec2(shown.x, shown.y - shown.x);
 #endif
   vec2 scale = vec2(1);
