@@ -1,9 +1,10 @@
-"""Writes the pictures of the README: a painting, three charts and three moving pictures.
+"""Writes the pictures of the README: a painting, four charts and three moving pictures.
 
 still_life.jpg  what `brushgs demo` paints
 looks.jpg       the still life in six looks
 grow.webp       the painting comes into being
 strokes.jpg     lemon, pear and apple with every built-in stroke
+styles.jpg      four paintings of `tests.bench.mark_paintings`, and the still life in the style of each
 options.jpg     one view of the still life, once for each line of `OPTIONS`
 sway.webp       a loop: the camera moves to both sides of the still life and back
 film.webp       the still life in motion: the pear rolls, a draught lifts the cloth, the lamp swings
@@ -16,6 +17,7 @@ python examples/make_pictures.py [-o FOLDER] [--frames COUNT]
 import argparse
 import json
 import shlex
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable
@@ -61,6 +63,25 @@ PALETTES = {
     "autumn.png": (("#20150c", 6), ("#4a2c14", 6), ("#7d4f22", 3), ("#b8863f", 1), ("#dcc28a", 1)),
     "dusk.png": (("#161a2b", 6), ("#2b3550", 6), ("#4c5a78", 3), ("#8b93a3", 1), ("#c58b5a", 1)),
 }
+PAINTINGS = "hatching", "swirls", "dabs", "washes"
+STYLED = (
+    *(f"--style {name}.style" for name in PAINTINGS),
+    "--style swirls.style:0.5",
+    "--style hatching.style:0.5,swirls.style:0.5",
+    "--rules parts.toml",
+    "--where half:1,0,0,0.2",
+)
+RULES = """\
+[[region]]
+name = "fruit"
+where = "sphere:-0.3,-0.6,-1,1.3"
+style = "hatching.style"
+
+[[region]]
+name = "all else"
+where = "subject or surroundings"
+style = "swirls.style"
+"""
 # A bar on a terminal, nothing in a pipe.
 progress = partial(track, console=Console(stderr=True), disable=not sys.stderr.isatty())
 
@@ -81,9 +102,9 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=60, help="of each moving picture, 3 or more")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
-    names = "still_life.jpg", "looks.jpg", "grow.webp", "strokes.jpg", "options.jpg", "sway.webp", "film.webp"
-    files = [args.output / name for name in names]
-    painting, looks, growing, strokes, options, moving, film = files
+    names = "still_life.jpg", "looks.jpg", "grow.webp", "strokes.jpg", "options.jpg", "styles.jpg"
+    files = [args.output / name for name in (*names, "sway.webp", "film.webp")]
+    painting, looks, growing, strokes, options, styles, moving, film = files
     print(f"writes {', '.join(map(str, files))}")
 
     with tempfile.TemporaryDirectory() as name:
@@ -94,6 +115,7 @@ def main() -> None:
         looks_chart(folder).save(looks, quality=88)
         save_animation(growing_picture(folder, args.frames), growing)
         options_chart(folder).save(options, quality=85)
+        styles_chart(folder).save(styles, quality=85)
         save_animation(moving_picture(folder, args.frames), moving)
         save_animation(film_of_scene(folder, args.frames), film)
         scene = bg.load(folder / "still_life.ply")
@@ -140,6 +162,28 @@ def options_chart(folder: Path) -> Image.Image:
         mark = next((palettes[word] for word in label.split() if word in palettes), None)
         cells.append(Cell(label, open_picture(output), mark))
     return chart(cells, columns=3)
+
+
+def styles_chart(folder: Path) -> Image.Image:
+    """Paintings, and one view of `still_life.ply` in a folder in the style of each; then mixes and parts."""
+    draw = [sys.executable, "-m", "tests.bench.mark_paintings", folder]
+    subprocess.run(draw, check=True, cwd=Path(__file__).parent.parent, stdout=subprocess.DEVNULL)
+    cells = []
+    for name in PAINTINGS:
+        run("style", "learn", folder / f"{name}.png", "-o", folder / f"{name}.style")
+        cells.append(Cell(f"{name}.png", open_picture(folder / f"{name}.png").resize((400, 300))))
+    (folder / "parts.toml").write_text(RULES, encoding="utf-8")
+    view = write_views([still_life_camera(width=400, height=300)], folder / "cameras.json")
+    for label in progress(STYLED, "styles.jpg"):
+        flag, value = label.split()
+        if flag == "--style":
+            value = ",".join(str(folder / style) for style in value.split(","))
+        elif flag == "--rules":
+            value = folder / value
+        output = folder / "cell.png"
+        run("render", folder / "still_life.ply", "--camera-file", view, flag, value, "-o", output)
+        cells.append(Cell(label, open_picture(output)))
+    return chart(cells, columns=4)
 
 
 def looks_chart(folder: Path) -> Image.Image:

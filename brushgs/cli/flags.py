@@ -61,7 +61,7 @@ class ConfigFlags:
         self._container.add_argument(flag, dest=dest, default=argparse.SUPPRESS, **options)
 
 
-class _Fields(argparse.Action):
+class Fields(argparse.Action):
     """A flag whose value is several fields of a step, by name."""
 
     def __call__(self, parser: Any, namespace: Namespace, values: Any, option_string: Any = None) -> None:
@@ -545,7 +545,7 @@ def add_style(parser: ArgumentParser) -> None:
     adjust = ConfigFlags(group, "adjust")
     adjust.add(
         "--adjust",
-        action=_Fields,
+        action=Fields,
         type=values.adjustments,
         metavar="NAME=NUMBER",
         help="one or several with commas: brightness -1 to 1 (default 0), contrast and saturation 0 to 3 "

@@ -51,7 +51,7 @@ def settle(gaussians: Gaussians, values: F64, trust: F64) -> F64:
     system = diags(SMOOTH * degrees + known) - SMOOTH * links
     own = diags(1 / (SMOOTH * degrees + known))
     found, _ = cg(system, known * values, x0=values, rtol=TOLERANCE, maxiter=MOST_STEPS, M=own)
-    return np.clip(found, values.min(), values.max())
+    return np.asarray(np.clip(found, values.min(), values.max()))
 
 
 def _links(gaussians: Gaussians):  # type: ignore[no-untyped-def]  # scipy.sparse has no types
