@@ -33,6 +33,7 @@ GREY = 0.04  # chroma of OKLab below which a colour is swapped by its distance, 
 HUES, CHROMA = np.radians((25.0, 55.0)), (0.65, 0.25)
 GREY_CHROMA, GREY_LIGHTNESS = (0.02, 0.07), (0.10, 0.35)
 GENTLE = 3.0  # times a change of lightness: the least width over which one of greys ends, so that order stays
+MOST_CHROMA = 0.32  # of OKLab within the gamut
 NEAR_END = 0.05  # of lightness: colours this near to black or white are swapped with it
 KEPT = 0.12  # of lightness on both sides of a swapped colour: differences within stay as they are
 
@@ -74,7 +75,7 @@ class Swap:
         weights, moved = self._weights(lab), np.empty_like(lab)
         within = np.clip(lab[:, 0], self._curve.x[0], self._curve.x[-1])
         moved[:, 0] = self._curve(within) + lab[:, 0] - within
-        moved[:, 1:] = lab[:, 1:] @ self._turn.T + self._shift
+        moved[:, 1:] = self._moved_chroma(lab[:, 1:])
         mapped = rgb_of_oklab(lab + weights[:, None] * (moved - lab))
         return np.where(weights[:, None] > 0, mapped, rgb)  # what stays, stays bit for bit
 
@@ -86,17 +87,19 @@ class Swap:
     def _chroma(self) -> float:
         return float(np.hypot(*self.before[1:]))
 
-    @cached_property
-    def _turn(self) -> F64:
-        """[2, 2] on a and b: for colours a turn and a scaling, so that dull shades stay dull."""
+    def _moved_chroma(self, ab: F64) -> F64:
+        """[M, 2] a and b after: of colours turned, their chroma by a monotone curve; of greys shifted."""
         if self._chroma < GREY:
-            return np.eye(2)
-        ratio = complex(*self.after[1:]) / complex(*self.before[1:])
-        return np.array([[ratio.real, -ratio.imag], [ratio.imag, ratio.real]])
-
-    @cached_property
-    def _shift(self) -> F64:
-        return np.asarray(self.after[1:] - self._turn @ self.before[1:])
+            return ab + (self.after[1:] - self.before[1:])
+        old, new = complex(*self.before[1:]), complex(*self.after[1:])
+        turn = new / old / abs(new / old) if abs(new) > 1e-9 else 1.0
+        chroma = np.hypot(*ab.T)
+        # By one factor dull shades of a dull colour that became bright would leave the gamut by far.
+        last = max(abs(old), abs(new), MOST_CHROMA) + 0.01
+        curve = PchipInterpolator([0, abs(old), last], [0, abs(new), last])
+        factors = curve(np.minimum(chroma, last)) + np.maximum(chroma - last, 0)
+        turned = (ab[:, 0] + 1j * ab[:, 1]) * turn * factors / np.maximum(chroma, 1e-9)
+        return np.stack([turned.real, turned.imag], axis=1)
 
     @cached_property
     def _curve(self) -> PchipInterpolator:

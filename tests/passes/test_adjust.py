@@ -108,5 +108,5 @@ def test_derivatives_are_those_of_the_map():
     slopes = one.slopes(some, one.colors(some))
     for channel, step in enumerate(1e-5 * np.eye(3)):
         found = (one.colors(some + step) - one.colors(some - step)) / 2e-5
-        # Its own are taken over 0.002: where the end of a swap bends, 2 % off at most.
-        np.testing.assert_allclose(slopes[:, :, channel], found, rtol=0.03, atol=0.02)
+        # Its own are taken over 0.002; at most 0.044 off, of slopes of up to 10 where a swap ends.
+        np.testing.assert_allclose(slopes[:, :, channel], found, atol=0.05)
