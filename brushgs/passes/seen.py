@@ -5,6 +5,7 @@ the colour of its place in the pictures, not the mean colour of its members: of 
 skin that would be white flecks.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.visibility import painted_sums
-from brushgs.scene import Gaussians
+from brushgs.scene import Camera, Gaussians
 from brushgs.sh import shift_base_colors
 
 SURE_AREA = 0.02  # pixels a view; of less the colour is partly its own, since the pixels are mostly of others
@@ -67,3 +68,17 @@ def seen_in(gaussians: Gaussians, views: PlainViews) -> Seen | None:
     sure = np.minimum(areas / (SURE_AREA * len(views)), 1)
     steps = sure[:, None] * away / np.maximum(areas, 1e-12)[:, None]
     return Seen(areas / len(views), shift_base_colors(gaussians, steps))
+
+
+def shown_areas(gaussians: Gaussians, cameras: Sequence[Camera]) -> NDArray[np.float64]:
+    """[N] the part of pictures that each stroke makes up, mean over some cameras, pixels.
+
+    They are drawn as ellipses, about as large as strokes are.
+    """
+    kernel = StrokeTexture.open("ellipse")
+    areas = np.zeros(len(gaussians))
+    for camera in cameras:
+        boxes, _ = project_with(gaussians, camera, RenderOptions.of(kernel))
+        picture = np.zeros((camera.height, camera.width), boxes.colors.dtype)
+        areas[boxes.ids] += painted_sums(boxes, kernel, picture[..., None].repeat(3, axis=2), picture + 1)[1]
+    return areas / max(len(cameras), 1)

@@ -8,7 +8,8 @@ the palette that is learnt from each. On pixels with alpha above 1/2:
 
 - colours: sliced Wasserstein distance (64 directions, 512 quantiles, RGB 0 to 1) of the picture to the
   painting before and after, and by how much it falls; "paint" is the same of the strokes by their weights,
-  which is what the map is fitted to, "seen" of a picture whose own pixels the map is fitted to.
+  which is what the map is fitted to, "seen" of the picture where the map is fitted to what of each stroke it
+  shows.
 - structure: SSIM (window and constants as published, values as they are) of the length of the gradient of
   luma to that of the unstyled picture.
 - dial: correlation of the mean distance of colours from the unstyled picture, and of the sliced distance to
@@ -37,6 +38,7 @@ from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.passes.color_map import Blend, map_colors
 from brushgs.passes.recolor import painted_weights
+from brushgs.passes.seen import shown_areas
 from brushgs.passes.style.palette import learn_palette
 from brushgs.passes.style.transport import palette_map
 from brushgs.sh import base_colors
@@ -115,6 +117,7 @@ def measure(name: str, paintings: dict[str, Path], folder: Path | None) -> list[
     frame = bg.render(strokes, camera, texture)
     plain, colors = frame.over(GROUND), _straight(frame)
     paint, weights = base_colors(strokes.sh), painted_weights(strokes).astype(np.float64)
+    shown = shown_areas(strokes, [camera])
     rows, pictures = [], [plain]
     for painting, path in paintings.items():
         image = read_image(path)[..., :3]
@@ -133,7 +136,8 @@ def measure(name: str, paintings: dict[str, Path], folder: Path | None) -> list[
         picture = np.clip(styled.over(ground), 0, 1)
         pictures.append(picture)
         there = one.colors(plain.reshape(-1, 3).astype(np.float64)).reshape(plain.shape)
-        seen = palette_map(palette, colors, np.ones(len(colors))).colors(colors)
+        seen = map_colors(strokes, palette_map(palette, paint, shown))
+        seen_colors = _straight(bg.render(seen, camera, texture))
         paint_pair = [sliced_distance(np.clip(c, 0, 1), wanted, weights) for c in (paint, one.colors(paint))]
         rows.append(
             Row(
@@ -142,7 +146,7 @@ def measure(name: str, paintings: dict[str, Path], folder: Path | None) -> list[
                 distances[0],
                 distances[-1],
                 1 - paint_pair[1] / paint_pair[0],
-                1 - sliced_distance(np.clip(seen, 0, 1), wanted) / distances[0],
+                1 - sliced_distance(seen_colors, wanted) / distances[0],
                 structure(picture, plain),
                 float(np.corrcoef(SHARES, away)[0, 1]),
                 float(-np.corrcoef(SHARES, distances)[0, 1]),

@@ -22,16 +22,19 @@ from brushgs.passes.style.features import StrokeFeatures
 from brushgs.style import StylePalette
 
 NUM_SAMPLES = 1024  # of the scene's paint and of the painting, equally weighted
-SLOPES = 0.65, 1.5  # of the curve of luma
+SLOPES = 0.4, 2.5  # of the curve of luma
 NUM_KNOTS = 17  # of the curve, from black to white
-KEPT = 0.004  # weight of squares of its slope less 1, as the paint has it, against squares of luma
+KEPT = 0.005  # weight of squares of its slope less 1, as the paint has it, against squares of luma
 STIFFNESS = 0.02  # of the curve: weight of its second differences against the quantiles
 ROUNDS, DIRECTIONS = 24, 16  # of the sliced transport
 NUM_BUMPS = 96
 WIDTHS = 0.20, 0.10  # of the bumps: luma, chroma
-RIDGE = 0.02  # of the bumps, against a mean of squares
-AFFINE_RIDGE = 1e-4  # of the slopes of chroma: the noise of a grey scene stays grey
-MOST_STRETCH = 3.0  # of them: more would turn it into confetti
+# Of the bumps, against a mean of squares: the first with which the map stretches differences of the paint's
+# colours at most so much. More would turn the noise of a grey scene into confetti.
+RIDGES = 0.004, 0.016, 0.064, 0.25, 1.0
+MOST_STRETCH = 9.0
+AFFINE_RIDGE = 1e-4  # of the slopes of chroma, and the largest of them, for the same reason
+MOST_SLOPE = 3.0
 _SEED = 20161
 
 # Rows: luma, red - luma, blue - luma.
@@ -118,7 +121,12 @@ def palette_map(palette: StylePalette, rgb: Array, weights: Array) -> ColorMap:
     start = PaletteMap(knots, lumas, np.zeros((2, 4)), np.zeros((0, 3)), np.zeros((0, 2)))
     moved = np.column_stack([start._curve(source[:, 0])[0], source[:, 1:]])
     arrived = _transported(moved, target, rng)
-    return PaletteMap(knots, lumas, *_fitted(source, arrived, rng))
+    for ridge in RIDGES:
+        one = PaletteMap(knots, lumas, *_fitted(source, arrived, ridge))
+        stretches = np.linalg.norm(one.slopes(source @ _JOIN.T, arrived), ord=2, axis=(1, 2))
+        if np.quantile(stretches, 0.99) <= MOST_STRETCH:
+            break
+    return one
 
 
 def _even(colors: F64, weights: F64, rng: np.random.Generator) -> F64:
@@ -171,19 +179,19 @@ def _transported(source: F64, target: F64, rng: np.random.Generator) -> F64:
     return moved[:, 1:]
 
 
-def _fitted(source: F64, arrived: F64, rng: np.random.Generator) -> tuple[F64, F64, F64]:
+def _fitted(source: F64, arrived: F64, ridge: float) -> tuple[F64, F64, F64]:
     """The affine part, the centres and the weights of the bumps: see `PaletteMap`."""
     mean, goal = source.mean(axis=0), arrived.mean(axis=0)
     away = source - mean
     scatter = away.T @ away / len(source) + AFFINE_RIDGE * np.eye(3)
     slopes = np.linalg.solve(scatter, away.T @ (arrived - goal) / len(source)).T
     left, stretches, right = np.linalg.svd(slopes, full_matrices=False)
-    slopes = (left * np.minimum(stretches, MOST_STRETCH)) @ right
+    slopes = (left * np.minimum(stretches, MOST_SLOPE)) @ right
     rest = arrived - goal - away @ slopes.T
     centers = np.unique(source[:: max(1, len(source) // NUM_BUMPS)], axis=0)
     bumps = _bumps(source, centers)
     between = _bumps(centers, centers)
-    normal = bumps.T @ bumps / len(source) + RIDGE * between + 1e-9 * np.eye(len(centers))
+    normal = bumps.T @ bumps / len(source) + ridge * between + 1e-9 * np.eye(len(centers))
     weights = np.linalg.solve(normal, bumps.T @ rest / len(source))
     return np.column_stack([slopes, goal - slopes @ mean]), centers, weights
 
