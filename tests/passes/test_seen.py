@@ -8,7 +8,7 @@ import pytest
 import brushgs as bg
 from brushgs.measure.likeness import psnr
 from brushgs.passes.cluster import group
-from brushgs.passes.seen import seen_in
+from brushgs.passes.seen import seen_in, shown_areas
 from brushgs.passes.split import painted_errors
 from brushgs.rendering.plain import PlainViews
 from brushgs.still_life import still_life
@@ -198,3 +198,11 @@ def test_wrong_views_are_named():
         PlainViews(tuple(FRONT), ())
     with pytest.raises(ValueError, match="focus must be > 0"):
         bg.cluster(scene, 50, focus=np.zeros(len(scene)))
+
+
+def test_what_is_hidden_shows_no_area_and_all_areas_are_the_picture():
+    scene = squares()
+    areas = shown_areas(scene, FRONT)
+    assert areas[1600:].sum() < 0.02 * areas.sum()
+    assert areas.sum() == pytest.approx(bg.render(scene, FRONT[0], DAB).alpha.sum(), rel=1e-3)
+    np.testing.assert_array_equal(shown_areas(scene, []), 0)
