@@ -13,8 +13,8 @@ import numpy as np
 
 from brushgs.arrays import F64, Array
 
-NUM_SAMPLES = 20_000  # places of a picture: sizes of four paintings are within 3 % of those of twice as many
-NUM_STEPS = 36  # distances, in equal ratios
+NUM_SAMPLES = 8000  # places of a picture: sizes of four paintings are within 6 % of those of 40,000
+NUM_STEPS = 30  # distances, in equal ratios
 FARTHEST = 0.4  # of the shorter side
 # Slope of the logarithm of the variogram by that of the distance, below which it is level. Where something is
 # depicted it rises on, by 0.1 to 0.2 on paintings; within marks by 0.7 and more.
@@ -137,9 +137,15 @@ def _inside(lab: Array, places: F64) -> F64:
 
 
 def _colors(lab: Array, places: F64) -> F64:
-    from scipy.ndimage import map_coordinates
-
-    return np.stack([map_coordinates(plane, places[::-1], np.float64, order=1) for plane in lab])
+    """[3, n] of places, between those of the four next pixels: a tenth of the time of `map_coordinates`."""
+    height, width = lab.shape[1:]
+    x, y = places
+    j, i = np.minimum(x.astype(np.intp), width - 2), np.minimum(y.astype(np.intp), height - 2)
+    flat, first = lab.reshape(3, -1), i * width + j
+    right, below = x - j, y - i
+    upper = (1 - right) * flat[:, first] + right * flat[:, first + 1]
+    lower = (1 - right) * flat[:, first + width] + right * flat[:, first + width + 1]
+    return np.asarray((1 - below) * upper + below * lower)
 
 
 def _weighted_median(values: F64, weights: F64) -> float:
