@@ -1,5 +1,7 @@
 """The fields of styles over the picture of a camera."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -66,3 +68,15 @@ def test_strokes_take_the_direction_and_the_aspect_of_marks_and_keep_their_area(
     assert np.median(aspects_of(after)) == pytest.approx(aspect, rel=0.1)
     areas = [np.sort(s.scales, axis=1)[:, 1:].prod(axis=1) for s in (strokes, after)]
     np.testing.assert_allclose(areas[1], areas[0], rtol=1e-4)
+
+
+def test_marks_of_thick_strokes_get_as_thin_as_they_are_wide():
+    strokes, gaussians = planks()
+    thick = np.sort(strokes.scales, axis=1)[:, 1:2] * np.array([[1.0, 1.0, 0.95]], strokes.scales.dtype)
+    balls = replace(strokes, scales=thick)
+    after = bg.orient(balls, gaussians, direction_field([(style_of(0.5, aspect=5.0), 1.0)], camera_above()))
+    scales = np.sort(after.scales.astype(np.float64), axis=1)
+    assert np.median(scales[:, 2] / scales[:, 1]) == pytest.approx(5, rel=0.1)
+    assert (scales[:, 0] > 0).all()
+    form = np.sort(bg.orient(balls, gaussians).scales, axis=1)  # a field of the scene leaves their thickness
+    np.testing.assert_allclose(form[:, 0], np.sort(balls.scales, axis=1)[:, 0], rtol=1e-5)
