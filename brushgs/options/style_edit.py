@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from brushgs.options.painting import Up
+
 
 @dataclass(frozen=True)
 class EditSource:
@@ -13,6 +15,7 @@ class EditSource:
         after: the same after the edit.
         scene: that pictures show; None where `before` and `after` are scenes.
         camera_file: of the pictures.
+        up: of the scene before, an axis or a direction; None for as its file says, or an estimate.
 
     Raises:
         ValueError: if only one of `scene` and `camera_file` is given.
@@ -22,6 +25,7 @@ class EditSource:
     after: Path
     scene: Path | None = None
     camera_file: Path | None = None
+    up: Up | None = None
 
     def __post_init__(self) -> None:
         if (self.scene is None) != (self.camera_file is None):

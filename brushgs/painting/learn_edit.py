@@ -53,7 +53,7 @@ def learn_edit_file(source: EditSource, output: Path, name: str | None, report: 
 def _of_scenes(source: EditSource, report: Report) -> LearntEdit:
     before, notes = load_scene(source.before, report)
     after, _ = load_scene(source.after, report)
-    view = default_first_view(before, notes, report)
+    view = default_first_view(before, notes, report, up=source.up)
     with report.stage("edit") as stage:
         try:
             learnt = learn_edit(before, after, view)
@@ -65,7 +65,7 @@ def _of_scenes(source: EditSource, report: Report) -> LearntEdit:
 
 def _of_pictures(source: EditSource, scene: Path, camera_file: Path, report: Report) -> LearntEdit:
     gaussians, notes = load_scene(scene, report)
-    view = default_first_view(gaussians, notes, report)
+    view = default_first_view(gaussians, notes, report, up=source.up)
     opener = MaskOpener(camera_file, "picture")
     with report.stage("pictures") as stage:
         sides = [opener.pairs(path) for path in (source.before, source.after)]

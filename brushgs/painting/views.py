@@ -64,12 +64,17 @@ def choose_first_view(
     return view
 
 
-def default_first_view(gaussians: Gaussians, notes: "LoadNotes | None", report: Report) -> FirstView:
-    """How `render` sees a scene by default, which is without floaters; for passes that need no view."""
+def default_first_view(
+    gaussians: Gaussians, notes: "LoadNotes | None", report: Report, *, up: Up | None = None
+) -> FirstView:
+    """How `render` sees a scene by default, which is without floaters; for passes that need no view.
+
+    Where `up` is given, it is that.
+    """
     if notes is None or notes.first_view is None:
         is_strokes = notes is not None and notes.is_strokes
         gaussians = clean_scene(gaussians, CleanConfig(), Report(), is_strokes=is_strokes)
-    return choose_first_view(gaussians, ViewConfig(), notes, report)
+    return choose_first_view(gaussians, ViewConfig(up=up), notes, report)
 
 
 def known_first_view(gaussians: Gaussians, notes: "LoadNotes | None") -> FirstView | None:

@@ -49,6 +49,7 @@ def add_flags(parser: ArgumentParser) -> None:
         metavar="FILE",
         help=f"cameras of the pictures, by their names or in their order: {CAMERAS_READ}",
     )
+    flags.add_up(group)
     group.add_argument(
         "-o",
         "--output",
@@ -89,6 +90,8 @@ def _learn(args: Namespace) -> None:
     if any(getattr(args, name) is not None for name in OF_EDITS):
         _learn_edit(args)
         return
+    if flags.given(args, "view"):
+        raise ValueError("--up belongs to --before and --after; a painting has none, remove it")
     painting = _file(args)
     output = args.output or Path(f"{painting.stem}{STYLE_SUFFIX}")
     with reported(args) as report:
@@ -107,7 +110,8 @@ def _learn_edit(args: Namespace) -> None:
             )
     from brushgs.options.style_edit import EditSource
 
-    source = EditSource(args.before, args.after, args.scene, args.camera_file)
+    up = flags.given(args, "view").get("up")
+    source = EditSource(args.before, args.after, args.scene, args.camera_file, up)
     output = args.output or Path(f"{args.after.stem}{STYLE_SUFFIX}")
     with reported(args) as report:
         from brushgs.painting.learn_edit import learn_edit_file
