@@ -2,8 +2,8 @@
 
     colour after = affine(colour) + sum over bumps of bump(features) x (weights + slopes @ colour)
 
-Far from all centres bumps fall to 0 and the affine map remains, so no stroke is carried away that is unlike
-all that the edit was learnt from.
+Far from the colours of all centres bumps fall to 0 and the affine map remains; other features count as far as
+the centres reach. So no stroke is carried away that is unlike all that the edit was learnt from.
 """
 
 from collections.abc import Iterable
@@ -83,6 +83,16 @@ def bumps(centers: Array, width: float, place: F64) -> F64:
     squares = (place**2).sum(axis=1)[:, None] + (centers.astype(np.float64) ** 2).sum(axis=1)
     squares -= 2 * place @ centers.T.astype(np.float64)
     return np.asarray(np.exp(-0.5 / width**2 * np.maximum(squares, 0)))
+
+
+def within(names: tuple[str, ...], centers: Array, place: F64) -> F64:
+    """Places [M, F] moved to the range of the centres [K, F], but for features of colour.
+
+    What lies higher than all that was seen is as what was highest; but an unseen colour is another one.
+    """
+    low, high = centers.min(axis=0).astype(np.float64), centers.max(axis=0).astype(np.float64)
+    is_color = np.array([name in COLOR_FEATURES for name in names])
+    return np.clip(place, np.where(is_color, -np.inf, low), np.where(is_color, np.inf, high))
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,4 +183,4 @@ def _standardised(residual: Residual, rgb: F64, features: StrokeFeatures | None)
         else:
             assert features is not None, "see _is_known"
             place[:, column] = features.columns((name,))[:, 0]
-    return np.asarray((place - residual.offset) / residual.scale)
+    return within(residual.features, residual.centers, (place - residual.offset) / residual.scale)

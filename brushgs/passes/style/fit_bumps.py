@@ -12,7 +12,7 @@ import numpy as np
 
 from brushgs.arrays import F32, F64, Mask, Rows
 from brushgs.passes.lloyd import lloyd
-from brushgs.passes.style.edit import bumps
+from brushgs.passes.style.edit import bumps, within
 from brushgs.passes.style.features import COLOR_FEATURES
 from brushgs.style import Residual
 
@@ -34,11 +34,11 @@ SCREENING = 24  # bumps by which features are compared
 COUNTS = (8, 24, 64)  # of bumps
 WIDTHS = (1.0, 2.0)  # of bumps, in root mean square distances to the nearest other
 HOLDS = (1e-5, 1e-3, 1e-1)  # of the moments of a bump, added to them
-LEAST_GAIN = 0.1  # share of the squared difference by which another feature must reduce it
+LEAST_GAIN = 0.3  # share of the squared difference by which another feature must reduce it
 MORE_GAIN = 0.3  # and more bumps
 LEAST_EXPLAINED = 0.5  # and all together: what is explained by less means something else in another scene
 MOST_FEATURES = 3  # sets of them
-NOTHING = 1.5 / 255  # root mean square difference that nobody sees
+NOTHING, ENOUGH = 1.5 / 255, 0.5 / 255  # root mean square differences that nobody sees, nor adds up
 LEAST_ROWS = 64
 CELL = 0.5  # deviations: in such cells of features strokes are counted
 EVENNESS = 0.5  # power of these counts by which weights are divided: other scenes are of other colours
@@ -112,7 +112,7 @@ def fit_bumps(samples: Samples, candidates: Sequence[tuple[str, ...]], *, most: 
         trial, found = min(trials, key=lambda tried: tried[1])
         if best is None or found < (1 - MORE_GAIN) * error:
             best, error = trial, found
-        if error < NOTHING**2:
+        if error < ENOUGH**2:
             break
     if best is None or error > (1 - LEAST_EXPLAINED) * start**2:
         return BumpFit(None, start, start)
@@ -126,7 +126,10 @@ def _choose_features(
     chosen: tuple[str, ...] = ()
     for _ in range(MOST_FEATURES):
         trials = [
-            (_tried(few, chosen + more, min(SCREENING, most), WIDTHS[0])[1], chosen + more)
+            (
+                min(_tried(few, chosen + more, min(SCREENING, most), width)[1] for width in WIDTHS),
+                chosen + more,
+            )
             for more in candidates
             if not set(more) & set(chosen)
         ]
@@ -153,7 +156,7 @@ class _Trial:
     def place(self, samples: Samples) -> F64:
         """[n, F] the features in deviations."""
         chosen = [samples.names.index(name) for name in self.names]
-        return np.asarray((samples.values[:, chosen] - self.offset) / self.scale)
+        return within(self.names, self.centers, (samples.values[:, chosen] - self.offset) / self.scale)
 
     def columns(self, samples: Samples) -> F64:
         """[n, 4 K] what the weights of bumps are multiplied by: each bump times colour and 1."""

@@ -75,12 +75,24 @@ def test_slopes_of_black_are_bounded():
     assert np.abs(one.slopes(black, one.colors(black))).max() < 50
 
 
-def test_far_from_all_it_was_learnt_from_the_affine_map_remains():
-    one = edit_map(StyleEdit(WARM, residual=residual(("height", "distance"))))
+def test_far_from_all_colours_it_was_learnt_from_the_affine_map_remains():
+    one = edit_map(StyleEdit(WARM, residual=residual((*COLOR_FEATURES, "height"))))
+    rgb = np.random.default_rng(0).uniform(90, 100, size=(10, 3))
+    some = StrokeFeatures(("height",), np.full((10, 1), 0.4))
+    np.testing.assert_array_equal(one.colors(rgb, some), edit_map(StyleEdit(WARM)).colors(rgb))
+    np.testing.assert_array_equal(one.slopes(rgb, rgb, some), np.broadcast_to(WARM[:, :3], (10, 3, 3)))
+
+
+def test_what_lies_beyond_all_that_was_seen_is_as_what_was_outermost():
+    learnt = residual(("height",))
+    one = edit_map(StyleEdit(WARM, residual=learnt))
     rgb = np.random.default_rng(0).uniform(size=(10, 3))
-    far = StrokeFeatures(("distance", "height"), np.full((10, 2), 50.0))
-    np.testing.assert_array_equal(one.colors(rgb, far), edit_map(StyleEdit(WARM)).colors(rgb))
-    np.testing.assert_array_equal(one.slopes(rgb, rgb, far), np.broadcast_to(WARM[:, :3], (10, 3, 3)))
+    edge = float(learnt.centers.max() * np.float64(learnt.scale[0]) + learnt.offset[0])
+    high, higher = (
+        one.colors(rgb, StrokeFeatures(("height",), np.full((10, 1), height))) for height in (edge, 50.0)
+    )
+    np.testing.assert_allclose(high, higher, atol=1e-6)
+    assert np.abs(higher - edit_map(StyleEdit(WARM)).colors(rgb)).max() > 0.1
 
 
 def test_colours_without_a_stroke_take_what_depends_on_colour_alone():
