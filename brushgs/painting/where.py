@@ -174,7 +174,8 @@ def split_where(
         )
     rows = rows_where(loaded, config, first_view, report)
     assert rows is not None, "there is a part"
-    assert loaded.ids is not None and cleaned.ids is not None, "see with_ids"
+    assert loaded.ids is not None, "see with_ids"
+    assert cleaned.ids is not None, "rows of the same"
     inside, rest = cleaned.take(np.isin(cleaned.ids, loaded.ids[rows])), loaded.take(~rows)
     if clip is None:
         inside, rest = replace(inside, ids=None), replace(rest, ids=None)

@@ -50,8 +50,10 @@ def settle(gaussians: Gaussians, values: F64, trust: F64) -> F64:
     known = (trust + LEAST) * degrees
     system = diags(SMOOTH * degrees + known) - SMOOTH * links
     own = diags(1 / (SMOOTH * degrees + known))
-    found, _ = cg(system, known * values, x0=values, rtol=TOLERANCE, maxiter=MOST_STEPS, M=own)
-    return np.asarray(np.clip(found, values.min(), values.max()))
+    middle = 0.5 * (values.min() + values.max())  # so that the opposite has the opposite result
+    centred = values - middle
+    found, _ = cg(system, known * centred, x0=centred, rtol=TOLERANCE, maxiter=MOST_STEPS, M=own)
+    return np.asarray(np.clip(middle + found, values.min(), values.max()))
 
 
 def _links(gaussians: Gaussians):  # type: ignore[no-untyped-def]  # scipy.sparse has no types
