@@ -6,6 +6,9 @@
 The model (`Encoder`) says how patches of a picture and words lie to each other, and nothing else: the rest
 does not depend on it. What a patch is like is voted on the Gaussians that it shows, over all views; since
 similarity is linear, that is the similarity of the mean of all that is seen of a Gaussian.
+
+How well real weights find things has not been measured, for none come with brushgs: measured is the vote, by
+a model whose answers are known, and the way of a real model through the code, with random weights.
 Sources: Kerr et al. 2023, LERF (canonical phrases, scales); Qin et al. 2024, LangSplat (several views, one
 answer for each Gaussian).
 """
