@@ -8,6 +8,7 @@ import pytest
 import brushgs as bg
 from brushgs.errors import SceneError
 from brushgs.io.pictures.images import read_image
+from brushgs.io.styles.write import write_style
 from brushgs.options.clip import ClipConfig
 from brushgs.options.direction import Direction
 from brushgs.options.look_parts import MediaConfig
@@ -22,6 +23,7 @@ from brushgs.options.painting import (
 )
 from brushgs.options.rules import Rule, Rules
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
+from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.options.where import Where, WhereConfig
 from brushgs.painting.clip import Clip
 from brushgs.painting.memory import Memory
@@ -29,8 +31,10 @@ from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.painting.sequence import paint_sequence
 from brushgs.passes.recolor import Palette, recolor
+from brushgs.passes.style.palette import learn_palette
 from brushgs.sh import base_colors
 from brushgs.still_life import still_life, still_life_camera
+from brushgs.style import Style
 from tests.painting.test_moving import CAMERA, CONFIG, STEP, moving_scene, red_center
 from tests.passes.scenes import assert_same
 
@@ -306,3 +310,36 @@ def test_a_painting_of_a_part_grows_before_the_rest(scene):
     assert len(prepared.growth.coats[-1].coat.strokes) > len(prepared.strokes)
     begun = prepared.growth.first(0.0)
     assert begun.coats[0].plain is prepared.plain
+
+
+def test_a_part_has_a_style_and_adjustments_of_its_own(scene, orange, tmp_path):
+    style = Style("orange", learn_palette(read_image(orange)))
+    write_style(style, tmp_path / "orange.style")
+    unbroken = replace(PAINT, strokes=StrokesConfig(broken_color=0.0))
+    before = painted(scene, with_rules(rule(LEFT), rule(RIGHT), paint=unbroken)).strokes
+    styled = StyleConfig.parse(f"{tmp_path}/orange.style")
+    grey = rule(RIGHT, adjust=AdjustConfig(saturation=0.0))
+    after = painted(scene, with_rules(rule(LEFT, style=styled), grey, paint=unbroken)).strokes
+    left = before.regions == 1
+    colors = base_colors(after.sh)
+    assert np.ptp(colors[~left], axis=1).max() < 0.02
+    assert (colors[left, 0] - colors[left, 2]).mean() > 0.4
+    # A share of 0 is the painting without style, bit for bit.
+    none = rule(LEFT, style=StyleConfig.parse(f"{tmp_path}/orange.style:0"))
+    assert_same(painted(scene, with_rules(none, rule(RIGHT), paint=unbroken)).strokes, before)
+
+
+def test_a_part_without_adjustments_keeps_those_of_the_painting(scene):
+    grey = replace(PAINT, adjust=AdjustConfig(saturation=0.0), strokes=StrokesConfig(broken_color=0.0))
+    strokes = painted(scene, with_rules(rule(LEFT, adjust=AdjustConfig(saturation=2.0)), paint=grey)).strokes
+    spread = np.ptp(base_colors(strokes.sh), axis=1)
+    assert spread[strokes.regions == 0].max() < 0.02 < spread[strokes.regions == 1].mean()
+
+
+def test_a_painting_of_another_part_is_not_resumed(scene, tmp_path):
+    path, output = tmp_path / "scene.ply", f"{tmp_path}/frames/"
+    bg.save(scene, path)
+    paint_sequence(path, output, PathConfig(orbit=3), shown(LEFT))
+    again = SequenceConfig(is_resumed=True)
+    with pytest.raises(SceneError, match=r"where half:-1.*, now half:1"):
+        paint_sequence(path, output, PathConfig(orbit=3), shown(RIGHT), again)
