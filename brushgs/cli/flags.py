@@ -65,6 +65,7 @@ class Fields(argparse.Action):
     """A flag whose value is several fields of a step, by name."""
 
     def __call__(self, parser: Any, namespace: Namespace, values: Any, option_string: Any = None) -> None:
+        """Store the fields."""
         step, _, _ = self.dest.partition(".")
         for name, value in values.items():
             setattr(namespace, f"{step}.{name}", value)
