@@ -78,7 +78,14 @@ def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig
     below = _layered([defaults, look, preset, plain])
     values = _layered([_styled(below, flags["style"]), flags])
     values["ground"] |= _backdrop(given(args, "ground").get("backdrop"), whole)
+    if look_is_default(args) and "stroke" not in flags["draw"] and not preset:
+        values["brushes"]["are_usual"] = True
     return PaintConfig.of(values)
+
+
+def look_is_default(args: Namespace) -> bool:
+    """Whether nobody asked for a look."""
+    return getattr(args, "look", None) is None
 
 
 def _layered(layers: Iterable[StepValues]) -> dict[str, dict[str, Any]]:

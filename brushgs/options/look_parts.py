@@ -7,7 +7,7 @@ resumed paintings take it from there.
 Lengths on the canvas are pixels of a picture of 1000 x 750; they grow with the root of its area.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from math import degrees, pi, radians
 from typing import Annotated, Any, NamedTuple, get_args
 
@@ -62,12 +62,15 @@ class BrushesConfig:
         short: of strokes that are nearly round: below 1.35.
         other: of all others.
         large: what strokes of more than 2.2 times the median size may take beside their own.
+        are_usual: whether nobody asked for these, nor for a stroke: then the strokes of a file that names
+            their brushes keep those.
     """
 
     long: tuple[str, ...] = ()
     short: tuple[str, ...] = ()
     other: tuple[str, ...] = ()
     large: tuple[str, ...] = ()
+    are_usual: bool = field(default=False, compare=False)
 
     def __post_init__(self) -> None:
         if not all(name.strip() for name in self.names):

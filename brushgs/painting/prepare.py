@@ -199,13 +199,20 @@ def prepare(
     more = [] if styles is None else [name for names in styles.brushes for name in names]
     more += [] if regions is None else regions.brushes
     texture, kit = recall("stroke", (*named, *more), lambda: open_brushes(config, more, report))
-    options = render_options(config.draw, texture, along_path=along_path, relief=open_relief(config.light))
     palette = recall("palette", (config.palette,), lambda: open_palette(config.palette, report))
     rows = None  # of a moving scene: how they move
     if clip is not None:
         gaussians, notes, rows = load_clip(clip, report)
     else:
         gaussians, notes = recall("load", (source,), lambda: _load(source, report))
+        if gaussians.brushes is not None:  # chosen anew where they are those of other brushes
+            of_file = gaussians, source, config.brushes, config.view.size, tuple(more)
+            gaussians, stored = recall(
+                "brushes", of_file, lambda: _stored_brushes(gaussians, notes, source, config, more, report)
+            )
+            if stored is not None:
+                texture, kit = stored
+    options = render_options(config.draw, texture, along_path=along_path, relief=open_relief(config.light))
     is_strokes = notes is not None and notes.is_strokes
     loaded = gaussians = gaussians if where is None else with_ids(gaussians)
     gaussians = recall(
@@ -327,7 +334,10 @@ def prepare(
         gaussians, passes, views=guidance.views, field=guidance.field, skip=skip, memory=memory
     )
     seed = cluster.seed
-    choosing = [*brush_passes(kit, seed=seed), *style_brush_passes(styles, kit, seed=seed)]
+    keeps_brushes = is_strokes and gaussians.brushes is not None
+    choosing = (
+        [] if keeps_brushes else [*brush_passes(kit, seed=seed), *style_brush_passes(styles, kit, seed=seed)]
+    )
     changes = Changes(styles, config.adjust, first_view)
     palettes = [] if palette is None or config.palette is None else [palette_pass(palette, config.palette)]
     restyling, adjusting = changes.style_passes(), changes.adjust_passes()
@@ -431,9 +441,24 @@ def prepare(
 def _load(source: SceneFiles | Gaussians | Clip, report: Report) -> "tuple[Gaussians, LoadNotes | None]":
     assert not isinstance(source, Clip), "those of a clip are rows of it"
     gaussians, notes = (source, None) if isinstance(source, Gaussians) else load_scene(source, report)
-    if gaussians.brushes is not None:  # of other brushes; chosen anew where there are several
-        gaussians = replace(gaussians, brushes=None)
     return gaussians, notes
+
+
+def _stored_brushes(
+    gaussians: Gaussians,
+    notes: "LoadNotes | None",
+    source: SceneFiles | Gaussians | Clip,
+    config: PaintConfig,
+    more: Sequence[str],
+    report: Report,
+) -> "tuple[Gaussians, tuple[BrushSet, BrushKit] | None]":
+    """Strokes with the brushes that their file names, and these; or without, where others are asked for."""
+    from brushgs.painting.stored_brushes import open_stored_brushes
+
+    stored = None
+    if not more and not isinstance(source, Gaussians | Clip):
+        stored = open_stored_brushes(gaussians, notes, source, config, report)
+    return (gaussians if stored else replace(gaussians, brushes=None)), stored
 
 
 @dataclass(frozen=True, eq=False)

@@ -77,7 +77,7 @@ def describe_options(
 def _changed(part: Any) -> str:
     """The fields of a step that differ from its defaults, in words such as "relief 0.5, canvas linen"."""
     plain = type(part)()
-    values = {known.name: getattr(part, known.name) for known in fields(part)}
+    values = {known.name: getattr(part, known.name) for known in fields(part) if known.compare}
     return (
         ", ".join(f"{name} {value}" for name, value in values.items() if value != getattr(plain, name))
         or "plain"
