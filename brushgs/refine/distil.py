@@ -6,8 +6,7 @@ the painting, so that they make up for what a lacy brush leaves open.
 Source: Kerbl et al. 2023, section 5 (loss, optimiser); the self-made targets are ours.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
@@ -61,19 +60,7 @@ def distil(
         return mean_psnr(strokes, validation_views, drawing)
 
     fit = Fit(variables, training_views, drawing, objective, score, schedule)
-    with _one_thread():
-        return fit.run(on_step), fit.curve
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """PyTorch on one thread: its sums depend on their number. Rasterising, which takes longest, keeps all."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)
+    return fit.run(on_step), fit.curve
 
 
 def mean_psnr(strokes: Gaussians, views: Sequence[TargetView], drawing: Drawing) -> float:

@@ -1,15 +1,17 @@
 """The optimisation loop of every refinement: Adam steps, a decaying learning rate, evaluations, checkpoints.
 
-The same strokes, views and seed give the same fit, bit for bit, also when it was stopped and resumed. Sums of
-PyTorch may depend on its number of threads: `distil` uses one.
+The same strokes, views and seed give the same fit, bit for bit, also when it was stopped and resumed, and for
+any number of threads.
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from math import cos, pi
 
 import numpy as np
+import torch
 from torch import Tensor
 
 import brushgs.autograd as ba
@@ -124,6 +126,7 @@ class FitSchedule:
         steps: at most, >= 1.
         rates: learning rates of the first step.
         seed: of the order of the views.
+        evaluations: over all steps, beside the one before the first step.
         checkpoint: written every `SECONDS_BETWEEN_CHECKPOINTS`, at the end and where the fit is stopped; its
             state, if it has one, is where the fit starts. None for none.
     """
@@ -131,6 +134,7 @@ class FitSchedule:
     steps: int
     rates: Rates = field(default_factory=Rates)
     seed: int = 0
+    evaluations: int = NUM_EVALUATIONS
     checkpoint: Checkpoint | None = None
 
 
@@ -179,7 +183,8 @@ class Fit:
         """
         self._load()
         try:
-            self._run_steps(on_step)
+            with _one_thread():
+                self._run_steps(on_step)
         except KeyboardInterrupt:  # between two steps
             self._save()
             raise
@@ -192,7 +197,7 @@ class Fit:
 
     def _run_steps(self, on_step: Callable[[float], None]) -> None:
         saved = time.perf_counter()
-        every = max(1, self.schedule.steps // NUM_EVALUATIONS)
+        every = max(1, self.schedule.steps // self.schedule.evaluations)
         while not self.curve.stopped:
             is_due = self.step % every == 0 or self.step == self.schedule.steps
             if is_due and self.step not in self.curve.steps[-1:]:  # not again where one was stopped after it
@@ -281,3 +286,18 @@ class Fit:
             self.curve, self._best = LossCurve(**state["curve"]), state["best"]
         except (ValueError, KeyError, TypeError, AttributeError, RuntimeError) as error:
             raise checkpoint.unreadable(error) from None
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """PyTorch on one thread: its sums depend on their number. Rasterising keeps all.
+
+    Its threads also wait for each other busily: on two cores with other work a step toward a style took
+    6.9 s on two threads and 0.6 s on one.
+    """
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
