@@ -82,7 +82,7 @@ class RefineConfig:
     """How strokes are refined.
 
     Attributes:
-        style: style image to match; None to match the plain picture of the scene.
+        style: style image to match, or a style file; None to match the plain picture of the scene.
         params: which parameters of the strokes are fitted, see `brushgs.refine.variables`.
         where: strokes that may change; None for all.
         steps: maximum number, >= 1; None for 900, or 100 with a style image.
@@ -92,6 +92,8 @@ class RefineConfig:
         vgg_weights: torchvision's weights of VGG-16 or VGG-19; None for those in torch's cache, or else for
             features without weights.
         is_resumed: whether to resume a run that was stopped.
+        keeps: what a style does not decide, since somebody asked for it: "stroke" (the brushes), "direction"
+            and "broken_color".
     """
 
     style: Path | None = None
@@ -103,6 +105,7 @@ class RefineConfig:
     seed: int = 0
     vgg_weights: Path | None = None
     is_resumed: bool = False
+    keeps: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name, least in (("steps", 1), ("views", 1), ("seed", 0)):

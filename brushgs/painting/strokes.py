@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from brushgs.errors import SceneError
+from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.options.painting import (
     DEFAULT_KEEP,
     ClusterConfig,
@@ -220,6 +221,8 @@ def open_palette(config: PaletteConfig | None, report: Report) -> "Palette | Non
         from brushgs.io.pictures.images import read_image
         from brushgs.passes.recolor import Palette
 
+        if config.file.suffix.lower() == STYLE_SUFFIX:
+            return _palette_of_style(config, stage)
         image = read_image(config.file)
         try:
             palette = Palette.of_image(image, space=config.space)
@@ -231,6 +234,20 @@ def open_palette(config: PaletteConfig | None, report: Report) -> "Palette | Non
         stage.did = f"{config.file}, {width}x{height} pixels"
         stage.counts = {"path": str(config.file), "width": width, "height": height}
     return palette
+
+
+def _palette_of_style(config: PaletteConfig, stage: Stage) -> "Palette":
+    from brushgs.io.styles.read import read_style
+    from brushgs.passes.recolor import Palette
+
+    style = read_style(config.file)
+    if style.palette is None:
+        raise SceneError(
+            config.file, "is the style of an edit, which has no colours; give that of a painting"
+        )
+    stage.did = f"{config.file}, {len(style.palette.colors)} colours"
+    stage.counts = {"path": str(config.file)}
+    return Palette.of_colors(style.palette.samples, style.palette.weights, space=config.space)
 
 
 def recolor_scene(

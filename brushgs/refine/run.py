@@ -18,7 +18,6 @@ import numpy as np
 
 from brushgs.arrays import Array, Mask
 from brushgs.cameras.first_view import framed_camera, up_text
-from brushgs.io.pictures.images import read_image
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.measure.report import plain_config, plain_paint
 from brushgs.options.experiments import RefineConfig
@@ -32,6 +31,7 @@ from brushgs.painting.report import Report
 from brushgs.painting.strokes import name_of
 from brushgs.painting.where import rows_where
 from brushgs.refine.checkpoint import Checkpoint, describe_fit
+from brushgs.refine.painting_style import PaintingStyle, at_size, is_style, open_style
 from brushgs.refine.report import Refinement, RefineReport, write_plot
 from brushgs.scene import Camera, FirstView, Gaussians
 
@@ -87,8 +87,11 @@ def refine_file(
     if folder is not None:
         outputs = report.plan_outputs(Path(folder), inputs, wants_plot=wants_plot)
     check_libraries(config)
-    if config.style is not None and paint.palette is None:
-        paint = replace(paint, palette=PaletteConfig(config.style))
+    learnt = None
+    if config.style is not None:
+        learnt = _open_style(config.style, report)
+        if paint.palette is None:
+            paint = replace(paint, palette=PaletteConfig(config.style))
     prepared = prepare(
         scene,
         paint,
@@ -98,26 +101,39 @@ def refine_file(
         needs_first_view=True,
         keeps_scene=True,
     )
-    strokes, gaussians, view = prepared.strokes, prepared.whole_scene, prepared.known_view
+    gaussians, view = prepared.whole_scene, prepared.known_view
 
     from brushgs.refine.fit import Drawing, FitSchedule
 
     moving = prepared.moving
     motion, takes_light = (None, True) if moving is None else (moving.motion, moving.takes_light)
-    drawing = Drawing.of(prepared.texture, prepared.options, motion, takes_light=takes_light)
     if prepared.palette is not None and paint.palette is not None:
         from brushgs.passes.recolor import recolor
 
         gaussians = recolor(gaussians, prepared.palette, paint.palette.strength)
     name = name_of(files, prepared.notes)
+    shown_at = _shown_over_time(prepared, gaussians, paint)
+    moves = rows_where(prepared.strokes, config.where, view, report, what="strokes")
+    is_laid = False
+    if learnt is not None and config.params != "colour":
+        prepared, moves, is_laid = _in_style(prepared, moves, learnt, shown_at, paint, config, output, report)
+    strokes = prepared.strokes
+    drawing = Drawing.of(prepared.texture, prepared.options, motion, takes_light=takes_light)
     fit = describe_fit(scene, paint, config, prepared, gaussians, up_text(view.up))
     with _resumable(Checkpoint(checkpoint_of(output), fit), config, report) as checkpoint:
-        shown_at = _shown_over_time(prepared, gaussians, paint)
         training_views, validation_views = _target_views(prepared, shown_at, config, report)
         schedule = FitSchedule(config.most_steps, seed=config.seed, checkpoint=checkpoint)
-        moves = rows_where(strokes, config.where, view, report, what="strokes")
         refined = refine_strokes(
-            strokes, training_views, validation_views, drawing, schedule, config, report, moves=moves
+            strokes,
+            training_views,
+            validation_views,
+            drawing,
+            schedule,
+            config,
+            report,
+            moves=moves,
+            painting=None if learnt is None else learnt.painting,
+            is_laid=is_laid,
         )
         report.settings = _settings(scene, paint, config, view)
         # First: a plot that fails must not lose it.
@@ -146,10 +162,13 @@ def refine_strokes(
     report: RefineReport,
     *,
     moves: Mask | None = None,
+    painting: Array | None = None,
+    is_laid: bool = False,
 ) -> Gaussians:
     """Refine strokes toward the plain picture, or toward a style image, as one stage of a report.
 
-    `moves` [N] are those that may change, None for all. The figures become `report.result`.
+    `moves` [N] are those that may change, None for all; `painting` is that of `config.style`, opened, None to
+    open it here; `is_laid` says whether strokes are laid as its marks. The figures become `report.result`.
     """
     from brushgs.refine.distil import distil, mean_psnr
     from brushgs.refine.variables import Variables
@@ -166,10 +185,12 @@ def refine_strokes(
         if config.style is None:
             refined, curve = distil(variables, training_views, validation_views, drawing, schedule, on_step)
         else:
-            from brushgs.refine.style import RATES, style_of, stylise
+            from brushgs.refine.style import EVALUATIONS, LAID_RATES, RATES, style_of, stylise
 
-            painting = read_image(config.style)
-            style = style_of(painting, config.vgg_weights, schedule.seed)
+            if painting is None:
+                painting = open_style(config.style).painting
+            shorter = min(training_views[0].rgba.shape[:2])
+            style = style_of(at_size(painting, shorter), config.vgg_weights, schedule.seed)
             refined, curve = stylise(
                 variables,
                 training_views,
@@ -177,7 +198,7 @@ def refine_strokes(
                 style,
                 painting,
                 drawing,
-                replace(schedule, rates=RATES),
+                replace(schedule, rates=LAID_RATES if is_laid else RATES, evaluations=EVALUATIONS),
                 on_step=on_step,
             )
         after = mean_psnr(refined, validation_views, drawing)
@@ -211,6 +232,54 @@ def refine_strokes(
         if not moves.all():
             stage.skipped.append(f"{int((~moves).sum()):,} strokes outside {config.where}: not touched")
     return refined
+
+
+def _open_style(path: Path, report: Report) -> PaintingStyle:
+    """The style of a painting, as one stage."""
+    with report.stage("style") as stage:
+        learnt = open_style(path)
+        marks, height, width = learnt.style.marks, *learnt.painting.shape[:2]
+        stage.did = f"{path}, {width}x{height} pixels" if not is_style(path) else f"{path}"
+        if marks is None:
+            stage.skipped.append("marks: it shows none, so strokes keep their own and take its colours")
+        else:
+            stage.did += (
+                f": marks {marks.length:.1%} of its shorter side long, {marks.aspect:.1f} times as long as "
+                f"wide, {len(marks.brushes)} brushes"
+            )
+        stage.counts = {"path": str(path), "brushes": 0 if marks is None else len(marks.brushes)}
+    return learnt
+
+
+def _in_style(
+    prepared: Prepared,
+    moves: Mask | None,
+    learnt: PaintingStyle,
+    shown_at: Callable[[int | None], Gaussians],
+    paint: PaintConfig,
+    config: RefineConfig,
+    output: Path,
+    report: RefineReport,
+) -> tuple[Prepared, Mask | None, bool]:
+    """What was prepared with the marks of the style, those that may change, and whether there are any.
+
+    The style file beside the output is written.
+    """
+    marks = learnt.style.marks
+    if marks is None or prepared.texture.kind != "image":
+        return prepared, moves, False
+    from brushgs.refine.in_style import lay_in_style, style_beside
+
+    most = paint.cluster.strokes if isinstance(paint.cluster.strokes, int) else None
+    inside = np.ones(len(prepared.strokes), bool) if moves is None else moves
+    laid = lay_in_style(prepared, inside, marks, shown_at, paint, config.keeps, output, report, most=most)
+    beside = style_beside(output)
+    is_input = config.style is not None and beside.exists() and beside.samefile(config.style)
+    if marks.brushes and not is_input:
+        from brushgs.io.styles.write import write_style
+
+        write_style(learnt.style, beside)
+    return laid.prepared, None if moves is None else laid.moves, True
 
 
 def check_libraries(config: RefineConfig) -> None:

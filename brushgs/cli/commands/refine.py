@@ -45,7 +45,8 @@ def _add_refinement(parser: ArgumentParser) -> None:
         "--style",
         type=Path,
         metavar="FILE",
-        help="style image, whose colours and marks are matched; default none",
+        help="painting, or style file that was learnt from one (`brushgs style learn`): strokes become its "
+        "marks, with brushes cut out of it, in its colours; default none",
     )
     refine.add(
         "--params",
@@ -119,7 +120,9 @@ def refine_config(args: Namespace) -> "RefineConfig":
     from brushgs.options.experiments import RefineConfig
 
     seed = flags.given(args, "cluster").get("seed", 0)
-    config = RefineConfig(seed=seed, where=where_config(args), **flags.given(args, "refine"))
+    asked = flags.given(args, "draw") | flags.given(args, "strokes")
+    keeps = tuple(name for name in ("stroke", "direction", "broken_color") if name in asked)
+    config = RefineConfig(seed=seed, where=where_config(args), keeps=keeps, **flags.given(args, "refine"))
     if args.to == "style" and config.style is None:
         raise ValueError("--to style needs --style, the style image")
     if args.to == "self" and config.style is not None:

@@ -1,0 +1,162 @@
+"""Strokes of a scene -> the marks that a style paints it with, and their brushes: one stage of a report.
+
+    strokes (-> at the middle moment) -> marks, see `lay` (-> at their own) -> broken colour -> brushes
+
+The brushes are images in the style file, which is written beside the strokes: these name them, and so are
+drawn with them whenever the file of strokes is painted.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from brushgs.arrays import Mask
+from brushgs.brushes.brush_set import BrushSet
+from brushgs.brushes.kit import BrushKit
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.cameras.first_view import framed_camera
+from brushgs.io.scenes.formats import SCENE_SUFFIXES
+from brushgs.options.choices import STYLE_SUFFIX
+from brushgs.options.painting import PaintConfig, ViewConfig
+from brushgs.painting.drawing import render_options
+from brushgs.painting.prepare import Prepared
+from brushgs.painting.report import Report
+from brushgs.passes.broken_color import MOST, break_colors
+from brushgs.passes.equal_rows import chances
+from brushgs.quats import quat_products, rotation_matrices
+from brushgs.refine.lay import Seen, lay_marks
+from brushgs.refine.views import views_around
+from brushgs.rendering.motion import SHIFT, SIZE, TURN, Pose, match
+from brushgs.scene import Gaussians
+from brushgs.style import StyleMarks
+
+FIRST_SIZE = 480, 270  # pixels: the shape of the picture that `render` paints
+AROUND, AROUND_SIZE = 12, (192, 144)  # views, and their pixels
+BROKEN = 0.7  # of how far marks differ in the painting: the steps that follow make them differ too
+_BRUSH_DRAW = 9  # of the chances by which a mark gets its brush
+
+
+@dataclass(frozen=True, eq=False)
+class Laid:
+    """What was prepared, with marks in place of strokes.
+
+    Attributes:
+        prepared: its strokes are the marks, its brushes those of the style behind its own.
+        moves: [N] the marks that may change.
+    """
+
+    prepared: Prepared
+    moves: Mask
+
+
+def style_beside(output: Path) -> Path:
+    """The style file that belongs to an output, a scene file or a folder."""
+    name = output.stem if output.suffix.lower() in SCENE_SUFFIXES else output.name
+    return output.with_name(f"{name}{STYLE_SUFFIX}")
+
+
+def brush_names(output: Path, number: int) -> tuple[str, ...]:
+    """The names of the brushes of the style beside an output, as its files hold them: from their folder."""
+    path = style_beside(output)
+    is_file = output.suffix.lower() in SCENE_SUFFIXES
+    found = path.name if is_file else f"../{path.name}"
+    return tuple(f"{found}:{row}" for row in range(1, number + 1))
+
+
+def lay_in_style(
+    prepared: Prepared,
+    moves: Mask,
+    marks: StyleMarks,
+    shown_at: Callable[[int | None], Gaussians],
+    paint: PaintConfig,
+    keeps: tuple[str, ...],
+    output: Path,
+    report: Report,
+    *,
+    most: int | None = None,
+) -> Laid:
+    """Lay the strokes that may change as the marks of a style.
+
+    Args:
+        prepared: what was prepared.
+        moves: [N] the strokes that may change.
+        marks: of the style.
+        shown_at: the scene in the colours of the style, at a moment of a clip or None.
+        paint: how strokes are drawn.
+        keeps: what the user decided: "stroke", "direction" or "broken_color".
+        output: that the marks will be written to.
+        report: gets the stage.
+        most: the largest number of marks; None for that of `lay_marks`.
+    """
+    strokes, moving, view = prepared.strokes, prepared.moving, prepared.known_view
+    with report.stage("marks") as stage:
+        moment = None if moving is None else len(moving.motion.times) // 2
+        scene = shown_at(moment)
+        first = framed_camera(view, ViewConfig(size=FIRST_SIZE))
+        width, height = AROUND_SIZE
+        cameras = [first, *views_around(view, AROUND, width=width, height=height)]
+        views = [Seen.of(scene, camera) for camera in cameras]
+        brushes = () if "stroke" in keeps else marks.brushes
+        images = [
+            StrokeTexture.from_coverage(image, name=f"{style_beside(output).stem}_{row}")
+            for row, image in enumerate(brushes, 1)
+        ]
+        used = BrushSet(tuple(images)) if images else prepared.texture
+        options = render_options(paint.draw, used, along_path=moving is not None)
+        sigmas = float(np.mean(options.num_sigmas))
+        pose = None if moving is None or moment is None else moving.motion.pose(moment)
+        inside = strokes.take(moves)
+        now = inside if pose is None else pose.moved(inside, has_color=False)
+        laid, parents = lay_marks(now, marks, views, sigmas, turns="direction" not in keeps, most=most)
+        own = inside.take(parents)
+        if pose is not None:
+            laid = replace(at_reference(laid, pose), opacities=own.opacities)
+        if "broken_color" not in keeps:
+            laid = break_colors(
+                laid,
+                *(min(BROKEN * spread, MOST) for spread in (marks.broken_lightness, marks.broken_chroma)),
+            )
+        kit, texture = prepared.kit, prepared.texture
+        rows = np.zeros(len(strokes), np.uint8) if strokes.brushes is None else strokes.brushes
+        chosen = rows[moves][parents]
+        if images:
+            names = brush_names(output, len(images))
+            if moves.all():  # no stroke keeps its own
+                kit, texture, offset = BrushKit(other=names), used, 0
+            else:
+                texture, offset = BrushSet((*texture.textures, *images)), len(kit.images)
+                kit = replace(kit, styled=names)
+            draws = chances(laid.means, paint.cluster.seed, _BRUSH_DRAW)
+            chosen = (offset + np.minimum((draws * len(images)).astype(np.intp), len(images) - 1)).astype(
+                np.uint8
+            )
+        laid = replace(laid, brushes=chosen)
+        outside = replace(strokes, brushes=rows).take(~moves)
+        # Rows outside come first, so that none of them depends on how many marks there are.
+        joined = Gaussians.joined([outside, laid]) if len(outside) else laid
+        marked = np.concatenate([np.zeros(len(outside), bool), np.ones(len(laid), bool)])
+        options = render_options(paint.draw, texture, along_path=moving is not None)
+        stage.did = (
+            f"{int(moves.sum()):,} strokes became {len(laid):,} marks, {marks.aspect:.1f} times as long as "
+            f"wide, of {len(images) or 'their own'} brush{'es' if len(images) != 1 else ''}"
+        )
+        stage.counts = {"before": len(strokes), "after": len(joined), "brushes": len(images)}
+    return Laid(replace(prepared, strokes=joined, kit=kit, texture=texture, options=options), marked)
+
+
+def at_reference(strokes: Gaussians, pose: Pose) -> Gaussians:
+    """Strokes at the moment of a pose -> at their reference moments; colours and opacities stay."""
+    rows, found = match(strokes, pose.ids)
+    if len(rows) == 0:
+        return strokes
+    numbers, pivots = pose.numbers[found].astype(np.float64), pose.pivots[found]
+    columns = {name: column.copy() for name, column in strokes.columns().items()}
+    size = np.exp(numbers[:, SIZE])[:, None]
+    away = (strokes.means[rows] - pivots - numbers[:, SHIFT]) / size
+    columns["means"][rows] = pivots + np.einsum("nji,nj->ni", rotation_matrices(numbers[:, TURN]), away)
+    back = numbers[:, TURN] * (1, -1, -1, -1)
+    columns["quats"][rows] = quat_products(back, strokes.quats[rows])
+    columns["scales"][rows] /= size
+    return replace(strokes, **columns)

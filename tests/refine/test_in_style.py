@@ -1,0 +1,169 @@
+"""`refine --style`: brushes, directions and sizes of a painting, then the steps; and files remember them."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch", reason="needs the extra [refine]")
+pytest.importorskip("kornia", reason="needs the extra [refine]")
+
+import brushgs as bg
+from brushgs import cli
+from brushgs.cameras.framing import frame_scene
+from brushgs.io import read_scene
+from brushgs.io.styles.read import read_style
+from brushgs.io.styles.write import write_style
+from brushgs.refine.painting_style import SIZE, at_size, open_style, painted
+from brushgs.still_life import still_life
+from tests.bench.mark_paintings import paint
+from tests.io.styles import example
+
+SMALL = ("--size", "64x48", "--views", "2", "--steps", "2", "--up", "-y", "--quiet")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Folder with scene.ply, painting.png and what one run makes of them: out.ply and out.style."""
+    folder = tmp_path_factory.mktemp("in_style")
+    bg.save(still_life(3000), folder / "scene.ply")
+    rgb = paint("hatching", size=(240, 180))
+    bg.save(bg.Frame(rgb, np.ones(rgb.shape[:2], np.float32), None), folder / "painting.png")
+    assert refine(folder, folder / "out.ply") == 0
+    return folder
+
+
+def refine(folder, output, *options, style="painting.png"):
+    words = ["refine", folder / "scene.ply", "--style", folder / style, "-o", output, *SMALL, *options]
+    return cli.main([str(word) for word in words])
+
+
+def painted_with(path, *options):
+    """Names of the brushes that a picture of a file is painted with, and the picture."""
+    picture = path.with_suffix(".png")
+    words = ["render", path, "-o", picture, "--size", "80x60", "--backdrop", "off", *options, "--quiet"]
+    assert cli.main([str(word) for word in words]) == 0
+    return picture.read_bytes()
+
+
+def test_strokes_name_brushes_that_were_cut_out_of_the_painting(folder):
+    strokes, notes = read_scene(folder / "out.ply")
+    style = read_style(folder / "out.style")
+    assert notes.brushes == tuple(f"out.style:{row + 1}" for row in range(len(style.marks.brushes)))
+    assert set(strokes.brushes) <= set(range(len(notes.brushes)))
+    assert len(set(strokes.brushes)) > 1
+
+
+def test_marks_run_as_in_the_painting_in_the_first_view(folder):
+    strokes, notes = read_scene(folder / "out.ply")
+    camera = frame_scene(notes.first_view, width=240, height=180)
+    boxes = bg.project(strokes, camera)
+    areas = boxes.half_extents.prod(axis=1) * boxes.opacities
+    off = np.abs((boxes.angles + np.pi / 4 + np.pi / 2) % np.pi - np.pi / 2)
+    assert np.average(np.degrees(off), weights=areas) < 30  # by chance 45
+
+
+def test_a_picture_of_the_file_is_painted_with_its_brushes(folder, tmp_path):
+    for name in ("out.ply", "out.style"):
+        shutil.copy(folder / name, tmp_path / name)  # from another folder than the current one
+    with_own = painted_with(tmp_path / "out.ply")
+    assert painted_with(tmp_path / "out.ply") == with_own
+    assert painted_with(tmp_path / "out.ply", "--stroke", "dab") != with_own
+    assert painted_with(tmp_path / "out.ply", "--look", "oil") != with_own
+    names = ",".join(f"{tmp_path}/out.style:{row}" for row in (1, 2))
+    assert painted_with(tmp_path / "out.ply", "--stroke", names) != with_own
+
+
+def test_without_its_style_a_file_is_painted_in_the_look_and_says_so(folder, tmp_path, capsys):
+    shutil.copy(folder / "out.ply", tmp_path / "out.ply")
+    alone = painted_with(tmp_path / "out.ply")
+    assert (
+        cli.main(["render", str(tmp_path / "out.ply"), "-o", str(tmp_path / "b.png"), *("--size", "8x6")])
+        == 0
+    )
+    assert "the brushes of its strokes cannot be opened (out.style" in capsys.readouterr().err
+    assert painted_with(tmp_path / "out.ply", "--look", "oil") == alone
+
+
+def test_colours_alone_leave_marks_and_write_no_style(folder, tmp_path):
+    assert refine(folder, tmp_path / "c.ply", "--params", "colour", "--strokes", "50") == 0
+    strokes, notes = read_scene(tmp_path / "c.ply")
+    assert (len(strokes), strokes.brushes, notes.brushes) == (50, None, ())
+    assert not (tmp_path / "c.style").exists()
+
+
+def test_a_stroke_that_was_asked_for_is_remembered(folder, tmp_path):
+    assert refine(folder, tmp_path / "s.ply", "--stroke", "dry_brush") == 0
+    strokes, notes = read_scene(tmp_path / "s.ply")
+    assert (set(strokes.brushes), notes.brushes) == ({0}, ("dry_brush",))
+
+
+def test_a_number_of_strokes_that_was_asked_for_is_kept(folder, tmp_path):
+    assert refine(folder, tmp_path / "n.ply", "--strokes", "70") == 0
+    assert len(bg.load(tmp_path / "n.ply")) <= 70
+
+
+def test_outside_a_region_strokes_stay_as_they_were(folder, tmp_path):
+    where = ("--where", "half:1,0,0,0", "--strokes", "150")
+    assert refine(folder, tmp_path / "w.ply", *where) == 0
+    assert refine(folder, tmp_path / "c.ply", "--params", "colour", *where) == 0
+    marked, colored = bg.load(tmp_path / "w.ply"), bg.load(tmp_path / "c.ply")
+    outside = colored.means[:, 0] < -0.01
+    assert 10 < outside.sum() < 140
+    rows = {row.tobytes() for row in np.hstack([marked.means, marked.quats, marked.scales])}
+    kept = np.hstack([colored.means, colored.quats, colored.scales])[outside]
+    assert all(row.tobytes() in rows for row in kept)
+
+
+def test_a_style_file_does_without_its_painting(folder, tmp_path):
+    assert refine(folder, tmp_path / "f.ply", style="out.style") == 0
+    strokes, notes = read_scene(tmp_path / "f.ply")
+    assert notes.brushes[0] == "f.style:1"
+    assert (tmp_path / "f.style").read_bytes() == (folder / "out.style").read_bytes()
+    assert refine(folder, tmp_path / "g.ply", style="out.style") == 0
+    again = bg.load(tmp_path / "g.ply")
+    for name in ("means", "quats", "scales", "sh", "brushes"):
+        assert np.array_equal(getattr(again, name), getattr(strokes, name))
+
+
+def test_the_style_of_an_edit_is_refused(folder, capsys):
+    write_style(example.edit(), folder / "edit.style")
+    assert refine(folder, folder / "e.ply", style="edit.style") == 2
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert "edit.style was learnt from an edit" in error or "edit.style: was learnt from an edit" in error
+    assert not (folder / "e.ply").exists()
+
+
+def test_the_report_tells_the_marks(folder, tmp_path, capsys):
+    words = ["refine", folder / "scene.ply", "--style", folder / "painting.png", "-o", tmp_path / "r.ply"]
+    assert cli.main([*map(str, words), *SMALL[:-1], "--json"]) == 0
+    stages = {stage["name"]: stage["counts"] for stage in json.loads(capsys.readouterr().out)["stages"]}
+    assert stages["marks"]["after"] == len(bg.load(tmp_path / "r.ply"))
+    assert stages["marks"]["brushes"] == stages["style"]["brushes"] > 0
+
+
+def test_a_style_is_painted_in_its_colours_and_directions():
+    style = example.painting()
+    picture = painted(style)
+    assert picture.shape == (SIZE[1], SIZE[0], 3)
+    np.testing.assert_array_equal(picture, painted(style))
+    mean = style.palette.weights @ np.clip(style.palette.samples, 0, 1)
+    assert np.abs(picture.mean(axis=(0, 1)) - mean).max() < 0.08
+
+
+def test_a_painting_is_learnt_again_from_what_its_style_paints(folder, tmp_path):
+    learnt = open_style(folder / "painting.png").style.marks
+    picture = painted(open_style(folder / "painting.png").style)
+    bg.save(bg.Frame(picture, np.ones(picture.shape[:2], np.float32), None), tmp_path / "again.png")
+    again = open_style(tmp_path / "again.png").style.marks
+    assert again.length == pytest.approx(learnt.length, rel=0.4)
+    assert again.aspect > 0.5 * learnt.aspect
+
+
+def test_a_painting_is_compared_at_the_size_of_the_pictures():
+    painting = np.random.default_rng(0).random((90, 120, 4), np.float32)
+    assert at_size(painting, 90) is painting
+    small = at_size(painting, 30)
+    assert small.shape == (30, 40, 4)
+    np.testing.assert_allclose(small[0, 0], painting[:3, :3].mean(axis=(0, 1)), rtol=1e-5)
