@@ -1,16 +1,21 @@
-"""What `brushgs refine --style` does: loss, colours and directions before and after, seconds, memory.
+"""What `brushgs refine --style` does: marks, loss, colours and directions on the way, seconds, memory.
 
-    python -m tests.bench.style [SCENE ...] [--strokes-images dry_brush flat] [--steps 80] [--json FILE]
+    python -m tests.bench.style [SCENE ...] [--paintings hatching ...] [--steps 40] [--json FILE]
     python -m tests.bench.style --memory                 # 1280x720, each in a process of its own
-    python -m tests.bench.style --draw examples/measured # before and after, of the project's own still life
+    python -m tests.bench.style --draw examples/measured # of the project's own still life
 
-SCENE is koala or chair (real scenes, if they are here) or still_life. 2000 strokes, three paintings of
-`tests.bench.paintings`. "Before" are the strokes in the painting's colours (closed form), not refined. Loss
-is that of the refinement, in 3 validation views. Colours: distance of the mean colour plus that of the
-roots of the covariances (Frobenius), of 255. Directions: total variation distance, 0 to 1, of the histograms
-of edge energy over 8 directions in picture and painting, mean of 3 scales, only where there is paint all
-around. Grain: how far neighbouring edges run the same way, 0 (every way) to 1 (one way), before, after and in
-the painting. A swirling painting has all directions, and only the grain separates strokes from noise.
+SCENE is koala, chair or truck (real scenes, if they are here) or still_life. Four paintings of
+`tests.bench.mark_paintings`; 2000 strokes in their colours (closed form) are the start of every row.
+"Steps alone" moves these by gradient, as the command did before it laid marks; "marks" lays them as marks
+(`brushgs.refine.lay`) with brushes cut out of the painting; "marks, steps" is what the command does.
+
+Off: angle between strokes and the painting over the first view, degrees, mean over the painted area (by
+chance 45). Length and aspect: of strokes in the first view, medians of the painted area; length is a share
+of the shorter side, the painting's own stands in the first line. Loss is that of the refinement in a
+validation view. Colours: distance of the mean colour plus that of the roots of the covariances (Frobenius),
+of 255. Directions: total variation distance, 0 to 1, of the histograms of edge energy over 8 directions in
+picture and painting, mean of 3 scales, only where there is paint all around. Grain: how far neighbouring
+edges run the same way, 0 (every way) to 1 (one way). A swirling painting has all directions.
 """
 
 import argparse
@@ -19,7 +24,8 @@ import re
 import subprocess
 import sys
 import tempfile
-from dataclasses import asdict, dataclass
+import time
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,22 +33,33 @@ import torch
 import torch.nn.functional as F  # noqa: N812
 
 import brushgs as bg
+from brushgs.cameras.framing import frame_scene
 from brushgs.colors import LUMINANCE
 from brushgs.io.pictures.images import read_image
+from brushgs.passes.broken_color import break_colors
+from brushgs.passes.direction.marks import Marks, marks_at
 from brushgs.passes.recolor import Palette, recolor
+from brushgs.passes.style.marks import learn_marks
 from brushgs.refine.filter_bank import REACH, FilterBank, oriented_filters
 from brushgs.refine.fit import Drawing, FitSchedule
+from brushgs.refine.in_style import BROKEN
+from brushgs.refine.lay import Seen, lay_marks
 from brushgs.refine.nnfm import Style
-from brushgs.refine.style import RATES, stylise
+from brushgs.refine.painting_style import at_size
+from brushgs.refine.style import LAID_RATES, RATES, stylise
 from brushgs.refine.targets import TargetView
 from brushgs.refine.variables import Variables
 from brushgs.refine.views import views_around
 from brushgs.still_life import still_life, still_life_camera
 from tests.bench.machine import describe
-from tests.bench.paintings import PAINTINGS, write
+from tests.bench.mark_paintings import KINDS, write
 from tests.scenes import SCENES_FOLDER
 
-SCENES = {"koala": ("koala.ply", "-y"), "chair": ("derived/chair.ply", "+z")}
+SCENES = {
+    "koala": ("koala.ply", "-y"),
+    "chair": ("derived/chair.ply", "+z"),
+    "truck": ("derived/truck.ply", "-y"),
+}
 NUM_STROKES, SIZE, VIEWS, NUM_VALIDATION_VIEWS = 2000, (224, 168), 12, 3
 CHILD = """
 import resource, sys
@@ -58,16 +75,19 @@ VGG_16 = (64, 64, 0, 128, 128, 0, 256, 256, 256)
 
 @dataclass(frozen=True)
 class Row:
-    """One scene toward one painting."""
+    """Strokes of one scene on the way to one painting."""
 
     scene: str
-    stroke: str
     painting: str
-    loss: tuple[float, float]
-    colors: tuple[float, float]
-    directions: tuple[float, float]
-    grain: tuple[float, float, float]
-    steps: int
+    what: str
+    strokes: int
+    off: float
+    length: float
+    aspect: float
+    loss: float
+    colors: float
+    directions: float
+    grain: float
     seconds: float
 
 
@@ -82,6 +102,12 @@ class Case:
             path, self.up = SCENES[name]
             self.scene = bg.load(SCENES_FOLDER / path)
         self.strokes = bg.cluster(bg.prune(self.scene, 0.7), NUM_STROKES)
+
+    def first_view(self, width: int, height: int) -> bg.Camera:
+        """What is seen where nothing is said."""
+        if self.name == "still_life":
+            return still_life_camera(width=width, height=height)
+        return frame_scene(self.scene, width=width, height=height, up=self.up)
 
     def training_views(self, palette: Palette, num: int, shift: float, size=SIZE) -> list[TargetView]:
         scene = recolor(self.scene, palette)
@@ -107,26 +133,75 @@ def drawing_with(stroke: str) -> Drawing:
     return Drawing.of(texture)
 
 
-def refine(case: Case, path: Path, stroke: str, steps: int) -> tuple[Row, bg.Gaussians, bg.Gaussians]:
-    """The row, and the strokes before and after."""
-    painting, drawing = read_image(path), drawing_with(stroke)
-    palette = Palette.of_image(painting)
+def refine(case: Case, path: Path, steps: int) -> tuple[list[Row], dict[str, tuple[bg.Gaussians, Drawing]]]:
+    """Rows of one painting, and the strokes of each with how they are drawn."""
+    painting, plain = read_image(path), drawing_with("impasto")
+    palette, marks = Palette.of_image(painting), learn_marks(painting)
     training_views, validation_views = (
         case.training_views(palette, n, s) for n, s in ((VIEWS, 0.0), (NUM_VALIDATION_VIEWS, 0.5))
     )
-    before = recolor(case.strokes, palette)
-    pixels = torch.from_numpy(painting[..., :3].copy()).permute(2, 0, 1).contiguous()
+    recolored = recolor(case.strokes, palette)
+    small = at_size(painting, min(SIZE))
+    pixels = torch.from_numpy(small[..., :3].copy()).permute(2, 0, 1).contiguous()
     style = Style(FilterBank(pixels), pixels)
-    schedule = FitSchedule(steps, rates=RATES)
-    after, curve = stylise(
-        Variables(before, "all"), training_views, validation_views, style, painting, drawing, schedule
-    )
-    losses = [10 ** (-score / 10) for score in (curve.scores[0], max(curve.scores))]
-    found = [distances(strokes, validation_views, drawing, painting) for strokes in (before, after)]
-    (colors, directions, grain) = zip(*found, strict=True)
-    grain = *grain, _grain(_energies(painting[..., :3], np.ones(painting.shape[:2])))
-    ran = curve.steps[-1], curve.seconds[-1]
-    return Row(case.name, stroke, path.stem, tuple(losses), colors, directions, grain, *ran), before, after
+    first = case.first_view(*SIZE)
+
+    brushes = [bg.StrokeTexture.from_coverage(image) for image in marks.brushes]
+    drawing = Drawing.of(bg.BrushSet(tuple(brushes))) if brushes else plain
+    shown = recolor(case.scene, palette)
+    seen = [Seen.of(shown, camera) for camera in (first, *(view.camera for view in training_views))]
+    start = time.perf_counter()
+    laid, _ = lay_marks(recolored, marks, seen, float(np.mean(drawing.options.num_sigmas)))
+    laid = break_colors(laid, BROKEN * marks.broken_lightness, BROKEN * marks.broken_chroma)
+    if brushes:
+        chosen = np.random.default_rng(0).integers(0, len(brushes), len(laid))
+        laid = replace(laid, brushes=chosen.astype(np.uint8))
+    lay_seconds = time.perf_counter() - start
+
+    def fitted(strokes, how, rates):
+        schedule = FitSchedule(steps, rates=rates, evaluations=2)
+        args = training_views, validation_views, style, small, how, schedule
+        after, curve = stylise(Variables(strokes, "all"), *args)
+        return after, curve.seconds[-1]
+
+    rows, found = [], {}
+    for what in ("recoloured", "steps alone", "marks", "marks, steps"):
+        how, seconds = (drawing, lay_seconds) if "marks" in what else (plain, 0.0)
+        strokes = laid if "marks" in what else recolored
+        if "steps" in what:
+            strokes, seconds = fitted(strokes, how, LAID_RATES if "marks" in what else RATES)
+        found[what] = strokes, how
+        score = stylise(
+            Variables(strokes, "colour"), training_views, validation_views[:1], style, small, how,
+            FitSchedule(1, evaluations=1),
+        )[1].scores[0]  # fmt: skip
+        measured = distances(strokes, validation_views, how, small)
+        shapes = mark_shapes(strokes, how, first, marks)
+        loss = 10 ** (-score / 10)
+        rows.append(Row(case.name, path.stem, what, len(strokes), *shapes, loss, *measured, seconds))
+    return rows, found
+
+
+def mark_shapes(strokes, drawing, camera, marks) -> tuple[float, float, float]:
+    """How far strokes run off the painting over a view, degrees; their length and their aspect."""
+    boxes = bg.project(strokes, camera, num_sigmas=float(np.mean(drawing.options.num_sigmas)))
+    inside = ((boxes.centers >= 0) & (boxes.centers < (camera.width, camera.height))).all(axis=1)
+    sides = np.sort(boxes.half_extents.astype(np.float64), axis=1)[inside]
+    weights = sides.prod(axis=1) * boxes.opacities[inside]
+    field = Marks(camera, marks.directions.astype(np.float64))
+    pairs = marks_at(field, *boxes.centers[inside].astype(np.float64).T)
+    along = boxes.angles[inside] + np.where(np.diff(boxes.half_extents[inside])[:, 0] > 0, np.pi / 2, 0)
+    turned = along - 0.5 * np.arctan2(pairs[:, 1], pairs[:, 0])
+    off = np.degrees(np.abs((turned + np.pi / 2) % np.pi - np.pi / 2))
+    length = 2 * _median(sides[:, 1], weights) / min(camera.width, camera.height)
+    aspect = _median(sides[:, 1] / np.maximum(sides[:, 0], 1e-9), weights)
+    return float(np.average(off, weights=weights * np.hypot(*pairs.T))), length, aspect
+
+
+def _median(values, weights) -> float:
+    order = np.argsort(values)
+    sums = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(sums, 0.5 * sums[-1])])
 
 
 def distances(strokes, validation_views, drawing, painting) -> tuple[float, float, float]:
@@ -183,30 +258,34 @@ def _root(covariance):
 def table(rows: list[Row]) -> str:
     """In Markdown."""
     lines = [
-        "scene | stroke | painting | loss | falls | colours | directions | grain | steps | seconds a step"
+        "scene | painting | what | strokes | off | length | aspect | loss | colours | directions | grain | s"
     ]
-    lines.append("-|-|-|-|-|-|-|-|-|-")
+    lines.append("-|-|-|-|-|-|-|-|-|-|-|-")
     for r in rows:
-        cells = [r.scene, r.stroke, r.painting, _change(r.loss, 3), f"{1 - r.loss[1] / r.loss[0]:.0%}"]
-        cells += [_change(r.colors, 1), _change(r.directions, 2), f"{_change(r.grain, 2)} ({r.grain[2]:.2f})"]
-        lines.append(" | ".join([*cells, str(r.steps), f"{r.seconds / r.steps:.2f}"]))
+        cells = [r.scene, r.painting, r.what, f"{r.strokes:,}", f"{r.off:.0f}", f"{r.length:.3f}"]
+        cells += [
+            f"{r.aspect:.1f}",
+            f"{r.loss:.3f}",
+            f"{r.colors:.1f}",
+            f"{r.directions:.2f}",
+            f"{r.grain:.2f}",
+        ]
+        lines.append(" | ".join([*cells, f"{r.seconds:.1f}"]))
     return "\n".join(lines)
 
 
-def _change(pair, digits: int) -> str:
-    return f"{pair[0]:.{digits}f} to {pair[1]:.{digits}f}"
-
-
 def draw(folder: Path, paths: dict[str, Path], steps: int) -> list[Row]:
-    """Painting, before and after side by side, of the still life."""
+    """Painting, recoloured strokes, steps alone, and marks with steps, side by side, of the still life."""
     case, rows = Case("still_life"), []
     for name, path in paths.items():
-        row, *pair = refine(case, path, "dry_brush", steps)
-        rows.append(row)
-        camera, drawing = still_life_camera(width=280, height=210), drawing_with("dry_brush")
+        of_painting, found = refine(case, path, steps)
+        rows += of_painting
+        camera = case.first_view(280, 210)
         painting = torch.from_numpy(read_image(path)[..., :3].copy()).permute(2, 0, 1)[None]
         shown = [F.interpolate(painting, (210, 280), mode="area")[0].permute(1, 2, 0).numpy()]
-        shown += [drawing.frame(s, camera).over((1, 1, 1)) for s in pair]
+        for what in ("recoloured", "steps alone", "marks, steps"):
+            strokes, drawing = found[what]
+            shown.append(drawing.frame(strokes, camera).over((1, 1, 1)))
         sheet = np.clip(np.concatenate(shown, axis=1), 0, 1).astype(np.float32)
         _save_jpeg(sheet, folder / f"style-{name}.jpg")
     return rows
@@ -231,7 +310,7 @@ def memory(paths: dict[str, Path], folder: Path) -> str:
     save_random_vgg(weights)
     lines = ["features | size | peak memory | seconds a step", "-|-|-|-"]
     for label, extra in (("without weights", ()), ("VGG-16, random weights", ("--vgg-weights", weights))):
-        command = ["refine", scene, "--style", paths["night"], "--strokes", "2000", "--stroke", "dry_brush"]
+        command = ["refine", scene, "--style", paths["swirls"], "--strokes", "2000", "--stroke", "dry_brush"]
         command += ["--size", "1280x720", "--views", "1", "--steps", "1", *extra, "-o", folder / "out.ply"]
         run = subprocess.run(
             [sys.executable, "-c", CHILD, *map(str, command), "--json"],
@@ -264,8 +343,8 @@ def main() -> None:
     """As the docstring of the module says."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scenes", nargs="*", metavar="SCENE")
-    parser.add_argument("--strokes-images", nargs="+", default=["dry_brush", "flat"])
-    parser.add_argument("--steps", type=int, default=80)
+    parser.add_argument("--paintings", nargs="+", default=list(KINDS), choices=list(KINDS))
+    parser.add_argument("--steps", type=int, default=40)
     parser.add_argument("--json", type=Path)
     parser.add_argument("--memory", action="store_true")
     parser.add_argument("--draw", type=Path)
@@ -273,7 +352,10 @@ def main() -> None:
     print(describe() + "\n")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        paths = write(folder)
+        paths = {name: path for name, path in write(folder).items() if name in args.paintings}
+        for name, path in paths.items():
+            marks = learn_marks(read_image(path))
+            print(f"{name}: length {marks.length:.3f}, aspect {marks.aspect:.1f}")
         if args.memory:
             print(memory(paths, folder))
         elif args.draw is not None:
@@ -282,10 +364,9 @@ def main() -> None:
             names = args.scenes or [n for n, (p, _) in SCENES.items() if (SCENES_FOLDER / p).exists()]
             rows = []
             for case in map(Case, names):
-                for stroke in args.strokes_images:
-                    for painting in PAINTINGS:
-                        rows.append(refine(case, paths[painting], stroke, args.steps)[0])
-                        print(table(rows[-1:]).splitlines()[-1], file=sys.stderr, flush=True)
+                for path in paths.values():
+                    rows += refine(case, path, args.steps)[0]
+                    print("\n".join(table(rows[-4:]).splitlines()[2:]), file=sys.stderr, flush=True)
             print(table(rows))
             if args.json is not None:
                 args.json.write_text(json.dumps([asdict(row) for row in rows], indent=1))
