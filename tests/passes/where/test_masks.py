@@ -45,7 +45,7 @@ def test_masks_find_the_gaussians_that_they_were_painted_over(scene, owner, name
 def test_a_black_mask_and_a_white_one_are_complements(scene, owner):
     views = views_of(scene, np.isin(owner, list(REGIONS["jug"])))
     inverse = [replace(view, inside=1 - view.inside) for view in views]
-    np.testing.assert_allclose(mask_votes(scene, views) + mask_votes(scene, inverse), 1, atol=5e-3)
+    np.testing.assert_allclose(mask_votes(scene, views) + mask_votes(scene, inverse), 1, atol=1e-9)
 
 
 def test_pixels_that_are_not_known_have_no_vote(scene, owner):
