@@ -340,8 +340,9 @@ def _layers(
     is_image, kernel = textures[0].kind == "image", StrokeTexture.open("gaussian")
     brushes = np.zeros(len(boxes), int) if boxes.brushes is None or not is_image else boxes.brushes
     reaches = None if underpaint is None else underpaint.reaches(boxes)
-    is_smooth = BrushSet(tuple(textures)).without_bristles(boxes.brushes)
-    starts, weights = streak_starts(boxes), streak_weights(boxes, streaks if is_image else 0.0, is_smooth)
+    streaks = streaks if is_image else 0.0
+    is_smooth = BrushSet(tuple(textures)).without_bristles(boxes.brushes) if streaks else None
+    starts, weights = streak_starts(boxes), streak_weights(boxes, streaks, is_smooth)
     copies: _Copies = {}
     heights: _Copies = {}
     order = [(depth, 0, row) for row, depth in enumerate(depths)]
