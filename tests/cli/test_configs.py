@@ -207,6 +207,7 @@ def actions(command):
 
 STEPS = {
     "rules": Rules,
+    "painted": WhereConfig,
     "where": WhereConfig,
     "clean": CleanConfig,
     "prune": PruneConfig,
