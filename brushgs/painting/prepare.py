@@ -338,7 +338,8 @@ def prepare(
     choosing = (
         [] if keeps_brushes else [*brush_passes(kit, seed=seed), *style_brush_passes(styles, kit, seed=seed)]
     )
-    changes = Changes(styles, config.adjust, first_view)
+    shown_by = () if guidance.views is None else guidance.views.cameras
+    changes = Changes(styles, config.adjust, first_view, shown_by)
     palettes = [] if palette is None or config.palette is None else [palette_pass(palette, config.palette)]
     restyling, adjusting = changes.style_passes(), changes.adjust_passes()
     if regions is not None:
@@ -346,7 +347,7 @@ def prepare(
         making = regions.stroke_passes(making, gaussians, guidance.camera, styles)
         choosing = regions.brush_passes(choosing, kit, seed=seed)
         palettes = regions.palettes(palettes)
-        restyling = regions.style_passes(restyling, first_view)
+        restyling = regions.style_passes(restyling, changes)
         adjusting = regions.adjust_passes(adjusting)
     maker = StrokeMaker(
         gaussians,

@@ -15,7 +15,6 @@ from brushgs.errors import SceneError
 from brushgs.options.direction import Direction
 from brushgs.options.painting import PaletteConfig
 from brushgs.options.rules import Rule, Rules
-from brushgs.options.styling import AdjustConfig
 from brushgs.painting.make_strokes import ALREADY_STROKES, StrokePass
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import open_palette
@@ -282,11 +281,10 @@ class Regions:
                 own[region] = [palette_pass(region.palette, config)]
         return self._with_own(passes, own)
 
-    def style_passes(self, passes: Sequence[StrokePass], first_view: FirstView | None) -> list[StrokePass]:
-        """The pass of styles, and those of the parts with some of their own."""
-        plain = AdjustConfig()
+    def style_passes(self, passes: Sequence[StrokePass], changes: Changes) -> list[StrokePass]:
+        """The pass of styles, which `changes` has, and those of the parts with some of their own."""
         own = {
-            region: Changes(region.styles, plain, first_view).style_passes()
+            region: replace(changes, styles=region.styles).style_passes()
             for region in self.regions
             if region.rule.style is not None
         }
@@ -295,7 +293,7 @@ class Regions:
     def adjust_passes(self, passes: Sequence[StrokePass]) -> list[StrokePass]:
         """The pass of adjustments, and those of the parts with some of their own."""
         own = {
-            region: Changes(None, region.rule.adjust, None).adjust_passes()
+            region: Changes(None, region.rule.adjust).adjust_passes()
             for region in self.regions
             if region.rule.adjust is not None
         }

@@ -27,7 +27,6 @@ from brushgs.options.painting import (
 from brushgs.options.rules import Rules
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.options.styling import AdjustConfig, StyleConfig
-from brushgs.options.where import WhereConfig
 from brushgs.options.where import Where, WhereConfig
 
 PLAIN = {"underpaint": False, "streaks": 0.0}  # of the drawing of presets that paint no underpaint
@@ -225,7 +224,6 @@ STEPS = {
     "clip": ClipConfig,
     "style": StyleConfig,
     "adjust": AdjustConfig,
-    "painted": WhereConfig,
     "refine": RefineConfig,
     "stability": StabilityConfig,
     "bench": BenchConfig,

@@ -53,7 +53,7 @@ def settle(gaussians: Gaussians, values: F64, trust: F64) -> F64:
     middle = 0.5 * (values.min() + values.max())  # so that the opposite has the opposite result
     centred = values - middle
     found, _ = cg(system, known * centred, x0=centred, rtol=TOLERANCE, maxiter=MOST_STEPS, M=own)
-    return np.clip(middle + found, values.min(), values.max())
+    return np.asarray(np.clip(middle + found, values.min(), values.max()))
 
 
 def _links(gaussians: Gaussians):  # type: ignore[no-untyped-def]  # scipy.sparse has no types
