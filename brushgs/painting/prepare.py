@@ -23,7 +23,7 @@ from brushgs.painting.clip import Clip
 from brushgs.painting.coats.materials import Materials
 from brushgs.painting.coats.media import coats_of
 from brushgs.painting.count import open_view_model
-from brushgs.painting.drawing import open_brushes, open_picture_background, render_options
+from brushgs.painting.drawing import open_picture_background, render_options
 from brushgs.painting.guidance import Guidance, open_guidance
 from brushgs.painting.look import (
     BACKDROP,
@@ -38,11 +38,6 @@ from brushgs.painting.look import (
 from brushgs.painting.make_strokes import (
     ALREADY_STROKES,
     StrokeMaker,
-    StrokePass,
-    broken_color_pass,
-    brush_passes,
-    color_passes,
-    stroke_passes,
 )
 from brushgs.painting.memory import Memory, NoMemory
 from brushgs.painting.moving import (
@@ -53,12 +48,12 @@ from brushgs.painting.moving import (
     load_clip,
     seen_at,
 )
+from brushgs.painting.named import Named, open_named
 from brushgs.painting.plain_part import part
 from brushgs.painting.plan import plan_cameras
-from brushgs.painting.regions import open_regions
 from brushgs.painting.report import Report
-from brushgs.painting.strokes import cluster_scene, load_scene, open_palette, prune_scene
-from brushgs.painting.styling import Changes, open_styles, palette_pass, style_brush_passes
+from brushgs.painting.stroke_changes import changes_of
+from brushgs.painting.strokes import cluster_scene, load_scene, prune_scene
 from brushgs.painting.where import Rest, split_where, with_ids
 from brushgs.rendering.coats import Painting
 from brushgs.scene import Camera, FirstView, Gaussians
@@ -193,25 +188,19 @@ def prepare(
     along_path = clip is not None or isinstance(views, PathConfig)
     if needs_background or config.cluster.target is not None:
         check_background(config.draw.background)
-    named = config.brushes, config.draw.stroke, config.view.size
-    styles = recall("style", (config.style,), lambda: open_styles(config.style, report))
-    regions = recall("region files", (config.rules,), lambda: open_regions(config.rules, report))
-    more = [] if styles is None else [name for names in styles.brushes for name in names]
-    more += [] if regions is None else regions.brushes
-    texture, kit = recall("stroke", (*named, *more), lambda: open_brushes(config, more, report))
-    palette = recall("palette", (config.palette,), lambda: open_palette(config.palette, report))
+    named = open_named(config, report, recall)
     rows = None  # of a moving scene: how they move
     if clip is not None:
         gaussians, notes, rows = load_clip(clip, report)
     else:
         gaussians, notes = recall("load", (source,), lambda: _load(source, report))
         if gaussians.brushes is not None:  # chosen anew where they are those of other brushes
-            of_file = gaussians, source, config.brushes, config.view.size, tuple(more)
+            of_file = gaussians, source, config.brushes, config.view.size, named.has_more
             gaussians, stored = recall(
-                "brushes", of_file, lambda: _stored_brushes(gaussians, notes, source, config, more, report)
+                "brushes", of_file, partial(_stored_brushes, gaussians, notes, source, config, named, report)
             )
-            if stored is not None:
-                texture, kit = stored
+            named = named.painted_with(stored)
+    texture, kit, regions = named.texture, named.kit, named.regions
     options = render_options(config.draw, texture, along_path=along_path, relief=open_relief(config.light))
     is_strokes = notes is not None and notes.is_strokes
     loaded = gaussians = gaussians if where is None else with_ids(gaussians)
@@ -229,7 +218,7 @@ def prepare(
     passes, skip = config.strokes, ALREADY_STROKES if is_strokes else None
     if len(gaussians) == 0:
         skip = "there are no Gaussians"
-    sees = passes.needs_camera or (regions is not None and regions.needs_camera)
+    sees = passes.needs_camera or named.needs_camera
     needs_view = needs_view or is_counted or is_for_view or (sees and skip is None)
     needs_background = needs_background or is_counted
     plan = plan_cameras(
@@ -243,8 +232,7 @@ def prepare(
         check_path=check_path,
         needs_view=needs_view,
         needs_first_view=needs_first_view
-        or (styles is not None and styles.needs_first_view)
-        or (regions is not None and regions.needs_first_view)
+        or named.needs_first_view
         or (config.painted is not None and config.painted.needs_first_view),
     )
     cameras, film, first_view = plan.cameras, plan.film, plan.first_view
@@ -283,12 +271,22 @@ def prepare(
         has_lines, threads = config.media.draws_lines, config.draw.threads
         guidance = recall(
             "guidance",
-            (gaussians, tuple(cameras), *seen_by, styles, config.view, has_lines, threads, notes, first_view),
+            (
+                gaussians,
+                tuple(cameras),
+                *seen_by,
+                named.styles,
+                config.view,
+                has_lines,
+                threads,
+                notes,
+                first_view,
+            ),
             lambda: open_guidance(
                 gaussians,
                 cameras,
                 config,
-                styles,
+                named.styles,
                 notes,
                 report,
                 first_view=first_view,
@@ -330,49 +328,29 @@ def prepare(
             None if skip else guidance.focus(gaussians, passes.focus, report, num_threads=config.draw.threads)
         ),
     )
-    making = stroke_passes(
-        gaussians, passes, views=guidance.views, field=guidance.field, skip=skip, memory=memory
-    )
-    seed = cluster.seed
-    keeps_brushes = is_strokes and gaussians.brushes is not None
-    choosing = (
-        [] if keeps_brushes else [*brush_passes(kit, seed=seed), *style_brush_passes(styles, kit, seed=seed)]
-    )
-    shown_by = () if guidance.views is None else guidance.views.cameras
-    changes = Changes(styles, config.adjust, first_view, shown_by)
-    palettes = [] if palette is None or config.palette is None else [palette_pass(palette, config.palette)]
-    restyling, adjusting = changes.style_passes(), changes.adjust_passes()
     if regions is not None:
         focus = recall("shares", (gaussians, focus, regions), partial(regions.shares, gaussians, focus))
-        making = regions.stroke_passes(making, gaussians, guidance.camera, styles)
-        choosing = regions.brush_passes(choosing, kit, seed=seed)
-        palettes = regions.palettes(palettes)
-        restyling = regions.style_passes(restyling, changes)
-        adjusting = regions.adjust_passes(adjusting)
+    changes = changes_of(
+        config,
+        named,
+        gaussians,
+        guidance,
+        first_view,
+        skip=skip,
+        keeps_brushes=is_strokes and gaussians.brushes is not None,
+        memory=memory,
+    )
+    finish = changes.finish
     maker = StrokeMaker(
         gaussians,
         cluster,
         guidance.views,
         focus,
         is_solid=passes.solid and skip is None,
-        passes=making,
+        passes=list(changes.making),
         memory=memory,
         motion=None if clip is None else features_of(rows, gaussians),
     )
-    finish = Finish(
-        [
-            *palettes,
-            *color_passes(config.color, seed=cluster.seed),
-            broken_color_pass(passes, seed=cluster.seed, skip=skip),
-            *restyling,  # after it: what differs from its neighbours is a colour of the style too
-            *adjusting,
-            *choosing,
-        ]
-    )
-    is_recolored = palette is not None or changes.are_any or (regions is not None and regions.recolors)
-    if not is_recolored:  # so that a budget, which compares with the scene, is met with them
-        maker.passes.extend(finish.passes)
-        finish = Finish([])
     lamp = open_lamp(config.light)
     everything = partial(
         Prepared,
@@ -397,14 +375,13 @@ def prepare(
         backdrop = open_backdrop(
             config, gaussians, cameras, first_view, options, texture, kit, guidance.views, report
         )
-    if changes.are_any:
-        backdrop = [replace(coat, strokes=changes.backdrop(coat.strokes)) for coat in backdrop]
-        surface = recolored_ground(surface, changes.ground)
+    if changes.colors.are_any:
+        backdrop = [replace(coat, strokes=changes.colors.backdrop(coat.strokes)) for coat in backdrop]
+        surface = recolored_ground(surface, changes.colors.ground)
     motion = None
     if clip is not None and film is not None:
-        later = Finish([*(one for one in maker.passes if one.name != "repaint"), *finish.passes])
         strokes, plain, motion = follow_strokes(
-            clip, film, strokes, grouping, maker.gaussians, later, report, plain=plain
+            clip, film, strokes, grouping, maker.gaussians, changes.later(), report, plain=plain
         )
     materials = Materials(
         strokes,
@@ -435,7 +412,7 @@ def prepare(
 
         growth = grow(painting, strokes, grouping, maker, finish, cameras[0], report)
     return everything(
-        strokes=strokes, palette=palette, painting=painting, growth=growth, moving=moving, plain=plain
+        strokes=strokes, palette=named.palette, painting=painting, growth=growth, moving=moving, plain=plain
     )
 
 
@@ -450,32 +427,13 @@ def _stored_brushes(
     notes: "LoadNotes | None",
     source: SceneFiles | Gaussians | Clip,
     config: PaintConfig,
-    more: Sequence[str],
+    named: Named,
     report: Report,
 ) -> "tuple[Gaussians, tuple[BrushSet, BrushKit] | None]":
     """Strokes with the brushes that their file names, and these; or without, where others are asked for."""
     from brushgs.painting.stored_brushes import open_stored_brushes
 
     stored = None
-    if not more and not isinstance(source, Gaussians | Clip):
+    if not named.has_more and not isinstance(source, Gaussians | Clip):
         stored = open_stored_brushes(gaussians, notes, source, config, report)
     return (gaussians if stored else replace(gaussians, brushes=None)), stored
-
-
-@dataclass(frozen=True, eq=False)
-class Finish:
-    """What is done to strokes after they were made.
-
-    Attributes:
-        passes: in this order.
-    """
-
-    passes: Sequence[StrokePass]
-
-    def __call__(self, strokes: Gaussians, report: Report | None = None) -> Gaussians:
-        """The strokes after it; with a report its stages are told."""
-        for one in self.passes:
-            strokes = one(strokes)
-            if report is not None:
-                one.report(report)
-        return strokes
