@@ -13,6 +13,7 @@ from brushgs.colors import split_alpha
 from brushgs.errors import SceneError
 from brushgs.io.cameras.camera_file import CameraFile
 from brushgs.io.cameras.read import read_cameras
+from brushgs.io.files import exists
 from brushgs.io.formats import suffixes_of
 from brushgs.io.pictures.formats import PICTURE_FORMATS, PICTURES_READ
 from brushgs.io.pictures.images import read_image
@@ -75,6 +76,8 @@ class MaskOpener:
 
 
 def _pictures(path: Path, what: str) -> list[Path]:
+    if not exists(path):
+        raise SceneError(path, f"no such file or folder; give the {what}s, pictures or a folder of them")
     if not path.is_dir():
         return [path]
     files = [file for file in path.iterdir() if file.suffix.lower() in SUFFIXES]

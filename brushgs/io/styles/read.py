@@ -27,6 +27,10 @@ def read_style(path: str | Path) -> Style:
             content = file.read(MAX_BYTES + 1)
         except OSError as error:
             raise SceneError(path, f"cannot be read ({error.strerror}); check the path") from None
+    if content and not content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
+        raise SceneError(
+            path, f"is no style file; where it is a painting, `brushgs style learn {path}` makes one"
+        )
     if len(content) > MAX_BYTES:
         raise SceneError(path, f"a style file must have at most {MAX_BYTES // 1000} kB, got more; {CURE}")
     return style_of(path, content)

@@ -223,10 +223,13 @@ def test_brushes_must_be_small_and_grey(path, tmp_path):
 
 
 def test_what_is_no_json_or_too_large_is_refused(path):
-    path.write_bytes(b"\x89PNG")
+    path.write_bytes(b"\x89PNG" + b" " * MAX_BYTES)
+    with pytest.raises(SceneError, match=r"is no style file; where it is a painting, `brushgs style learn"):
+        read_style(path)
+    path.write_bytes(b'{"brushgs": ')
     with pytest.raises(SceneError, match=r"is not JSON .* give a file that `brushgs style learn` wrote"):
         read_style(path)
-    path.write_bytes(b" " * (MAX_BYTES + 1))
+    path.write_bytes(b"{" + b" " * MAX_BYTES)
     with pytest.raises(SceneError, match="at most 200 kB"):
         read_style(path)
     with pytest.raises(SceneError, match="there is no such file"):
