@@ -49,12 +49,11 @@ from brushgs.painting.moving import (
     seen_at,
 )
 from brushgs.painting.named import Named, open_named
-from brushgs.painting.plain_part import part
 from brushgs.painting.plan import plan_cameras
 from brushgs.painting.report import Report
 from brushgs.painting.stroke_changes import changes_of
 from brushgs.painting.strokes import cluster_scene, load_scene, prune_scene
-from brushgs.painting.where import Rest, split_where, with_ids
+from brushgs.painting.where import Rest, part, split_where, with_ids
 from brushgs.rendering.coats import Painting
 from brushgs.scene import Camera, FirstView, Gaussians
 
