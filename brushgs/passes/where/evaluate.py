@@ -4,7 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import assert_never
+from typing import Any, TypeVar, assert_never
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,7 @@ from brushgs.passes.where.shapes import box_depths, color_depths, half_depths, s
 from brushgs.passes.where.subject import find_subject
 from brushgs.scene import FirstView, Gaussians
 
+T = TypeVar("T")
 HALF = 0.5  # from which on a Gaussian is inside, where it cannot be in part
 
 
@@ -96,8 +98,13 @@ def sides(shares: F64, gaussians: Gaussians) -> Mask:
     return np.asarray(uniform(states) < shares)
 
 
+# What was found of a scene in a view, as long as both live: several rules, and what is typed after another
+# in the viewer, ask for the same subject.
+_known: WeakKeyDictionary[Gaussians, WeakKeyDictionary[FirstView, dict[str, Any]]] = WeakKeyDictionary()
+
+
 class _Evaluation:
-    """Memberships of one set of Gaussians; what several terms need is found once."""
+    """Memberships of one set of Gaussians."""
 
     def __init__(self, gaussians: Gaussians, context: WhereContext) -> None:
         self._gaussians, self._context = gaussians, context
@@ -153,13 +160,22 @@ class _Evaluation:
             raise ValueError("where: the first view of the scene must be known for this; give first_view")
         return self._context.first_view
 
-    @cached_property
-    def _ground(self) -> Ground:
-        return Ground.under(self._gaussians, self._view)
+    def _found(self, name: str, find: Callable[[], T]) -> T:
+        """What is looked for once in a scene and a view."""
+        of_scene = _known.setdefault(self._gaussians, WeakKeyDictionary())
+        found = of_scene.setdefault(self._view, {})
+        if name not in found:
+            found[name] = find()
+        known: T = found[name]
+        return known
 
-    @cached_property
+    @property
+    def _ground(self) -> Ground:
+        return self._found("ground", lambda: Ground.under(self._gaussians, self._view))
+
+    @property
     def _subject(self) -> Mask:
-        return find_subject(self._gaussians, self._view, self._ground)
+        return self._found("subject", lambda: find_subject(self._gaussians, self._view, self._ground))
 
     def _part(self, term: Part) -> Mask:
         parts = self._parts
@@ -172,9 +188,12 @@ class _Evaluation:
             raise ValueError(f"where: {term} is not there; the subject has {num:,} connected parts")
         return np.asarray(parts == term.rank - 1)
 
-    @cached_property
+    @property
     def _parts(self) -> NDArray[np.intp]:
         """[N] the connected part of each: those of the subject from 0, then those of the surroundings."""
+        return self._found("parts", self._find_parts)
+
+    def _find_parts(self) -> NDArray[np.intp]:
         subject = self._subject
         parts = np.empty(len(subject), np.intp)
         parts[subject] = connected_parts(self._gaussians.take(subject))
