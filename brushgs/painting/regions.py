@@ -15,17 +15,11 @@ from brushgs.errors import SceneError
 from brushgs.options.direction import Direction
 from brushgs.options.painting import PaletteConfig
 from brushgs.options.rules import Rule, Rules
+from brushgs.painting.color_changes import Changes, palette_pass
 from brushgs.painting.make_strokes import ALREADY_STROKES, StrokePass
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import open_palette
-from brushgs.painting.styling import (
-    Changes,
-    Styles,
-    directions_of,
-    open_styles,
-    palette_pass,
-    style_brush_passes,
-)
+from brushgs.painting.styling import Styles, directions_of, open_styles, style_brush_passes
 from brushgs.scene import Camera, FirstView, Gaussians
 
 if TYPE_CHECKING:

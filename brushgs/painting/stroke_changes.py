@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from brushgs.options.painting import PaintConfig
+from brushgs.painting.color_changes import Changes, palette_pass
 from brushgs.painting.guidance import Guidance
 from brushgs.painting.make_strokes import (
     StrokePass,
@@ -15,7 +16,7 @@ from brushgs.painting.make_strokes import (
 from brushgs.painting.memory import Memory
 from brushgs.painting.named import Named
 from brushgs.painting.report import Report
-from brushgs.painting.styling import Changes, palette_pass, style_brush_passes
+from brushgs.painting.styling import style_brush_passes
 from brushgs.scene import FirstView, Gaussians
 
 
