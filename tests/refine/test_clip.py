@@ -287,11 +287,11 @@ def test_strokes_that_move_otherwise_are_another_fit(stopped, folder, capsys, mo
 
     follow = preparation.follow_strokes
 
-    def otherwise(*args):
-        strokes, motion = follow(*args)
+    def otherwise(*args, **more):
+        strokes, plain, motion = follow(*args, **more)
         table = motion.table.copy()
         table[2, 0, 0] += 0.01
-        return strokes, replace(motion, table=table)
+        return strokes, plain, replace(motion, table=table)
 
     monkeypatch.setattr(preparation, "follow_strokes", otherwise)
     code, _, err = run(capsys, folder, *SMALL, "--resume")
