@@ -3,54 +3,74 @@
     python -m tests.bench.style_colors [SCENE ...] [--json FILE] [--draw FOLDER]
 
 SCENE is one of `tests.bench.strokes`; without, koala, truck, chair, biker and still life, those of them that
-are here. 6000 strokes of the plain look, 640x360 pixels, toward the paintings of `tests.bench.paintings`, by
-the palette that is learnt from each. On pixels with alpha above 1/2:
+are here. All is prepared as `brushgs render --style` prepares it: 3000 strokes, 480x360, the first view. The
+paintings are those of `tests.bench.mark_paintings`. But for "oil", styles have their palette alone, and the
+look is "plain", on transparent; what is measured are pixels with alpha above 1/2.
 
-- colours: sliced Wasserstein distance (64 directions, 512 quantiles, RGB 0 to 1) of the picture to the
-  painting before and after, and by how much it falls; "paint" is the same of the strokes by their weights,
-  which is what the map is fitted to, "seen" of the picture where the map is fitted to what of each stroke it
-  shows.
+- distance: sliced Wasserstein distance (64 directions, 512 quantiles, RGB 0 to 1) of the picture to the
+  painting before and after, and by how much it falls. "oil": by how much that of the whole picture falls, its
+  ground and surroundings too, in the look oil, marks and all.
 - structure: SSIM (window and constants as published, values as they are) of the length of the gradient of
-  luma to that of the unstyled picture.
+  luma to that of the unstyled picture. "edges": correlation of these lengths, for which contrast is nothing.
+  "contrast": of the two pictures, the root of the mean squared gradient of RGB, over that of the unstyled.
 - dial: correlation of the mean distance of colours from the unstyled picture, and of the sliced distance to
   the painting, with the share, at 0, 1/4, 1/2, 3/4 and 1.
-- commutes: PSNR in dB of the picture of mapped strokes to the mapped picture of strokes.
-- seconds: to fit the map, and to map the strokes.
+- commutes: PSNR in dB of the picture of mapped strokes to the mapped picture of strokes. The second table has
+  the same of maps that are fitted to nothing.
+- seconds: of the stage of the command that fits the map to a painting and maps 10,000 strokes.
+
+Strokes have no streaks but in "oil": these are laid over strokes after their colours.
 """
 
 import argparse
 import json
 import tempfile
-import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from skimage.metrics import structural_similarity
 
 import brushgs as bg
+from brushgs.arrays import F64
 from brushgs.colors import LUMINANCE
 from brushgs.io.pictures.images import read_image
+from brushgs.io.styles.write import write_style
 from brushgs.measure.likeness import psnr
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
-from brushgs.painting.prepare import prepare
+from brushgs.options.styling import AdjustConfig
+from brushgs.painting import color_changes
+from brushgs.painting.memory import Memory
+from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
-from brushgs.passes.color_map import Blend, map_colors
-from brushgs.passes.recolor import painted_weights
-from brushgs.passes.seen import shown_areas
+from brushgs.painting.styling import styled
+from brushgs.passes.adjust import adjust_map
+from brushgs.passes.style.marks import learn_marks
 from brushgs.passes.style.palette import learn_palette
-from brushgs.passes.style.transport import palette_map
-from brushgs.sh import base_colors
+from brushgs.style import Style
 from tests.bench.machine import describe
-from tests.bench.paintings import write
+from tests.bench.mark_paintings import write
 from tests.bench.strokes import SCENES, markdown
 from tests.scenes import SCENES_FOLDER
 
 PICKED = "koala", "truck", "chair", "biker", "still life"
-SIZE, NUM_STROKES = (640, 360), 6000
-GROUND = np.array([0.75, 0.72, 0.68])
+SIZE, NUM_STROKES, NUM_TIMED = (480, 360), 3000, 10_000
+MANY = 30_000  # colours: of more, so many are drawn for a distance
+GROUND = np.array([0.75, 0.72, 0.68])  # under the pictures that structure is taken from
 SHARES = 0.0, 0.25, 0.5, 0.75, 1.0
+ADJUSTMENTS = {
+    "brightness 0.1": AdjustConfig(brightness=0.1),
+    "contrast 1.3": AdjustConfig(contrast=1.3),
+    "contrast 0.7": AdjustConfig(contrast=0.7),
+    "saturation 0.4": AdjustConfig(saturation=0.4),
+    "saturation 1.6": AdjustConfig(saturation=1.6),
+    "temperature 0.5": AdjustConfig(temperature=0.5),
+}
 
 
 @dataclass(frozen=True)
@@ -61,125 +81,192 @@ class Row:
     painting: str
     before: float
     after: float
-    paint_falls: float
-    seen_falls: float
+    oil_falls: float
     structure: float
+    edges: float
+    contrast: float
     dial_colors: float
     dial_distance: float
     commutes: float
-    fit_seconds: float
-    map_seconds: float
 
     @property
     def falls(self) -> float:
         return 1 - self.after / self.before
 
 
-def sliced_distance(one, other, weights=None) -> float:
-    """Sliced Wasserstein distance of colours [n, 3]; `weights` are those of the first."""
-    directions = np.random.default_rng(1).normal(size=(3, 64))
+@dataclass(frozen=True)
+class Files:
+    """A painting, its colours [n, 3], and its styles: of the palette alone, and whole."""
+
+    image: F64
+    colors_alone: Path
+    whole: Path
+
+
+class Scene:
+    """A scene, painted time and again.
+
+    Args:
+        name: of `tests.bench.strokes`.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.source = SCENES[name].source()
+        self.memory: dict[str, Memory] = {}
+
+    def prepared(self, look: str = "plain", report: Report | None = None, **options: Any) -> Prepared:
+        """As the command prepares it; options are `style`, `adjust` and `strokes`."""
+        config = Look.open(look).config
+        if style := options.get("style"):
+            config = styled(config, style)
+        config = replace(
+            config,
+            view=ViewConfig(size=SIZE),
+            cluster=replace(config.cluster, strokes=options.get("strokes", NUM_STROKES)),
+            adjust=options.get("adjust", AdjustConfig()),
+        )
+        if look == "plain":
+            config = replace(config, draw=replace(config.draw, streaks=0.0))
+        memory = self.memory.setdefault(look, Memory())
+        return prepare(
+            self.source, config, report or Report(), memory=memory, needs_background=look != "plain"
+        )
+
+    def frame(self, look: str = "plain", **options: Any) -> bg.Frame:
+        """Its picture."""
+        ready = self.prepared(look, **options)
+        return ready.painting.frame(ready.camera)
+
+
+def sliced_distance(one: F64, other: F64) -> float:
+    """Sliced Wasserstein distance of colours [n, 3], of which enough are taken."""
+    rng = np.random.default_rng(1)
+    directions = rng.normal(size=(3, 64))
     directions /= np.linalg.norm(directions, axis=0)
     at = (np.arange(512) + 0.5) / 512
-    if weights is not None:
-        rng = np.random.default_rng(2)
-        one = one[rng.choice(len(one), 20_000, p=weights / weights.sum())]
-    here, there = (np.quantile(colors @ directions, at, axis=0) for colors in (one, other))
+    few = (
+        colors if len(colors) <= MANY else colors[rng.choice(len(colors), MANY)] for colors in (one, other)
+    )
+    here, there = (np.quantile(colors @ directions, at, axis=0) for colors in few)
     return float(np.sqrt(np.mean((here - there) ** 2)))
 
 
-def structure(picture, plain) -> float:
-    """SSIM of the lengths of the gradients of luma."""
-    lengths = [np.hypot(*np.gradient(p @ np.array(LUMINANCE))) for p in (picture, plain)]
-    return float(
-        structural_similarity(
-            *lengths, data_range=1.0, gaussian_weights=True, sigma=1.5, use_sample_covariance=False
-        )
+def structure(frame: bg.Frame, plain: bg.Frame) -> tuple[float, float, float]:
+    """SSIM and correlation of the lengths of the gradients of luma, and contrast, where there is paint."""
+    seen = plain.alpha > 0.5
+    pictures = [one.over(GROUND) for one in (frame, plain)]
+    steps = [sum(np.square(g)[seen].mean() for g in np.gradient(one, axis=(0, 1))) for one in pictures]
+    here, there = (np.hypot(*np.gradient(one @ np.array(LUMINANCE))) for one in pictures)
+    _, ssim = structural_similarity(
+        here, there, data_range=1.0, gaussian_weights=True, sigma=1.5, use_sample_covariance=False, full=True
     )
+    edges = np.corrcoef(here[seen], there[seen])[0, 1]
+    return float(ssim[seen].mean()), float(edges), float(np.sqrt(steps[0] / steps[1]))
 
 
-def _straight(frame):
+def _straight(frame: bg.Frame) -> F64:
     seen = frame.alpha > 0.5
     return np.clip(frame.rgb[seen] / frame.alpha[seen][:, None], 0, 1).astype(np.float64)
 
 
-def strokes_of(name: str):
-    """Strokes and camera, as the command would make them."""
-    config = Look.open("plain").config
-    config = replace(config, view=ViewConfig(size=SIZE), cluster=replace(config.cluster, strokes=NUM_STROKES))
-    prepared = prepare(SCENES[name].source(), config, Report())
-    return prepared.strokes, prepared.camera
+def _whole(frame: bg.Frame) -> F64:
+    return np.clip(frame.over((1, 1, 1)), 0, 1).reshape(-1, 3).astype(np.float64)
 
 
-def measure(name: str, paintings: dict[str, Path], folder: Path | None) -> list[Row]:
-    """The rows of a scene; its pictures side by side, paintings above, go to a folder."""
-    strokes, camera = strokes_of(name)
-    texture = bg.StrokeTexture.open("flat")
-    frame = bg.render(strokes, camera, texture)
-    plain, colors = frame.over(GROUND), _straight(frame)
-    paint, weights = base_colors(strokes.sh), painted_weights(strokes).astype(np.float64)
-    shown = shown_areas(strokes, [camera])
-    rows, pictures = [], [plain]
-    for painting, path in paintings.items():
-        image = read_image(path)[..., :3]
-        wanted, palette = image.reshape(-1, 3).astype(np.float64)[::3], learn_palette(image)
-        start = time.perf_counter()
-        one = palette_map(palette, paint, weights)
-        fitted = time.perf_counter()
-        map_colors(strokes, one)
-        mapped = time.perf_counter()
-        away, distances = [], []
-        for share in SHARES:
-            styled = bg.render(map_colors(strokes, Blend([(one, share)])), camera, texture)
-            distances.append(sliced_distance(_straight(styled), wanted))
-            away.append(float(np.abs(_straight(styled) - colors).mean()))
-        ground = one.colors(GROUND[None])[0]
-        picture = np.clip(styled.over(ground), 0, 1)
-        pictures.append(picture)
-        there = one.colors(plain.reshape(-1, 3).astype(np.float64)).reshape(plain.shape)
-        seen = map_colors(strokes, palette_map(palette, paint, shown))
-        seen_colors = _straight(bg.render(seen, camera, texture))
-        paint_pair = [sliced_distance(np.clip(c, 0, 1), wanted, weights) for c in (paint, one.colors(paint))]
+@contextmanager
+def keeping_changes() -> Iterator[list[color_changes.FittedMap]]:
+    """The changes of styles that are made meanwhile."""
+    kept: list[color_changes.FittedMap] = []
+    make: Callable[..., color_changes.FittedMap] = color_changes.style_change
+
+    def kept_change(*args: Any) -> color_changes.FittedMap:
+        kept.append(make(*args))
+        return kept[-1]
+
+    with patch("brushgs.painting.color_changes.style_change", kept_change):
+        yield kept
+
+
+def measure(scene: Scene, name: str, files: dict[str, Files], folder: Path | None) -> list[Row]:
+    """The rows of a scene; its pictures in oil side by side go to a folder."""
+    plain, oil = scene.frame(), scene.frame("oil")
+    colors = _straight(plain)
+    rows, pictures = [], [oil]
+    for painting, of_it in files.items():
+        with keeping_changes() as changes:
+            frames = [plain, *(scene.frame(style=f"{of_it.colors_alone}:{share}") for share in SHARES[1:])]
+        distances = [sliced_distance(_straight(frame), of_it.image) for frame in frames]
+        away = [float(np.abs(_straight(frame) - colors).mean()) for frame in frames]
+        whole = scene.frame("oil", style=f"{of_it.whole}")
+        pictures.append(whole)
+        oil_pair = [sliced_distance(_whole(frame), of_it.image) for frame in (oil, whole)]
         rows.append(
             Row(
                 name,
                 painting,
                 distances[0],
                 distances[-1],
-                1 - paint_pair[1] / paint_pair[0],
-                1 - sliced_distance(seen_colors, wanted) / distances[0],
-                structure(picture, plain),
+                1 - oil_pair[1] / oil_pair[0],
+                *structure(frames[-1], plain),
                 float(np.corrcoef(SHARES, away)[0, 1]),
                 float(-np.corrcoef(SHARES, distances)[0, 1]),
-                psnr(picture, np.clip(there, 0, 1)),
-                fitted - start,
-                mapped - fitted,
+                psnr(_straight(frames[-1]), changes[-1].colors(colors)),
             )
         )
+        print(" | ".join(str(cell) for cell in asdict(rows[-1]).values()), flush=True)
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
-        sheet = np.clip(np.concatenate(pictures, axis=1), 0, 1).astype(np.float32)
+        sheet = np.concatenate([np.clip(f.over((1, 1, 1)), 0, 1) for f in pictures], axis=1, dtype=np.float32)
         bg.save(bg.Frame(sheet, np.ones(sheet.shape[:2], np.float32), None), folder / f"style-{name}.png")
     return rows
 
 
+def adjusted(scene: Scene) -> dict[str, float]:
+    """How far adjustments commute with painting, dB."""
+    colors = _straight(scene.frame())
+    return {
+        name: psnr(_straight(scene.frame(adjust=one)), np.clip(adjust_map(one).colors(colors), 0, 1))
+        for name, one in ADJUSTMENTS.items()
+    }
+
+
+def seconds(scene: Scene, file: Path) -> float:
+    """Of the stage that fits a style and maps the colours of strokes."""
+    report = Report()
+    scene.prepared(style=f"{file}", strokes=NUM_TIMED, report=report)
+    return next(stage.seconds for stage in report.stages if stage.name == "style colours")
+
+
+def learnt(folder: Path) -> dict[str, Files]:
+    """The paintings and their styles."""
+    found = {}
+    for name, path in write(folder).items():
+        image = read_image(path)[..., :3]
+        palette = learn_palette(image)
+        alone, whole = folder / f"{name}-colors.style", folder / f"{name}.style"
+        write_style(Style(name, palette), alone)
+        write_style(Style(name, palette, learn_marks(image)), whole)
+        found[name] = Files(image.reshape(-1, 3).astype(np.float64), alone, whole)
+    return found
+
+
 def table(rows: list[Row]) -> str:
     """In Markdown."""
-    head = ["scene", "painting", "distance", "falls by", "paint", "seen", "structure", "dial: colours"]
-    head += ["dial: distance", "commutes, dB", "fit, s", "map, s"]
+    head = ["scene", "painting", "distance", "falls by", "oil", "structure", "edges", "contrast"]
+    head += ["dial: colours", "dial: distance", "commutes, dB"]
     cells = [
         [
             row.scene,
             row.painting,
             f"{row.before:.3f} to {row.after:.3f}",
             f"{row.falls:.0%}",
-            f"{row.paint_falls:.0%}",
-            f"{row.seen_falls:.0%}",
+            f"{row.oil_falls:.0%}",
             f"{row.structure:.3f}",
+            f"{row.edges:.3f}",
+            f"{row.contrast:.2f}",
             f"{row.dial_colors:.4f}",
             f"{row.dial_distance:.3f}",
             f"{row.commutes:.1f}",
-            f"{row.fit_seconds:.2f}",
-            f"{row.map_seconds:.3f}",
         ]
         for row in rows
     ]
@@ -194,17 +281,25 @@ def main() -> None:
     args = parser.parse_args()
     print(describe())
     rows: list[Row] = []
+    others: dict[str, dict[str, float]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        paintings = write(Path(folder))
+        files = learnt(Path(folder))
         for name in args.scenes or PICKED:
             file = SCENES[name].file
             if file is not None and not (SCENES_FOLDER / file).exists():
                 print(f"{name} is not here: {SCENES_FOLDER / file}")
                 continue
-            rows += measure(name, paintings, args.draw)
+            scene = Scene(name)
+            rows += measure(scene, name, files, args.draw)
+            others[name] = adjusted(scene)
+            others[name]["seconds"] = seconds(scene, next(iter(files.values())).colors_alone)
     print(table(rows))
+    cells = [[name, *(f"{row[key]:.0f}" for key in ADJUSTMENTS)] for name, row in others.items()]
+    cells = [[*row, f"{others[row[0]]['seconds']:.2f}"] for row in cells]
+    print("\n" + markdown([["commutes, dB", *ADJUSTMENTS, "seconds"], *cells]))
     if args.json is not None:
-        args.json.write_text(json.dumps([asdict(row) for row in rows], indent=1))
+        kept = {"rows": [asdict(row) for row in rows], "others": others}
+        args.json.write_text(json.dumps(kept, indent=1))
 
 
 if __name__ == "__main__":

@@ -2,18 +2,20 @@
 
     python -m tests.bench.style_marks [SCENE ...]      # koala, truck, chair, still_life
 
-First table: the four paintings of `tests.bench.mark_paintings`, learnt against true. Second: each scene in
-the look oil, 640x480, on nothing and without light, with none, half and all of each style. "Histogram" is the
-total variation distance, 0 to 1, of the edge energy over 8 directions from that of the painting, as
-`tests.bench.style` has it, mean of 3 scales; swirls have all directions, so it says little of them.
-"Agreement" is the mean of cos 2 d, d the angle between the structure tensor of the picture and that of the
-painting that lies over it, where there is paint: 0 by chance, 1 for the same direction everywhere.
+First table: the four paintings of `tests.bench.mark_paintings`, learnt against true. Second: each scene as
+`brushgs render --style` paints it in the look oil, with as many strokes, 480x360, but on nothing and without
+light, with none, half and all of each style, colours and marks. "Histogram" is the total variation distance,
+0 to 1, of the edge energy over 8 directions from that of the painting, as `tests.bench.style` has it, mean of
+3 scales; swirls have all directions, so it says little of them. "Agreement" is the mean of cos 2 d, d the
+angle between the structure tensor of the picture and that of the painting that lies over it, where there is
+paint: 0 by chance, 1 for the same direction everywhere.
 """
 
 import sys
 import tempfile
 import time
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -24,11 +26,13 @@ from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.options.styling import StyleConfig
+from brushgs.painting.memory import Memory
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.painting.styling import styled_values
 from brushgs.passes.direction.marks import Marks, mark_pairs, marks_at, shrunk
 from brushgs.passes.style.marks import learn_marks
+from brushgs.passes.style.palette import learn_palette
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.style import Style
 from tests.bench.machine import describe
@@ -36,7 +40,7 @@ from tests.bench.mark_paintings import KINDS, paint
 from tests.bench.style import _energies, _shares
 from tests.scenes import SCENES_FOLDER
 
-SIZE = 640, 480
+SIZE = 480, 360
 SCENES = {"koala": "koala.ply", "truck": "truck.splat", "chair": "derived/chair.ply"}
 DIALS = (0.0, 0.5, 1.0)
 TENDED = ("cluster", "brushes", "draw", "color")  # tables of the look that strokes are made by
@@ -53,7 +57,7 @@ def learnt(folder: Path) -> dict[str, Path]:
         marks = learn_marks(image)
         seconds = time.perf_counter() - start
         files[name] = folder / f"{name}.style"
-        write_style(Style(name, marks=marks), files[name])
+        write_style(Style(name, learn_palette(image), marks), files[name])
         cells = [name, f"{marks.length:.3f} ({kind.length:g})", f"{marks.aspect:.1f} ({kind.aspect:g})"]
         cells += [f"{_off(marks.directions, kind):.1f}", _code(marks.ground)]
         cells[-1] += f" ({kind.ground if kind.shows_ground else 'none'})"
@@ -77,17 +81,22 @@ def _code(rgb) -> str:
     return "none" if rgb is None else "#" + "".join(f"{round(255 * float(c)):02x}" for c in rgb)
 
 
-def painted(scene: str, file: Path, share: float) -> bg.Frame:
-    """A scene in a style, its strokes alone."""
+@cache
+def _still_life() -> bg.Gaussians:
+    return still_life()
+
+
+def painted(scene: str, file: Path, share: float, memory: Memory) -> bg.Frame:
+    """A scene in a style, its strokes alone; memory is of the scene."""
     look = {step: fields for step, fields in Look.open("oil").values.items() if step in TENDED}
     style = StyleConfig.parse(f"{file}:{share:g}")
     config = PaintConfig.of(styled_values(look, style) | {"view": {"size": SIZE}, "light": {}, "ground": {}})
     config = replace(config, style=style)
     if scene == "still_life":
-        source, views = still_life(), still_life_camera(width=SIZE[0], height=SIZE[1])
+        source, views = _still_life(), still_life_camera(width=SIZE[0], height=SIZE[1])
     else:
         source, views = SceneSource.of(SCENES_FOLDER / SCENES[scene]), None
-    ready = prepare(source, config, Report(), views=views, needs_background=False)
+    ready = prepare(source, config, Report(), views=views, memory=memory, needs_background=False)
     return ready.painting.frame(ready.camera)
 
 
@@ -123,8 +132,10 @@ def main() -> None:
         print("\nscene | painting | histogram at 0, 0.5, 1 | comes closer by | agreement at 0, 0.5, 1")
         print("-|-|-|-|-")
         for scene in scenes:
+            memory = Memory()
+            plain = painted(scene, next(iter(files.values())), 0, memory)
             for kind, file in files.items():
-                frames = [painted(scene, file, share) for share in DIALS]
+                frames = [plain, *(painted(scene, file, share, memory) for share in DIALS[1:])]
                 far = [histogram(frame, paintings[kind]) for frame in frames]
                 agree = [agreement(frame, paintings[kind]) for frame in frames]
                 cells = [scene, kind, ", ".join(f"{x:.2f}" for x in far), f"{1 - far[-1] / far[0]:.0%}"]
