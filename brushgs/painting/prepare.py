@@ -274,7 +274,7 @@ def prepare(
                 gaussians,
                 tuple(cameras),
                 *seen_by,
-                named.styles,
+                named.styles if passes.direction.kind == "style" else None,
                 config.view,
                 has_lines,
                 threads,
