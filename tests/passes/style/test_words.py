@@ -157,7 +157,7 @@ def test_one_stroke_has_words():
     [
         ("ochre", {"warm", "aligned", "cream", "of one hue"}, {"cool", "swirling", "dark"}),
         ("night", {"cool", "swirling", "deep blue", "dark"}, {"warm", "aligned", "high-key"}),
-        ("garden", {"green", "contrasting in hue", "aligned"}, {"warm", "cool", "swirling"}),
+        ("garden", {"deep green", "contrasting in hue", "aligned"}, {"warm", "cool", "swirling"}),
     ],
 )
 def test_a_painter_would_say_so_of_three_paintings(name, fits, fits_not):
