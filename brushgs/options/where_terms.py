@@ -33,6 +33,10 @@ class _Term:
         """The word before the colon."""
         return self.form.partition(":")[0]
 
+    def __str__(self) -> str:
+        """The text that it was parsed from; of a kind without values its form."""
+        return self.form
+
 
 @dataclass(frozen=True)
 class Box(_Term):
@@ -181,9 +185,6 @@ class Subject(_Term):
     form: ClassVar[str] = "subject"
     needs_subject: ClassVar[bool] = True
 
-    def __str__(self) -> str:
-        return "subject"
-
 
 @dataclass(frozen=True)
 class Surroundings(_Term):
@@ -191,9 +192,6 @@ class Surroundings(_Term):
 
     form: ClassVar[str] = "surroundings"
     needs_subject: ClassVar[bool] = True
-
-    def __str__(self) -> str:
-        return "surroundings"
 
 
 @dataclass(frozen=True)

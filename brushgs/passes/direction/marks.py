@@ -52,16 +52,7 @@ class Marks:
             TypeError: if `image` is not an array.
             ValueError: if it has other channels, is smaller than 8 x 8 pixels, or shows no marks.
         """
-        sizes = check("Marks", image=(image, "H W C"))
-        if not 1 <= sizes["C"] <= 4 or min(sizes["H"], sizes["W"]) < LEAST_SIDE:
-            raise ValueError(
-                f"Marks: image must have 1 to 4 channels and {LEAST_SIDE}x{LEAST_SIDE} pixels or more, got "
-                f"{sizes['C']} in {sizes['W']}x{sizes['H']}"
-            )
-        pairs = mark_pairs(*shrunk(image))
-        if not pairs.any():
-            raise ValueError("Marks: image must show marks, got one even colour")
-        return cls(camera, pairs)
+        return cls(camera, marks_in("Marks", image, LEAST_SIDE))
 
 
 def mark_wish(marks: Marks, planes: Planes) -> Wish:
@@ -114,6 +105,30 @@ def marks_at(marks: Marks, columns: F64, rows: F64) -> F64:
     upper = (1 - right) * marks.pairs[i, j] + right * marks.pairs[i, j + 1]
     lower = (1 - right) * marks.pairs[i + 1, j] + right * marks.pairs[i + 1, j + 1]
     return np.asarray((1 - below) * upper + below * lower)
+
+
+def marks_in(where: str, image: Array, least_side: int) -> F64:
+    """The directions of the marks in a picture [H, W, C], [h, w, 2] as `Marks.pairs`.
+
+    Args:
+        where: name of what asks, for messages.
+        image: as `read_image` returns it.
+        least_side: pixels.
+
+    Raises:
+        TypeError: if `image` is not an array.
+        ValueError: if it has other channels than 1 to 4, a smaller side, or shows no marks.
+    """
+    sizes = check(where, image=(image, "H W C"))
+    if not 1 <= sizes["C"] <= 4 or min(sizes["H"], sizes["W"]) < least_side:
+        raise ValueError(
+            f"{where}: image must have 1 to 4 channels and {least_side}x{least_side} pixels or more, got "
+            f"{sizes['C']} in {sizes['W']}x{sizes['H']}"
+        )
+    pairs = mark_pairs(*shrunk(image))
+    if not pairs.any():
+        raise ValueError(f"{where}: image must show marks, got one even colour")
+    return pairs
 
 
 def shrunk(image: Array) -> tuple[F64, F64]:

@@ -9,9 +9,9 @@ on ridges could not be told from what is painted. The skewness of slopes, which 
 
 import numpy as np
 
-from brushgs.arrays import F32, F64, Array, check
+from brushgs.arrays import F32, F64, Array
 from brushgs.passes.color_space import oklab_planes
-from brushgs.passes.direction.marks import mark_pairs, shrunk
+from brushgs.passes.direction.marks import marks_in
 from brushgs.passes.style.averages import averaged
 from brushgs.passes.style.cut import cut_marks
 from brushgs.passes.style.ground import find_ground
@@ -34,15 +34,7 @@ def learn_marks(image: Array) -> StyleMarks:
         TypeError: if `image` is not an array.
         ValueError: if it has other channels, is smaller than 32 x 32 pixels, or shows no marks.
     """
-    sizes = check("learn_marks", image=(image, "H W C"))
-    if not 1 <= sizes["C"] <= 4 or min(sizes["H"], sizes["W"]) < LEAST_SIDE:
-        raise ValueError(
-            f"learn_marks: image must have 1 to 4 channels and {LEAST_SIDE}x{LEAST_SIDE} pixels or more, got "
-            f"{sizes['C']} in {sizes['W']}x{sizes['H']}"
-        )
-    pairs = mark_pairs(*shrunk(image))
-    if not pairs.any():
-        raise ValueError("learn_marks: image must show marks, got one even colour")
+    pairs = marks_in("learn_marks", image, LEAST_SIDE)
     rgb = averaged(image, MOST_SIDE)
     measured = mark_sizes(oklab_planes(rgb), pairs)
     return StyleMarks(
