@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from brushgs.arrays import Array, check
 from brushgs.colors import rgb_of
+from brushgs.layers import DeepSamples, Layer
 
 SH_TERMS = {1: 0, 4: 1, 9: 2, 16: 3}  # number of spherical-harmonic terms -> degree
 # The layers of a frame beside its colour: field of `Frame` -> column of `Boxes`, [M] or [M, channels], whose
@@ -399,12 +400,20 @@ class Frame:
         height: [H, W] how high the paint stands, pixels: the sum over strokes of the weight of their colour
             times the height of their paint, so 0 where nothing is painted, see `rasterize`; None if the frame
             has none.
+        layers: those that were asked for, by name: "depth" and "height" as above; "normal" [H, W, 3] unit
+            vectors in camera axes, 0 where nothing is painted; "motion" [H, W, 2] (right, down), pixels to
+            where the same paint is in the next frame; "uv" [H, W, 2] place on the stroke that shows most,
+            0 to 1; "unlit" [H, W, 4] the picture without the lamp, premultiplied; and mattes: "stroke",
+            "brush", "region", "layer".
+        deep: every stroke in every pixel, where that was asked for.
     """
 
     rgb: Array  # [H, W, 3]
     alpha: Array  # [H, W]
     depth: Array | None = None  # [H, W]
     height: Array | None = None  # [H, W]
+    layers: Mapping[str, Layer] = field(default_factory=dict, kw_only=True)
+    deep: DeepSamples | None = field(default=None, kw_only=True)
 
     def over(self, background: Sequence[float] | Array | str) -> Array:
         """The picture on a background, [H, W, 3].

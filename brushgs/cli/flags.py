@@ -21,12 +21,14 @@ from brushgs.options.choices import (
     COLORS,
     DEFAULT_BACKDROP,
     DEFAULT_LOOK,
+    LAYERS,
     LOOKS,
     METHODS,
     REPORT_SUFFIXES,
     STYLE_SUFFIX,
     Canvas,
     Clean,
+    Codec,
     ColorSpace,
     Extent,
     Features,
@@ -165,6 +167,36 @@ def add_painting(parser: ArgumentParser) -> None:
     add_rules(parser)
     add_where(parser, "what is painted; the rest is shown as it is", has_camera_file=True, step="painted")
     add_view(parser)
+
+
+def add_output(parser: ArgumentParser) -> None:
+    """`OutputConfig`."""
+    group = parser.add_argument_group("output", "what the files hold")
+    flags = ConfigFlags(group, "output")
+    flags.add(
+        "--layers",
+        type=values.words,
+        metavar="NAMES",
+        help=f"what an EXR file holds beside the picture, with commas: {', '.join(LAYERS)}, or all; `brushgs "
+        "render --passes` explains them; default depth alone",
+    )
+    flags.add(
+        "--deep",
+        action="store_true",
+        help="a deep EXR file: in each pixel a sample for each stroke, with colour, alpha, depth and number",
+    )
+    flags.add(
+        "--codec",
+        choices=get_args(Codec),
+        help="how a video is encoded; default h264 for .mp4, prores (4444) for .mov, vp9 for .webm",
+    )
+    flags.add(
+        "--bits",
+        type=values.count_from(1),
+        metavar="N",
+        help="bits of a channel: 8 or 16 of PNG (default 8) and TIFF (default 16), 8 or 10 of H.265 "
+        "(default 10)",
+    )
 
 
 def add_report(parser: ArgumentParser) -> None:

@@ -26,12 +26,25 @@ Params = Literal["colour", "free", "all"]  # of strokes, fitted by refinement
 See = Literal["views", "off"]  # what decides which strokes there are beside the scene: what views of it show
 Canvas = Literal["none", "linen", "paper"]  # what lies under the paint
 Medium = Literal["paint", "charcoal", "ink", "watercolour"]  # what strokes are made with
+Codec = Literal["h264", "h265", "prores", "vp9"]  # of videos
 
 # The looks that come with the program, files in brushgs/looks: as they are listed.
 LOOKS = ("oil", "impressionist", "gouache", "watercolour", "charcoal", "ink", "plain")
 DEFAULT_LOOK, PLAIN_LOOK = "oil", "plain"
 # Strokes of a backdrop: of one that is switched on in a look without, and the most that a look may have.
 DEFAULT_BACKDROP, MAX_BACKDROP = 2500, 20_000
+# Layers of a picture that compositing takes -> what each is, in words. `Frame.layers` says how they are held,
+# `brushgs.io.pictures.exr` how they are written.
+LAYERS: Mapping[str, str] = {
+    "depth": "distance along the camera's axis, world units: the mean of the strokes, by what each shows",
+    "normal": "direction that the planes of the strokes face, in camera axes",
+    "motion": "pixels from here to where the same paint is in the next frame, of strokes and camera",
+    "stroke": "Cryptomatte of single strokes: how much of a pixel is each",
+    "uv": "place on the stroke that shows most, 0 to 1 along it and across",
+    "height": "how high the paint stands, pixels; only where the look has relief",
+    "id": "Cryptomattes by brush, by region (--rules) and by layer of paint (--look)",
+    "unlit": "the picture before the lamp shines on it",
+}
 STYLE_SUFFIX = ".style"  # of files of styles
 # Frames a second of a film whose camera has no rate of its own, and moments a second of files that do not
 # say: that of most captures. One number, so that a film shows each moment once.

@@ -33,6 +33,7 @@ from brushgs.options.choices import (
 from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
 from brushgs.options.look_parts import BrushesConfig, ColorConfig, GroundConfig, LightConfig, MediaConfig
+from brushgs.options.output import OutputConfig
 from brushgs.options.rules import Rules
 from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.options.where import WhereConfig
@@ -423,6 +424,7 @@ class PaintConfig:
     adjust: AdjustConfig = field(default_factory=AdjustConfig)
     rules: Rules | None = None
     painted: WhereConfig | None = None
+    output: OutputConfig = field(default_factory=OutputConfig)
 
     @classmethod
     def of(cls, values: StepValues) -> Self:

@@ -34,6 +34,7 @@ _OF_LOOKS = (
     "light",
     "media",
     "adjust",
+    "output",
 )  # steps that plain paintings do nothing in
 
 

@@ -218,7 +218,7 @@ def rasterize(
         transmittance[window] -= weight
         is_open[window] &= ~is_last
     alpha = 1 - transmittance
-    means = {name: _over_alpha(total, alpha) for name, total in sums.items()}
+    means: dict[str, Any] = {name: _over_alpha(total, alpha) for name, total in sums.items()}
     return Frame(rgb, alpha, **means, height=paint if relief else None)
 
 
@@ -272,7 +272,7 @@ def _rasterize_softly(
     return Frame(rgb, alpha, **means, height=paint)
 
 
-def _no_layers(boxes: Boxes, height: int, width: int) -> dict[str, F64]:
+def _no_layers(boxes: Boxes, height: int, width: int) -> dict[str, Any]:
     """Zeros for each layer of a frame of these boxes."""
     return {name: np.zeros((height, width, *a.shape[1:])) for name, a in boxes.attributes().items()}
 

@@ -51,6 +51,7 @@ def add_flags(parser: ArgumentParser) -> None:
     )
     _add_path(parser)
     flags.add_clip(parser)
+    flags.add_output(parser)
     flags.add_report(parser)
 
 
