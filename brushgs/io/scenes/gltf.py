@@ -16,12 +16,12 @@ from pathlib import Path
 from typing import Any
 
 from brushgs.errors import SceneError, SceneWarning
+from brushgs.io.gltf_file import CURE, GltfArray, GltfFile
 from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import STANDARD, Encoding, Scales
 from brushgs.io.scenes.fill import Decoder, fill
-from brushgs.io.scenes.gltf_file import CURE, GltfArray, GltfFile
-from brushgs.io.scenes.gltf_nodes import placed_meshes
+from brushgs.io.scenes.gltf_meshes import placed_meshes
 from brushgs.io.scenes.gltf_placed import Placement
 from brushgs.io.scenes.gltf_spz import MAX_GROWTH, NAMES, PackedSplats, open_packed
 from brushgs.io.scenes.parts import fill_parts

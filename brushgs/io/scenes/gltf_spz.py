@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from brushgs.errors import SceneError
+from brushgs.io.gltf_file import CURE, GltfFile
 from brushgs.io.json_file import shown
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import STANDARD
 from brushgs.io.scenes.fill import activate_rows
-from brushgs.io.scenes.gltf_file import CURE, GltfFile
 from brushgs.io.scenes.gltf_placed import Placement
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.spz import open_data
