@@ -157,17 +157,22 @@ def _file_path(first_view: FirstView | None, view: ViewConfig, path: PathConfig)
     size = view.size or (first.width, first.height)
     if view.size is None and (broken := file_size_rule(*size)):
         raise SceneError(path.file, broken)
+    of_file = f"{path.file.name}{file.choice and ', ' + file.choice}"
+    if file.motion is not None and (is_curve or path.fps is not None):
+        # It is known at every moment: another rate or duration takes other moments of the same motion.
+        num_frames = path.frames or _num_frames(path.seconds or file.motion.seconds, fps, False)
+        views, is_curve = file.motion.views(num_frames), False
     cameras = _fitted(views, size, ball)
     if not is_curve:
         if is_loop and len(cameras) > 1 and is_same_view(cameras[-1], cameras[0], ball.radius):
             cameras.pop()
-        return CameraPath(cameras, is_loop, fps, f"{len(cameras)} views of {path.file.name}")
+        return CameraPath(cameras, is_loop, fps, f"{len(cameras)} views of {of_file}")
     num_frames = path.frames or _num_frames(path.seconds or 0.0, fps, is_loop)
     try:
         frames = through(cameras, num_frames, center=ball.center, reach=ball.radius, loop=is_loop)
     except ValueError as error:
         raise SceneError(path.file, f"{error}; omit frames and seconds to paint its views") from None
-    return CameraPath(frames, is_loop, fps, f"a curve through {len(cameras)} key views of {path.file.name}")
+    return CameraPath(frames, is_loop, fps, f"a curve through {len(cameras)} key views of {of_file}")
 
 
 def _num_frames(seconds: float, fps: float, is_loop: bool) -> int:

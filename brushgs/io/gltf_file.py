@@ -33,15 +33,21 @@ class GltfFile:
     Attributes:
         path: the file.
         size: bytes of it and of the files beside it that were opened.
+
+    Args:
+        path: the file.
+        what: what is expected there, for messages.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, what: str = "scene file") -> None:
         self.path = path
         self._binary: memoryview | None = None
         self._buffers: dict[int, memoryview] = {}
-        with open_plain(path, "scene file") as file:
+        with open_plain(path, what) as file:
             begin = file.read(12)
             self.size = file.seek(0, 2)
+            if not self.size:
+                raise SceneError(path, "is empty; copy or download it again")
             whole = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
         text = self._split(whole) if begin[:4] == b"glTF" else whole
         if len(text) > MAX_BYTES:

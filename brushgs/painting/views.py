@@ -186,14 +186,15 @@ def _doubt_and_cure(view: FirstView) -> str:
 
 
 def _camera_of_file(path: Path, config: ViewConfig, stage: Stage) -> Camera:
-    from brushgs.io import load_cameras
+    from brushgs.io.cameras.read import read_cameras
 
-    cameras = load_cameras(path)
+    file = read_cameras(path)
+    cameras = file.cameras
     if config.view >= len(cameras):
         raise SceneError(
             path, f"has {len(cameras)} views, 0 to {len(cameras) - 1}; there is no view {config.view}"
         )
-    stage.did = f"view {config.view} of {len(cameras)} in {path.name}"
+    stage.did = f"view {config.view} of {len(cameras)} in {path.name}{file.choice and ', ' + file.choice}"
     stage.counts = {"source": str(path), "view": config.view, "views": len(cameras)}
     camera = cameras[config.view]
     if config.size is not None:

@@ -20,7 +20,7 @@ from brushgs.io.scenes.view_comments import comment_lines
 from brushgs.io.styles.write import write_style
 from brushgs.scene import FirstView
 from tests.fuzz.reader import SEPARATOR
-from tests.io import test_cameras, test_colmap, test_compressed_ply
+from tests.io import camera_models, test_cameras, test_colmap, test_compressed_ply
 from tests.io.moving import clips, params_maker, test_four_dgs
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
 from tests.io.scenes import gltf_maker, ksplat_format, sog_maker, splat_format, spz_format
@@ -206,6 +206,20 @@ def gltf_models(folder: Path, suffix: str) -> list[bytes]:
     packed.top["bufferViews"] = [{"buffer": 0, "byteOffset": 0, "byteLength": len(packed.data)}]
     packed.add_mesh({}, extensions={"KHR_gaussian_splatting_compression_spz_2": {"bufferView": 0}})
     return [model.write(folder / f"a{suffix}").read_bytes() for model in (*models, packed)]
+
+
+def gltf_cameras(folder: Path, suffix: str) -> list[bytes]:
+    """Models with cameras: standing, and moved by every interpolation and by a pointer."""
+    still, spline = camera_models.CameraModel(), camera_models.CameraModel()
+    still.camera("A", translation=[1, 2, 3])
+    still.node("Arm", children=[still.camera("B")], matrix=[2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 4, 5, 6, 1])
+    camera = spline.camera("A")
+    spline.animate(camera, "rotation", [0, 1], np.tile([0.1, 0.2, 0, 0.9], (6, 1)), "CUBICSPLINE")
+    spline.animate(camera, "translation", [0, 0.5], np.eye(3)[:2], "STEP")
+    pointer = {"KHR_animation_pointer": {"pointer": "/cameras/0/perspective/yfov"}}
+    spline.animate(camera, "pointer", [0, 1], [[0.8], [0.4]], extensions=pointer)
+    models = still, spline, camera_models.moving_model()
+    return [model.write(folder / f"a{suffix}").read_bytes() for model in models]
 
 
 def spacetime_clips(folder: Path) -> list[bytes]:
@@ -530,6 +544,11 @@ GLTF = (
     *(b'"componentType":5121,', b'"type":"VEC3",', b'"uri":"a.bin",', b'"matrix":[', b'"scale":[0,0,0],'),
     *(b'"children":[0],', b'"rotation":[', b'"kernel":"box",', b"COLOR_0", b"lin_rec709_display", b"1e17"),
 )
+GLTF_CAMERAS = (
+    *(b'"interpolation":"CUBICSPLINE",', b'"interpolation":"STEP",', b'"path":"rotation",', b'"camera":0,'),
+    *(b'"name":"brushgs_scene",', b'"node":0,', b'"sampler":0,', b'"yfov":1e-9,', b'"aspectRatio":49,'),
+    *(b'"children":[0],', b'"matrix":[', b'"scale":[0,0,0],', b'"count":2,', b"\0\0\x80\x7f"),
+)
 COLMAP = (SEPARATOR, b"SIMPLE_RADIAL", b"OPENCV", b"FULL_OPENCV", b"#", b"\n", b"\0", b"\xff" * 8, b"a.jpg")
 STYLE = (
     *(b'"brushgs": "style"', b'"version": 1,', b'"palette": [', b'"color": "#ff0000"', b'"share": 0,'),
@@ -608,6 +627,10 @@ CAMERAS = {
     "inria": (Seeds("cameras", inria_cameras, JSON),),
     "transforms": (Seeds("cameras", transforms, JSON),),
     "nerfstudio_path": (Seeds("cameras", camera_paths, JSON),),
+    "gltf": (
+        Seeds("glb-cameras", lambda folder: gltf_cameras(folder, ".glb"), GLTF_CAMERAS, "cameras.glb"),
+        Seeds("gltf-cameras", lambda folder: gltf_cameras(folder, ".gltf"), GLTF_CAMERAS, "cameras.gltf"),
+    ),
     "colmap": (
         Seeds("colmap", lambda folder: colmap_models(folder, "bin"), COLMAP, "images.bin"),
         Seeds("colmap-text", lambda folder: colmap_models(folder, "txt"), COLMAP, "images.txt"),

@@ -39,6 +39,11 @@ def has_field(name: str) -> Callable[[object], bool]:
     return lambda content: isinstance(content, dict) and name in content
 
 
+def has_suffix(*suffixes: str) -> Callable[[Path], bool]:
+    """Recognises files by their name."""
+    return lambda path: path.suffix.lower() in suffixes
+
+
 def is_colmap(path: Path) -> bool:
     """Recognises the folder of a COLMAP model, and its files by their names."""
     try:
@@ -67,11 +72,24 @@ CAMERA_FORMATS = (
         matches_json=has_field("frames"),
     ),
     CameraFormat(
+        "glTF (.glb, .gltf)",
+        "gltf",
+        "cameras.glb",
+        matches_path=has_suffix(".glb", ".gltf"),
+    ),
+    CameraFormat(
         "a COLMAP sparse model",
         "colmap",
         "images.bin",
         matches_path=is_colmap,
     ),
 )
+# What is not read, though it may hold cameras: suffix -> what it is.
+UNREAD_CAMERAS = {
+    ".abc": "an Alembic scene",
+    ".blend": "a Blender file",
+    ".dae": "a Collada scene",
+    ".fbx": "an FBX scene",
+}
 # For help and error texts, in the order of the table.
 CAMERAS_READ = in_words([row.name for row in CAMERA_FORMATS])

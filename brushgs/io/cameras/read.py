@@ -5,7 +5,7 @@ from pathlib import Path
 
 from brushgs.errors import SceneError
 from brushgs.io.cameras.camera_file import CameraFile
-from brushgs.io.cameras.formats import CAMERA_FORMATS, CAMERAS_READ, CameraFormat
+from brushgs.io.cameras.formats import CAMERA_FORMATS, CAMERAS_READ, UNREAD_CAMERAS, CameraFormat
 from brushgs.io.json_file import read_json, shown
 
 
@@ -27,6 +27,8 @@ def _identify(path: Path) -> tuple[CameraFormat, object]:
     for camera_format in CAMERA_FORMATS:
         if camera_format.matches_path is not None and camera_format.matches_path(path):
             return camera_format, None
+    if (what := UNREAD_CAMERAS.get(path.suffix.lower())) is not None:
+        raise SceneError(path, f"is {what}, which is not read; export its cameras as glTF (.glb) or USD")
     cure = f"give {CAMERAS_READ}"
     content = read_json(path, cure)
     for camera_format in CAMERA_FORMATS:

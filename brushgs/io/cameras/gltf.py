@@ -1,0 +1,129 @@
+"""The cameras of glTF models, as Blender exports them: views, or the frames of an animated camera.
+
+Cameras look along -z with y up. glTF knows no pixels and no frame rate, only seconds.
+Source: Khronos, glTF 2.0 Specification, sections 3.10 and 3.11.
+"""
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from brushgs.arrays import F64
+from brushgs.errors import SceneError
+from brushgs.io.cameras.animated import FoundCamera, FoundScene, LensTrack, Times, camera_file, is_scene_name
+from brushgs.io.cameras.camera_file import CameraFile
+from brushgs.io.cameras.gltf_channels import Channel, Channels, read_channels
+from brushgs.io.gltf_file import CURE, GltfFile
+from brushgs.io.gltf_nodes import PlacedNode, local_matrix, node_numbers, placed_nodes
+from brushgs.io.json_file import shown
+from brushgs.options.painting import DEFAULT_SIZE
+from brushgs.quats import rotation_matrices
+
+_PARTS = "translation", "rotation", "scale"
+_MIN_ANGLE = 1e-6  # radians
+
+
+def read(path: Path, content: object = None) -> CameraFile:
+    """The cameras of a model; see `animated.camera_file`.
+
+    Args:
+        path: a .glb or .gltf file.
+        content: unused; it is for formats that are recognised as JSON.
+
+    Raises:
+        SceneError: if it is damaged, or holds no camera that can be drawn.
+    """
+    file = GltfFile(path, "camera file")
+    nodes = list(placed_nodes(file) or [])
+    cameras = [some for some in nodes if some.node.get("camera") is not None]
+    scenes = [some for some in nodes if is_scene_name(some.node.get("name"))][:1]
+    channels = read_channels(file, {index for some in cameras + scenes for index in some.chain})
+    scene = None
+    if scenes:
+        times = _times(_above(scenes[0], channels))
+        scene = FoundScene(times, partial(_matrices, file, scenes[0], channels))
+    return camera_file(path, [_camera(file, some, channels) for some in cameras], scene, None)
+
+
+def _times(channels: list[Channel]) -> Times | None:
+    """From the first key to the last of those that move."""
+    moving = [channel.times for channel in channels if channel.is_moving]
+    if not moving:
+        return None
+    return min(float(times[0]) for times in moving), max(float(times[-1]) for times in moving)
+
+
+def _above(some: PlacedNode, channels: Channels) -> list[Channel]:
+    """The channels that move a node, its own and those of the nodes above it."""
+    return [channel for index in some.chain for channel in channels.get(("node", index), {}).values()]
+
+
+def _camera(file: GltfFile, some: PlacedNode, channels: Channels) -> FoundCamera:
+    index = some.node["camera"]
+    camera = file.item("cameras", index, "a node")
+    own_name = some.node.get("name", camera.get("name"))
+    name = f"camera {own_name[:60]!r}" if isinstance(own_name, str) else f"camera {index:.0f}"
+    if camera.get("type") != "perspective" or not isinstance(camera.get("perspective"), dict):
+        raise SceneError(
+            file.path, f"{name} must be a perspective one, got {shown(camera.get('type'))}; {CURE} as such"
+        )
+    lens = camera["perspective"]
+    yfov, near = _positive(file, lens, "yfov", name), _positive(file, lens, "znear", name)
+    aspect = DEFAULT_SIZE[0] / DEFAULT_SIZE[1]
+    if lens.get("aspectRatio") is not None:
+        aspect = _positive(file, lens, "aspectRatio", name)
+    opening = channels.get(("camera", index), {}).get("yfov")
+
+    def at(moments: F64) -> tuple[F64, LensTrack]:
+        angles = np.full(len(moments), yfov) if opening is None else opening.at(file, moments)[:, 0]
+        if not ((angles > _MIN_ANGLE) & (angles < np.pi)).all():
+            fact = f"got {angles.min():g} to {angles.max():g}"
+            raise SceneError(
+                file.path, f"yfov of {name} must be above 0 and below half a turn, {fact}; {CURE}"
+            )
+        focal = 0.5 / np.tan(angles / 2)
+        track = LensTrack(focal, np.zeros((len(moments), 2)), np.full(len(moments), near), aspect)
+        return _matrices(file, some, channels, moments), track
+
+    movers = _above(some, channels) + ([] if opening is None else [opening])
+    return FoundCamera(name, _times(movers), at)
+
+
+def _positive(file: GltfFile, lens: dict[str, Any], field: str, name: str) -> float:
+    value = lens.get(field)
+    if not isinstance(value, float) or not 0 < value < float("inf"):
+        raise SceneError(file.path, f"{field} of {name} must be a number above 0, got {shown(value)}; {CURE}")
+    return value
+
+
+def _matrices(file: GltfFile, some: PlacedNode, channels: Channels, moments: F64) -> F64:
+    """[T, 4, 4] world from node, at moments [T] in seconds."""
+    matrices = np.tile(np.eye(4), (len(moments), 1, 1))
+    with np.errstate(over="ignore", invalid="ignore"):
+        for index in some.chain:
+            matrices = matrices @ _local(file, index, channels, moments)
+    if not np.isfinite(matrices).all():
+        raise SceneError(file.path, f"its nodes scale beyond all numbers; {CURE}")
+    return matrices
+
+
+def _local(file: GltfFile, index: float, channels: Channels, moments: F64) -> F64:
+    """[T, 4, 4] or [4, 4] of one node."""
+    node = file.item("nodes", index, "a scene or node")
+    parts = channels.get(("node", index))
+    if not parts:
+        return local_matrix(file, index, node)
+    if node.get("matrix") is not None:
+        raise SceneError(file.path, f"node {index:.0f} has a matrix, so it cannot be animated; {CURE}")
+    translation, quats, scale = (
+        parts[part].at(file, moments) if part in parts else node_numbers(file, index, node, part)[None]
+        for part in _PARTS
+    )
+    if not quats.any(axis=1).all():
+        raise SceneError(file.path, f"rotation of node {index:.0f} must not be zero; {CURE}")
+    matrices = np.tile(np.eye(4), (len(moments), 1, 1))
+    matrices[:, :3, :3] = rotation_matrices(quats[:, [3, 0, 1, 2]]) * scale[:, None, :]
+    matrices[:, :3, 3] = translation
+    return matrices

@@ -1,0 +1,371 @@
+"""Cameras of glTF models, against the formulas of the specification and SciPy's rotations."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation, Slerp
+
+import brushgs as bg
+from brushgs import SceneError
+from brushgs.cameras.paths import plan_path
+from brushgs.cli import main
+from brushgs.io import load_cameras
+from brushgs.io.cameras.read import read_cameras
+from brushgs.io.pictures.images import read_image
+from brushgs.options.painting import ViewConfig
+from brushgs.options.sequence import PathConfig
+from tests.io.camera_models import LENS, CameraModel, moving_model, write
+
+FLIP = np.diag([1.0, -1.0, -1.0])  # from axes x right, y up, z backward to x right, y down, z forward
+
+
+def pose(camera: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Position [3] and rotation [3, 3], world from camera, in the axes of glTF."""
+    rotation = camera.viewmat[:3, :3]
+    return -rotation.T @ camera.viewmat[:3, 3], rotation.T @ FLIP
+
+
+def check_pose(camera: Any, position: Any, rotation: Rotation, atol: float = 2e-6) -> None:
+    found_position, found_rotation = pose(camera)
+    np.testing.assert_allclose(found_position, position, atol=atol)
+    np.testing.assert_allclose(found_rotation, rotation.as_matrix(), atol=atol)
+
+
+def test_a_camera_without_a_transform_looks_along_minus_z_with_y_up(tmp_path: Path) -> None:
+    model = CameraModel()
+    model.camera("Camera")
+    (camera,) = load_cameras(write(model, tmp_path))
+    np.testing.assert_allclose(camera.viewmat, np.diag([1.0, -1, -1, 1]))
+    x, y, z = camera.viewmat[:3, :3] @ [0.5, 0.25, -2]  # right of the axis, above it, in front
+    assert (x, y, z) == (0.5, -0.25, 2)
+
+
+def test_the_lens_is_its_vertical_angle_and_the_size_follows_the_aspect(tmp_path: Path) -> None:
+    model = CameraModel()
+    model.camera("Wide", {"yfov": 0.8, "aspectRatio": 16 / 9, "znear": 0.25, "zfar": 100})
+    model.camera("Tall", {"yfov": 0.8, "aspectRatio": 0.5, "znear": 0.1})
+    model.camera("Any", {"yfov": 0.8, "znear": 0.1})
+    wide, tall, anyhow = load_cameras(write(model, tmp_path))
+    assert [(c.width, c.height) for c in (wide, tall, anyhow)] == [(1280, 720), (640, 1280), (1280, 720)]
+    for camera in (wide, tall, anyhow):
+        assert 2 * np.arctan(camera.height / 2 / camera.K[1, 1]) == pytest.approx(0.8)
+        assert camera.K[0, 0] == camera.K[1, 1]
+        assert (camera.K[0, 2], camera.K[1, 2]) == (camera.width / 2, camera.height / 2)
+    assert (wide.near, tall.near) == (0.25, 0.1)
+
+
+def test_cameras_hang_on_nodes_that_turn_move_and_scale(tmp_path: Path) -> None:
+    turns = Rotation.random(3, random_state=1)
+    model = CameraModel()
+    camera = model.camera("Camera", translation=[1, 2, 3], rotation=turns[0].as_quat().tolist())
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turns[1].as_matrix() * 0.5, [4, 0, -1]
+    middle = model.node("Middle", matrix=matrix.T.ravel().tolist(), children=[camera])
+    model.node("Top", children=[middle], scale=[3, 3, 3], rotation=turns[2].as_quat().tolist())
+    (found,) = load_cameras(write(model, tmp_path))
+    inner = 0.5 * turns[1].apply([1, 2, 3]) + [4, 0, -1]
+    check_pose(found, 3 * turns[2].apply(inner), turns[2] * turns[1] * turns[0])
+
+
+def test_static_cameras_are_views_in_their_order(tmp_path: Path) -> None:
+    model = CameraModel()
+    for x in (3, 1, 2):
+        model.camera(f"Camera {x}", translation=[x, 0, 0])
+    file = read_cameras(write(model, tmp_path, "cameras.gltf"))
+    assert [pose(camera)[0][0] for camera in file.cameras] == [3, 1, 2]
+    assert (file.motion, file.fps, file.choice) == (None, None, "")
+
+
+def test_the_frames_of_an_animated_camera_on_an_animated_arm_in_the_coordinates_of_the_scene(
+    tmp_path: Path,
+) -> None:
+    file = read_cameras(write(moving_model(), tmp_path))
+    assert file.choice == "the animated camera 'Shot' of 2"
+    assert len(file.cameras) == 2 * 24 + 1
+    scene = Rotation.from_euler("x", 90, degrees=True)
+    arm = Slerp([0.5, 2.5], Rotation.from_euler("y", [[0], [90]], degrees=True))
+    own = Rotation.from_quat([0.1, 0.2, 0, 0.9])
+    for index, camera in enumerate(file.cameras):
+        time = 0.5 + index / 24
+        place = [np.interp(time, [0.5, 1, 2.5], values) for values in ([0, 1, 1], [0, 0, 2], [4, 4, 4])]
+        world = arm(time).apply(2 * np.array(place))
+        check_pose(camera, scene.inv().apply(world) / 3, scene.inv() * arm(time) * own)
+        assert camera.near == pytest.approx(0.1 / 3)
+
+
+def test_another_rate_takes_other_moments_of_the_same_motion(tmp_path: Path) -> None:
+    path = write(moving_model(), tmp_path)
+    usual = plan_path(None, ViewConfig(), PathConfig(file=path))
+    assert (len(usual.cameras), usual.fps) == (49, 24)
+    assert usual.source == "49 views of move.glb, the animated camera 'Shot' of 2"
+    for options, count in (({"fps": 48}, 97), ({"seconds": 4}, 97), ({"frames": 97}, 97), ({"fps": 12}, 25)):
+        other = plan_path(None, ViewConfig(), PathConfig(file=path, **options))
+        assert len(other.cameras) == count
+        step = (count - 1) / 48
+        for index in (0, 12, 48):
+            np.testing.assert_allclose(
+                other.cameras[round(index * step)].viewmat, usual.cameras[index].viewmat, atol=1e-12
+            )
+
+
+def test_a_motion_that_ends_where_it_began_is_a_loop_where_that_is_asked_for(tmp_path: Path) -> None:
+    model = CameraModel()
+    camera = model.camera("Camera", translation=[0, 0, 3])
+    model.animate(camera, "translation", [0, 1, 2], [[0, 0, 3], [1, 0, 3], [0, 0, 3]])
+    path = plan_path(None, ViewConfig(), PathConfig(file=write(model, tmp_path), loop=True))
+    assert (path.is_loop, len(path.cameras)) == (True, 48)
+
+
+def spline(keys: Any, times: Any, time: float) -> np.ndarray:
+    """Appendix C.5 of the specification, key by key."""
+    k = min(max(int(np.searchsorted(times, time, side="right")) - 1, 0), len(times) - 2)
+    length = times[k + 1] - times[k]
+    t = (time - times[k]) / length
+    keys = np.asarray(keys, float).reshape(len(times), 3, -1)
+    value, leave, arrive, end = keys[k, 1], keys[k, 2], keys[k + 1, 0], keys[k + 1, 1]
+    return np.asarray(
+        (2 * t**3 - 3 * t**2 + 1) * value
+        + length * (t**3 - 2 * t**2 + t) * leave
+        + (-2 * t**3 + 3 * t**2) * end
+        + length * (t**3 - t**2) * arrive
+    )
+
+
+def test_cubic_splines_have_tangents(tmp_path: Path) -> None:
+    rng, times = np.random.default_rng(5), [0.0, 0.5, 2.0]
+    places, quats = rng.normal(size=(9, 3)), rng.normal(size=(9, 4))
+    quats[1::3] /= np.linalg.norm(quats[1::3], axis=1, keepdims=True)
+    model = CameraModel()
+    camera = model.camera("Camera")
+    model.animate(camera, "translation", times, places, "CUBICSPLINE")
+    model.animate(camera, "rotation", times, quats, "CUBICSPLINE")
+    for index, found in enumerate(load_cameras(write(model, tmp_path))):
+        time = index / 24
+        check_pose(found, spline(places, times, time), Rotation.from_quat(spline(quats, times, time)), 2e-5)
+
+
+def test_steps_hold_their_value_until_the_next_key(tmp_path: Path) -> None:
+    model = CameraModel()
+    camera = model.camera("Camera")
+    model.animate(camera, "translation", [0, 1, 1.5], [[1, 0, 0], [2, 0, 0], [3, 0, 0]], "STEP")
+    places = [pose(found)[0][0] for found in load_cameras(write(model, tmp_path))]
+    assert places == [1] * 24 + [2] * 12 + [3]
+
+
+def test_rotations_take_the_shorter_way_at_constant_speed_and_linear_is_the_default(tmp_path: Path) -> None:
+    model = CameraModel()
+    camera = model.camera("Camera")
+    ends = Rotation.from_euler("y", [[0], [120]], degrees=True).as_quat()
+    ends[1] *= -1
+    model.animate(camera, "rotation", [0, 1], ends, None)
+    found = load_cameras(write(model, tmp_path))
+    for index, camera_there in enumerate(found):
+        check_pose(camera_there, [0, 0, 0], Rotation.from_euler("y", 120 * index / 24, degrees=True))
+
+
+def test_normalized_bytes_are_rotations_too(tmp_path: Path) -> None:
+    model = CameraModel()
+    camera = model.camera("Camera")
+    model.animate(camera, "rotation", [0, 1], [[0, 0, 0, 1], [0, 0, 1, 0]])
+    packed = model.accessor(np.array([[0, 0, 0, 32767], [0, 0, 32767, 0]], np.int16), normalized=True)
+    model.top["animations"][0]["samplers"][0]["output"] = packed
+    check_pose(
+        load_cameras(write(model, tmp_path))[12], [0, 0, 0], Rotation.from_euler("z", 90, degrees=True)
+    )
+
+
+def test_a_lens_that_zooms(tmp_path: Path) -> None:
+    model = CameraModel()
+    camera = model.camera("Camera")
+    pointer = {"KHR_animation_pointer": {"pointer": "/cameras/0/perspective/yfov"}}
+    model.animate(camera, "pointer", [0, 1], [[0.8], [0.4]], extensions=pointer)
+    found = load_cameras(write(model, tmp_path))
+    angles = [2 * np.arctan(c.height / 2 / c.K[1, 1]) for c in found]
+    np.testing.assert_allclose(angles, np.linspace(0.8, 0.4, 25), rtol=1e-6)
+
+
+def test_a_scene_that_turns_before_a_standing_camera_is_a_path(tmp_path: Path) -> None:
+    model = CameraModel()
+    model.camera("Camera", translation=[0, 0, 5])
+    scene = model.node("brushgs_scene.001")
+    turns = Rotation.from_euler("y", [[0], [90]], degrees=True)
+    model.animate(scene, "rotation", [0, 1], turns.as_quat())
+    found = load_cameras(write(model, tmp_path))
+    assert len(found) == 25
+    check_pose(found[-1], turns[1].inv().apply([0, 0, 5]), turns[1].inv())
+
+
+def test_of_several_animated_cameras_the_first_is_taken_and_named(tmp_path: Path) -> None:
+    model = CameraModel()
+    for x in (1, 2):
+        camera = model.camera(f"C{x}")
+        model.animate(camera, "translation", [0, x], [[x, 0, 0], [x, 1, 0]])
+    file = read_cameras(write(model, tmp_path))
+    assert (len(file.cameras), file.choice) == (25, "the first of 2 animated cameras, camera 'C1' of 2")
+
+
+def test_keys_that_are_all_equal_are_no_animation(tmp_path: Path) -> None:
+    model = CameraModel()
+    for x in (1, 2):
+        camera = model.camera("Camera")
+        model.animate(camera, "translation", [0, 1], [[x, 0, 0]] * 2)
+        model.animate(camera, "scale", [0, 1], [[0] * 3, [1] * 3, [0] * 3] * 2, "CUBICSPLINE")
+    assert [pose(camera)[0][0] for camera in load_cameras(write(model, tmp_path))] == [1, 2]
+
+
+def break_lens(**fields: object) -> CameraModel:
+    model = CameraModel()
+    model.camera("Camera", LENS | fields)
+    return model
+
+
+def break_animation(change: Any, part: str = "translation", width: int = 3) -> CameraModel:
+    model = CameraModel()
+    camera = model.camera("Camera")
+    model.animate(camera, part, [0, 1, 2], np.arange(1, 1 + 3 * width).reshape(3, width))
+    change(model.top["animations"][0], model)
+    return model
+
+
+def with_values(values: Any) -> Any:
+    def change(animation: dict[str, Any], model: CameraModel) -> None:
+        animation["samplers"][0]["output"] = model.accessor(np.array(values, np.float32))
+
+    return change
+
+
+def with_times(*times: float) -> Any:
+    def change(animation: dict[str, Any], model: CameraModel) -> None:
+        animation["samplers"][0]["input"] = model.accessor(np.array(times, np.float32)[:, None])
+
+    return change
+
+
+def nodes(*fields: dict[str, Any]) -> CameraModel:
+    model = CameraModel()
+    model.camera("Camera", **fields[0])
+    for node in fields[1:]:
+        model.node(**{"name": "Node", **node})
+    return model
+
+
+BROKEN: dict[str, tuple[CameraModel, str]] = {
+    "no camera": (CameraModel(), "holds no camera; export it with its cameras"),
+    "yfov": (break_lens(yfov=0), "yfov of camera 'Camera' must be a number above 0, got 0"),
+    "wide": (break_lens(yfov=4), "yfov of camera 'Camera' must be above 0 and below half a turn, got 4 to 4"),
+    "near": (break_lens(znear="x"), "znear of camera 'Camera' must be a number above 0, got \"x\""),
+    "aspect": (break_lens(aspectRatio=1000), "aspect ratio must be 0.02 to 50, got 1000"),
+    "flat": (nodes({"scale": [1, 0, 1]}), "'Camera' is scaled to nothing or beyond all numbers"),
+    "mirrored": (nodes({"scale": [1, -1, 1]}), "'Camera' is mirrored by what it hangs on"),
+    "stretched": (
+        nodes({}, {"name": "brushgs_scene", "scale": [1, 2, 1]}),
+        "node 'brushgs_scene' must be scaled equally along all axes",
+    ),
+    "far": (nodes({"translation": [1e17, 0, 0]}), "the position must lie within 1e\\+15 of the origin"),
+    "sampler": (
+        break_animation(lambda a, m: a["channels"][0].update(sampler=7)),
+        "translation of node 0 in animation 0 refers to a sampler that is missing",
+    ),
+    "target": (break_animation(lambda a, m: a["channels"][0].pop("target")), "animation 0 has no target"),
+    "kind": (
+        break_animation(lambda a, m: a["samplers"][0].update(interpolation="BEZIER")),
+        'must be LINEAR, STEP, CUBICSPLINE, got "BEZIER"',
+    ),
+    "width": (break_animation(lambda a, m: None, width=1), "1 number a time and 3 a value, got 1 and 1"),
+    "few": (break_animation(with_values(np.ones((2, 3)))), "got 3 times and 2 values"),
+    "order": (break_animation(with_times(0, 2, 1)), "the times of .* must be finite and ascend"),
+    "nan": (break_animation(with_values(np.full((3, 3), np.nan))), "must be finite, with values below 1e18"),
+    "zero": (break_animation(with_values(np.zeros((3, 4))), "rotation", 4), "must not be zero"),
+    "long": (
+        break_animation(with_times(0, 1, 1e6)),
+        "moves for 1,000,000 s, which is more than 50,000",
+    ),
+    "sparse": (
+        break_animation(lambda a, m: m.top["accessors"][-1].update(sparse={"count": 1})),
+        "translation of node 0 in animation 0 is a sparse accessor, which is not read",
+    ),
+    "outside": (
+        break_animation(lambda a, m: m.top["buffers"][0].update(uri="../other.bin")),
+        "names the file '../other.bin', which lies outside its folder",
+    ),
+    "beyond": (
+        break_animation(lambda a, m: m.top["accessors"][-1].update(count=99)),
+        "lacks .* bytes of its buffer view",
+    ),
+    "matrix": (
+        break_animation(lambda a, m: m.top["nodes"][0].update(matrix=np.eye(4).ravel().tolist())),
+        "node 0 has a matrix, so it cannot be animated",
+    ),
+    "list": (break_animation(lambda a, m: m.top.update(animations=[3])), "must be a list of objects, got"),
+}
+
+
+@pytest.mark.parametrize("what", BROKEN)
+def test_what_is_broken_is_named(tmp_path: Path, what: str) -> None:
+    model, sentence = BROKEN[what]
+    path = write(model, tmp_path)
+    with pytest.raises(SceneError, match=sentence) as caught:
+        load_cameras(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert "\n" not in str(caught.value)
+
+
+def test_orthographic_cameras_are_refused(tmp_path: Path) -> None:
+    model = CameraModel()
+    model.camera("Plan")
+    model.top["cameras"][0] = {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1}}
+    with pytest.raises(SceneError, match="camera 'Plan' must be a perspective one, got \"orthographic\""):
+        load_cameras(write(model, tmp_path))
+
+
+def test_nodes_in_a_ring_end(tmp_path: Path) -> None:
+    model = CameraModel()
+    camera = model.camera("Camera")
+    first = model.node("First", children=[camera])
+    model.top["nodes"][camera]["children"] = [first]
+    model.top["scenes"] = [{"nodes": [first]}]
+    with pytest.raises(SceneError, match="its nodes form a ring"):
+        load_cameras(write(model, tmp_path))
+
+
+@pytest.mark.parametrize(("content", "sentence"), [(b"", "is empty"), (b"glTF\2", "is damaged|version")])
+def test_a_file_that_is_no_model(tmp_path: Path, content: bytes, sentence: str) -> None:
+    path = tmp_path / "a.glb"
+    path.write_bytes(content)
+    with pytest.raises(SceneError, match=sentence):
+        load_cameras(path)
+
+
+@pytest.mark.parametrize(("name", "what"), [("a.abc", "an Alembic scene"), ("a.FBX", "an FBX scene")])
+def test_formats_of_3d_programs_that_are_not_read_name_those_that_are(
+    tmp_path: Path, name: str, what: str
+) -> None:
+    (tmp_path / name).write_bytes(b"Ogawa")
+    with pytest.raises(SceneError, match=f"is {what}, which is not read; export its cameras as glTF"):
+        load_cameras(tmp_path / name)
+
+
+def test_a_path_of_an_exported_animation_is_painted(tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    scene = bg.Gaussians(
+        means=rng.normal(scale=0.3, size=(60, 3)).astype(np.float32),
+        quats=np.tile(np.float32([1, 0, 0, 0]), (60, 1)),
+        scales=np.full((60, 3), 0.1, np.float32),
+        opacities=np.full(60, 0.9, np.float32),
+        sh=rng.normal(size=(60, 1, 3)).astype(np.float32),
+    )
+    bg.save(scene, tmp_path / "scene.ply")
+    model = CameraModel()
+    camera = model.camera("Camera", translation=[0, 0, 3])
+    model.animate(camera, "translation", [0, 0.5], [[0, 0, 3], [2, 0, 3]])
+    path = write(model, tmp_path)
+    options = f"--look plain --size 48x32 --fps 4 --path {path} -o {tmp_path}/frames/"
+    assert main(["render", str(tmp_path / "scene.ply"), *options.split()]) == 0
+    frames = [read_image(file)[..., :3] for file in sorted((tmp_path / "frames").glob("*.png"))]
+    assert len(frames) == 3
+    middle = [np.abs(frame - frame[0, 0]).sum(axis=(0, 2)) @ np.arange(48) for frame in frames]
+    weight = [np.abs(frame - frame[0, 0]).sum() for frame in frames]
+    places = np.divide(middle, weight)
+    assert places[0] > places[1] > places[2]  # the camera moves to the right, the scene to the left
