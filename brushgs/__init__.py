@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet as BrushSet
     from brushgs.brushes.kit import BrushKit as BrushKit
     from brushgs.brushes.texture import StrokeTexture as StrokeTexture
+    from brushgs.by_keywords import paint as paint
     from brushgs.doctor import Finding as Finding
     from brushgs.doctor import examine as examine
     from brushgs.errors import SceneError as SceneError
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from brushgs.page.save import save as save
     from brushgs.painting.film import paint_film as paint_film
     from brushgs.painting.learn_style import learn_style as learn_style
-    from brushgs.painting.still import paint as paint
     from brushgs.painting.styling import styled as styled
     from brushgs.passes.broken_color import break_colors as break_colors
     from brushgs.passes.choose_brushes import choose_brushes as choose_brushes
@@ -63,6 +63,7 @@ _MODULES = {
     "brushes.brush_set": "BrushSet",
     "brushes.kit": "BrushKit",
     "brushes.texture": "StrokeTexture",
+    "by_keywords": "paint",
     "doctor": "Finding examine",
     "errors": "SceneError SceneWarning",
     "io": "load load_cameras",
@@ -77,7 +78,6 @@ _MODULES = {
     "page.save": "save",
     "painting.film": "paint_film",
     "painting.learn_style": "learn_style",
-    "painting.still": "paint",
     "painting.styling": "styled",
     "passes.broken_color": "break_colors",
     "passes.choose_brushes": "choose_brushes",

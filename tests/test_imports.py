@@ -29,6 +29,7 @@ LAYERS = [
     ["doctor", "measure"],
     ["refine"],
     ["cli"],
+    ["by_keywords"],
     ["__main__"],
 ]
 LAYER_OF = {name: number for number, names in enumerate(LAYERS) for name in names}

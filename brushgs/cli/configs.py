@@ -43,7 +43,9 @@ def scene_source(args: Namespace) -> "SceneSource":
     return SceneSource(tuple(args.scene), args.lod, args.time)
 
 
-def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig":
+def paint_config(
+    args: Namespace, look_values: StepValues | None = None, **defaults: Mapping[str, Any]
+) -> "PaintConfig":
     """How a command makes and draws strokes.
 
     A field is what its flag says, else what the preset says or, without one, `--stroke gaussian`, else what
@@ -51,6 +53,7 @@ def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig
 
     Args:
         args: parsed flags; a command may have only some of those of a painting.
+        look_values: of a look that is no file, in place of those that the flags name.
         **defaults: of the command, by step and field, such as `view={"size": (640, 360)}`.
 
     Raises:
@@ -62,7 +65,7 @@ def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig
     preset = PRESETS[getattr(args, "preset", "default")]
     is_plain = given(args, "draw").get("stroke") == "gaussian" and not preset
     plain = PLAIN_SCENE if is_plain else NOTHING
-    whole = _values_of(look_of(args))
+    whole = _values_of(look_of(args)) if look_values is None else look_values
     look = _without_replaced(whole, args)
     _check_view(given(args, "view"))
     palette = given(args, "palette")
@@ -78,7 +81,7 @@ def paint_config(args: Namespace, **defaults: Mapping[str, Any]) -> "PaintConfig
     below = _layered([defaults, look, preset, plain])
     values = _layered([_styled(below, flags["style"]), flags])
     values["ground"] |= _backdrop(given(args, "ground").get("backdrop"), whole)
-    if look_is_default(args) and "stroke" not in flags["draw"] and not preset:
+    if look_values is None and look_is_default(args) and "stroke" not in flags["draw"] and not preset:
         values["brushes"]["are_usual"] = True
     return PaintConfig.of(values)
 

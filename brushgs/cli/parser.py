@@ -83,11 +83,22 @@ def build_parser(words: Sequence[str]) -> ArgumentParser:
     for name, help in COMMANDS.items():
         command = commands.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.")
         if name in words:
-            module = import_module(f"brushgs.cli.commands.{name}")
-            module.add_flags(command)
-            command.add_argument("--debug", action="store_true", help="show the traceback of an error")
-            command.set_defaults(run=module.run)
+            _add_flags(command, name)
     return parser
+
+
+def command_parser(name: str) -> ArgumentParser:
+    """The parser of one command, for words without its name."""
+    parser = _Parser(f"brushgs {name}")
+    _add_flags(parser, name)
+    return parser
+
+
+def _add_flags(command: ArgumentParser, name: str) -> None:
+    module = import_module(f"brushgs.cli.commands.{name}")
+    module.add_flags(command)
+    command.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    command.set_defaults(run=module.run)
 
 
 def _asking_for_help(words: Sequence[str]) -> Sequence[str]:

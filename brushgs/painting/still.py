@@ -3,7 +3,10 @@
 The stages are those of `prepare`, then project -> rasterise -> write.
 """
 
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, holds_depth
 from brushgs.options.look import Look, config_of
@@ -49,8 +52,7 @@ def paint_file(
         SceneError: if a file cannot be read or written.
         ValueError: if an option does not suit the scene, before any long work where that can be known.
     """
-    if not 0 <= first <= 1:
-        raise ValueError(f"first must be in 0 to 1, got {first:g}; for 30 % write 0.3 or 30%")
+    check_share(first)
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
     check_output(output, PICTURE_SUFFIXES, inputs=input_files(scene, config))
     check_transparency(output, config)
@@ -75,31 +77,52 @@ def paint_file(
 
 
 def paint(
-    gaussians: Gaussians,
+    scene: Gaussians | SceneFiles,
     look: PaintConfig | Look | str | Path | None = None,
     *,
     camera: Camera | None = None,
     report: Report | None = None,
+    first: float = 1.0,
+    is_on_background: bool = False,
 ) -> Frame:
-    """Paint Gaussians in memory, as `brushgs render` paints a file.
+    """Paint a scene, as `paint_file` does, to a frame.
 
     Args:
-        gaussians: the scene, N Gaussians.
+        scene: N Gaussians, which count as a scene and not as strokes, or the files of one.
         look: a look, its name ("oil") or its TOML file, or all options, see `PaintConfig`. None for plain
             strokes.
         camera: the view, in place of the one that the options describe; None frames the scene.
         report: gets the stages; a new one if None.
+        first: see `paint_file`.
+        is_on_background: whether the background of the options lies behind the paint: then the frame is
+            opaque, unless that is "transparent".
 
     Returns:
         The picture. It is opaque where the look has a ground, and has a height where it has a relief.
 
     Raises:
-        SceneError: if a file of the look cannot be read.
+        SceneError: if a file cannot be read.
         ValueError: if an option does not suit the scene.
     """
+    check_share(first)
     config, report = config_of(look), report or Report()
-    prepared = prepare(gaussians, config, report, views=camera, needs_background=False)
-    return paint_view(prepared, report)
+    prepared = prepare(
+        scene, config, report, views=camera, needs_background=is_on_background, grows=first < 1
+    )
+    frame = paint_view(prepared, report, first=first)
+    if not is_on_background or prepared.background is None:
+        return frame
+    return replace(frame, rgb=frame.over(prepared.background), alpha=np.ones_like(frame.alpha))
+
+
+def check_share(first: float) -> None:
+    """Refuse a share of strokes that is none.
+
+    Raises:
+        ValueError: if it is not in 0 to 1.
+    """
+    if not 0 <= first <= 1:
+        raise ValueError(f"first must be in 0 to 1, got {first:g}; for 30 % write 0.3 or 30%")
 
 
 def paint_view(prepared: Prepared, report: Report, *, depth: bool = True, first: float = 1.0) -> Frame:

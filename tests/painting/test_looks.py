@@ -127,7 +127,7 @@ def test_plain_leaves_out_every_stage_and_module_of_looks():
     script = (
         "import sys, brushgs as bg\n"
         "from brushgs.still_life import still_life, still_life_camera\n"
-        "bg.paint(still_life(1000), camera=still_life_camera(width=80, height=60))\n"
+        "bg.paint(still_life(1000), 'plain', camera=still_life_camera(width=80, height=60))\n"
         "print(sorted(m for m in sys.modules if m.startswith('brushgs')))"
     )
     result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)

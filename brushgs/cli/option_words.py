@@ -1,0 +1,154 @@
+"""Options by name and value, as keywords and TOML files have them, become words of a command line.
+
+So every range, choice and sentence of an option is that of its flag, whatever way it came. Names are those of
+flags, with "_" or "-": `fov_deg` for --fov-deg, `from_` for --from; arguments without a flag go by theirs.
+"""
+
+import os
+from argparse import Action, ArgumentParser, ArgumentTypeError, _AppendAction, _HelpAction
+from collections.abc import Callable, Iterator, Mapping
+from math import isfinite
+from numbers import Integral, Real
+from typing import Any
+
+from brushgs.cli import values
+
+SWITCHES = (values.on_off, values.on_off_count)  # what true and false stand for "on" and "off" in
+BETWEEN: Mapping[Any, str] = {values.picture_size: "x"}  # what stands between items of a list, else a comma
+AFTER_NAME: Mapping[Any, str] = {values.adjustments: "=", values.styles: ":"}  # and within those of a table
+
+
+class OptionError(ValueError):
+    """An option that a command does not have, or with a value that it does not take.
+
+    Attributes:
+        name: of the option, as it was given.
+    """
+
+    def __init__(self, name: str, rule: str) -> None:
+        super().__init__(f"{name} {rule}")
+        self.name = name
+
+
+def named_actions(parser: ArgumentParser) -> dict[str, Action]:
+    """What a parser takes, by the names of options: long flags without dashes, and arguments."""
+    actions: dict[str, Action] = {}
+    for action in parser._actions:
+        if isinstance(action, _HelpAction):
+            continue
+        longs = [flag[2:] for flag in action.option_strings if flag.startswith("--")]
+        actions |= dict.fromkeys(longs or [action.dest], action)
+    return actions
+
+
+def flag_name(name: str) -> str:
+    """The name of a flag that an option stands for: "from_" is "from", "look_at" is "look-at"."""
+    return name.rstrip("_").replace("_", "-")
+
+
+def action_named(parser: ArgumentParser, name: str) -> Action:
+    """What takes an option.
+
+    Raises:
+        OptionError: if there is no such option; names the nearest.
+    """
+    actions = named_actions(parser)
+    found = actions.get(flag_name(name))
+    if found is None:
+        from brushgs.options.toml_values import hint_for
+
+        cure = hint_for(flag_name(name), actions) or f"; `{parser.prog} --help` lists them"
+        raise OptionError(name, f"is no option of `{parser.prog}`{cure}")
+    return found
+
+
+def option_words(
+    parser: ArgumentParser, options: Mapping[str, Any], located: Callable[[str], str] = str
+) -> list[str]:
+    """The words of a command line that say the same, arguments first.
+
+    A value is text, a number, a path, true or false for a switch, or a list: of numbers, (1280, 720) for
+    --size and (0, 1.5, -2) for --look-at; of names; or of what a flag that may be repeated takes. A table is
+    taken where the text of a flag is one: {"contrast": 1.2} for --adjust. None is an option that is omitted.
+
+    Args:
+        parser: of the command.
+        options: name -> value.
+        located: gives the text of a value that names files in the place where they are.
+
+    Raises:
+        OptionError: if there is no such option, or it does not take the value.
+    """
+    arguments: list[str] = []
+    flags: list[str] = []
+    for name, value in options.items():
+        action = action_named(parser, name)
+        if value is None:
+            continue
+        texts = [located(text) for text in _texts(action, name, value)]
+        for text in texts:
+            _check(action, name, text)
+        if not action.option_strings:
+            arguments += [f"./{text}" if text.startswith("-") else text for text in texts]
+        else:
+            flags += _flag_words(action, texts, is_bare=value is True)
+    return [*arguments, *flags]
+
+
+def _flag_words(action: Action, texts: list[str], *, is_bare: bool) -> Iterator[str]:
+    flag = action.option_strings[-1]
+    if action.nargs in ("+", "*"):
+        yield from (flag, *texts)
+    elif texts:
+        yield from (f"{flag}={text}" for text in texts)
+    elif is_bare:
+        yield flag
+
+
+def _texts(action: Action, name: str, value: Any) -> list[str]:
+    """The texts that a value stands for: none of a switch, several for what takes several."""
+    if action.nargs == 0 or (action.nargs == "?" and action.option_strings and isinstance(value, bool)):
+        if not isinstance(value, bool):
+            raise OptionError(name, f"must be true or false, got {value!r:.80}")
+        return []
+    takes_several = isinstance(action, _AppendAction) or action.nargs in ("+", "*")
+    if takes_several and isinstance(value, list | tuple):
+        return [_text(action, name, item) for item in value]
+    return [_text(action, name, value)]
+
+
+def _text(action: Action, name: str, value: Any) -> str:
+    value = value.tolist() if hasattr(value, "tolist") else value  # of NumPy
+    if isinstance(value, bool) and action.type in SWITCHES:
+        return "on" if value else "off"
+    if isinstance(value, list | tuple) and value:
+        return BETWEEN.get(action.type, ",").join(_plain(name, item) for item in value)
+    if isinstance(value, Mapping) and value and action.type in AFTER_NAME:
+        mark = AFTER_NAME[action.type]
+        return ",".join(f"{key}{mark}{_plain(name, item)}" for key, item in value.items())
+    return _plain(name, value)
+
+
+def _plain(name: str, value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, os.PathLike):
+        return os.fsdecode(value)
+    if isinstance(value, Real) and not isinstance(value, bool) and isfinite(value):
+        return str(int(value)) if isinstance(value, Integral) else repr(float(value))
+    raise OptionError(name, f"must be text or a number as its flag takes, got {value!r:.80}")
+
+
+def _check(action: Action, name: str, text: str) -> None:
+    """Refuse a text that the flag would refuse; the same sentence, after the name that was given."""
+    value: Any = text
+    if callable(action.type):
+        try:
+            value = action.type(text)
+        except ArgumentTypeError as error:
+            raise OptionError(name, str(error)) from None
+    if action.choices is not None and value not in action.choices:
+        from brushgs.options.toml_values import hint_for
+
+        known = ", ".join(map(str, action.choices))
+        raise OptionError(name, f"must be one of {known}, got {text!r:.80}{hint_for(text, action.choices)}")

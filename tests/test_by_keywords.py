@@ -1,0 +1,114 @@
+"""`brushgs.paint` with options gives the picture that `brushgs render` writes, bit for bit."""
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.cli import main
+from brushgs.io.pictures.images import read_image
+from brushgs.options.painting import PaintConfig
+from brushgs.painting.report import Report
+from brushgs.still_life import still_life
+from brushgs.still_life.moving import still_life_moving
+from tests.scenes import save_upright
+
+SMALL = {"size": (64, 48), "strokes": 150}
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "pears.ply"
+    save_upright(still_life(2000), path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({}, []),
+        ({"look": "charcoal", "azimuth": -30}, ["--look", "charcoal", "--azimuth", "-30"]),
+        ({"look": "plain", "from_": "left"}, ["--look", "plain", "--from", "left"]),
+        ({"stroke": ["flat", "dab"], "background": "teal"}, ["--stroke", "flat,dab", "--background", "teal"]),
+        ({"look": "plain", "stroke_size": 24, "strokes": None}, ["--look", "plain", "--stroke-size", "24px"]),
+        ({"preset": "paper", "solid": True}, ["--preset", "paper", "--solid", "on"]),
+        ({"first": "40%", "adjust": {"contrast": 1.3}}, ["--first", "0.4", "--adjust", "contrast=1.3"]),
+        (
+            {"stroke": "gaussian", "strokes": None, "look_at": "part"},
+            ["--stroke", "gaussian", "--look-at", "part"],
+        ),
+    ],
+)
+def test_paint_is_what_render_writes(scene, tmp_path, options, words):
+    frame = bg.paint(scene, **SMALL | options)
+    count = [] if "strokes" in options else ["--strokes", "150"]
+    file = tmp_path / "a.png"
+    assert main(["render", str(scene), "-o", str(file), "--size", "64x48", *count, *words, "--quiet"]) == 0
+    np.testing.assert_array_equal(frame.bytes_over("black"), np.rint(255 * read_image(file)))
+    assert frame.alpha.min() == 1
+
+
+def test_a_transparent_background_keeps_the_alpha(scene):
+    frame = bg.paint(scene, "plain", background="transparent", **SMALL)
+    assert frame.alpha.min() < 0.1
+    assert frame.alpha.max() > 0.5
+
+
+def test_gaussians_are_painted_with_the_same_options(scene):
+    gaussians = bg.load(scene)
+    frame = bg.paint(gaussians, "ink", up="-y", **SMALL)
+    assert frame.rgb.shape == (48, 64, 3)
+    again = bg.paint(gaussians, bg.Look.open("ink"), up="-y", **SMALL)
+    np.testing.assert_array_equal(frame.rgb, again.rgb)
+
+
+def test_a_camera_takes_the_place_of_the_view(scene):
+    camera, report = bg.Camera.look_at((0, -1, -4), (0, 0, 0), width=40, height=30), Report()
+    frame = bg.paint(scene, camera=camera, strokes=100, report=report)
+    assert frame.rgb.shape == (30, 40, 3)
+    assert "cluster" in [stage.name for stage in report.stages]
+
+
+def test_a_config_is_all_options(scene):
+    config = PaintConfig.of({"cluster": {"strokes": 50}, "view": {"size": (32, 24)}})
+    assert bg.paint(scene, config).alpha.min() < 0.1
+    with pytest.raises(ValueError, match="paint: zoom belongs into the PaintConfig"):
+        bg.paint(scene, config, zoom=2)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"orbit": 9}, "paint: orbit belongs to films; use `brushgs render`, or brushgs.paint_film"),
+        ({"codec": "vp9"}, "codec belongs to films"),
+        ({"start": 1}, "start belongs to films"),
+        ({"resume": True}, "resume belongs to films"),
+        ({"output": "a.png"}, "output belongs to files; use `brushgs render`, or brushgs.save"),
+        ({"bits": 16}, "bits belongs to files"),
+        ({"json": True}, "json belongs to the command; give report="),
+        ({"strokez": 1}, "did you mean 'stroke"),
+        ({"lock": "track"}, "--lock track needs --orbit or --path"),
+        ({"stroke_size": 4, "strokes": 4}, "cannot be combined with"),
+        ({"keep": 30}, "for 30 % write 0.3"),
+        ({"azimuth": 3, "from_": "left"}, "--azimuth cannot be combined with --from"),
+    ],
+)
+def test_what_one_picture_does_not_take_is_refused(scene, options, message):
+    with pytest.raises(ValueError, match=message):
+        bg.paint(scene, **options)
+
+
+def test_gaussians_have_no_moments_and_levels(scene):
+    with pytest.raises(ValueError, match="time belongs to scene files; omit it with Gaussians"):
+        bg.paint(bg.load(scene), time=0.4)
+
+
+@pytest.mark.filterwarnings("ignore:.*taken for moments")
+def test_a_moving_scene_needs_a_moment(tmp_path):
+    moving = still_life_moving(1000)
+    folder = tmp_path / "frames"
+    folder.mkdir()
+    for number, time in enumerate((0.0, 0.5, 1.0)):
+        bg.save(moving.at(time), folder / f"{number:03}.ply")
+    with pytest.raises(ValueError, match=r"moves; give time=, one moment, or use brushgs\.paint_film"):
+        bg.paint(folder, **SMALL)
+    assert bg.paint(folder, time="50%", **SMALL).rgb.shape == (48, 64, 3)
