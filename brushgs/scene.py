@@ -13,11 +13,13 @@ from math import radians
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from brushgs.arrays import Array, check
 from brushgs.colors import rgb_of
+from brushgs.columns import RowChoice, check_finite, check_rows, freeze_columns, row_choice
 from brushgs.layers import DeepSamples, Layer
+from brushgs.png import png_bytes
 
 SH_TERMS = {1: 0, 4: 1, 9: 2, 16: 3}  # number of spherical-harmonic terms -> degree
 # The layers of a frame beside its colour: field of `Frame` -> column of `Boxes`, [M] or [M, channels], whose
@@ -25,6 +27,7 @@ SH_TERMS = {1: 0, 4: 1, 9: 2, 16: 3}  # number of spherical-harmonic terms -> de
 # core has room for is said in core/include/brushgs/layers.hpp.
 LAYERS = {"depth": "depths"}
 _OPTIONAL = {"softness": "M", "setbacks": "M", "reliefs": "M 2"}  # columns of Boxes, >= 0 -> shape
+_SHOWN_SIDE = 1024  # pixels: notebooks keep what they show, and have columns about as wide
 GAUSSIAN_COLUMNS = (
     "means",
     "quats",
@@ -37,6 +40,7 @@ _GAUSSIAN_INTEGERS: dict[str, type[np.integer[Any]]] = {
     "ids": np.int32,
     "regions": np.uint8,
 }
+_WITHOUT = {"brushes": 0, "ids": -1, "regions": 0}  # what rows have that come without the column
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +48,10 @@ class Gaussians:
     """N anisotropic 3D Gaussians with view-dependent colour: a scene, or the strokes made of one.
 
     All columns share one dtype, float32 or float64, and become read-only views: no copy is made of arrays
-    that are already contiguous. Lists of numbers are taken too, in the dtype of the arrays beside them, or as
-    float32.
+    that are already contiguous. Lists, and arrays of whole numbers, are taken too, in the dtype of the arrays
+    beside them, or as float32.
+
+    `gaussians[rows]` are those of an index array, a mask, a list of either or a slice, and `a + b` is both.
 
     Attributes:
         means: [N, 3] centres, world units, finite.
@@ -67,8 +73,8 @@ class Gaussians:
             rule, from 1, see `brushgs.options.rules`; None where all is treated alike.
 
     Raises:
-        TypeError: if a column is not a float32 or float64 array, or dtypes differ; or `brushes` or `regions`
-            not uint8, or `ids` not int32.
+        TypeError: if a column holds no numbers, or dtypes differ; or `brushes`, `ids` or `regions` hold other
+            than whole numbers.
         ValueError: if a shape is wrong or a value is outside the range above; names column and row.
     """
 
@@ -83,7 +89,7 @@ class Gaussians:
     regions: NDArray[np.uint8] | None = field(default=None, kw_only=True)  # [N]
 
     def __post_init__(self) -> None:
-        _freeze_columns("Gaussians", self, _GAUSSIAN_INTEGERS)
+        freeze_columns("Gaussians", self, _GAUSSIAN_INTEGERS)
         sizes = check(
             "Gaussians",
             means=(self.means, "N 3"),
@@ -95,14 +101,14 @@ class Gaussians:
         )
         if sizes["k"] not in SH_TERMS:
             raise ValueError(f"Gaussians: sh must have 1, 4, 9 or 16 terms, got {sizes['k']}")
-        _check_finite("Gaussians", self)
+        check_finite("Gaussians", self)
         # The masks of rows are made only where a cheap test of all values at once finds a fault.
         if self.scales.min(initial=0) < 0:
-            _check_rows("Gaussians", "scales", "be >= 0", np.any(self.scales < 0, axis=1))
+            check_rows("Gaussians", "scales", "be >= 0", np.any(self.scales < 0, axis=1))
         outside = (self.opacities < 0) | (self.opacities > 1)
-        _check_rows("Gaussians", "opacities", "lie in 0 to 1 (decoded, not logits)", outside)
+        check_rows("Gaussians", "opacities", "lie in 0 to 1 (decoded, not logits)", outside)
         if not self.quats[:, 0].all():
-            _check_rows("Gaussians", "quats", "have a length above zero", np.asarray(~self.quats.any(axis=1)))
+            check_rows("Gaussians", "quats", "have a length above zero", np.asarray(~self.quats.any(axis=1)))
 
     def __len__(self) -> int:
         return len(self.means)
@@ -119,18 +125,64 @@ class Gaussians:
     def _integers(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in _GAUSSIAN_INTEGERS}
 
-    def take(self, rows: NDArray[np.integer[Any]] | NDArray[np.bool_] | slice) -> "Gaussians":
-        """The rows chosen by an index array, a mask or a slice, in that order."""
+    def take(self, rows: RowChoice) -> "Gaussians":
+        """The rows chosen by an index array, a mask, a list of either or a slice, in that order.
+
+        Raises:
+            TypeError: if it is something else, such as a single number, which would leave no table.
+            IndexError: if a row lies beyond the last, or a mask has another length.
+        """
+        chosen = row_choice("Gaussians", rows)
         columns = self.columns() | self._integers()
-        taken: dict[str, Any] = {name: c if c is None else c[rows] for name, c in columns.items()}
+        taken: dict[str, Any] = {name: c if c is None else c[chosen] for name, c in columns.items()}
         return replace(self, **taken)
+
+    def __getitem__(self, rows: RowChoice) -> "Gaussians":
+        """`take`."""
+        return self.take(rows)
+
+    __iter__ = None  # a row alone is no value here; without this Python would try [0], [1] and so on
+
+    def __add__(self, other: "Gaussians") -> "Gaussians":
+        """Both, these first, with nothing lost.
+
+        Spherical harmonics are of the higher degree, filled up with zeros, and the dtype is the wider one.
+        Where one alone has `brushes` or `regions`, the others take the first brush and lie elsewhere (0);
+        where one alone has `ids`, the others rest (-1).
+
+        Raises:
+            ValueError: if one was trained `antialiased` and the other was not: they are drawn in two ways.
+        """
+        if not isinstance(other, Gaussians):
+            return NotImplemented
+        if self.antialiased != other.antialiased:
+            raise ValueError(
+                "Gaussians: both must be antialiased, or neither; set it with dataclasses.replace"
+            )
+        return Gaussians.joined([self._in_the_form_of(other), other])
+
+    def _in_the_form_of(self, other: "Gaussians") -> "Gaussians":
+        """The same with the wider dtype, the higher SH degree and the columns of both."""
+        columns: dict[str, Any] = self.astype(np.result_type(self.means, other.means).type).columns()
+        columns["sh"] = _with_terms(columns["sh"], max(self.sh.shape[1], other.sh.shape[1]))
+        for name, dtype in _GAUSSIAN_INTEGERS.items():
+            if getattr(self, name) is None and getattr(other, name) is not None:
+                columns[name] = np.full(len(self), _WITHOUT[name], dtype)
+        return replace(self, **columns)
+
+    def __repr__(self) -> str:
+        facts = [f"{len(self):,}", f"SH {self.sh_degree}"]
+        facts += ["float64"] if self.means.dtype == np.float64 else []
+        facts += ["antialiased"] if self.antialiased else []
+        facts += [name for name, column in self._integers().items() if column is not None]
+        return f"Gaussians({', '.join(facts)})"
 
     @staticmethod
     def joined(parts: "Sequence[Gaussians]") -> "Gaussians":
         """Several behind each other, with the SH degree, the dtype and the columns of the first.
 
-        Terms above that degree are cut, those that a part lacks are zero; so are the brushes and ids of parts
-        without such a column.
+        Terms above that degree are cut, those that a part lacks are zero. Parts without brushes or regions
+        have 0 there, parts without ids -1.
 
         Args:
             parts: at least one.
@@ -145,7 +197,9 @@ class Gaussians:
             if name == "sh":
                 others = [_with_terms(other, num_terms) for other in others]
             others = [
-                np.zeros(len(part), column.dtype) if other is None else other.astype(column.dtype, copy=False)
+                np.full(len(part), _WITHOUT[name], column.dtype)
+                if other is None
+                else other.astype(column.dtype, copy=False)
                 for part, other in zip(parts[1:], others, strict=True)
             ]
             columns[name] = np.concatenate([column, *others])
@@ -286,6 +340,11 @@ class Camera:
         K = np.array([[focal, 0.0, 0.5 * width], [0.0, focal, 0.5 * height], [0.0, 0.0, 1.0]])
         return cls(viewmat, K, width, height, near)
 
+    def __repr__(self) -> str:
+        fov = np.degrees(2 * np.arctan(0.5 * self.height / self.K[1, 1]))
+        x, y, z = self.position
+        return f"Camera({self.width}x{self.height}, {fov:.4g} degrees high, at {x:.4g}, {y:.4g}, {z:.4g})"
+
     @property
     def position(self) -> NDArray[np.float64]:
         """[3] camera centre in world units."""
@@ -345,7 +404,7 @@ class Boxes:
     reliefs: Array | None = None  # [M, 2]
 
     def __post_init__(self) -> None:
-        _freeze_columns("Boxes", self, _BOX_INTEGERS)
+        freeze_columns("Boxes", self, _BOX_INTEGERS)
         check(
             "Boxes",
             centers=(self.centers, "M 2"),
@@ -358,11 +417,11 @@ class Boxes:
             **{name: (column, _OPTIONAL[name]) for name, column in self._optional().items()},
             **({} if self.brushes is None else {"brushes": (self.brushes, "M")}),
         )
-        _check_finite("Boxes", self)
-        _check_rows("Boxes", "depths", "ascend: sort by depth", np.diff(self.depths) < 0)
+        check_finite("Boxes", self)
+        check_rows("Boxes", "depths", "ascend: sort by depth", np.diff(self.depths) < 0)
         for name, column in self._optional().items():
             if column.min(initial=0) < 0:
-                _check_rows("Boxes", name, "be >= 0", np.any(column.reshape(len(self), -1) < 0, axis=1))
+                check_rows("Boxes", name, "be >= 0", np.any(column.reshape(len(self), -1) < 0, axis=1))
 
     def __len__(self) -> int:
         return len(self.centers)
@@ -376,11 +435,23 @@ class Boxes:
         columns = {name: getattr(self, column) for name, column in LAYERS.items()}
         return {name: column for name, column in columns.items() if column is not None}
 
-    def take(self, rows: NDArray[np.integer[Any]] | NDArray[np.bool_] | slice) -> "Boxes":
-        """The rows chosen by an index array, a mask or a slice, in that order, which must be one by depth."""
+    def take(self, rows: RowChoice) -> "Boxes":
+        """The rows chosen as those of `Gaussians`, in that order, which must be one by depth."""
+        chosen = row_choice("Boxes", rows)
         columns = {f.name: getattr(self, f.name) for f in fields(self)}
-        taken: dict[str, Any] = {n: None if c is None else c[rows] for n, c in columns.items()}
+        taken: dict[str, Any] = {n: None if c is None else c[chosen] for n, c in columns.items()}
         return Boxes(**taken)
+
+    def __getitem__(self, rows: RowChoice) -> "Boxes":
+        """`take`."""
+        return self.take(rows)
+
+    __iter__ = None  # as of Gaussians
+
+    def __repr__(self) -> str:
+        facts = [f"{len(self):,}"] + (["float64"] if self.centers.dtype == np.float64 else [])
+        facts += [*self._optional()] + ([] if self.brushes is None else ["brushes"])
+        return f"Boxes({', '.join(facts)})"
 
     def astype(self, dtype: type[np.floating[Any]]) -> "Boxes":
         """The same boxes with all columns but `ids` and `brushes` as float32 or float64."""
@@ -392,6 +463,10 @@ class Boxes:
 @dataclass(frozen=True, eq=False)
 class Frame:
     """One picture.
+
+    A notebook shows it as it is: transparent where nothing is painted, at most 1024 pixels wide and high.
+    `np.asarray(frame)` is what image libraries take: [H, W, 4] RGBA, 0 to 1, colour not multiplied by alpha,
+    as in `plt.imshow(frame)`; as bytes, `PIL.Image.fromarray(np.asarray(frame, np.uint8))`.
 
     Attributes:
         rgb: [H, W, 3] colour premultiplied by alpha, display-encoded, float32 or float64.
@@ -414,6 +489,49 @@ class Frame:
     height: Array | None = None  # [H, W]
     layers: Mapping[str, Layer] = field(default_factory=dict, kw_only=True)
     deep: DeepSamples | None = field(default=None, kw_only=True)
+
+    def __repr__(self) -> str:
+        height, width = self.alpha.shape
+        facts = [f"{width}x{height}"] + (["float64"] if self.rgb.dtype == np.float64 else [])
+        facts += ["depth"] if self.depth is not None else []
+        facts += ["height"] if self.height is not None else []
+        facts += [f"layers {' '.join(self.layers)}"] if self.layers else []
+        facts += ["deep"] if self.deep is not None else []
+        return f"Frame({', '.join(facts)})"
+
+    def straight_colors(self) -> Array:
+        """[H, W, 3] colour not multiplied by alpha; 0 where nothing is painted."""
+        alpha = self.alpha[..., None]
+        return np.divide(self.rgb, alpha, out=np.zeros_like(self.rgb), where=alpha > 0)
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """[H, W, 4] RGBA as image libraries take it: display-encoded, straight alpha, clipped to 0 to 1.
+
+        Args:
+            dtype: of floats; None for that of the frame. Or uint8 or uint16, for 0 to 255 or 65535.
+            copy: the array is always a new one, so it must not be False.
+
+        Raises:
+            TypeError: if `dtype` is another.
+            ValueError: if `copy` is False.
+        """
+        if copy is False:
+            raise ValueError("Frame: its RGBA is a new array, so copy must not be False")
+        kind = self.rgb.dtype if dtype is None else np.dtype(dtype)
+        rgba = np.concatenate([self.straight_colors(), self.alpha[..., None]], axis=-1).clip(0, 1)
+        if kind.kind == "f":
+            return rgba.astype(kind, copy=False)
+        if kind not in (np.uint8, np.uint16):
+            raise TypeError(f"Frame: dtype must be one of floats, uint8 or uint16, got {kind}")
+        return (rgba * np.iinfo(kind).max + 0.5).astype(kind)
+
+    def _repr_png_(self) -> bytes:
+        """What a notebook shows: the frame as `brushgs.save` writes a PNG, made smaller where it is large."""
+        height, width = self.alpha.shape
+        step = -(-max(height, width) // _SHOWN_SIDE)
+        shown = self if step == 1 else Frame(_averaged(self.rgb, step), _averaged(self.alpha, step))
+        pixels = np.asarray(shown, np.uint8)
+        return png_bytes(pixels[..., :3] if (pixels[..., 3] == 255).all() else pixels)
 
     def over(self, background: Sequence[float] | Array | str) -> Array:
         """The picture on a background, [H, W, 3].
@@ -453,78 +571,16 @@ class Frame:
         return behind
 
 
+def _averaged(values: Array, step: int) -> Array:
+    """Means of blocks of step x step pixels of [H, W, ...]; those at the right and lower edge are smaller."""
+    height, width = values.shape[:2]
+    rows, columns = np.arange(0, height, step), np.arange(0, width, step)
+    sums = np.add.reduceat(np.add.reduceat(values, rows, axis=0), columns, axis=1)
+    counts = np.outer(np.diff(rows, append=height), np.diff(columns, append=width)).astype(values.dtype)
+    return np.asarray(sums / counts.reshape(counts.shape + (1,) * (values.ndim - 2)))
+
+
 def _with_terms(sh: Array, num_terms: int) -> Array:
     """Coefficients [N, k, 3] with so many terms: cut, or filled with zeros."""
     missing = num_terms - sh.shape[1]
     return np.pad(sh, ((0, 0), (0, missing), (0, 0))) if missing > 0 else sh[:, :num_terms]
-
-
-def _freeze_columns(where: str, value: Any, integers: Mapping[str, type[np.integer[Any]]]) -> None:
-    """Make every column of a frozen dataclass contiguous and read-only.
-
-    All must share one float dtype, but for the columns `integers`, which have a dtype of their own. Lists
-    become arrays of these dtypes.
-    """
-    dtypes = {}
-    columns = {f.name: getattr(value, f.name) for f in fields(value) if f.type is not bool}
-    arrays = (c for name, c in columns.items() if isinstance(c, np.ndarray) and name not in integers)
-    dtype_of_lists = next((c.dtype for c in arrays), np.dtype(np.float32))
-    for f in fields(value):
-        column = columns.get(f.name)
-        if (column is None and f.default is None) or f.type is bool:
-            continue
-        if isinstance(column, list | tuple):
-            column = _array_of_list(where, f.name, column, np.dtype(integers.get(f.name, dtype_of_lists)))
-        if not isinstance(column, np.ndarray):
-            raise TypeError(f"{where}: {f.name} must be a NumPy array, got {type(column).__name__}")
-        if f.name not in integers:
-            dtypes[f.name] = column.dtype
-        elif column.dtype != integers[f.name]:
-            raise TypeError(f"{where}: {f.name} must be {integers[f.name].__name__}, got {column.dtype}")
-        column = np.ascontiguousarray(column).view()
-        column.flags.writeable = False
-        object.__setattr__(value, f.name, column)
-    name, dtype = next(iter(dtypes.items()))
-    if dtype not in (np.float32, np.float64):
-        raise TypeError(f"{where}: {name} must be float32 or float64, got {dtype}")
-    for other, other_dtype in dtypes.items():
-        if other_dtype != dtype:
-            raise TypeError(f"{where}: {other} must be {dtype} like {name}, got {other_dtype}")
-
-
-def _array_of_list(where: str, name: str, values: Sequence[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
-    """The array that a list of numbers stands for: whole numbers where `dtype` is one of integers."""
-    try:
-        array = np.asarray(values)
-    except (TypeError, ValueError):  # rows of several lengths
-        array = np.asarray(None)
-    is_whole = dtype.kind in "iu"
-    if array.dtype.kind not in ("iu" if is_whole else "iuf") and array.size:
-        kind = "whole numbers" if is_whole else "numbers, in rows of one length"
-        raise TypeError(f"{where}: {name} must be an array or a list of {kind}")
-    if is_whole and array.size:
-        least, most = np.iinfo(dtype).min, np.iinfo(dtype).max
-        if array.min() < least or array.max() > most:
-            raise ValueError(
-                f"{where}: {name} must lie in {least} to {most}, got {array.min()} to {array.max()}"
-            )
-    return array.astype(dtype)
-
-
-def _check_finite(where: str, value: Any) -> None:
-    """Refuse NaN and infinity by column and row. A finite sum proves a column finite without a mask."""
-    for f in fields(value):
-        column = getattr(value, f.name)
-        if column is None or f.type is bool:
-            continue
-        with np.errstate(over="ignore", invalid="ignore"):
-            is_finite = np.isfinite(column.sum())
-        if not is_finite:
-            _check_rows(where, f.name, "be finite", ~np.isfinite(column).reshape(len(column), -1).all(axis=1))
-
-
-def _check_rows(where: str, name: str, rule: str, is_bad: NDArray[np.bool_]) -> None:
-    """Raise ValueError that names how many rows break the rule and the first of them."""
-    if is_bad.any():
-        num_bad, first = np.count_nonzero(is_bad), np.argmax(is_bad)
-        raise ValueError(f"{where}: {name} must {rule}, got {num_bad} other rows, first at {first}")

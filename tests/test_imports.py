@@ -14,7 +14,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "brushgs"
 # A module may import from its own layer and from those above it in this list.
 LAYERS = [
     ["version", "errors", "arrays", "threads", "signals", "colors", "options"],
-    ["native", "layers"],
+    ["native", "layers", "columns", "png"],
     ["scene"],
     ["sh", "quats", "hashing", "style"],
     ["io", "moving_scene"],

@@ -2,11 +2,13 @@
 
 import re
 from dataclasses import FrozenInstanceError, fields, replace
+from io import BytesIO
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from PIL import Image
 
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
@@ -143,7 +145,8 @@ def test_half_turns_scale_zero_and_opacities_zero_and_one_are_legitimate():
         ),
         (gaussians, "opacities", ["1"] * N, "Gaussians: opacities must be an array or a list of numbers, in"),
         (boxes, "ids", [0.0] * N, "Boxes: ids must be an array or a list of whole numbers"),
-        (gaussians, "means", np.zeros((N, 3), int), "Gaussians: means must be float32 or float64, got int64"),
+        (gaussians, "means", np.zeros((N, 3), bool), "Gaussians: means must be float32 or float64, got bool"),
+        (boxes, "colors", np.zeros((N, 3), np.uint8), "Boxes: colors must be float32 or float64, got uint8"),
         (gaussians, "sh", np.zeros((N, 4, 3)), "Gaussians: sh must be float32 like means, got float64"),
         (
             gaussians,
@@ -152,8 +155,13 @@ def test_half_turns_scale_zero_and_opacities_zero_and_one_are_legitimate():
             "Gaussians: scales must be float32 like means, got",
         ),
         (boxes, "angles", None, "Boxes: angles must be a NumPy array, got NoneType"),
-        (boxes, "depths", np.arange(N), "Boxes: depths must be float32 like centers, got int64"),
-        (boxes, "ids", np.arange(N), "Boxes: ids must be int32, got int64"),
+        (
+            boxes,
+            "depths",
+            np.arange(N, dtype=float),
+            "Boxes: depths must be float32 like centers, got float64",
+        ),
+        (boxes, "ids", np.arange(N, dtype=float), "Boxes: ids must be int32, got float64"),
     ],
 )
 def test_columns_of_another_type_are_refused(make, name, value, message):
@@ -425,6 +433,134 @@ def test_lists_become_arrays_in_the_dtype_beside_them(dtype):
                 np.testing.assert_array_equal(getattr(whole, name), column.astype(getattr(whole, name).dtype))
 
 
+def test_whole_numbers_are_taken_where_numbers_are_meant():
+    source = gaussians()
+    value = replace(source, means=np.arange(18).reshape(N, 3), brushes=np.arange(N), ids=np.arange(N))
+    assert value.means.dtype == np.float32
+    np.testing.assert_array_equal(value.means.ravel(), np.arange(18))
+    assert (value.brushes.dtype, value.ids.dtype) == (np.uint8, np.int32)
+    assert value.brushes.tolist() == value.ids.tolist() == list(range(N))
+    only = Gaussians(
+        np.eye(3, dtype=int), [[1, 0, 0, 0]] * 3, np.ones((3, 3), int), [1, 1, 1], [[[0] * 3]] * 3
+    )
+    assert only.scales.dtype == np.float32
+    with refused(ValueError, "Gaussians: brushes must lie in 0 to 255, got 256 to 261"):
+        replace(source, brushes=np.arange(N) + 256)
+    with refused(
+        ValueError, "Gaussians: means has whole numbers that float32 cannot hold; give them as float64"
+    ):
+        replace(source, means=np.full((N, 3), 2**24 + 1))
+    assert replace(gaussians(np.float64), means=np.full((N, 3), 2**24 + 1)).means[0, 0] == 2**24 + 1
+
+
+@pytest.mark.parametrize("make", [gaussians, boxes])
+@pytest.mark.parametrize(
+    "rows", [slice(1, 4), [0, 2], (1,), np.array([3, 5]), np.arange(N) % 2 == 0, [True] * 3 + [False] * 3, []]
+)
+def test_rows_are_taken_by_index_mask_list_or_slice(make, rows):
+    source = make()
+    taken = source[rows]
+    plain = rows if isinstance(rows, slice) or len(rows) else slice(0)
+    expected = np.arange(N)[list(plain) if isinstance(plain, tuple) else plain]
+    assert len(taken) == len(expected)
+    for name, column in columns_of(source).items():
+        np.testing.assert_array_equal(getattr(taken, name), column[expected])
+
+
+@pytest.mark.parametrize("rows", [3, 1.5, None, [0.5], [[0, 1]], "all", (0, slice(2))])
+def test_what_is_no_choice_of_rows_is_refused(rows):
+    for source in (gaussians(), boxes()):
+        with refused(TypeError, f"{type(source).__name__}: rows must be a slice, or a list or an array of"):
+            source[rows]
+        with pytest.raises(TypeError, match="not iterable"):
+            iter(source)
+
+
+def test_a_sum_of_gaussians_loses_nothing():
+    plain, rich = gaussians(terms=1), gaussians(np.float64, 9)
+    rich = replace(rich, brushes=np.full(N, 2), ids=np.arange(N), regions=[1] * N)
+    for both, ours, theirs in (
+        (plain + rich, slice(0, N), slice(N, None)),
+        (rich + plain, slice(N, None), slice(0, N)),
+    ):
+        assert len(both) == 2 * N
+        assert (both.sh_degree, both.means.dtype) == (2, np.float64)
+        np.testing.assert_array_equal(both.sh[ours, :1], plain.sh)
+        assert not both.sh[ours, 1:].any()
+        np.testing.assert_array_equal(both.sh[theirs], rich.sh)
+        np.testing.assert_array_equal(both.quats[ours], plain.quats)
+        assert both.brushes.tolist()[ours] == both.regions.tolist()[ours] == [0] * N
+        assert both.ids.tolist()[ours] == [-1] * N
+        assert both.ids.tolist()[theirs] == list(range(N))
+    assert (plain + plain).brushes is None
+    with refused(ValueError, "Gaussians: both must be antialiased, or neither"):
+        plain + replace(plain, antialiased=True)
+    with pytest.raises(TypeError, match="unsupported operand"):
+        plain + 1
+
+
+def test_values_say_in_one_line_what_they_are():
+    assert repr(gaussians()) == "Gaussians(6, SH 1)"
+    large = Gaussians(*(np.ones((54804, *s), np.float32) for s in ((3,), (4,), (3,), (), (1, 3))))
+    assert repr(large) == "Gaussians(54,804, SH 0)"
+    more = replace(gaussians(np.float64), antialiased=True, ids=np.arange(N))
+    assert repr(more) == "Gaussians(6, SH 1, float64, antialiased, ids)"
+    assert repr(boxes()) == "Boxes(6, softness, setbacks, reliefs)"
+    there = Camera.look_at((0, -1, -4.25), (0, 0, 0), width=80, height=60)
+    assert repr(there) == "Camera(80x60, 50 degrees high, at 0, -1, -4.25)"
+    size = np.zeros((3, 5), np.float32)
+    frame = Frame(np.zeros((3, 5, 3), np.float32), size)
+    assert repr(frame) == "Frame(5x3)"
+    layers = {"normal": np.zeros((3, 5, 3)), "unlit": np.zeros((3, 5, 4))}
+    frame = replace(frame, depth=size, height=size, layers=layers)
+    assert repr(frame) == "Frame(5x3, depth, height, layers normal unlit)"
+
+
+@pytest.fixture
+def half_painted():
+    """Red at half opacity, solid green, nothing; and a colour above 1."""
+    alpha = np.array([[0.5, 1, 0, 1]], np.float32)
+    straight = np.array([[[1, 0, 0], [0, 1, 0], [0, 0, 0], [0.25, 2, 0]]], np.float32)
+    return Frame(straight * alpha[..., None], alpha)
+
+
+def test_a_frame_is_an_array_of_rgba(half_painted):
+    rgba = [[[1, 0, 0, 0.5], [0, 1, 0, 1], [0, 0, 0, 0], [0.25, 1, 0, 1]]]
+    np.testing.assert_array_equal(np.asarray(half_painted), np.float32(rgba))
+    assert np.array(half_painted, copy=True).dtype == np.float32
+    assert np.asarray(half_painted, np.float64).dtype == np.float64
+    eight, sixteen = np.asarray(half_painted, np.uint8), np.asarray(half_painted, "uint16")
+    assert eight.tolist() == [[[255, 0, 0, 128], [0, 255, 0, 255], [0, 0, 0, 0], [64, 255, 0, 255]]]
+    assert sixteen.dtype == np.uint16
+    assert sixteen[0, 0].tolist() == [65535, 0, 0, 32768]
+    with refused(TypeError, "Frame: dtype must be one of floats, uint8 or uint16, got int32"):
+        np.asarray(half_painted, np.int32)
+    with refused(ValueError, "Frame: its RGBA is a new array, so copy must not be False"):
+        half_painted.__array__(copy=False)
+
+
+def shown(frame):
+    """What a notebook shows, decoded by Pillow."""
+    with Image.open(BytesIO(frame._repr_png_())) as picture:
+        return np.asarray(picture)
+
+
+def test_a_notebook_shows_a_frame_as_it_is(half_painted):
+    np.testing.assert_array_equal(shown(half_painted), np.asarray(half_painted, np.uint8))
+    solid = Frame(half_painted.rgb, np.ones_like(half_painted.alpha))
+    np.testing.assert_array_equal(shown(solid), solid.bytes_over("black"))
+
+
+def test_a_notebook_shows_a_large_frame_smaller():
+    alpha = np.zeros((1500, 2050), np.float32)
+    alpha[:, 1026:] = 1  # of the three columns of a block the last: it is red to a third
+    frame = Frame(alpha[..., None] * np.float32([1, 0, 0]), alpha)
+    pixels = shown(frame)
+    assert pixels.shape == (500, 684, 4)
+    assert pixels[-1, [341, 342, 683]].tolist() == [[0, 0, 0, 0], [255, 0, 0, 255], [255, 0, 0, 255]]
+    assert shown(Frame(frame.rgb[:, 1:], alpha[:, 1:]))[0, 341].tolist() == [255, 0, 0, 85]
+
+
 @pytest.mark.parametrize("shape", [(), (1,), (4,), (1, 3), (2, 3, 3), (3, 1, 3), (1, 3, 4)])
 def test_a_background_of_another_shape_is_refused(shape):
     frame = Frame(np.zeros((1, 3, 3)), np.zeros((1, 3)))
@@ -450,6 +586,6 @@ def test_joined_gaussians_have_the_columns_of_the_first():
     assert not joined.sh[2:5, 1:].any()
     np.testing.assert_array_equal(joined.sh[5], other.sh[0, :4])
     assert joined.brushes.tolist() == [1, 2, 0, 0, 0, 0]
-    assert joined.ids.tolist() == [7, 8, 0, 0, 0, 9]
+    assert joined.ids.tolist() == [7, 8, -1, -1, -1, 9]  # these rest
     assert Gaussians.joined([bare, first]).ids is None
     np.testing.assert_array_equal(Gaussians.joined([first]).means, first.means)

@@ -22,13 +22,12 @@ Background = Sequence[float] | Array | None  # one RGB colour or [H, W, 3], disp
 
 def with_alpha(frame: Frame) -> Array:
     """[H, W, 4] straight colour and alpha."""
-    return np.concatenate([straight_colors(frame), frame.alpha[..., None]], axis=-1)
+    return np.concatenate([frame.straight_colors(), frame.alpha[..., None]], axis=-1)
 
 
 def straight_colors(frame: Frame) -> Array:
-    """[H, W, 3] colour not multiplied by alpha; 0 where nothing is painted."""
-    alpha = frame.alpha[..., None]
-    return np.divide(frame.rgb, alpha, out=np.zeros_like(frame.rgb), where=alpha > 0)
+    """[H, W, 3], see `Frame.straight_colors`."""
+    return frame.straight_colors()
 
 
 def quantise(values: Array, dtype: type[np.unsignedinteger[Any]]) -> NDArray[np.unsignedinteger[Any]]:

@@ -1,0 +1,126 @@
+"""The columns of a frozen table of numbers: what becomes one, and what is refused.
+
+Columns are arrays, or lists of numbers. They come out contiguous and read-only, without a copy where the
+array already is; all numbers of a table share one dtype, but for columns of whole numbers, which have one of
+their own.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+RowChoice = NDArray[np.integer[Any]] | NDArray[np.bool_] | Sequence[int] | Sequence[bool] | slice
+Integers = Mapping[str, type[np.integer[Any]]]  # columns of whole numbers -> their dtypes
+
+
+def freeze_columns(where: str, value: Any, integers: Integers) -> None:
+    """Make every column of a frozen dataclass an array that is contiguous and read-only.
+
+    All must share one float dtype, but for the columns `integers`. Lists, and arrays of whole numbers, become
+    arrays of these dtypes.
+
+    Args:
+        where: name of the class, which opens the error message.
+        value: the dataclass; fields of type bool are no columns, nor are those that are None by default.
+        integers: columns of whole numbers.
+
+    Raises:
+        TypeError: if a column is no array or list of numbers, or of another dtype than the others.
+        ValueError: if a whole number does not fit the dtype of its column.
+    """
+    columns = {f.name: getattr(value, f.name) for f in fields(value) if f.type is not bool}
+    given = (c.dtype for name, c in columns.items() if isinstance(c, np.ndarray) and name not in integers)
+    dtype_of_rest = next((dtype for dtype in given if dtype.kind == "f"), np.dtype(np.float32))
+    dtypes = {}
+    for f in fields(value):
+        column = columns.get(f.name)
+        if (column is None and f.default is None) or f.type is bool:
+            continue
+        column = _array_of(where, f.name, column, np.dtype(integers.get(f.name, dtype_of_rest)))
+        if f.name not in integers:
+            dtypes[f.name] = column.dtype
+        column = np.ascontiguousarray(column).view()
+        column.flags.writeable = False
+        object.__setattr__(value, f.name, column)
+    name, dtype = next(iter(dtypes.items()))
+    if dtype not in (np.float32, np.float64):
+        raise TypeError(f"{where}: {name} must be float32 or float64, got {dtype}")
+    for other, other_dtype in dtypes.items():
+        if other_dtype != dtype:
+            raise TypeError(f"{where}: {other} must be {dtype} like {name}, got {other_dtype}")
+
+
+def _array_of(where: str, name: str, values: Any, dtype: np.dtype[Any]) -> NDArray[Any]:
+    """The array of a column: an array of floats as it is, lists and whole numbers in `dtype`."""
+    is_whole = dtype.kind in "iu"
+    if isinstance(values, list | tuple):
+        try:
+            values = np.asarray(values)
+        except (TypeError, ValueError):  # rows of several lengths
+            values = np.asarray(None)
+        if values.dtype.kind not in ("iu" if is_whole else "iuf") and values.size:
+            kind = "whole numbers" if is_whole else "numbers, in rows of one length"
+            raise TypeError(f"{where}: {name} must be an array or a list of {kind}")
+        return _converted(where, name, values, dtype)
+    if not isinstance(values, np.ndarray):
+        raise TypeError(f"{where}: {name} must be a NumPy array, got {type(values).__name__}")
+    if values.dtype == dtype or (values.dtype.kind == "f" and not is_whole):
+        return values
+    # Bytes are most likely 0 to 255 where 0 to 1 is meant.
+    if values.dtype.kind not in "iu" or (values.dtype == np.uint8 and not is_whole):
+        rule = dtype.name if is_whole else "float32 or float64"
+        raise TypeError(f"{where}: {name} must be {rule}, got {values.dtype}")
+    return _converted(where, name, values, dtype)
+
+
+def _converted(where: str, name: str, values: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+    """Numbers in the dtype of their column, whole numbers exactly."""
+    if dtype.kind in "iu" and values.size:
+        least, most = np.iinfo(dtype).min, np.iinfo(dtype).max
+        if values.min() < least or values.max() > most:
+            raise ValueError(
+                f"{where}: {name} must lie in {least} to {most}, got {values.min()} to {values.max()}"
+            )
+    column = values.astype(dtype)
+    if values.dtype.kind in "iu" and not np.array_equal(column, values):
+        raise ValueError(f"{where}: {name} has whole numbers that {dtype} cannot hold; give them as float64")
+    return column
+
+
+def row_choice(where: str, rows: RowChoice) -> NDArray[Any] | slice:
+    """Rows of a table as NumPy takes them: a slice, or an array of whole numbers or of bools.
+
+    Raises:
+        TypeError: if they are something else; `where` opens the message.
+    """
+    if isinstance(rows, slice):
+        return rows
+    chosen = np.asarray(rows)
+    if chosen.ndim != 1 or (chosen.dtype.kind not in "iub" and chosen.size):
+        given = f"{rows!r}" if chosen.ndim == 0 else f"{chosen.dtype} of shape {list(chosen.shape)}"
+        raise TypeError(
+            f"{where}: rows must be a slice, or a list or an array of numbers or of bools, got {given}"
+        )
+    return chosen if chosen.size else chosen.astype(bool if chosen.dtype.kind == "b" else np.intp)
+
+
+def check_finite(where: str, value: Any) -> None:
+    """Refuse NaN and infinity by column and row. A finite sum proves a column finite without a mask."""
+    for f in fields(value):
+        column = getattr(value, f.name)
+        if column is None or f.type is bool:
+            continue
+        with np.errstate(over="ignore", invalid="ignore"):
+            is_finite = np.isfinite(column.sum())
+        if not is_finite:
+            check_rows(where, f.name, "be finite", ~np.isfinite(column).reshape(len(column), -1).all(axis=1))
+
+
+def check_rows(where: str, name: str, rule: str, is_bad: NDArray[np.bool_]) -> None:
+    """Raise ValueError that names how many rows break the rule and the first of them."""
+    if is_bad.any():
+        num_bad, first = np.count_nonzero(is_bad), np.argmax(is_bad)
+        raise ValueError(f"{where}: {name} must {rule}, got {num_bad} other rows, first at {first}")
