@@ -43,6 +43,14 @@ class MovingScene:
         if not 0 <= self.duration < inf:
             raise ValueError(f"MovingScene: duration must be 0 or more seconds, got {self.duration:g}")
 
+    def __repr__(self) -> str:
+        facts = [f"{self.duration:.4g} s"]
+        facts += ["any moment"] if self.times is None else [f"{len(self.times):,} moments"]
+        facts += ["rows correspond"] if self.has_rows else []
+        if self.resting is not None and len(self.resting):
+            facts += [f"{self.resting.mean():.0%} of {len(self.resting):,} rest"]
+        return f"MovingScene({', '.join(facts)})"
+
     def at(self, time: float) -> Gaussians:
         """The Gaussians of one moment; before the first and after the last those of the first and the last.
 

@@ -139,6 +139,14 @@ class Style:
     marks: StyleMarks | None = None
     edit: StyleEdit | None = None
 
+    def __repr__(self) -> str:
+        facts = [] if self.palette is None else [f"{len(self.palette.colors)} colours"]
+        if self.marks is not None:
+            facts += ["marks"]
+            facts += [f"{len(self.marks.brushes)} brushes"] if self.marks.brushes else []
+        facts += [] if self.edit is None else ["an edit"]
+        return f"Style({', '.join([repr(self.name), *facts])})"
+
     @property
     def kind(self) -> StyleKind:
         """What it was learnt from."""

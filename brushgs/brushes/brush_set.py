@@ -59,6 +59,9 @@ class BrushSet:
     def __len__(self) -> int:
         return len(self.textures)
 
+    def __repr__(self) -> str:
+        return f"BrushSet({', '.join(self.names)})"
+
     @property
     def kind(self) -> str:
         """That of its textures: "image", "gaussian" or "ellipse"."""

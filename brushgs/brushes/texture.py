@@ -88,6 +88,12 @@ class StrokeTexture:
             array.flags.writeable = False
             object.__setattr__(self, field, array)
 
+    def __repr__(self) -> str:
+        if self.kind != "image":
+            return f"StrokeTexture({self.name!r})"
+        h, w = self.coverage.shape
+        return f"StrokeTexture({self.name!r}, {w}x{h}{'' if self.height is None else ', height'})"
+
     @property
     def is_directed(self) -> bool:
         """Whether it has a direction: a stroke image does, the built-in kernels do not."""

@@ -56,6 +56,9 @@ class Look:
     values: StepValues
     text: str
 
+    def __repr__(self) -> str:
+        return f"Look({self.name!r}, {self.title!r})"
+
     @classmethod
     def open(cls, name: str | Path) -> Self:
         """Read a look.

@@ -42,6 +42,10 @@ class PlainViews:
     def __len__(self) -> int:
         return len(self.cameras)
 
+    def __repr__(self) -> str:
+        sizes = {f"{camera.width}x{camera.height}" for camera in self.cameras}
+        return f"PlainViews({len(self)} views, {' '.join(sorted(sizes))})"
+
     @classmethod
     def of(cls, gaussians: Gaussians, views: Union[Sequence[Camera], "PlainViews"]) -> "PlainViews":
         """The views themselves; cameras get the plain pictures of these Gaussians."""
