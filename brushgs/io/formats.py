@@ -94,9 +94,13 @@ def any_of(*matchers: Matcher) -> Matcher:
 
 
 def find_by_suffix(formats: Iterable[Row], path: str | Path) -> Row | None:
-    """The format that a file is to be written in; None if no format has its suffix."""
-    suffix = Path(path).suffix.lower()
-    return next((row for row in formats if suffix in row.suffixes), None)
+    """The format that a file is to be written in; None if no format has its suffix.
+
+    Of several suffixes that the name ends with, the longest decides: ".compressed.ply" before ".ply".
+    """
+    name = Path(path).name.lower()
+    found = [(len(s), row) for row in formats for s in row.suffixes if name.endswith(s) and name != s]
+    return max(found, key=lambda pair: pair[0])[1] if found else None
 
 
 def suffixes_of(formats: Iterable[Suffixed]) -> tuple[str, ...]:

@@ -297,17 +297,27 @@ def write_scene(
     """Write Gaussians to a scene file, and complete the report.
 
     The file records whether they are strokes, the name of the scene that they were made of, how that is seen,
-    so that `render` shows both from the same cameras, and the brushes that strokes have.
+    so that `render` shows both from the same cameras, and the brushes that strokes have, as far as its format
+    holds these. Where that rounds numbers, the stage tells by how much.
     """
     with report.stage("write") as stage:
         from brushgs.io.scenes import write
 
-        write.write_scene(
-            gaussians, output, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes
+        losses = write.write_scene(
+            gaussians,
+            output,
+            is_strokes=is_strokes,
+            scene=scene,
+            first_view=first_view,
+            brushes=brushes,
+            measures=True,
         )
         size = Path(output).stat().st_size
         stage.did = f"{output}, {file_size(size)}"
         stage.counts = {"path": str(output), "bytes": size, "gaussians": len(gaussians)}
+        if losses is not None:
+            stage.counts |= losses.counts()
+            stage.details += losses.words()
     report.output = str(output)
     return report
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from brushgs.io.scenes.stored import Stored
 from brushgs.io.scenes.view_comments import comment_lines
 from brushgs.io.styles.write import write_style
 from brushgs.scene import FirstView
@@ -66,7 +67,8 @@ def scenes(folder: Path) -> list[bytes]:
     )
     discs = {name: values for name, values in scene_columns(9).items() if name != "scale_2"}
     found.append(write_scene(path, discs, comments=["comment SplatRenderMode: 2dgs"]).read_bytes())
-    view = comment_lines("koala", FirstView(np.eye(3), np.array([0.0, -1, 0]), 0.5, 0.2, ups=(("-y", 0.5),)))
+    first_view = FirstView(np.eye(3), np.array([0.0, -1, 0]), 0.5, 0.2, ups=(("-y", 0.5),))
+    view = comment_lines(Stored("koala", first_view))
     found.append(write_scene(path, scene_columns(9), comments=view).read_bytes())
     camera = element_bytes("camera", {"a": np.arange(3.0)})
     found.append(write_ply_file(path, [camera, element_bytes("vertex", scene_columns(9))]).read_bytes())

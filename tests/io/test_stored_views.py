@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import brushgs as bg
 from brushgs.errors import SceneWarning
 from brushgs.io import read_scene
+from brushgs.io.scenes.stored import Stored
 from brushgs.io.scenes.view_comments import PREFIX, comment_lines, read_comments
 from brushgs.io.scenes.write import write_scene
 from brushgs.scene import FirstView
@@ -56,16 +57,16 @@ def test_what_is_written_reads_back_to_the_last_bit(tmp_path, view, name):
 
 
 def test_every_field_of_a_first_view_is_stored():
-    stored = json.loads(text_of(comment_lines("a", EVERY_FIELD)))["first_view"]
+    stored = json.loads(text_of(comment_lines(Stored("a", EVERY_FIELD))))["first_view"]
     assert set(stored) == {field.name for field in fields(FirstView)}
 
 
 def test_lines_are_short_and_in_ascii():
     many = replace(EVERY_FIELD, points=np.random.default_rng(0).normal(size=(500, 3)))
-    lines = comment_lines("\N{KOALA}" * 300, many)
+    lines = comment_lines(Stored("\N{KOALA}" * 300, many))
     assert max(map(len, lines)) <= 200
     assert all(line.isascii() and line.isprintable() for line in lines)
-    name, view, _ = read_comments(text_of(lines))
+    name, view, *_ = read_comments(text_of(lines))
     assert name == "\N{KOALA}" * 200, "longer names are cut off"
     assert_same(view, many)
 
@@ -79,19 +80,17 @@ def test_a_file_without_a_first_view_has_no_comment(tmp_path):
 
 def test_a_view_with_too_many_points_is_omitted():
     view = replace(FEWEST_FIELDS, points=np.zeros((4001, 3)))
-    assert read_comments(text_of(comment_lines("a", view))) == ("a", None, ())
+    assert read_comments(text_of(comment_lines(Stored("a", view)))) == Stored("a")
 
 
 def test_a_name_that_cannot_be_printed_is_written_so_that_it_can():
-    assert read_comments(text_of(comment_lines("a\nend_header\n\udcff", None))) == (
-        "a?end_header??",
-        None,
-        (),
+    assert read_comments(text_of(comment_lines(Stored("a\nend_header\n\udcff", None)))) == Stored(
+        "a?end_header??"
     )
 
 
 def damaged(**changed):
-    content = json.loads(text_of(comment_lines("a", EVERY_FIELD)))
+    content = json.loads(text_of(comment_lines(Stored("a", EVERY_FIELD))))
     content["first_view"] |= changed
     return json.dumps(content)
 
@@ -152,11 +151,11 @@ def test_a_damaged_comment_is_told_and_not_used(tmp_path, text):
 @settings(max_examples=200, deadline=None)
 @given(data=st.data())
 def test_no_change_of_a_byte_is_more_than_a_value_error(data):
-    text = bytearray(text_of(comment_lines("koala", EVERY_FIELD)).encode())
+    text = bytearray(text_of(comment_lines(Stored("koala", EVERY_FIELD))).encode())
     for _ in range(data.draw(st.integers(1, 4))):
         text[data.draw(st.integers(0, len(text) - 1))] = data.draw(st.integers(32, 126))
     try:
-        _, view = read_comments(text.decode())
+        view = read_comments(text.decode()).first_view
     except ValueError:
         return
     if view is not None:

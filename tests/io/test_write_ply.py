@@ -139,11 +139,11 @@ def test_an_empty_scene_is_not_written(tmp_path: Path) -> None:
         bg.save(make(2).take(slice(0, 0)), tmp_path / "a.ply")
 
 
-def test_gaussians_go_to_ply_only(tmp_path: Path) -> None:
+def test_another_suffix_is_refused_and_those_that_are_written_are_named(tmp_path: Path) -> None:
     with pytest.raises(
-        ValueError, match=r"save: Gaussians must go to a \.ply file, got '.*a\.splat'; change the suffix"
+        ValueError, match=r"save: Gaussians must go to a \.ply, .*file, got '.*a\.ksplat'; change the suffix"
     ):
-        bg.save(make(2), tmp_path / "a.splat")
+        bg.save(make(2), tmp_path / "a.ksplat")
 
 
 def test_only_gaussians_and_frames_can_be_saved(tmp_path: Path) -> None:

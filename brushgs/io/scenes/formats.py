@@ -28,8 +28,11 @@ class SceneFormat(NamedTuple):
         matches: whether a path with these first bytes is of this format; a folder has no first bytes.
         reader: module of this package with `open_scene(path) -> SceneFile`; None if it is not read.
         writer: module of this package with `write_scene(gaussians, path, *, is_strokes, scene, first_view,
-            brushes)`; None if it is not written.
+            brushes)`; it returns the rows in the order of the file, None where that is theirs. None if the
+            format is not written.
         note: which files of this format are read, for help texts.
+        written: the suffixes that are written, where these are not all.
+        rounds: whether what is written is rounded beyond float32, so that its error is worth telling.
         has_levels: whether it may hold a scene in several levels of detail: its reader has
             `open_scene(path, lod)`, the level or None for its default.
     """
@@ -40,6 +43,8 @@ class SceneFormat(NamedTuple):
     reader: str | None = None
     writer: str | None = None
     note: str = ""
+    written: tuple[str, ...] = ()
+    rounds: bool = False
     has_levels: bool = False
 
 
@@ -79,12 +84,22 @@ KNOWN_SCENES = (
     ),
     SceneFormat(".ksplat scene", (".ksplat",), is_ksplat, reader="ksplat", note="compression levels 0 to 2"),
     # The last of those that are read: it has no mark of its own.
-    SceneFormat(".splat scene", (".splat",), is_splat, reader="splat", note="32 bytes a Gaussian"),
+    SceneFormat(
+        ".splat scene",
+        (".splat",),
+        is_splat,
+        reader="splat",
+        writer="splat_write",
+        note="32 bytes a Gaussian",
+        rounds=True,
+    ),
     # Not read: what is known of them helps to say what a file is.
     SceneFormat(".lcc scene", (".lcc",), has_suffix(".lcc")),
 )
 SCENE_FORMATS = tuple(row for row in KNOWN_SCENES if row.reader)
-WRITTEN_SCENES = tuple(row for row in KNOWN_SCENES if row.writer)
+WRITTEN_SCENES = tuple(
+    row._replace(suffixes=row.written or row.suffixes) for row in KNOWN_SCENES if row.writer
+)
 SCENE_SUFFIXES = suffixes_of(WRITTEN_SCENES)  # that a scene may be written to
 # ".ply (as 3DGS trainers write it, ...)": for help texts.
 SCENES_READ = in_words([f"{row.suffixes[0]} ({row.note})" for row in SCENE_FORMATS])

@@ -5,11 +5,10 @@ Two layouts are read: Inria's (properties in any order and of any scalar type, s
 and SuperSplat.
 """
 
-import warnings
 from collections.abc import Collection
 from pathlib import Path
 
-from brushgs.errors import NoGaussiansError, SceneError, SceneWarning
+from brushgs.errors import NoGaussiansError, SceneError
 from brushgs.io.files import open_plain
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
@@ -26,7 +25,8 @@ from brushgs.io.scenes.ply_inria import (
 )
 from brushgs.io.scenes.ply_rows import warn_of_surplus
 from brushgs.io.scenes.scene_file import SceneFile, Training
-from brushgs.io.scenes.view_comments import Stored, read_comments
+from brushgs.io.scenes.stored import read_stored
+from brushgs.io.scenes.view_comments import read_comments
 
 _MEANINGLESS = ("nx", "ny", "nz")  # Gaussians have no normals: trainers write zeros for viewers of points
 _ENCODINGS = {
@@ -60,13 +60,13 @@ def open_scene(path: Path) -> SceneFile:
     def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
         source = path, header, vertex, num_terms, size
         if has_chunks:
-            columns, dropped = read_compressed(*source, is_raw=is_raw)
+            columns, dropped = read_compressed(*source, stored, is_raw=is_raw)
         else:
             columns, dropped = read_inria(*source, encoding=encoding, is_raw=is_raw)
         warn_of_surplus(path, header, size)
         return columns, dropped
 
-    scene, first_view, brushes = _read_stored(path, header.view_text)
+    stored = read_stored(path, lambda: read_comments(header.view_text))
     known = PACKED if has_chunks else read_columns_of(num_terms) | ({BRUSH} if has_brushes(vertex) else set())
     layout = "compressed PLY" if has_chunks else "PLY"
     return SceneFile(
@@ -80,20 +80,10 @@ def open_scene(path: Path) -> SceneFile:
         is_strokes=header.is_strokes,
         training=_training(header, vertex),
         unknown=_unknown(vertex, known),
-        scene=scene,
-        first_view=first_view,
-        brushes=brushes,
+        scene=stored.scene,
+        first_view=stored.first_view,
+        brushes=stored.brushes,
     )
-
-
-def _read_stored(path: Path, text: str) -> Stored:
-    """What the header states of the scene that strokes were made of."""
-    try:
-        return read_comments(text)
-    except ValueError as error:
-        message = f"{path}: the view in its header cannot be read ({error}); the strokes are framed anew"
-        warnings.warn(SceneWarning(message), stacklevel=2)
-        return Stored()
 
 
 def _training(header: Header, vertex: Element) -> Training:

@@ -24,14 +24,17 @@ from brushgs.io.scenes.fill import Decoder, fill
 from brushgs.io.scenes.ply_header import Element, Header
 from brushgs.io.scenes.ply_inria import count_terms
 from brushgs.io.scenes.ply_rows import check_size, open_rows
+from brushgs.io.scenes.stored import Stored
 from brushgs.sh import C0
 
 PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
 # What a chunk has the smallest and largest value of, by axis.
-_AXES = {"position": ("x", "y", "z"), "scale": ("scale_x", "scale_y", "scale_z"), "color": ("r", "g", "b")}
-_CHUNK_ROWS = 256
-_BLOCK_ROWS = 16 * _CHUNK_ROWS
-_SH_RANGE = 8.0  # f_rest is stored in -4 to 4
+AXES = {"position": ("x", "y", "z"), "scale": ("scale_x", "scale_y", "scale_z"), "color": ("r", "g", "b")}
+CHUNK_ROWS = 256
+_BLOCK_ROWS = 16 * CHUNK_ROWS
+THREE, FOUR = (11, 10, 11), (8, 8, 8, 8)  # bits of a packed vector and of a packed colour, from the highest
+SMALL_BITS = (10, 10, 10)  # of the three smaller components of a rotation
+SH_RANGE = 8.0  # f_rest is stored in -4 to 4
 
 
 def is_compressed(header: Header) -> bool:
@@ -57,7 +60,7 @@ def check_compressed(path: Path, header: Header, vertex: Element) -> int:
 
 
 def read_compressed(
-    path: Path, header: Header, vertex: Element, num_terms: int, size: int, *, is_raw: bool
+    path: Path, header: Header, vertex: Element, num_terms: int, size: int, stored: Stored, *, is_raw: bool
 ) -> tuple[Columns, Dropped]:
     """Read and decode the rows of element `vertex` with their chunks.
 
@@ -67,6 +70,7 @@ def read_compressed(
         vertex: an element that passed `check_compressed`.
         num_terms: the spherical-harmonic terms that this returned.
         size: bytes of the whole file.
+        stored: what its comments record.
         is_raw: whether to return all rows with log-scales and logits, neither checked nor activated.
 
     Returns:
@@ -102,8 +106,10 @@ def read_compressed(
 
             yield decode
 
+    empty = Columns.empty(vertex.count, num_terms)
+    empty.brushes = stored.rows_of_brushes(vertex.count)
     columns, dropped = fill(
-        Columns.empty(vertex.count, num_terms),
+        empty,
         open_decoder,
         block_rows=_BLOCK_ROWS,
         num_rest=num_terms - 1,
@@ -121,23 +127,23 @@ def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[s
     """Smallest and largest value of each chunk, by name: position, scale, color; [chunks, 3] each."""
     chunk = header.find("chunk")
     assert chunk is not None
-    if chunk.count * _CHUNK_ROWS < num_rows:
+    if chunk.count * CHUNK_ROWS < num_rows:
         raise SceneError(
             path,
-            f"must have a chunk for {_CHUNK_ROWS} Gaussians, got {chunk.count} for {num_rows}; export again",
+            f"must have a chunk for {CHUNK_ROWS} Gaussians, got {chunk.count} for {num_rows}; export again",
         )
     check_size(path, header, chunk, size)
     has_colors = "min_r" in chunk.names  # earlier files have none: colours in 0 to 1
-    for axes in _AXES.values() if has_colors else (_AXES["position"], _AXES["scale"]):
+    for axes in AXES.values() if has_colors else (AXES["position"], AXES["scale"]):
         for name in (f"{end}_{axis}" for end in ("min", "max") for axis in axes):
             if name not in chunk.names:
                 raise SceneError(path, f"no property {name!r} in element 'chunk'; export it again")
-    num_used = -(-num_rows // _CHUNK_ROWS)
+    num_used = -(-num_rows // CHUNK_ROWS)
     with open_rows(path, header, chunk, num_used) as reader:
         rows = reader.read(0, num_used)
     zeros = np.zeros((num_used, 3), np.float32)
     ranges = {"color": (zeros, zeros + 1)}
-    for name, axes in _AXES.items():
+    for name, axes in AXES.items():
         if name != "color" or has_colors:
             low, high = (_column(rows, tuple(f"{end}_{axis}" for axis in axes)) for end in ("min", "max"))
             ranges[name] = low, high
@@ -153,10 +159,10 @@ def _column(rows: NDArray[np.void], names: tuple[str, ...]) -> F32:
 def _decode(rows: NDArray[np.void], ranges: dict[str, tuple[F32, F32]], start: int, out: Columns) -> None:
     """Unpack some rows; the first is row `start` of the file."""
     position, rotation, scale, color = (rows[name].astype(np.uint32) for name in PACKED)
-    chunks = np.arange(start, start + len(rows)) // _CHUNK_ROWS
-    out.means[:] = _between(ranges["position"], chunks, _unpack(position, (11, 10, 11)))
-    out.scales[:] = _between(ranges["scale"], chunks, _unpack(scale, (11, 10, 11)))
-    rgba = _unpack(color, (8, 8, 8, 8))
+    chunks = np.arange(start, start + len(rows)) // CHUNK_ROWS
+    out.means[:] = _between(ranges["position"], chunks, _unpack(position, THREE))
+    out.scales[:] = _between(ranges["scale"], chunks, _unpack(scale, THREE))
+    rgba = _unpack(color, FOUR)
     out.sh[:, 0] = (_between(ranges["color"], chunks, rgba[:, :3]) - 0.5) / C0
     out.opacities[:] = rgba[:, 3]
     out.quats[:] = _unpack_quats(rotation)
@@ -186,7 +192,7 @@ def _unpack_quats(packed: U32) -> F32:
     length; the others are stored in order, each as a fraction of -1/sqrt(2) to 1/sqrt(2).
     """
     largest = packed >> 30
-    small = (_unpack(packed & 0x3FFFFFFF, (10, 10, 10)) - 0.5) * np.float32(np.sqrt(2))
+    small = (_unpack(packed & 0x3FFFFFFF, SMALL_BITS) - 0.5) * np.float32(np.sqrt(2))
     quats = np.empty((len(packed), 4), np.float32)
     for index in range(4):
         is_here = largest == index
@@ -203,7 +209,7 @@ def _decode_rest(rows: NDArray[np.void], sh: F32) -> None:
     """
     values = (np.arange(256, dtype=np.float32) + 0.5) / 256
     values[[0, 255]] = 0, 1
-    values = (values - 0.5) * _SH_RANGE
+    values = (values - 0.5) * SH_RANGE
     num_rest = sh.shape[1] - 1
     for channel in range(3):
         for term in range(num_rest):

@@ -9,7 +9,8 @@ import numpy as np
 
 from brushgs.errors import SceneError
 from brushgs.io.scenes.scene_file import Training
-from brushgs.io.scenes.view_comments import MAX_TEXT, PREFIX
+from brushgs.io.scenes.stored import MAX_TEXT
+from brushgs.io.scenes.view_comments import PREFIX
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1",

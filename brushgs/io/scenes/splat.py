@@ -23,6 +23,7 @@ from brushgs.io.scenes.fill import Decoder, fill
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.unmarked import SPLAT_ROW_SIZE
 
+QUAT_ZERO = 128  # the byte that stands for 0, and the steps from there to 1
 _BLOCK_ROWS = 4096
 _ENCODING = Encoding(scales="linear", colors="byte")
 
@@ -66,8 +67,8 @@ def _read_columns(path: Path, num_rows: int, *, encoding: Encoding, is_raw: bool
                 rgba, quats = (np.ascontiguousarray(rows[:, i]).view(np.uint8).reshape(-1, 4) for i in (6, 7))
                 out.sh[:, 0] = rgba[:, :3]
                 np.divide(rgba[:, 3], np.float32(255), out=out.opacities)
-                np.subtract(quats, np.float32(128), out=out.quats)
-                out.quats *= np.float32(1 / 128)
+                np.subtract(quats, np.float32(QUAT_ZERO), out=out.quats)
+                out.quats *= np.float32(1 / QUAT_ZERO)
 
             yield decode
 

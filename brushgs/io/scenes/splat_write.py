@@ -1,0 +1,66 @@
+"""Gaussians become a .splat file: rows of 32 bytes, which early web viewers read.
+
+It has no header, so nothing is recorded beside the rows; and no spherical harmonics above degree 0. Rows keep
+their order.
+"""
+
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from brushgs.errors import SceneWarning
+from brushgs.io.files import replacing
+from brushgs.io.formats import in_words
+from brushgs.io.scenes.finite_logs import finite_scales, unit_quats
+from brushgs.io.scenes.rounding import rounded
+from brushgs.io.scenes.splat import QUAT_ZERO
+from brushgs.io.scenes.unmarked import SPLAT_ROW_SIZE
+from brushgs.scene import FirstView, Gaussians
+from brushgs.sh import C0
+
+_ROW = np.dtype([("means", "<f4", 3), ("scales", "<f4", 3), ("rgba", "u1", 4), ("quats", "u1", 4)])
+_BLOCK_ROWS = 1 << 16
+
+
+def write_scene(
+    gaussians: Gaussians,
+    path: str | Path,
+    *,
+    is_strokes: bool = False,
+    scene: str | None = None,
+    first_view: FirstView | None = None,
+    brushes: Sequence[str] = (),
+) -> None:
+    """Write rows of 32 bytes. Arguments as in `brushgs.io.scenes.write.write_scene`.
+
+    A SceneWarning names what is lost and matters to a painting. Colours outside 0 to 1 are clipped.
+
+    Raises:
+        SceneError: if the file cannot be written.
+    """
+    assert _ROW.itemsize == SPLAT_ROW_SIZE
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        for start in range(0, len(gaussians), _BLOCK_ROWS):
+            file.write(_encode(gaussians.take(slice(start, start + _BLOCK_ROWS))))
+    lost = [
+        *(["colours that change with the view"] if gaussians.sh.shape[1] > 1 else []),
+        *(["that they are strokes"] if is_strokes else []),
+        *(["brushes"] if gaussians.brushes is not None else []),
+        *(["that they are antialiased"] if gaussians.antialiased else []),
+    ]
+    if lost:
+        message = f"a .splat file does not hold {in_words(lost)}, which are lost; .ply, .spz and .sog do"
+        warnings.warn(SceneWarning(f"{path}: {message}"), stacklevel=3)
+
+
+def _encode(gaussians: Gaussians) -> bytes:
+    """Rows of the file."""
+    rows = np.empty(len(gaussians), _ROW)
+    rows["means"] = gaussians.means
+    rows["scales"] = finite_scales(gaussians.scales)
+    rows["rgba"][:, :3] = rounded((gaussians.sh[:, 0] * C0 + 0.5) * 255, 255)
+    rows["rgba"][:, 3] = rounded(gaussians.opacities * 255, 255)
+    rows["quats"] = rounded(unit_quats(gaussians.quats) * QUAT_ZERO + QUAT_ZERO, 255)
+    return rows.tobytes()

@@ -1,0 +1,161 @@
+"""Every format that is written: what comes back, from our readers and from an outside one."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+import brushgs as bg
+from brushgs import Gaussians
+from brushgs.io import read_scene
+from brushgs.io.scenes.formats import SCENE_SUFFIXES
+from brushgs.io.scenes.write import write_scene
+from tests.io.scenes.witness import as_gaussforge_reads
+
+ROUNDED = [".splat"]
+WITNESSED: dict[str, str] = {".splat": "splat"}
+
+
+def make(num_rows: int, num_terms: int = 1, seed: int = 0) -> Gaussians:
+    """A scene as trainers make them: within a few units, colours of about 0 to 1."""
+    rng = np.random.default_rng([20261122, seed])
+    sh = rng.normal(size=(num_rows, num_terms, 3)) * 0.1
+    sh[:, 0] = rng.uniform(-1.7, 1.7, size=(num_rows, 3))
+    columns = (
+        rng.normal(size=(num_rows, 3)) * 3,
+        rng.normal(size=(num_rows, 4)),
+        np.exp(rng.normal(-4, 1, size=(num_rows, 3))),
+        rng.random(num_rows),
+        sh,
+    )
+    return Gaussians(*(column.astype(np.float32) for column in columns))
+
+
+def paired(found: Gaussians, written: Gaussians) -> Gaussians:
+    """`written` in the order of `found`: some formats sort rows. Each row goes to the nearest centre."""
+    from scipy.spatial import cKDTree
+
+    rows = cKDTree(written.means).query(found.means)[1]
+    assert sorted(rows) == list(range(len(written)))
+    return written.take(rows)
+
+
+def degrees_between(first: Gaussians, second: Gaussians) -> np.ndarray:
+    a, b = (q / np.linalg.norm(q, axis=1, keepdims=True) for q in (first.quats, second.quats))
+    return np.degrees(2 * np.arccos(np.minimum(np.abs((a * b).sum(axis=1)), 1)))
+
+
+# Largest errors that the layout allows: centres (units, of a scene 25 across), log-scales, degrees,
+# opacities, coefficients of degree 0, and of the higher degrees.
+BOUNDS = {
+    ".splat": (0, 1e-5, 0.9, 0.51 / 255, 0.51 / 255 / 0.2820948, 0),
+}
+
+
+def assert_close(found: Gaussians, written: Gaussians, suffix: str) -> None:
+    means, scales, degrees, opacities, colors, rest = BOUNDS[suffix]
+    assert np.abs(found.means - written.means).max() <= means
+    assert np.abs(np.log(found.scales) - np.log(written.scales)).max() <= scales
+    assert degrees_between(found, written).max() <= degrees
+    assert np.abs(found.opacities - written.opacities).max() <= opacities
+    assert np.abs(found.sh[:, 0] - written.sh[:, 0]).max() <= colors
+    if suffix != ".splat":
+        assert found.sh.shape == written.sh.shape
+        assert np.abs(found.sh[:, 1:] - written.sh[:, 1:]).max(initial=0) <= rest
+
+
+@pytest.mark.filterwarnings("ignore:.*a .splat file does not hold")
+@pytest.mark.parametrize("num_terms", [1, 4, 9, 16])
+@pytest.mark.parametrize("suffix", BOUNDS)
+def test_what_is_written_reads_back_to_the_error_of_its_rounding(
+    tmp_path: Path, suffix: str, num_terms: int
+) -> None:
+    written = make(1000, num_terms)
+    bg.save(written, tmp_path / f"a{suffix}")
+    found = bg.load(tmp_path / f"a{suffix}")
+    assert_close(found, paired(found, written), suffix)
+    assert [path.name for path in tmp_path.iterdir()] == [f"a{suffix}"]
+
+
+@pytest.mark.filterwarnings("ignore:.*a .splat file does not hold")
+@pytest.mark.parametrize("num_terms", [1, 4, 9, 16])
+@pytest.mark.parametrize("suffix", WITNESSED)
+def test_an_outside_reader_finds_the_same(tmp_path: Path, suffix: str, num_terms: int) -> None:
+    written = make(1000, num_terms)
+    bg.save(written, tmp_path / f"a{suffix}")
+    data = (tmp_path / f"a{suffix}").read_bytes()
+    found = as_gaussforge_reads(data, WITNESSED[suffix], tmp_path)
+    assert_close(found, paired(found, written), suffix)
+
+
+@pytest.mark.parametrize("suffix", SCENE_SUFFIXES)
+def test_equal_scenes_give_equal_bytes(tmp_path: Path, suffix: str) -> None:
+    for name in "ab":
+        bg.save(make(700), tmp_path / f"{name}{suffix}")
+    assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+
+
+@pytest.mark.parametrize("suffix", SCENE_SUFFIXES)
+def test_no_gaussians_are_refused_and_nothing_is_left(tmp_path: Path, suffix: str) -> None:
+    with pytest.raises(ValueError, match="save: gaussians must have at least one row, got 0"):
+        bg.save(make(2).take(slice(0, 0)), tmp_path / f"a{suffix}")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("suffix", SCENE_SUFFIXES)
+def test_a_file_is_as_before_where_writing_fails(
+    tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(b"earlier")
+
+    def fails(*args: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "replace", fails)
+    with pytest.raises(bg.SceneError, match=r"cannot be written \(No space left on device\); check the disk"):
+        bg.save(make(10), path)
+    assert [other.read_bytes() for other in tmp_path.iterdir()] == [b"earlier"]
+
+
+@pytest.mark.parametrize("suffix", SCENE_SUFFIXES)
+def test_a_single_gaussian_is_a_scene(tmp_path: Path, suffix: str) -> None:
+    written = make(1)
+    bg.save(written, tmp_path / f"a{suffix}")
+    found = bg.load(tmp_path / f"a{suffix}")
+    np.testing.assert_allclose(found.means, written.means, rtol=1e-4)
+    np.testing.assert_allclose(found.scales, written.scales, rtol=0.07)
+
+
+values = st.floats(-1e6, 1e6, width=32)
+coefficients = st.floats(-4, 4, width=32)
+quats = st.tuples(*[st.floats(-4, 4, width=32)] * 4).filter(any)
+LARGEST = float(np.finfo(np.float32).max)
+scales = st.one_of(st.sampled_from([0.0, 1e-30, 1e20]), st.floats(0, LARGEST, width=32))
+opacities = st.one_of(st.sampled_from([0.0, 1.0]), st.floats(0, 1, width=32))
+rows = st.tuples(
+    st.tuples(*[values] * 3), quats, st.tuples(*[scales] * 3), opacities, st.tuples(*[coefficients] * 3)
+)
+ORIGIN = (0.0, 0.0, 0.0)
+HUGE = (LARGEST, 1e20, 1e-44)
+
+
+@pytest.mark.parametrize("suffix", SCENE_SUFFIXES)
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(rows, min_size=1, max_size=5))
+@example([(ORIGIN, (0, 0, 0, 1e-45), HUGE, 1.0, ORIGIN)])
+@example([(ORIGIN, (-1, 0, 0, 0), ORIGIN, 0.0, (90.0, -90.0, 0.0))])
+@example([((1e6, 0, 0), (0, -3, 0, 0), (1, 1, 1), 0.5, ORIGIN), ((-1e6,) * 3, (1,) * 4, ORIGIN, 1, ORIGIN)])
+def test_any_scene_is_read_back_with_all_of_its_rows(tmp_path: Path, suffix: str, scene: list[tuple]) -> None:
+    means, rotations, sizes, alphas, colors = (
+        np.array(column, np.float32) for column in zip(*scene, strict=True)
+    )
+    written = Gaussians(means, rotations, sizes, alphas, colors[:, None])
+    write_scene(written, tmp_path / f"a{suffix}", measures=True)
+    found, notes = read_scene(tmp_path / f"a{suffix}")
+    assert notes.rows_dropped == 0
+    # Opacities of 0 and 1 are exact in every format.
+    for exact in (0.0, 1.0):
+        assert (found.opacities == exact).sum() >= (written.opacities == exact).sum()
