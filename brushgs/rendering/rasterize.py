@@ -111,29 +111,21 @@ def rasterize(
             `relief` and they have no reliefs; if the brush of a box lies beyond the set; if a glaze is to
             have underpaint or streaks; or if `in_front_of` is of another size.
     """
-    if filter not in get_args(Filter):
-        raise ValueError(f"rasterize: filter must be one of {', '.join(get_args(Filter))}, got {filter!r}")
-    for name, side in (("height", height), ("width", width)):
-        if not 1 <= side <= MAX_SIDE:
-            raise ValueError(f"rasterize: {name} must be in 1 to {MAX_SIDE} pixels, got {side}")
-    if width * height > MAX_PIXELS:
-        raise ValueError(
-            f"rasterize: width x height must be at most {MAX_PIXELS} pixels, got {width} x {height}"
-        )
-    if not 0 <= min_transmittance < 1:
-        raise ValueError(f"rasterize: min_transmittance must be in [0, 1), got {min_transmittance}")
-    check_streaks("rasterize", streaks)
-    check_glaze("rasterize", blend, underpaint, streaks)
-    is_glaze = blend == "glaze"
-    relief = relief and not is_glaze
-    if relief:
-        check_relief("rasterize", boxes)
-    depth_test = depth_test_arguments("rasterize", boxes, in_front_of, height, width)
-    brush_set, threads = BrushSet.of(texture), num_threads_or_default(num_threads)
-    is_image = brush_set.kind == "image"
-    is_soft = boxes.softness is not None and is_image and not is_glaze
-    streaks = streaks if is_image else 0.0
-    boxes, exponent = _in_plain_range(boxes) if is_soft else (boxes, 0)
+    painted = RasterArguments(
+        boxes,
+        BrushSet.of(texture),
+        height,
+        width,
+        filter=filter,
+        underpaint=underpaint,
+        streaks=streaks,
+        relief=relief and blend != "glaze",
+        blend=blend,
+        in_front_of=in_front_of,
+        min_transmittance=min_transmittance,
+        num_threads=num_threads,
+    )
+    is_glaze, relief, boxes = blend == "glaze", painted.relief, painted.boxes
     attributes = {name: a for name, a in boxes.attributes().items() if depth or name != "depth"}
     attributes = {} if is_glaze else attributes
     is_single = boxes.centers.dtype == np.float32
@@ -142,30 +134,85 @@ def rasterize(
     layers = {name: new_plane([height, width, *a.shape[1:]]) for name, a in attributes.items()}
     height_plane = new_plane([height, width]) if relief else None
     _core.rasterize(
-        kernel=kernel_of(brush_set, filter),
-        levels=levels_for("rasterize", boxes, brush_set, filter, heights=relief, num_threads=threads).packed,
-        min_transmittance=float(min_transmittance),
-        num_threads=threads,
-        centers=boxes.centers,
-        half_extents=boxes.half_extents,
-        angles=boxes.angles,
-        colors=glaze_colors(boxes) if is_glaze else boxes.colors,
-        opacities=boxes.opacities,
+        **painted.of_core,
         attributes=list(attributes.values()),
-        depths=boxes.depths,
-        softness=boxes.softness if is_soft else None,
-        **underpaint_arguments("rasterize", boxes, brush_set, underpaint),
-        **streak_arguments(boxes, streaks, brush_set),
         **relief_arguments(boxes, height_plane),
         rgb=rgb,
         alpha=alpha,
         layers=list(layers.values()),
         blend=_core.Blend.glaze if is_glaze else _core.Blend.cover,
-        **depth_test,
     )
-    if exponent and "depth" in layers:
-        np.ldexp(layers["depth"], -exponent, out=layers["depth"])
+    if painted.exponent and "depth" in layers:
+        np.ldexp(layers["depth"], -painted.exponent, out=layers["depth"])
     return Frame(rgb, alpha, **layers, height=height_plane)
+
+
+class RasterArguments:
+    """What the core takes to paint boxes, or to list what paints them; arguments and checks of `rasterize`.
+
+    Attributes:
+        boxes: with lengths of the world in a unit that suits the dtype.
+        exponent: of that unit: 2^-exponent world units.
+        relief: whether there is a height.
+        of_core: by name.
+    """
+
+    def __init__(
+        self,
+        boxes: Boxes,
+        brushes: BrushSet,
+        height: int,
+        width: int,
+        *,
+        filter: Filter,
+        underpaint: Underpaint | None,
+        streaks: float,
+        relief: bool,
+        blend: Blend,
+        in_front_of: DepthTest | None,
+        min_transmittance: float,
+        num_threads: int | None,
+    ) -> None:
+        if filter not in get_args(Filter):
+            known = ", ".join(get_args(Filter))
+            raise ValueError(f"rasterize: filter must be one of {known}, got {filter!r}")
+        for name, side in (("height", height), ("width", width)):
+            if not 1 <= side <= MAX_SIDE:
+                raise ValueError(f"rasterize: {name} must be in 1 to {MAX_SIDE} pixels, got {side}")
+        if width * height > MAX_PIXELS:
+            raise ValueError(
+                f"rasterize: width x height must be at most {MAX_PIXELS} pixels, got {width} x {height}"
+            )
+        if not 0 <= min_transmittance < 1:
+            raise ValueError(f"rasterize: min_transmittance must be in [0, 1), got {min_transmittance}")
+        check_streaks("rasterize", streaks)
+        check_glaze("rasterize", blend, underpaint, streaks)
+        if relief:
+            check_relief("rasterize", boxes)
+        depth_test = depth_test_arguments("rasterize", boxes, in_front_of, height, width)
+        threads = num_threads_or_default(num_threads)
+        is_image, is_glaze = brushes.kind == "image", blend == "glaze"
+        is_soft = boxes.softness is not None and is_image and not is_glaze
+        streaks = streaks if is_image else 0.0
+        boxes, self.exponent = _in_plain_range(boxes) if is_soft else (boxes, 0)
+        self.boxes, self.relief = boxes, relief
+        levels = levels_for("rasterize", boxes, brushes, filter, heights=relief, num_threads=threads)
+        self.of_core: dict[str, Any] = {
+            "kernel": kernel_of(brushes, filter),
+            "levels": levels.packed,
+            "min_transmittance": float(min_transmittance),
+            "num_threads": threads,
+            "centers": boxes.centers,
+            "half_extents": boxes.half_extents,
+            "angles": boxes.angles,
+            "colors": glaze_colors(boxes) if is_glaze else boxes.colors,
+            "opacities": boxes.opacities,
+            "depths": boxes.depths,
+            "softness": boxes.softness if is_soft else None,
+            **underpaint_arguments("rasterize", boxes, brushes, underpaint),
+            **streak_arguments(boxes, streaks, brushes),
+            **depth_test,
+        }
 
 
 def _in_plain_range(boxes: Boxes) -> tuple[Boxes, int]:

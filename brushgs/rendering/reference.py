@@ -222,6 +222,68 @@ def rasterize(
     return Frame(rgb, alpha, **means, height=paint if relief else None)
 
 
+@dataclass(frozen=True)
+class Fragment:
+    """A stroke or its underpaint at a pixel.
+
+    Attributes:
+        row: of the box.
+        is_underpaint: whether it is underpaint.
+        weight: of its colour in that of the pixel.
+        shade: by which streaks multiply its colour.
+    """
+
+    row: int
+    is_underpaint: bool
+    weight: float
+    shade: float
+
+
+def fragments(
+    boxes: Boxes,
+    texture: Brushes,
+    *,
+    height: int,
+    width: int,
+    filter: Filter = "mip",
+    underpaint: Underpaint | None = None,
+    streaks: float = 0.0,
+    in_front_of: DepthTest | None = None,
+    min_transmittance: float = MIN_TRANSMITTANCE,
+) -> list[list[Fragment]]:
+    """What each pixel, row by row, is made of, nearest first; arguments as `rasterize`."""
+    textures = texture.textures if isinstance(texture, BrushSet) else (texture,)
+    is_soft = boxes.softness is not None and texture.kind == "image"
+    found: list[list[tuple[_Layer, float, float]]] = [[] for _ in range(height * width)]
+    for layer in _layers(boxes, textures, height, width, filter, underpaint, streaks, False):
+        seen = layer if in_front_of is None else _in_front_of(layer, boxes, in_front_of)
+        for y, x in np.argwhere(seen.alpha >= MIN_ALPHA):
+            pixel = (seen.window[0].start + y) * width + seen.window[1].start + x
+            found[pixel].append((seen, float(seen.alpha[y, x]), float(seen.shade[y, x])))
+    pixels = []
+    for own in found:
+        alphas = np.array([alpha for _, alpha, _ in own])
+        if is_soft and own:
+            assert boxes.softness is not None, "the soft order is that of softness"
+            softness = [0.0 if one.is_underpaint else float(boxes.softness[one.row]) for one, _, _ in own]
+            depths = np.array([one.depth for one, _, _ in own])
+            weights, _ = soft_weights(alphas, depths, np.array(softness), min_transmittance)
+        else:
+            weights, light = np.zeros(len(own)), 1.0
+            for i, alpha in enumerate(alphas):
+                if light * (1 - alpha) < min_transmittance:
+                    break
+                weights[i], light = light * alpha, light * (1 - alpha)
+        pixels.append(
+            [
+                Fragment(one.row, one.is_underpaint, float(weight), shade)
+                for (one, _, shade), weight in zip(own, weights, strict=True)
+                if weight > 0
+            ]
+        )
+    return pixels
+
+
 def _glaze(boxes: Boxes, layers: Iterable["_Layer"], height: int, width: int) -> Frame:
     """Boxes that tint what lies behind them."""
     tint, transmittance = np.ones((height, width, 3)), np.ones((height, width))

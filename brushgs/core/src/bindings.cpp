@@ -14,6 +14,8 @@
 #include "brushgs/coats.hpp"
 #include "brushgs/cpu.hpp"
 #include "brushgs/finish.hpp"
+#include "brushgs/fragment_layers.hpp"
+#include "brushgs/fragments.hpp"
 #include "brushgs/frame_pool.hpp"
 #include "brushgs/light.hpp"
 #include "brushgs/nearest.hpp"
@@ -68,6 +70,12 @@ nb::object table(brushgs::Buffer<T>& memory, std::size_t rows, std::size_t width
 }
 
 // An array of shape [count] in memory that becomes its own.
+template <class T>
+nb::object row(brushgs::Buffer<T>& memory, std::size_t count) {
+    T* values = memory.release();
+    return column(values, count, 0, nb::capsule(values, [](void* p) noexcept { brushgs::Free{}(p); }));
+}
+
 template <class T>
 nb::object row(std::unique_ptr<T[]> memory, std::size_t count) {
     T* values = memory.release();
@@ -479,6 +487,125 @@ void def_rasterize_backward(nb::module_& m) {
           "are as many.");
 }
 
+// Fragments
+
+template <class T>
+nb::tuple fragments(brushgs::Kernel kernel, const Levels& levels, double min_transmittance, int num_threads,
+                    In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles, In<T, 2> colors, In<T, 1> opacities,
+                    In<T, 1> depths, std::optional<In<T, 1>> softness, std::optional<In<T, 1>> setbacks,
+                    double underpaint_reach, std::optional<In<double, 1>> underpaint_reaches, double underpaint_opacity,
+                    std::optional<In<std::uint16_t, 1>> streak_noise, std::optional<In<std::uint8_t, 1>> streak_starts,
+                    std::optional<In<T, 2>> streak_weights, std::optional<In<T, 2>> limits,
+                    std::optional<In<T, 2>> fades, std::size_t height, std::size_t width, int first_row, int end_row) {
+    auto params = raster_params(kernel, levels, height, width, min_transmittance, num_threads);
+    params.first_row = first_row;
+    params.end_row = end_row;
+    const brushgs::BoxView<T> boxes{.count = centers.shape(0),
+                                    .centers = centers.data(),
+                                    .half_extents = half_extents.data(),
+                                    .angles = angles.data(),
+                                    .colors = colors.data(),
+                                    .opacities = opacities.data(),
+                                    .layers = {},
+                                    .depths = depths.data(),
+                                    .softness = data_or_null(softness),
+                                    .underpaint = {.setbacks = data_or_null(setbacks),
+                                                   .reach = underpaint_reach,
+                                                   .reaches = data_or_null(underpaint_reaches),
+                                                   .opacity = underpaint_opacity},
+                                    .streaks = {.noise = data_or_null(streak_noise),
+                                                .starts = data_or_null(streak_starts),
+                                                .weights = data_or_null(streak_weights)},
+                                    .limits = data_or_null(limits),
+                                    .fades = data_or_null(fades)};
+    brushgs::Fragments<T> found;
+    {
+        const nb::gil_scoped_release without_gil;
+        found = brushgs::find_fragments(params, boxes);
+    }
+    return nb::make_tuple(row(found.starts, found.num_pixels + 1), row(found.rows, found.count),
+                          row(found.weights, found.count), row(found.shades, found.count),
+                          row(found.is_underpaint, found.count));
+}
+
+template <class T>
+brushgs::FragmentView<T> view_of(const In<std::int64_t, 1>& starts, const In<std::int32_t, 1>& marks,
+                                 const In<T, 1>& weights) {
+    return {starts.data(), marks.data(), weights.data(), nullptr, nullptr, starts.size() - 1};
+}
+
+template <class T>
+void sum_fragments(In<std::int64_t, 1> starts, In<std::int32_t, 1> marks, In<T, 1> weights, In<T, 2> values,
+                   Out<T, 2> sums, int num_threads) {
+    const auto view = view_of<T>(starts, marks, weights);
+    const nb::gil_scoped_release without_gil;
+    brushgs::sum_fragments(view, values.data(), values.shape(1), num_threads, sums.data());
+}
+
+template <class T>
+nb::tuple share_fragments(In<std::int64_t, 1> starts, In<std::int32_t, 1> marks, In<T, 1> weights,
+                          In<std::int32_t, 1> keys, double least, int num_threads) {
+    const auto view = view_of<T>(starts, marks, weights);
+    brushgs::Shares<T> shares;
+    {
+        const nb::gil_scoped_release without_gil;
+        shares = brushgs::share_fragments(view, keys.data(), static_cast<T>(least), num_threads);
+    }
+    return nb::make_tuple(row(shares.starts, shares.num_pixels + 1), row(shares.keys, shares.count),
+                          row(shares.weights, shares.count));
+}
+
+template <class T>
+void make_samples(In<std::int64_t, 1> starts, In<std::int32_t, 1> marks, In<T, 1> weights, In<T, 1> shades,
+                  In<std::uint8_t, 1> is_underpaint, In<T, 2> colors, In<T, 1> depths, In<T, 1> setbacks,
+                  In<std::uint32_t, 1> ids, In<std::uint8_t, 1> coats,
+                  const std::vector<std::optional<In<T, 2>>>& tints, std::optional<In<T, 2>> rest_rgb,
+                  std::optional<In<T, 1>> rest_alpha, double rest_depth, std::optional<In<T, 1>> factors,
+                  std::optional<In<T, 1>> shines, In<std::int64_t, 1> sample_starts, Out<float, 2> sample_colors,
+                  Out<float, 1> sample_alphas, Out<float, 1> sample_depths, Out<std::uint32_t, 1> sample_ids,
+                  int num_threads) {
+    auto view = view_of<T>(starts, marks, weights);
+    view.shades = shades.data();
+    view.is_underpaint = is_underpaint.data();
+    brushgs::MarkView<T> of_marks{colors.data(), depths.data(), setbacks.data(), ids.data(), coats.data(), {}};
+    for (const auto& tint : tints) of_marks.tints.push_back(data_or_null(tint));
+    const brushgs::Setting<T> setting{data_or_null(rest_rgb), data_or_null(rest_alpha), static_cast<T>(rest_depth),
+                                      data_or_null(factors), data_or_null(shines)};
+    const brushgs::SamplesOut out{sample_starts.data(), sample_colors.data(), sample_alphas.data(),
+                                  sample_depths.data(), sample_ids.data()};
+    const nb::gil_scoped_release without_gil;
+    brushgs::make_samples(view, of_marks, setting, num_threads, out);
+}
+
+template <class T>
+void def_fragments(nb::module_& m) {
+    m.def("fragments", &fragments<T>, nb::kw_only(), "kernel"_a, "levels"_a, "min_transmittance"_a, "num_threads"_a,
+          "centers"_a.noconvert(), "half_extents"_a.noconvert(), "angles"_a.noconvert(), "colors"_a.noconvert(),
+          "opacities"_a.noconvert(), "depths"_a.noconvert(), "softness"_a.noconvert().none(),
+          "setbacks"_a.noconvert().none(), "underpaint_reach"_a, "underpaint_reaches"_a.noconvert().none(),
+          "underpaint_opacity"_a, "streak_noise"_a.noconvert().none(), "streak_starts"_a.noconvert().none(),
+          "streak_weights"_a.noconvert().none(), "limits"_a.noconvert().none(), "fades"_a.noconvert().none(),
+          "height"_a, "width"_a, "first_row"_a, "end_row"_a,
+          "Of boxes painted as `rasterize` paints them, what the rows first_row to end_row - 1 are made of: starts "
+          "[pixels + 1], and for each fragment, nearest first in each pixel, its box, its weight, its shade and "
+          "whether it is underpaint. first_row is a multiple of TILE_HEIGHT. See fragments.hpp.");
+    m.def("sum_fragments", &sum_fragments<T>, nb::kw_only(), "starts"_a.noconvert(), "marks"_a.noconvert(),
+          "weights"_a.noconvert(), "values"_a.noconvert(), "sums"_a.noconvert(), "num_threads"_a,
+          "Write to sums [pixels, channels] those of weight x values [marks, channels]. See fragment_layers.hpp.");
+    m.def("share_fragments", &share_fragments<T>, nb::kw_only(), "starts"_a.noconvert(), "marks"_a.noconvert(),
+          "weights"_a.noconvert(), "keys"_a.noconvert(), "least"_a, "num_threads"_a,
+          "The sums of weights in each pixel by the keys [marks], largest first, as starts [pixels + 1], keys and "
+          "sums; less than `least` of a pixel is left out. See fragment_layers.hpp.");
+    m.def("make_samples", &make_samples<T>, nb::kw_only(), "starts"_a.noconvert(), "marks"_a.noconvert(),
+          "weights"_a.noconvert(), "shades"_a.noconvert(), "is_underpaint"_a.noconvert(), "colors"_a.noconvert(),
+          "depths"_a.noconvert(), "setbacks"_a.noconvert(), "ids"_a.noconvert(), "coats"_a.noconvert(), "tints"_a,
+          "rest_rgb"_a.noconvert().none(), "rest_alpha"_a.noconvert().none(), "rest_depth"_a,
+          "factors"_a.noconvert().none(), "shines"_a.noconvert().none(), "sample_starts"_a.noconvert(),
+          "sample_colors"_a.noconvert(), "sample_alphas"_a.noconvert(), "sample_depths"_a.noconvert(),
+          "sample_ids"_a.noconvert(), "num_threads"_a,
+          "Write a sample for each fragment, and one for the rest behind them. See fragment_layers.hpp.");
+}
+
 template <class T>
 void finish(In<T, 3> rgb, In<T, 2> alpha, AnyIn<T> background, Out<std::uint8_t, 3> bytes) {
     const nb::gil_scoped_release without_gil;
@@ -686,6 +813,7 @@ NB_MODULE(_core, m) {
     m.attr("BRISTLES") = brushgs::kBristles;
     m.attr("BRISTLE_MARGIN") = brushgs::kBristleMargin;
     m.attr("GAUSSIAN_SIGMAS") = brushgs::kGaussianSigmas;
+    m.attr("TILE_HEIGHT") = brushgs::kTileHeight;
     m.attr("AREA_SCALE_STEPS") = brushgs::kAreaScaleSteps;
     m.attr("MOST_DIMENSIONS") = brushgs::kMostDimensions;
     nb::enum_<brushgs::Kernel>(m, "Kernel", "What a box is filled with.")
@@ -712,6 +840,8 @@ NB_MODULE(_core, m) {
     def_rasterize<double>(m);
     def_rasterize_backward<float>(m);
     def_rasterize_backward<double>(m);
+    def_fragments<float>(m);
+    def_fragments<double>(m);
     def_light<float>(m);
     def_light<double>(m);
     def_finish<float>(m);

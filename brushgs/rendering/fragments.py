@@ -1,0 +1,158 @@
+"""Fragments: what pixels are made of, a stroke or its underpaint each, front to back, with their weights.
+
+The weight of a fragment is what it counts in the colour of its pixel; the sum of weights is alpha. They are
+found anew by the rasteriser's own arithmetic, some rows of a picture at a time, for a picture has many.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import U8, Array
+from brushgs.brushes.brush_set import BrushSet
+from brushgs.native import core as _core
+from brushgs.rendering.rasterize import RasterArguments
+from brushgs.threads import num_threads_or_default
+
+if TYPE_CHECKING:
+    from brushgs.rendering.depth_test import DepthTest
+    from brushgs.rendering.options import RenderOptions
+    from brushgs.scene import Boxes, Camera
+
+TILE_HEIGHT: int = _core.TILE_HEIGHT  # rows of pixels; fragments are found in whole tiles
+
+
+@dataclass(frozen=True, eq=False)
+class Shares:
+    """What each pixel is covered by, most first.
+
+    Attributes:
+        starts: [P + 1] int64: pixel i has the entries starts[i] to starts[i + 1] - 1.
+        keys: [n] int32.
+        weights: [n] how much each covers.
+    """
+
+    starts: NDArray[np.int64]  # [P + 1]
+    keys: NDArray[np.int32]  # [n]
+    weights: Array  # [n]
+
+
+@dataclass(frozen=True, eq=False)
+class Fragments:
+    """F fragments of P pixels, front to back in each.
+
+    Attributes:
+        starts: [P + 1] int64: pixel i has the fragments starts[i] to starts[i + 1] - 1.
+        marks: [F] int32, the box of each, or its row in a table of several sets of boxes.
+        weights: [F] of its colour in that of the pixel.
+        shades: [F] by which streaks multiply its colour.
+        is_underpaint: [F] uint8, 0 or 1.
+    """
+
+    starts: NDArray[np.int64]  # [P + 1]
+    marks: NDArray[np.int32]  # [F]
+    weights: Array  # [F]
+    shades: Array  # [F]
+    is_underpaint: U8  # [F]
+
+    def __len__(self) -> int:
+        return len(self.marks)
+
+    @property
+    def num_pixels(self) -> int:
+        """P."""
+        return len(self.starts) - 1
+
+    def scaled(self, scales: Array) -> "Fragments":
+        """The same with the weights of each pixel times its scale, [P]."""
+        of_each = np.repeat(scales.astype(self.weights.dtype, copy=False), np.diff(self.starts))
+        return Fragments(self.starts, self.marks, self.weights * of_each, self.shades, self.is_underpaint)
+
+    def sums(self, values: Array, num_threads: int | None = None) -> Array:
+        """[P, C] the sum over the fragments of each pixel of weight x value of its mark, [marks, C]."""
+        sums = np.empty((self.num_pixels, values.shape[1]), self.weights.dtype)
+        _core.sum_fragments(
+            **self._weighted(),
+            values=np.ascontiguousarray(values, self.weights.dtype),
+            sums=sums,
+            num_threads=num_threads_or_default(num_threads),
+        )
+        return sums
+
+    def shares(self, keys: NDArray[np.int32], least: float, num_threads: int | None = None) -> Shares:
+        """The sums of weights in each pixel by the keys [marks] of their marks, largest first, ties by key.
+
+        The last of a pixel are left out while they cover less than `least` of it together, but for the first.
+        """
+        threads = num_threads_or_default(num_threads)
+        return Shares(*_core.share_fragments(**self._weighted(), keys=keys, least=least, num_threads=threads))
+
+    def _weighted(self) -> dict[str, Any]:
+        return {"starts": self.starts, "marks": self.marks, "weights": self.weights}
+
+
+def no_fragments(num_pixels: int, dtype: np.dtype[Any]) -> Fragments:
+    """Pixels without any."""
+    starts, none = np.zeros(num_pixels + 1, np.int64), np.empty(0, dtype)
+    return Fragments(starts, np.empty(0, np.int32), none, none, np.empty(0, np.uint8))
+
+
+def stacked(parts: Sequence[Fragments]) -> Fragments:
+    """Fragments of the same pixels behind each other, those of the first in front."""
+    counts = [np.diff(part.starts) for part in parts]
+    starts = np.concatenate([np.zeros(1, np.int64), np.cumsum(sum(counts))])
+    total = int(starts[-1])
+    columns: dict[str, NDArray[Any]] = {
+        name: np.empty(total, getattr(parts[0], name).dtype)
+        for name in ("marks", "weights", "shades", "is_underpaint")
+    }
+    before = starts[:-1].copy()
+    for part, count in zip(parts, counts, strict=True):
+        places = np.arange(len(part)) + np.repeat(before - part.starts[:-1], count)
+        for name, column in columns.items():
+            column[places] = getattr(part, name)
+        before += count
+    return Fragments(starts, **columns)
+
+
+class FragmentFinder:
+    """Finds the fragments of boxes that are painted by `rasterize_with`, some rows of the picture at a time.
+
+    Args:
+        boxes: what is painted; paint that covers.
+        camera: gives the size.
+        texture: see `rasterize`.
+        options: see `rasterize_with`.
+        in_front_of: see `rasterize`.
+    """
+
+    def __init__(
+        self,
+        boxes: "Boxes",
+        camera: "Camera",
+        texture: Any,
+        options: "RenderOptions",
+        in_front_of: "DepthTest | None" = None,
+    ) -> None:
+        self._size = {"height": camera.height, "width": camera.width}
+        self._of_core = RasterArguments(
+            boxes,
+            BrushSet.of(texture),
+            **self._size,
+            filter=options.filter,
+            underpaint=options.underpaint,
+            streaks=options.streaks,
+            relief=False,
+            blend="cover",
+            in_front_of=in_front_of,
+            min_transmittance=options.min_transmittance,
+            num_threads=options.num_threads,
+        ).of_core
+
+    def find(self, first_row: int, end_row: int) -> Fragments:
+        """The fragments of the rows `first_row`, a multiple of `TILE_HEIGHT`, to `end_row` - 1."""
+        arguments: dict[str, Any] = {**self._of_core, **self._size}
+        return Fragments(*_core.fragments(**arguments, first_row=first_row, end_row=end_row))
