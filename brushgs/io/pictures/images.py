@@ -23,12 +23,14 @@ from brushgs.io.pictures.formats import PICTURE_SUFFIXES, WRITTEN_PICTURES, Pict
 from brushgs.io.pictures.identify import find_format, suffixed
 from brushgs.io.pictures.limits import MAX_PIXELS, check_pixels
 from brushgs.io.pictures.oiio import Background, first_line
+from brushgs.io.pictures.shot import Shot
 from brushgs.scene import Frame
 
 if TYPE_CHECKING:
     import OpenImageIO
 
-_MAX_CHANNELS = 4  # at MAX_PIXELS; smaller pictures may have more
+_MAX_CHANNELS = 4  # that are decoded at once, at MAX_PIXELS; smaller pictures may have more
+_MAX_LAYERED = 64  # the same of all channels of a picture whose decoder takes few rows at a time
 _NUM_ROWS = 64  # converted at a time
 
 
@@ -113,9 +115,12 @@ def _check_spec(path: Path, spec: "OpenImageIO.ImageSpec", max_pixels: int) -> N
     check_pixels(path, spec.width, spec.height, max_pixels)
     if not all(number > 0 for number in (spec.width, spec.height, spec.nchannels)):
         raise SceneError(path, "holds no pixels; get it again")
-    # Tiles are decoded completely, however small the picture is.
-    side = max(spec.width * spec.height, spec.tile_width * spec.tile_height * max(spec.tile_depth, 1))
-    if side * spec.nchannels > max_pixels * _MAX_CHANNELS:
+    # Tiles are decoded completely, however small the picture is; of an EXR file without, blocks of rows.
+    num_rows = 0 if spec.tile_width else spec.get_int_attribute("oiio:RowsPerChunk")
+    num_rows = min(max(num_rows, _NUM_ROWS), spec.height) if num_rows else spec.height
+    at_once = max(spec.width * num_rows, spec.tile_width * spec.tile_height * max(spec.tile_depth, 1))
+    in_all = spec.width * spec.height
+    if spec.nchannels * max(at_once / _MAX_CHANNELS, in_all / _MAX_LAYERED) > max_pixels:
         fact = f"holds {spec.nchannels} channels in {spec.width}x{spec.height} pixels and tiles of"
         tile = f"{spec.tile_width}x{spec.tile_height}, which is too much"
         raise SceneError(path, f"{fact} {tile}; save it with its colours only")
@@ -134,7 +139,7 @@ def _display_encoded(path: Path, source: "OpenImageIO.ImageInput", *, is_linear:
         raise SceneError(path, "holds no colours, only alpha or depth; save it with at least a grey channel")
     is_associated = has_alpha and not spec.get_int_attribute("oiio:UnassociatedAlpha")
     image = np.empty((spec.height, spec.width, len(chosen)), np.float32)
-    for start, pixels in _blocks(path, source, spec):
+    for start, pixels in _blocks(path, source, spec, max(chosen) + 1):
         if not (np.isfinite(pixels.min()) and np.isfinite(pixels.max())):
             raise SceneError(path, "holds NaN or infinity; write it again with finite values")
         rows = image[start : start + len(pixels)]
@@ -150,22 +155,25 @@ def _display_encoded(path: Path, source: "OpenImageIO.ImageInput", *, is_linear:
 
 
 def _blocks(
-    path: Path, source: "OpenImageIO.ImageInput", spec: "OpenImageIO.ImageSpec"
+    path: Path, source: "OpenImageIO.ImageInput", spec: "OpenImageIO.ImageSpec", num_channels: int
 ) -> Iterator[tuple[int, F32]]:
-    """First row and pixels [rows, W, channels] of a picture, from the top; all at once if it has tiles."""
+    """First row and pixels [rows, W, channels] of a picture, from the top; all at once if it has tiles.
+
+    Of its channels the first are read.
+    """
     import OpenImageIO
 
     step = spec.height if spec.tile_width else _NUM_ROWS
     for start in range(0, spec.height, step):
         stop = min(start + step, spec.height)
         if spec.tile_width:
-            pixels = source.read_image(0, 0, 0, spec.nchannels, OpenImageIO.FLOAT)
+            pixels = source.read_image(0, 0, 0, num_channels, OpenImageIO.FLOAT)
         else:  # the first row of a file may have any number
-            place = spec.y + start, spec.y + stop, spec.z, 0, spec.nchannels, OpenImageIO.FLOAT
+            place = spec.y + start, spec.y + stop, spec.z, 0, num_channels, OpenImageIO.FLOAT
             pixels = source.read_scanlines(0, 0, *place)
         if pixels is None:
             raise SceneError(path, f"is damaged ({first_line(source.geterror())}); get it again")
-        yield start, pixels.reshape(stop - start, spec.width, spec.nchannels)
+        yield start, pixels.reshape(stop - start, spec.width, num_channels)
 
 
 def _upright(pixels: F32, spec: "OpenImageIO.ImageSpec") -> F32:
@@ -180,18 +188,21 @@ def _upright(pixels: F32, spec: "OpenImageIO.ImageSpec") -> F32:
     return np.ascontiguousarray(pixels)
 
 
-def write_frame(frame: Frame, path: str | Path, background: Background = None) -> None:
-    """Write a frame; the suffix decides: .png, .jpg, .webp (8 bit), .tif (16 bit), .exr (float).
+def write_frame(
+    frame: Frame, path: str | Path, background: Background = None, *, shot: Shot | None = None
+) -> None:
+    """Write a frame; the suffix decides: .png, .jpg, .webp (8 bit), .tif (16 bit), .exr (half float).
 
     All but EXR are display-encoded, with straight alpha if there is no background. EXR holds linear
-    light, premultiplied as EXR asks for, and the depth as channel Z if the frame has one. Equal frames
-    give equal bytes.
+    light, premultiplied as EXR asks for, always with alpha; the depth as channel Z if the frame has one, and
+    the layers of the frame; see `brushgs.io.pictures.exr`. Equal frames give equal bytes.
 
     Args:
         frame: the picture.
         path: the name of the file; it appears when it is complete.
         background: None keeps the transparency; one RGB colour or an [H, W, 3] array, display-encoded,
-            is put behind the picture, which is then written without alpha.
+            is put behind the picture, which is then written without alpha (EXR: with an alpha of 1).
+        shot: what is known of the picture beside its pixels; EXR holds it.
 
     Raises:
         ValueError: if the suffix is none of the above, the background does not fit, or there is none for a
@@ -200,20 +211,25 @@ def write_frame(frame: Frame, path: str | Path, background: Background = None) -
     """
     picture_format = find_by_suffix(WRITTEN_PICTURES, path)
     if picture_format is None:
-        known = ", ".join(PICTURE_SUFFIXES)
+        suffixes = ", ".join(PICTURE_SUFFIXES)
         raise ValueError(
-            f"write_frame: path must end in one of {known}, got {str(path)!r}; change the suffix"
+            f"write_frame: path must end in one of {suffixes}, got {str(path)!r}; change the suffix"
         )
-    import_module(f"brushgs.io.pictures.{picture_format.writer}").write(frame, path, background)
+    # What holds the depth holds all else that compositing takes.
+    known = {"shot": shot} if picture_format.holds_depth else {}
+    import_module(f"brushgs.io.pictures.{picture_format.writer}").write(frame, path, background, **known)
 
 
-def encode_frame(frame: Frame, suffix: str, background: Background = None) -> bytes:
+def encode_frame(
+    frame: Frame, suffix: str, background: Background = None, *, shot: Shot | None = None
+) -> bytes:
     """The bytes of the file that `write_frame` would write.
 
     Args:
         frame: the picture.
         suffix: one of `PICTURE_SUFFIXES`.
         background: see `write_frame`.
+        shot: see `write_frame`.
 
     Raises:
         ValueError: see `write_frame`.
@@ -222,5 +238,5 @@ def encode_frame(frame: Frame, suffix: str, background: Background = None) -> by
     # OpenImageIO writes to named files only.
     with tempfile.TemporaryDirectory(prefix="brushgs-") as folder:
         path = Path(folder) / f"frame{suffix}"
-        write_frame(frame, path, background=background)
+        write_frame(frame, path, background=background, shot=shot)
         return path.read_bytes()

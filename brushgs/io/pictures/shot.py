@@ -1,0 +1,31 @@
+"""What is known of a picture beside its pixels, for formats that hold it: OpenEXR does."""
+
+from dataclasses import dataclass
+from pathlib import PurePath
+
+from brushgs.scene import Camera
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """Where a picture stands in a film, and how it was seen. What is None is not known and not written.
+
+    Attributes:
+        camera: that sees the picture.
+        number: of the frame, as in the name of its file.
+        fps: frames a second.
+        manifest: the file with the names of the strokes of all frames (`write_manifest`), as it is named
+            from the folder of the picture; None where the names stand in the picture itself.
+
+    Raises:
+        ValueError: if `fps` is not above 0.
+    """
+
+    camera: Camera | None = None
+    number: int | None = None
+    fps: float | None = None
+    manifest: PurePath | None = None
+
+    def __post_init__(self) -> None:
+        if self.fps is not None and not 0 < self.fps < float("inf"):
+            raise ValueError(f"Shot: fps must be > 0, got {self.fps}")

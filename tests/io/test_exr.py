@@ -1,0 +1,305 @@
+"""Flat OpenEXR files: what they hold, by OpenImageIO and by a strict reader of the tests' own."""
+
+from collections.abc import Mapping
+from pathlib import Path, PurePath
+
+import numpy as np
+import OpenImageIO
+import pytest
+
+from brushgs import Camera, Frame, SceneError
+from brushgs.colors import linear_from_srgb
+from brushgs.io.pictures.images import encode_frame, read_image, write_frame
+from brushgs.io.pictures.shot import Shot
+from brushgs.layers import Matte
+from tests.io.exr_reader import read_header
+
+HEIGHT, WIDTH = 70, 9  # more rows than are written at a time
+HALF = 2.0**-11  # the largest relative error of rounding to a half float
+
+
+def make_frame(*, depth: bool = False, layers: Mapping[str, object] | None = None) -> Frame:
+    """A frame with every kind of alpha: none, full and between."""
+    rng = np.random.default_rng(7)
+    alpha = rng.random((HEIGHT, WIDTH)).astype(np.float32)
+    alpha[0], alpha[1] = 0, 1
+    rgb = (rng.random((HEIGHT, WIDTH, 3)) * alpha[..., None]).astype(np.float32)
+    return Frame(rgb, alpha, 1 + alpha if depth else None, layers=layers or {})
+
+
+def make_layers() -> dict[str, object]:
+    rng = np.random.default_rng(3)
+
+    def values(*shape: int) -> np.ndarray:
+        return rng.standard_normal((HEIGHT, WIDTH, *shape)).astype(np.float32)
+
+    unlit_alpha = rng.random((HEIGHT, WIDTH, 1)).astype(np.float32)
+    unlit = np.concatenate([rng.random((HEIGHT, WIDTH, 3)) * unlit_alpha, unlit_alpha], -1)
+    rows = np.tile(np.int32([1, 0, -1]), (HEIGHT, WIDTH, 1))
+    coverage = np.tile(np.float32([0.5, 0.25, 0]), (HEIGHT, WIDTH, 1))
+    return {
+        "depth": abs(values()),
+        "normal": values(3),
+        "motion": values(2) * 1000,
+        "uv": rng.random((HEIGHT, WIDTH, 2)).astype(np.float32),
+        "height": values(),
+        "unlit": unlit.astype(np.float32),
+        "stroke": Matte(("a_0", "a_1"), rows, coverage),
+        "layer": Matte(("a", "ground"), rows, coverage),
+    }
+
+
+def stored(path: Path) -> dict[str, np.ndarray]:
+    """The channels of a file by name, as OpenImageIO reads them."""
+    source = OpenImageIO.ImageInput.open(str(path))
+    names = source.spec().channelnames
+    pixels = source.read_image(0, 0, 0, len(names), OpenImageIO.FLOAT)
+    source.close()
+    return dict(zip(names, np.moveaxis(pixels, -1, 0), strict=True))
+
+
+def straight(frame: Frame) -> np.ndarray:
+    with np.errstate(invalid="ignore"):
+        return np.nan_to_num(frame.rgb / frame.alpha[..., None])
+
+
+def camera() -> Camera:
+    K = [[50.0, 0, 4.0], [0, 55.0, 30.0], [0, 0, 1]]
+    seen = Camera.look_at((1, -2, 3), (0, 0.5, 0.2), (0, -1, 0.3), width=WIDTH, height=HEIGHT)
+    return Camera(seen.viewmat, np.array(K), WIDTH, HEIGHT, near=0.1)
+
+
+# ---- the picture
+
+
+def test_the_picture_is_premultiplied_linear_light_in_half_floats(tmp_path: Path) -> None:
+    frame = make_frame()
+    write_frame(frame, tmp_path / "a.exr")
+    channels = stored(tmp_path / "a.exr")
+    assert list(channels) == ["R", "G", "B", "A"]
+    light = linear_from_srgb(straight(frame)) * frame.alpha[..., None]
+    for i, name in enumerate("RGB"):
+        np.testing.assert_allclose(channels[name], light[..., i], rtol=HALF, atol=1e-7)
+    np.testing.assert_allclose(channels["A"], frame.alpha, rtol=HALF)
+    header = read_header(tmp_path / "a.exr")
+    assert header.channels == dict.fromkeys("ABGR", "half")
+    assert header.version == 2  # single part, scan lines, flat, short names
+    assert header.attributes["compression"] == ("compression", 3)  # ZIP of 16 rows
+    assert header.value("dataWindow") == header.value("displayWindow") == (0, 0, WIDTH - 1, HEIGHT - 1)
+
+
+def test_the_depth_is_exact(tmp_path: Path) -> None:
+    frame = make_frame(depth=True)
+    write_frame(frame, tmp_path / "a.exr")
+    np.testing.assert_array_equal(stored(tmp_path / "a.exr")["Z"], frame.depth)
+    assert read_header(tmp_path / "a.exr").channels == dict.fromkeys("ABGR", "half") | {"Z": "float"}
+
+
+def test_it_reads_back_as_display_encoded_straight_colour(tmp_path: Path) -> None:
+    frame = make_frame(depth=True, layers=make_layers())
+    write_frame(frame, tmp_path / "a.exr")
+    pixels = read_image(tmp_path / "a.exr")
+    assert pixels.shape == (HEIGHT, WIDTH, 4)
+    np.testing.assert_allclose(pixels[..., :3], straight(frame), atol=0.5 / 255)
+    np.testing.assert_allclose(pixels[..., 3], frame.alpha, atol=HALF)
+
+
+@pytest.mark.parametrize("kind", ["colour", "picture"])
+def test_on_a_background_alpha_is_1_and_layers_tell_how_much_is_painted(tmp_path: Path, kind: str) -> None:
+    ground = np.random.default_rng(1).random((HEIGHT, WIDTH, 3)).astype(np.float32)
+    background = (1.0, 0.5, 0.0) if kind == "colour" else ground
+    frame = make_frame(depth=True)
+    write_frame(frame, tmp_path / "a.exr", background)
+    channels = stored(tmp_path / "a.exr")
+    assert list(channels) == ["R", "G", "B", "A", "Z"]
+    assert (channels["A"] == 1).all()
+    light = linear_from_srgb(frame.over(background))
+    np.testing.assert_allclose(channels["G"], light[..., 1], rtol=HALF, atol=1e-7)
+    np.testing.assert_allclose(
+        read_image(tmp_path / "a.exr")[..., :3], frame.over(background), atol=0.5 / 255
+    )
+    layered = make_frame(layers=make_layers())
+    write_frame(layered, tmp_path / "b.exr", background)
+    channels = stored(tmp_path / "b.exr")
+    np.testing.assert_allclose(channels["paint.A"], layered.alpha, rtol=HALF)
+    assert (channels["unlit.A"] == 1).all()
+    unlit = layered.layers["unlit"]
+    expected = linear_from_srgb(Frame(unlit[..., :3], unlit[..., 3]).over(background))
+    np.testing.assert_allclose(channels["unlit.B"], expected[..., 2], rtol=HALF, atol=1e-7)
+
+
+def test_an_alpha_of_1_and_the_header_cost_next_to_nothing(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    frame = Frame(rng.random((256, 256, 3)).astype(np.float32), np.ones((256, 256), np.float32))
+    assert len(encode_frame(frame, ".exr", (1.0, 1.0, 1.0))) < 256 * 256 * 3 * 2 * 1.01 + 2000
+
+
+def test_numbers_beyond_half_floats_stay_finite(tmp_path: Path) -> None:
+    frame = Frame(np.full((2, 2, 3), 1e9, np.float32), np.ones((2, 2), np.float32))
+    write_frame(frame, tmp_path / "a.exr")
+    assert stored(tmp_path / "a.exr")["R"].max() == 65504
+
+
+# ---- layers
+
+
+def test_every_layer_stands_under_its_name_with_the_axes_of_compositors(tmp_path: Path) -> None:
+    layers = make_layers()
+    frame = make_frame(layers=layers)
+    write_frame(frame, tmp_path / "a.exr")
+    channels = stored(tmp_path / "a.exr")
+    np.testing.assert_array_equal(channels["Z"], layers["depth"])
+    for i, (name, sign) in enumerate((("N.X", 1), ("N.Y", -1), ("N.Z", -1))):
+        np.testing.assert_allclose(channels[name], sign * layers["normal"][..., i], rtol=HALF)
+    np.testing.assert_array_equal(channels["forward.u"], layers["motion"][..., 0])
+    np.testing.assert_array_equal(channels["forward.v"], -layers["motion"][..., 1])
+    np.testing.assert_allclose(channels["stroke.u"], layers["uv"][..., 0], rtol=HALF)
+    np.testing.assert_allclose(channels["stroke.v"], layers["uv"][..., 1], rtol=HALF)
+    np.testing.assert_allclose(channels["height.Y"], layers["height"], rtol=HALF)
+    unlit = layers["unlit"]
+    light = linear_from_srgb(unlit[..., :3] / unlit[..., 3:]) * unlit[..., 3:]
+    np.testing.assert_allclose(channels["unlit.R"], light[..., 0], rtol=2 * HALF, atol=1e-7)
+    np.testing.assert_allclose(channels["unlit.A"], unlit[..., 3], rtol=HALF)
+
+
+def test_types_are_those_that_serve_and_names_have_one_dot(tmp_path: Path) -> None:
+    write_frame(make_frame(layers=make_layers()), tmp_path / "a.exr", (1.0, 1.0, 1.0))
+    types = read_header(tmp_path / "a.exr").channels
+    floats = {name for name, kind in types.items() if kind == "float"}
+    assert floats == {"Z", "forward.u", "forward.v"} | {name for name in types if name.startswith("Crypto")}
+    assert {name for name in types if not name.startswith("Crypto")} == {
+        *("R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "forward.u", "forward.v", "stroke.u", "stroke.v"),
+        *("height.Y", "unlit.R", "unlit.G", "unlit.B", "unlit.A", "paint.A"),
+    }
+    assert all(name.count(".") <= 1 and not name[0].isdigit() for name in types)
+
+
+def test_readers_find_alpha_and_depth_of_the_picture_among_those_of_layers(tmp_path: Path) -> None:
+    write_frame(make_frame(layers=make_layers()), tmp_path / "a.exr")
+    spec = OpenImageIO.ImageInput.open(str(tmp_path / "a.exr")).spec()
+    assert (spec.channelnames[spec.alpha_channel], spec.channelnames[spec.z_channel]) == ("A", "Z")
+    assert spec.channelnames[:5] == ("R", "G", "B", "A", "Z")
+
+
+def test_a_layer_that_was_not_asked_for_is_not_written(tmp_path: Path) -> None:
+    frame = make_frame(layers={"normal": make_layers()["normal"]})
+    write_frame(Frame(frame.rgb, frame.alpha, height=frame.alpha, layers=frame.layers), tmp_path / "a.exr")
+    assert set(read_header(tmp_path / "a.exr").channels) == {"R", "G", "B", "A", "N.X", "N.Y", "N.Z"}
+
+
+def test_a_picture_with_many_layers_is_read_though_it_is_large(tmp_path: Path) -> None:
+    rows = np.zeros((300, 200, 40), np.int32)
+    matte = Matte(("a",), rows, np.full(rows.shape, 0.025, np.float32))
+    frame = Frame(
+        np.ones((300, 200, 3), np.float32), np.ones((300, 200), np.float32), layers={"stroke": matte}
+    )
+    write_frame(frame, tmp_path / "a.exr")
+    assert read_image(tmp_path / "a.exr", max_pixels=200 * 300 * 5).shape == (300, 200, 4)
+    with pytest.raises(SceneError, match=r"holds 84 channels in 200x300 pixels .* its colours only"):
+        read_image(tmp_path / "a.exr", max_pixels=200 * 300)
+
+
+# ---- the header
+
+
+def test_matrices_stand_in_rows_and_lead_to_the_pixel(tmp_path: Path) -> None:
+    seen = camera()
+    write_frame(make_frame(), tmp_path / "a.exr", shot=Shot(seen))
+    header = read_header(tmp_path / "a.exr")
+    point = seen.position + seen.viewmat[2, :3] * 5 + np.array([0.2, 0.1, -0.3])
+    x, y, z = seen.viewmat[:3, :3] @ point + seen.viewmat[:3, 3]  # right, down, forward
+    kind, to_camera = header.attributes["worldToCamera"]
+    assert kind == "m44f"
+    # OpenEXR: row vectors; x right, y up, z in the direction of view.
+    np.testing.assert_allclose([*point, 1] @ np.reshape(to_camera, (4, 4)), [x, -y, z, 1], atol=1e-5)
+    kind, to_ndc = header.attributes["worldToNDC"]
+    assert kind == "m44f"
+    left, top, between, w = [*point, 1] @ np.reshape(to_ndc, (4, 4))
+    pixel = seen.K[0, 0] * x / z + seen.K[0, 2], seen.K[1, 1] * y / z + seen.K[1, 2]
+    np.testing.assert_allclose((left / w * WIDTH, top / w * HEIGHT), pixel, atol=1e-4)
+    assert between / w == pytest.approx(1 - 0.1 / z, abs=1e-5)
+    kind, fov = header.attributes["cameraFov"]
+    assert (kind, fov) == ("float", pytest.approx(2 * np.degrees(np.arctan(WIDTH / 2 / 50))))
+    spec = OpenImageIO.ImageInput.open(str(tmp_path / "a.exr")).spec()
+    assert spec.getattribute("worldToCamera") == pytest.approx(to_camera)
+
+
+@pytest.mark.parametrize(
+    ("fps", "rate"),
+    [
+        (24, (24, 1)),
+        (23.976, (24000, 1001)),
+        (24000 / 1001, (24000, 1001)),
+        (29.97, (30000, 1001)),
+        (59.94, (60000, 1001)),
+        (12.5, (25, 2)),
+        (0.5, (1, 2)),
+    ],
+)
+def test_rates_are_fractions(tmp_path: Path, fps: float, rate: tuple[int, int]) -> None:
+    write_frame(make_frame(), tmp_path / "a.exr", shot=Shot(fps=fps, number=7))
+    header = read_header(tmp_path / "a.exr")
+    assert header.attributes["framesPerSecond"] == ("rational", rate)
+    assert header.attributes["imageCounter"] == ("int", 7)
+
+
+def test_colours_and_conventions_are_stated(tmp_path: Path) -> None:
+    write_frame(make_frame(layers=make_layers()), tmp_path / "a.exr", (1.0, 1.0, 1.0))
+    header = read_header(tmp_path / "a.exr")
+    kind, primaries = header.attributes["chromaticities"]
+    assert kind == "chromaticities"
+    assert primaries == pytest.approx((0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329))
+    assert header.attributes["colorInteropID"] == ("string", "lin_rec709_scene")
+    assert header.value("Software").startswith("brushgs ")
+    layers = {"RGBA", "Z", "N", "forward", "stroke", "height", "unlit", "paint"}
+    notes = {name for name in header.attributes if name.startswith("brushgs/")}
+    assert notes == {f"brushgs/{layer}" for layer in layers}
+    assert "blended display-encoded" in header.value("brushgs/RGBA")
+    assert "z toward the camera" in header.value("brushgs/N")
+    assert "u right, v up" in header.value("brushgs/forward")
+
+
+def test_what_is_not_known_is_not_written(tmp_path: Path) -> None:
+    for path, shot in (("a.exr", None), ("b.exr", Shot())):
+        write_frame(make_frame(), tmp_path / path, shot=shot)
+    unknown = {"worldToCamera", "worldToNDC", "cameraFov", "imageCounter", "framesPerSecond"}
+    assert not unknown & set(read_header(tmp_path / "a.exr").attributes)
+    assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
+
+
+def test_other_formats_pass_over_the_shot() -> None:
+    frame = make_frame()
+    assert encode_frame(frame, ".png", shot=Shot(camera(), 3, 24)) == encode_frame(frame, ".png")
+
+
+def test_a_rate_must_be_positive() -> None:
+    with pytest.raises(ValueError, match="Shot: fps must be > 0, got 0"):
+        Shot(fps=0)
+
+
+def test_equal_frames_give_equal_bytes_and_no_time_of_day(tmp_path: Path) -> None:
+    shot = Shot(camera(), 3, 24, PurePath("a.json"))
+    first, second = (encode_frame(make_frame(layers=make_layers()), ".exr", shot=shot) for _ in range(2))
+    assert first == second
+    (tmp_path / "a.exr").write_bytes(first)
+    assert read_header(tmp_path / "a.exr").attributes["capDate"] == ("string", "0000:00:00 00:00:00")
+
+
+def test_a_full_disk_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Broken:
+        def open(self, *args: object) -> bool:
+            return True
+
+        def write_scanlines(self, *args: object) -> bool:
+            return False
+
+        def close(self) -> bool:
+            return True
+
+        def geterror(self) -> str:
+            return "disk full\nmore"
+
+    monkeypatch.setattr(OpenImageIO.ImageOutput, "create", lambda name: Broken())
+    with pytest.raises(SceneError, match=r"a\.exr: cannot be written \(disk full\); check the disk"):
+        write_frame(make_frame(), tmp_path / "a.exr")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,323 @@
+"""Mattes in OpenEXR files, by a decoder written from the Cryptomatte specification alone."""
+
+import json
+import struct
+from pathlib import Path, PurePath
+
+import numpy as np
+import OpenImageIO
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from brushgs import Frame, SceneError
+from brushgs.io.pictures.exr import cryptomatte
+from brushgs.io.pictures.exr.cryptomatte import ids_of, is_long, manifest_of, murmur3, write_manifest
+from brushgs.io.pictures.images import write_frame
+from brushgs.io.pictures.shot import Shot
+from brushgs.layers import Matte
+from tests.io.exr_reader import read_header
+
+HEIGHT, WIDTH = 12, 16
+ODD_NAMES = (
+    'say "hi"',
+    "a.b.c",
+    "back\\slash",
+    "mädchen",
+    "равнина",
+    "筆",
+    "new\nline",
+    "tab\t",
+    "{}",
+    "",
+    " ",
+    "a,b:c",
+)
+
+
+# ---- the decoder
+
+
+def decoded_hash(key: bytes) -> int:
+    """MurmurHash3_x86_32 with seed 0, step by step."""
+
+    def scrambled(word: int) -> int:
+        word = word * 0xCC9E2D51 & 0xFFFFFFFF
+        word = (word << 15 | word >> 17) & 0xFFFFFFFF
+        return word * 0x1B873593 & 0xFFFFFFFF
+
+    state, whole = 0, len(key) - len(key) % 4
+    for at in range(0, whole, 4):
+        state ^= scrambled(int.from_bytes(key[at : at + 4], "little"))
+        state = (state << 13 | state >> 19) & 0xFFFFFFFF
+        state = (state * 5 + 0xE6546B64) & 0xFFFFFFFF
+    if whole < len(key):
+        state ^= scrambled(int.from_bytes(key[whole:], "little"))
+    state ^= len(key)
+    state = (state ^ state >> 16) * 0x85EBCA6B & 0xFFFFFFFF
+    state = (state ^ state >> 13) * 0xC2B2AE35 & 0xFFFFFFFF
+    return state ^ state >> 16
+
+
+def decoded_id(name: str) -> float:
+    """The float32 of a name: "the exponent is modified by clamping it to be within the [1:254] range"."""
+    bits = decoded_hash(name.encode("utf-8"))
+    exponent = min(max(bits >> 23 & 0xFF, 1), 254)
+    (value,) = struct.unpack("<f", struct.pack("<I", bits & 0x807FFFFF | exponent << 23))
+    return value
+
+
+class Decoder:
+    """The Cryptomattes of a file: title -> names -> float32 ids, and mattes by name."""
+
+    def __init__(self, path: Path) -> None:
+        found: dict[str, dict[str, str]] = {}
+        for attribute, (kind, value) in read_header(path).attributes.items():
+            if attribute.startswith("cryptomatte/"):
+                assert kind == "string"
+                _, key, part = attribute.split("/")
+                assert len(key) <= 7
+                found.setdefault(key, {})[part] = value
+        source = OpenImageIO.ImageInput.open(str(path))
+        names = source.spec().channelnames
+        pixels = source.read_image(0, 0, 0, len(names), OpenImageIO.FLOAT)
+        source.close()
+        self.channels = dict(zip(names, np.moveaxis(pixels, -1, 0), strict=True))
+        self.keys = {parts["name"]: key for key, parts in found.items()}
+        self.manifests: dict[str, dict[str, float]] = {}
+        for parts in found.values():
+            assert (parts["hash"], parts["conversion"]) == ("MurmurHash3_32", "uint32_to_float32")
+            assert ("manifest" in parts) != ("manif_file" in parts)
+            if "manif_file" in parts:
+                assert "\\" not in parts["manif_file"]
+                text = (path.parent / parts["manif_file"]).read_text(encoding="utf-8")
+            else:
+                text = parts["manifest"]
+            ids = json.loads(text)
+            assert all(len(code) == 8 for code in ids.values())
+            self.manifests[parts["name"]] = {
+                name: struct.unpack(">f", bytes.fromhex(code))[0] for name, code in ids.items()
+            }
+
+    def pairs(self, title: str) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Ids and coverage by rank."""
+        ranks, level = [], 0
+        while f"{title}{level:02}.R" in self.channels:
+            layer = [self.channels[f"{title}{level:02}.{letter}"] for letter in "RGBA"]
+            ranks += [(layer[0], layer[1]), (layer[2], layer[3])]
+            level += 1
+        return ranks
+
+    def matte(self, title: str, name: str) -> np.ndarray:
+        number = np.float32(self.manifests[title][name])
+        return sum(np.where(ids == number, coverage, 0) for ids, coverage in self.pairs(title))
+
+
+def make_matte(names: tuple[str, ...], num_ranks: int, seed: int = 0) -> Matte:
+    """Different things in each pixel, the largest first, some pixels with fewer."""
+    rng = np.random.default_rng(seed)
+    rows = np.full((HEIGHT, WIDTH, num_ranks), -1, np.int32)
+    coverage = np.zeros(rows.shape, np.float32)
+    for y, x in np.ndindex(HEIGHT, WIDTH):
+        count = rng.integers(0, min(num_ranks, len(names)) + 1)
+        rows[y, x, :count] = rng.permutation(len(names))[:count]
+        coverage[y, x, :count] = np.sort(rng.dirichlet(np.ones(count + 1))[:count])[::-1]
+    return Matte(names, rows, coverage)
+
+
+def frame_of(**mattes: Matte) -> Frame:
+    alpha = next(iter(mattes.values())).coverage.sum(-1)
+    return Frame(np.repeat(alpha[..., None] / 2, 3, axis=2), alpha, layers=mattes)
+
+
+# ---- hashes
+
+
+@pytest.mark.parametrize(
+    ("key", "expected"),
+    [  # published with the reference implementation and its ports
+        (b"", 0),
+        (b"test", 0xBA6BD213),
+        (b"Hello, world!", 0xC0363E43),
+        (b"The quick brown fox jumps over the lazy dog", 0x2E4FF723),
+    ],
+)
+def test_the_hash_is_murmur3(key: bytes, expected: int) -> None:
+    assert murmur3([key]).tolist() == [expected] == [decoded_hash(key)]
+
+
+@pytest.mark.parametrize(
+    ("name", "code"), [("bunny", "13851a76"), ("default", "42c9679f"), ("bunny_porcelain_mat", "b24b26d4")]
+)
+def test_ids_are_those_of_the_examples_in_the_specification(name: str, code: str) -> None:
+    assert json.loads(manifest_of([name])) == {name: code}
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [  # those of the tests of Psyop's decoder for Nuke
+        ("hello", 6.0705627102400005616e-17),
+        ("cube", -4.08461912519e15),
+        ("sphere", 2.79018604383e15),
+        ("plane", 3.66557617593e-11),
+        ("равнина", -1.3192631212399999468e-25),
+        ("mädchen", 6.2361298211599995797e25),
+    ],
+)
+def test_ids_are_those_of_the_published_decoder(name: str, value: float) -> None:
+    assert ids_of([name]).view(np.float32)[0] == np.float32(value)
+
+
+@given(st.lists(st.binary(max_size=20), max_size=8))
+@example([b"\0", b"\0\0\0\0", b"", b"abc", b"\0abcd"])
+def test_hashes_of_many_names_are_those_of_each(keys: list[bytes]) -> None:
+    assert murmur3(keys).tolist() == [decoded_hash(key) for key in keys]
+
+
+def test_no_id_is_infinite_nan_or_denormal(monkeypatch: pytest.MonkeyPatch) -> None:
+    hashes = {0x00000001: 0x00800001, 0x80000001: 0x80800001, 0x7F800000: 0x7F000000, 0xFFFFFFFF: 0xFF7FFFFF}
+    hashes |= {bits: bits for bits in (0x00800000, 0x7F7FFFFF, 0x3F800000, 0xBF800000)}
+    monkeypatch.setattr(cryptomatte, "murmur3", lambda keys: np.array(list(hashes), np.uint32))
+    assert [f"{bits:08x}" for bits in ids_of([""] * len(hashes))] == [
+        f"{bits:08x}" for bits in hashes.values()
+    ]
+
+
+@given(st.text(max_size=30))
+@settings(max_examples=200)
+def test_ids_of_any_name_are_those_of_the_specification(name: str) -> None:
+    value = ids_of([name]).view(np.float32)[0]
+    assert value == np.float32(decoded_id(name))
+    assert np.isfinite(value)
+    assert abs(value) >= np.finfo(np.float32).tiny
+
+
+# ---- files
+
+
+@pytest.mark.parametrize("num_ranks", [1, 2, 5, 8])
+def test_mattes_come_back_by_name_and_sum_to_alpha(tmp_path: Path, num_ranks: int) -> None:
+    matte = make_matte(tuple(f"coat_{row}" for row in range(20)), num_ranks)
+    frame = frame_of(stroke=matte)
+    write_frame(frame, tmp_path / "a.exr")
+    decoder = Decoder(tmp_path / "a.exr")
+    assert list(decoder.manifests) == ["CryptoStroke"]
+    total = np.zeros((HEIGHT, WIDTH))
+    for row, name in enumerate(matte.names):
+        expected = np.where(matte.rows == row, matte.coverage, 0).sum(-1)
+        np.testing.assert_array_equal(decoder.matte("CryptoStroke", name), expected)
+        total += decoder.matte("CryptoStroke", name)
+    np.testing.assert_allclose(total, decoder.channels["A"], atol=1 / 255)
+    assert len(decoder.pairs("CryptoStroke")) == num_ranks + num_ranks % 2
+    assert not (decoder.pairs("CryptoStroke")[-1][0][matte.rows[..., -1] < 0]).any()  # nothing is id 0
+
+
+def test_ranks_stand_in_pairs_as_float_channels(tmp_path: Path) -> None:
+    write_frame(frame_of(stroke=make_matte(("a", "b", "c"), 3)), tmp_path / "a.exr")
+    channels = read_header(tmp_path / "a.exr").channels
+    expected = {f"CryptoStroke{level}.{letter}" for level in ("00", "01") for letter in "RGBA"}
+    assert {name for name in channels if "Crypto" in name} == expected
+    assert {channels[name] for name in expected} == {"float"}
+
+
+def test_a_file_holds_several_mattes_each_under_the_key_of_its_name(tmp_path: Path) -> None:
+    mattes = {
+        "stroke": make_matte(("a_0", "a_1"), 2),
+        "brush": make_matte(("flat",), 1, 1),
+        "region": make_matte(("elsewhere", "sky"), 2, 2),
+        "layer": make_matte(("a", "ground"), 2, 3),
+    }
+    write_frame(frame_of(**mattes), tmp_path / "a.exr")
+    decoder = Decoder(tmp_path / "a.exr")
+    titles = {
+        "CryptoStroke": "stroke",
+        "CryptoBrush": "brush",
+        "CryptoRegion": "region",
+        "CryptoLayer": "layer",
+    }
+    for title, name in titles.items():
+        assert decoder.keys[title] == struct.pack(">f", decoded_id(title)).hex()[:7]
+        for row, thing in enumerate(mattes[name].names):
+            expected = np.where(mattes[name].rows == row, mattes[name].coverage, 0).sum(-1)
+            np.testing.assert_array_equal(decoder.matte(title, thing), expected)
+    assert len(set(decoder.keys.values())) == 4
+
+
+def test_odd_names_come_back(tmp_path: Path) -> None:
+    matte = make_matte(ODD_NAMES, 4)
+    write_frame(frame_of(region=matte), tmp_path / "a.exr")
+    decoder = Decoder(tmp_path / "a.exr")
+    assert list(decoder.manifests["CryptoRegion"]) == list(ODD_NAMES)
+    for row, name in enumerate(ODD_NAMES):
+        assert decoder.manifests["CryptoRegion"][name] == np.float32(decoded_id(name))
+        expected = np.where(matte.rows == row, matte.coverage, 0).sum(-1)
+        np.testing.assert_array_equal(decoder.matte("CryptoRegion", name), expected)
+    # Decoders that take names as they stand in the file find those of other alphabets.
+    (text,) = (
+        value for name, (_, value) in read_header(tmp_path / "a.exr").attributes.items() if "manifest" in name
+    )
+    assert '"筆":"' in text
+
+
+def test_a_name_that_is_no_text_gets_one_that_is(tmp_path: Path) -> None:
+    write_frame(frame_of(brush=make_matte(("a\udcffb.png",), 1)), tmp_path / "a.exr")
+    assert list(Decoder(tmp_path / "a.exr").manifests["CryptoBrush"]) == ["a?b.png"]
+
+
+def test_things_of_one_name_are_one_matte(tmp_path: Path) -> None:
+    matte = make_matte(("sky", "sky"), 2)
+    write_frame(frame_of(region=matte), tmp_path / "a.exr")
+    decoder = Decoder(tmp_path / "a.exr")
+    np.testing.assert_allclose(decoder.matte("CryptoRegion", "sky"), matte.coverage.sum(-1), rtol=1e-6)
+
+
+def test_a_matte_of_no_ranks_has_a_layer_of_nothing(tmp_path: Path) -> None:
+    matte = make_matte((), 0)
+    write_frame(frame_of(stroke=matte), tmp_path / "a.exr")
+    decoder = Decoder(tmp_path / "a.exr")
+    assert decoder.manifests["CryptoStroke"] == {}
+    assert len(decoder.pairs("CryptoStroke")) == 2
+    assert not any(coverage.any() for _, coverage in decoder.pairs("CryptoStroke"))
+
+
+# ---- manifests
+
+
+def test_many_names_stand_beside_the_pictures(tmp_path: Path) -> None:
+    names = tuple(f"coat_{row}" for row in range(50_000))
+    assert is_long(names)
+    assert not is_long(names[:100])
+    stroke, layer = make_matte(names, 4), make_matte(("coat",), 1)
+    write_manifest(tmp_path / "shot.json", names)
+    frame = frame_of(stroke=stroke, layer=layer)
+    write_frame(frame, tmp_path / "a.exr", shot=Shot(manifest=PurePath("shot.json")))
+    header = read_header(tmp_path / "a.exr")
+    assert header.size < 4000
+    decoder = Decoder(tmp_path / "a.exr")
+    assert len(decoder.manifests["CryptoStroke"]) == 50_000
+    assert list(decoder.manifests["CryptoLayer"]) == ["coat"]
+    row = int(stroke.rows[..., 0].max())
+    expected = np.where(stroke.rows == row, stroke.coverage, 0).sum(-1)
+    np.testing.assert_array_equal(decoder.matte("CryptoStroke", names[row]), expected)
+
+
+def test_names_stand_in_the_picture_where_there_is_no_file_of_them(tmp_path: Path) -> None:
+    names = tuple(f"coat_{row}" for row in range(20_000))
+    write_frame(frame_of(stroke=make_matte(names, 2)), tmp_path / "a.exr")
+    assert len(Decoder(tmp_path / "a.exr").manifests["CryptoStroke"]) == 20_000
+
+
+def test_a_manifest_may_lie_in_another_folder(tmp_path: Path) -> None:
+    (tmp_path / "frames").mkdir()
+    write_manifest(tmp_path / "names.json", ["a"])
+    shot = Shot(manifest=PurePath("..") / "names.json")
+    write_frame(frame_of(stroke=make_matte(("a",), 1)), tmp_path / "frames" / "a.exr", shot=shot)
+    assert list(Decoder(tmp_path / "frames" / "a.exr").manifests["CryptoStroke"]) == ["a"]
+
+
+def test_equal_names_give_equal_manifests_and_a_bad_folder_is_refused(tmp_path: Path) -> None:
+    for path in ("a.json", "b.json"):
+        write_manifest(tmp_path / path, ODD_NAMES)
+    assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
+    with pytest.raises(SceneError, match=r"the folder .* does not exist; create it first"):
+        write_manifest(tmp_path / "none" / "a.json", ["a"])
