@@ -68,7 +68,8 @@ def _check_is_scene(path: Path, header: Header, vertex: Element) -> None:
 
 def is_flat(header: Header, vertex: Element) -> bool:
     """Whether the Gaussians are flat discs: by a comment, or because they have two scales."""
-    return header.training == "2dgs" or _SCALES[2] not in vertex.names
+    has_two = _SCALES[0] in vertex.names and _SCALES[2] not in vertex.names  # a compressed PLY has none
+    return header.training == "2dgs" or has_two
 
 
 def read_columns_of(num_terms: int) -> set[str]:
