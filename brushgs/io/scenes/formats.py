@@ -57,8 +57,22 @@ KNOWN_SCENES = (
         writer="ply_write",
         note="as 3DGS trainers write it, or compressed by PlayCanvas or SuperSplat",
     ),
+    # Read as any other PLY file: only its name tells what is to be written.
     SceneFormat(
-        "SPZ scene", (".spz",), begins_with(b"\x1f\x8b", b"NGSP"), reader="spz", note="versions 1 to 4"
+        "compressed PLY file",
+        (".compressed.ply",),
+        any_of(),
+        writer="ply_compressed_write",
+        rounds=True,
+    ),
+    SceneFormat(
+        "SPZ scene",
+        (".spz",),
+        begins_with(b"\x1f\x8b", b"NGSP"),
+        reader="spz",
+        writer="spz_write",
+        note="versions 1 to 4",
+        rounds=True,
     ),
     SceneFormat(
         "streamed SOG scene",

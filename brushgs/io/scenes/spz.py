@@ -27,6 +27,7 @@ from brushgs.io.scenes.spz_container import (
 )
 from brushgs.io.scenes.spz_decode import count_used_terms, decode
 from brushgs.io.scenes.spz_extensions import Extensions
+from brushgs.io.scenes.stored import Stored, parse_text, read_stored
 
 _BLOCK_ROWS = 4096
 # Trained scenes take 4 to 20 times their bytes in memory; a scene of equal Gaussians compresses better.
@@ -61,6 +62,7 @@ def open_data(path: Path, data: bytes) -> SceneFile:
     )
     extensions = read_extensions(path, data, header)
     unknown = extensions.unknown
+    stored = read_stored(path, lambda: parse_text(extensions.notes))
     if header.sh_degree > header.used_degree:
         unknown = (f"spherical harmonics of degree {header.sh_degree}", *unknown)
     return SceneFile(
@@ -68,10 +70,14 @@ def open_data(path: Path, data: bytes) -> SceneFile:
         format=f"SPZ, version {header.version}",
         num_rows=header.num_rows,
         num_terms=header.num_terms,
-        read_columns=partial(_read_columns, path, data, header, extensions),
+        read_columns=partial(_read_columns, path, data, header, extensions, stored),
         up=extensions.up,
         training="antialiased" if header.is_antialiased else "default",
         unknown=unknown,
+        is_strokes=stored.is_strokes,
+        scene=stored.scene,
+        first_view=stored.first_view,
+        brushes=stored.brushes,
     )
 
 
@@ -80,6 +86,7 @@ def _read_columns(
     data: bytes,
     header: Header,
     extensions: Extensions,
+    stored: Stored,
     *,
     encoding: Encoding,
     is_raw: bool,
@@ -87,8 +94,10 @@ def _read_columns(
     """See `ColumnReader`."""
     blocks, surplus = read_blocks(path, data, header)
     num_terms = header.num_terms if is_raw else count_used_terms(blocks.sh, header.num_terms)
+    empty = Columns.empty(header.num_rows, num_terms)
+    empty.brushes = stored.rows_of_brushes(header.num_rows)
     columns, dropped = fill(
-        Columns.empty(header.num_rows, num_terms),
+        empty,
         lambda: nullcontext(partial(decode, blocks, header, extensions.is_mirrored)),
         block_rows=_BLOCK_ROWS,
         num_rest=header.num_terms - 1,

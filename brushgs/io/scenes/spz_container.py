@@ -7,6 +7,7 @@ decompressed beyond what the count of the header needs, which the caller has com
 
 import struct
 import zlib
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,8 +28,8 @@ _LATEST = 4
 NUM_HEADER_BYTES = 1 << 12  # of a file, that hold its header, compressed or not
 _ANTIALIASED, _HAS_EXTENSIONS, _IS_TREE = 0x1, 0x2, 0x80  # flags
 _MAX_DEGREE, _MAX_USED_DEGREE = 4, 3
-_MAX_FRACTIONAL_BITS = 24
-_MAX_TRAILER = 1 << 16  # bytes of extensions that are read after the blocks of versions 1 to 3
+MAX_FRACTIONAL_BITS = 24
+_MAX_TRAILER = 1 << 18  # bytes of extensions that are read after the blocks of versions 1 to 3
 _MAX_THREADS = 4  # streams that are decompressed at a time
 _BYTES_PER_THREAD = 1 << 20  # below this, a thread costs more than it saves
 
@@ -52,6 +53,21 @@ class Header:
     fractional_bits: int
     flags: int
     num_streams: int
+
+    @classmethod
+    def of(
+        cls,
+        version: int,
+        num_rows: int,
+        sh_degree: int,
+        fractional_bits: int,
+        *,
+        is_antialiased: bool,
+        has_extensions: bool,
+    ) -> "Header":
+        """That of a file to be written."""
+        flags = _ANTIALIASED * is_antialiased | _HAS_EXTENSIONS * has_extensions
+        return cls(version, num_rows, sh_degree, fractional_bits, flags, 0)
 
     @property
     def used_degree(self) -> int:
@@ -129,8 +145,8 @@ def read_header(path: Path, begin: bytes) -> Header:
     if degree > _MAX_DEGREE:
         rule = f"spherical harmonics must have a degree from 0 to {_MAX_DEGREE}, got {degree}"
         raise SceneError(path, f"{rule}; the header is damaged: copy or export it again")
-    if bits > _MAX_FRACTIONAL_BITS:
-        rule = f"positions must have at most {_MAX_FRACTIONAL_BITS} fractional bits, got {bits}"
+    if bits > MAX_FRACTIONAL_BITS:
+        rule = f"positions must have at most {MAX_FRACTIONAL_BITS} fractional bits, got {bits}"
         raise SceneError(path, f"{rule}; the header is damaged: copy or export it again")
     if flags & _IS_TREE and version < _LATEST:
         raise SceneError(path, "holds a tree of levels of detail; export the scene without levels of detail")
@@ -170,6 +186,22 @@ def read_blocks(path: Path, data: bytes, header: Header) -> tuple[Blocks, int]:
         for array, width in zip(arrays[1:], header.widths[1:], strict=True)
     ]
     return Blocks(arrays[0], shaped[0][:, 0], *shaped[1:]), surplus
+
+
+def pack_stream(header: Header, blocks: Sequence[NDArray[np.uint8]], extensions: bytes) -> bytes:
+    """The content of a file of versions 1 to 3, to be packed with gzip.
+
+    Args:
+        header: of the file.
+        blocks: [n, width] or [n], in the order of `Header.widths`.
+        extensions: their records.
+    """
+    head = _HEADER.pack(
+        *(_MAGIC, header.version, header.num_rows, header.sh_degree, header.fractional_bits),
+        *(header.flags, header.num_streams),
+    )
+    assert [block.size for block in blocks] == [header.num_rows * width for width in header.widths]
+    return b"".join([head, *(block.tobytes() for block in blocks), extensions])
 
 
 def _peek(path: Path, begin: bytes) -> bytes:

@@ -14,9 +14,11 @@ from brushgs.sh import sh_basis
 
 _BYTES = np.arange(256)
 _OPACITIES = (_BYTES / 255).astype(np.float32)
+COLOR_SCALE = 0.15  # of a coefficient of degree 0, before 0.5 is added
+LOWEST_LOG_SCALE, LOG_SCALE_STEPS = -10, 16  # the log-scale of byte 0, and steps to the next whole one
 # 0 to 255 are colours of -0.44 to 1.44: coefficients of -3.3 to 3.3, without the factor C0 of a colour.
-_COLORS = ((_BYTES / 255 - 0.5) / 0.15).astype(np.float32)
-_ZERO = 128  # of a spherical-harmonic coefficient
+_COLORS = ((_BYTES / 255 - 0.5) / COLOR_SCALE).astype(np.float32)
+SH_ZERO = 128  # of a spherical-harmonic coefficient, and the steps from there to 1
 _MAGNITUDES = np.arange(512) / 511 * np.sqrt(0.5)
 # A component of 10 bits, the highest its sign: no component but the largest is beyond 1/sqrt(2).
 _COMPONENTS = np.concatenate([_MAGNITUDES, -_MAGNITUDES]).astype(np.float32)
@@ -30,7 +32,7 @@ def count_used_terms(sh: NDArray[np.uint8], num_terms: int) -> int:
     return find_used_terms(
         num_terms,
         len(sh),
-        lambda start, stop, rows: bool((sh[rows, 3 * start - 3 : 3 * stop - 3] != _ZERO).any()),
+        lambda start, stop, rows: bool((sh[rows, 3 * start - 3 : 3 * stop - 3] != SH_ZERO).any()),
     )
 
 
@@ -45,15 +47,15 @@ def decode(blocks: Blocks, header: Header, is_mirrored: bool, start: int, stop: 
         np.multiply((words << 8) >> 8, np.float32(2.0**-header.fractional_bits), out=out.means)
     np.take(_OPACITIES, blocks.alphas[start:stop], out=out.opacities, mode="clip")
     np.take(_COLORS, blocks.colors[start:stop], out=out.sh[:, 0], mode="clip")
-    np.multiply(blocks.scales[start:stop], np.float32(1 / 16), out=out.scales)
-    out.scales -= 10
+    np.multiply(blocks.scales[start:stop], np.float32(1 / LOG_SCALE_STEPS), out=out.scales)
+    out.scales += LOWEST_LOG_SCALE
     rotations = blocks.rotations[start:stop]
     unpack = _unpack_first_three if header.version < 3 else _unpack_smallest_three
     unpack(rotations, out.quats)
     num_rest = 3 * (out.sh.shape[1] - 1)
     if num_rest:
         rest = out.sh.reshape(len(out.sh), -1)[:, 3:]
-        np.subtract(blocks.sh[start:stop, :num_rest] * np.float32(1 / 128), 1, out=rest)
+        np.subtract(blocks.sh[start:stop, :num_rest] * np.float32(1 / SH_ZERO), 1, out=rest)
     if is_mirrored:
         _turn_x(out)
 

@@ -1,8 +1,9 @@
 """Extensions of SPZ files: records of a type, a length and as many bytes.
 
-Only the coordinate system matters to a picture (SPZ_ADOBE_coordinate_system): it names the axes in which the
-numbers are stored. Numbers stay as they are, and up is stated, except in a left-handed system: drawn as they
-are, such scenes would be mirrored, so their x axis is turned.
+Two are read: our own, which holds what `Stored` does, and the coordinate system
+(SPZ_ADOBE_coordinate_system), which names the axes in which the numbers are stored. Numbers stay as they are,
+and up is stated, except in a left-handed system: drawn as they are, such scenes would be mirrored, so their x
+axis is turned.
 """
 
 import struct
@@ -13,6 +14,7 @@ from brushgs.errors import SceneError
 
 _RECORD = struct.Struct("<II")  # type, bytes that follow
 _COORDINATE_SYSTEM = 0xADBE0003
+_NOTES = 0x42470001  # the upper half names who defines a record: "BG"
 # What x, y and z point to (left or right, up or down, front or back), by number; 0 states nothing.
 _AXES = (
     *("", "LDB", "RDB", "LUB", "RUB", "LDF", "RDF", "LUF", "RUF"),
@@ -30,11 +32,18 @@ class Extensions:
         up: axis that points up, "+x" to "-z"; None if none is stated.
         is_mirrored: whether the axes are left-handed.
         unknown: names of the extensions that are not read.
+        notes: JSON text of what `Stored` holds; empty without.
     """
 
     up: str | None = None
     is_mirrored: bool = False
     unknown: tuple[str, ...] = ()
+    notes: str = ""
+
+
+def notes_record(text: bytes) -> bytes:
+    """The record of our own, which holds a text."""
+    return _RECORD.pack(_NOTES, len(text)) + text
 
 
 NO_EXTENSIONS = Extensions()
@@ -46,7 +55,7 @@ def parse_extensions(path: Path, records: memoryview) -> Extensions:
     Raises:
         SceneError: if a record is longer than what is left, or names a coordinate system that does not exist.
     """
-    axes, unknown = "", dict[str, None]()
+    axes, notes, unknown = "", "", dict[str, None]()
     start = 0
     while start + _RECORD.size <= len(records):
         kind, size = _RECORD.unpack_from(records, start)
@@ -56,10 +65,12 @@ def parse_extensions(path: Path, records: memoryview) -> Extensions:
             raise SceneError(path, f"is damaged: {fact}; copy or download it again")
         if kind == _COORDINATE_SYSTEM:
             axes = _read_axes(path, bytes(records[start : start + size]))
+        elif kind == _NOTES:
+            notes = bytes(records[start : start + size]).decode("latin-1")
         elif len(unknown) < _SHOWN:
             unknown[f"extension 0x{kind:08X}"] = None
         start += size
-    return Extensions(_find_up(axes), _is_left_handed(axes), tuple(unknown))
+    return Extensions(_find_up(axes), _is_left_handed(axes), tuple(unknown), notes)
 
 
 def _read_axes(path: Path, record: bytes) -> str:

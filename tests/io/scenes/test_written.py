@@ -1,5 +1,6 @@
 """Every format that is written: what comes back, from our readers and from an outside one."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +13,12 @@ from brushgs import Gaussians
 from brushgs.io import read_scene
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.io.scenes.write import write_scene
+from brushgs.painting.report import Report
+from brushgs.painting.strokes import write_scene as write_reported
+from brushgs.scene import FirstView
 from tests.io.scenes.witness import as_gaussforge_reads
 
-ROUNDED = [".splat"]
-WITNESSED: dict[str, str] = {".splat": "splat"}
+WITNESSED = {".splat": "splat", ".compressed.ply": "compressed.ply", ".spz": "spz"}
 
 
 def make(num_rows: int, num_terms: int = 1, seed: int = 0) -> Gaussians:
@@ -43,7 +46,8 @@ def paired(found: Gaussians, written: Gaussians) -> Gaussians:
 
 
 def degrees_between(first: Gaussians, second: Gaussians) -> np.ndarray:
-    a, b = (q / np.linalg.norm(q, axis=1, keepdims=True) for q in (first.quats, second.quats))
+    a, b = (s.quats.astype(float) for s in (first, second))
+    a, b = (q / np.linalg.norm(q, axis=1, keepdims=True) for q in (a, b))
     return np.degrees(2 * np.arccos(np.minimum(np.abs((a * b).sum(axis=1)), 1)))
 
 
@@ -51,6 +55,8 @@ def degrees_between(first: Gaussians, second: Gaussians) -> np.ndarray:
 # opacities, coefficients of degree 0, and of the higher degrees.
 BOUNDS = {
     ".splat": (0, 1e-5, 0.9, 0.51 / 255, 0.51 / 255 / 0.2820948, 0),
+    ".compressed.ply": (25 / 1023, 8 / 1023, 0.3, 0.51 / 255, 1 / 255 / 0.2820948, 0.51 * 8 / 256),
+    ".spz": (0.51 / 4096, 0.51 / 16, 0.3, 0.51 / 255, 0.51 / 255 / 0.15, 0.51 / 128),
 }
 
 
@@ -159,3 +165,105 @@ def test_any_scene_is_read_back_with_all_of_its_rows(tmp_path: Path, suffix: str
     # Opacities of 0 and 1 are exact in every format.
     for exact in (0.0, 1.0):
         assert (found.opacities == exact).sum() >= (written.opacities == exact).sum()
+
+
+VIEW = FirstView(np.arange(12.0).reshape(4, 3), np.array([0.6, -0.8, 0.0]), 1 / 3, -0.1)
+RECORDING = [suffix for suffix in SCENE_SUFFIXES if suffix != ".splat"]
+
+
+@pytest.mark.parametrize("num_rows", [1, 700])
+@pytest.mark.parametrize("suffix", RECORDING)
+def test_strokes_keep_what_is_recorded_of_them(tmp_path: Path, suffix: str, num_rows: int) -> None:
+    brushes = np.random.default_rng(0).integers(0, 3, num_rows).astype(np.uint8)
+    brushes[brushes == 1] = 2  # one has none
+    strokes = replace(make(num_rows), brushes=brushes, antialiased=True)
+    path = tmp_path / f"a{suffix}"
+    names = ("flat", "dab", "swirl", "wash")
+    write_scene(strokes, path, is_strokes=True, scene="Käfer", first_view=VIEW, brushes=names)
+    found, notes = read_scene(path)
+    assert (notes.is_strokes, notes.scene, notes.brushes) == (True, "Käfer", names)
+    assert (notes.training, found.antialiased) == ("antialiased", True)
+    assert notes.first_view is not None
+    np.testing.assert_array_equal(notes.first_view.points, VIEW.points)
+    np.testing.assert_array_equal(notes.first_view.up, VIEW.up)
+    assert found.brushes is not None
+    assert found.brushes.tolist() == paired(found, strokes).brushes.tolist()
+    assert notes.unknown == ()
+
+
+@pytest.mark.parametrize("suffix", RECORDING)
+def test_a_scene_without_notes_reads_back_without(tmp_path: Path, suffix: str) -> None:
+    bg.save(make(10), tmp_path / f"a{suffix}")
+    found, notes = read_scene(tmp_path / f"a{suffix}")
+    assert (notes.is_strokes, notes.scene, notes.first_view, notes.brushes, notes.up) == (
+        *(False, None, None),
+        *((), None),
+    )
+    assert (found.brushes, found.antialiased) == (None, False)
+
+
+def test_what_a_splat_file_cannot_hold_is_told_where_it_matters(tmp_path: Path) -> None:
+    strokes = replace(make(5, 4), brushes=np.zeros(5, np.uint8), antialiased=True)
+    with pytest.warns(bg.SceneWarning) as caught:
+        write_scene(strokes, tmp_path / "a.splat", is_strokes=True, scene="koala", brushes=["flat"])
+    assert [str(warning.message).split(": ", 1)[1] for warning in caught] == [
+        "a .splat file does not hold colours that change with the view, that they are strokes, brushes or "
+        "that they are antialiased, which are lost; .ply, .spz and .sog do"
+    ]
+    write_scene(make(5), tmp_path / "a.splat", scene="koala", first_view=VIEW)  # not worth a warning
+
+
+def test_a_centre_too_far_for_spz_is_refused_and_others_get_the_bits_that_fit(tmp_path: Path) -> None:
+    near = make(50)
+    means = near.means.copy()
+    means[0] = 5000
+    bg.save(replace(near, means=means), tmp_path / "a.spz")
+    found = bg.load(tmp_path / "a.spz")
+    assert 0.25 / 1024 < np.abs(found.means - means).max() <= 0.5 / 1024
+    means[0, 1] = -9e6
+    with pytest.raises(ValueError, match="means must lie within 8,388,607 units in an SPZ file, got 9e"):
+        bg.save(replace(near, means=means), tmp_path / "b.spz")
+
+
+def test_the_longest_suffix_decides(tmp_path: Path) -> None:
+    for name in ("a.compressed.ply", "B.Compressed.PLY"):
+        bg.save(make(300), tmp_path / name)
+        assert b"packed_position" in (tmp_path / name).read_bytes()[:2000]
+    for name in ("compressed.ply", ".compressed.ply"):
+        bg.save(make(300), tmp_path / name)
+        assert b"packed_position" not in (tmp_path / name).read_bytes()[:2000]
+
+
+@pytest.mark.parametrize("suffix", BOUNDS)
+def test_the_report_tells_what_rounding_changed(tmp_path: Path, suffix: str) -> None:
+    scene = make(500)
+    report = Report()
+    write_reported(scene, tmp_path / f"a{suffix}", report)
+    (stage,) = report.stages
+    found = bg.load(tmp_path / f"a{suffix}")
+    distances = np.linalg.norm(found.means - paired(found, scene).means, axis=1)
+    assert stage.counts["means_error_most"] == pytest.approx(distances.max(), rel=2e-3, abs=1e-12)
+    assert stage.counts["means_error"] == pytest.approx(np.median(distances), rel=2e-3, abs=1e-12)
+    assert stage.counts["quats_error_most"] == pytest.approx(
+        degrees_between(found, paired(found, scene)).max(), rel=2e-2
+    )
+    assert stage.counts["harmonics_error_most"] == 0
+    assert [line.split(" are ")[0] for line in stage.details] == ["centres", "sizes", "opacities"]
+
+
+def test_nothing_is_told_where_nothing_is_rounded(tmp_path: Path) -> None:
+    report = Report()
+    write_reported(make(5), tmp_path / "a.ply", report)
+    assert set(report.stages[0].counts) == {"path", "bytes", "gaussians"}
+    assert not report.stages[0].details
+
+
+def test_lost_colours_are_measured_in_levels(tmp_path: Path) -> None:
+    scene = make(400, 9)
+    rest = np.square(scene.sh[:, 1:].astype(float)).sum(axis=1)
+    # Mean over the sphere of the square of a sum of orthonormal functions, and of the channels.
+    levels = 255 * np.sqrt((rest / (4 * np.pi)).mean(axis=1))[scene.opacities > 0.5 / 255]
+    with pytest.warns(bg.SceneWarning, match="change with the view"):
+        losses = write_scene(scene, tmp_path / "a.splat", measures=True)
+    assert losses is not None
+    assert losses.harmonics == pytest.approx((np.median(levels), levels.max()))
