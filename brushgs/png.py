@@ -27,7 +27,11 @@ def png_bytes(pixels: U8) -> bytes:
     header = struct.pack(">IIBBBBB", width, height, 8, _COLOR_TYPES[channels], 0, 0, 0)
     lines = np.full((height, 1 + width * channels), _UP, np.uint8)
     lines[:, 1:] = np.diff(pixels.reshape(height, -1), axis=0, prepend=np.uint8(0))  # modulo 256
-    chunks = _chunk(b"IHDR", header), _chunk(b"IDAT", zlib.compress(lines.tobytes(), _LEVEL)), _chunk(b"IEND", b"")
+    chunks = (
+        _chunk(b"IHDR", header),
+        _chunk(b"IDAT", zlib.compress(lines.tobytes(), _LEVEL)),
+        _chunk(b"IEND", b""),
+    )
     return _SIGNATURE + b"".join(chunks)
 
 

@@ -21,7 +21,7 @@ from brushgs.io.json_file import MAX_BYTES, SMALL_OBJECT, as_count, decode_json,
 
 CURE = "export it again"
 MOST = 1 << 40  # a count or an offset in bytes that no file reaches
-_JSON_CHUNK, _BINARY_CHUNK = 0x4E4F534A, 0x004E4942
+JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 _DATA_URI = re.compile(r"data:[^,;]*(;[^,;]*)*;base64,")
 _DTYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
@@ -78,10 +78,10 @@ class GltfFile:
                 raise SceneError(self.path, "is damaged: a chunk is longer than the file; download it again")
             chunks.setdefault(kind, whole[start + 8 : start + 8 + size])
             start += 8 + size
-        if _JSON_CHUNK not in chunks:
+        if JSON_CHUNK not in chunks:
             raise SceneError(self.path, f"is damaged: it has no JSON chunk; {CURE}")
-        self._binary = chunks.get(_BINARY_CHUNK)
-        return chunks[_JSON_CHUNK]
+        self._binary = chunks.get(BINARY_CHUNK)
+        return chunks[JSON_CHUNK]
 
     def item(self, kind: str, index: object, used_by: str) -> dict[str, Any]:
         """An object of one of the lists at the top. Raises SceneError if there is none of that number.

@@ -94,7 +94,9 @@ KNOWN_SCENES = (
         (".glb", ".gltf"),
         any_of(begins_with(b"glTF"), is_json_with("asset", "meshes"), has_suffix(".gltf")),
         reader="gltf",
+        writer="gltf_write",
         note="or .gltf, with KHR_gaussian_splatting",
+        written=(".glb",),
     ),
     SceneFormat(".ksplat scene", (".ksplat",), is_ksplat, reader="ksplat", note="compression levels 0 to 2"),
     # The last of those that are read: it has no mark of its own.

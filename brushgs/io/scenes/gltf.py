@@ -15,6 +15,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.gltf_file import CURE, GltfArray, GltfFile
 from brushgs.io.scenes.columns import Columns, check_decoded_size
@@ -22,10 +24,12 @@ from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import STANDARD, Encoding, Scales
 from brushgs.io.scenes.fill import Decoder, fill
 from brushgs.io.scenes.gltf_meshes import placed_meshes
+from brushgs.io.scenes.gltf_notes import is_turned_by, read_notes
 from brushgs.io.scenes.gltf_placed import Placement
 from brushgs.io.scenes.gltf_spz import MAX_GROWTH, NAMES, PackedSplats, open_packed
 from brushgs.io.scenes.parts import fill_parts
-from brushgs.io.scenes.scene_file import SceneFile
+from brushgs.io.scenes.scene_file import SceneFile, Training
+from brushgs.io.scenes.stored import Stored
 from brushgs.io.scenes.used_terms import drop_zero_bands
 
 EXTENSION = "KHR_gaussian_splatting"
@@ -96,9 +100,16 @@ def open_scene(path: Path) -> SceneFile:
     file = GltfFile(path)
     unknown: dict[str, None] = {}
     opened: dict[object, SceneFile] = {}
+    placed = placed_meshes(file)
+    stored, turn = read_notes(path, file.top)
+    is_ours = turn is not None and len(placed) == 1 and is_turned_by(placed[0][1], turn)
+    if is_ours:
+        placed = [(mesh, np.eye(4)) for mesh, _ in placed]
+    elif turn is not None:  # something else was added, or it was moved
+        stored = stored._replace(first_view=None, counts=None, brushes=())
     splats = [
         _open_splats(file, primitive, Placement(matrix), unknown, opened)
-        for mesh, matrix in placed_meshes(file)
+        for mesh, matrix in placed
         for primitive in _primitives(file, mesh)
     ]
     splats = [some for some in splats if some.num_rows]
@@ -115,7 +126,7 @@ def open_scene(path: Path) -> SceneFile:
 
     def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
         parts = [(some.num_rows, partial(some.read, is_raw=is_raw)) for some in splats]
-        columns, dropped = fill_parts(parts, num_terms)
+        columns, dropped = fill_parts(parts, num_terms, stored.rows_of_brushes(num_rows))
         if not is_raw:
             drop_zero_bands(columns)
         return columns, dropped
@@ -128,10 +139,21 @@ def open_scene(path: Path) -> SceneFile:
         num_rows=num_rows,
         num_terms=num_terms,
         read_columns=read_columns,
-        up="+y",  # by the standard of glTF, which every viewer follows
-        training=trainings.pop() if len(trainings) == 1 and not plain else "default",
+        up=None if is_ours else "+y",  # by the standard of glTF, which every viewer follows
+        is_strokes=stored.is_strokes,
+        training=_training(stored, trainings, is_packed=not plain),
+        scene=stored.scene,
+        first_view=stored.first_view,
+        brushes=stored.brushes,
         unknown=tuple(dict.fromkeys([*unknown, *(name for scene in packed for name in scene.unknown)])),
     )
+
+
+def _training(stored: Stored, trainings: set[Training], *, is_packed: bool) -> Training:
+    """How splats were trained: by our notes, or as all packed ones state."""
+    if stored.antialiased:
+        return "antialiased"
+    return next(iter(trainings)) if is_packed and len(trainings) == 1 else "default"
 
 
 def _primitives(file: GltfFile, mesh: dict[str, Any]) -> Iterator[dict[str, Any]]:

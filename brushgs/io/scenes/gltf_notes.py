@@ -1,0 +1,69 @@
+"""What a .glb of ours records in its `extras`, and how its node turns the scene upright.
+
+The numbers of the file are those of the scene, whose up is any axis. Viewers follow the standard, +y up: so
+the node is turned, and the turn is recorded. A reader that finds the node turned so takes the numbers as they
+are.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.io.scenes.stored import Stored, content_of, parse_content, read_stored
+from brushgs.quats import rotation_matrices
+
+NOTES = "brushgs"  # the key in `extras`
+_TURN = "turn"  # quaternion x, y, z, w
+_TOLERANCE = 1e-6  # of a matrix that went through float32
+
+
+def notes_of(stored: Stored) -> dict[str, Any]:
+    """The object in `extras`. Its "turn" is the rotation of the node, x, y, z, w."""
+    up = None if stored.first_view is None else stored.first_view.up
+    return content_of(stored) | {_TURN: [0.0, 0.0, 0.0, 1.0] if up is None else _turn_to_y(up)}
+
+
+def read_notes(path: Path, top: dict[str, Any]) -> tuple[Stored, NDArray[np.float64] | None]:
+    """What a model records, and the matrix [3, 3] that its node was turned by; None in files of others.
+
+    Args:
+        path: the file, for a warning where notes are damaged.
+        top: the JSON of the model.
+    """
+    extras = top.get("extras")
+    notes = extras.get(NOTES) if isinstance(extras, dict) else None
+    if not isinstance(notes, dict):
+        return Stored(), None
+    turn = notes.get(_TURN)
+    if (
+        not isinstance(turn, list)
+        or len(turn) != 4
+        or not all(_is_part(value) for value in turn)
+        or not any(turn)
+    ):
+        return Stored(), None
+    x, y, z, w = turn
+    matrix = rotation_matrices(np.array([[w, x, y, z]]))[0]
+    return read_stored(path, lambda: parse_content(notes)), matrix
+
+
+def is_turned_by(matrix: NDArray[np.float64], turn: NDArray[np.float64]) -> bool:
+    """Whether a node [4, 4] does nothing but this turn [3, 3]."""
+    expected = np.eye(4)
+    expected[:3, :3] = turn
+    return bool(np.allclose(matrix, expected, rtol=0, atol=_TOLERANCE))
+
+
+def _turn_to_y(up: NDArray[np.float64]) -> list[float]:
+    """The shortest rotation that takes a unit vector to +y; half a turn about x from -y."""
+    x, y, z = (float(value) for value in up)
+    if y < -1 + 1e-12:
+        return [1.0, 0.0, 0.0, 0.0]
+    quat = np.array([-z, 0.0, x, 1 + y])  # up cross y, and 1 + up . y
+    return [float(value) for value in quat / np.linalg.norm(quat)]
+
+
+def _is_part(value: object) -> bool:
+    return isinstance(value, float) and abs(value) <= 1

@@ -1,0 +1,144 @@
+"""A .glb of Gaussians: its structure by the rules of glTF 2.0, and how its node turns it upright."""
+
+import json
+import struct
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.io import read_scene
+from brushgs.io.scenes.write import write_scene
+from brushgs.scene import FirstView
+from tests.io.scenes.test_written import degrees_between, make
+
+UP = np.array([0.6, -0.64, 0.48])
+
+
+def view_of(up: np.ndarray) -> FirstView:
+    return FirstView(np.eye(3), up, 0.1, 0.2)
+
+
+def chunks_of(path: Path) -> tuple[dict[str, Any], bytes]:
+    """The JSON and the binary chunk, with every rule of the container checked."""
+    data = path.read_bytes()
+    magic, version, length = struct.unpack_from("<4sII", data)
+    assert (magic, version, length) == (b"glTF", 2, len(data))
+    found, start = [], 12
+    while start < length:
+        size, kind = struct.unpack_from("<I4s", data, start)
+        assert size % 4 == 0
+        found.append((kind, data[start + 8 : start + 8 + size]))
+        start += 8 + size
+    assert [kind for kind, _ in found] == [b"JSON", b"BIN\0"]
+    return json.loads(found[0][1]), found[1][1]
+
+
+def write_chunks(path: Path, model: dict[str, Any], binary: bytes) -> None:
+    text = json.dumps(model).encode()
+    text += b" " * (-len(text) % 4)
+    body = (
+        struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    )
+    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body)
+
+
+def attributes_of(path: Path) -> dict[str, np.ndarray]:
+    """Every attribute, read by the rules of the standard alone."""
+    model, binary = chunks_of(path)
+    (primitive,) = model["meshes"][0]["primitives"]
+    assert primitive["mode"] == 0
+    assert set(model["extensionsUsed"]) == set(primitive["extensions"])
+    found = {}
+    for name, index in primitive["attributes"].items():
+        accessor = model["accessors"][index]
+        view = model["bufferViews"][accessor["bufferView"]]
+        assert (accessor["componentType"], view["buffer"], view["byteOffset"] % 4) == (5126, 0, 0)
+        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor["type"]]
+        assert view["byteLength"] == 4 * width * accessor["count"]
+        values = np.frombuffer(binary, "<f4", width * accessor["count"], view["byteOffset"])
+        found[name] = values.reshape(accessor["count"], width)
+        if name == "POSITION":
+            assert accessor["min"] == found[name].min(axis=0).tolist()
+            assert accessor["max"] == found[name].max(axis=0).tolist()
+    assert model["buffers"] == [{"byteLength": len(binary)}]
+    return found
+
+
+def rotation(quat: list[float]) -> np.ndarray:
+    """[3, 3] of x, y, z, w by the formula of the standard."""
+    x, y, z, w = quat
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def test_attributes_hold_what_the_extension_says(tmp_path: Path) -> None:
+    scene = make(100, 16)
+    bg.save(scene, tmp_path / "a.glb")
+    found = attributes_of(tmp_path / "a.glb")
+    own = {name.removeprefix("KHR_gaussian_splatting:"): values for name, values in found.items()}
+    np.testing.assert_array_equal(own["POSITION"], scene.means)
+    np.testing.assert_array_equal(own["SCALE"], scene.scales)
+    np.testing.assert_array_equal(own["OPACITY"][:, 0], scene.opacities)
+    np.testing.assert_allclose(np.linalg.norm(own["ROTATION"], axis=1), 1, atol=1e-6)
+    x, y, z, w = own["ROTATION"].T
+    turned = replace(scene, quats=np.stack([w, x, y, z], axis=1))
+    assert degrees_between(turned, scene).max() < 1e-4
+    terms = [(degree, index) for degree in range(4) for index in range(2 * degree + 1)]
+    for term, (degree, index) in enumerate(terms):
+        np.testing.assert_array_equal(own[f"SH_DEGREE_{degree}_COEF_{index}"], scene.sh[:, term])
+    assert len(own) == 4 + len(terms)
+
+
+@pytest.mark.parametrize("up", [UP, np.array([0.0, -1, 0]), np.array([0.0, 1, 0]), np.array([0.0, 0, 1])])
+def test_viewers_see_a_scene_upright_and_its_numbers_stay(tmp_path: Path, up: np.ndarray) -> None:
+    scene = make(100)
+    write_scene(scene, tmp_path / "a.glb", first_view=view_of(up))
+    model, _ = chunks_of(tmp_path / "a.glb")
+    np.testing.assert_allclose(rotation(model["nodes"][0]["rotation"]) @ up, [0, 1, 0], atol=1e-12)
+    found, notes = read_scene(tmp_path / "a.glb")
+    np.testing.assert_array_equal(found.means, scene.means)
+    assert notes.up is None
+    assert notes.first_view is not None
+
+
+def test_a_node_that_was_moved_afterwards_counts(tmp_path: Path) -> None:
+    scene = replace(make(100), brushes=np.zeros(100, np.uint8))
+    path = tmp_path / "a.glb"
+    write_scene(scene, path, is_strokes=True, first_view=view_of(UP), brushes=["flat"])
+    model, binary = chunks_of(path)
+    model["nodes"][0]["translation"] = [1, 2, 3]
+    write_chunks(path, model, binary)
+    found, notes = read_scene(path)
+    upright = scene.means @ rotation(model["nodes"][0]["rotation"]).T + [1, 2, 3]
+    np.testing.assert_allclose(found.means, upright, atol=1e-5)
+    assert (notes.up, notes.first_view, notes.is_strokes) == ("+y", None, True)
+
+
+@pytest.mark.parametrize("turn", [None, "x", [0, 0, 0, 0], [0, 0, 1], [1e9, 0, 0, 1], [True, 0, 0, 0]])
+def test_damaged_notes_are_as_none(tmp_path: Path, turn: object) -> None:
+    path = tmp_path / "a.glb"
+    write_scene(make(10), path, is_strokes=True)
+    model, binary = chunks_of(path)
+    model["extras"]["brushgs"]["turn"] = turn
+    write_chunks(path, model, binary)
+    _, notes = read_scene(path)
+    assert (notes.up, notes.is_strokes) == ("+y", False)
+
+
+def test_other_damage_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "a.glb"
+    write_scene(make(10), path, is_strokes=True, scene="koala")
+    model, binary = chunks_of(path)
+    model["extras"]["brushgs"]["brush_counts"] = [0.5]
+    write_chunks(path, model, binary)
+    with pytest.warns(bg.SceneWarning, match="view in its header cannot be read .brush_counts must be whole"):
+        assert len(bg.load(path)) == 10
