@@ -7,6 +7,9 @@ import struct
 from pathlib import Path
 from typing import BinaryIO
 
+import numpy as np
+from numpy.typing import NDArray
+
 from brushgs.io.pictures.limits import check_pixels
 from brushgs.io.pictures.oiio import Background, bytes_of, write_pixels
 from brushgs.scene import Frame
@@ -17,7 +20,11 @@ _ATTRIBUTES = {"oiio:UnassociatedAlpha": 1, "Compression": "lossless"}
 
 def write(frame: Frame, path: str | Path, background: Background) -> None:
     """See `write_frame`."""
-    pixels = bytes_of(frame, background)
+    write_exact(bytes_of(frame, background), path)
+
+
+def write_exact(pixels: NDArray[np.uint8], path: str | Path) -> None:
+    """Write [H, W, 3 or 4] bytes without loss, but for the colour of pixels whose alpha is 0."""
     names = ("R", "G", "B", "A")[: pixels.shape[-1]]
     write_pixels(path, "webp", pixels, names, _ATTRIBUTES)
 

@@ -87,7 +87,9 @@ KNOWN_SCENES = (
         (".sog",),
         any_of(is_zip_with("meta.json", ".sog"), is_json_with("means", "files", file="meta.json")),
         reader="sog",
+        writer="sog_write",
         note="version 1 or 2: the archive, its folder or its meta.json",
+        rounds=True,
     ),
     SceneFormat(
         "glTF model",

@@ -39,6 +39,7 @@ _MAX_SPARE, _FEW_PIXELS = 4, 1 << 16
 _MAX_PIXEL_BYTES, _MAX_EXTRA_BYTES = 5, 1 << 16
 # Bytes in memory per byte of the pictures: trained scenes reach 18 (degree 3, with a large palette).
 MAX_GROWTH = 64
+QUAT_TAG = 252  # the last byte of a rotation whose largest component is w
 _SMALL_COMPONENTS = ((np.arange(256) / 255 * 2 - 1) * np.sqrt(0.5)).astype(np.float32)
 
 
@@ -71,9 +72,11 @@ def open_scene(path: Path) -> SceneFile:
         SceneError: if something is missing or does not fit.
     """
     sog = open_sog(path)
+    stored = sog.meta.stored
 
     def read_columns(*, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
         columns = Columns.empty(sog.meta.num_rows, sog.num_terms)
+        columns.brushes = stored.rows_of_brushes(sog.meta.num_rows)
         columns, dropped = read_rows(sog, columns, is_raw=is_raw)
         if not is_raw:
             drop_zero_bands(columns)
@@ -86,6 +89,10 @@ def open_scene(path: Path) -> SceneFile:
         num_terms=sog.num_terms,
         read_columns=read_columns,
         training=sog.meta.training,
+        is_strokes=stored.is_strokes,
+        scene=stored.scene,
+        first_view=stored.first_view,
+        brushes=stored.brushes,
     )
 
 
@@ -248,7 +255,7 @@ def _unpack_quats(stored: U8, out: F32) -> None:
     quaternion, whose row is dropped with a warning.
     """
     small = _SMALL_COMPONENTS[stored[:, :3]]
-    largest = stored[:, 3].astype(np.int16) - 252
+    largest = stored[:, 3].astype(np.int16) - QUAT_TAG
     rest = np.sqrt(np.maximum(1 - np.square(small).sum(axis=1), 0))
     for index in range(4):
         before, after = small[:, min(index, 2)], small[:, max(index - 1, 0)]

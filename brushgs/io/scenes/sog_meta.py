@@ -12,16 +12,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F32
+from brushgs.arrays import F32, Array
 from brushgs.errors import SceneError
 from brushgs.io.json_file import as_count, decode_json, shown
 from brushgs.io.pictures.limits import MAX_PIXELS
 from brushgs.io.scenes.scene_file import Training
+from brushgs.io.scenes.stored import Stored, parse_content, read_stored
 
+NOTES = "brushgs"  # the key of what `Stored` holds, in files of ours
 _CURE = "export it as SOG again"
 _LEVELS = np.arange(256) / 255  # what a byte stands for between a smallest and a largest value
-_PALETTE_ROW = 64  # entries in a row of the picture of centroids
-_MAX_PALETTE = 1 << 16  # labels have 16 bits
+PALETTE_ROW = 64  # entries in a row of the picture of centroids
+MAX_PALETTE = 1 << 16  # labels have 16 bits
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,7 @@ class Meta:
         opacities: [256] logits in version 1, 0 to 1 in version 2.
         pictures: names of the pictures of the means (low and high bytes), quats, scales, colours.
         palette: None without spherical harmonics above degree 0.
+        stored: what a file of ours records.
     """
 
     version: int
@@ -68,6 +71,7 @@ class Meta:
     opacities: F32
     pictures: tuple[str, str, str, str, str]
     palette: Palette | None
+    stored: Stored
 
 
 def parse_meta(path: Path, content: bytes) -> Meta:
@@ -112,17 +116,18 @@ def parse_meta(path: Path, content: bytes) -> Meta:
         opacities=opacities,
         pictures=(*means.files(2), *quats.files(1), *scales.files(1), *sh0.files(1)),  # type: ignore[arg-type]
         palette=_palette(top.fields("shN"), int(version)) if top.values.get("shN") is not None else None,
+        stored=read_stored(path, lambda: parse_content(top.values.get(NOTES, {}))),
     )
 
 
 def count_palette(width: int, height: int, palette: Palette) -> tuple[int, int] | None:
     """Number of entries and of bands in a picture of centroids; None if its size does not fit the palette."""
-    num_rest, is_whole = divmod(width, _PALETTE_ROW)
+    num_rest, is_whole = divmod(width, PALETTE_ROW)
     bands = {3: 1, 8: 2, 15: 3}.get(num_rest)
-    num_entries = min(palette.num_entries or _PALETTE_ROW * height, _PALETTE_ROW * height)
+    num_entries = min(palette.num_entries or PALETTE_ROW * height, PALETTE_ROW * height)
     is_fitting = not is_whole and bands is not None and palette.bands in (None, bands)
     is_fitting = is_fitting and num_entries == (palette.num_entries or num_entries)
-    if not is_fitting or bands is None or _PALETTE_ROW * height > _MAX_PALETTE:
+    if not is_fitting or bands is None or PALETTE_ROW * height > MAX_PALETTE:
         return None
     return num_entries, bands
 
@@ -133,8 +138,8 @@ def _palette(fields: "_Fields", version: int) -> Palette | None:
         return None
     num_entries = bands = None
     if version == 2:
-        num_entries, bands = as_count(values.get("count"), _MAX_PALETTE), as_count(values.get("bands"), 3)
-        for name, count, most in (("count", num_entries, _MAX_PALETTE), ("bands", bands, 3)):
+        num_entries, bands = as_count(values.get("count"), MAX_PALETTE), as_count(values.get("bands"), 3)
+        for name, count, most in (("count", num_entries, MAX_PALETTE), ("bands", bands, 3)):
             if not count:
                 got = shown(values.get(name))
                 raise SceneError(fields.path, f"shN.{name} must be 1 to {most}, got {got}; {_CURE}")
@@ -152,6 +157,12 @@ def _training(values: dict[str, Any]) -> Training:
     if model == "antialiased" or (model is None and values.get("antialias") is True):
         return "antialiased"
     return "2dgs" if model == "2dgs" else "default"
+
+
+def mean_logs(means: Array) -> NDArray[np.float64]:
+    """sign(x) log(1 + |x|) of coordinates, which `Meta.means` undoes."""
+    wide = means.astype(np.float64)
+    return np.asarray(np.sign(wide) * np.log1p(np.abs(wide)))
 
 
 def _mean_tables(low: NDArray[np.float64], high: NDArray[np.float64]) -> F32:
