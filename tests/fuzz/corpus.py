@@ -19,6 +19,7 @@ import numpy as np
 from brushgs.io.scenes.stored import Stored
 from brushgs.io.scenes.view_comments import comment_lines
 from brushgs.io.styles.write import write_style
+from brushgs.io.usd.process import is_usd_here
 from brushgs.scene import FirstView
 from tests.fuzz.reader import SEPARATOR
 from tests.io import camera_models, test_cameras, test_colmap, test_compressed_ply
@@ -222,6 +223,19 @@ def gltf_cameras(folder: Path, suffix: str) -> list[bytes]:
     spline.animate(camera, "pointer", [0, 1], [[0.8], [0.4]], extensions=pointer)
     models = still, spline, camera_models.moving_model()
     return [model.write(folder / f"a{suffix}").read_bytes() for model in models]
+
+
+def usd_cameras(folder: Path) -> list[bytes]:
+    """Stages with cameras, as text and binary; where usd-core is not installed, files that are none."""
+    if not is_usd_here():
+        return [b"#usda 1.0\n", b"PXR-USDC"]
+    from tests.io.test_cameras_usd import moving_stage
+
+    found = []
+    for name in ("a.usda", "a.usdc"):
+        moving_stage(folder / name)
+        found.append((folder / name).read_bytes())
+    return found
 
 
 def spacetime_clips(folder: Path) -> list[bytes]:
@@ -551,6 +565,10 @@ GLTF_CAMERAS = (
     *(b'"name":"brushgs_scene",', b'"node":0,', b'"sampler":0,', b'"yfov":1e-9,', b'"aspectRatio":49,'),
     *(b'"children":[0],', b'"matrix":[', b'"scale":[0,0,0],', b'"count":2,', b"\0\0\x80\x7f"),
 )
+USD = (
+    *(b"#usda 1.0\n", b"PXR-USDC", b'def "a" {\n', b"}", b"double3 xformOp:translate = (1, 2, 3)\n", b"nan"),
+    *(b".timeSamples = {\n1: 5,\n}\n", b"startTimeCode = 1e9\n", b"references = @./a.usda@\n", b"inf"),
+)
 COLMAP = (SEPARATOR, b"SIMPLE_RADIAL", b"OPENCV", b"FULL_OPENCV", b"#", b"\n", b"\0", b"\xff" * 8, b"a.jpg")
 STYLE = (
     *(b'"brushgs": "style"', b'"version": 1,', b'"palette": [', b'"color": "#ff0000"', b'"share": 0,'),
@@ -633,6 +651,7 @@ CAMERAS = {
         Seeds("glb-cameras", lambda folder: gltf_cameras(folder, ".glb"), GLTF_CAMERAS, "cameras.glb"),
         Seeds("gltf-cameras", lambda folder: gltf_cameras(folder, ".gltf"), GLTF_CAMERAS, "cameras.gltf"),
     ),
+    "usd": (Seeds("usd-cameras", usd_cameras, USD, "cameras.usd"),),
     "colmap": (
         Seeds("colmap", lambda folder: colmap_models(folder, "bin"), COLMAP, "images.bin"),
         Seeds("colmap-text", lambda folder: colmap_models(folder, "txt"), COLMAP, "images.txt"),

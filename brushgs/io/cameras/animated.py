@@ -6,7 +6,6 @@ then those of the scene's own coordinates, whatever turned, moved or resized it.
 of the file are those of the scene.
 """
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,12 +16,11 @@ from brushgs.arrays import F64
 from brushgs.errors import SceneError
 from brushgs.io.cameras.camera_file import CameraFile, Motion
 from brushgs.io.cameras.lens import MAX_DISTANCE, lens_rule
+from brushgs.io.cameras.scene_node import SCENE_NODE
 from brushgs.options.painting import DEFAULT_SIZE
 from brushgs.options.sequence import DEFAULT_FPS
 from brushgs.scene import Camera
 
-SCENE_NODE = "brushgs_scene"
-_SCENE_NAME = re.compile(rf"{SCENE_NODE}([._]\d+)?")  # 3D programs number what has the name of another
 MAX_VIEWS = 50_000  # of a file: half an hour of film; a view takes some 1.2 kB in memory
 MAX_ASPECT = 50.0  # width by height, or height by width
 _UNIFORM = 1e-3  # stretch of a scene that rounding may bring
@@ -75,11 +73,6 @@ class FoundScene:
 
     times: Times | None
     at: Callable[[F64], F64]
-
-
-def is_scene_name(name: object) -> bool:
-    """Whether a node of this name is the painted scene."""
-    return isinstance(name, str) and _SCENE_NAME.fullmatch(name) is not None
 
 
 def camera_file(

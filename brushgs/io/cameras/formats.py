@@ -78,6 +78,12 @@ CAMERA_FORMATS = (
         matches_path=has_suffix(".glb", ".gltf"),
     ),
     CameraFormat(
+        "USD (.usd, .usda, .usdc, .usdz; needs the package usd-core)",
+        "usd",
+        "cameras.usda",
+        matches_path=has_suffix(".usd", ".usda", ".usdc", ".usdz"),
+    ),
+    CameraFormat(
         "a COLMAP sparse model",
         "colmap",
         "images.bin",

@@ -1,0 +1,232 @@
+"""Cameras of USD stages, against what usd-core itself computes of them."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from brushgs import SceneError
+from brushgs.cameras.paths import plan_path
+from brushgs.io import load_cameras
+from brushgs.io.cameras.read import read_cameras
+from brushgs.io.usd import process
+from brushgs.options.painting import ViewConfig
+from brushgs.options.sequence import PathConfig
+
+pytest.importorskip("pxr")
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+POINTS = np.random.default_rng(3).normal(size=(40, 3))
+
+
+def seen_by_usd(stage: Any, prim: str, time: float, size: tuple[int, int], points: np.ndarray) -> np.ndarray:
+    """Pixels [N, 2] and depths [N, 1] of points of the stage, by the frustum of usd-core."""
+    frustum = UsdGeom.Camera(stage.GetPrimAtPath(prim)).GetCamera(Usd.TimeCode(time)).frustum
+    view = np.array(frustum.ComputeViewMatrix())
+    clip = np.c_[points, np.ones(len(points))] @ view @ np.array(frustum.ComputeProjectionMatrix())
+    device = clip[:, :2] / clip[:, 3:]
+    pixels = (device * [0.5, -0.5] + 0.5) * size
+    return np.c_[pixels, -(np.c_[points, np.ones(len(points))] @ view)[:, 2]]
+
+
+def seen(camera: Any, points: np.ndarray) -> np.ndarray:
+    """The same by a camera."""
+    there = points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
+    image = there @ camera.K.T
+    return np.c_[image[:, :2] / image[:, 2:], there[:, 2]]
+
+
+def check(camera: Any, stage: Any, prim: str, time: float, atol: float = 1e-3) -> None:
+    expected = seen_by_usd(stage, prim, time, (camera.width, camera.height), POINTS)
+    np.testing.assert_allclose(seen(camera, POINTS), expected, rtol=1e-5, atol=atol)
+
+
+def new_stage(path: Path, up: str = "Y") -> Any:
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageUpAxis(stage, up)
+    return stage
+
+
+def add_camera(stage: Any, prim: str, **attributes: object) -> Any:
+    camera = UsdGeom.Camera.Define(stage, prim)
+    values = {"horizontalAperture": 36.0, "verticalAperture": 24.0, "focalLength": 40.0} | attributes
+    for name, value in values.items():
+        camera.GetPrim().GetAttribute(name).Set(value)
+    camera.GetClippingRangeAttr().Set(Gf.Vec2f(0.25, 1000))
+    return camera
+
+
+def moving_stage(path: Path) -> Any:
+    """A camera that moves for two seconds of 30 frames under an arm that turns, and one that stands still."""
+    stage = new_stage(path, "Z")
+    stage.SetTimeCodesPerSecond(30)
+    stage.SetStartTimeCode(1)
+    stage.SetEndTimeCode(61)
+    add_camera(stage, "/Still").AddTranslateOp().Set(Gf.Vec3d(0, 0, 9))
+    arm = UsdGeom.Xform.Define(stage, "/Arm")
+    turn = arm.AddRotateZOp()
+    arm.AddScaleOp().Set(Gf.Vec3f(2, 2, 2))
+    shot = add_camera(stage, "/Arm/Shot", horizontalApertureOffset=3.0, verticalApertureOffset=-2.0)
+    move = shot.AddTranslateOp()
+    shot.AddRotateXYZOp().Set(Gf.Vec3f(10, 20, 30))
+    for frame in range(1, 62):
+        turn.Set(1.5 * frame, frame)
+        move.Set(Gf.Vec3d(0.1 * frame, 0, 6 + 0.05 * frame), frame)
+        shot.GetFocalLengthAttr().Set(30 + 0.5 * frame, frame)
+    stage.Save()
+    return stage
+
+
+@pytest.mark.parametrize("suffix", [".usd", ".usda", ".usdc", ".usdz"])
+def test_a_camera_sees_what_usd_says_it_sees(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix if suffix != '.usdz' else '.usdc'}"
+    stage = new_stage(path)
+    camera = add_camera(stage, "/Camera", horizontalApertureOffset=4.0, verticalApertureOffset=3.0)
+    camera.AddTranslateOp().Set(Gf.Vec3d(1, 2, 8))
+    camera.AddRotateXYZOp().Set(Gf.Vec3f(5, -10, 15))
+    stage.Save()
+    if suffix == ".usdz":
+        from pxr import UsdUtils
+
+        path = tmp_path / "a.usdz"
+        assert UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(tmp_path / "a.usdc")), str(path))
+    (found,) = load_cameras(path)
+    assert (found.width, found.height, found.near) == (1280, 854, 0.25)
+    # 36 x 24 is 1280 x 853.3: the principal point is as far off the middle in heights.
+    np.testing.assert_allclose(found.K[1, 1], 40 / 24 * 854)
+    np.testing.assert_allclose(found.K[:2, 2] - [640, 427], np.array([-4, 3]) / 24 * 854)
+    expected = seen_by_usd(stage, "/Camera", 0, (1281, 854), POINTS) - [0.5, 0, 0]
+    np.testing.assert_allclose(seen(found, POINTS), expected, atol=1e-3)
+
+
+def test_the_frames_of_an_animated_camera_are_those_of_the_stage(tmp_path: Path) -> None:
+    stage = moving_stage(tmp_path / "move.usda")
+    file = read_cameras(tmp_path / "move.usda")
+    assert (len(file.cameras), file.fps) == (61, 30)
+    assert file.choice == "the animated camera 'Shot' of 2"
+    for frame in (1, 2, 30, 61):
+        camera = file.cameras[frame - 1]
+        expected = seen_by_usd(stage, "/Arm/Shot", frame, (1281, 854), POINTS) - [0.5, 0, 0]
+        np.testing.assert_allclose(seen(camera, POINTS), expected, rtol=1e-5, atol=1e-3)
+
+
+def test_another_rate_lies_between_the_frames(tmp_path: Path) -> None:
+    stage = moving_stage(tmp_path / "move.usda")
+    path = plan_path(None, ViewConfig(), PathConfig(file=tmp_path / "move.usda", fps=60))
+    assert (len(path.cameras), path.fps) == (121, 60)
+    expected = seen_by_usd(stage, "/Arm/Shot", 10.5, (1281, 854), POINTS) - [0.5, 0, 0]
+    np.testing.assert_allclose(seen(path.cameras[19], POINTS)[:, 2], expected[:, 2], atol=2e-3)
+
+
+def test_views_are_those_of_the_scene_where_the_stage_has_it(tmp_path: Path) -> None:
+    stage = moving_stage(tmp_path / "move.usda")
+    scene = UsdGeom.Xform.Define(stage, "/root/brushgs_scene_001")
+    scene.AddTranslateOp().Set(Gf.Vec3d(0.5, 0, 1))
+    scene.AddRotateXOp().Set(90.0)
+    scene.AddScaleOp().Set(Gf.Vec3f(3, 3, 3))
+    stage.Save()
+    placed = np.array(scene.ComputeLocalToWorldTransform(0))
+    camera = load_cameras(tmp_path / "move.usda")[29]
+    in_stage = np.c_[POINTS, np.ones(len(POINTS))] @ placed
+    expected = seen_by_usd(stage, "/Arm/Shot", 30, (1281, 854), in_stage[:, :3]) - [0.5, 0, 0]
+    np.testing.assert_allclose(seen(camera, POINTS)[:, :2], expected[:, :2], rtol=1e-4, atol=1e-2)
+    np.testing.assert_allclose(seen(camera, POINTS)[:, 2], expected[:, 2] / 3, rtol=1e-5)
+    assert camera.near == pytest.approx(0.25 / 3)
+
+
+def test_a_layer_beside_the_file_is_read_and_one_elsewhere_is_not(tmp_path: Path) -> None:
+    (tmp_path / "shots").mkdir()
+    stage = new_stage(tmp_path / "shots" / "shot.usda")
+    add_camera(stage, "/Camera")
+    stage.Save()
+    top = Sdf.Layer.CreateNew(str(tmp_path / "top.usda"))
+    top.subLayerPaths.append("./shots/shot.usda")
+    top.Save()
+    assert len(load_cameras(tmp_path / "top.usda")) == 1
+    inner = Sdf.Layer.CreateNew(str(tmp_path / "shots" / "inner.usda"))
+    inner.subLayerPaths.append("../top.usda")
+    inner.Save()
+    with pytest.raises(SceneError, match=r"names the file '\.\./top\.usda', which lies outside its folder"):
+        load_cameras(tmp_path / "shots" / "inner.usda")
+
+
+def orthographic(stage: Any) -> None:
+    add_camera(stage, "/Plan", projection="orthographic")
+
+
+def without_lens(stage: Any) -> None:
+    add_camera(stage, "/Camera", focalLength=0.0)
+
+
+def too_long(stage: Any) -> None:
+    move = add_camera(stage, "/Camera").AddTranslateOp()
+    move.Set(Gf.Vec3d(0), 0)
+    move.Set(Gf.Vec3d(1), 1e7)
+
+
+def mirrored(stage: Any) -> None:
+    add_camera(stage, "/Camera").AddScaleOp().Set(Gf.Vec3f(1, 1, -1))
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (lambda stage: None, "holds no camera; export it with its cameras"),
+        (orthographic, "camera 'Plan' must be a perspective one; export it again as such"),
+        (
+            without_lens,
+            "camera 'Camera' must have a focal length, apertures and a near clipping plane",
+        ),
+        (too_long, "its cameras move for 416,667 s, which is too many frames"),
+        (mirrored, "camera 'Camera' is mirrored by what it hangs on"),
+        (
+            lambda stage: stage.SetTimeCodesPerSecond(0),
+            "must have timeCodesPerSecond and framesPerSecond",
+        ),
+    ],
+)
+def test_what_cannot_be_used_is_named(tmp_path: Path, change: Any, sentence: str) -> None:
+    path = tmp_path / "a.usda"
+    stage = new_stage(path)
+    change(stage)
+    stage.Save()
+    with pytest.raises(SceneError, match=sentence) as caught:
+        load_cameras(path)
+    assert str(caught.value).startswith(f"{path}: ")
+
+
+# The first makes usd-core call itself until the process dies.
+NESTED = b"#usda 1.0\n" + b'def "a" {\n' * 100_000
+
+
+@pytest.mark.parametrize("content", [NESTED, b"#usda 1.0\ndef {", b"PXR-USDC" + b"\xff" * 99, b"hello"])
+def test_a_damaged_file_gives_a_sentence_even_where_it_ends_the_process_that_reads_it(
+    tmp_path: Path, content: bytes
+) -> None:
+    path = tmp_path / "a.usd"
+    path.write_bytes(content)
+    with pytest.raises(SceneError, match="is damaged, or no USD file; export it again"):
+        load_cameras(path)
+
+
+def test_an_empty_file(tmp_path: Path) -> None:
+    (tmp_path / "a.usdc").touch()
+    with pytest.raises(SceneError, match="is empty"):
+        load_cameras(tmp_path / "a.usdc")
+
+
+def test_what_takes_too_long_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    moving_stage(tmp_path / "a.usda")
+    monkeypatch.setattr(process, "_MIN_SECONDS", 0)
+    with pytest.raises(SceneError, match="was not read within 0 s; export only what is needed of it"):
+        load_cameras(tmp_path / "a.usda")
+
+
+def test_without_the_package_the_sentence_says_how_to_install_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    moving_stage(tmp_path / "a.usda")
+    monkeypatch.setattr(process, "PACKAGE", "no_such_package")
+    with pytest.raises(SceneError, match=r"usd-core reads; install it with pip install 'brushgs\[usd\]'"):
+        load_cameras(tmp_path / "a.usda")
