@@ -63,7 +63,9 @@ def action_named(parser: ArgumentParser, name: str) -> Action:
 
 
 def option_words(
-    parser: ArgumentParser, options: Mapping[str, Any], located: Callable[[str], str] = str
+    parser: ArgumentParser,
+    options: Mapping[str, Any],
+    located: Callable[[Action, str], str] = lambda action, text: text,
 ) -> list[str]:
     """The words of a command line that say the same, arguments first.
 
@@ -74,7 +76,7 @@ def option_words(
     Args:
         parser: of the command.
         options: name -> value.
-        located: gives the text of a value that names files in the place where they are.
+        located: gives a text that may name files, of a flag, with the place where they are.
 
     Raises:
         OptionError: if there is no such option, or it does not take the value.
@@ -85,7 +87,7 @@ def option_words(
         action = action_named(parser, name)
         if value is None:
             continue
-        texts = [located(text) for text in _texts(action, name, value)]
+        texts = [located(action, text) for text in _texts(action, name, value)]
         for text in texts:
             _check(action, name, text)
         if not action.option_strings:

@@ -7,9 +7,11 @@ only the standard library: `brushgs --help` takes little longer than the start o
 import re
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
+from functools import partial
 from importlib import import_module
 from typing import NoReturn
 
+from brushgs.cli.config_file import add_config
 from brushgs.version import __version__
 
 COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
@@ -68,9 +70,25 @@ def parse(words: Sequence[str]) -> Namespace:
         UsageError: if a flag or a value is invalid; one sentence.
     """
     words = _joined(_asking_for_help(words))
-    args = build_parser(words).parse_args(words)
-    args.words = words
+    expanded = _configured(words)
+    try:
+        args = build_parser(words).parse_args(expanded)
+    except UsageError as error:
+        if expanded == words:
+            raise
+        raise UsageError(f"{error}; some options are those of --config") from None
+    args.words = expanded
     return args
+
+
+def _configured(words: list[str]) -> list[str]:
+    """The words with those of the file that --config names."""
+    if words[0] not in COMMANDS or not any(word.startswith("--co") for word in words):
+        return words
+    from brushgs.cli.config_file import with_config
+
+    makers = {name: partial(command_parser, name) for name in COMMANDS}
+    return with_config(command_parser(words[0]), makers, words)
 
 
 def build_parser(words: Sequence[str]) -> ArgumentParser:
@@ -98,6 +116,7 @@ def _add_flags(command: ArgumentParser, name: str) -> None:
     module = import_module(f"brushgs.cli.commands.{name}")
     module.add_flags(command)
     command.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    add_config(command)
     command.set_defaults(run=module.run)
 
 

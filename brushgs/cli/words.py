@@ -1,10 +1,52 @@
 """The words of a command line again: those that say one kind of thing, as they were typed."""
 
 from argparse import Action, ArgumentParser
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
 
 # `dest` of flags of a command that paints, which decide nothing of what is painted.
-NOT_PAINTED = frozenset({"output", "json", "quiet", "verbose", "debug", "draw.threads"})
+NOT_PAINTED = frozenset({"output", "json", "quiet", "verbose", "debug", "config", "draw.threads"})
+
+
+class Piece(NamedTuple):
+    """A flag with its values, or an argument without one.
+
+    Attributes:
+        action: of the flag; None for an argument.
+        values: what follows the flag, or the argument.
+    """
+
+    action: Action | None
+    values: list[str]
+
+    @property
+    def name(self) -> str | None:
+        """The flag, whole and without dashes; None for an argument."""
+        return None if self.action is None else self.action.option_strings[-1].lstrip("-")
+
+
+def pieces_of(parser: ArgumentParser, words: Sequence[str]) -> Iterator[Piece]:
+    """The words of a command line, each flag with its values.
+
+    Args:
+        parser: of the command.
+        words: without the name of the command.
+    """
+    actions = {flag: action for action in parser._actions for flag in action.option_strings}
+    rest = list(words)
+    while rest:
+        word = rest.pop(0)
+        if word == "--":  # what follows are arguments
+            yield from (Piece(None, [other]) for other in rest)
+            return
+        flag, equals, value = word.partition("=")
+        action = _action_of(flag, actions)
+        if action is not None:
+            yield Piece(action, [value] if equals else _values(action, rest))
+        elif word[:2] in actions:  # -oFILE
+            yield Piece(actions[word[:2]], [word[2:]])
+        else:
+            yield Piece(None, [word])
 
 
 def words_of(parser: ArgumentParser, words: Sequence[str], is_wanted: Callable[[str], bool]) -> list[str]:
@@ -15,20 +57,25 @@ def words_of(parser: ArgumentParser, words: Sequence[str], is_wanted: Callable[[
         words: which the parser has accepted, with or without the name of the command.
         is_wanted: of the `dest` of a flag.
     """
-    actions = {flag: action for action in parser._actions for flag in action.option_strings}
-    wanted, rest = [], list(words)
-    while rest:
-        word = rest.pop(0)
-        flag, equals, value = word.partition("=")
-        action = _action_of(flag, actions)
-        if action is None:  # a file, or -oFILE
-            continue
-        values = [value] if equals else [rest.pop(0)] if action.nargs is None else []
-        if is_wanted(action.dest):
+    wanted = []
+    for action, values in pieces_of(parser, words):
+        if action is not None and is_wanted(action.dest):
             name = action.option_strings[-1]
             # A value that begins with a minus would be taken for a flag.
             wanted += [f"{name}={values[0]}"] if values and values[0].startswith("-") else [name, *values]
     return wanted
+
+
+def _values(action: Action, rest: list[str]) -> list[str]:
+    """Take the values of a flag from the words after it."""
+    if action.nargs == 0 or not rest:
+        return []
+    if action.nargs is None:
+        return [rest.pop(0)]
+    values: list[str] = []
+    while rest and not rest[0].startswith("-") and not (action.nargs == "?" and values):
+        values.append(rest.pop(0))
+    return values
 
 
 def _action_of(flag: str, actions: dict[str, Action]) -> Action | None:

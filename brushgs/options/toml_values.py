@@ -1,5 +1,6 @@
 """Values of TOML files that one writes by hand, looks and rules: read, typed, and refused in words."""
 
+import re
 import reprlib
 import tomllib
 from collections.abc import Callable
@@ -48,6 +49,30 @@ def read_toml(text: str, path: Path, advice: str) -> dict[str, Any]:
         raise SceneError(path, f"is nested too deeply; {advice}") from None
     except ValueError as error:  # of the syntax, and numbers of too many digits
         raise SceneError(path, f"is not TOML: {str(error)[:200]}; {advice}") from None
+
+
+def line_of(text: str, key: str, table: str = "", index: int = 0) -> int | None:
+    """The line, from 1, where a key stands in a file, for a message; None if it is not found.
+
+    Args:
+        text: of the file.
+        key: as it is written there, or with "_" for "-".
+        table: that it stands in, "" for above all; or itself the key of a table.
+        index: of the table, where it is one of several [[table]].
+    """
+    name = re.escape(key).replace("_", "[-_]").replace(r"\-", "[-_]")
+    assigned = re.compile(rf"""\s*["']?{name}["']?\s*[=.]""")
+    header = re.compile(r"\s*\[{1,2}\s*([^\]]+?)\s*\]")
+    current, seen = "", -1
+    for number, line in enumerate(text.splitlines(), start=1):
+        if match := header.match(line):
+            current = match[1]
+            seen += current == table
+            if not table and re.fullmatch(name, current):
+                return number
+        elif current == table and seen == (index if table else -1) and assigned.match(line):
+            return number
+    return None
 
 
 def typed_value(value: Any, kind: Any, special: Callable[[Any], Any] | None) -> Any:

@@ -100,6 +100,7 @@ EXAMPLES = {
     "quiet": (True, ["--quiet"]),
     "verbose": (True, ["--verbose"]),
     "debug": (True, ["--debug"]),
+    "config": ("c.toml", ["--config", "c.toml"]),
 }
 RENDER = command_parser("render")
 
