@@ -31,13 +31,15 @@ if TYPE_CHECKING:
     from brushgs.options.look import Look as Look
     from brushgs.options.moment import Moment as Moment
     from brushgs.page.save import save as save
+    from brushgs.painting.cameras import frame_scene as frame_scene
+    from brushgs.painting.cameras import orbit as orbit
+    from brushgs.painting.cluster import cluster as cluster
     from brushgs.painting.film import paint_film as paint_film
     from brushgs.painting.learn_style import learn_style as learn_style
     from brushgs.painting.styling import styled as styled
     from brushgs.passes.broken_color import break_colors as break_colors
     from brushgs.passes.choose_brushes import choose_brushes as choose_brushes
     from brushgs.passes.clean import clean as clean
-    from brushgs.passes.cluster import cluster as cluster
     from brushgs.passes.direction.orient import orient as orient
     from brushgs.passes.prune import prune as prune
     from brushgs.passes.recolor import Palette as Palette
@@ -76,13 +78,14 @@ _MODULES = {
     "options.look": "Look",
     "options.moment": "Moment",
     "page.save": "save",
+    "painting.cameras": "frame_scene orbit",
+    "painting.cluster": "cluster",
     "painting.film": "paint_film",
     "painting.learn_style": "learn_style",
     "painting.styling": "styled",
     "passes.broken_color": "break_colors",
     "passes.choose_brushes": "choose_brushes",
     "passes.clean": "clean",
-    "passes.cluster": "cluster",
     "passes.direction.orient": "orient",
     "passes.prune": "prune",
     "passes.recolor": "Palette recolor",

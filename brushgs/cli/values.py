@@ -11,6 +11,7 @@ from math import isfinite, radians
 from typing import TYPE_CHECKING, TypeVar, get_args
 
 from brushgs.options.choices import Target, size_rule
+from brushgs.options.stroke_number import parse_share, parse_strokes
 
 if TYPE_CHECKING:
     from brushgs.options.direction import Direction
@@ -36,9 +37,7 @@ def number(text: str) -> float:
 
 def share(text: str) -> float:
     """A share, as a number or in percent: 0.7 or 70%."""
-    if text.endswith("%"):
-        return number(text[:-1]) / 100
-    return number(text)
+    return _checked(parse_share, text)
 
 
 def degrees(text: str) -> float:
@@ -103,27 +102,8 @@ def picture_size(text: str) -> tuple[int, int]:
 
 
 def strokes(text: str) -> "int | float | str | ErrorBudget | None":
-    """A value of `ClusterConfig.strokes`: int for a count, float for a share, None for all."""
-    if text == "all":
-        return None
-    if text == "auto":
-        return text
-    if text.lower().endswith("db"):
-        from brushgs.options.painting import ErrorBudget
-
-        return _checked(ErrorBudget, number(text[:-2]))
-    if text.endswith("%"):
-        share = number(text[:-1]) / 100
-        if not 0 < share <= 1:
-            raise ArgumentTypeError(f"must be above 0 % and at most 100 %, got {text!r}")
-        return share
-    try:
-        return count_from(1)(text)
-    except ArgumentTypeError:
-        raise ArgumentTypeError(
-            "must be a count of 1 or more, a share such as 10%, all, auto, or a PSNR such as 24dB, "
-            f"got {text!r}"
-        ) from None
+    """A value of `ClusterConfig.strokes`, see `parse_strokes`."""
+    return _checked(parse_strokes, text)
 
 
 def stroke_size(text: str) -> "StrokeSize":

@@ -92,24 +92,17 @@ def cluster(
     views: Sequence[Camera] | PlainViews | None = None,
     focus: NDArray[np.float64] | None = None,
 ) -> Gaussians:
-    """Merge Gaussians into fewer and larger ones.
+    """Merge Gaussians into fewer and larger ones: `brushgs.cluster` with a count of strokes.
 
     Args:
         gaussians: N Gaussians.
         num_strokes: k >= 1, the largest number of strokes.
-        features: "balanced" does not depend on the unit of the scene and weighs each Gaussian by its
-            contribution and the colour detail around it (`cluster_weights`); "paper" is raw and unweighted.
-            See `cluster_features`.
-        merge: "cover" or "paper", see `merge_clusters`.
-        method: "minibatch" as published, "lloyd" with exact steps, "auto" by `choose_method`.
-        seed: of all random choices, 0 to 2^32 - 1. Equal seeds give equal results, bit for bit, for any
-            number of threads.
-        views: what the strokes are for: cameras, a few small ones (see `plain_views`), or plain pictures of
-        the
-            whole scene, already drawn. Then Gaussians are weighed by what these views show of them, strokes
-            that differ from the pictures are cut in two, and have the colours seen in them. Where no view
-            shows anything, and None: all Gaussians count, wherever they are.
-        focus: [N] > 0, how many times as many strokes per area each Gaussian is to get; None is 1 for all.
+        features: see `brushgs.cluster`, as all that follow.
+        merge: "cover" or "paper".
+        method: "auto", "lloyd" or "minibatch".
+        seed: 0 to 2^32 - 1.
+        views: what the strokes are for, or None.
+        focus: [N] > 0, or None.
 
     Returns:
         At most k Gaussians; the input itself, unmerged, where k >= N.
@@ -117,10 +110,6 @@ def cluster(
     Raises:
         TypeError: if `num_strokes` or `seed` is not an integer.
         ValueError: if an option is out of range or unknown, or `focus` or `views` do not suit.
-
-    Shuffled rows give the same clusters under other labels as long as no two Gaussians have equal weight and
-    position. Sums over a cluster then differ in the last bits only, which can move a Gaussian that lies
-    midway between two clusters.
     """
     _check_choice("merge", merge, get_args(Merge))
     grouping = group(

@@ -7,6 +7,7 @@ from brushgs.arrays import Mask
 from brushgs.colors import LUMINANCE
 from brushgs.options.choices import Weight
 from brushgs.options.painting import DEFAULT_KEEP
+from brushgs.options.stroke_number import parse_share
 from brushgs.passes.contribution import contributions
 from brushgs.passes.features import contracted
 from brushgs.passes.morton import morton_order
@@ -24,7 +25,7 @@ MOST_LOST = 0.05
 
 def prune(
     gaussians: Gaussians,
-    keep: float | None = None,
+    keep: float | str | None = None,
     *,
     weight: Weight = "contribution",
     at_least: int = 1,
@@ -44,9 +45,9 @@ def prune(
 
     Args:
         gaussians: N Gaussians.
-        keep: share of the rows to keep, in (0, 1], rounded to whole rows, at least one. None for 0.7, or more
-            if the others would contribute more than 5 % of all there is (not with "paper"): a scene of one
-            layer has nothing that it could do without.
+        keep: share of the rows to keep, in (0, 1] or in percent such as "70%", rounded to whole rows, at
+            least one. None for 0.7, or more if the others would contribute more than 5 % of all there is (not
+            with "paper"): a scene of one layer has nothing that it could do without.
         weight: "contribution" or "paper".
         at_least: rows that are kept whatever the share says.
         among: [N] the rows that may go, of which `keep` is the share; all others stay. None for all.
@@ -58,6 +59,11 @@ def prune(
     Raises:
         ValueError: if `keep` is out of range or `weight` is unknown.
     """
+    if isinstance(keep, str):
+        try:
+            keep = parse_share(keep)
+        except ValueError as error:
+            raise ValueError(f"prune: keep {error}") from None
     if keep is not None and not 0 < keep <= 1:
         cure = f"; for {keep:g} % write {keep / 100:g}" if 1 < keep <= 100 else ""
         raise ValueError(f"prune: keep must be in (0, 1], got {keep}{cure}")

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import Array, check
-from brushgs.brushes.brush_set import Brush, BrushSet
+from brushgs.brushes.brush_set import Brush, Brushes, BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.colors import rgb_of
 from brushgs.options.choices import Features, Filter, Merge
@@ -123,15 +123,28 @@ def choose_strokes(
     for name, value in (("psnr", psnr), ("size", size)):
         if value is not None and not 0 < value < np.inf:
             raise ValueError(f"choose_strokes: {name} must be above 0 and finite, got {value:g}")
-    if plain is None:
-        kernel = StrokeTexture.open("gaussian")
-        plain = render(gaussians, camera, kernel, depth=False, num_threads=num_threads)
-    check("choose_strokes", plain=(plain.alpha, f"{camera.height} {camera.width}"))
     brush_set = BrushSet.of(texture)
     options = RenderOptions.of(brush_set, filter=filter, num_sigmas=num_sigmas, num_threads=num_threads)
-    behind = rgb_of(background) if isinstance(background, str) else background
-    view_model = ViewModel(camera, brush_set, options, plain, np.asarray(behind))
+    view_model = open_view_model(gaussians, camera, brush_set, options, plain=plain, background=background)
     return choose_for_view_model(gaussians, view_model, psnr=psnr, size=size, features=features, merge=merge)
+
+
+def open_view_model(
+    gaussians: Gaussians,
+    camera: Camera,
+    texture: Brushes,
+    options: RenderOptions,
+    *,
+    plain: Frame | None = None,
+    background: Array | Sequence[float] | str = WHITE,
+) -> ViewModel:
+    """What counts of strokes are compared with in a view. The arguments are those of `choose_strokes`."""
+    if plain is None:
+        kernel = StrokeTexture.open("gaussian")
+        plain = render(gaussians, camera, kernel, depth=False, num_threads=options.num_threads)
+    check("choose_strokes", plain=(plain.alpha, f"{camera.height} {camera.width}"))
+    behind = rgb_of(background) if isinstance(background, str) else background
+    return ViewModel(camera, texture, options, plain, np.asarray(behind))
 
 
 def choose_for_view_model(

@@ -41,6 +41,12 @@ def test_equal_weights_fall_back_to_the_row(weight):
     assert_same(prune(scene, 0.4, weight=weight), scene.take(slice(0, 4)))
 
 
+def test_a_share_may_be_in_percent():
+    scene = random_gaussians(10)
+    assert_same(prune(scene, "30%"), prune(scene, 0.3))
+    assert_same(prune(scene, keep="0.3"), prune(scene, 0.3))
+
+
 def test_keeping_all_gives_the_input_itself():
     scene = random_gaussians(5)
     assert prune(scene, 1.0) is scene
@@ -115,6 +121,8 @@ def test_extreme_sizes_and_extents_are_pruned_without_complaint(size, spread, we
         (0.0, r"prune: keep must be in \(0, 1\], got 0.0$"),
         (-1.0, r"prune: keep must be in \(0, 1\], got -1.0$"),
         (float("nan"), r"prune: keep must be in \(0, 1\], got nan$"),
+        ("120%", r"prune: keep must be in \(0, 1\], got 1.2"),
+        ("most", "prune: keep must be a number, got 'most'"),
     ],
 )
 def test_keep_out_of_range_is_refused(keep, message):

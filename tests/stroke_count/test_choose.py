@@ -264,7 +264,7 @@ def test_aims_are_read_from_the_command_line(words, strokes, command):
     ("words", "sentence"),
     [
         (["--strokes", "0dB"], "--strokes must be above 0 dB and at most 100 dB, got 0 dB"),
-        (["--strokes", "dB"], "--strokes must be a number, got ''"),
+        (["--strokes", "dB"], "a PSNR such as 24dB, got 'dB'"),
         (["--strokes", "many"], "a PSNR such as 24dB, got 'many'"),
         (["--stroke-size", "0px"], "--stroke-size must be above 0 and at most 32767 px, got 0 px"),
         (["--stroke-size", "-3px"], "stroke-size"),
