@@ -60,6 +60,14 @@ class MovingScene:
         Raises:
             ValueError: if it is not a number.
             SceneError: if a file of it cannot be read.
+
+        Example:
+            >>> from brushgs.still_life.moving import still_life_moving
+            >>> scene = still_life_moving(2000, seconds=2)
+            >>> scene
+            MovingScene(2 s, any moment, rows correspond, ...)
+            >>> scene.at(0.5)
+            Gaussians(..., SH 3)
         """
         if time != time:  # NaN
             raise ValueError("MovingScene: time must be a number of seconds, got nan")

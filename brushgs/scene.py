@@ -76,6 +76,13 @@ class Gaussians:
         TypeError: if a column holds no numbers, or dtypes differ; or `brushes`, `ids` or `regions` hold other
             than whole numbers.
         ValueError: if a shape is wrong or a value is outside the range above; names column and row.
+
+    Example:
+        >>> one = bg.Gaussians([[0, 0, 0]], [[1, 0, 0, 0]], [[1, 0.2, 0.1]], [0.8], [[[1, 0, 0]]])
+        >>> one
+        Gaussians(1, SH 0)
+        >>> gaussians[gaussians.opacities > 0.5] + one
+        Gaussians(..., SH 3)
     """
 
     means: Array  # [N, 3]
@@ -320,6 +327,10 @@ class Camera:
 
         Raises:
             ValueError: if `eye` and `target` coincide or `fov_y` is out of range.
+
+        Example:
+            >>> bg.Camera.look_at((0, -1, -4), (0, 0, 0), width=640, height=480)
+            Camera(640x480, 50 degrees high, at 0, -1, -4)
         """
         eye, target, up = (np.asarray(v, dtype=np.float64) for v in (eye, target, up))
         forward = target - eye
@@ -389,6 +400,12 @@ class Boxes:
     Raises:
         TypeError: if a column has another dtype.
         ValueError: if a shape is wrong, the depths descend or a softness, setback or relief is negative.
+
+    Example:
+        >>> boxes = bg.project(strokes, camera)
+        >>> nearest = boxes[:100]
+        >>> nearest.centers.shape
+        (100, 2)
     """
 
     centers: Array  # [M, 2]
@@ -481,6 +498,13 @@ class Frame:
             0 to 1; "unlit" [H, W, 4] the picture without the lamp, premultiplied; and mattes: "stroke",
             "brush", "region", "layer".
         deep: every stroke in every pixel, where that was asked for.
+
+    Example:
+        >>> frame = bg.render(strokes, camera, "flat")
+        >>> np.asarray(frame).shape
+        (240, 320, 4)
+        >>> frame.over("white").shape
+        (240, 320, 3)
     """
 
     rgb: Array  # [H, W, 3]

@@ -125,6 +125,10 @@ class BrushSet:
         Raises:
             SceneError: if one cannot be opened, or a folder holds no image.
             ValueError: if there are more than 256, or a built-in kernel among several.
+
+        Example:
+            >>> bg.BrushSet.open("flat,dab")
+            BrushSet(flat, dab)
         """
         paths = paths_of(stroke) if isinstance(stroke, str | Path) else list(stroke)
         check_count(len(paths))  # before they are all read

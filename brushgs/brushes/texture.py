@@ -142,6 +142,10 @@ class StrokeTexture:
 
         Warns:
             SceneWarning: if an image without transparency has one flat tone: it becomes a solid rectangle.
+
+        Example:
+            >>> bg.StrokeTexture.open("flat")
+            StrokeTexture('flat', 247x91, height)
         """
         if size < 1:
             raise ValueError(f"StrokeTexture.open: size must be at least 1, got {size}")
@@ -191,6 +195,10 @@ class StrokeTexture:
         Raises:
             TypeError: if `coverage` is neither uint8 nor floating.
             ValueError: if it is not two-dimensional, has no texels, or a float is NaN or outside 0 to 1.
+
+        Example:
+            >>> bg.StrokeTexture.from_coverage(np.ones((8, 32), np.float32), name="bar")
+            StrokeTexture('bar', 32x8)
         """
         check("from_coverage", coverage=(coverage, "h w"))
         if np.issubdtype(coverage.dtype, np.floating):

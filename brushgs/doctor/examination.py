@@ -62,6 +62,12 @@ def examine(path: SceneFiles) -> list[Finding]:
 
     Raises:
         SceneError: if the file cannot be used at all: no scene, damaged, or no row that can be drawn.
+
+    Example:
+        >>> bg.save(gaussians, "scene.ply")
+        >>> faults = [finding for finding in bg.examine("scene.ply") if finding.severity == "fault"]
+        >>> faults
+        []
     """
     return examine_file(path).findings
 

@@ -30,6 +30,14 @@ def load(path: "SceneFiles", encoding: "Encoding | None" = None, *, lod: int | N
 
     Raises:
         SceneError: if the file cannot be used; says why and what to do.
+
+    Example:
+        >>> bg.save(gaussians, "scene.ply")
+        >>> scene = bg.load("scene.ply")
+        >>> scene
+        Gaussians(4,..., SH 3)
+        >>> scene.means.shape == (len(scene), 3)
+        True
     """
     return read_scene(path, encoding, lod)[0]
 
@@ -63,6 +71,14 @@ def load_cameras(path: str | Path) -> "list[Camera]":
     Raises:
         SceneError: if the file is of no known format, or a field of a frame is missing or unusable;
             names the frame and the field.
+
+    Example:
+        >>> from pathlib import Path
+        >>> text = '''{"fl_x": 300, "w": 320, "h": 240, "frames": [{"transform_matrix":
+        ... [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 4], [0, 0, 0, 1]]}]}'''
+        >>> _ = Path("transforms.json").write_text(text)
+        >>> bg.load_cameras("transforms.json")
+        [Camera(320x240, 43.6 degrees high, at 0, 0, 4)]
     """
     from brushgs.io.cameras.read import read_cameras
 

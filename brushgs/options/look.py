@@ -69,6 +69,10 @@ class Look:
         Raises:
             SceneError: if there is neither, or the file cannot be read, or holds a table, a field or a value
                 that no look has.
+
+        Example:
+            >>> bg.Look.open("charcoal")
+            Look('charcoal', ...)
         """
         return cls._open(name, ())
 

@@ -59,10 +59,8 @@ def frame_scene(
         ValueError: if there is no Gaussian, or an option is out of range.
 
     Example:
-        >>> from brushgs.still_life import still_life
-        >>> gaussians = still_life(2000)
-        >>> bg.frame_scene(gaussians, width=640, height=480, side="front", zoom=1.5)
-        Camera(640x480, 34.53 degrees high, at ...)
+        >>> bg.frame_scene(gaussians, width=640, height=480, side="front")
+        Camera(640x480, 50 degrees high, at ...)
     """
     view = ViewConfig(
         size=(width, height),
@@ -123,8 +121,7 @@ def orbit(
         ValueError: as `frame_scene` does, or if `num_frames` is below 1.
 
     Example:
-        >>> from brushgs.still_life import still_life
-        >>> cameras = bg.orbit(still_life(2000), 120, width=320, height=240)
+        >>> cameras = bg.orbit(gaussians, 120, width=320, height=240)
         >>> len(cameras)
         120
     """

@@ -68,13 +68,10 @@ def cluster(
     midway between two clusters.
 
     Example:
-        >>> from brushgs.still_life import still_life, still_life_camera
-        >>> gaussians = still_life(2000)
         >>> bg.cluster(gaussians, 300)
         Gaussians(300, SH 3)
-        >>> share = bg.cluster(gaussians, "10%")
-        >>> view = still_life_camera(width=320, height=240)
-        >>> strokes = bg.cluster(gaussians, "auto", camera=view, texture="flat")
+        >>> tenth = bg.cluster(gaussians, "10%")
+        >>> strokes = bg.cluster(gaussians, "auto", camera=camera, texture="flat")
     """
     wanted = _number_of(num_strokes)
 

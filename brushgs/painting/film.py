@@ -42,6 +42,13 @@ def paint_film(
     Raises:
         SceneError: if a file cannot be read or written.
         ValueError: if an option does not suit the scene or the output.
+
+    Example:
+        >>> from brushgs.still_life.moving import still_life_moving
+        >>> scene = still_life_moving(2000, seconds=0.2)
+        >>> report = bg.paint_film(scene, "clip.mp4", camera=camera, clip=bg.ClipConfig(fps=10))
+        >>> report.output
+        'clip.mp4'
     """
     source = None
     if not isinstance(scene, MovingScene):

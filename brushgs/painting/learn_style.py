@@ -23,6 +23,12 @@ def learn_style(painting: str | Path, *, name: str | None = None) -> Style:
 
     Raises:
         SceneError: if the file cannot be read as a picture, or there is nothing to learn from it.
+
+    Example:
+        >>> small = camera.resized(160, 120)
+        >>> bg.save(bg.render(strokes, small, "flat", underpaint=True), "painting.png")
+        >>> bg.learn_style("painting.png")
+        Style('painting', ... colours...)
     """
     return learn_painting(Path(painting), name, Report())
 

@@ -123,6 +123,13 @@ def styled(look: PaintConfig | Look | str | Path | None, style: StyleConfig | st
     Raises:
         SceneError: if a file cannot be read, or is no style.
         ValueError: if the style is no such text.
+
+    Example:
+        >>> from brushgs.style import StyleEdit
+        >>> darker = StyleEdit(0.6 * np.eye(3, 4))
+        >>> bg.save_style(bg.Style("dusk", edit=darker), "dusk.style")
+        >>> options = bg.styled("oil", "dusk.style:0.7")
+        >>> frame = bg.paint(gaussians, options, camera=camera)
     """
     config, style = config_of(look), StyleConfig.parse(style) if isinstance(style, str) else style
     steps = {step: getattr(config, step) for step in STEPS}

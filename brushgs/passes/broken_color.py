@@ -49,6 +49,11 @@ def break_colors(
         ValueError: if an option is out of range.
 
     Strokes at the same place get the same shift. Scaling or moving the scene gives other shifts.
+
+    Example:
+        >>> livelier = bg.break_colors(strokes, 0.05)
+        >>> bool((livelier.sh != strokes.sh).any())
+        True
     """
     for name, value in (("lightness", lightness), ("chroma", chroma)):
         if not 0 <= value <= MOST:

@@ -42,6 +42,13 @@ def choose_brushes(strokes: Gaussians, kit: BrushKit, *, seed: int = 0) -> Gauss
     Raises:
         TypeError: if `seed` is not an integer.
         ValueError: if it is out of range, or the kit has more than 256 images.
+
+    Example:
+        >>> kit = bg.BrushKit(long=("flat",), short=("dab",))
+        >>> chosen = bg.choose_brushes(strokes, kit)
+        >>> chosen
+        Gaussians(500, SH 3, brushes)
+        >>> frame = bg.render(chosen, camera, kit.open())
     """
     _check_seed("choose_brushes", seed)
     rows = kit.rows()

@@ -92,6 +92,11 @@ def clean(gaussians: Gaussians, floaters: Clean = "sure") -> Gaussians:
 
     Raises:
         ValueError: if `floaters` is none of these.
+
+    Example:
+        >>> cleaned = bg.clean(gaussians)
+        >>> len(cleaned) <= len(gaussians)
+        True
     """
     if floaters not in get_args(Clean):
         raise ValueError(f"clean: floaters must be {', '.join(get_args(Clean))}, got {floaters!r}")

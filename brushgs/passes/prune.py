@@ -58,6 +58,11 @@ def prune(
 
     Raises:
         ValueError: if `keep` is out of range or `weight` is unknown.
+
+    Example:
+        >>> kept = bg.prune(gaussians, "30%")
+        >>> len(kept) == round(0.3 * len(gaussians))
+        True
     """
     if isinstance(keep, str):
         try:

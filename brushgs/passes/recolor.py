@@ -46,6 +46,10 @@ class Palette:
         Raises:
             TypeError: if an argument is not an array.
             ValueError: if no colour has a weight above zero, shapes are wrong or the space is unknown.
+
+        Example:
+            >>> bg.Palette.of_colors(np.array([[0.8, 0.1, 0.1], [0.1, 0.2, 0.7]])).space
+            'lab'
         """
         weights = np.ones(len(rgb)) if weights is None else weights
         check("Palette", rgb=(rgb, "N 3"), weights=(weights, "N"))
@@ -107,6 +111,11 @@ def recolor(
 
     The covariance is matched unless that needs a stretch of more than `MAX_STRETCH` along some axis, as in a
     scene of one colour. Base colours are exact to rounding, view-dependent terms to first order.
+
+    Example:
+        >>> red_and_blue = bg.Palette.of_colors(np.array([[0.8, 0.1, 0.1], [0.1, 0.2, 0.7]]))
+        >>> bg.recolor(strokes, red_and_blue, 0.5)
+        Gaussians(500, SH 3)
     """
     if not 0 <= strength <= 1:
         cure = f"; for {strength:g} % write {strength / 100:g}" if 1 < strength <= 100 else ""

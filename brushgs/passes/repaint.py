@@ -48,6 +48,11 @@ def repaint(
 
     Raises:
         ValueError: if there is no view.
+
+    Example:
+        >>> views = bg.plain_views(gaussians, [camera])
+        >>> bg.repaint(strokes, gaussians, views)
+        Gaussians(500, SH 3)
     """
     plain = PlainViews.of(gaussians, views)
     if len(plain) == 0:

@@ -39,6 +39,10 @@ def solidify(strokes: Gaussians, strength: float = STRENGTH) -> Gaussians:
         ValueError: if `strength` is not in [0, 1].
 
     Independent of unit and place of the scene, of the order of the rows and of the number of threads.
+
+    Example:
+        >>> bg.solidify(strokes)
+        Gaussians(500, SH 3)
     """
     if not 0 <= strength <= 1:
         raise ValueError(f"solidify: strength must be in [0, 1], got {strength:g}")

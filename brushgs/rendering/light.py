@@ -119,6 +119,12 @@ def light(
     Raises:
         TypeError: if arrays have other dtypes.
         ValueError: if shapes do not match, or `blur` is out of range.
+
+    Example:
+        >>> paint = bg.render(strokes, camera, "impasto", relief=True)
+        >>> lit = bg.light(paint.rgb, paint.height, bg.Lamp(gloss=0.2), alpha=paint.alpha)
+        >>> lit.shape
+        (240, 320, 3)
     """
     lamp = Lamp() if lamp is None else lamp
     arrays = {"rgb": (rgb, "H W 3"), "height": (height, "H W")}

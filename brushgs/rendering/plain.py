@@ -62,6 +62,10 @@ def plain_views(
         cameras: the views. Some 100,000 pixels each are enough: strokes are compared with them, not shown.
         depth: whether the pictures have a depth, which only `find_lines` looks at.
         num_threads: None takes the processors available to this process. The pictures do not depend on it.
+
+    Example:
+        >>> bg.plain_views(gaussians, [camera])
+        PlainViews(1 views, 320x240)
     """
     kernel = StrokeTexture.open("gaussian")
     frames = [render(gaussians, camera, kernel, depth=depth, num_threads=num_threads) for camera in cameras]

@@ -90,6 +90,11 @@ def track(
 
     Raises:
         ValueError: if there is no camera, sizes differ, or an option is out of range.
+
+    Example:
+        >>> cameras = bg.orbit(gaussians, 12, width=160, height=120)
+        >>> for camera, boxes in zip(cameras, bg.track(strokes, cameras)):
+        ...     frame = bg.rasterize(boxes, "flat", width=camera.width, height=camera.height)
     """
     path = track_directions(gaussians, cameras, low_pass=low_pass, num_threads=num_threads)
     for frame, camera in enumerate(cameras):

@@ -115,6 +115,11 @@ def choose_strokes(
     Raises:
         ValueError: if there is no Gaussian, both `psnr` and `size` are given, one is not positive, or even
             all N strokes do not reach `psnr`.
+
+    Example:
+        >>> choice = bg.choose_strokes(gaussians, camera, "flat")
+        >>> choice.strokes < len(gaussians)
+        True
     """
     if len(gaussians) == 0:
         raise ValueError("choose_strokes: gaussians must have at least one row, got none")

@@ -21,6 +21,12 @@ def load_moving(scene: "SceneFiles") -> "MovingScene":
 
     Raises:
         SceneError: if a file cannot be used, or needs a network or a pickle; says what would work.
+
+    Example:
+        >>> for moment in range(3):
+        ...     bg.save(gaussians, f"frame_{moment:03}.ply")
+        >>> bg.load_moving(["frame_000.ply", "frame_001.ply", "frame_002.ply"])
+        MovingScene(...)
     """
     from brushgs.io.moving import read
 

@@ -19,6 +19,13 @@ def load_style(path: str | Path) -> "Style":
     Raises:
         SceneError: if there is no such regular file, it is larger than 200 kB, no style, of a later version,
             or a field is missing, unknown or wrong; names the field.
+
+    Example:
+        >>> from brushgs.style import StyleEdit
+        >>> darker = StyleEdit(0.6 * np.eye(3, 4))
+        >>> bg.save_style(bg.Style("dusk", edit=darker), "dusk.style")
+        >>> bg.load_style("dusk.style")
+        Style('dusk', an edit)
     """
     from brushgs.io.styles.read import read_style
 
@@ -32,6 +39,11 @@ def save_style(style: "Style", path: str | Path) -> None:
         ValueError: if the suffix is another one, the style would take more than 200 kB, or a value is out of
             its range; then nothing is written.
         SceneError: if the file cannot be written.
+
+    Example:
+        >>> from brushgs.style import StyleEdit
+        >>> darker = StyleEdit(0.6 * np.eye(3, 4))
+        >>> bg.save_style(bg.Style("dusk", edit=darker), "dusk.style")
     """
     from brushgs.io.styles.write import write_style
 

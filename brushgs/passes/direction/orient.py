@@ -100,6 +100,11 @@ def orient(
     that neighbours point the same way: the stroke image runs along the longest axis, as `project` with the
     lock "anchor" takes it. The result does not depend on unit, position, order of rows or number of threads,
     but for rounding; equal input gives equal output, bit for bit.
+
+    Example:
+        >>> along = bg.orient(strokes, gaussians, "form")
+        >>> len(along) == len(strokes)
+        True
     """
     if isinstance(field, str):
         field = Direction.of(field)
