@@ -41,6 +41,12 @@ def save(
         TypeError: if `value` is something else, or an argument is not known.
         ValueError: if the suffix does not suit the value, or an argument of a page is given for another file.
         SceneError: if the file cannot be written.
+
+    Example:
+        >>> bg.save(strokes, "strokes.ply")
+        >>> frame = bg.render(strokes, camera, "flat")
+        >>> bg.save(frame, "painting.png")
+        >>> bg.save(strokes, "painting.html", texture="flat", underpaint=True)
     """
     if Path(path).suffix.lower() not in PAGE_SUFFIXES:
         of_a_page = {"texture": texture, "camera": camera, "title": title, "background": background} | options

@@ -227,6 +227,13 @@ def project(
             of these.
 
     Where both axes are equally long the angle of "off" is undefined: 0 is returned there.
+
+    Example:
+        >>> boxes = bg.project(strokes, camera)
+        >>> boxes
+        Boxes(...)
+        >>> bool((np.diff(boxes.depths) >= 0).all())
+        True
     """
     options = ProjectOptions(
         num_sigmas=num_sigmas,

@@ -110,6 +110,11 @@ def rasterize(
         ValueError: if an option is out of range; if `underpaint` is given and boxes have no setbacks, or
             `relief` and they have no reliefs; if the brush of a box lies beyond the set; if a glaze is to
             have underpaint or streaks; or if `in_front_of` is of another size.
+
+    Example:
+        >>> boxes = bg.project(strokes, camera)
+        >>> bg.rasterize(boxes, "dry_brush", width=camera.width, height=camera.height)
+        Frame(320x240, depth)
     """
     painted = RasterArguments(
         boxes,

@@ -65,6 +65,11 @@ def render(
 
     Raises:
         ValueError: if an option is out of range.
+
+    Example:
+        >>> bg.render(strokes, camera, "flat", underpaint=True)
+        Frame(320x240, depth)
+        >>> plain = bg.render(gaussians, camera, "gaussian")
     """
     brush_set = BrushSet.of(texture)
     options = RenderOptions.of(
@@ -119,6 +124,12 @@ def render_sequence(
 
     Raises:
         ValueError: if there is no camera, sizes differ, or an option is out of range.
+
+    Example:
+        >>> cameras = bg.orbit(gaussians, 12, width=160, height=120)
+        >>> frames = bg.render_sequence(strokes, cameras, "flat")
+        >>> next(frames)
+        Frame(160x120, depth)
     """
     if lock not in get_args(Lock):
         raise ValueError(f"render_sequence: lock must be one of {', '.join(get_args(Lock))}, got {lock!r}")

@@ -78,6 +78,11 @@ def save_video(
     Raises:
         ValueError: if there is no frame, sizes differ, or an option or the suffix is out of range.
         SceneError: if the file cannot be written.
+
+    Example:
+        >>> cameras = bg.orbit(gaussians, 12, width=160, height=120)
+        >>> frames = bg.render_sequence(strokes, cameras, "flat")
+        >>> bg.save_video(frames, "turn.mp4", fps=12, background="toned")
     """
     path, rest = Path(path), iter(frames)
     if path.suffix.lower() not in VIDEO_SUFFIXES:
