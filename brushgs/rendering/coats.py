@@ -19,11 +19,13 @@ from brushgs.options.choices import Blend
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
 from brushgs.rendering.project import Directions, ProjectCounts
 from brushgs.rendering.relief import keep_relief
+from brushgs.rendering.wanted import NOTHING, Wanted
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.threads import num_threads_or_default
 
 if TYPE_CHECKING:
     from brushgs.rendering.light import Lamp
+    from brushgs.rendering.marks import LaidCoat
     from brushgs.rendering.motion import Pose
     from brushgs.rendering.surface import Surface
 
@@ -110,6 +112,8 @@ class Canvas:
         surface: what is painted on; None for strokes alone.
         is_transparent: whether the colour of the surface is left out: its height and grain are felt.
         is_moving: see `Painting`.
+        wanted: what frames hold beside their colours.
+        region_names: see `Painting`.
     """
 
     def __init__(
@@ -119,7 +123,11 @@ class Canvas:
         *,
         is_transparent: bool = False,
         is_moving: bool = False,
+        wanted: Wanted = NOTHING,
+        region_names: tuple[str, ...] = (),
     ) -> None:
+        self._wanted, self._region_names = wanted, region_names
+        self._laid: list[LaidCoat] = []  # where every stroke is wanted
         self._camera, self._surface, self._is_transparent = camera, surface, is_transparent
         self._is_moving, self._hidden = is_moving, 1 - (CARRIED_MOVING if is_moving else CARRIED)
         self._frame: Frame | None = None  # of the strokes alone
@@ -132,9 +140,15 @@ class Canvas:
             from brushgs.rendering.depth_test import DepthTest
 
             more["in_front_of"] = DepthTest.by_picture(self._frame, boxes, coat.strokes, sizes=coat.tolerance)
-        frame = rasterize_with(boxes, self._camera, coat.texture, coat.options, blend=coat.blend, **more)
+        frame = painted = rasterize_with(
+            boxes, self._camera, coat.texture, coat.options, blend=coat.blend, **more
+        )
         if coat.dry and self._surface is not None:
-            frame = _pressed(frame, coat, self._surface.grain)
+            frame = _pressed(painted, coat, self._surface.grain)
+        if self._wanted.needs_strokes:
+            from brushgs.rendering.marks import LaidCoat
+
+            self._laid.append(LaidCoat.of(coat, boxes, painted, frame, **more))
         if coat.blend == "glaze":
             if self._frame is not None:
                 np.multiply(self._frame.rgb, frame.rgb, out=self._frame.rgb)
@@ -147,7 +161,7 @@ class Canvas:
         return frame
 
     def finish(self, lamp: "Lamp | None" = None) -> Frame:
-        """The picture: opaque where the surface has a colour, and lit where there is a lamp."""
+        """The picture: opaque where the surface has a colour, lit where there is a lamp."""
         frame = self._frame
         if frame is None:
             shape = self._camera.height, self._camera.width
@@ -178,13 +192,35 @@ class Canvas:
             frame = replace(frame, rgb=picture, alpha=opaque)
         elif self._tint is not None:
             frame = _with_glazes(frame, self._tint)
-        if lamp is None or height is None:
-            return frame
-        from brushgs.rendering.light import BLUR, BLUR_MOVING, light
+        unlit, lighting = frame, None
+        if lamp is not None and height is not None:
+            from brushgs.rendering.light import BLUR, BLUR_MOVING, light
 
-        blur = BLUR_MOVING if self._is_moving else BLUR
-        rgb = light(frame.rgb, height, lamp, alpha=frame.alpha, blur=blur, out=frame.rgb)
-        return replace(frame, rgb=rgb, height=height)
+            blur = BLUR_MOVING if self._is_moving else BLUR
+            out = None if self._wanted.is_any else frame.rgb
+            rgb = light(frame.rgb, height, lamp, alpha=frame.alpha, blur=blur, out=out)
+            frame, lighting = replace(frame, rgb=rgb, height=height), (height, lamp, blur)
+        return self._with_layers(frame, unlit, lighting) if self._wanted.is_any else frame
+
+    def _with_layers(self, frame: Frame, unlit: Frame, lighting: "tuple[Array, Lamp, float] | None") -> Frame:
+        """A frame with what is wanted."""
+        from brushgs.rendering.deep import Lighting, Rest
+        from brushgs.rendering.layers import PaintedView, with_layers
+
+        is_opaque, is_deep, rest = (
+            self._surface is not None and not self._is_transparent,
+            self._wanted.deep,
+            None,
+        )
+        if is_deep and self._surface is not None and is_opaque:
+            rest = Rest.ground(self._surface.rgb, self._tint)
+        elif is_deep and self._tint is not None:
+            rest = Rest.glazes(self._tint)
+        lit = None if lighting is None or not is_deep else Lighting.of(*lighting)
+        laid, names = tuple(self._laid), self._region_names
+        return with_layers(
+            PaintedView(self._camera, laid, frame, unlit, rest, is_opaque, lit, names), self._wanted
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,6 +237,7 @@ class Painting:
             subject moves, a coat below would move otherwise than the one above it, and ridges as fine as
             pixels would glitter. Along an orbit of 240 frames lit oil flickers 1.01 to 1.06 times as much
             as flat oil, and 2.7 to 3.9 times where frames are lit like stills.
+        region_names: of the regions of the strokes, the first that of region 1; for mattes.
     """
 
     coats: tuple[Coat, ...]
@@ -208,10 +245,18 @@ class Painting:
     lamp: "Lamp | None" = None
     is_transparent: bool = False
     is_moving: bool = False
+    region_names: tuple[str, ...] = ()
 
-    def canvas(self, camera: Camera) -> "Canvas":
-        """The bare canvas of one view."""
-        return Canvas(camera, self.surface, is_transparent=self.is_transparent, is_moving=self.is_moving)
+    def canvas(self, camera: Camera, wanted: Wanted = NOTHING) -> "Canvas":
+        """The bare canvas of one view, and what its frames are to hold beside their colours."""
+        return Canvas(
+            camera,
+            self.surface,
+            is_transparent=self.is_transparent,
+            is_moving=self.is_moving,
+            wanted=wanted,
+            region_names=self.region_names,
+        )
 
     def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Painting":
         """The same painting at a moment of a moving scene, see `Coat.posed`."""
@@ -227,15 +272,23 @@ class Painting:
         ]
         return replace(self, coats=tuple(coats))
 
-    def frame(self, camera: Camera, directions: Sequence[Directions | None] = ()) -> Frame:
+    def frame(
+        self,
+        camera: Camera,
+        directions: Sequence[Directions | None] = (),
+        *,
+        wanted: Wanted = NOTHING,
+    ) -> Frame:
         """Paint one view.
 
         Args:
             camera: the view.
             directions: of the strokes of each coat where they are tracked, see `track_directions`.
+            wanted: what the frame is to hold beside its colours: its `layers` and `deep`.
         """
-        canvas = self.canvas(camera)
-        for coat, of_coat in zip_longest(self.coats, directions):
+        painting = self.with_depth(True) if "depth" in wanted.layers else self
+        canvas = painting.canvas(camera, wanted)
+        for coat, of_coat in zip_longest(painting.coats, directions):
             canvas.lay(coat, coat.boxes(camera, of_coat)[0])
         return canvas.finish(self.lamp)
 

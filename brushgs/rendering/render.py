@@ -27,6 +27,8 @@ def render(
     underpaint: bool | Underpaint = False,
     streaks: float = 0.0,
     relief: bool | Relief = False,
+    layers: Sequence[str] = (),
+    next_camera: Camera | None = None,
     num_threads: int | None = None,
 ) -> Frame:
     """Paint Gaussians as one camera sees them: `project`, then `rasterize`.
@@ -58,6 +60,13 @@ def render(
         streaks: amplitude of the streaks of bristles along strokes, 0 to 0.5, see `rasterize`. The built-in
             kernels have none.
         relief: whether the frame has a height, or how high its paint lies, see `Relief` and `light`.
+        layers: what the frame has besides, in `Frame.layers`, for compositing: "depth" [H, W], camera z;
+            "normal" [H, W, 3], where the planes of strokes face, camera axes; "uv" [H, W, 2], the place on
+            the stroke that shows most, 0 to 1 along it and across; "motion" [H, W, 2], pixels right and down
+            to where that paint is in `next_camera`; "stroke", a `Matte` of single strokes; "id", `Matte`s
+            "brush", "region" (of Gaussians that have regions) and "layer"; "height" [H, W], with `relief`;
+            "unlit" [H, W, 4], the picture without a lamp. Nothing is computed that is not named.
+        next_camera: the view one frame later; None gives no "motion".
         num_threads: None takes the processors available to this process. The picture does not depend on it.
 
     Returns:
@@ -85,7 +94,14 @@ def render(
         relief=Relief.of(relief),
         num_threads=num_threads,
     )
-    return render_with(gaussians, camera, brush_set, options)
+    if not layers:
+        return render_with(gaussians, camera, brush_set, options)
+    from brushgs.rendering.coats import Coat, Painting
+    from brushgs.rendering.wanted import Following, Wanted
+
+    painting = Painting((Coat("strokes", gaussians, brush_set, options),))
+    following = None if next_camera is None else Following(painting, next_camera)
+    return painting.frame(camera, wanted=Wanted(tuple(layers), following=following))
 
 
 def render_sequence(

@@ -1,0 +1,158 @@
+"""Every stroke in every pixel: samples that, laid over each other front to back, are the picture.
+
+A fragment of weight w, in front of which all weigh W, becomes a sample of alpha w / (1 - W). Its colour is
+that of the stroke, through the glazes above it, in the light that falls on the pixel: light is affine in
+colour, so each stroke can be lit alone.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import Array
+from brushgs.layers import DeepSamples
+from brushgs.native import core as _core
+from brushgs.rendering.fragments import Fragments
+from brushgs.rendering.marks import Marks
+from brushgs.threads import num_threads_or_default
+
+if TYPE_CHECKING:
+    from brushgs.rendering.light import Lamp
+
+BEHIND = 1.01  # the depth of the ground, in that of the farthest stroke
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """What lies behind all strokes: the ground, or what glazes do to whatever it will be.
+
+    Attributes:
+        rgb: [H, W, 3] premultiplied.
+        alpha: [H, W].
+    """
+
+    rgb: Array  # [H, W, 3]
+    alpha: Array  # [H, W]
+
+    @classmethod
+    def ground(cls, rgb: Array, tint: Array | None) -> "Rest":
+        """An opaque ground, seen through the tint of glazes."""
+        return cls(rgb if tint is None else rgb * tint, np.ones(rgb.shape[:2], rgb.dtype))
+
+    @classmethod
+    def glazes(cls, tint: Array) -> "Rest":
+        """Glazes on nothing: as much colour and alpha as look the same on white."""
+        darkest = tint.min(axis=2)
+        return cls(tint - darkest[..., None], 1 - darkest)
+
+
+@dataclass(frozen=True, eq=False)
+class Lighting:
+    """The light on a picture: lit = factor x colour + shine x alpha, premultiplied.
+
+    Attributes:
+        factors: [H, W].
+        shines: [H, W].
+    """
+
+    factors: Array  # [H, W]
+    shines: Array  # [H, W]
+
+    @classmethod
+    def of(cls, height: Array, lamp: "Lamp", blur: float) -> "Lighting":
+        """That of a lamp on paint of this height, see `light`."""
+        from brushgs.rendering.light import light
+
+        black = np.zeros((*height.shape, 3), height.dtype)
+        shines = light(black, height, lamp, blur=blur)[..., 0]
+        factors = light(black + 1, height, lamp, blur=blur)[..., 0] - shines
+        return cls(np.ascontiguousarray(factors), np.ascontiguousarray(shines))
+
+
+class DeepMaker:
+    """Collects samples, some rows of pixels at a time.
+
+    Args:
+        marks: of the view.
+        rest: what lies behind the strokes; None for nothing.
+        lighting: None for none.
+    """
+
+    def __init__(self, marks: Marks, rest: Rest | None, lighting: Lighting | None) -> None:
+        self._marks, self._rest, self._lighting = marks, rest, lighting
+        depths = marks.each(lambda _, laid: laid.boxes.depths, marks.dtype)
+        setbacks = marks.each(
+            lambda _, laid: np.zeros(len(laid.boxes)) if laid.boxes.setbacks is None else laid.boxes.setbacks,
+            marks.dtype,
+        )
+        self._of_marks = {
+            "colors": marks.each(lambda _, laid: laid.boxes.colors, marks.dtype, 3),
+            "depths": depths,
+            "setbacks": setbacks,
+            "ids": (marks.numbers + 1).astype(np.uint32),
+            "coats": marks.coats.astype(np.uint8),
+        }
+        self._rest_depth = BEHIND * float((depths + setbacks).max(initial=marks.camera.near))
+        self._tints = _tints_over(marks)
+        self._parts: list[tuple[NDArray[Any], ...]] = []
+
+    def add(self, rows: slice, fragments: Fragments) -> None:
+        """Take what rows of the picture are made of, in their order."""
+
+        def part(plane: Array | None, *shape: int) -> Array | None:
+            return (
+                None
+                if plane is None
+                else np.ascontiguousarray(plane[rows], self._marks.dtype).reshape(-1, *shape)
+            )
+
+        rest_alpha = None if self._rest is None else part(self._rest.alpha)
+        counts = np.diff(fragments.starts) + (0 if rest_alpha is None else rest_alpha > 0)
+        starts = np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
+        total = int(starts[-1])
+        colors, alphas, depths = np.empty((total, 3), np.float32), *np.empty((2, total), np.float32)
+        ids = np.empty(total, np.uint32)
+        _core.make_samples(
+            starts=fragments.starts,
+            marks=fragments.marks,
+            weights=fragments.weights,
+            shades=fragments.shades,
+            is_underpaint=fragments.is_underpaint,
+            **self._of_marks,
+            tints=[part(tint, 3) for tint in self._tints],
+            rest_rgb=None if self._rest is None else part(self._rest.rgb, 3),
+            rest_alpha=rest_alpha,
+            rest_depth=self._rest_depth,
+            factors=None if self._lighting is None else part(self._lighting.factors),
+            shines=None if self._lighting is None else part(self._lighting.shines),
+            sample_starts=starts,
+            sample_colors=colors,
+            sample_alphas=alphas,
+            sample_depths=depths,
+            sample_ids=ids,
+            num_threads=num_threads_or_default(self._marks.num_threads),
+        )
+        self._parts.append((counts, colors, alphas, depths, ids))
+
+    def result(self) -> DeepSamples:
+        """The samples of the whole picture."""
+        counts, colors, alphas, depths, ids = (
+            np.concatenate(each) for each in zip(*self._parts, strict=True)
+        )
+        starts = np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
+        camera = self._marks.camera
+        return DeepSamples(starts, colors, alphas, depths, ids, camera.height, camera.width)
+
+
+def _tints_over(marks: Marks) -> list[Array | None]:
+    """[H, W, 3] of each coat that covers the product of the glazes above it; empty without glazes."""
+    tints: list[Array | None] = []
+    above: Array | None = None
+    for laid in reversed(marks.all_laid):
+        if laid.tint is None:
+            tints.insert(0, above)
+        else:
+            above = laid.tint if above is None else above * laid.tint
+    return [] if above is None else tints

@@ -1,0 +1,156 @@
+"""A painted view and what made it -> the layers that were asked for, and the samples of a deep picture."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from brushgs.arrays import Array
+from brushgs.layers import Layer
+from brushgs.quats import rotation_matrices
+from brushgs.rendering.deep import DeepMaker, Lighting, Rest
+from brushgs.rendering.fragments import Fragments
+from brushgs.rendering.marks import LaidCoat, Marks
+from brushgs.rendering.mattes import MatteMaker, by_brush, by_layer, by_region, by_stroke, rest_name
+from brushgs.rendering.places import PixelMaps, dominant_marks, motion_maps, uv_maps
+from brushgs.scene import Frame
+
+if TYPE_CHECKING:
+    from brushgs.rendering.wanted import Following, Wanted
+    from brushgs.scene import Camera
+
+
+@dataclass(frozen=True, eq=False)
+class PaintedView:
+    """What layers are made of.
+
+    Attributes:
+        camera: the view.
+        laid: its coats, the first laid first.
+        frame: the picture.
+        unlit: the picture without the lamp.
+        rest: what lies behind the strokes; None for nothing.
+        is_opaque: whether that is a ground through which nothing shines.
+        lighting: None where there is no lamp.
+        region_names: of the rules of the scene, in order.
+    """
+
+    camera: "Camera"
+    laid: tuple[LaidCoat, ...]
+    frame: Frame
+    unlit: Frame
+    rest: Rest | None
+    is_opaque: bool
+    lighting: Lighting | None
+    region_names: Sequence[str] = ()
+
+
+class Maker(Protocol):
+    """Collects what is wanted, some rows of pixels at a time."""
+
+    def add(self, rows: slice, fragments: Fragments) -> None:
+        """Take what rows of the picture are made of, in their order."""
+
+
+def with_layers(view: PaintedView, wanted: "Wanted") -> Frame:
+    """The frame of a view with what is wanted; a layer that it cannot have is left out."""
+    frame, layers = view.frame, dict[str, Layer]()
+    if "depth" in wanted.layers and frame.depth is not None:
+        layers["depth"] = frame.depth
+    if "height" in wanted.layers and frame.height is not None:
+        layers["height"] = frame.height
+    if "unlit" in wanted.layers:
+        layers["unlit"] = np.concatenate([view.unlit.rgb, view.unlit.alpha[..., None]], axis=2)
+    if not wanted.needs_strokes:
+        return replace(frame, layers=layers)
+    marks = Marks(view.laid, view.camera, frame.rgb.dtype)
+    mattes = _mattes(view, marks, wanted)
+    normal = NormalMaker(marks) if "normal" in wanted.layers else None
+    following = wanted.following if "motion" in wanted.layers else None
+    places = PlaceMaker(marks, following, has_uv="uv" in wanted.layers)
+    deep = DeepMaker(marks, view.rest, view.lighting) if wanted.deep else None
+    makers: list[Maker] = [*mattes.values()]
+    makers += [maker for maker in (normal, places if places.planes else None, deep) if maker is not None]
+    for rows, fragments in marks.bands():
+        for maker in makers:
+            maker.add(rows, fragments)
+    if normal is not None:
+        layers["normal"] = normal.normals
+    layers |= places.planes | {name: matte.result() for name, matte in mattes.items()}
+    return replace(frame, layers=layers, deep=None if deep is None else deep.result())
+
+
+def _mattes(view: PaintedView, marks: Marks, wanted: "Wanted") -> dict[str, MatteMaker]:
+    mattes = {}
+    if "stroke" in wanted.layers:
+        mattes["stroke"] = MatteMaker(marks, by_stroke(marks))
+    if "id" in wanted.layers:
+        mattes["brush"] = MatteMaker(marks, by_brush(marks))
+        if (regions := by_region(marks, view.region_names)) is not None:
+            mattes["region"] = MatteMaker(marks, regions)
+        rest = rest_name(marks, is_opaque=view.is_opaque)
+        mattes["layer"] = MatteMaker(marks, by_layer(marks), rest=rest, alpha=view.frame.alpha)
+    return mattes
+
+
+class NormalMaker:
+    """The directions that the planes of strokes face: their mean, by what each shows, of length 1.
+
+    Attributes:
+        normals: [H, W, 3] in camera axes; 0 where nothing is painted.
+    """
+
+    def __init__(self, marks: Marks) -> None:
+        camera = marks.camera
+        self._marks, self._of_marks = (
+            marks,
+            marks.each(lambda _, laid: normals_of(laid, camera), marks.dtype, 3),
+        )
+        self.normals = np.zeros((camera.height, camera.width, 3), marks.dtype)
+
+    def add(self, rows: slice, fragments: Fragments) -> None:
+        """Take what rows of the picture are made of, in their order."""
+        sums = fragments.sums(self._of_marks, self._marks.num_threads)
+        lengths = np.sqrt(np.einsum("pc,pc->p", sums, sums))[:, None]
+        unit = np.divide(sums, lengths, out=np.zeros_like(sums), where=lengths > 0)
+        self.normals[rows] = unit.reshape(self.normals[rows].shape)
+
+
+def normals_of(laid: LaidCoat, camera: "Camera") -> Array:
+    """[M, 3] the normal of the plane of each stroke, its shortest axis, toward the camera; camera axes."""
+    ids = laid.boxes.ids
+    quats, scales, means = (
+        laid.column(name)[ids].astype(np.float64) for name in ("quats", "scales", "means")
+    )
+    axes = rotation_matrices(quats)[np.arange(len(ids)), :, np.argmin(scales, axis=1)]
+    normals = axes @ camera.viewmat[:3, :3].T
+    seen_from = means @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
+    faces_away = (normals * seen_from).sum(axis=1) > 0
+    return np.asarray(np.where(faces_away[:, None], -normals, normals))
+
+
+class PlaceMaker:
+    """Where the paint of pixels lies on its stroke, and where it goes.
+
+    Attributes:
+        planes: [H, W, 2] each: "uv", 0 to 1, and "motion", pixels; those that are wanted.
+    """
+
+    def __init__(self, marks: Marks, following: "Following | None", *, has_uv: bool) -> None:
+        self._marks, self._maps = marks, dict[str, PixelMaps]()
+        if has_uv:
+            self._maps["uv"] = PixelMaps(uv_maps(marks))
+        if following is not None:
+            self._maps["motion"] = PixelMaps(motion_maps(marks, following))
+        shape = marks.camera.height, marks.camera.width, 2
+        self.planes: dict[str, Layer] = {name: np.zeros(shape, marks.dtype) for name in self._maps}
+
+    def add(self, rows: slice, fragments: Fragments) -> None:
+        """Take what rows of the picture are made of, in their order."""
+        shown = dominant_marks(fragments, len(self._marks), self._marks.num_threads)
+        for name, maps in self._maps.items():
+            plane = self.planes[name]
+            assert isinstance(plane, np.ndarray), "a plane"
+            places = maps.at(shown, rows, self._marks.camera.width).reshape(plane[rows].shape)
+            plane[rows] = np.clip(places, 0, 1) if name == "uv" else places

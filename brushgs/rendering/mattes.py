@@ -1,0 +1,163 @@
+"""Mattes: how much of each pixel is which stroke, brush, region or layer of paint."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import F32, Array
+from brushgs.brushes.brush_set import BrushSet
+from brushgs.layers import Matte
+from brushgs.rendering.fragments import Fragments, Shares
+from brushgs.rendering.marks import LaidCoat, Marks
+
+LEAST = 0.5 / 255  # of a pixel: together the ranks that are left out cover less
+SCENE = "scene"  # Gaussians that are shown as they are
+GROUND = "ground"
+ELSEWHERE = "elsewhere"  # no region
+
+Keys = tuple[NDArray[np.int32], Sequence[str] | Callable[[int], str]]  # [marks], and the name of each key
+
+
+class MatteMaker:
+    """Collects a matte, some rows of pixels at a time.
+
+    Args:
+        marks: of the view.
+        keys: [marks] what each belongs to, and the names of these.
+        rest: what takes the rest of each pixel up to its alpha; None for a matte of strokes alone.
+        alpha: [H, W] of the picture, with `rest`.
+    """
+
+    def __init__(
+        self, marks: Marks, keys: Keys, *, rest: str | None = None, alpha: Array | None = None
+    ) -> None:
+        self._marks, (self._keys, self._names) = marks, keys
+        self._rest, self._alpha = rest, alpha
+        self._found: list[Shares] = []
+
+    def add(self, rows: slice, fragments: Fragments) -> None:
+        """Take what rows of the picture are made of, in their order."""
+        self._found.append(fragments.shares(self._keys, LEAST, self._marks.num_threads))
+
+    def result(self) -> Matte:
+        """The matte of the whole picture."""
+        used = np.unique(np.concatenate([shares.keys for shares in self._found]))
+        names = [self._names(key) if callable(self._names) else self._names[key] for key in used.tolist()]
+        counts = np.concatenate([np.diff(shares.starts) for shares in self._found])
+        ranks = max(int(counts.max(initial=0)), 1)
+        rows = np.full((len(counts), ranks), -1, np.int32)
+        coverage = np.zeros((len(counts), ranks), np.float32)
+        pixels = np.repeat(np.arange(len(counts)), counts)
+        rank = np.arange(len(pixels)) - np.repeat(np.cumsum(counts) - counts, counts)
+        rows[pixels, rank] = np.searchsorted(used, np.concatenate([s.keys for s in self._found]))
+        coverage[pixels, rank] = np.concatenate([s.weights for s in self._found])
+        if self._rest is not None:
+            assert self._alpha is not None, "a rest is what is missing of an alpha"
+            names, rows, coverage = _with_rest(names, rows, coverage, self._rest, self._alpha.ravel())
+        shape = self._marks.camera.height, self._marks.camera.width, rows.shape[1]
+        return Matte(tuple(names), rows.reshape(shape), coverage.reshape(shape))
+
+
+def _with_rest(
+    names: list[str], rows: NDArray[np.int32], coverage: F32, rest: str, alpha: Array
+) -> tuple[list[str], NDArray[np.int32], F32]:
+    """Ranks [P, K] with one more thing, which covers what is left of `alpha`."""
+    left = np.maximum(alpha - coverage.sum(axis=1), 0).astype(np.float32)
+    key = names.index(rest) if rest in names else len(names)
+    names = [*names, rest] if key == len(names) else names
+    rows = np.column_stack([rows, np.where(left > 0, key, -1).astype(np.int32)])
+    coverage = np.column_stack([coverage, left])
+    order = np.argsort(-coverage, axis=1, kind="stable")
+    rows, coverage = np.take_along_axis(rows, order, axis=1), np.take_along_axis(coverage, order, axis=1)
+    ranks = max(int(np.count_nonzero(coverage.max(axis=0, initial=0) >= LEAST)), 1)
+    return names, np.ascontiguousarray(rows[:, :ranks]), np.ascontiguousarray(coverage[:, :ranks])
+
+
+def coat_names(marks: Marks) -> list[str]:
+    """The name of each coat that was laid, glazes included; those that share one are numbered from 2 on."""
+    names: list[str] = []
+    for laid in marks.all_laid:
+        name, number = laid.coat.name, 2
+        while name in names:
+            name, number = f"{laid.coat.name}{number}", number + 1
+        names.append(name)
+    return names
+
+
+def by_stroke(marks: Marks) -> Keys:
+    """Each stroke by its coat and its row there."""
+    names, firsts = coat_names(marks), marks.first_numbers
+    scene = int(firsts[-1])
+
+    def name(key: int) -> str:
+        if key == scene:
+            return SCENE
+        coat = int(np.searchsorted(firsts, key, side="right")) - 1
+        return f"{names[coat]}_{key - int(firsts[coat])}"
+
+    return np.where(_is_plain(marks), scene, marks.numbers).astype(np.int32), name
+
+
+def by_brush(marks: Marks) -> Keys:
+    """Each brush by its name."""
+    names: list[str] = [SCENE]
+
+    def of_coat(_: int, laid: LaidCoat) -> NDArray[np.int32]:
+        textures = BrushSet.of(laid.coat.texture).textures
+        keys = np.array([_key_in(names, texture.name) for texture in textures], np.int32)
+        brushes = laid.boxes.brushes if laid.boxes.brushes is not None and len(textures) > 1 else None
+        of_box = np.full(len(laid.boxes), keys[0]) if brushes is None else keys[brushes]
+        return np.where(laid.is_plain, 0, of_box)
+
+    return marks.each(of_coat, np.int32), names
+
+
+def by_region(marks: Marks, region_names: Sequence[str]) -> Keys | None:
+    """Each region by its name; None where the scene has no regions."""
+    columns = [(laid.coat.strokes.regions, laid) for laid in marks.laid]
+    if all(regions is None for regions, _ in columns):
+        return None
+
+    def of_coat(_: int, laid: LaidCoat) -> NDArray[np.int32]:
+        parts = (laid.coat.strokes, laid.coat.plain)
+        regions = [
+            np.zeros(len(part), np.uint8) if part.regions is None else part.regions
+            for part in parts
+            if part is not None
+        ]
+        return np.concatenate(regions)[laid.boxes.ids].astype(np.int32)
+
+    def name(key: int) -> str:
+        if key == 0:
+            return ELSEWHERE
+        return region_names[key - 1] if key <= len(region_names) else f"region {key}"
+
+    return marks.each(of_coat, np.int32), name
+
+
+def by_layer(marks: Marks) -> Keys:
+    """Each coat by its name."""
+    names = [*coat_names(marks), SCENE]
+    coats = np.asarray(marks.covering, np.int64)[marks.coats]
+    return np.where(_is_plain(marks), len(names) - 1, coats).astype(np.int32), names
+
+
+def rest_name(marks: Marks, *, is_opaque: bool) -> str | None:
+    """What takes what no paint covers: the ground, or where there is none the glazes, without shares."""
+    if is_opaque:
+        return GROUND
+    return next(
+        (name for name, laid in zip(coat_names(marks), marks.all_laid, strict=True) if laid.tint is not None),
+        None,
+    )
+
+
+def _is_plain(marks: Marks) -> NDArray[np.bool_]:
+    return marks.each(lambda _, laid: laid.is_plain, np.bool_)
+
+
+def _key_in(names: list[str], name: str) -> int:
+    if name not in names:
+        names.append(name)
+    return names.index(name)

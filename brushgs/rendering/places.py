@@ -1,0 +1,140 @@
+"""Where the paint of a pixel lies on its stroke, and where the same paint is in the next frame.
+
+The stroke that shows most in a pixel speaks for it. The paint at a place (s, t) of its box now is at the same
+place of its box in the next frame, wherever that has moved, turned or grown.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import F64, Mask, Rows
+from brushgs.brushes.brush_set import BrushSet
+from brushgs.rendering.fragments import Fragments
+from brushgs.rendering.marks import LaidCoat, Marks
+from brushgs.scene import Boxes, Camera
+
+if TYPE_CHECKING:
+    from brushgs.rendering.coats import Coat
+    from brushgs.rendering.wanted import Following
+
+TINY = np.finfo(np.float64).tiny  # in place of a half extent of zero
+ALL_OF_IT = 3.0e38  # more than any pixel is covered: of its strokes one is left
+
+
+def dominant_marks(fragments: Fragments, num_marks: int, num_threads: int | None) -> NDArray[np.int64]:
+    """[P] the mark that shows most in each pixel, its underpaint included; -1 where there is none."""
+    own = np.arange(num_marks, dtype=np.int32)
+    shares = fragments.shares(own, ALL_OF_IT, num_threads)
+    marks = np.full(fragments.num_pixels, -1, np.int64)
+    marks[np.diff(shares.starts) > 0] = shares.keys
+    return marks
+
+
+class PixelMaps:
+    """Maps of each mark from a point of the picture, pixels, to two numbers: affine ones.
+
+    Args:
+        maps: [marks, 2, 3] of (x, y, 1).
+    """
+
+    def __init__(self, maps: F64) -> None:
+        self._maps = maps.reshape(-1, 6)
+
+    def at(self, marks: NDArray[np.int64], rows: slice, width: int) -> F64:
+        """[P, 2] at the centres of the pixels of these rows, by the mark of each; 0 where that is -1."""
+        values = np.zeros((len(marks), 2))
+        pixels = np.flatnonzero(marks >= 0)
+        y, x = np.divmod(pixels, width)
+        m = self._maps[marks[pixels]]
+        x_centers, y_centers = x + 0.5, y + (rows.start + 0.5)
+        values[pixels, 0] = m[:, 0] * x_centers + m[:, 1] * y_centers + m[:, 2]
+        values[pixels, 1] = m[:, 3] * x_centers + m[:, 4] * y_centers + m[:, 5]
+        return values
+
+
+def uv_maps(marks: Marks) -> F64:
+    """[marks, 2, 3] from the picture to the places on boxes, 0 to 1 along u and v."""
+    maps = 0.5 * marks.each(lambda _, laid: maps_to(laid.boxes), np.float64, 2, 3)
+    maps[:, :, 2] += 0.5
+    return np.asarray(maps)
+
+
+def motion_maps(marks: Marks, following: "Following") -> F64:
+    """[marks, 2, 3] from the picture to how far paint moves to the next frame, pixels right and down."""
+    places = {coat.name: i for i, coat in enumerate(following.painting.coats)}
+
+    def of_coat(_: int, laid: LaidCoat) -> F64:
+        coat, i = laid.coat, places.get(laid.coat.name)
+        if i is None:  # it is not laid there: what it was goes on with the camera
+            centers = _projected(coat, laid.boxes.ids, following.camera)
+            return _shifts(centers - laid.boxes.centers)
+        directions = following.directions[i] if i < len(following.directions) else None
+        coat = following.painting.coats[i]
+        return _motion_of(laid, coat, coat.boxes(following.camera, directions)[0], following.camera)
+
+    maps = marks.each(of_coat, np.float64, 2, 3)
+    return np.asarray(following.sign * maps)
+
+
+def _motion_of(laid: LaidCoat, coat: "Coat", boxes: Boxes, camera: Camera) -> F64:
+    """[M, 2, 3] of one coat, whose next boxes are `boxes`."""
+    row_of = np.full(laid.num_rows, -1)
+    row_of[boxes.ids] = np.arange(len(boxes))
+    rows = row_of[laid.boxes.ids]
+    is_there = rows >= 0
+    maps = np.empty((len(rows), 2, 3))
+    gone = laid.boxes.ids[~is_there]
+    maps[~is_there] = _shifts(_projected(coat, gone, camera) - laid.boxes.centers[~is_there])
+    before = laid.boxes.take(is_there)
+    to_box = maps_to(before)
+    is_round = laid.is_plain[is_there] | (not BrushSet.of(coat.texture).is_directed)
+    from_box = _maps_from(boxes, rows[is_there], before, is_round)
+    moved = np.einsum("mij,mjk->mik", from_box[:, :, :2], to_box)
+    moved[:, :, 2] += from_box[:, :, 2]
+    moved[:, :, :2] -= np.eye(2)
+    maps[is_there] = moved
+    return maps
+
+
+def maps_to(boxes: Boxes) -> F64:
+    """[M, 2, 3] from the picture to places in boxes, -1 to 1 along u and v."""
+    c, s = _axes(boxes.angles.astype(np.float64))
+    half = np.maximum(boxes.half_extents.astype(np.float64), TINY)
+    linear = np.stack([np.stack([c, s], 1), np.stack([-s, c], 1)], 1) / half[:, :, None]
+    offset = -np.einsum("mij,mj->mi", linear, boxes.centers.astype(np.float64))
+    return np.concatenate([linear, offset[:, :, None]], axis=2)
+
+
+def _maps_from(boxes: Boxes, rows: Rows, before: Boxes, is_round: Mask) -> F64:
+    """[M, 2, 3] from places in boxes to the picture, of rows that were the boxes `before`.
+
+    What fills a round box looks the same from four sides, and its axes may change places while it hardly
+    moves: of those the map is that which turns it least.
+    """
+    angles, half = boxes.angles[rows].astype(np.float64), boxes.half_extents[rows].astype(np.float64)
+    quarters = np.where(is_round, np.rint((angles - before.angles) / (np.pi / 2)), 0)
+    half = np.where((quarters % 2 == 1)[:, None], half[:, ::-1], half)
+    c, s = _axes(angles - quarters * (np.pi / 2))
+    linear = np.stack([np.stack([c, -s], 1), np.stack([s, c], 1)], 1) * half[:, None, :]
+    return np.concatenate([linear, boxes.centers[rows].astype(np.float64)[:, :, None]], axis=2)
+
+
+def _axes(angles: F64) -> tuple[F64, F64]:
+    return np.cos(angles), np.sin(angles)
+
+
+def _shifts(shifts: F64) -> F64:
+    """[M, 2, 3] the same shift everywhere."""
+    maps = np.zeros((len(shifts), 2, 3))
+    maps[:, :, 2] = shifts
+    return maps
+
+
+def _projected(coat: "Coat", ids: NDArray[np.int32], camera: Camera) -> F64:
+    """[M, 2] where centres of rows of a coat are in the picture, pixels; no nearer than the near plane."""
+    means = np.concatenate([coat.strokes.means, *([] if coat.plain is None else [coat.plain.means])])[ids]
+    at = means.astype(np.float64) @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
+    z = np.maximum(at[:, 2:], camera.near)
+    return np.asarray(at[:, :2] / z * np.diag(camera.K)[:2] + camera.K[:2, 2])

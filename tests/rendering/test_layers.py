@@ -1,0 +1,441 @@
+"""Layers for compositing: what a picture is made of, pixel by pixel."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.layers import Matte
+from brushgs.options.choices import LAYERS
+from brushgs.options.look import Look
+from brushgs.options.painting import ViewConfig
+from brushgs.painting.prepare import prepare
+from brushgs.painting.report import Report
+from brushgs.quats import quat_products
+from brushgs.rendering import marks as marks_of_view
+from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.motion import AT_REST, SHIFT, Pose
+from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.wanted import Following, Wanted
+from brushgs.still_life import still_life, still_life_camera
+from tests.passes.scenes import random_gaussians
+from tests.stiff.scenes import SCENES as STIFF
+
+CAMERA = bg.Camera.look_at((0.3, -0.8, -6), (0, 0, 0), width=96, height=72)
+FLAT = StrokeTexture.open("flat")
+OPTIONS = RenderOptions.of(FLAT, low_pass=0.0)
+ALL = Wanted((*LAYERS,), deep=True)
+LOOKS = "plain", "oil", "impressionist", "gouache", "charcoal", "ink", "watercolour"
+
+
+def strokes_of(num=150, seed=0, **columns):
+    strokes = random_gaussians(num, seed, spread=0.9, size=0.15, dtype=np.float32)
+    return replace(strokes, **columns)
+
+
+def painting_of(strokes, options=OPTIONS, texture=FLAT):
+    return Painting((Coat("strokes", strokes, texture, options),))
+
+
+@lru_cache
+def look_of(name):
+    """The painting of a look in the still life, and its camera."""
+    config = Look.open(name).config
+    config = replace(config, cluster=replace(config.cluster, strokes=300), view=ViewConfig(size=(80, 60)))
+    prepared = prepare(still_life(2000), config, Report(), views=still_life_camera(width=80, height=60))
+    return prepared.painting, prepared.cameras[0]
+
+
+def flattened(deep):
+    """Colour and alpha of samples laid over each other, front to back."""
+    pixels = deep.height * deep.width
+    rgb, light = np.zeros((pixels, 3)), np.ones(pixels)
+    counts = np.diff(deep.starts)
+    for rank in range(counts.max()):
+        has = counts > rank
+        i = deep.starts[:-1][has] + rank
+        rgb[has] += light[has, None] * deep.colors[i]
+        light[has] *= 1 - deep.alphas[i].astype(np.float64)
+    shape = deep.height, deep.width
+    return rgb.reshape(*shape, 3), 1 - light.reshape(shape)
+
+
+# Mattes
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_mattes_of_every_look_sum_to_what_is_painted(look):
+    painting, camera = look_of(look)
+    frame = painting.frame(camera, wanted=ALL)
+    strokes = replace(
+        painting, surface=None, lamp=None, coats=tuple(c for c in painting.coats if c.blend == "cover")
+    )
+    for name in ("stroke", "brush", "layer"):
+        matte = frame.layers[name]
+        total = matte.coverage.sum(axis=2)
+        assert (np.diff(matte.coverage, axis=2) <= 0).all()
+        assert ((matte.rows >= 0) == (matte.coverage > 0)).mean() > 0.999
+        assert matte.rows.max() < len(matte.names)
+        if name == "layer":
+            np.testing.assert_allclose(total, frame.alpha, atol=1 / 255)
+    if not any(coat.dry for coat in painting.coats):
+        alpha = strokes.frame(camera).alpha
+        for name in ("stroke", "brush"):
+            np.testing.assert_allclose(frame.layers[name].coverage.sum(axis=2), alpha, atol=1 / 255)
+    if painting.surface is not None:
+        assert "ground" in frame.layers["layer"].names
+
+
+@pytest.mark.parametrize("scene", STIFF)
+def test_mattes_of_stiff_scenes_sum_to_alpha(scene):
+    stiff = STIFF[scene]
+    layers = ("stroke", "normal", "uv", "motion")
+    frame = bg.render(
+        stiff.scene,
+        stiff.cameras[0],
+        "flat",
+        order="soft",
+        underpaint=True,
+        layers=layers,
+        next_camera=stiff.cameras[1],
+    )
+    total = frame.layers["stroke"].coverage.sum(axis=2)
+    np.testing.assert_allclose(total, frame.alpha, atol=1 / 255)
+    assert all(np.isfinite(frame.layers[name]).all() for name in layers[1:])
+
+
+def test_a_matte_says_which_stroke_covers_a_pixel():
+    """Two strokes side by side and one behind both."""
+    middle = {"quats": [[1, 0, 0, 0]] * 3, "opacities": [1.0] * 3, "sh": np.zeros((3, 1, 3), np.float32)}
+    strokes = bg.Gaussians(
+        np.float32([[-1, 0, 0], [1, 0, 0], [0, 0, 1]]),
+        scales=np.float32([[0.4, 0.4, 0.1], [0.4, 0.4, 0.1], [1.5, 0.3, 0.1]]),
+        brushes=np.uint8([0, 1, 0]),
+        regions=np.uint8([0, 2, 1]),
+        **{name: np.float32(column) for name, column in middle.items()},
+    )
+    camera = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=96, height=72)
+    options = RenderOptions.of(StrokeTexture.open("ellipse"))
+    painting = replace(painting_of(strokes, options, StrokeTexture.open("ellipse")), region_names=("sky",))
+    layers = painting.frame(camera, wanted=Wanted(("stroke", "id"))).layers
+    left, right, between = (36, 36), (36, 60), (36, 48)
+    names = {place: name_at(layers["stroke"], place) for place in (left, right, between)}
+    assert names == {left: "strokes_0", right: "strokes_1", between: "strokes_2"}
+    assert [name_at(layers["region"], p) for p in (left, right, between)] == ["elsewhere", "region 2", "sky"]
+    assert layers["layer"].names == ("strokes",)
+    assert layers["brush"].names == ("ellipse",)
+    assert layers["stroke"].coverage[left][0] == pytest.approx(0.99)
+    assert layers["stroke"].rows[0, 0, 0] == -1
+
+
+def name_at(matte: Matte, place):
+    return matte.names[matte.rows[place][0]]
+
+
+def test_gaussians_shown_as_they_are_have_one_name():
+    strokes, plain = strokes_of(60), strokes_of(60, 1)
+    coat = Coat("strokes", strokes, FLAT, OPTIONS).showing(plain)
+    frame = Painting((coat,)).frame(CAMERA, wanted=ALL)
+    assert set(frame.layers["layer"].names) == {"strokes", "scene"}
+    assert set(frame.layers["brush"].names) == {"flat", "scene"}
+    assert "scene" in frame.layers["stroke"].names
+    assert all(
+        name == "scene" or int(name.removeprefix("strokes_")) < 60 for name in frame.layers["stroke"].names
+    )
+    assert frame.deep.ids.max() > 60
+
+
+# Motion and place
+
+
+def moved_cameras():
+    turned = np.deg2rad(3)
+    orbit = bg.Camera.look_at((0.6, -0.75, -5.9), (0.05, 0, 0), width=96, height=72)
+    roll = np.eye(4)
+    roll[:2, :2] = [[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]]
+    zoomed = CAMERA.K * [[1.1], [1.1], [1]]
+    zoomed[:2, 2] = CAMERA.K[:2, 2]
+    return {
+        "orbit": orbit,
+        "roll": replace(CAMERA, viewmat=roll @ CAMERA.viewmat),
+        "zoom": replace(CAMERA, K=zoomed),
+        "still": CAMERA,
+    }
+
+
+def uv_in(boxes, rows, points):
+    """Places of points in boxes, 0 to 1."""
+    c, s = np.cos(boxes.angles[rows]), np.sin(boxes.angles[rows])
+    x, y = (points - boxes.centers[rows]).T
+    places = np.stack([c * x + s * y, c * y - s * x], axis=1) / boxes.half_extents[rows]
+    return (1 + places) / 2
+
+
+@pytest.mark.parametrize("underpaint", [False, True])
+@pytest.mark.parametrize("move", moved_cameras())
+def test_motion_leads_to_the_same_place_of_the_same_stroke(move, underpaint):
+    camera, strokes = moved_cameras()[move], strokes_of(ids=np.arange(150, dtype=np.int32))
+    options = RenderOptions.of(FLAT, underpaint=underpaint, order="soft")
+    numbers = np.tile(np.float32(AT_REST), (50, 1))
+    generator = np.random.default_rng(0)
+    numbers[:, SHIFT] = generator.normal(0, 0.03, (50, 3))
+    numbers[:, 3:7] += generator.normal(0, 0.05, (50, 4))
+    numbers[:, 7] = 0.05
+    pose = Pose(np.arange(0, 100, 2, dtype=np.int32), strokes.means[:100:2].astype(np.float64), numbers)
+    now = painting_of(strokes, options)
+    following = Following(now.posed(pose), camera)
+    layers = now.frame(CAMERA, wanted=Wanted(("uv", "motion", "stroke"), following=following)).layers
+    boxes, _ = following.painting.coats[0].boxes(camera)
+    row_of = np.full(150, -1)
+    row_of[boxes.ids] = np.arange(len(boxes))
+    matte, uv = layers["stroke"], layers["uv"]
+    shown = np.array([-1 if name == "scene" else int(name.split("_")[1]) for name in matte.names])
+    y, x = np.nonzero(matte.rows[..., 0] >= 0)
+    rows = row_of[shown[matte.rows[y, x, 0]]]
+    is_sure = matte.coverage[y, x, 0] > (matte.coverage[y, x, 1] + 1e-5 if matte.rows.shape[2] > 1 else 0)
+    inside = ((uv[y, x] > 0) & (uv[y, x] < 1)).all(axis=1) & (rows >= 0) & is_sure
+    assert inside.sum() > 1500
+    y, x, rows = y[inside], x[inside], rows[inside]
+    there = np.stack([x + 0.5, y + 0.5], axis=1) + layers["motion"][y, x]
+    off = (uv_in(boxes, rows, there) - uv[y, x]) * 2 * boxes.half_extents[rows]
+    assert np.abs(off).max() < 0.01
+    if move == "still":
+        assert np.abs(layers["motion"]).max() > 1
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_motion_of_a_roll_and_of_a_zoom_is_that_of_the_picture(sign):
+    """Known without any box: the picture turns around its middle, or grows from it.
+
+    But for strokes far beside the picture, whose boxes are those of its border, see `project`.
+    """
+    strokes = strokes_of()
+    painting = painting_of(replace(strokes, means=np.clip(strokes.means, -1.5, 1.5)))
+    middle = CAMERA.K[:2, 2]
+    y, x = np.mgrid[:72, :96] + 0.5
+    from_middle = np.stack([x, y], axis=2) - middle
+    for move, matrix in (("roll", rotation(np.deg2rad(3))), ("zoom", 1.1 * np.eye(2))):
+        following = Following(painting, moved_cameras()[move], sign=sign)
+        frame = painting.frame(CAMERA, wanted=Wanted(("motion",), following=following))
+        is_painted = frame.alpha > 0
+        expected = sign * (from_middle @ matrix.T - from_middle)
+        assert is_painted.sum() > 1500
+        off = np.abs(frame.layers["motion"] - expected)[is_painted]
+        assert off.max() < 0.001
+        assert (frame.layers["motion"][~is_painted] == 0).all()
+
+
+def rotation(angle):
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+def test_a_stroke_that_is_gone_moves_as_its_centre_does():
+    strokes = strokes_of(1, means=np.float32([[0, 0, 0]]), quats=np.float32([[1, 0, 0, 0]]))
+    strokes = replace(strokes, opacities=np.float32([1]), scales=np.float32([[0.3, 0.2, 0.1]]))
+    away = bg.Camera.look_at((0.3, -0.8, -6), (20, 0, 0), width=96, height=72)
+    painting = painting_of(strokes)
+    assert len(painting.coats[0].boxes(away)[0]) == 0
+    frame = painting.frame(CAMERA, wanted=Wanted(("motion",), following=Following(painting, away)))
+    centers = [project_point(camera, (0, 0, 0)) for camera in (CAMERA, away)]
+    painted = frame.layers["motion"][frame.alpha > 0.5]
+    np.testing.assert_allclose(painted, np.broadcast_to(centers[1] - centers[0], painted.shape), atol=1e-3)
+
+
+def project_point(camera, point):
+    x, y, z = camera.viewmat[:3, :3] @ point + camera.viewmat[:3, 3]
+    return np.array([x / z, y / z]) * np.diag(camera.K)[:2] + camera.K[:2, 2]
+
+
+def test_without_a_next_frame_there_is_no_motion():
+    layers = painting_of(strokes_of()).frame(CAMERA, wanted=ALL).layers
+    assert set(layers) == {"depth", "normal", "uv", "unlit", "stroke", "brush", "layer"}
+
+
+def test_round_kernels_do_not_spin_where_their_axes_change_places():
+    """A Gaussian that is hardly longer than wide, and then hardly wider than long."""
+    kernel = StrokeTexture.open("gaussian")
+    options = RenderOptions.of(kernel)
+    now, then = (
+        painting_of(
+            strokes_of(
+                1,
+                means=np.float32([[0, 0, 0]]),
+                quats=np.float32([[1, 0, 0, 0]]),
+                scales=np.float32([[*scales, 0.1]]),
+                opacities=np.float32([1]),
+            ),
+            options,
+            kernel,
+        )
+        for scales in ((0.500, 0.499), (0.499, 0.500))
+    )
+    camera = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=96, height=72)
+    assert abs(np.subtract(*(p.coats[0].boxes(camera)[0].angles[0] for p in (now, then)))) > 1
+    frame = now.frame(camera, wanted=Wanted(("motion",), following=Following(then, camera)))
+    assert np.abs(frame.layers["motion"]).max() < 0.1
+
+
+# Normals
+
+
+def test_normals_are_those_of_the_planes_toward_the_camera():
+    tilt = np.float32([np.cos(0.3), np.sin(0.3), 0, 0])  # 0.6 radians around x
+    strokes = strokes_of(
+        40, quats=np.tile(tilt, (40, 1)), scales=np.tile(np.float32([0.3, 0.2, 0.01]), (40, 1))
+    )
+    camera = bg.Camera.look_at((0, 0, -6), (0, 0, 0), (0, -1, 0), width=96, height=72)
+    frame = painting_of(strokes).frame(camera, wanted=Wanted(("normal",)))
+    expected = camera.viewmat[:3, :3] @ [0, np.sin(0.6), -np.cos(0.6)]
+    assert expected[2] < 0
+    is_painted = frame.alpha > 0
+    assert is_painted.sum() > 500
+    off = np.abs(frame.layers["normal"][is_painted] - expected)
+    assert off.max() < 1e-5
+    assert (frame.layers["normal"][~is_painted] == 0).all()
+    flipped = replace(
+        strokes, quats=quat_products(strokes.quats, np.float32([[0, 1, 0, 0]])).astype(np.float32)
+    )
+    again = painting_of(flipped).frame(camera, wanted=Wanted(("normal",)))
+    np.testing.assert_allclose(again.layers["normal"], frame.layers["normal"], atol=1e-5)
+
+
+def test_normals_are_means_by_what_shows():
+    strokes = strokes_of(2, means=np.float32([[0, 0, 0], [0, 0, 1]]), opacities=np.float32([0.6, 0.9]))
+    quats = np.float32([[1, 0, 0, 0], [np.cos(0.4), np.sin(0.4), 0, 0]])
+    strokes = replace(strokes, quats=quats, scales=np.float32([[0.6, 0.6, 0.01]] * 2))
+    camera = bg.Camera.look_at((0, 0, -6), (0, 0, 0), (0, -1, 0), width=96, height=72)
+    kernel = StrokeTexture.open("ellipse")
+    frame = painting_of(strokes, RenderOptions.of(kernel), kernel).frame(camera, wanted=Wanted(("normal",)))
+    turned = np.array([0, np.sin(0.8), -np.cos(0.8)])
+    expected = 0.6 * np.array([0, 0, -1]) + 0.4 * 0.9 * turned
+    expected = camera.viewmat[:3, :3] @ (expected / np.linalg.norm(expected))
+    np.testing.assert_allclose(frame.layers["normal"][36, 48], expected, atol=1e-5)
+
+
+# Deep samples
+
+
+@pytest.mark.parametrize("is_transparent", [False, True])
+@pytest.mark.parametrize("look", LOOKS)
+def test_deep_samples_laid_over_each_other_are_the_picture(look, is_transparent):
+    painting, camera = look_of(look)
+    painting = replace(painting, is_transparent=is_transparent)
+    frame = painting.frame(camera, wanted=Wanted(deep=True))
+    rgb, alpha = flattened(frame.deep)
+    np.testing.assert_allclose(rgb, frame.rgb, atol=1e-5)
+    np.testing.assert_allclose(alpha, frame.alpha, atol=1e-5)
+    pixels = np.repeat(np.arange(80 * 60), np.diff(frame.deep.starts))
+    assert (np.diff(frame.deep.depths)[np.diff(pixels) == 0] >= 0).all()
+    assert np.isfinite(frame.deep.depths).all()
+    assert (frame.deep.depths > 0).all()
+    if painting.surface is not None and not is_transparent:
+        last = frame.deep.starts[1:] - 1
+        assert (frame.deep.ids[last] == 0).all()
+        assert (frame.deep.alphas[last] == 1).all()
+        others = np.delete(frame.deep.depths, last)
+        assert frame.deep.depths[last].min() > others.max()
+    elif not any(coat.blend == "glaze" for coat in painting.coats):
+        assert (frame.deep.ids > 0).all()
+
+
+def test_deep_samples_of_a_soft_order_with_underpaint_are_the_picture():
+    options = RenderOptions.of(FLAT, order="soft", underpaint=True, streaks=0.3)
+    frame = painting_of(strokes_of(), options).frame(CAMERA, wanted=Wanted(deep=True))
+    rgb, alpha = flattened(frame.deep)
+    np.testing.assert_allclose(rgb, frame.rgb, atol=1e-5)
+    np.testing.assert_allclose(alpha, frame.alpha, atol=1e-5)
+    assert set(np.unique(frame.deep.ids)) <= set(range(1, 151))
+
+
+# Height, light, and what is not asked for
+
+
+def test_height_and_unlit_are_those_of_the_canvas():
+    painting, camera = look_of("oil")
+    lit = painting.frame(camera, wanted=Wanted(("height", "unlit", "depth")))
+    unlit = replace(painting, lamp=None).frame(camera)
+    np.testing.assert_array_equal(lit.layers["unlit"][..., :3], unlit.rgb)
+    np.testing.assert_array_equal(lit.layers["unlit"][..., 3], unlit.alpha)
+    np.testing.assert_array_equal(lit.layers["height"], lit.height)
+    assert np.abs(lit.layers["unlit"][..., :3] - lit.rgb).max() > 0.01
+    assert (lit.layers["depth"] > 0).any()
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_what_is_wanted_changes_no_bit_of_the_picture(look):
+    painting, camera = look_of(look)
+    alone, with_all = painting.frame(camera), painting.frame(camera, wanted=ALL)
+    for name in ("rgb", "alpha", "depth", "height"):
+        np.testing.assert_array_equal(getattr(alone, name), getattr(with_all, name))
+    assert alone.layers == {}
+    assert alone.deep is None
+
+
+def test_neither_bands_nor_threads_change_a_bit_of_a_layer(monkeypatch):
+    strokes = strokes_of()
+    camera = bg.Camera.look_at((0.3, -0.8, -6), (0, 0, 0), width=200, height=170)
+
+    def frame(num_threads):
+        options = RenderOptions.of(FLAT, order="soft", num_threads=num_threads)
+        following = Following(painting_of(strokes, options), CAMERA)
+        return following.painting.frame(camera, wanted=replace(ALL, following=following))
+
+    once = frame(1)
+    monkeypatch.setattr(marks_of_view, "MOST_FRAGMENTS", 1)
+    monkeypatch.setattr(marks_of_view, "FIRST_ROWS", 16)
+    again = frame(3)
+    for name, layer in once.layers.items():
+        other = again.layers[name]
+        for a, b in zip(columns_of(layer), columns_of(other), strict=True):
+            np.testing.assert_array_equal(a, b, err_msg=name)
+    for column in ("starts", "colors", "alphas", "depths", "ids"):
+        np.testing.assert_array_equal(getattr(once.deep, column), getattr(again.deep, column), err_msg=column)
+
+
+def columns_of(layer):
+    return (layer.names, layer.rows, layer.coverage) if isinstance(layer, Matte) else (layer,)
+
+
+def test_render_gives_the_layers_that_are_named():
+    strokes = strokes_of()
+    names = ("depth", "normal", "motion", "uv", "stroke", "height")
+    frame = bg.render(
+        strokes, CAMERA, "flat", relief=True, layers=names, next_camera=moved_cameras()["orbit"]
+    )
+    assert set(frame.layers) == set(names)
+    assert frame.layers["motion"].shape == (72, 96, 2)
+    np.testing.assert_array_equal(frame.rgb, bg.render(strokes, CAMERA, "flat", relief=True).rgb)
+    with pytest.raises(ValueError, match=r"layers must be names out of depth, .* got 'speed'"):
+        bg.render(strokes, CAMERA, "flat", layers=("speed",))
+
+
+def test_coats_of_one_name_have_mattes_apart():
+    coats = Coat("marks", strokes_of(40), FLAT, OPTIONS), Coat("marks", strokes_of(40, 1), FLAT, OPTIONS)
+    frame = Painting(coats).frame(CAMERA, wanted=Wanted(("id",)))
+    assert set(frame.layers["layer"].names) == {"marks", "marks2"}
+
+
+def test_a_painting_without_strokes_has_empty_layers():
+    painting = painting_of(strokes_of(3).take(slice(0)))
+    frame = painting.frame(CAMERA, wanted=replace(ALL, following=Following(painting, CAMERA)))
+    assert frame.layers["stroke"].names == ()
+    assert (frame.layers["motion"] == 0).all()
+    assert len(frame.deep.ids) == 0
+
+
+def test_layers_are_loaded_only_where_they_are_wanted():
+    script = (
+        "import sys, brushgs as bg\n"
+        "from brushgs.still_life import still_life, still_life_camera\n"
+        "scene, camera = still_life(1000), still_life_camera(width=40, height=30)\n"
+        "bg.render(scene, camera, 'flat'); bg.paint(scene, camera=camera)\n"
+        "print(sorted(m for m in sys.modules if m.startswith('brushgs.rendering')))"
+    )
+    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    for module in ("layers", "fragments", "marks", "mattes", "deep", "places"):
+        assert f"rendering.{module}'" not in result.stdout
