@@ -16,7 +16,9 @@ class Matte:
         names: of the things.
         rows: [H, W, K] int32, of `names`: what covers most of the pixel first; -1 where nothing more is.
         coverage: [H, W, K] float32, how much of the pixel each covers, 0 to 1: its weight in the picture.
-            The sum over K is the alpha of what is painted.
+            The sum over K is the alpha of paint that covers, to less than half of 1/255; glazes only tint
+            what lies below them. In the matte of layers the ground, or without one the glazes, take what is
+            left of the alpha of the picture.
 
     Raises:
         ValueError: if the shapes differ.

@@ -67,9 +67,12 @@ class Fragments:
         return len(self.starts) - 1
 
     def scaled(self, scales: Array) -> "Fragments":
-        """The same with the weights of each pixel times its scale, [P]."""
+        """The same, the weights of each pixel times its scale, [P]; without those that weigh nothing."""
         of_each = np.repeat(scales.astype(self.weights.dtype, copy=False), np.diff(self.starts))
-        return Fragments(self.starts, self.marks, self.weights * of_each, self.shades, self.is_underpaint)
+        weights = self.weights * of_each
+        left = np.flatnonzero(weights > 0)
+        starts = np.searchsorted(left, self.starts) if len(left) < len(self) else self.starts
+        return Fragments(starts, self.marks[left], weights[left], self.shades[left], self.is_underpaint[left])
 
     def sums(self, values: Array, num_threads: int | None = None) -> Array:
         """[P, C] the sum over the fragments of each pixel of weight x value of its mark, [marks, C]."""

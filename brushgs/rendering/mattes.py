@@ -42,21 +42,35 @@ class MatteMaker:
 
     def result(self) -> Matte:
         """The matte of the whole picture."""
-        used = np.unique(np.concatenate([shares.keys for shares in self._found]))
+        is_used = np.zeros(int(self._keys.max(initial=0)) + 1, bool)
+        for shares in self._found:
+            is_used[shares.keys] = True
+        used = np.flatnonzero(is_used)
         names = [self._names(key) if callable(self._names) else self._names[key] for key in used.tolist()]
-        counts = np.concatenate([np.diff(shares.starts) for shares in self._found])
-        ranks = max(int(counts.max(initial=0)), 1)
-        rows = np.full((len(counts), ranks), -1, np.int32)
-        coverage = np.zeros((len(counts), ranks), np.float32)
-        pixels = np.repeat(np.arange(len(counts)), counts)
-        rank = np.arange(len(pixels)) - np.repeat(np.cumsum(counts) - counts, counts)
-        rows[pixels, rank] = np.searchsorted(used, np.concatenate([s.keys for s in self._found]))
-        coverage[pixels, rank] = np.concatenate([s.weights for s in self._found])
+        row_of = np.cumsum(is_used, dtype=np.int32) - np.int32(1)
+        ranks = max(1, *(int(np.diff(shares.starts).max(initial=0)) for shares in self._found))
+        rows, coverage = _ranked(self._found, row_of, ranks)
         if self._rest is not None:
             assert self._alpha is not None, "a rest is what is missing of an alpha"
             names, rows, coverage = _with_rest(names, rows, coverage, self._rest, self._alpha.ravel())
         shape = self._marks.camera.height, self._marks.camera.width, rows.shape[1]
         return Matte(tuple(names), rows.reshape(shape), coverage.reshape(shape))
+
+
+def _ranked(found: Sequence[Shares], row_of: NDArray[np.int32], ranks: int) -> tuple[NDArray[np.int32], F32]:
+    """[P, ranks] rows of names, -1 where nothing more is, and how much they cover."""
+    num_pixels = sum(len(shares.starts) - 1 for shares in found)
+    rows = np.full((num_pixels, ranks), -1, np.int32)
+    coverage = np.zeros((num_pixels, ranks), np.float32)
+    first = 0
+    for shares in found:
+        counts = np.diff(shares.starts)
+        of_pixel = ranks * np.arange(first, first + len(counts)) - shares.starts[:-1]
+        places = np.arange(len(shares.keys)) + np.repeat(of_pixel, counts)
+        rows.reshape(-1)[places] = row_of[shares.keys]
+        coverage.reshape(-1)[places] = shares.weights
+        first += len(counts)
+    return rows, coverage
 
 
 def _with_rest(
