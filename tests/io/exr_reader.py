@@ -7,7 +7,7 @@ from typing import Any
 
 PIXEL_TYPES = ("uint", "half", "float")
 NUMBERS = {"int": "i", "float": "f", "rational": "iI", "chromaticities": "8f", "m44f": "16f", "v2f": "2f"}
-NUMBERS |= {"box2i": "4i", "compression": "B", "lineOrder": "B", "deepImageState": "B"}
+NUMBERS |= {"box2i": "4i", "compression": "B", "lineOrder": "B"}
 
 
 @dataclass

@@ -134,6 +134,21 @@ def test_an_alpha_of_1_and_the_header_cost_next_to_nothing(tmp_path: Path) -> No
     assert len(encode_frame(frame, ".exr", (1.0, 1.0, 1.0))) < 256 * 256 * 3 * 2 * 1.01 + 2000
 
 
+def test_frames_of_double_precision_are_written_alike(tmp_path: Path) -> None:
+    frame = make_frame(depth=True, layers=make_layers())
+    wide = {
+        name: layer if isinstance(layer, Matte) else layer.astype(float)
+        for name, layer in frame.layers.items()
+    }
+    double = Frame(*(a.astype(float) for a in (frame.rgb, frame.alpha, frame.depth)), layers=wide)
+    for name, value in (("a.exr", frame), ("b.exr", double)):
+        write_frame(value, tmp_path / name, (1.0, 1.0, 1.0))
+    single, wide = stored(tmp_path / "a.exr"), stored(tmp_path / "b.exr")
+    assert list(single) == list(wide)
+    for name, values in single.items():
+        np.testing.assert_allclose(wide[name], values, rtol=2 * HALF, atol=1e-6)
+
+
 def test_numbers_beyond_half_floats_stay_finite(tmp_path: Path) -> None:
     frame = Frame(np.full((2, 2, 3), 1e9, np.float32), np.ones((2, 2), np.float32))
     write_frame(frame, tmp_path / "a.exr")

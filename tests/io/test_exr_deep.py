@@ -125,7 +125,6 @@ def test_the_header_says_what_it_is(tmp_path: Path) -> None:
     assert header.attributes["chunkCount"] == ("int", 9)
     assert header.attributes["maxSamplesPerPixel"] == ("int", 6)
     assert header.attributes["compression"] == ("compression", 2)  # ZIP of single rows
-    assert header.attributes["deepImageState"] == ("deepImageState", 1)  # sorted
     assert header.attributes["colorInteropID"] == ("string", "srgb_rec709_scene")
     assert header.attributes["imageCounter"] == ("int", 12)
     assert "display-encoded" in header.value("brushgs/RGBA")
@@ -133,7 +132,6 @@ def test_the_header_says_what_it_is(tmp_path: Path) -> None:
     spec, _ = stored(tmp_path / "a.exr")
     assert spec.getattribute("worldToCamera") == pytest.approx(header.value("worldToCamera"))
     assert spec.getattribute("framesPerSecond") == (25, 1)
-    assert spec.getattribute("openexr:deepImageState") == "sorted"
 
 
 def test_flat_and_deep_files_state_the_same_camera(tmp_path: Path) -> None:

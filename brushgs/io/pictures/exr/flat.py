@@ -19,7 +19,7 @@ from brushgs.signals import defer_stop
 if TYPE_CHECKING:
     import OpenImageIO
 
-_NUM_ROWS = 64  # written at a time: four blocks of the ZIP compression
+_NUM_ROWS = 16  # written at a time: a block of the ZIP compression, small enough for caches
 _TYPES = {"chromaticities": "float[8]", "m44f": "matrix"}  # where OpenImageIO has another name
 
 

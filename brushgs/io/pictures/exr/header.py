@@ -14,9 +14,8 @@ UINT, HALF, FLOAT = range(3)  # types of channels
 _MAGIC = 20000630
 _VERSION, _IS_DEEP = 2, 1 << 11
 _ZIPS = 2  # ZIP of single scan lines, the only kind of ZIP that deep files may have
-_SORTED = 1  # samples ascend by depth; those of equal depth are not merged
 _FORMATS = {"int": "i", "float": "f", "rational": "iI", "chromaticities": "8f", "m44f": "16f"}
-_FORMATS |= {"box2i": "4i", "v2f": "2f", "compression": "B", "lineOrder": "B", "deepImageState": "B"}
+_FORMATS |= {"box2i": "4i", "v2f": "2f", "compression": "B", "lineOrder": "B"}
 
 
 def deep_header(
@@ -41,7 +40,6 @@ def deep_header(
         "chunkCount": ("int", height),
         "compression": ("compression", _ZIPS),
         "dataWindow": ("box2i", window),
-        "deepImageState": ("deepImageState", _SORTED),
         "displayWindow": ("box2i", window),
         "lineOrder": ("lineOrder", 0),  # from the top
         "maxSamplesPerPixel": ("int", most_samples),
