@@ -1,6 +1,7 @@
 """Deep OpenEXR files, as OpenImageIO and a strict reader of the tests' own read them."""
 
-from pathlib import Path
+import tempfile
+from pathlib import Path, PurePath
 
 import numpy as np
 import OpenImageIO
@@ -87,8 +88,6 @@ def test_samples_of_any_shape_read_back(height: int, width: int, most: int, is_e
     if is_even:
         flat = np.ones_like(deep.alphas)
         deep = DeepSamples(deep.starts, deep.colors * 0, flat, flat, deep.ids * 0, height, width)
-    import tempfile
-
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.exr"
         write_frame(Frame(frame.rgb, frame.alpha, deep=deep), path)
@@ -132,6 +131,14 @@ def test_the_header_says_what_it_is(tmp_path: Path) -> None:
     spec, _ = stored(tmp_path / "a.exr")
     assert spec.getattribute("worldToCamera") == pytest.approx(header.value("worldToCamera"))
     assert spec.getattribute("framesPerSecond") == (25, 1)
+
+
+def test_the_header_says_where_the_names_of_the_strokes_are(tmp_path: Path) -> None:
+    write_frame(make_frame(), tmp_path / "a.exr", shot=Shot(manifest=PurePath("..") / "a.json"))
+    write_frame(make_frame(), tmp_path / "b.exr")
+    note = "names of the strokes, id 1 first, stand in the file ../a.json"
+    assert read_header(tmp_path / "a.exr").value("brushgs/names") == note
+    assert "brushgs/names" not in read_header(tmp_path / "b.exr").attributes
 
 
 def test_flat_and_deep_files_state_the_same_camera(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ NOTES = {
     "Z": "camera z in world units",
     "id": "1 + the number of the stroke in the painting; 0 is no stroke",
 }
+_NAMES = "names of the strokes, id 1 first, stand in the file {}"
 _CHANNELS = {"A": HALF, "B": HALF, "G": HALF, "R": HALF, "Z": FLOAT, "id": UINT}  # in the order of the file
 _LEVEL = 4  # of zlib, as OpenEXR has it
 
@@ -30,7 +31,8 @@ _LEVEL = 4  # of zlib, as OpenEXR has it
 def write_deep(deep: DeepSamples, path: str | Path, shot: Shot) -> None:
     """Write the samples; the background of the picture is not among them. See `write_frame`."""
     counts = np.diff(deep.starts)
-    attributes = attributes_of(shot, NOTES, is_linear=False)
+    names = {} if shot.manifest is None else {"names": _NAMES.format(shot.manifest.as_posix())}
+    attributes = attributes_of(shot, NOTES | names, is_linear=False)
     header = deep_header(deep.width, deep.height, int(counts.max(initial=0)), _CHANNELS, attributes)
     offsets = np.empty(deep.height, "<u8")
     with replacing(path) as temporary, temporary.open("wb") as file:
