@@ -10,6 +10,7 @@ from brushgs.colors import flatten, rgb_of
 from brushgs.io.files import is_plain
 from brushgs.options.choices import COLORS, color_code
 
+TRANSPARENT = "transparent"  # no background
 _ROWS = 64
 _FAR = 8  # times the picture: from there on block means look the same as antialiased scaling
 Background = tuple[float, float, float] | NDArray[np.float32] | None
@@ -21,7 +22,7 @@ def check_background(text: str) -> None:
     Raises:
         ValueError: if the text is neither a known name, a colour nor an existing file.
     """
-    is_color = text.lower() == "transparent" or color_code(text) is not None
+    is_color = text.lower() == TRANSPARENT or color_code(text) is not None
     if not is_color and not is_plain(Path(text)):
         names = ", ".join(COLORS)
         raise ValueError(f"background must be {names}, transparent, #rrggbb or an image file, got {text!r}")
@@ -44,7 +45,7 @@ def open_background(text: str, width: int, height: int) -> Background:
         SceneError: if the image cannot be read.
     """
     check_background(text)
-    if text.lower() == "transparent":
+    if text.lower() == TRANSPARENT:
         return None
     if text.lower() in COLORS or (color_code(text) is not None and not is_plain(Path(text))):
         return rgb_of(text)

@@ -227,12 +227,13 @@ def _describe_levels(boxes: Boxes, texture: "Brushes", filter: str, stage: Stage
 
 
 def write_picture(
-    frame: Frame, path: Path, background: Background, config: DrawConfig, report: Report
+    frame: Frame, path: Path, background: Background, config: PaintConfig, report: Report
 ) -> None:
     """Write the picture on its background."""
     with report.stage("write") as stage:
         from brushgs.io.pictures.images import write_frame
 
-        write_frame(frame, path, background=background)
-        stage.did = f"{path}, on {config.background}"
-        stage.counts = {"path": str(path), "bytes": path.stat().st_size, "background": config.background}
+        write_frame(frame, path, background=background, bits=config.output.bits)
+        ground = config.draw.background
+        stage.did = f"{path}, on {ground}"
+        stage.counts = {"path": str(path), "bytes": path.stat().st_size, "background": ground}

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgs.io.pictures.formats import holds_depth
 from brushgs.painting.background import Background
@@ -12,11 +11,10 @@ from brushgs.rendering.project import Directions
 from brushgs.scene import Camera, Frame
 
 if TYPE_CHECKING:
+    from brushgs.io.pictures.pixels import Pixels
     from brushgs.rendering.coats import Painting
     from brushgs.rendering.growing import GrowingPainting
     from brushgs.rendering.motion import Pose
-
-WHITE = (1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +48,11 @@ class FramePainter:
         painting: the coats of strokes, and what they are laid on; `num_threads` of their options are those of
             one process.
         background: what lies behind the painting, see `open_background`; None keeps pictures transparent.
-        suffix: one of `PICTURE_SUFFIXES` for the bytes of such a file, None for pixels.
+        suffix: one of `PICTURE_SUFFIXES` for the bytes of such a file, None for the pixels of a video.
         growth: how the painting comes into being; None for one that is finished in all frames.
         fade: the time in which a stroke comes, see `GrowingPainting.at`.
         takes_light: see `Moving`.
+        bits: of each channel in the file; None for the usual number of the picture format.
     """
 
     painting: "Painting"
@@ -62,6 +61,7 @@ class FramePainter:
     growth: "GrowingPainting | None" = None
     fade: float = 0.0
     takes_light: bool = True
+    bits: int | None = None
 
     def frame(self, view: FrameView) -> Frame:
         """Paint the frame, with depth if its file holds it."""
@@ -72,17 +72,19 @@ class FramePainter:
         frame = painting.with_depth(has_depth).frame(view.camera, view.directions)
         return frame if view.into is None else _faded(frame, self.frame(view.into), view.share)
 
-    def __call__(self, view: FrameView) -> bytes | NDArray[np.uint8]:
-        """The content of the finished picture file, or uint8 [H, W, 3] on the background (white if None).
+    def __call__(self, view: FrameView) -> "bytes | Pixels":
+        """The content of the finished picture file, or the pixels of a video, see `video_pixels`.
 
         Pictures are encoded here, so that as many processes as paint share that work too.
         """
+        frame = self.frame(view)
+        if self.suffix is None:
+            from brushgs.io.pictures.pixels import video_pixels
+
+            return video_pixels(frame, self.background, self.bits or 8)
         from brushgs.io.pictures.images import encode_frame
 
-        frame = self.frame(view)
-        if self.suffix is not None:
-            return encode_frame(frame, self.suffix, background=self.background)
-        return frame.bytes_over(WHITE if self.background is None else self.background)
+        return encode_frame(frame, self.suffix, background=self.background, bits=self.bits)
 
 
 def _faded(frame: Frame, into: Frame, share: float) -> Frame:

@@ -7,9 +7,10 @@ from pathlib import Path
 from brushgs.brushes.brush_set import paths_of
 from brushgs.brushes.texture import brush_of_style
 from brushgs.errors import SceneError
-from brushgs.io.pictures.formats import holds_alpha
+from brushgs.io.pictures.encoding import choose_encoding
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
+from brushgs.painting.background import TRANSPARENT
 
 
 def scene_inputs(scene: SceneFiles | None) -> tuple[Path, ...]:
@@ -59,17 +60,14 @@ def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...]
     check_folder(path.resolve().parent, path)
 
 
-def check_transparency(path: Path, config: PaintConfig) -> None:
-    """Refuse a transparent background for a picture that holds no transparency.
+def check_encoding(path: Path, config: PaintConfig) -> None:
+    """Refuse a background, a codec or bits that the format of an output does not hold, before any work.
 
     Raises:
-        ValueError: if it is one.
+        ValueError: if it does not.
     """
-    if config.draw.background.lower() == "transparent" and not holds_alpha(path):
-        raise ValueError(
-            f"background must not be transparent in {path.name}, whose format holds no transparency; choose "
-            f"a colour, or write {path.with_suffix('.png').name}"
-        )
+    output, transparent = config.output, config.draw.background.lower() == TRANSPARENT
+    choose_encoding(path, codec=output.codec, bits=output.bits, transparent=transparent)
 
 
 def check_folder(folder: Path, path: Path) -> None:

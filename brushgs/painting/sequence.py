@@ -15,13 +15,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from brushgs.errors import SceneWarning
+from brushgs.io.pictures.encoding import choose_encoding, codec_of
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
 from brushgs.io.pictures.numbered import Manifest, NumberedFiles
 from brushgs.io.pictures.video import check_rate, check_size, open_video, padded_size
 from brushgs.options.clip import ClipConfig
+from brushgs.options.output import OutputConfig
 from brushgs.options.painting import DrawConfig, PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
+from brushgs.painting.background import TRANSPARENT
 from brushgs.painting.clip import Clip
 from brushgs.painting.drawing import NOTHING_SEEN
 from brushgs.painting.film_track import FilmTrack, track_film
@@ -61,8 +64,9 @@ def paint_sequence(
 
     Args:
         scene: the files of a trained 3D Gaussian scene, or a moving scene.
-        output: a video (.mp4, .webm, .gif), a pattern of numbered pictures such as frames/%05d.png (any
-            picture format; the last folder is made), or a folder, which means %05d.png in it.
+        output: a video (.mp4, .mov, .webm, .mkv, .gif), a pattern of numbered pictures such as
+            frames/%05d.png (any picture format; the last folder is made), or a folder, which means %05d.png
+            in it.
         path_config: where the camera goes, or how the painting grows before one camera; before a moving scene
             a camera that stands still, None for that of `config`.
         config: see `PaintConfig`; of its view what `plan_path` takes.
@@ -98,7 +102,7 @@ def paint_sequence(
     def check_path(path: "CameraPath") -> None:
         if isinstance(target, Path):
             check_rate(target, path.fps)
-            check_size(target, path.cameras[0].width, path.cameras[0].height)
+            check_size(target, path.cameras[0].width, path.cameras[0].height, config.output.codec)
 
     has_sheet = sheet is not None
     if sheet is not None:
@@ -142,7 +146,7 @@ def paint_prepared(prepared: Prepared, target: Path, config: PaintConfig, report
     """
     assert prepared.path is not None, "prepare along a path"
     check_rate(target, prepared.path.fps)
-    check_size(target, prepared.camera.width, prepared.camera.height)
+    check_size(target, prepared.camera.width, prepared.camera.height, config.output.codec)
     frames = _Frames(prepared, config, _track(prepared, config.draw, report), SequenceConfig())
     _paint_video(frames, target, report)
     report.output = str(target)
@@ -210,12 +214,12 @@ class _Frames:
         assert self.prepared.path is not None
         return self.prepared.path
 
-    def painter(self, suffix: str | None) -> FramePainter:
-        """The painter of every frame."""
+    def painter(self, suffix: str | None, bits: int | None) -> FramePainter:
+        """The painter of every frame, see there."""
         painting, background = self.prepared.painting, self.prepared.background
         fade = 0.0 if self.grow is None else self.grow.fade
         takes_light = self.prepared.moving is None or self.prepared.moving.takes_light
-        return FramePainter(painting, background, suffix, self.prepared.growth, fade, takes_light)
+        return FramePainter(painting, background, suffix, self.prepared.growth, fade, takes_light, bits)
 
     def view(self, index: int) -> FrameView:
         """What is special to one frame."""
@@ -256,12 +260,13 @@ def _paint(
     frames: _Frames,
     indices: Sequence[int],
     suffix: str | None,
+    bits: int | None,
     take: Callable[[int, Any], None],
     report: Report,
 ) -> Stopwatch:
     """Paint frames and pass each, in order, to `take`, which writes it.
 
-    While the camera rests, one picture serves all its frames.
+    While the camera rests, one picture serves all its frames. `FramePainter` has `suffix` and `bits`.
 
     Returns:
         The time that `take` took; it belongs to the stage of writing.
@@ -271,7 +276,7 @@ def _paint(
         rests = [list(same) for _, same in groupby(indices, key=frames.identity)]
         views = (frames.view(rest[0]) for rest in rests)
         painted: Any = parallel_map(
-            frames.painter(suffix),
+            frames.painter(suffix, bits),
             views,
             jobs=sequence.jobs,
             scheduler=sequence.scheduler,
@@ -331,20 +336,37 @@ def _describe_painted(
 def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
     """Paint all frames to a video file."""
     path, camera, background = frames.path, frames.path.cameras[0], frames.config.draw.background
-    size = camera.width, camera.height
-    film = open_video(target, width=size[0], height=size[1], fps=path.fps, loops=path.is_loop)
+    size, output = (camera.width, camera.height), frames.config.output
+    transparent = background.lower() == TRANSPARENT
+    encoding = choose_encoding(target, codec=output.codec, bits=output.bits, transparent=transparent)
+    film = open_video(
+        target,
+        width=size[0],
+        height=size[1],
+        fps=path.fps,
+        loops=path.is_loop,
+        codec=output.codec,
+        bits=output.bits,
+        transparent=transparent,
+    )
     cure = f"no video was written; numbered frames, -o {target.with_suffix('')}/, can be resumed"
     with _interrupted_with(lambda: cure), film as reel:
-        writing = _paint(frames, range(len(path.cameras)), None, lambda _, pixels: reel.add(pixels), report)
+        indices, bits = range(len(path.cameras)), encoding.bits
+        writing = _paint(frames, indices, None, bits, lambda _, pixels: reel.add(pixels), report)
         with report.stage("write", earlier=writing) as stage:
             reel.finish()
     # Only now the file has its name, and its size.
-    num_bytes, padded = target.stat().st_size, padded_size(target, *size)
+    num_bytes, padded = target.stat().st_size, padded_size(target, *size, output.codec)
+    codec = codec_of(target, output.codec).name
     stage.did = f"{target}, {path.fps:g} frames per second, {file_size(num_bytes)}, on {background}"
+    if output != OutputConfig():
+        stage.did += f"; {codec}, {encoding.bits} bit"
     if padded != size:
-        stage.did += f"; {padded[0]}x{padded[1]}: the last row or column is doubled, for H.264 has even sides"
+        stage.did += (
+            f"; {padded[0]}x{padded[1]}: the last row or column is doubled, for {codec} has even sides"
+        )
     stage.counts = {"path": str(target), "bytes": num_bytes, "width": padded[0], "height": padded[1]}
-    stage.counts |= {"fps": path.fps, "background": background}
+    stage.counts |= {"fps": path.fps, "background": background, "codec": codec, "bits": encoding.bits}
 
 
 def _paint_files(frames: _Frames, files: NumberedFiles, found: Manifest | None, report: Report) -> None:
@@ -362,7 +384,8 @@ def _paint_files(frames: _Frames, files: NumberedFiles, found: Manifest | None, 
         return f"{len(manifest.sizes)} of {num_frames} frames are done; add --resume to paint the rest"
 
     with _interrupted_with(state):
-        writing = _paint(frames, missing, files.pattern.suffix.lower(), manifest.add, report)
+        suffix, bits = files.pattern.suffix.lower(), frames.config.output.bits
+        writing = _paint(frames, missing, suffix, bits, manifest.add, report)
     with report.stage("write", earlier=writing) as stage:
         num_bytes = sum(manifest.sizes.values())
         stage.did = f"{files.pattern}, {num_frames:,} files, {file_size(num_bytes)}, on {background}"

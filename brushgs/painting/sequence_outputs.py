@@ -10,7 +10,7 @@ from brushgs.io.pictures.video import check_rate, check_size
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.painting.background import check_background
-from brushgs.painting.outputs import check_folder, check_output, check_transparency, input_files
+from brushgs.painting.outputs import check_encoding, check_folder, check_output, input_files
 
 
 def plan_output(output: str | Path, *, is_resumed: bool = False) -> Path | NumberedFiles:
@@ -48,22 +48,19 @@ def check_target(
     `rate` is the number of frames a second that is asked for; None for none.
 
     Raises:
-        ValueError: if the background, the frame rate or the size does not suit the output.
+        ValueError: if the background, the frame rate, the size, the codec or the bits do not suit the output.
         SceneError: if the output cannot be written, or would replace an input.
     """
     check_background(config.draw.background)
+    check_encoding(target if isinstance(target, Path) else target.pattern, config)
     inputs = input_files(scene, config)
     if isinstance(target, Path):
-        if config.draw.background.lower() == "transparent":
-            cure = f"choose a colour, or numbered frames, -o {target.with_suffix('')}/"
-            raise ValueError(f"background must not be transparent in a video; {cure}")
         if rate is not None:
             check_rate(target, rate)
         if config.view.size is not None:
-            check_size(target, *config.view.size)
+            check_size(target, *config.view.size, config.output.codec)
         check_output(target, VIDEO_SUFFIXES, inputs=inputs)
         return
-    check_transparency(target.pattern, config)
     folder = target.folder.resolve()
     check_folder(folder if folder.exists() else folder.parent, target.pattern)
     for file in inputs:

@@ -14,7 +14,7 @@ from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.painting.drawing import lay_coat, light_canvas, project_coat, warn_if_blank, write_picture
 from brushgs.painting.look import BACKDROP
-from brushgs.painting.outputs import check_output, check_transparency, input_files
+from brushgs.painting.outputs import check_encoding, check_output, input_files
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import name_of
@@ -55,7 +55,7 @@ def paint_file(
     check_share(first)
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
     check_output(output, PICTURE_SUFFIXES, inputs=input_files(scene, config))
-    check_transparency(output, config)
+    check_encoding(output, config)
     if sheet is not None:
         check_output(Path(sheet), PICTURE_SUFFIXES, inputs=(*input_files(scene, config), output))
     has_sheet = sheet is not None
@@ -69,7 +69,7 @@ def paint_file(
         grows=first < 1,
     )
     frame = paint_view(prepared, report, depth=holds_depth(output), first=first)
-    write_picture(frame, output, prepared.background, config.draw, report)
+    write_picture(frame, output, prepared.background, config, report)
     report.output = str(output)
     if sheet is not None:
         write_sheet_of(prepared, Path(sheet), config, report, name=name_of(scene, prepared.notes))

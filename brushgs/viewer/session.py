@@ -154,7 +154,7 @@ class Session:
         with self._new_file(painted, ".png") as path:
             seen = seen_by(painted.prepared, painted.config, shot.camera, report)
             frame = paint_view(seen, report, depth=False)
-            write_picture(frame, path, seen.background, painted.config.draw, report)
+            write_picture(frame, path, seen.background, painted.config, report)
         return path
 
     def film(self, painted: Painted, film: Film, report: Report) -> Path:

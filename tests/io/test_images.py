@@ -3,6 +3,7 @@ import struct
 import zlib
 from importlib import import_module
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import OpenImageIO
@@ -15,8 +16,9 @@ from brushgs import Frame, SceneError
 from brushgs.colors import linear_from_srgb, srgb_from_linear
 from brushgs.io.formats import begins_with
 from brushgs.io.pictures import formats, identify
-from brushgs.io.pictures.images import read_image, write_frame
+from brushgs.io.pictures.images import read_bytes, read_image, write_frame
 from brushgs.io.pictures.oiio import quantise
+from brushgs.options.choices import Codec
 
 
 def make_frame(height: int = 5, width: int = 7, *, depth: bool = False) -> Frame:
@@ -64,6 +66,43 @@ def test_a_frame_keeps_its_straight_colours_and_alpha(tmp_path: Path, suffix: st
     assert pixels.shape == (5, 7, 4)
     np.testing.assert_allclose(pixels[..., 3], frame.alpha, atol=0.5001 / largest)
     np.testing.assert_allclose(pixels[..., :3], straight(frame), atol=0.5001 / largest)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+@pytest.mark.parametrize("background", [None, (0.2, 0.4, 0.6)])
+def test_sixteen_bits_are_rounded_once_from_float(
+    tmp_path: Path, suffix: str, background: tuple[float, ...] | None
+) -> None:
+    values = np.linspace(0.3, 0.31, 5 * 7 * 3, dtype=np.float32).reshape(5, 7, 3)  # 3 levels of 8 bits
+    frame = Frame(values, np.ones((5, 7), np.float32))
+    path = tmp_path / f"a{suffix}"
+    write_frame(frame, path, background, bits=16)
+    stored = OpenImageIO.ImageInput.open(str(path))
+    assert stored.spec().format == OpenImageIO.UINT16
+    pixels = stored.read_image(0, 0, 0, stored.spec().nchannels, OpenImageIO.UINT16)
+    np.testing.assert_array_equal(pixels[..., :3], np.floor(values.astype(float) * 65535 + 0.5))
+    assert len(np.unique(pixels[..., :3])) == values.size
+
+
+def test_a_tiff_of_eight_bits_holds_what_a_png_does(tmp_path: Path) -> None:
+    frame = Frame(np.random.default_rng(4).random((6, 5, 3), np.float32), np.ones((6, 5), np.float32))
+    for name in ("a.tif", "a.png"):
+        write_frame(frame, tmp_path / name, bits=8)
+    first, second = (read_bytes(tmp_path / name, 100) for name in ("a.tif", "a.png"))
+    np.testing.assert_array_equal(first, second)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "bits", "offered"),
+    [(".jpg", 16, "8"), (".webp", 10, "8"), (".png", 10, "8 or 16"), (".exr", 8, "16")],
+)
+def test_bits_that_a_format_does_not_have_are_refused(
+    tmp_path: Path, suffix: str, bits: int, offered: str
+) -> None:
+    frame = Frame(np.zeros((2, 2, 3), np.float32), np.ones((2, 2), np.float32))
+    with pytest.raises(ValueError, match=rf"bits must be {offered} for \{suffix}, got {bits}"):
+        write_frame(frame, tmp_path / f"a{suffix}", (1, 1, 1), bits=bits)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("suffix", [".png", ".tif", ".webp"])
@@ -339,7 +378,9 @@ def test_every_format_of_the_tables_has_its_modules() -> None:
             assert module is None or callable(
                 getattr(import_module(f"brushgs.io.pictures.{module}"), function)
             )
-    for row in formats.VIDEO_FORMATS:
-        assert callable(import_module(f"brushgs.io.pictures.{row.writer}").open_writer)
+    for codec in formats.VIDEO_CODECS.values():
+        assert callable(import_module(f"brushgs.io.pictures.{codec.writer}").open_writer)
+    assert {name for row in formats.VIDEO_FORMATS for name in row.codecs} == set(formats.VIDEO_CODECS)
+    assert {*get_args(Codec), "gif"} == set(formats.VIDEO_CODECS)
     assert formats.holds_depth("a.EXR")
     assert not formats.holds_depth("a.png")

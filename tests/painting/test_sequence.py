@@ -476,7 +476,7 @@ def test_inputs_are_not_replaced(scene, folder):
             ORBIT,
             {"background": "transparent"},
             {},
-            r"must not be transparent in a video; choose a col",
+            r"must not be transparent in a\.mp4, .* choose a colour, or write a\.mov or a\.webm",
         ),
         ("a.gif", replace(ORBIT, fps=60), {}, {}, r"fps must be above 0 and at most 50 for \.gif, got 60"),
         ("a.gif", ORBIT, {"threads": 1}, {"scheduler": "tcp://x"}, r"scheduler must be an address"),

@@ -3,43 +3,38 @@
 import contextlib
 import tempfile
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import U8
 from brushgs.io.pictures.gif_colors import ColorCounts
-from brushgs.io.pictures.libav import VideoWriter, open_container, video_frame
+from brushgs.io.pictures.libav import Film, VideoWriter, open_container, video_frame
+from brushgs.io.pictures.pixels import Pixels
 
 # An ordered dither is fixed on the screen. Error diffusion is more accurate in one frame, but crawls.
 _DITHER = "dither=bayer:bayer_scale=4"
 _NUM_COLORS = 255  # and one for "as in the last frame"
 
 
-def open_writer(
-    stack: contextlib.ExitStack, path: Path, size: tuple[int, int], rate: Fraction, *, loops: bool
-) -> VideoWriter:
+def open_writer(stack: contextlib.ExitStack, film: Film) -> VideoWriter:
     """See `open_video`."""
-    return _Gif(stack, path, size, rate, loops)
+    return _Gif(stack, film)
 
 
 class _Gif:
-    def __init__(
-        self, stack: contextlib.ExitStack, path: Path, size: tuple[int, int], rate: Fraction, loops: bool
-    ) -> None:
-        self._shape = size[1], size[0], 3
-        self._rate, self._count, self._is_finished = rate, 0, False
+    def __init__(self, stack: contextlib.ExitStack, film: Film) -> None:
+        self._shape = film.size[1], film.size[0], 3
+        self._rate, self._count, self._is_finished = film.rate, 0, False
         # Beside the video: memory or a small /tmp may have no room for all frames.
-        self._spool = stack.enter_context(tempfile.TemporaryFile(dir=path.parent))  # noqa: SIM115
+        self._spool = stack.enter_context(tempfile.TemporaryFile(dir=film.path.parent))  # noqa: SIM115
         self._colors = ColorCounts()
-        self._container = open_container(stack, path, "gif", {"loop": "0" if loops else "-1"})
+        self._container = open_container(stack, film, {"loop": "0" if film.loops else "-1"})
 
-    def add(self, pixels: U8) -> None:
+    def add(self, pixels: Pixels) -> None:
         """Store a frame, and count its colours."""
         self._spool.write(pixels.tobytes())
-        self._colors.add(pixels)
+        self._colors.add(pixels.astype(np.uint8, copy=False))
         self._count += 1
 
     def finish(self) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from brushgs.arrays import F32
 from brushgs.colors import srgb_from_linear
 from brushgs.errors import SceneError
 from brushgs.io.formats import find_by_suffix
+from brushgs.io.pictures.encoding import check_bits
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, WRITTEN_PICTURES, PictureFormat
 from brushgs.io.pictures.identify import find_format, suffixed
 from brushgs.io.pictures.limits import MAX_PIXELS, check_pixels
@@ -189,7 +190,12 @@ def _upright(pixels: F32, spec: "OpenImageIO.ImageSpec") -> F32:
 
 
 def write_frame(
-    frame: Frame, path: str | Path, background: Background = None, *, shot: Shot | None = None
+    frame: Frame,
+    path: str | Path,
+    background: Background = None,
+    *,
+    bits: int | None = None,
+    shot: Shot | None = None,
 ) -> None:
     """Write a frame; the suffix decides: .png, .jpg, .webp (8 bit), .tif (16 bit), .exr (half float).
 
@@ -202,11 +208,12 @@ def write_frame(
         path: the name of the file; it appears when it is complete.
         background: None keeps the transparency; one RGB colour or an [H, W, 3] array, display-encoded,
             is put behind the picture, which is then written without alpha (EXR: with an alpha of 1).
+        bits: of each channel, 8 or 16 of .png and .tif; None for the usual number of the format.
         shot: what is known of the picture beside its pixels; EXR holds it.
 
     Raises:
         ValueError: if the suffix is none of the above, the background does not fit, or there is none for a
-            JPEG, which holds no transparency.
+            JPEG, which holds no transparency; or if the format has not so many bits.
         SceneError: if the file cannot be written.
     """
     picture_format = find_by_suffix(WRITTEN_PICTURES, path)
@@ -215,13 +222,20 @@ def write_frame(
         raise ValueError(
             f"write_frame: path must end in one of {suffixes}, got {str(path)!r}; change the suffix"
         )
-    # What holds the depth holds all else that compositing takes.
-    known = {"shot": shot} if picture_format.holds_depth else {}
-    import_module(f"brushgs.io.pictures.{picture_format.writer}").write(frame, path, background, **known)
+    bits = check_bits(path, bits)
+    options: dict[str, Any] = {"bits": bits} if len(picture_format.bits) > 1 else {}
+    if picture_format.holds_depth:  # and with it all else that compositing takes
+        options["shot"] = shot
+    import_module(f"brushgs.io.pictures.{picture_format.writer}").write(frame, path, background, **options)
 
 
 def encode_frame(
-    frame: Frame, suffix: str, background: Background = None, *, shot: Shot | None = None
+    frame: Frame,
+    suffix: str,
+    background: Background = None,
+    *,
+    bits: int | None = None,
+    shot: Shot | None = None,
 ) -> bytes:
     """The bytes of the file that `write_frame` would write.
 
@@ -229,6 +243,7 @@ def encode_frame(
         frame: the picture.
         suffix: one of `PICTURE_SUFFIXES`.
         background: see `write_frame`.
+        bits: see `write_frame`.
         shot: see `write_frame`.
 
     Raises:
@@ -238,5 +253,5 @@ def encode_frame(
     # OpenImageIO writes to named files only.
     with tempfile.TemporaryDirectory(prefix="brushgs-") as folder:
         path = Path(folder) / f"frame{suffix}"
-        write_frame(frame, path, background=background, shot=shot)
+        write_frame(frame, path, background=background, bits=bits, shot=shot)
         return path.read_bytes()

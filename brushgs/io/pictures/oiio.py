@@ -42,6 +42,14 @@ def bytes_of(frame: Frame, background: Background) -> NDArray[np.uint8]:
     return frame.bytes_over(background)
 
 
+def pixels_of(frame: Frame, background: Background, bits: int) -> NDArray[np.uint8] | NDArray[np.uint16]:
+    """The same in 8 bits, else in 16, rounded once."""
+    if bits == 8:
+        return bytes_of(frame, background)
+    values = with_alpha(frame) if background is None else frame.over(background)
+    return quantise(values, np.uint16).astype(np.uint16, copy=False)
+
+
 def write_pixels(
     path: str | Path,
     format_name: str,

@@ -1,8 +1,8 @@
-"""A frame becomes a PNG: 8 bit, display-encoded, straight alpha."""
+"""A frame becomes a PNG: 8 or 16 bit, display-encoded, straight alpha."""
 
 from pathlib import Path
 
-from brushgs.io.pictures.oiio import Background, bytes_of, write_pixels
+from brushgs.io.pictures.oiio import Background, pixels_of, write_pixels
 from brushgs.scene import Frame
 
 # Renders of koala at 1280x720: a third to a half of the time of libpng's defaults (level 6, all
@@ -11,9 +11,9 @@ _ATTRIBUTES = {"oiio:UnassociatedAlpha": 1, "png:compressionLevel": 4, "png:filt
 _END = b"\0\0\0\0IEND\xaeB`\x82"  # the chunk that closes every PNG
 
 
-def write(frame: Frame, path: str | Path, background: Background) -> None:
+def write(frame: Frame, path: str | Path, background: Background, *, bits: int = 8) -> None:
     """See `write_frame`."""
-    pixels = bytes_of(frame, background)
+    pixels = pixels_of(frame, background, bits)
     names = ("R", "G", "B", "A")[: pixels.shape[-1]]
     write_pixels(path, "png", pixels, names, _ATTRIBUTES, _is_complete)
 

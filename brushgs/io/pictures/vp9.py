@@ -1,22 +1,21 @@
-"""VP9 in a .webm file."""
+"""VP9, 8 bit, 4:2:0, with straight alpha as a second stream of pictures beside the first."""
 
 import contextlib
-from fractions import Fraction
-from pathlib import Path
 
-from brushgs.io.pictures.libav import Codec, EncodedVideo, VideoWriter
+from brushgs.io.pictures.libav import EncodedVideo, Encoder, Film, VideoWriter
 
-_CODEC = Codec(
-    "webm",
-    {"fflags": "+bitexact"},  # no random number and no version of the writer in the file
-    "libvpx-vp9",
-    # The scale of crf is not that of H.264: 24 gives about the same error as 18 there.
-    {"crf": "24", "b": "0", "deadline": "good", "cpu-used": "4", "row-mt": "1", "tile-columns": "2"},
-)
+# The scale of crf is not that of H.264: 24 gives about the same error as 18 there.
+_OPTIONS = {"crf": "24", "b": "0", "deadline": "good", "cpu-used": "4", "row-mt": "1", "tile-columns": "2"}
+# Frames that are not shown would have no picture of alpha beside them, and the encoder refuses them.
+_WITH_ALPHA = _OPTIONS | {"auto-alt-ref": "0"}
 
 
-def open_writer(
-    stack: contextlib.ExitStack, path: Path, size: tuple[int, int], rate: Fraction, *, loops: bool
-) -> VideoWriter:
-    """See `open_video`; players decide whether the video loops."""
-    return EncodedVideo(stack, path, _CODEC, size, rate)
+def open_writer(stack: contextlib.ExitStack, film: Film) -> VideoWriter:
+    """See `open_video`."""
+    return EncodedVideo(stack, film, _encoder(has_alpha=film.encoding.has_alpha))
+
+
+def _encoder(*, has_alpha: bool) -> Encoder:
+    if has_alpha:
+        return Encoder("libvpx-vp9", "yuva420p", _WITH_ALPHA)
+    return Encoder("libvpx-vp9", "yuv420p", _OPTIONS)
