@@ -48,10 +48,23 @@ def fade_by_facing(
     if normals.shape != (len(strokes), 3):
         wanted = [len(strokes), 3]
         raise ValueError(f"fade_by_facing: normals must have shape {wanted}, got {list(normals.shape)}")
+    shares = facing_shares(strokes.means[boxes.ids], normals[boxes.ids], camera, bounds)
+    return replace(boxes, opacities=(boxes.opacities * shares).astype(boxes.opacities.dtype))
+
+
+def facing_shares(
+    points: NDArray[np.floating],
+    normals: NDArray[np.floating],
+    camera: Camera,
+    bounds: tuple[float, float] = BOUNDS,
+) -> F64:
+    """[P] share of the opacity that is left of strokes at points [P, 3] with normals [P, 3].
+
+    Raises:
+        ValueError: if the bounds do not ascend.
+    """
     low, high = bounds
     if not 0 <= low < high:
         raise ValueError(f"fade_by_facing: bounds must ascend from 0 or more, got {bounds}")
-    sines = facing(strokes.means[boxes.ids], normals[boxes.ids], camera)
-    x = np.clip((sines - low) / (high - low), 0, 1)
-    shares = 1 - x * x * (3 - 2 * x)
-    return replace(boxes, opacities=(boxes.opacities * shares).astype(boxes.opacities.dtype))
+    x = np.clip((facing(points, normals, camera) - low) / (high - low), 0, 1)
+    return np.asarray(1 - x * x * (3 - 2 * x))
