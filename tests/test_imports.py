@@ -24,7 +24,7 @@ LAYERS = [
     ["autograd", "first_view"],
     ["stroke_count"],
     ["painting"],
-    ["page"],
+    ["page", "quads"],
     ["viewer"],
     ["doctor", "measure"],
     ["refine"],

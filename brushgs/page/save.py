@@ -1,14 +1,18 @@
-"""`brushgs.save`: scenes and frames go to the formats of `brushgs.io`, strokes that are painted to a page."""
+"""`brushgs.save`: scenes and frames go to the formats of `brushgs.io`, painted strokes to a page or model."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from brushgs.io import save as save_file
-from brushgs.options.page import PAGE_SUFFIXES
+from brushgs.options.page import PAGE_SUFFIXES, QUAD_SUFFIXES
 
 if TYPE_CHECKING:
-    from brushgs.brushes.brush_set import Brush
-    from brushgs.scene import Camera, Frame, Gaussians
+    from brushgs.brushes.brush_set import Brush, BrushSet
+    from brushgs.rendering.coats import Painting
+    from brushgs.scene import Camera, FirstView, Frame, Gaussians
+
+NOT_IN_QUADS = ("background", "filter", "streaks", "relief")  # arguments of a page
 
 
 def save(
@@ -21,26 +25,28 @@ def save(
     background: str | None = None,
     **options: Any,
 ) -> None:
-    """Write Gaussians (.ply), a frame (.png, .jpg, .webp, .tif, .exr), or a page of strokes (.html).
+    """Write Gaussians (.ply), a frame (.png, .jpg, .webp, .tif, .exr), or painted strokes (.html, .glb).
 
     The suffix decides the format, and the file appears when it is complete. A frame keeps its transparency,
-    and a JPEG, which holds none, is on white. The arguments by name are those of a page: one file that a
-    browser opens without a server, and in which the strokes can be turned.
+    and a JPEG, which holds none, is on white. The arguments by name are those of painted strokes. A page
+    (.html) is one file that a browser opens without a server, and in which the strokes can be turned. A model
+    (.glb) has a textured rectangle for each stroke, for 3D programs: in the plane of the stroke's two longest
+    axes, or, where there is a camera, the box that `render` paints in that view.
 
     Args:
         value: what is written.
         path: the name of the file.
-        texture: what strokes are painted with, see `render`; a page needs it.
-        camera: the first view of the page; None frames the strokes.
-        title: of the page, any text; None for the name of the file.
-        background: of the page, the name of a colour, "#rrggbb" or "transparent"; None for white.
-        **options: of the page: `lock`, `filter`, `num_sigmas`, `low_pass`, `underpaint`, `streaks` and
+        texture: what strokes are painted with, see `render`; painted strokes need it.
+        camera: the first view; None frames the strokes.
+        title: any text; None for the name of the file.
+        background: of a page, the name of a colour, "#rrggbb" or "transparent"; None for white.
+        **options: `lock`, `num_sigmas`, `low_pass` and `underpaint`, of a page also `filter`, `streaks` and
             `relief`, see `render`. Where there is relief, the default `Lamp` shines on it.
 
     Raises:
         TypeError: if `value` is something else, or an argument is not known.
-        ValueError: if the suffix does not suit the value, or an argument of a page is given for another file.
-        SceneError: if the file cannot be written.
+        ValueError: if the suffix does not suit the value, or an argument is given for another file.
+        SceneError: if the file cannot be written, or a model would have no stroke.
 
     Example:
         >>> bg.save(strokes, "strokes.ply")
@@ -48,18 +54,29 @@ def save(
         >>> bg.save(frame, "painting.png")
         >>> bg.save(strokes, "painting.html", texture="flat", underpaint=True)
     """
-    if Path(path).suffix.lower() not in PAGE_SUFFIXES:
-        of_a_page = {"texture": texture, "camera": camera, "title": title, "background": background} | options
-        if given := [name for name, argument in of_a_page.items() if argument is not None]:
-            raise ValueError(f"save: only a page (.html) has {', '.join(given)}, got {str(path)!r}")
-        save_file(value, path)
-        return
     from brushgs.scene import Gaussians
 
+    suffix = Path(path).suffix.lower()
+    given = {"texture": texture, "camera": camera, "title": title, "background": background} | options
+    given = {name: argument for name, argument in given.items() if argument is not None}
+    if suffix not in PAGE_SUFFIXES and not (suffix in QUAD_SUFFIXES and given):
+        if given:
+            names = ", ".join(given)
+            raise ValueError(f"save: only a page (.html) or a model (.glb) has {names}, got {str(path)!r}")
+        save_file(value, path)
+        return
+    what = "a page" if suffix in PAGE_SUFFIXES else "a model of strokes"
     if not isinstance(value, Gaussians) or texture is None:
-        what = "Gaussians and a texture"
-        raise ValueError(f"save: a page needs {what}, got {type(value).__name__} and texture={texture!r}")
-    _save_page(value, Path(path), texture, camera, title, background or "white", options)
+        got = f"{type(value).__name__} and texture={texture!r}"
+        raise ValueError(f"save: {what} needs Gaussians and a texture, got {got}")
+    if suffix in PAGE_SUFFIXES:
+        _save_page(value, Path(path), texture, camera, title, background or "white", options)
+        return
+    if wrong := [name for name in NOT_IN_QUADS if given.get(name)]:
+        raise ValueError(
+            f"save: a model of strokes (.glb) has no {', '.join(wrong)}; omit it, or write .html"
+        )
+    _save_quads(value, Path(path), texture, camera, title, options)
 
 
 def _save_page(
@@ -71,25 +88,17 @@ def _save_page(
     background: str,
     options: dict[str, Any],
 ) -> None:
-    from brushgs.brushes.brush_set import BrushSet
-    from brushgs.options.painting import ViewConfig
     from brushgs.page.view import PageView
     from brushgs.page.write import write_page
     from brushgs.painting.background import open_background
-    from brushgs.painting.report import Report
-    from brushgs.painting.views import choose_camera, choose_first_view
-    from brushgs.rendering.coats import Coat, Painting
     from brushgs.rendering.light import Lamp
-    from brushgs.rendering.options import RenderOptions
-    from brushgs.rendering.relief import Relief
 
-    brush_set = BrushSet.of(texture)
-    relief = Relief.of(options.pop("relief", None))
-    coat = Coat("strokes", strokes, brush_set, RenderOptions.of(brush_set, relief=relief, **options))
-    first_view = choose_first_view(strokes, ViewConfig(), None, Report())
-    camera = choose_camera(first_view, ViewConfig(), Report(), camera=camera)
+    painting, brush_set = _painting_of(strokes, texture, options)
+    if painting.coats[0].options.relief is not None:
+        painting = replace(painting, lamp=Lamp())
+    first_view, camera = _views_of(strokes, camera)
     write_page(
-        Painting((coat,), lamp=None if relief is None else Lamp()),
+        painting,
         camera,
         path,
         view=PageView.of(first_view, camera),
@@ -97,3 +106,49 @@ def _save_page(
         command=(f"{path.stem}.ply", ["--look", "plain", "--stroke", ",".join(brush_set.names)]),
         background=open_background(background, camera.width, camera.height),
     )
+
+
+def _save_quads(
+    strokes: "Gaussians",
+    path: Path,
+    texture: "Brush",
+    camera: "Camera | None",
+    title: str | None,
+    options: dict[str, Any],
+) -> None:
+    from brushgs.page.view import PageView
+    from brushgs.quads.write import write_quads
+
+    painting, _ = _painting_of(strokes, texture, options)
+    first_view, first_camera = _views_of(strokes, camera)
+    write_quads(
+        painting,
+        first_camera,
+        path,
+        view=PageView.of(first_view, first_camera),
+        title=path.stem if title is None else title,
+        for_view=camera is not None,
+    )
+
+
+def _painting_of(
+    strokes: "Gaussians", texture: "Brush", options: dict[str, Any]
+) -> "tuple[Painting, BrushSet]":
+    from brushgs.brushes.brush_set import BrushSet
+    from brushgs.rendering.coats import Coat, Painting
+    from brushgs.rendering.options import RenderOptions
+    from brushgs.rendering.relief import Relief
+
+    brush_set = BrushSet.of(texture)
+    relief = Relief.of(options.pop("relief", None))
+    coat = Coat("strokes", strokes, brush_set, RenderOptions.of(brush_set, relief=relief, **options))
+    return Painting((coat,)), brush_set
+
+
+def _views_of(strokes: "Gaussians", camera: "Camera | None") -> "tuple[FirstView, Camera]":
+    from brushgs.options.painting import ViewConfig
+    from brushgs.painting.report import Report
+    from brushgs.painting.views import choose_camera, choose_first_view
+
+    first_view = choose_first_view(strokes, ViewConfig(), None, Report())
+    return first_view, choose_camera(first_view, ViewConfig(), Report(), camera=camera)

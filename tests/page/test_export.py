@@ -223,7 +223,7 @@ def test_save_refuses_a_page_without_strokes_or_brush():
         bg.save(frame, "a.html", texture="flat")
     with pytest.raises(ValueError, match="texture=None"):
         bg.save(some_strokes(5), "a.html")
-    with pytest.raises(ValueError, match=r"only a page \(.html\) has texture, got 'a.png'"):
+    with pytest.raises(ValueError, match=r"only a page \(.html\) or a model \(.glb\) has texture, got"):
         bg.save(frame, "a.png", texture="flat")
     with pytest.raises(ValueError, match="has camera, background, lock, got"):
         bg.save(frame, "a.png", camera=CAMERA, background="black", lock="off")

@@ -1,44 +1,132 @@
-"""`brushgs export`: a scene becomes one HTML file, in which the painting can be turned."""
+"""`brushgs export`: a scene becomes one file for others: a page to turn, or rectangles for 3D programs."""
 
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 from brushgs.cli import flags
 from brushgs.cli.configs import paint_config, painting_name, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.cli.words import NOT_PAINTED, words_of
-from brushgs.options.page import PAGE_SUFFIXES
+from brushgs.options.page import PAGE_SUFFIXES, QUAD_SUFFIXES
+
+if TYPE_CHECKING:
+    from brushgs.options.painting import PaintConfig
+    from brushgs.options.scene_source import SceneSource
+    from brushgs.painting.report import Report
+
+
+class Request(NamedTuple):
+    """What is exported: the scene, the file, how it is painted, and the flags."""
+
+    scene: "SceneSource"
+    output: Path
+    config: "PaintConfig"
+    args: Namespace
+
+
+class Export(NamedTuple):
+    """What `export` writes.
+
+    Attributes:
+        name: in words, for help and error texts.
+        suffixes: in lower case, the usual one first; they decide what is written.
+        takes: the flags that only some exports have, as fields of the namespace.
+        write: makes the file.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    takes: tuple[str, ...]
+    write: "Callable[[Request, Report], object]"
+
+
+def _write_page(request: Request, report: "Report") -> None:
+    from brushgs.page.export import export_file
+
+    scene, output, config, args = request
+    options = words_of(_parser(), args.words, _paints)
+    export_file(scene, output, config, title=args.title, options=options, report=report)
+
+
+def _write_quads(request: Request, report: "Report") -> None:
+    from brushgs.quads.export import export_quads
+
+    scene, output, config, args = request
+    export_quads(scene, output, config, title=args.title, for_view=args.for_view, report=report)
+
+
+# To add an export: its line here. The first one is written where no file is named.
+EXPORTS = (
+    Export("a page", PAGE_SUFFIXES, ("title",), _write_page),
+    Export("textured rectangles for 3D programs", QUAD_SUFFIXES, ("title", "for_view"), _write_quads),
+)
+OWN_FLAGS = ("title", "for_view")  # which some exports take
 
 
 def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     flags.add_scene(parser)
+    default = EXPORTS[0].suffixes[0]
+    kinds = ", ".join(f"{' '.join(kind.suffixes)} ({kind.name})" for kind in EXPORTS)
     parser.add_argument(
         "-o",
         "--output",
         type=Path,
         metavar="FILE",
-        help=f"page ({', '.join(PAGE_SUFFIXES)}), default SCENE-LOOK{PAGE_SUFFIXES[0]} in the current "
-        f"folder, SCENE-STROKE{PAGE_SUFFIXES[0]} where a stroke is named",
+        help=f"{kinds}; default SCENE-LOOK{default} in the current folder, SCENE-STROKE{default} where a "
+        "stroke is named",
     )
-    parser.add_argument("--title", metavar="TEXT", help="of the page, default the name of the scene")
+    parser.add_argument("--title", metavar="TEXT", help="of the page or model, default the name of the scene")
+    parser.add_argument(
+        "--for-view",
+        action="store_true",
+        help=f"make the rectangles ({QUAD_SUFFIXES[0]}) for the camera of the picture: seen from there they "
+        "are the boxes that are painted, underpaint too; default: in the plane of each stroke's two longest "
+        "axes",
+    )
     flags.add_painting(parser)
     flags.add_report(parser)
 
 
 def run(args: Namespace) -> None:
-    """Write the page, and report the stages."""
+    """Write the file, and report the stages."""
     config, scene = paint_config(args), scene_source(args)
-    output = args.output or output_beside(scene, painting_name(args, config), PAGE_SUFFIXES[0])
+    output = args.output or output_beside(scene, painting_name(args, config), EXPORTS[0].suffixes[0])
+    kind = _export_of(output, args)
+    with reported(args) as report:
+        kind.write(Request(scene, output, config, args), report)
+
+
+def _export_of(output: Path, args: Namespace) -> Export:
+    """What a suffix means. Raises ValueError if it means nothing, or a flag belongs to other files."""
+    suffix = output.suffix.lower()
+    kind = next((kind for kind in EXPORTS if suffix in kind.suffixes), None)
+    if kind is None:
+        known = ", ".join(suffix for kind in EXPORTS for suffix in kind.suffixes)
+        raise ValueError(
+            f"output must end in {known}, got {str(output)!r}; the suffix decides what is written"
+        )
+    for name in OWN_FLAGS:
+        if getattr(args, name) and name not in kind.takes:
+            suits = " or ".join(other.suffixes[0] for other in EXPORTS if name in other.takes)
+            flag = "--" + name.replace("_", "-")
+            raise ValueError(f"{flag} needs -o FILE{suits}, got {str(output)!r}")
+    return kind
+
+
+def _parser() -> ArgumentParser:
     parser = ArgumentParser()
     add_flags(parser)
-    options = words_of(parser, args.words, _paints)
-    with reported(args) as report:
-        from brushgs.page.export import export_file
-
-        export_file(scene, output, config, title=args.title, options=options, report=report)
+    return parser
 
 
 def _paints(dest: str) -> bool:
     """Whether a flag decides what is painted, and not from where; level of detail and moment go with it."""
-    return dest not in NOT_PAINTED and dest not in ("title", "lod", "time") and not dest.startswith("view.")
+    return (
+        dest not in NOT_PAINTED
+        and dest not in OWN_FLAGS
+        and dest not in ("lod", "time")
+        and not dest.startswith("view.")
+    )
