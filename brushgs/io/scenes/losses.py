@@ -12,7 +12,8 @@ from brushgs.scene import Gaussians
 from brushgs.sh import C0
 
 _MIDDLE = 1, 99  # per cent of the centres: few far ones do not make a scene large
-_SMALLEST = 1e-30  # of scales whose ratio is taken; smaller ones are no lengths
+_FLAT = 1e-6  # of the extent: smaller standard deviations are no lengths, and all are alike
+_SMALLEST = 1e-37  # the same where there is no extent, world units
 _VISIBLE = 0.5 / 255  # opacity: less is 0 in most formats, and its colour and shape are not seen
 
 
@@ -23,7 +24,7 @@ class Losses:
     Attributes:
         extent: diagonal of the box of 98 % of the centres along each axis, world units.
         means: distance between centres, world units.
-        scales: relative difference of the larger from the smaller standard deviation.
+        scales: the larger of two standard deviations above the smaller, relative to this.
         quats: angle between rotations, degrees.
         opacities: difference, 0 to 1.
         colors: of the channels of degree 0, levels of 255.
@@ -78,7 +79,8 @@ def measure_losses(given: Gaussians, path: str | Path, order: NDArray[np.integer
     seen = given.opacities >= _VISIBLE
     means = given.means.astype(np.float64)
     extent = float(np.linalg.norm(np.ptp(np.percentile(means, _MIDDLE, axis=0), axis=0)))
-    logs = [np.log(np.maximum(some.scales.astype(np.float64), _SMALLEST)) for some in (given, found)]
+    smallest = max(_FLAT * extent, _SMALLEST)
+    logs = [np.log(np.maximum(some.scales.astype(np.float64), smallest)) for some in (given, found)]
     cosines = np.abs((unit_quats(given.quats) * unit_quats(found.quats)).sum(axis=1))
     colors = (found.sh[:, 0] - given.sh[:, 0].astype(np.float64)) * (C0 * 255)
     with np.errstate(over="ignore"):

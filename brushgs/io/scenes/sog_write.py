@@ -28,8 +28,11 @@ from brushgs.scene import FirstView, Gaussians
 from brushgs.version import __version__
 
 _WHOLE = 65535  # the largest number of 16 bits
-_ENTRY_ROWS = 16  # an entry of the palette for so many Gaussians, at least the smallest palette
+# Gaussians for an entry of the palette, in scenes of up to 131,072: with 16, files are a third smaller and
+# pictures 7 to 12 dB farther from the scene.
+_ENTRY_ROWS = 2
 _LEAST_ENTRIES = 1024
+_LEAST_AREA = 1e-6  # of the largest: so that flat ones, whose scale is 0, stay flat
 _DATE = (1980, 1, 1, 0, 0, 0)  # of the members: the first that a zip archive can state
 
 
@@ -61,7 +64,10 @@ def write_scene(
     low, high = logs.min(axis=0), logs.max(axis=0)
     places = rounded(fractions_of(logs, low, high) * _WHOLE, _WHOLE)
     log_scales, colors = logs_of(rows.scales), rows.sh[:, 0].astype(np.float64)
-    scale_levels, color_levels = levels_of(log_scales), levels_of(colors)
+    # By area: large Gaussians are few, and their errors show most.
+    areas = np.exp(2 * (log_scales - log_scales.max()))
+    scale_levels = levels_of(log_scales, np.maximum(areas, _LEAST_AREA))
+    color_levels = levels_of(colors)
     alphas = rounded(rows.opacities * 255.0, 255)
     pictures = {
         "means_l.webp": places & 255,
