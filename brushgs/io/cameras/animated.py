@@ -16,7 +16,7 @@ from brushgs.arrays import F64
 from brushgs.errors import SceneError
 from brushgs.io.cameras.camera_file import CameraFile, Motion
 from brushgs.io.cameras.lens import MAX_DISTANCE, lens_rule
-from brushgs.io.cameras.scene_node import SCENE_NODE
+from brushgs.io.scene_node import SCENE_NODE
 from brushgs.options.painting import DEFAULT_SIZE
 from brushgs.options.sequence import DEFAULT_FPS
 from brushgs.scene import Camera

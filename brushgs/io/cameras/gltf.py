@@ -15,10 +15,10 @@ from brushgs.errors import SceneError
 from brushgs.io.cameras.animated import FoundCamera, FoundScene, LensTrack, Times, camera_file
 from brushgs.io.cameras.camera_file import CameraFile
 from brushgs.io.cameras.gltf_channels import Channel, Channels, read_channels
-from brushgs.io.cameras.scene_node import is_scene_name
 from brushgs.io.gltf_file import CURE, GltfFile
 from brushgs.io.gltf_nodes import PlacedNode, local_matrix, node_numbers, placed_nodes
 from brushgs.io.json_file import shown
+from brushgs.io.scene_node import is_scene_name
 from brushgs.options.painting import DEFAULT_SIZE
 from brushgs.quats import rotation_matrices
 

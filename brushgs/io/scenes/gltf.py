@@ -24,12 +24,12 @@ from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import STANDARD, Encoding, Scales
 from brushgs.io.scenes.fill import Decoder, fill
 from brushgs.io.scenes.gltf_meshes import placed_meshes
-from brushgs.io.scenes.gltf_notes import is_turned_by, read_notes
 from brushgs.io.scenes.gltf_placed import Placement
 from brushgs.io.scenes.gltf_spz import MAX_GROWTH, NAMES, PackedSplats, open_packed
 from brushgs.io.scenes.parts import fill_parts
 from brushgs.io.scenes.scene_file import SceneFile, Training
 from brushgs.io.scenes.stored import Stored
+from brushgs.io.scenes.upright_notes import NOTES, is_turned_by, read_notes
 from brushgs.io.scenes.used_terms import drop_zero_bands
 
 EXTENSION = "KHR_gaussian_splatting"
@@ -101,7 +101,8 @@ def open_scene(path: Path) -> SceneFile:
     unknown: dict[str, None] = {}
     opened: dict[object, SceneFile] = {}
     placed = placed_meshes(file)
-    stored, turn = read_notes(path, file.top)
+    extras = file.top.get("extras")
+    stored, turn = read_notes(path, extras.get(NOTES) if isinstance(extras, dict) else None)
     is_ours = turn is not None and len(placed) == 1 and is_turned_by(placed[0][1], turn)
     if is_ours:
         placed = [(mesh, np.eye(4)) for mesh, _ in placed]

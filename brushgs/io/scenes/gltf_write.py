@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 
 from brushgs.io.files import replacing
 from brushgs.io.gltf_file import BINARY_CHUNK, JSON_CHUNK
+from brushgs.io.scene_node import SCENE_NODE
 from brushgs.io.scenes.finite_logs import finite_scales, unit_quats
 from brushgs.io.scenes.gltf import EXTENSION
-from brushgs.io.scenes.gltf_notes import NOTES, notes_of
 from brushgs.io.scenes.order import brush_order
 from brushgs.io.scenes.stored import Stored
+from brushgs.io.scenes.upright_notes import NOTES, notes_of
 from brushgs.scene import FirstView, Gaussians
 from brushgs.version import __version__
 
@@ -62,7 +63,7 @@ def write_scene(
         "extensionsUsed": [EXTENSION],
         "scene": 0,
         "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0, "name": stored.scene or "scene", "rotation": notes["turn"]}],
+        "nodes": [{"mesh": 0, "name": SCENE_NODE, "rotation": notes["turn"]}],
         "meshes": [{"primitives": [_primitive(widths)]}],
         "accessors": [
             _accessor(index, name, width, rows) for index, (name, width) in enumerate(widths.items())

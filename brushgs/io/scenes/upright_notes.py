@@ -1,8 +1,8 @@
-"""What a .glb of ours records in its `extras`, and how its node turns the scene upright.
+"""What a model of ours for 3D programs (.glb, USD) records, and how its node turns the scene upright.
 
-The numbers of the file are those of the scene, whose up is any axis. Viewers follow the standard, +y up: so
-the node is turned, and the turn is recorded. A reader that finds the node turned so takes the numbers as they
-are.
+The numbers of the file are those of the scene, whose up is any axis. Programs take +y for up: so the node is
+turned, and the turn is recorded. A reader that finds the node turned so takes the numbers as they are; and
+cameras that were placed around that node come back to the scene by its name, see `scene_node.py`.
 """
 
 from pathlib import Path
@@ -14,26 +14,24 @@ from numpy.typing import NDArray
 from brushgs.io.scenes.stored import Stored, content_of, parse_content, read_stored
 from brushgs.quats import rotation_matrices
 
-NOTES = "brushgs"  # the key in `extras`
+NOTES = "brushgs"  # the key in the `extras` of a .glb and the `customData` of a prim
 _TURN = "turn"  # quaternion x, y, z, w
 _TOLERANCE = 1e-6  # of a matrix that went through float32
 
 
 def notes_of(stored: Stored) -> dict[str, Any]:
-    """The object in `extras`. Its "turn" is the rotation of the node, x, y, z, w."""
+    """The object that is recorded. Its "turn" is the rotation of the node, x, y, z, w."""
     up = None if stored.first_view is None else stored.first_view.up
     return content_of(stored) | {_TURN: [0.0, 0.0, 0.0, 1.0] if up is None else _turn_to_y(up)}
 
 
-def read_notes(path: Path, top: dict[str, Any]) -> tuple[Stored, NDArray[np.float64] | None]:
+def read_notes(path: Path, notes: object) -> tuple[Stored, NDArray[np.float64] | None]:
     """What a model records, and the matrix [3, 3] that its node was turned by; None in files of others.
 
     Args:
         path: the file, for a warning where notes are damaged.
-        top: the JSON of the model.
+        notes: the object that is recorded, its numbers as floats; anything else in files of others.
     """
-    extras = top.get("extras")
-    notes = extras.get(NOTES) if isinstance(extras, dict) else None
     if not isinstance(notes, dict):
         return Stored(), None
     turn = notes.get(_TURN)
