@@ -238,6 +238,19 @@ def usd_cameras(folder: Path) -> list[bytes]:
     return found
 
 
+def usd_scenes(folder: Path) -> list[bytes]:
+    """Stages with splats, as text and binary; where usd-core is not installed, files that are none."""
+    if not is_usd_here():
+        return [b"#usda 1.0\n", b"PXR-USDC"]
+    from tests.io.scenes.test_usd import stage_of_others
+
+    found = []
+    for name, half in (("a.usda", False), ("b.usdc", False), ("c.usdc", True)):
+        stage_of_others(folder / name, half=half)
+        found.append((folder / name).read_bytes())
+    return found
+
+
 def spacetime_clips(folder: Path) -> list[bytes]:
     """Clips of SpaceTimeGaussian, of its full model too."""
     path, columns = folder / "a.ply", clips.spacetime_columns(9)
@@ -630,6 +643,7 @@ SCENES = {
         Seeds("gltf", lambda folder: gltf_models(folder, ".gltf"), GLTF, "scene.gltf"),
     ),
 }
+SCENES["usd"] = (Seeds("usd", usd_scenes, USD),)
 MOVING = {
     "splatv": (Seeds("splatv", splatv_clips, (b"Kg\0\0", b'"size":', b'"type":"splat"', b"[{", b"\0\x7c")),),
     "dynamic3d": (Seeds("npz", npz_clips, NPZ),),

@@ -100,6 +100,14 @@ KNOWN_SCENES = (
         note="or .gltf, with KHR_gaussian_splatting",
         written=(".glb",),
     ),
+    SceneFormat(
+        "USD stage",
+        (".usd", ".usda", ".usdc", ".usdz"),
+        any_of(begins_with(b"PXR-USDC", b"#usda "), is_zip_with(".usdc", ".usdz")),
+        reader="usd",
+        writer="usd_write",
+        note="with ParticleField3DGaussianSplat, by the package usd-core",
+    ),
     SceneFormat(".ksplat scene", (".ksplat",), is_ksplat, reader="ksplat", note="compression levels 0 to 2"),
     # The last of those that are read: it has no mark of its own.
     SceneFormat(

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from brushgs.io.usd.refused import RefusedError
 
-_MEMORY = 6 << 30, 24  # bytes of address space, and as many more for each byte of the file
+_MEMORY = 2 << 30, 24  # bytes of address space, and as many more for each byte of the file
 
 
 def main() -> None:

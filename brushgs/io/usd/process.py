@@ -83,6 +83,8 @@ class Reading:
     def _read(self, folder: Path, size: int) -> Answer:
         source = str(Path(brushgs.__file__).parents[1])
         environment = {name: value for name, value in os.environ.items() if not name.startswith("PXR_")}
+        # More threads than one need more address space than the bound leaves, and gain nothing here.
+        environment |= {"PXR_WORK_THREAD_LIMIT": "1", "MALLOC_ARENA_MAX": "2"}
         environment["PYTHONPATH"] = os.pathsep.join([source, *filter(None, [os.environ.get("PYTHONPATH")])])
         # -P: what lies in the working directory is no module.
         command = [

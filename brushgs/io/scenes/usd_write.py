@@ -1,0 +1,107 @@
+"""Gaussians become a USD stage with one prim of ParticleField3DGaussianSplat, all numbers as float32.
+
+The stage has +y up, and scenes do not: where the first view of a scene is known, the prim turns it upright,
+as the node of a .glb does. Rows keep their order, but for strokes with brushes, which are sorted by these.
+Source: OpenUSD, UsdVol, 26.03.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.errors import SceneError
+from brushgs.io.files import replacing
+from brushgs.io.scene_node import SCENE_NODE
+from brushgs.io.scenes.finite_logs import finite_scales, unit_quats
+from brushgs.io.scenes.order import brush_order
+from brushgs.io.scenes.stored import Stored, text_of
+from brushgs.io.scenes.upright_notes import NOTES, notes_of
+from brushgs.io.usd.process import INSTALL, is_usd_here
+from brushgs.scene import FirstView, Gaussians
+
+_REACH = 3  # standard deviations that the extent of the prim includes
+
+
+def write_scene(
+    gaussians: Gaussians,
+    path: str | Path,
+    *,
+    is_strokes: bool = False,
+    scene: str | None = None,
+    first_view: FirstView | None = None,
+    brushes: Sequence[str] = (),
+) -> NDArray[np.int64] | None:
+    """Write one prim of splats, and what is recorded as its `customData`.
+
+    Arguments as in `brushgs.io.scenes.write.write_scene`; the suffix decides between text (.usda), binary and
+    an archive (.usdz). Rotations are written with length 1.
+
+    Returns:
+        The rows in the order of the file; None if it is theirs.
+
+    Raises:
+        ValueError: if the names of brushes are too long.
+        SceneError: if the package usd-core is missing, or the file cannot be written.
+    """
+    if not is_usd_here():
+        raise SceneError(path, f"is a USD file, which the package usd-core writes; install it with {INSTALL}")
+    order = brush_order(gaussians)
+    rows = gaussians if order is None else gaussians.take(order)
+    stored = Stored.of(rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes)
+    stage = _stage(rows, stored)
+    with replacing(path) as temporary:
+        if temporary.suffix.lower() == ".usdz":
+            _pack(stage, temporary)
+        else:
+            stage.GetRootLayer().Export(str(temporary))
+    return order
+
+
+def _stage(rows: Gaussians, stored: Stored) -> Any:
+    """The whole stage in memory."""
+    from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)  # unknown: trained scenes have a scale of their own
+    prim = stage.DefinePrim(f"/{SCENE_NODE}", "ParticleField3DGaussianSplat")
+    stage.SetDefaultPrim(prim)
+    notes = notes_of(stored)
+    prim.SetCustomDataByKey(NOTES, text_of(notes))
+    x, y, z, w = notes["turn"]
+    UsdGeom.Xformable(prim).AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(w, x, y, z))
+    far = _REACH * rows.scales.max(axis=1, keepdims=True).astype(np.float64)
+    extent = np.array([(rows.means - far).min(axis=0), (rows.means + far).max(axis=0)])
+    quats = unit_quats(rows.quats)[:, [1, 2, 3, 0]]
+    kinds = Sdf.ValueTypeNames
+    for name, kind, array, values in (
+        ("positions", kinds.Point3fArray, Vt.Vec3fArray, rows.means),
+        ("orientations", kinds.QuatfArray, Vt.QuatfArray, quats),
+        ("scales", kinds.Float3Array, Vt.Vec3fArray, finite_scales(rows.scales)),
+        ("opacities", kinds.FloatArray, Vt.FloatArray, rows.opacities),
+        ("radiance:sphericalHarmonicsCoefficients", kinds.Float3Array, Vt.Vec3fArray, rows.sh.reshape(-1, 3)),
+        ("extent", kinds.Float3Array, Vt.Vec3fArray, np.clip(extent, -3e38, 3e38)),
+    ):
+        numbers = np.ascontiguousarray(values, np.float32)
+        prim.CreateAttribute(name, kind, custom=False).Set(array.FromNumpy(numbers))
+    degree = prim.CreateAttribute(
+        "radiance:sphericalHarmonicsDegree", kinds.Int, custom=False, variability=Sdf.VariabilityUniform
+    )
+    degree.Set(rows.sh_degree)
+    return stage
+
+
+def _pack(stage: Any, path: Path) -> None:
+    """Write a stage as the only file of an archive."""
+    from pxr import Sdf
+
+    with TemporaryDirectory(dir=path.parent, prefix=".unfinished-") as folder:
+        inner = Path(folder) / "scene.usdc"
+        stage.GetRootLayer().Export(str(inner))
+        writer = Sdf.ZipFileWriter.CreateNew(str(path))
+        writer.AddFile(str(inner), inner.name)
+        writer.Save()
