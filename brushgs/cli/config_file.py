@@ -69,7 +69,7 @@ def with_config(parser: ArgumentParser, commands: Mapping[str, Any], words: Sequ
     path = Path(files[-1])
     given = {piece.name: piece.values for piece in pieces if piece.name is not None}
     options = dict(_options(path, parser, command, commands))
-    for name in _beaten(given, options):
+    for name in beaten(given, options):
         del options[name]
     has_arguments = any(piece.name is None for piece in pieces)
     arguments = {name for name in options if not action_named(parser, name).option_strings}
@@ -79,8 +79,8 @@ def with_config(parser: ArgumentParser, commands: Mapping[str, Any], words: Sequ
     return [command, *first, *rest[:end], *more, *rest[end:]]
 
 
-def _beaten(given: Mapping[str, Sequence[str]], options: Mapping[str, Any]) -> set[str]:
-    """The options of a file that flags of the command line take the place of."""
+def beaten(given: Mapping[str, Sequence[str]], options: Mapping[str, Any]) -> set[str]:
+    """The options that others, which win, take the place of: both by the names of flags, these with texts."""
     rivals = {name for group in RIVALS if group & given.keys() for name in group}
     if any((name, *values) in PLAIN for name, values in given.items()):
         rivals.add("look")

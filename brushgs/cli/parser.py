@@ -17,6 +17,7 @@ from brushgs.version import __version__
 COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
     "render": "paint a scene as a picture; along a camera path, or as it moves, as frames or a video",
     "export": "paint a scene as one HTML file, in which the painting can be turned",
+    "batch": "run many jobs from one file: scenes, looks and views",
     "view": "paint a scene in the browser: turn it, change it, and paint pictures and videos from there",
     "demo": "build the example scene and paint it",
     "prune": "keep the most important Gaussians: scene in, scene out",

@@ -57,7 +57,7 @@ def line_of(text: str, key: str, table: str = "", index: int = 0) -> int | None:
     Args:
         text: of the file.
         key: as it is written there, or with "_" for "-".
-        table: that it stands in, "" for above all; or itself the key of a table.
+        table: that it stands in, "" for above all; or the key is itself that of a table.
         index: of the table, where it is one of several [[table]].
     """
     name = re.escape(key).replace("_", "[-_]").replace(r"\-", "[-_]")
@@ -67,10 +67,10 @@ def line_of(text: str, key: str, table: str = "", index: int = 0) -> int | None:
     for number, line in enumerate(text.splitlines(), start=1):
         if match := header.match(line):
             current = match[1]
-            seen += current == table
-            if not table and re.fullmatch(name, current):
+            seen += bool(re.fullmatch(name, current)) if not table else current == table
+            if not table and seen == index:
                 return number
-        elif current == table and seen == (index if table else -1) and assigned.match(line):
+        elif current == table and (not table or seen == index) and assigned.match(line):
             return number
     return None
 

@@ -1,0 +1,126 @@
+"""`brushgs batch`: many jobs, many scenes, looks and views, from one file."""
+
+import shlex
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from brushgs.cli import flags, values
+from brushgs.cli.console import EXIT_BAD_INPUT, reported
+
+if TYPE_CHECKING:
+    from brushgs.cli.batch.jobs import Job
+
+EPILOG = """\
+a file of jobs:
+  [defaults]                              # of all jobs; options by the names of flags
+  size = "1280x720"
+
+  [[job]]                                 # one picture
+  scene = "garden.ply"
+  output = "garden.png"
+
+  [[job]]                                 # two scenes in two looks, from two sides: eight pictures
+  output = "out/{scene}-{look}-{side}.png"
+  [job.each]
+  scene = ["garden.ply", "kitchen.spz"]
+  look = ["oil", "charcoal"]
+  side = [{ name = "front", from = "front" }, { name = "above", elevation = 60, zoom = 1.2 }]
+
+  [[job]]
+  command = "export"                      # another command than render
+  scene = "garden.ply"
+  output = "garden.html"
+
+Files are named from the folder of this file, and folders of outputs are made. Every job is checked before the
+first runs; one that fails does not stop the others, and the exit code is then 2."""
+
+
+def add_flags(parser: ArgumentParser) -> None:
+    """Define the command."""
+    parser.formatter_class = RawDescriptionHelpFormatter
+    parser.epilog = EPILOG
+    parser.add_argument("jobs_file", type=Path, metavar="JOBS", help="TOML file of jobs, see below")
+    sequence = flags.ConfigFlags(parser, "sequence")
+    sequence.add(
+        "--jobs",
+        type=values.count_from(1),
+        metavar="N",
+        help="jobs that run at the same time, 1 or more, each with its share of the processors, default 1",
+    )
+    sequence.add(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Dask scheduler whose workers run the jobs, such as tcp://host:8786; they must see the same "
+        "files under the same names; default this machine",
+    )
+    sequence.add(
+        "--workers-timeout",
+        type=values.number,
+        metavar="SECONDS",
+        help="seconds to wait where the scheduler has no worker, above 0, default 60",
+    )
+    sequence.add(
+        "--resume",
+        field="is_resumed",
+        action="store_true",
+        help="skip jobs that are done already: with the same options, scene and version, and with an output "
+        "that was not changed since",
+    )
+    parser.add_argument(
+        "--dry-run", action="store_true", help="check all jobs, print them as command lines, and run none"
+    )
+    flags.add_report(parser)
+
+
+def run(args: Namespace) -> int:
+    """Run the jobs, and report them.
+
+    Raises:
+        KeyboardInterrupt: if it is stopped; says how to go on.
+    """
+    from brushgs.cli.batch.check import check_jobs
+    from brushgs.cli.batch.done import Done
+    from brushgs.cli.batch.jobs import read_jobs
+    from brushgs.options.sequence import SequenceConfig
+
+    config = SequenceConfig(**flags.given(args, "sequence"))
+    jobs = read_jobs(args.jobs_file)
+    check_jobs(jobs)
+    done = Done(args.jobs_file, is_resumed=config.is_resumed)
+    if args.dry_run:
+        _print([job for job in jobs if not done.has(job)], as_json=args.json)
+        return 0
+    from brushgs.cli.batch.report import BatchReport, Line
+    from brushgs.cli.batch.run import run_jobs
+
+    report = BatchReport()
+    with reported(args, report), report.stage("batch", total=len(jobs), unit="jobs"):
+        skipped = [job for job in jobs if done.has(job)]
+        for job in skipped:
+            report.add(Line.of(job, None))
+        others = [job for job in jobs if job not in skipped]
+        try:
+            with closing(run_jobs(others, config, report.tell)) as outcomes:
+                for job, outcome in outcomes:
+                    if not outcome.error:
+                        done.add(job)
+                    report.add(Line.of(job, outcome))
+        except KeyboardInterrupt:
+            left = len(jobs) - len(report.lines)
+            raise KeyboardInterrupt(f"{left} of {len(jobs)} jobs are not done; --resume runs them") from None
+    return EXIT_BAD_INPUT if report.count("failed") else 0
+
+
+def _print(jobs: "Sequence[Job]", *, as_json: bool) -> None:
+    """The jobs as command lines, which are run in the folder of the file."""
+    lines = [["brushgs", job.command, *job.words] for job in jobs]
+    if as_json:
+        import json
+
+        print(json.dumps(lines, indent=2))
+        return
+    for line in lines:
+        print(shlex.join(line))

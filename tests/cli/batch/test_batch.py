@@ -1,0 +1,175 @@
+"""`brushgs batch`: six pictures in two processes, what fails, what is skipped, and what is printed."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from brushgs.cli import main
+from brushgs.io.pictures.images import read_image
+from brushgs.still_life import still_life
+from tests.scenes import save_upright
+
+ROOT = Path(__file__).resolve().parents[3]
+JOBS = """
+[defaults]
+size = "48x36"
+strokes = 60
+clean = "off"
+see = "off"
+
+[[job]]
+scene = "pears.ply"
+output = "out/{look}-{side}.png"
+[job.each]
+look = ["oil", "plain", "ink"]
+side = [{ name = "left", from = "left" }, { name = "above", elevation = 60 }]
+"""
+NAMES = [f"{look}-{side}.png" for look in ("oil", "plain", "ink") for side in ("left", "above")]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A folder in which six jobs have run in two processes, and their JSON."""
+    folder = tmp_path_factory.mktemp("batch")
+    save_upright(still_life(1000), folder / "pears.ply")
+    (folder / "jobs.toml").write_text(JOBS)
+    run = subprocess.run(
+        [sys.executable, "-m", "brushgs", "batch", folder / "jobs.toml", "--jobs", "2", "--json"],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert run.returncode == 0, run.stderr
+    return folder, json.loads(run.stdout)
+
+
+def batch(capsys, file, *words):
+    code = main(["batch", str(file), *words])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_six_jobs_write_six_pictures_and_one_report(made):
+    folder, report = made
+    assert sorted(path.name for path in (folder / "out").iterdir()) == sorted(NAMES)
+    assert (report["done"], report["failed"], report["skipped"]) == (6, 0, 0)
+    assert [line["output"] for line in report["jobs"]] == [str(folder / "out" / name) for name in NAMES]
+    assert all(line["seconds"] > 0 and line["peak_memory_bytes"] > 1e6 for line in report["jobs"])
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "jobs.done.json",
+        "jobs.toml",
+        "out",
+        "pears.ply",
+    ]
+
+
+def test_a_picture_of_a_batch_is_that_of_its_command(made, tmp_path):
+    folder, _ = made
+    words = ["--look", "ink", "--from", "left", "--size", "48x36", "--strokes", "60"]
+    words += ["--clean", "off", "--see", "off", "--quiet"]
+    assert main(["render", str(folder / "pears.ply"), "-o", str(tmp_path / "a.png"), *words]) == 0
+    assert (read_image(tmp_path / "a.png") == read_image(folder / "out" / "ink-left.png")).all()
+
+
+def test_a_batch_that_is_resumed_runs_what_is_missing_or_differs(made, capsys):
+    folder, _ = made
+    kept = {path: path.stat().st_mtime_ns for path in (folder / "out").iterdir()}
+    (folder / "out" / "oil-left.png").unlink()
+    (folder / "out" / "ink-left.png").write_bytes(b"another")
+    dry = batch(capsys, folder / "jobs.toml", "--resume", "--dry-run")[1]
+    assert [line.split("--output=")[1].split()[0] for line in dry.splitlines()] == [
+        "out/oil-left.png",
+        "out/ink-left.png",
+    ]
+    (folder / "jobs.toml").write_text(JOBS.replace('"plain"', '"plain", "gouache"'))
+    code, out, _ = batch(capsys, folder / "jobs.toml", "--resume", "--json")
+    report = json.loads(out)
+    assert code == 0
+    assert (report["done"], report["skipped"]) == (4, 4)
+    for path, changed in kept.items():
+        assert (path.stat().st_mtime_ns == changed) == (path.name not in ("oil-left.png", "ink-left.png"))
+    os.utime(folder / "pears.ply", (1, 1))
+    assert len(batch(capsys, folder / "jobs.toml", "--resume", "--dry-run")[1].splitlines()) == 8
+
+
+def test_a_job_that_fails_does_not_stop_the_others(made, tmp_path, capsys):
+    pears = made[0] / "pears.ply"
+    text = f'[defaults]\nscene = "{pears}"\nsize = "32x24"\nlook = "plain"\n'
+    text += '[[job]]\noutput = "a.gif"\n[[job]]\noutput = "b.png"\nstrokes = 20'
+    (tmp_path / "two.toml").write_text(text)
+    code, out, err = batch(capsys, tmp_path / "two.toml")
+    assert code == 2
+    assert out == ""
+    for words in ("note: job 1 failed: a.gif is a video", "failed", "1 done, 1 failed, 0 skipped"):
+        assert words in " ".join(err.split())
+    assert (tmp_path / "b.png").exists()
+    code, out, err = batch(capsys, tmp_path / "two.toml", "--resume", "--json", "--jobs", "2")
+    lines = json.loads(out)["jobs"]
+    assert [line["state"] for line in lines] == ["failed", "skipped"]
+    assert "is a video and needs a camera path" in lines[0]["error"]
+    assert err == ""
+
+
+def test_a_dry_run_prints_command_lines_and_writes_nothing(made, tmp_path, capsys):
+    text = f'[[job]]\nscene = "{made[0]}/pears.ply"\noutput = "my {{scene}}.png"\nlamp = [-20, 40]'
+    (tmp_path / "one.toml").write_text(text)
+    code, out, _ = batch(capsys, tmp_path / "one.toml", "--dry-run")
+    assert code == 0
+    assert out == f"brushgs render {made[0]}/pears.ply '--output=my pears.png' --lamp=-20,40\n"
+    [words] = json.loads(batch(capsys, tmp_path / "one.toml", "--dry-run", "--json")[1])
+    assert words[:2] == ["brushgs", "render"]
+    assert [path.name for path in tmp_path.iterdir()] == ["one.toml"]
+
+
+def test_a_bad_job_is_told_before_any_runs(made, tmp_path, capsys):
+    text = f'[[job]]\nscene = "{made[0]}/pears.ply"\noutput = "a.png"\n'
+    (tmp_path / "one.toml").write_text(text + text)
+    code, _, err = batch(capsys, tmp_path / "one.toml")
+    assert code == 2
+    assert "one.toml: line 4: job 2: writes a.png, as job 1 does" in err
+    assert [path.name for path in tmp_path.iterdir()] == ["one.toml"]
+
+
+def test_a_list_of_finished_jobs_that_is_none_is_told(made, tmp_path, capsys):
+    (tmp_path / "one.toml").write_text(f'[[job]]\nscene = "{made[0]}/pears.ply"\noutput = "a.png"\n')
+    (tmp_path / "one.done.json").write_text("[1]")
+    assert (
+        "one.done.json: is no list of finished jobs; remove it"
+        in batch(capsys, tmp_path / "one.toml", "--resume")[2]
+    )
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to send")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_batch_that_is_stopped_leaves_whole_files_only(made, tmp_path, number, code):
+    text = f'[defaults]\nscene = "{made[0]}/pears.ply"\nsize = "64x48"\nstrokes = 50\nlook = "plain"\n'
+    text += '[[job]]\noutput = "first.png"\n' + "".join(
+        f'[[job]]\norbit = 5000\noutput = "{name}.mp4"\n' for name in "ab"
+    )
+    (tmp_path / "jobs.toml").write_text(text)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "brushgs", "batch", "jobs.toml", "--jobs", "2"],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    until = time.monotonic() + 120
+    while not (list(tmp_path.glob(".a-*")) and list(tmp_path.glob(".b-*"))):  # both films are being written
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    process.send_signal(number)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == code
+    assert "stopped: 2 of 3 jobs are not done; --resume runs them" in err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["first.png", "jobs.done.json", "jobs.toml"]
