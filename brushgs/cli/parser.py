@@ -32,10 +32,12 @@ COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
     "strokes": "list the built-in strokes and what each is good for, or draw a chart of them",
     "looks": "list the looks and what each is good for, print one to change, or draw a chart of them",
     "info": "describe the contents of a scene file",
+    "completion": "print the script by which a shell completes commands and flags",
 }
 
 # Flags whose values may begin with a minus and be no plain number, as -y, -1,2 and -1e-3 are.
 SIGNED = {"--up", "--look-at", "--pan", "--azimuth", "--elevation", "--roll", "--focus", "--lamp"}
+EXAMPLES = {"scene": "scene.ply", "JOBS": "jobs.toml"}  # of arguments, for who names none
 DESCRIPTION = "Paint trained 3D Gaussian Splatting scenes with brush strokes, on the CPU."
 EPILOG = """\
 examples:
@@ -47,6 +49,8 @@ examples:
   brushgs render scene.ply --orbit 120 -o turn.mp4    one turn around the scene, as a video
   brushgs render clip.splatv                          a moving scene, as a video
   brushgs export scene.ply                            an HTML page in which the painting can be turned
+  brushgs batch jobs.toml                             many scenes, looks and views
+  brushgs render scene.ply --config mine.toml         options from a file, by the names of flags
 
 `brushgs help COMMAND` lists the flags of a command. A command prints the path of its output on stdout and a
 table of its stages on stderr. Exit codes: 0 success, 1 internal error, 2 unusable input (one sentence on
@@ -61,6 +65,10 @@ class _Parser(ArgumentParser):
     def error(self, message: str) -> NoReturn:
         message = re.sub(r"^argument (\S+?)(/\S+)?: (?=must )", r"\1 ", message).removeprefix("argument ")
         message = message.replace(": not allowed with argument ", " cannot be combined with ")
+        if missing := re.fullmatch(r"the following arguments are required: (.*)", message):
+            example = EXAMPLES.get(missing[1].split(",")[0])
+            cure = f", as in `{self.prog} {example}`" if example else ""
+            message = f"{missing[1]} is missing; name it{cure}"
         raise UsageError(f"{message} (see {self.prog} --help)")
 
 

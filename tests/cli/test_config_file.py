@@ -139,7 +139,7 @@ def test_options_of_a_file_that_exclude_each_other_are_told_with_their_origin():
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_takes_a_file(command):
     path = config("debug = true")
-    arguments = {"style": ["show"], "recolor": ["a.ply", "--palette", "a.png"]}
+    arguments = {"style": ["show"], "recolor": ["a.ply", "--palette", "a.png"], "completion": ["zsh"]}
     words = arguments.get(command, [] if command in ("demo", "strokes", "looks") else ["a.ply"])
     assert parse([command, *words, "--config", path]).debug is True
 

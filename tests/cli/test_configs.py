@@ -15,6 +15,7 @@ from brushgs.options.direction import Direction
 from brushgs.options.experiments import BenchConfig, RefineConfig, StabilityConfig
 from brushgs.options.focus import Focus
 from brushgs.options.look_parts import ColorConfig, GroundConfig, LightConfig
+from brushgs.options.output import OutputConfig
 from brushgs.options.painting import (
     CleanConfig,
     ClusterConfig,
@@ -218,6 +219,7 @@ STEPS = {
     "color": ColorConfig,
     "ground": GroundConfig,
     "light": LightConfig,
+    "output": OutputConfig,
     "path": PathConfig,
     "grow": GrowConfig,
     "sequence": SequenceConfig,

@@ -107,7 +107,7 @@ def test_options_of_a_job_win_over_defaults_and_those_of_lists_over_both():
         (job("keep = 30"), "line 1: job 1: keep must be in (0, 1], got 30; for 30 % write 0.3"),
         (job("look = 'nope.toml'"), "job 1: nope.toml: neither a file nor a look"),
         (job("azimuth = 3\nfrom = 'left'"), "job 1: --azimuth cannot be combined with --from"),
-        ("[[job]]\noutput='a.png'", "job 1: the following arguments are required: scene"),
+        ("[[job]]\noutput='a.png'", "job 1: scene is missing; name it"),
         (
             "[[job]]\nscene='c.ply'\noutput='a.png'",
             "c.ply: there is no such scene; names are",

@@ -1,0 +1,54 @@
+"""`brushgs completion`: the script by which a shell completes commands, flags and their values."""
+
+import sys
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from pathlib import Path
+
+SHELLS = ("bash", "zsh", "fish", "tcsh")  # of those that shtab knows
+FILE_TYPES = ("FILE", "FOLDER", "PATH", "SCENE")  # words of a metavar that stand for files
+EPILOG = """\
+once, for each user:
+  brushgs completion bash > ~/.local/share/bash-completion/completions/brushgs
+  brushgs completion zsh > ~/.zfunc/_brushgs        # a folder of $fpath
+  brushgs completion fish > ~/.config/fish/completions/brushgs.fish
+  brushgs completion tcsh > ~/.brushgs.tcsh         # and `source ~/.brushgs.tcsh` in ~/.tcshrc
+
+The script starts no program: print it again after an update."""
+
+
+def add_flags(parser: ArgumentParser) -> None:
+    """Define the command."""
+    parser.formatter_class = RawDescriptionHelpFormatter
+    parser.epilog = EPILOG
+    parser.add_argument(
+        "shell", choices=SHELLS, metavar="|".join(SHELLS), help="for which the script is (extra completion)"
+    )
+
+
+def run(args: Namespace) -> None:
+    """Print the script.
+
+    Raises:
+        ValueError: if shtab, which makes it, is not installed.
+    """
+    try:
+        import shtab
+    except ImportError:
+        raise ValueError(
+            "completion needs shtab, which is not installed; pip install 'brushgs[completion]'"
+        ) from None
+    from brushgs.cli.parser import COMMANDS, build_parser
+
+    parser = build_parser(list(COMMANDS))
+    _complete_files(parser, shtab.FILE)
+    sys.stdout.write(shtab.complete(parser, args.shell) + "\n")
+
+
+def _complete_files(parser: ArgumentParser, how: object) -> None:
+    """Mark what names files, in all commands."""
+    for action in parser._actions:
+        if isinstance(action, _SubParsersAction):
+            for command in action.choices.values():
+                _complete_files(command, how)
+        elif action.type is Path or any(word in str(action.metavar) for word in FILE_TYPES):
+            action.complete = how  # type: ignore[attr-defined]  # where shtab looks for it
