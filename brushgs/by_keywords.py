@@ -37,9 +37,6 @@ def paint(
 ) -> "Frame":
     """Paint one picture of a scene: what `brushgs render` does with the same options.
 
-        paint("scene.ply", "charcoal")
-        paint("scene.ply", stroke="flat", strokes="auto", size="640x360", azimuth=30)
-
     Options are the flags of `brushgs render`, with "_" for "-" (`look_at`, `fov_deg`, and `from_` for
     --from); `brushgs render --help` tells their ranges and defaults. As there, angles are in degrees. A value
     is what the flag takes as text, or a number, a path, True or False for a switch, a list where the flag
@@ -63,6 +60,13 @@ def paint(
     Raises:
         SceneError: if a file cannot be read.
         ValueError: if there is no such option, or it does not take the value, or does not suit the scene.
+
+    Example:
+        >>> bg.paint(gaussians, "charcoal", camera=camera)
+        Frame(320x240, depth)
+        >>> bg.save(gaussians, "scene.ply")
+        >>> bg.paint("scene.ply", stroke="flat", strokes="auto", size="320x180", azimuth=30)
+        Frame(320x180, depth, height)
     """
     from brushgs.options.painting import PaintConfig
     from brushgs.painting import still

@@ -78,7 +78,8 @@ class Gaussians:
         ValueError: if a shape is wrong or a value is outside the range above; names column and row.
 
     Example:
-        >>> one = bg.Gaussians([[0, 0, 0]], [[1, 0, 0, 0]], [[1, 0.2, 0.1]], [0.8], [[[1, 0, 0]]])
+        >>> where, turned, size = [[0, 0, 0]], [[1, 0, 0, 0]], [[1, 0.2, 0.1]]
+        >>> one = bg.Gaussians(where, turned, size, opacities=[0.8], sh=[[[1, 0, 0]]])
         >>> one
         Gaussians(1, SH 0)
         >>> gaussians[gaussians.opacities > 0.5] + one

@@ -1,17 +1,20 @@
-"""The examples in the docstrings of public names run, and every public function has one.
+"""The reference: examples in the docstrings of public names run, every public function has one, and a page.
 
-They begin with what `.ci/docs/begin.py` makes, which the first page of the reference shows.
+Examples begin with what `.ci/docs/begin.txt` makes, which the first page shows.
 """
 
 import doctest
 import inspect
+import runpy
 from pathlib import Path
 
 import pytest
 
 import brushgs
+from brushgs.cli.parser import COMMANDS
 
-BEGIN = Path(__file__).resolve().parent.parent / ".ci" / "docs" / "begin.py"
+DOCS = Path(__file__).resolve().parent.parent / ".ci" / "docs"
+BEGIN = DOCS / "begin.txt"
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 
@@ -49,3 +52,15 @@ def test_the_example_of_a_docstring_runs(example, begun, tmp_path, monkeypatch):
 )
 def test_every_public_function_has_an_example(name):
     assert name in {example.name for example in EXAMPLES}
+
+
+def test_a_page_is_written_for_each_public_name_and_each_command(tmp_path):
+    runpy.run_path(str(DOCS / "write_pages.py"))["main"](tmp_path / "pages")
+    index = (tmp_path / "pages" / "index.rst").read_text(encoding="utf-8")
+    for folder, names in (("python", brushgs.__all__), ("commands", COMMANDS)):
+        written = {path.stem for path in (tmp_path / "pages" / folder).glob("*.rst")}
+        assert written == set(names)
+        assert all(f"   {folder}/{name}\n" in index for name in names)
+    render = (tmp_path / "pages" / "commands" / "render.rst").read_text(encoding="utf-8")
+    assert ".. option:: --stroke-size PX" in render
+    assert "10%; all; auto" in render  # as the help shows it

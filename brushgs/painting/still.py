@@ -103,10 +103,6 @@ def paint(
     Raises:
         SceneError: if a file cannot be read.
         ValueError: if an option does not suit the scene.
-
-    Example:
-        >>> bg.paint(gaussians, "charcoal", camera=camera)
-        Frame(320x240, ...)
     """
     check_share(first)
     config, report = config_of(look), report or Report()
