@@ -30,7 +30,7 @@ CAMERA = bg.Camera.look_at((0.3, -0.8, -6), (0, 0, 0), width=96, height=72)
 FLAT = StrokeTexture.open("flat")
 OPTIONS = RenderOptions.of(FLAT, low_pass=0.0)
 ALL = Wanted((*LAYERS,), deep=True)
-LOOKS = "plain", "oil", "impressionist", "gouache", "charcoal", "ink", "watercolour"
+LOOKS = "plain", "oil", "charcoal", "ink", "watercolour"
 
 
 def strokes_of(num=150, seed=0, **columns):
