@@ -280,6 +280,40 @@ def test_a_matte_of_no_ranks_has_a_layer_of_nothing(tmp_path: Path) -> None:
     assert not any(coverage.any() for _, coverage in decoder.pairs("CryptoStroke"))
 
 
+@pytest.mark.parametrize(("name", "most"), [("stroke", 24), ("brush", 8)])
+def test_what_is_too_much_for_decoders_is_one_more_thing_in_the_last_rank(
+    tmp_path: Path, name: str, most: int
+) -> None:
+    matte = make_matte(tuple(f"coat_{row}" for row in range(60)), most + 5)
+    assert (matte.rows[..., most] >= 0).any()
+    write_frame(frame_of(**{name: matte}), tmp_path / "a.exr")
+    decoder = Decoder(tmp_path / "a.exr")
+    title = f"Crypto{name.capitalize()}"
+    assert len(decoder.pairs(title)) == most
+    total = sum(decoder.matte(title, thing) for thing in (*matte.names, "other"))
+    np.testing.assert_allclose(total, matte.coverage.sum(-1), rtol=1e-6)
+    is_whole = matte.rows[..., most] < 0  # pixels whose things all fit are as they were
+    for row, thing in enumerate(matte.names):
+        expected = np.where(matte.rows == row, matte.coverage, 0).sum(-1)
+        np.testing.assert_array_equal(decoder.matte(title, thing)[is_whole], expected[is_whole])
+    assert not decoder.matte(title, "other")[is_whole].any()
+    cut = matte.coverage[..., most - 1 :].sum(-1)[~is_whole]
+    np.testing.assert_allclose(decoder.matte(title, "other")[~is_whole], cut, rtol=1e-6)
+
+
+def test_all_pictures_of_a_film_have_the_same_channels(tmp_path: Path) -> None:
+    for number, num_ranks in enumerate((1, 5, 30)):
+        mattes = {name: make_matte(tuple("abcdef"), num_ranks) for name in ("stroke", "layer")}
+        write_frame(frame_of(**mattes), tmp_path / f"{number}.exr", shot=Shot(number=number))
+    first, *others = (read_header(tmp_path / f"{number}.exr").channels for number in range(3))
+    assert all(channels == first for channels in others)
+    assert len(first) == 4 + 2 * (24 + 8)
+    decoder = Decoder(tmp_path / "0.exr")
+    mattes = make_matte(tuple("abcdef"), 1)
+    total = sum(decoder.matte("CryptoStroke", name) for name in "abcdef")
+    np.testing.assert_array_equal(total, mattes.coverage.sum(-1))
+
+
 # ---- manifests
 
 
@@ -294,7 +328,7 @@ def test_many_names_stand_beside_the_pictures(tmp_path: Path) -> None:
     header = read_header(tmp_path / "a.exr")
     assert header.size < 4000
     decoder = Decoder(tmp_path / "a.exr")
-    assert len(decoder.manifests["CryptoStroke"]) == 50_000
+    assert len(decoder.manifests["CryptoStroke"]) == 50_001  # and "other"
     assert list(decoder.manifests["CryptoLayer"]) == ["coat"]
     row = int(stroke.rows[..., 0].max())
     expected = np.where(stroke.rows == row, stroke.coverage, 0).sum(-1)
@@ -312,7 +346,7 @@ def test_a_manifest_may_lie_in_another_folder(tmp_path: Path) -> None:
     write_manifest(tmp_path / "names.json", ["a"])
     shot = Shot(manifest=PurePath("..") / "names.json")
     write_frame(frame_of(stroke=make_matte(("a",), 1)), tmp_path / "frames" / "a.exr", shot=shot)
-    assert list(Decoder(tmp_path / "frames" / "a.exr").manifests["CryptoStroke"]) == ["a"]
+    assert list(Decoder(tmp_path / "frames" / "a.exr").manifests["CryptoStroke"]) == ["a", "other"]
 
 
 def test_equal_names_give_equal_manifests_and_a_bad_folder_is_refused(tmp_path: Path) -> None:

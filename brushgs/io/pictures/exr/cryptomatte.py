@@ -11,24 +11,32 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import Array
+from brushgs.arrays import F32, Array
 from brushgs.io.files import replacing
 from brushgs.io.pictures.exr.attributes import Attribute
-from brushgs.io.pictures.exr.planes import Plane
+from brushgs.io.pictures.exr.planes import Plane, Rows
 from brushgs.io.pictures.shot import Shot
 from brushgs.layers import Matte
 from brushgs.scene import Frame
 
+Rank = tuple[NDArray[np.int32], F32]  # [H, W] row of the names, and how much of the pixel it covers
 MAX_INLINE = 1 << 16  # bytes of names that each picture of a film may well hold: of some 2000 strokes
 SHARED_MATTE = "stroke"  # the one whose names may stand in a file of their own
+# The most ranks that a file holds. Nuke's decoder reads 24; a pixel of a painting may show 80 strokes.
+RANKS, OTHER_RANKS = {"stroke": 24}, 8
+OTHER = "other"  # takes, in the last rank, what more there is in a pixel: mattes still sum to alpha
 
 
 def cryptomattes_of(frame: Frame, shot: Shot) -> Iterator[tuple[list[Plane], dict[str, Attribute]]]:
     """The channels and the attributes of each matte among the layers of a frame."""
     for name, layer in frame.layers.items():
         if isinstance(layer, Matte):
-            title = f"Crypto{name.capitalize()}"
-            yield _planes(title, layer), _attributes(title, name, layer, shot)
+            title, most = f"Crypto{name.capitalize()}", RANKS.get(name, OTHER_RANKS)
+            num_ranks = layer.rows.shape[2]
+            names = layer.names if num_ranks <= most else (*layer.names, OTHER)
+            # All pictures of a film have the same channels, as the specification asks for.
+            count = most if shot.number is not None else max(2, min(num_ranks + num_ranks % 2, most))
+            yield _planes(title, names, _ranks(layer, most), count), _attributes(title, name, names, shot)
 
 
 def manifest_of(names: Sequence[str]) -> str:
@@ -55,7 +63,7 @@ def write_manifest(path: str | Path, names: Sequence[str]) -> None:
         SceneError: if the file cannot be written.
     """
     with replacing(path) as temporary:
-        temporary.write_text(manifest_of(names) + "\n", encoding="utf-8", newline="\n")
+        temporary.write_text(manifest_of([*names, OTHER]) + "\n", encoding="utf-8", newline="\n")
 
 
 def ids_of(names: Sequence[str]) -> NDArray[np.uint32]:
@@ -94,34 +102,43 @@ def _readable(name: str) -> str:
     return name.encode("utf-8", "replace").decode()
 
 
-def _attributes(title: str, name: str, matte: Matte, shot: Shot) -> dict[str, Attribute]:
+def _attributes(title: str, name: str, names: Sequence[str], shot: Shot) -> dict[str, Attribute]:
     key = f"cryptomatte/{ids_of([title])[0]:08x}"[:-1]
     values = {"name": title, "hash": "MurmurHash3_32", "conversion": "uint32_to_float32"}
     if shot.manifest is not None and name == SHARED_MATTE:
         values["manif_file"] = shot.manifest.as_posix()
     else:
-        values["manifest"] = manifest_of(matte.names)
+        values["manifest"] = manifest_of(names)
     return {f"{key}/{part}": Attribute("string", value) for part, value in values.items()}
 
 
-def _planes(title: str, matte: Matte) -> list[Plane]:
-    """Two ranks in each layer of four channels; a rank that fills the last one up is empty."""
-    ids = np.append(ids_of(matte.names), np.uint32(0)).view(np.float32)  # row -1 is nothing, id 0
-    num_ranks = matte.rows.shape[2]
+def _ranks(matte: Matte, most: int) -> list[Rank]:
+    """At most so many ranks; the last takes all further ones as one more thing than there are names."""
+    ranks = [(matte.rows[..., k], matte.coverage[..., k]) for k in range(min(matte.rows.shape[2], most))]
+    if matte.rows.shape[2] > most:
+        has_more = matte.rows[..., most] >= 0
+        last = np.where(has_more, np.int32(len(matte.names)), ranks[-1][0])
+        ranks[-1] = last, matte.coverage[..., most - 1 :].sum(axis=-1)
+    return ranks
 
-    def of_rank(rank: int, letters: str) -> list[Plane]:
-        def id_rows(rows: slice) -> Array:
-            return np.asarray(ids[matte.rows[rows, :, rank]] if rank < num_ranks else nothing[rows])
 
-        def coverage_rows(rows: slice) -> Array:
-            return matte.coverage[rows, :, rank] if rank < num_ranks else nothing[rows]
-
-        layer = f"{title}{rank // 2:02}"
-        return [
-            Plane(f"{layer}.{letters[0]}", "float", id_rows),
-            Plane(f"{layer}.{letters[1]}", "float", coverage_rows),
+def _planes(title: str, names: Sequence[str], ranks: Sequence[Rank], count: int) -> list[Plane]:
+    """So many ranks, an even number, two in each layer of four channels; those that are missing are empty."""
+    ids = np.append(ids_of(names), np.uint32(0)).view(np.float32)  # row -1 is nothing, id 0
+    planes = []
+    for k in range(count):
+        layer, letters = f"{title}{k // 2:02}", "BA" if k % 2 else "RG"
+        pair = _rows_of(ids, *ranks[k]) if k < len(ranks) else (_nothing, _nothing)
+        planes += [
+            Plane(f"{layer}.{letter}", "float", rows) for letter, rows in zip(letters, pair, strict=True)
         ]
+    return planes
 
-    nothing = np.broadcast_to(np.float32(0), matte.rows.shape[:2])
-    ranks = range(max(2, num_ranks + num_ranks % 2))
-    return [plane for rank in ranks for plane in of_rank(rank, "BA" if rank % 2 else "RG")]
+
+def _rows_of(ids: F32, things: NDArray[np.int32], coverage: F32) -> tuple[Rows, Rows]:
+    """The ids and the coverage of a rank, made as they are written."""
+    return lambda rows: ids[things[rows]], lambda rows: coverage[rows]
+
+
+def _nothing(rows: slice) -> Array:
+    return np.zeros((1, 1), np.float32)  # for all pixels

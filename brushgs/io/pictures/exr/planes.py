@@ -30,18 +30,21 @@ NOTES: Mapping[str, str] = {
 }
 
 
+Rows = Callable[[slice], Array]  # takes a slice of rows and gives the values there
+
+
 class Plane(NamedTuple):
     """One channel.
 
     Attributes:
         name: in the file.
         kind: "half" where 11 bits are enough.
-        rows: takes a slice of rows and gives the values there, [rows, W]: large ones are made as they go.
+        rows: gives [rows, W], or what spreads to that: large ones are made as they are written.
     """
 
     name: str
     kind: Literal["half", "float"]
-    rows: Callable[[slice], Array]
+    rows: Rows
 
     @property
     def layer(self) -> str:
