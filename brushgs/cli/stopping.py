@@ -52,3 +52,13 @@ def hearing_stops() -> Iterator[Stop]:
     finally:
         for number in ours:
             signal.signal(number, signal.SIG_DFL)
+        _forget_interrupt()
+
+
+def _forget_interrupt() -> None:
+    """Let Python end with the exit code that it is given.
+
+    Where a KeyboardInterrupt passes through code that `exec` runs from text, as dataclasses and named tuples
+    make theirs, Python ends by SIGINT, even if it was caught. Running other text takes that back.
+    """
+    exec("")

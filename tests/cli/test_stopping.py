@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from brushgs.cli.stopping import Stop, hearing_stops
+from brushgs.io.pictures.images import read_image
 from brushgs.still_life import still_life
 from tests.scenes import save_upright
 
@@ -72,6 +73,51 @@ def test_a_signal_leaves_no_temporary_file(start, tmp_path, number):
     assert list((tmp_path / "out").iterdir()) == list((tmp_path / "temporary").iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("-o", "a.mov", "--background", "transparent"),
+        ("-o", "a.mp4", "--codec", "h265"),
+        ("-o", "a.webm", "--jobs", "2"),
+        ("-o", "a.gif"),
+    ],
+)
+def test_every_video_is_whole_or_not_there(start, tmp_path, words):
+    with start(*words) as process:
+        wait_until(lambda: list((tmp_path / "out").iterdir()), process)
+        process.send_signal(signal.SIGTERM)
+        out, err = process.communicate()
+    assert (process.returncode, out) == (143, "")
+    assert err == "brushgs: stopped: no video was written; numbered frames, -o a/, can be resumed\n"
+    assert list((tmp_path / "out").iterdir()) == list((tmp_path / "temporary").iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.tif", "a.exr"])
+def test_a_still_is_whole_or_not_there(scene, tmp_path, name):
+    """The signal comes while the picture is written: encoders are not interrupted, but nothing is left."""
+    out, temporary = tmp_path / "out", tmp_path / "temporary"
+    out.mkdir()
+    temporary.mkdir()
+    command = [sys.executable, "-m", "brushgs", "render", scene, "--strokes", "100", "--stroke", "ellipse"]
+    with subprocess.Popen(
+        [*map(str, command), "--size", "3000x2000", "-o", name],
+        cwd=out,
+        env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        wait_until(lambda: list(out.iterdir()), process)
+        process.send_signal(signal.SIGTERM)
+        _, err = process.communicate()
+    assert (process.returncode, err) in [(143, "brushgs: stopped\n"), (0, "")]
+    left = [path.name for path in out.iterdir()]
+    assert left in ([], [name])
+    assert list(temporary.iterdir()) == []
+    if left:
+        assert read_image(out / name).shape[:2] == (2000, 3000)
+
+
 @pytest.mark.parametrize("number", CODES)
 def test_a_signal_to_all_processes_leaves_none_of_their_files(start, tmp_path, number):
     """As a terminal and `timeout` send it: to the whole group, and `timeout` twice to the first process."""
@@ -110,6 +156,25 @@ def test_the_second_of_two_signals_does_not_interrupt_the_cleaning_up(monkeypatc
     monkeypatch.setattr("brushgs.cli.stopping.SECONDS_OF_ONE_STOP", 0.0)
     with pytest.raises(KeyboardInterrupt):
         stop.hear(signal.SIGTERM, None)
+
+
+@pytest.mark.parametrize("number", CODES)
+def test_a_stop_amid_generated_code_gives_the_exit_code_too(number):
+    """As while a dataclass is made: Python would end by SIGINT, 4 of 37 commands stopped at any time did."""
+    code = f"""
+import sys
+from brushgs.cli.stopping import hearing_stops
+with hearing_stops() as stop:
+    try:
+        exec("import signal; signal.raise_signal({int(number)})\\nwhile True: pass")
+    except KeyboardInterrupt:
+        exit_code = stop.exit_code
+sys.exit(exit_code)
+"""
+    ended = subprocess.run(
+        [sys.executable, "-c", code], env=os.environ | {"PYTHONPATH": str(ROOT)}, timeout=60
+    )
+    assert ended.returncode == CODES[number]
 
 
 def test_handlers_of_others_stay():
