@@ -11,6 +11,7 @@ import textwrap
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from distributed import Client
@@ -351,6 +352,26 @@ def test_a_worker_that_comes_while_it_is_awaited_is_taken(lonely, tmp_path):
     finally:
         for process in started:
             stop(process)
+
+
+def test_a_last_worker_lost_before_it_gets_the_work_is_waited_for_and_refused():
+    class Losing:
+        """A client that sees a worker, which is gone when the work is sent."""
+
+        scheduler = SimpleNamespace(address="tcp://h:1")
+        sees = iter([{"tcp://h:2": 1}, {}])
+
+        def nthreads(self):
+            return next(self.sees)
+
+        def scatter(self, *_, **__):
+            raise TimeoutError("No valid workers found")
+
+        def wait_for_workers(self, *_, **__):
+            raise TimeoutError("Only 0/1 workers arrived after 3")
+
+    with pytest.raises(ConnectionError, match="tcp://h:1: the Dask scheduler has had no workers for 3 s"):
+        cluster.DaskPool(Losing(), work.square, connection.Waiting(3))
 
 
 @pytest.mark.parametrize("seconds", ["0", "-1"])

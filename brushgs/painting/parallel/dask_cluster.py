@@ -89,8 +89,12 @@ class DaskPool:
 
     def _send_work(self) -> Any:
         """Send the work to all present workers; those that connect later get it from one of them."""
-        wait_for_workers(self._client, self._waiting)
-        return self._client.scatter(self._work, broadcast=True, hash=False)
+        while True:
+            wait_for_workers(self._client, self._waiting)
+            try:
+                return self._client.scatter(self._work, broadcast=True, hash=False)
+            except TimeoutError:  # the last one was lost in between: wait for another, as long as is stated
+                continue
 
 
 def run_on_worker(work: PickledWork, message: bytes, version: str) -> bytes:
