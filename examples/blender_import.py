@@ -21,7 +21,7 @@ from pathlib import Path
 import bpy
 
 TRANSPARENT_BOUNCES = 256  # the most that Cycles takes is 1024
-SAMPLES = 32  # rays through a pixel; there is no light to sample, so they only smooth edges
+SAMPLES = 16  # rays through a pixel; there is no light to sample, so they only smooth edges
 DISPLAY_COLORS = "display colors"
 
 
@@ -65,6 +65,7 @@ def look_through(scene, camera):
 def set_up(scene, view_transform):
     scene.render.engine = "CYCLES"
     scene.cycles.transparent_max_bounces = TRANSPARENT_BOUNCES
+    scene.cycles.min_transparent_bounces = TRANSPARENT_BOUNCES  # fewer would end rays by chance: grain
     scene.cycles.samples = SAMPLES
     scene.cycles.use_denoising = False  # it would take strokes for noise
     scene.render.film_transparent = True

@@ -103,9 +103,6 @@ def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
         }
         if not for_view:
             of_coat |= {
-                "underpaint is not in the file, strokes are as large as without it; --for-view has it": (
-                    options.underpaint is not None
-                ),
                 "colours do not change with the view in the file": used_sh_degree(coat.strokes) > 0,
                 "strokes do not thin out toward the border of the picture in the file": bool(coat.border),
             }

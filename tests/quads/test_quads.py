@@ -16,6 +16,7 @@ from brushgs.quads.atlas import GAP, Atlas
 from brushgs.quads.gltf import upright
 from brushgs.quads.write import write_quads
 from brushgs.rendering.coats import Painting
+from brushgs.rendering.underpaint import Underpaint
 from tests.page.paintings import some_coat, some_strokes
 from tests.quads.draw import encoded, picture_of
 from tests.quads.glb import Glb
@@ -146,6 +147,23 @@ def test_lying_strokes_have_the_plane_and_size_of_their_two_longest_axes():
     shade = np.clip(0.5 + 0.28209479 * np.array([0.2, 0.4, -0.9]), 0, 1)
     assert np.allclose(encoded(colors[:, :3]), shade, atol=1e-4)
     assert np.allclose(colors[:, 3], 0.5, atol=1e-4)
+
+
+def test_underpaint_lies_behind_its_stroke_as_the_first_view_sees_it():
+    scales = np.array([[0.4, 0.1, 0.001]], np.float32)
+    strokes = bg.Gaussians([[0, 0, 0]], [[1, 0, 0, 0]], scales, [0.5], [[[0.2, 0.4, 0.1]]])
+    layer = Underpaint(reach=1.5, opacity=0.8)
+    glb = saved(strokes, num_sigmas=2.0, underpaint=layer)
+    matrices = glb.world_matrices()
+    ((_, vertices, *_, colors),) = glb.meshes()
+    below, stroke = ((vertices - matrices[0][:3, 3]) @ matrices[0][:3, :3]).reshape(2, 4, 3)
+    assert np.allclose(np.ptp(stroke, axis=0), (1.6, 0.4, 0), atol=1e-6)
+    assert np.allclose(np.ptp(below, axis=0), (2.4, 0.6, 0), atol=1e-6)
+    eye = np.linalg.inv(matrices[0]) @ matrices[1][:, 3]
+    behind = -np.sign(eye[2]) * 0.5 * np.sqrt(0.4 * 0.1)
+    assert np.allclose(below.mean(axis=0) - stroke.mean(axis=0), (0, 0, behind), atol=1e-6)
+    assert np.allclose(colors[[0, 4], 3], (0.4, 0.5), atol=1e-4)
+    assert np.array_equal(colors[0, :3], colors[4, :3])
 
 
 def test_the_scene_stands_upright_and_the_camera_is_the_first_one():

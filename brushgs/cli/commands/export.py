@@ -83,8 +83,7 @@ def add_flags(parser: ArgumentParser) -> None:
         "--for-view",
         action="store_true",
         help=f"make the rectangles ({QUAD_SUFFIXES[0]}) for the camera of the picture: seen from there they "
-        "are the boxes that are painted, underpaint too; default: in the plane of each stroke's two longest "
-        "axes",
+        "are the boxes that are painted; default: in the plane of each stroke's two longest axes",
     )
     flags.add_painting(parser)
     flags.add_report(parser)
