@@ -130,7 +130,7 @@ def open_scene(path: Path) -> SceneFile:
         columns, dropped = fill_parts(parts, num_terms, stored.rows_of_brushes(num_rows))
         if not is_raw:
             drop_zero_bands(columns)
-        return columns, dropped
+        return stored.in_order(columns), dropped
 
     plain = [some for some in splats if isinstance(some, _Splats)]
     logs = ", scales as logarithms" if any(some.are_scales_logs for some in plain) else ""

@@ -45,7 +45,7 @@ def write_scene(
     Arguments as in `brushgs.io.scenes.write.write_scene`. Rotations are written with length 1.
 
     Returns:
-        The rows in the order of the file; None if it is theirs.
+        The rows in the order of the file; None if it is theirs, or recorded.
 
     Raises:
         ValueError: if the file would have 4 GiB or more, or the names of brushes are too long.
@@ -53,7 +53,9 @@ def write_scene(
     """
     order = brush_order(gaussians)
     rows = gaussians if order is None else gaussians.take(order)
-    stored = Stored.of(rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes)
+    stored = Stored.of(
+        rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes, order=order
+    )
     notes = notes_of(stored)
     widths = {name: column[0].size for name, column in _columns(rows.take(slice(0, 1)))}
     sizes = [4 * len(rows) * width for width in widths.values()]
@@ -89,7 +91,7 @@ def write_scene(
         file.write(_CHUNK.pack(starts[-1], BINARY_CHUNK))
         for _, column in _columns(rows):
             file.write(np.ascontiguousarray(column, "<f4").tobytes())
-    return order
+    return order if stored.order is None else None
 
 
 def _columns(rows: Gaussians) -> Iterator[tuple[str, NDArray[Any]]]:

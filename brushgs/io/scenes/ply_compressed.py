@@ -120,7 +120,7 @@ def read_compressed(
     )
     if is_raw:
         columns.standardize(Encoding(opacities="linear"))
-    return columns, dropped
+    return stored.in_order(columns), dropped
 
 
 def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[str, tuple[F32, F32]]:

@@ -34,14 +34,14 @@ def write_scene(
     scene: str | None = None,
     first_view: FirstView | None = None,
     brushes: Sequence[str] = (),
-) -> NDArray[np.int64]:
+) -> NDArray[np.int64] | None:
     """Write chunks, packed rows and spherical harmonics of 8 bits, with comments as in a PLY.
 
     Arguments as in `brushgs.io.scenes.write.write_scene`. Scales are clipped to exp(-20) to exp(20) units,
     harmonics to -4 to 4.
 
     Returns:
-        The rows in the order of the file.
+        The rows in the order of the file; None if that is recorded.
 
     Raises:
         ValueError: if the names of brushes are too long.
@@ -49,9 +49,10 @@ def write_scene(
     """
     order = spatial_order(gaussians)
     rows = gaussians.take(order)
-    stored = Stored.of(rows, is_strokes=False, scene=scene, first_view=first_view, brushes=brushes)._replace(
-        antialiased=False
-    )  # which comments of their own say
+    known = Stored.of(
+        rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes, order=order
+    )
+    stored = known._replace(is_strokes=False, antialiased=False)  # which comments of their own say
     comment = header_comments(stored, is_strokes=is_strokes, antialiased=gaussians.antialiased)
     columns = {
         "position": rows.means.astype(np.float32),
@@ -84,7 +85,7 @@ def write_scene(
         file.write(f"{header}end_header\n".encode("ascii"))
         for _, _, _, values in elements:
             file.write(values.tobytes())
-    return order
+    return order if stored.order is None else None
 
 
 def _ranges(column: F32) -> tuple[F32, F32]:

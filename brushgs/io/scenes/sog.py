@@ -80,7 +80,7 @@ def open_scene(path: Path) -> SceneFile:
         columns, dropped = read_rows(sog, columns, is_raw=is_raw)
         if not is_raw:
             drop_zero_bands(columns)
-        return columns, dropped
+        return stored.in_order(columns), dropped
 
     return SceneFile(
         path=path,

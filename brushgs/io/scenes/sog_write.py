@@ -44,14 +44,14 @@ def write_scene(
     scene: str | None = None,
     first_view: FirstView | None = None,
     brushes: Sequence[str] = (),
-) -> NDArray[np.int64]:
+) -> NDArray[np.int64] | None:
     """Write the pictures and what they mean.
 
     Arguments as in `brushgs.io.scenes.write.write_scene`. The colours of Gaussians whose opacity rounds to 0
     are lost; these are not seen.
 
     Returns:
-        The rows in the order of the file.
+        The rows in the order of the file; None if that is recorded.
 
     Raises:
         ValueError: if the names of brushes are too long.
@@ -59,7 +59,9 @@ def write_scene(
     """
     order = spatial_order(gaussians)
     rows = gaussians.take(order)
-    stored = Stored.of(rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes)
+    stored = Stored.of(
+        rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes, order=order
+    )
     logs = mean_logs(rows.means)
     low, high = logs.min(axis=0), logs.max(axis=0)
     places = rounded(fractions_of(logs, low, high) * _WHOLE, _WHOLE)
@@ -95,7 +97,7 @@ def write_scene(
         meta[NOTES] = content
     text = json.dumps(meta, separators=(",", ":"), allow_nan=False).encode("ascii")
     _write_archive(path, text, whole)
-    return order
+    return order if stored.order is None else None
 
 
 def _harmonics(rows: Gaussians) -> tuple[dict[str, Any], dict[str, NDArray[np.uint8]]]:

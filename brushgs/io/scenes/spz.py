@@ -111,4 +111,4 @@ def _read_columns(
     if surplus:
         message = f"{path}: {surplus} bytes after the last Gaussian were ignored"
         warnings.warn(SceneWarning(f"{message}; if the picture looks wrong, copy it again"), stacklevel=3)
-    return columns, dropped
+    return stored.in_order(columns), dropped

@@ -29,7 +29,7 @@ NUM_HEADER_BYTES = 1 << 12  # of a file, that hold its header, compressed or not
 _ANTIALIASED, _HAS_EXTENSIONS, _IS_TREE = 0x1, 0x2, 0x80  # flags
 _MAX_DEGREE, _MAX_USED_DEGREE = 4, 3
 MAX_FRACTIONAL_BITS = 24
-_MAX_TRAILER = 1 << 18  # bytes of extensions that are read after the blocks of versions 1 to 3
+_MAX_TRAILER = 1 << 19  # bytes of extensions that are read after the blocks of versions 1 to 3
 _MAX_THREADS = 4  # streams that are decompressed at a time
 _BYTES_PER_THREAD = 1 << 20  # below this, a thread costs more than it saves
 

@@ -47,7 +47,7 @@ def write_scene(
     the scene asks for and its farthest centre leaves room for.
 
     Returns:
-        The rows in the order of the file; None if it is theirs.
+        The rows in the order of the file; None if it is theirs, or recorded.
 
     Raises:
         ValueError: if a centre is farther away than 24 bits hold, or the names of brushes are too long.
@@ -56,7 +56,7 @@ def write_scene(
     order = brush_order(gaussians)
     rows = gaussians if order is None else gaussians.take(order)
     stored = Stored.of(
-        rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes
+        rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes, order=order
     )._replace(antialiased=False)  # which a flag says
     content = content_of(stored)
     extensions = notes_record(text_of(content).encode("ascii")) if content else b""
@@ -81,7 +81,7 @@ def write_scene(
     data = pack_stream(header, [block.astype(np.uint8) for block in blocks], extensions)
     with replacing(path) as temporary:
         temporary.write_bytes(gzip.compress(data, _PACKING, mtime=0))
-    return order
+    return order if stored.order is None else None
 
 
 def _fractional_bits(gaussians: Gaussians) -> int:

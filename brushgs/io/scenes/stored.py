@@ -10,6 +10,7 @@ import binascii
 import json
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import fields
 from math import isfinite, pi
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,9 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneWarning
+from brushgs.io.scenes.columns import Columns
 from brushgs.scene import FirstView, Gaussians
 
-MAX_TEXT = 1 << 17  # characters of JSON: 4,096 points take 131,072, and outlines have at most 512
+# Characters of JSON: 4,096 points take 131,072, and outlines have at most 512; an order takes 174,764.
+MAX_TEXT = 1 << 19
+_MOST_ORDERED = 1 << 16  # rows whose order is recorded: numbers of 16 bits
 _MAX_POINTS = 4000
 _MAX_NAME = 200
 _AXES = {sign + axis for sign in "+-" for axis in "xyz"}
@@ -40,6 +44,8 @@ class Stored(NamedTuple):
             of their brushes. None where strokes have no brushes, or a column.
         is_strokes: whether the rows are strokes.
         antialiased: whether the rows were trained with the opacity compensation of Mip-Splatting.
+        order: [N] of strokes in a format that sorts rows, the place that each row had: colours are broken by
+            the number of a stroke. None where they lie in order, or are more than 65,536.
     """
 
     scene: str | None = None
@@ -48,6 +54,7 @@ class Stored(NamedTuple):
     counts: tuple[int, ...] | None = None
     is_strokes: bool = False
     antialiased: bool = False
+    order: NDArray[np.int64] | None = None
 
     @classmethod
     def of(
@@ -58,17 +65,41 @@ class Stored(NamedTuple):
         scene: str | None,
         first_view: FirstView | None,
         brushes: Sequence[str],
+        order: NDArray[np.int64] | None,
     ) -> "Stored":
-        """What a format without a column of brushes records; its rows are in the order of their brushes."""
+        """What a format without a column of brushes records; its rows are in the order of their brushes.
+
+        Args:
+            gaussians: as the file has them.
+            is_strokes: as all that follows see `write_scene`.
+            scene: name.
+            first_view: of it.
+            brushes: names.
+            order: [N] which row of those given each is; None if they lie in order.
+        """
         counts = None if gaussians.brushes is None else tuple(np.bincount(gaussians.brushes).tolist())
         names = () if counts is None else tuple(brushes)
-        return cls(scene, first_view, names, counts, is_strokes, gaussians.antialiased)
+        kept = order if is_strokes and len(gaussians) <= _MOST_ORDERED else None
+        return cls(scene, first_view, names, counts, is_strokes, gaussians.antialiased, kept)
 
     def rows_of_brushes(self, num_rows: int) -> NDArray[np.uint8] | None:
         """[num_rows] the brush of each row, from `counts`; None if there are none, or they do not add up."""
         if self.counts is None or sum(self.counts) != num_rows:
             return None
         return np.repeat(np.arange(len(self.counts), dtype=np.uint8), self.counts)
+
+    def in_order(self, columns: Columns) -> Columns:
+        """Columns in the order that their rows had before a format sorted them; copies."""
+        order = self.order
+        if order is None or not np.array_equal(np.sort(order), np.arange(len(columns.means))):
+            return columns
+        restored = Columns.empty(len(order), columns.sh.shape[1])
+        restored.brushes = None if columns.brushes is None else np.empty_like(columns.brushes)
+        for field in fields(Columns):
+            column = getattr(columns, field.name)
+            if column is not None:
+                getattr(restored, field.name)[order] = column
+        return restored
 
 
 def content_of(stored: Stored) -> dict[str, Any]:
@@ -100,6 +131,8 @@ def content_of(stored: Stored) -> dict[str, Any]:
                 f"save: names of brushes must take at most {_MAX_BRUSH_TEXT:,} characters, got {length:,}; "
                 "use fewer or shorter ones"
             )
+    if stored.order is not None:
+        content["order"] = base64.b64encode(stored.order.astype("<u2").tobytes()).decode("ascii")
     if stored.counts is not None:
         content["brush_counts"] = list(stored.counts)
     return content
@@ -134,10 +167,11 @@ def parse_content(content: object) -> Stored:
     if not isinstance(content, dict):
         raise ValueError("no object")
     try:
-        scene, fields, counts = (content.get(name) for name in ("scene", "first_view", "brush_counts"))
+        order = content.get("order")
+        scene, view, counts = (content.get(name) for name in ("scene", "first_view", "brush_counts"))
         read = None
-        if fields is not None:
-            read = {name: read(fields[name]) for name, (_, read) in _CODECS.items() if name in fields}
+        if view is not None:
+            read = {name: read(view[name]) for name, (_, read) in _CODECS.items() if name in view}
         return Stored(
             scene=None if scene is None else _name(scene),
             first_view=None if read is None else FirstView(**read),
@@ -145,6 +179,7 @@ def parse_content(content: object) -> Stored:
             counts=None if counts is None else _counts(counts),
             is_strokes=_read_flag(content.get("strokes", False)),
             antialiased=_read_flag(content.get("antialiased", False)),
+            order=None if order is None else _read_order(order),
         )
     except (TypeError, KeyError, AttributeError, RecursionError, OverflowError) as error:
         raise ValueError(f"damaged: {error}") from None
@@ -178,6 +213,18 @@ def _read_points(value: Any) -> NDArray[np.float64]:
         raise ValueError(f"points must be 1 to {_MAX_POINTS} rows of 24 bytes, got {len(data)} bytes")
     points = np.frombuffer(data, "<f8").reshape(-1, 3).astype(np.float64)
     return _finite(points)
+
+
+def _read_order(value: Any) -> NDArray[np.int64]:
+    try:
+        data = base64.b64decode(value, validate=True)
+    except binascii.Error as error:
+        raise ValueError(str(error)) from None
+    if len(data) % 2 or len(data) > 2 * _MOST_ORDERED:
+        raise ValueError(
+            f"an order must be at most {_MOST_ORDERED} numbers of 2 bytes, got {len(data)} bytes"
+        )
+    return np.frombuffer(data, "<u2").astype(np.int64)
 
 
 def _read_bounds(value: Any) -> NDArray[np.float64]:

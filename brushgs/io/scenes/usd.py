@@ -104,7 +104,7 @@ def open_scene(path: Path) -> SceneFile:
         columns, dropped = fill_parts(readers, num_terms, stored.rows_of_brushes(num_rows))
         if not is_raw:
             drop_zero_bands(columns)
-        return columns, dropped
+        return stored.in_order(columns), dropped
 
     return SceneFile(
         path=path,

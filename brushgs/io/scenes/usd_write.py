@@ -41,7 +41,7 @@ def write_scene(
     an archive (.usdz). Rotations are written with length 1.
 
     Returns:
-        The rows in the order of the file; None if it is theirs.
+        The rows in the order of the file; None if it is theirs, or recorded.
 
     Raises:
         ValueError: if the names of brushes are too long.
@@ -51,14 +51,16 @@ def write_scene(
         raise SceneError(path, f"is a USD file, which the package usd-core writes; install it with {INSTALL}")
     order = brush_order(gaussians)
     rows = gaussians if order is None else gaussians.take(order)
-    stored = Stored.of(rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes)
+    stored = Stored.of(
+        rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes, order=order
+    )
     stage = _stage(rows, stored)
     with replacing(path) as temporary:
         if temporary.suffix.lower() == ".usdz":
             _pack(stage, temporary)
         else:
             stage.GetRootLayer().Export(str(temporary))
-    return order
+    return order if stored.order is None else None
 
 
 def _stage(rows: Gaussians, stored: Stored) -> Any:
