@@ -1,4 +1,4 @@
-"""`brushgs export`: a scene becomes one file for others: a page to turn, or rectangles for 3D programs."""
+"""`brushgs export`: a scene becomes one file for others: a page, rectangles, or strokes."""
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
@@ -9,6 +9,7 @@ from brushgs.cli import flags
 from brushgs.cli.configs import paint_config, painting_name, scene_source
 from brushgs.cli.console import output_beside, reported
 from brushgs.cli.words import NOT_PAINTED, words_of
+from brushgs.io.scenes.formats import STROKE_SUFFIXES
 from brushgs.options.page import PAGE_SUFFIXES, QUAD_SUFFIXES
 
 if TYPE_CHECKING:
@@ -57,10 +58,17 @@ def _write_quads(request: Request, report: "Report") -> None:
     export_quads(scene, output, config, title=args.title, for_view=args.for_view, report=report)
 
 
+def _write_strokes(request: Request, report: "Report") -> None:
+    from brushgs.painting.export_strokes import export_strokes
+
+    export_strokes(request.scene, request.output, request.config, report=report)
+
+
 # To add an export: its line here. The first one is written where no file is named.
 EXPORTS = (
     Export("a page", PAGE_SUFFIXES, ("title",), _write_page),
     Export("textured rectangles for 3D programs", QUAD_SUFFIXES, ("title", "for_view"), _write_quads),
+    Export("the strokes as Gaussians", STROKE_SUFFIXES, (), _write_strokes),
 )
 OWN_FLAGS = ("title", "for_view")  # which some exports take
 

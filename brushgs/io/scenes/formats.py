@@ -17,6 +17,7 @@ from brushgs.io.formats import (
     suffixes_of,
 )
 from brushgs.io.scenes.unmarked import is_ksplat, is_splat
+from brushgs.options.page import QUAD_SUFFIXES
 
 
 class SceneFormat(NamedTuple):
@@ -127,5 +128,7 @@ WRITTEN_SCENES = tuple(
     row._replace(suffixes=row.written or row.suffixes) for row in KNOWN_SCENES if row.writer
 )
 SCENE_SUFFIXES = suffixes_of(WRITTEN_SCENES)  # that a scene may be written to
+# That the strokes of a painting are exported to; a .glb has them as textured rectangles.
+STROKE_SUFFIXES = tuple(suffix for suffix in SCENE_SUFFIXES if suffix not in QUAD_SUFFIXES)
 # ".ply (as 3DGS trainers write it, ...)": for help texts.
 SCENES_READ = in_words([f"{row.suffixes[0]} ({row.note})" for row in SCENE_FORMATS])
