@@ -8,15 +8,19 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 import brushgs as bg
-from brushgs import SceneError
+from brushgs import SceneError, SceneWarning
 from brushgs.cameras.paths import plan_path
 from brushgs.cli import main
 from brushgs.io import load_cameras
 from brushgs.io.cameras.read import read_cameras
 from brushgs.io.pictures.images import read_image
+from brushgs.io.scenes.write import write_scene
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import PathConfig
+from brushgs.scene import FirstView
 from tests.io.camera_models import LENS, CameraModel, moving_model, write
+from tests.io.scenes.test_gltf_write import chunks_of, write_chunks
+from tests.io.scenes.test_written import make
 
 FLIP = np.diag([1.0, -1.0, -1.0])  # from axes x right, y up, z backward to x right, y down, z forward
 
@@ -312,12 +316,30 @@ def test_what_is_broken_is_named(tmp_path: Path, what: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_orthographic_cameras_are_refused(tmp_path: Path) -> None:
+def test_orthographic_cameras_are_left_out_or_refused(tmp_path: Path) -> None:
     model = CameraModel()
     model.camera("Plan")
     model.top["cameras"][0] = {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1}}
-    with pytest.raises(SceneError, match="camera 'Plan' must be a perspective one, got \"orthographic\""):
+    with pytest.raises(SceneError, match="camera 'Plan' must be a perspective one; export it again as such"):
         load_cameras(write(model, tmp_path))
+    model.camera("Camera")
+    with pytest.warns(SceneWarning, match="camera 'Plan' is no perspective one and was left out"):
+        assert len(load_cameras(write(model, tmp_path))) == 1
+
+
+def test_a_camera_around_an_exported_scene_comes_back_in_its_coordinates(tmp_path: Path) -> None:
+    up = np.array([0.6, -0.8, 0.0])
+    path, first_view = tmp_path / "scene.glb", FirstView(np.eye(3), up, 0.0, 0.0)
+    write_scene(make(10), path, first_view=first_view)
+    model, binary = chunks_of(path)
+    model["cameras"] = [{"type": "perspective", "perspective": LENS}]
+    model["nodes"].append({"camera": 0, "translation": [1, 2, 3]})
+    model["scenes"][0]["nodes"].append(1)
+    write_chunks(path, model, binary)
+    (camera,) = load_cameras(path)
+    position, rotation = pose(camera)
+    assert (np.linalg.norm(position), position @ up) == pytest.approx((14**0.5, 2))
+    np.testing.assert_allclose(rotation[:, 1], up, atol=1e-6)
 
 
 def test_nodes_in_a_ring_end(tmp_path: Path) -> None:

@@ -6,14 +6,15 @@ then those of the scene's own coordinates, whatever turned, moved or resized it.
 of the file are those of the scene.
 """
 
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from brushgs.arrays import F64
-from brushgs.errors import SceneError
+from brushgs.errors import SceneError, SceneWarning
 from brushgs.io.cameras.camera_file import CameraFile, Motion
 from brushgs.io.cameras.lens import MAX_DISTANCE, lens_rule
 from brushgs.io.scene_node import SCENE_NODE
@@ -76,7 +77,11 @@ class FoundScene:
 
 
 def camera_file(
-    path: Path, cameras: list[FoundCamera], scene: FoundScene | None, fps: float | None
+    path: Path,
+    cameras: list[FoundCamera],
+    scene: FoundScene | None,
+    fps: float | None,
+    left_out: Sequence[str],
 ) -> CameraFile:
     """The frames of the camera that moves, or the views of all cameras where none does.
 
@@ -87,10 +92,17 @@ def camera_file(
         cameras: at least one, else it is refused.
         scene: the painted scene, where the file has it.
         fps: frames a second, where the file states it.
+        left_out: names of cameras that are no perspective ones; a SceneWarning says so.
 
     Raises:
         SceneError: if there is no camera, or a view cannot be drawn or there are too many.
     """
+    if left_out and not cameras:
+        raise SceneError(path, f"{left_out[0]} must be a perspective one; export it again as such")
+    if left_out:
+        message = f"{left_out[0]} is no perspective one and was left out"
+        more = f", as were {len(left_out) - 1} more" if len(left_out) > 1 else ""
+        warnings.warn(SceneWarning(f"{path}: {message}{more}"), stacklevel=4)
     if not cameras:
         raise SceneError(path, "holds no camera; export it with its cameras")
     moving = [camera for camera in cameras if camera.times is not None]

@@ -45,7 +45,10 @@ def read(path: Path, content: object = None) -> CameraFile:
     if scenes:
         times = _times(_above(scenes[0], channels))
         scene = FoundScene(times, partial(_matrices, file, scenes[0], channels))
-    return camera_file(path, [_camera(file, some, channels) for some in cameras], scene, None)
+    found = [(some, *_lens(file, some)) for some in cameras]
+    left_out = [name for _, name, lens in found if lens is None]
+    kept = [_camera(file, some, name, lens, channels) for some, name, lens in found if lens is not None]
+    return camera_file(path, kept, scene, None, left_out)
 
 
 def _times(channels: list[Channel]) -> Times | None:
@@ -61,21 +64,24 @@ def _above(some: PlacedNode, channels: Channels) -> list[Channel]:
     return [channel for index in some.chain for channel in channels.get(("node", index), {}).values()]
 
 
-def _camera(file: GltfFile, some: PlacedNode, channels: Channels) -> FoundCamera:
+def _lens(file: GltfFile, some: PlacedNode) -> tuple[str, dict[str, Any] | None]:
+    """The name of a camera in words, and its lens; None of one without perspective."""
     index = some.node["camera"]
     camera = file.item("cameras", index, "a node")
     own_name = some.node.get("name", camera.get("name"))
     name = f"camera {own_name[:60]!r}" if isinstance(own_name, str) else f"camera {index:.0f}"
-    if camera.get("type") != "perspective" or not isinstance(camera.get("perspective"), dict):
-        raise SceneError(
-            file.path, f"{name} must be a perspective one, got {shown(camera.get('type'))}; {CURE} as such"
-        )
-    lens = camera["perspective"]
+    lens = camera.get("perspective")
+    return name, lens if camera.get("type") == "perspective" and isinstance(lens, dict) else None
+
+
+def _camera(
+    file: GltfFile, some: PlacedNode, name: str, lens: dict[str, Any], channels: Channels
+) -> FoundCamera:
     yfov, near = _positive(file, lens, "yfov", name), _positive(file, lens, "znear", name)
     aspect = DEFAULT_SIZE[0] / DEFAULT_SIZE[1]
     if lens.get("aspectRatio") is not None:
         aspect = _positive(file, lens, "aspectRatio", name)
-    opening = channels.get(("camera", index), {}).get("yfov")
+    opening = channels.get(("camera", some.node["camera"]), {}).get("yfov")
 
     def at(moments: F64) -> tuple[F64, LensTrack]:
         angles = np.full(len(moments), yfov) if opening is None else opening.at(file, moments)[:, 0]

@@ -43,7 +43,8 @@ def read(path: Path, content: object = None) -> CameraFile:
         if answer.header["scene"]:
             matrices = answer.array("scene")
             scene = FoundScene(_times(seconds, matrices), partial(_between, seconds, matrices))
-    return camera_file(path, cameras, scene, fps)
+        left_out = [f"camera {name!r}" for name in answer.header["left_out"]]
+    return camera_file(path, cameras, scene, fps, left_out)
 
 
 def _times(seconds: float, *tracks: F64) -> Times | None:

@@ -1,9 +1,9 @@
 """The cameras of a USD stage become arrays; runs in the process of `child`.
 
-The header has "seconds" (0 where nothing moves), "fps" and "cameras", a list of {"name"}; camera i has the
-arrays matrices_i [T, 4, 4], world from camera, and lens_i [T, 7], see `LENS`. "scene" says whether there is a
-painted scene, with its matrices in scene.npy. T moments are equally far apart in time; T is 1 where a thing
-stands still.
+The header has "seconds" (0 where nothing moves), "fps", "left_out", the names of cameras that are no
+perspective ones, and "cameras", a list of {"name"}. Camera i has the arrays matrices_i [T, 4, 4], world from
+camera, and lens_i [T, 7], see `LENS`. "scene" says whether there is a painted scene, with its matrices in
+scene.npy. T moments are equally far apart in time; T is 1 where a thing stands still.
 """
 
 from pathlib import Path
@@ -32,10 +32,12 @@ def read(path: Path, folder: Path) -> dict[str, Any]:
     """Write the arrays, and return the header."""
     stage = open_stage(path)
     found: list[Any] = []
+    left_out: list[Any] = []
     scenes: list[Any] = []
     for prim in prims(stage):
         if prim.IsA(UsdGeom.Camera):
-            found.append(prim)
+            is_perspective = prim.GetAttribute("projection").Get() == "perspective"
+            (found if is_perspective else left_out).append(prim)
         if not scenes and is_scene_name(prim.GetName()) and prim.IsA(UsdGeom.Xformable):
             scenes.append(prim)
     if len(found) > _MAX_CAMERAS:
@@ -57,8 +59,13 @@ def read(path: Path, folder: Path) -> dict[str, Any]:
         np.save(folder / f"lens_{index}.npy", _lens(prim, moments))
     for prim in scenes:
         np.save(folder / "scene.npy", _matrices(prim, times if _may_move(prim) else times[:1]))
-    names = [{"name": prim.GetName()[:60]} for prim in found]
-    return {"seconds": seconds, "fps": fps, "cameras": names, "scene": bool(scenes)}
+    return {
+        "seconds": seconds,
+        "fps": fps,
+        "cameras": [{"name": prim.GetName()[:60]} for prim in found],
+        "left_out": [prim.GetName()[:60] for prim in left_out[:_MAX_CAMERAS]],
+        "scene": bool(scenes),
+    }
 
 
 def _chain(prim: Any) -> list[Any]:
@@ -107,11 +114,6 @@ def _matrices(prim: Any, times: F64) -> F64:
 
 def _lens(prim: Any, times: F64) -> F64:
     """[T, 7]."""
-    projection = prim.GetAttribute("projection").Get()
-    if projection != "perspective":
-        raise RefusedError(
-            f"camera {prim.GetName()[:60]!r} must be a perspective one; export it again as such"
-        )
     rows = []
     for time in times:
         *lens, clip = (some.Get(Usd.TimeCode(float(time))) for some in _lens_attributes(prim))
