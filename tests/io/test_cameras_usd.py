@@ -135,6 +135,16 @@ def test_views_are_those_of_the_scene_where_the_stage_has_it(tmp_path: Path) -> 
     assert camera.near == pytest.approx(0.25 / 3)
 
 
+def test_blender_has_turned_the_axes_of_the_scene_from_y_up_to_z_up(tmp_path: Path) -> None:
+    stage = new_stage(tmp_path / "a.usda", "Z")
+    stage.GetRootLayer().documentation = "Blender v5.0.1"
+    UsdGeom.Xform.Define(stage, "/root/brushgs_scene")
+    add_camera(stage, "/root/Camera").AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
+    stage.Save()
+    (camera,) = load_cameras(tmp_path / "a.usda")
+    np.testing.assert_allclose(camera.position, [1, 3, -2])  # x right, z up, y away from the viewer
+
+
 def test_a_layer_beside_the_file_is_read_and_one_elsewhere_is_not(tmp_path: Path) -> None:
     (tmp_path / "shots").mkdir()
     stage = new_stage(tmp_path / "shots" / "shot.usda")

@@ -24,6 +24,9 @@ LENS = (
     "horizontalApertureOffset",
     "verticalApertureOffset",
 )  # and both ends of clippingRange
+# Blender takes scenes in as glTF only, and turns the axes within each object: +y up becomes +z up. What it
+# exports as glTF is turned back, what it exports as USD is not.
+_BLENDER_FROM_GLTF = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], np.float64)
 _MAX_CAMERAS = 10_000
 _MAX_SAMPLES = 200_000  # of all cameras that move
 
@@ -58,7 +61,10 @@ def read(path: Path, folder: Path) -> dict[str, Any]:
         np.save(folder / f"matrices_{index}.npy", _matrices(prim, moments))
         np.save(folder / f"lens_{index}.npy", _lens(prim, moments))
     for prim in scenes:
-        np.save(folder / "scene.npy", _matrices(prim, times if _may_move(prim) else times[:1]))
+        matrices = _matrices(prim, times if _may_move(prim) else times[:1])
+        if stage.GetRootLayer().documentation.startswith("Blender"):
+            matrices = matrices @ _BLENDER_FROM_GLTF
+        np.save(folder / "scene.npy", matrices)
     return {
         "seconds": seconds,
         "fps": fps,
