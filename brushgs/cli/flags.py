@@ -726,7 +726,7 @@ def add_path(container: Container, *, default: str) -> None:
         type=Path,
         metavar="FILE",
         help=f"cameras: {CAMERAS_READ}; each view is a frame, or with --frames or --seconds a key view of a "
-        "smooth path",
+        "smooth path; an animated camera moves as it does",
     )
     flags.add(
         "--frames",

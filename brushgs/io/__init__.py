@@ -56,14 +56,18 @@ def read_scene(
 
 
 def load_cameras(path: str | Path) -> "list[Camera]":
-    """Read the cameras of a `cameras.json`, `transforms.json`, nerfstudio camera path or COLMAP model.
+    """Read cameras: `cameras.json`, `transforms.json`, a nerfstudio path, COLMAP, glTF or USD.
+
+    Of glTF and USD, a camera that is animated gives its frames, at 24 a second or the rate of the stage;
+    where none is, each gives a view. A node `brushgs_scene`, as exported files have it, says where the scene
+    stands.
 
     Lens distortion is ignored with one SceneWarning. Where `transforms.json` gives no size (`w`, `h`),
     pictures are 800 x 800, the size of the NeRF-synthetic scenes, whose files omit it.
 
     Args:
-        path: a JSON file, whose content decides its format, or a COLMAP sparse model: its folder, one of
-            its files (`images.bin`, `cameras.txt` ...), or a folder that holds it in `sparse/0`.
+        path: a JSON, glTF or USD file (the last needs the package usd-core); or a COLMAP sparse model:
+            its folder, one of its files (`images.bin`, `cameras.txt` ...), or a folder with it in `sparse/0`.
 
     Returns:
         The cameras in the order of the file, those of COLMAP by image name, with the default near plane.

@@ -21,6 +21,8 @@ class PathConfig:
             a loop.
         file: cameras in any format of `brushgs.io.cameras.formats`. Each view is a frame, unless `frames` or
             `seconds` is given: then views are the key views of a spline that is traversed at constant speed.
+            An animated camera of a glTF or USD file is no spline: `frames`, `seconds` and `fps` choose the
+            moments of its own motion.
         frames: frames along the spline, 2 to 99,999; the first and the last are the ends of an open path.
         seconds: in place of `frames`, a duration: `seconds` times `fps` frames, and one more if the path is
             open, so that both ends are frames and twice the fps keeps every frame.
