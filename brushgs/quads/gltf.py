@@ -17,6 +17,7 @@ import numpy as np
 from brushgs.arrays import F64
 from brushgs.colors import linear_from_srgb
 from brushgs.io.glb import GlbWriter
+from brushgs.io.scene_node import SCENE_NODE
 from brushgs.quads.atlas import Atlas
 from brushgs.quads.shape import Quads
 from brushgs.quats import quats_of
@@ -49,7 +50,7 @@ def model_of(
     model.top |= {"scene": 0, "scenes": [{"name": title, "nodes": [0]}]}
     model.add(
         "nodes",
-        name="scene",
+        name=SCENE_NODE,
         rotation=_xyzw(turn),
         translation=(-turn @ center).tolist(),
         children=list(range(1, 2 + len(coats))),

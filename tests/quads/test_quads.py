@@ -68,7 +68,7 @@ def test_files_keep_the_rules_of_gltf(kind):
     (material,) = glb.top["materials"]
     assert material["extensions"] == {"KHR_materials_unlit": {}}
     assert (material["alphaMode"], material["doubleSided"]) == ("BLEND", True)
-    assert [node["name"] for node in glb.top["nodes"]] == ["scene", "first view", "strokes"]
+    assert [node["name"] for node in glb.top["nodes"]] == ["brushgs_scene", "first view", "strokes"]
 
 
 def test_another_reader_finds_the_strokes():
