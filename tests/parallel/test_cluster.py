@@ -310,6 +310,18 @@ def test_losing_all_workers_and_then_the_scheduler_is_reported(clusters, monkeyp
     timer.join()
 
 
+def test_jobs_of_a_batch_run_on_a_cluster(address, tmp_path, capsys):
+    bg.save(still_life(1000), tmp_path / "a.ply")
+    text = '[[job]]\nscene = "a.ply"\nsize = "32x24"\nstroke = "gaussian"\nclean = "off"\n'
+    text += 'output = "{number}.png"\n'
+    (tmp_path / "jobs.toml").write_text(text + text.replace("png", "gif"))
+    assert cli.main(["batch", str(tmp_path / "jobs.toml"), "--scheduler", address, "--json"]) == 2
+    first, second = json.loads(capsys.readouterr().out)["jobs"]
+    assert (first["state"], second["state"]) == ("done", "failed")
+    assert "2.gif is a video" in second["error"]
+    assert (tmp_path / "1.png").exists()
+
+
 @pytest.fixture(scope="module")
 def lonely(tmp_path_factory):
     """Address of a scheduler without workers."""

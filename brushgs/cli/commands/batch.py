@@ -42,7 +42,7 @@ def add_flags(parser: ArgumentParser) -> None:
     """Define the command."""
     parser.formatter_class = RawDescriptionHelpFormatter
     parser.epilog = EPILOG
-    parser.add_argument("jobs_file", type=Path, metavar="JOBS", help="TOML file of jobs, see below")
+    parser.add_argument("file", type=Path, metavar="JOBS", help="TOML file of jobs, see below")
     sequence = flags.ConfigFlags(parser, "sequence")
     sequence.add(
         "--jobs",
@@ -87,9 +87,9 @@ def run(args: Namespace) -> int:
     from brushgs.options.sequence import SequenceConfig
 
     config = SequenceConfig(**flags.given(args, "sequence"))
-    jobs = read_jobs(args.jobs_file)
+    jobs = read_jobs(args.file)
     check_jobs(jobs)
-    done = Done(args.jobs_file, is_resumed=config.is_resumed)
+    done = Done(args.file, is_resumed=config.is_resumed)
     if args.dry_run:
         _print([job for job in jobs if not done.has(job)], as_json=args.json)
         return 0
@@ -98,10 +98,9 @@ def run(args: Namespace) -> int:
 
     report = BatchReport()
     with reported(args, report), report.stage("batch", total=len(jobs), unit="jobs"):
-        skipped = [job for job in jobs if done.has(job)]
-        for job in skipped:
-            report.add(Line.of(job, None))
-        others = [job for job in jobs if job not in skipped]
+        others = [job for job in jobs if not done.has(job)]
+        for number in {job.number for job in jobs} - {job.number for job in others}:
+            report.add(Line.of(jobs[number - 1], None))
         try:
             with closing(run_jobs(others, config, report.tell)) as outcomes:
                 for job, outcome in outcomes:
