@@ -74,9 +74,7 @@ def paint(
     if isinstance(look, PaintConfig):
         if options:
             name = next(iter(options))
-            raise ValueError(
-                f"paint: {name} belongs into the PaintConfig, which is all options; set it there"
-            )
+            raise ValueError(f"paint: {name} belongs in the PaintConfig, which is all options; set it there")
         return still.paint(scene, look, camera=camera, report=report)
     args, config = _parsed(scene, look, options)
     first = 1.0 if args.first is None else args.first

@@ -71,7 +71,7 @@ def test_a_camera_takes_the_place_of_the_view(scene):
 def test_a_config_is_all_options(scene):
     config = PaintConfig.of({"cluster": {"strokes": 50}, "view": {"size": (32, 24)}})
     assert bg.paint(scene, config).alpha.min() < 0.1
-    with pytest.raises(ValueError, match="paint: zoom belongs into the PaintConfig"):
+    with pytest.raises(ValueError, match="paint: zoom belongs in the PaintConfig"):
         bg.paint(scene, config, zoom=2)
 
 

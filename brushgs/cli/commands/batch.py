@@ -1,6 +1,7 @@
 """`brushgs batch`: many jobs, many scenes, looks and views, from one file."""
 
 import shlex
+import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from contextlib import closing
@@ -110,7 +111,11 @@ def run(args: Namespace) -> int:
         except KeyboardInterrupt:
             left = len(jobs) - len(report.lines)
             raise KeyboardInterrupt(f"{left} of {len(jobs)} jobs are not done; --resume runs them") from None
-    return EXIT_BAD_INPUT if report.count("failed") else 0
+    failed = [line for line in report.lines if line.state == "failed"]
+    if args.quiet:  # no table, which names them
+        for line in failed:
+            print(f"brushgs: job {line.number}: {line.error}", file=sys.stderr)
+    return EXIT_BAD_INPUT if failed else 0
 
 
 def _print(jobs: "Sequence[Job]", *, as_json: bool) -> None:

@@ -115,6 +115,9 @@ def test_a_job_that_fails_does_not_stop_the_others(made, tmp_path, capsys):
     assert [line["state"] for line in lines] == ["failed", "skipped"]
     assert "is a video and needs a camera path" in lines[0]["error"]
     assert err == ""
+    code, out, err = batch(capsys, tmp_path / "two.toml", "--resume", "--quiet")
+    assert (code, out) == (2, "")
+    assert err.startswith("brushgs: job 1: a.gif is a video")
 
 
 def test_a_dry_run_prints_command_lines_and_writes_nothing(made, tmp_path, capsys):
