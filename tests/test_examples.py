@@ -1,5 +1,7 @@
 """Every example runs, and writes what it says first."""
 
+import base64
+import json
 import re
 import runpy
 import shlex
@@ -168,6 +170,44 @@ def test_page_screenshots(tmp_path, browser):
     command = [sys.executable, EXAMPLES / "page_screenshots.py", "-o", tmp_path, "--scene", scene]
     subprocess.run(list(map(str, command)), check=True, timeout=300)
     assert is_a_picture(tmp_path / "page.jpg", 1408, 484)
+
+
+EXECUTE = """
+import sys
+import nbformat
+from nbclient import NotebookClient
+book = nbformat.read(sys.argv[1], as_version=4)
+NotebookClient(book, timeout=300, resources={"metadata": {"path": sys.argv[2]}}).execute()
+nbformat.write(book, sys.argv[2] + "/executed.ipynb")
+"""
+
+
+def test_the_notebook_runs_from_top_to_bottom(tmp_path):
+    # A process of its own: what its libraries warn of is not for us to mend.
+    command = [sys.executable, "-c", EXECUTE, str(EXAMPLES / "notebook.ipynb"), str(tmp_path)]
+    subprocess.run(command, check=True, timeout=600)
+    cells = json.loads((tmp_path / "executed.ipynb").read_text(encoding="utf-8"))["cells"]
+    shown = [output.get("data", {}) for cell in cells for output in cell.get("outputs", [])]
+    assert not [
+        output for cell in cells for output in cell.get("outputs", []) if output["output_type"] == "stream"
+    ]
+    pictures = [data["image/png"] for data in shown if "image/png" in data]
+    assert len(pictures) == 9
+    for number, picture in enumerate(pictures):
+        (tmp_path / f"{number}.png").write_bytes(base64.b64decode(picture))
+        assert float(read_image(tmp_path / f"{number}.png")[..., :3].std()) > 0.05
+    assert "data:video/mp4;base64," in "".join(shown[-1]["text/html"])
+    with av.open(tmp_path / "turn.mp4") as video:
+        assert sum(1 for _ in video.decode(video=0)) == 48
+    assert is_a_picture(tmp_path / "painting.png", 480, 360)
+    assert {"strokes.ply", "painting.html"} <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_the_notebook_is_kept_without_what_it_shows():
+    cells = json.loads((EXAMPLES / "notebook.ipynb").read_text(encoding="utf-8"))["cells"]
+    for cell in cells:
+        assert not cell.get("outputs")
+        assert cell.get("execution_count") is None
 
 
 @pytest.mark.parametrize("line", COMMANDS)
