@@ -497,7 +497,8 @@ class Frame:
             vectors in camera axes, 0 where nothing is painted; "motion" [H, W, 2] (right, down), pixels to
             where the same paint is in the next frame; "uv" [H, W, 2] place on the stroke that shows most,
             0 to 1; "unlit" [H, W, 4] the picture without the lamp, premultiplied; and mattes: "stroke",
-            "brush", "region", "layer".
+            "brush", "region", "layer". With any comes "paint" [H, W], how much of a pixel is painted, also
+            where a ground makes the picture opaque.
         deep: every stroke in every pixel, where that was asked for.
 
     Example:

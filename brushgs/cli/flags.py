@@ -169,8 +169,8 @@ def add_painting(parser: ArgumentParser) -> None:
     add_view(parser)
 
 
-def add_output(parser: ArgumentParser) -> None:
-    """`OutputConfig`."""
+def add_output(parser: ArgumentParser) -> Container:
+    """`OutputConfig`; returns its group."""
     group = parser.add_argument_group("output", "what the files hold")
     flags = ConfigFlags(group, "output")
     flags.add(
@@ -197,6 +197,7 @@ def add_output(parser: ArgumentParser) -> None:
         help="bits of a channel: 8 or 16 of PNG (default 8) and TIFF (default 16), 8 or 10 of H.265 "
         "(default 10)",
     )
+    return group
 
 
 def add_report(parser: ArgumentParser) -> None:

@@ -45,6 +45,16 @@ LAYERS: Mapping[str, str] = {
     "id": "Cryptomattes by brush, by region (--rules) and by layer of paint (--look)",
     "unlit": "the picture before the lamp shines on it",
 }
+LAYER_CHANNELS: Mapping[str, str] = {
+    "depth": "Z",
+    "normal": "N.X N.Y N.Z",
+    "motion": "forward.u forward.v",
+    "stroke": "CryptoStroke00.R ...",
+    "uv": "stroke.u stroke.v",
+    "height": "height.Y",
+    "id": "CryptoBrush00.R ..., CryptoRegion00.R ..., CryptoLayer00.R ...",
+    "unlit": "unlit.R unlit.G unlit.B unlit.A",
+}
 STYLE_SUFFIX = ".style"  # of files of styles
 # Frames a second of a film whose camera has no rate of its own, and moments a second of files that do not
 # say: that of most captures. One number, so that a film shows each moment once.

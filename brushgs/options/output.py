@@ -1,7 +1,7 @@
 """What files of pictures hold beside the picture, and how videos are encoded."""
 
 from dataclasses import dataclass
-from typing import Self, get_args
+from typing import get_args
 
 from brushgs.options.choices import LAYERS, Codec
 
@@ -14,7 +14,7 @@ class OutputConfig:
     """What is written of a picture.
 
     Attributes:
-        layers: names of `LAYERS` that an EXR file holds beside the picture.
+        layers: names of `LAYERS` that an EXR file holds beside the picture, or "all".
         deep: whether an EXR file holds a sample for each stroke in each pixel, in place of the picture.
         codec: of videos; None for the usual one of the suffix.
         bits: of each channel, 8, 10 or 16; None for the usual number of the format.
@@ -26,9 +26,9 @@ class OutputConfig:
     bits: int | None = None
 
     def __post_init__(self) -> None:
-        if unknown := [name for name in self.layers if name not in LAYERS]:
-            known = ", ".join((*LAYERS, ALL_LAYERS))
-            raise ValueError(f"layers must be names out of {known}, got {unknown[0]!r}")
+        known = (*LAYERS, ALL_LAYERS)
+        if unknown := [name for name in self.layers if name not in known]:
+            raise ValueError(f"layers must be names out of {', '.join(known)}, got {unknown[0]!r}")
         if self.codec is not None and self.codec not in get_args(Codec):
             raise ValueError(f"codec must be one of {', '.join(get_args(Codec))}, got {self.codec!r}")
         if self.bits is not None and self.bits not in BITS:
@@ -36,12 +36,7 @@ class OutputConfig:
         if self.deep and self.layers:
             raise ValueError("layers cannot be combined with deep, which is a file of its own; omit one")
 
-    @classmethod
-    def of(cls, **fields: object) -> Self:
-        """The same with "all" among the layers for all of them, each once, in the order of the table."""
-        layers = fields.get("layers", ())
-        if isinstance(layers, tuple):
-            names = set(LAYERS) if ALL_LAYERS in layers else set(layers)
-            unknown = tuple(sorted(names - {*LAYERS}))
-            fields["layers"] = (*(name for name in LAYERS if name in names), *unknown)
-        return cls(**fields)  # type: ignore[arg-type]
+    @property
+    def all_layers(self) -> tuple[str, ...]:
+        """The layers by name, in the order of the table."""
+        return tuple(name for name in LAYERS if name in self.layers or ALL_LAYERS in self.layers)

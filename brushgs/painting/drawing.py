@@ -19,6 +19,7 @@ from brushgs.scene import Boxes, Camera, Frame
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import Brushes, BrushSet, Sigmas
     from brushgs.brushes.kit import BrushKit
+    from brushgs.io.pictures.shot import Shot
     from brushgs.rendering.coats import Canvas, Coat, Painting
     from brushgs.rendering.options import RenderOptions
     from brushgs.rendering.relief import Relief
@@ -187,6 +188,17 @@ def light_canvas(canvas: "Canvas", painting: "Painting", report: Report) -> Fram
     return frame
 
 
+def add_layers(canvas: "Canvas", report: Report) -> Frame:
+    """The finished picture with its layers, or with every stroke in every pixel."""
+    with report.stage("layers") as stage:
+        frame = canvas.layered()
+        stage.did, stage.counts = ", ".join(frame.layers), {"layers": list(frame.layers)}
+        if frame.deep is not None:
+            stage.did = f"{len(frame.deep.alphas):,} samples"
+            stage.counts = {"samples": len(frame.deep.alphas)}
+    return frame
+
+
 def _stage_name(step: str, coat: "Coat", among: int) -> str:
     return step if among == 1 else f"{step} {coat.name}"
 
@@ -227,13 +239,18 @@ def _describe_levels(boxes: Boxes, texture: "Brushes", filter: str, stage: Stage
 
 
 def write_picture(
-    frame: Frame, path: Path, background: Background, config: PaintConfig, report: Report
+    frame: Frame,
+    path: Path,
+    background: Background,
+    config: PaintConfig,
+    report: Report,
+    shot: "Shot | None" = None,
 ) -> None:
-    """Write the picture on its background."""
+    """Write the picture on its background, and in formats that hold it what else is known of it."""
     with report.stage("write") as stage:
         from brushgs.io.pictures.images import write_frame
 
-        write_frame(frame, path, background=background, bits=config.output.bits)
+        write_frame(frame, path, background=background, bits=config.output.bits, shot=shot)
         ground = config.draw.background
         stage.did = f"{path}, on {ground}"
         stage.counts = {"path": str(path), "bytes": path.stat().st_size, "background": ground}

@@ -1,13 +1,17 @@
 """The painter of single frames of a sequence: picklable, so that it runs in any process of any machine."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from brushgs.io.pictures.formats import holds_depth
+from brushgs.io.pictures.shot import Shot
+from brushgs.options.output import OutputConfig
 from brushgs.painting.background import Background
 from brushgs.rendering.project import Directions
+from brushgs.rendering.wanted import Following, Wanted
 from brushgs.scene import Camera, Frame
 
 if TYPE_CHECKING:
@@ -29,6 +33,8 @@ class FrameView:
         pose: where strokes are that move; None where nothing moves.
         into: what the frame fades into; None for nothing.
         share: how far it has faded, 0 to 1.
+        following: the frame after this one, for the motion of what both show; None where it is not wanted.
+        sign: -1 where `following` is the frame before: then paint goes on as it came.
     """
 
     index: int
@@ -38,6 +44,25 @@ class FrameView:
     pose: "Pose | None" = None
     into: "FrameView | None" = None
     share: float = 0.0
+    following: "FrameView | None" = None
+    sign: int = 1
+
+
+@dataclass(frozen=True, eq=False)
+class FrameKind:
+    """What a frame becomes.
+
+    Attributes:
+        suffix: one of `PICTURE_SUFFIXES` for the bytes of such a file, None for pixels of a video.
+        output: bits and layers; of a video the bits are given.
+        fps: frames a second, for files that say so; None where it is not known.
+        manifest: see `Shot`.
+    """
+
+    suffix: str | None
+    output: OutputConfig = field(default_factory=OutputConfig)
+    fps: float | None = None
+    manifest: PurePath | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,43 +73,53 @@ class FramePainter:
         painting: the coats of strokes, and what they are laid on; `num_threads` of their options are those of
             one process.
         background: what lies behind the painting, see `open_background`; None keeps pictures transparent.
-        suffix: one of `PICTURE_SUFFIXES` for the bytes of such a file, None for the pixels of a video.
+        kind: what frames become.
         growth: how the painting comes into being; None for one that is finished in all frames.
         fade: the time in which a stroke comes, see `GrowingPainting.at`.
         takes_light: see `Moving`.
-        bits: of each channel in the file; None for the usual number of the picture format.
     """
 
     painting: "Painting"
     background: Background
-    suffix: str | None
+    kind: FrameKind
     growth: "GrowingPainting | None" = None
     fade: float = 0.0
     takes_light: bool = True
-    bits: int | None = None
 
     def frame(self, view: FrameView) -> Frame:
-        """Paint the frame, with depth if its file holds it."""
-        has_depth = self.suffix is not None and holds_depth(f"a{self.suffix}")
+        """Paint the frame, with depth if its file holds it, and the layers that are asked for."""
+        suffix, output = self.kind.suffix, self.kind.output
+        has_depth = suffix is not None and holds_depth(f"a{suffix}")
+        painting = self._painting(view).with_depth(has_depth)
+        following = None
+        if view.following is not None:
+            other = view.following
+            following = Following(self._painting(other), other.camera, other.directions, view.sign)
+        wanted = Wanted(output.all_layers, output.deep, following)
+        frame = painting.frame(view.camera, view.directions, wanted=wanted)
+        return frame if view.into is None else _faded(frame, self.frame(view.into), view.share)
+
+    def _painting(self, view: FrameView) -> "Painting":
+        """The painting at the time of a frame."""
         painting = self.painting if self.growth is None else self.growth.at(view.time, self.fade)
         if view.pose is not None:
             painting = painting.posed(view.pose, takes_light=self.takes_light)
-        frame = painting.with_depth(has_depth).frame(view.camera, view.directions)
-        return frame if view.into is None else _faded(frame, self.frame(view.into), view.share)
+        return painting
 
     def __call__(self, view: FrameView) -> "bytes | Pixels":
         """The content of the finished picture file, or the pixels of a video, see `video_pixels`.
 
         Pictures are encoded here, so that as many processes as paint share that work too.
         """
-        frame = self.frame(view)
-        if self.suffix is None:
+        frame, kind = self.frame(view), self.kind
+        if kind.suffix is None:
             from brushgs.io.pictures.pixels import video_pixels
 
-            return video_pixels(frame, self.background, self.bits or 8)
+            return video_pixels(frame, self.background, kind.output.bits or 8)
         from brushgs.io.pictures.images import encode_frame
 
-        return encode_frame(frame, self.suffix, background=self.background, bits=self.bits)
+        shot = Shot(view.camera, view.index, kind.fps, kind.manifest)
+        return encode_frame(frame, kind.suffix, self.background, bits=kind.output.bits, shot=shot)
 
 
 def _faded(frame: Frame, into: Frame, share: float) -> Frame:
@@ -93,4 +128,4 @@ def _faded(frame: Frame, into: Frame, share: float) -> Frame:
     for name in ("rgb", "alpha", "depth", "height"):
         from_, to = getattr(frame, name), getattr(into, name)
         mixed[name] = None if from_ is None or to is None else from_ + np.float32(share) * (to - from_)
-    return Frame(**mixed)
+    return replace(frame, **mixed)

@@ -8,6 +8,7 @@ from brushgs.brushes.brush_set import paths_of
 from brushgs.brushes.texture import brush_of_style
 from brushgs.errors import SceneError
 from brushgs.io.pictures.encoding import choose_encoding
+from brushgs.io.pictures.formats import PICTURE_SUFFIXES, holds_depth
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.painting.background import TRANSPARENT
@@ -61,13 +62,18 @@ def check_output(path: Path, suffixes: tuple[str, ...], inputs: tuple[Path, ...]
 
 
 def check_encoding(path: Path, config: PaintConfig) -> None:
-    """Refuse a background, a codec or bits that the format of an output does not hold, before any work.
+    """Refuse a background, layers, a codec or bits that an output does not hold, before any work.
 
     Raises:
         ValueError: if it does not.
     """
     output, transparent = config.output, config.draw.background.lower() == TRANSPARENT
     choose_encoding(path, codec=output.codec, bits=output.bits, transparent=transparent)
+    if (output.layers or output.deep) and not holds_depth(path):
+        asked = "deep" if output.deep else "layers"
+        frames = Path(f"{path.with_suffix('')}/%05d.exr")  # of a video
+        cure = path.with_suffix(".exr") if path.suffix.lower() in PICTURE_SUFFIXES else frames
+        raise ValueError(f"{asked} must be written to .exr, got {path.name}; write {cure}")
 
 
 def check_folder(folder: Path, path: Path) -> None:

@@ -404,6 +404,7 @@ def prepare(
         lamp,
         is_transparent=background is None and config.ground.ground == "none",
         is_moving=along_path,
+        region_names=() if regions is None else tuple(regions.names),
     )
     growth = None
     if grows or isinstance(views, GrowConfig):

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from itertools import groupby
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from brushgs.errors import SceneWarning
@@ -28,7 +28,7 @@ from brushgs.painting.background import TRANSPARENT
 from brushgs.painting.clip import Clip
 from brushgs.painting.drawing import NOTHING_SEEN
 from brushgs.painting.film_track import FilmTrack, track_film
-from brushgs.painting.frame_painter import FramePainter, FrameView
+from brushgs.painting.frame_painter import FrameKind, FramePainter, FrameView
 from brushgs.painting.look import BACKDROP
 from brushgs.painting.outputs import check_output, input_files
 from brushgs.painting.parallel import parallel_map
@@ -214,15 +214,35 @@ class _Frames:
         assert self.prepared.path is not None
         return self.prepared.path
 
-    def painter(self, suffix: str | None, bits: int | None) -> FramePainter:
-        """The painter of every frame, see there."""
+    def painter(self, kind: FrameKind) -> FramePainter:
+        """The painter of every frame."""
         painting, background = self.prepared.painting, self.prepared.background
         fade = 0.0 if self.grow is None else self.grow.fade
         takes_light = self.prepared.moving is None or self.prepared.moving.takes_light
-        return FramePainter(painting, background, suffix, self.prepared.growth, fade, takes_light, bits)
+        return FramePainter(painting, background, kind, self.prepared.growth, fade, takes_light)
 
     def view(self, index: int) -> FrameView:
         """What is special to one frame."""
+        view = self._alone(index)
+        if not self._has_motion:
+            return view
+        other, sign = self._neighbour(index)
+        return replace(view, following=self._alone(other), sign=sign)
+
+    @property
+    def _has_motion(self) -> bool:
+        """Whether frames have a layer of motion: no paint moves while a painting grows."""
+        return "motion" in self.config.output.all_layers and self.grow is None
+
+    def _neighbour(self, index: int) -> tuple[int, int]:
+        """The frame that follows, and 1; at the end of an open path the one before, and -1."""
+        num_frames = len(self.path.cameras)
+        if index + 1 < num_frames:
+            return index + 1, 1
+        return (0, 1) if self.path.is_loop else (max(index - 1, 0), -1)
+
+    def _alone(self, index: int) -> FrameView:
+        """The same without its neighbour."""
         directions = tuple(None if track is None else track.directions(index) for track in self.tracks)
         view = FrameView(index, self.path.cameras[index], directions, self._time(index))
         moving = self.prepared.moving
@@ -240,6 +260,13 @@ class _Frames:
 
     def identity(self, index: int) -> tuple[object, ...]:
         """Equal for frames whose pictures are equal, bit for bit: nothing moves between them."""
+        if not self._has_motion:
+            return self._seen(index)
+        other, sign = self._neighbour(index)
+        return *self._seen(index), *self._seen(other), sign
+
+    def _seen(self, index: int) -> tuple[object, ...]:
+        """What decides the colours of a frame."""
         camera = self.path.cameras[index]
         places = (_place(track, index) for track in self.tracks if track is not None)
         lens = camera.K.tobytes(), camera.width, camera.height, camera.near
@@ -259,14 +286,13 @@ def _place(track: "AnyTrack", index: int) -> float:
 def _paint(
     frames: _Frames,
     indices: Sequence[int],
-    suffix: str | None,
-    bits: int | None,
+    kind: FrameKind,
     take: Callable[[int, Any], None],
     report: Report,
 ) -> Stopwatch:
     """Paint frames and pass each, in order, to `take`, which writes it.
 
-    While the camera rests, one picture serves all its frames. `FramePainter` has `suffix` and `bits`.
+    While the camera rests, one picture serves all its frames.
 
     Returns:
         The time that `take` took; it belongs to the stage of writing.
@@ -276,7 +302,7 @@ def _paint(
         rests = [list(same) for _, same in groupby(indices, key=frames.identity)]
         views = (frames.view(rest[0]) for rest in rests)
         painted: Any = parallel_map(
-            frames.painter(suffix, bits),
+            frames.painter(kind),
             views,
             jobs=sequence.jobs,
             scheduler=sequence.scheduler,
@@ -351,8 +377,8 @@ def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
     )
     cure = f"no video was written; numbered frames, -o {target.with_suffix('')}/, can be resumed"
     with _interrupted_with(lambda: cure), film as reel:
-        indices, bits = range(len(path.cameras)), encoding.bits
-        writing = _paint(frames, indices, None, bits, lambda _, pixels: reel.add(pixels), report)
+        kind, indices = FrameKind(None, replace(output, bits=encoding.bits)), range(len(path.cameras))
+        writing = _paint(frames, indices, kind, lambda _, pixels: reel.add(pixels), report)
         with report.stage("write", earlier=writing) as stage:
             reel.finish()
     # Only now the file has its name, and its size.
@@ -384,14 +410,28 @@ def _paint_files(frames: _Frames, files: NumberedFiles, found: Manifest | None, 
         return f"{len(manifest.sizes)} of {num_frames} frames are done; add --resume to paint the rest"
 
     with _interrupted_with(state):
-        suffix, bits = files.pattern.suffix.lower(), frames.config.output.bits
-        writing = _paint(frames, missing, suffix, bits, manifest.add, report)
+        writing = _paint(frames, missing, _kind_of(frames, files), manifest.add, report)
     with report.stage("write", earlier=writing) as stage:
         num_bytes = sum(manifest.sizes.values())
         stage.did = f"{files.pattern}, {num_frames:,} files, {file_size(num_bytes)}, on {background}"
         stage.counts = {"path": str(files.pattern), "files": num_frames, "bytes": num_bytes}
         stage.counts["background"] = background
         _warn_of_others(files, num_frames)
+
+
+def _kind_of(frames: _Frames, files: NumberedFiles) -> FrameKind:
+    """What files of frames hold; the names of strokes, if they are many, are written once beside them."""
+    output, manifest = frames.config.output, None
+    if output.deep or "stroke" in output.all_layers:
+        from brushgs.io.pictures.exr.cryptomatte import is_long, write_manifest
+        from brushgs.rendering.mattes import stroke_names
+
+        names = stroke_names(frames.prepared.painting.coats)
+        if output.deep or is_long(names):
+            manifest = files.named("strokes.json")
+            write_manifest(manifest, names)
+    name = None if manifest is None else PurePath(manifest.name)
+    return FrameKind(files.pattern.suffix.lower(), output, frames.path.fps, name)
 
 
 @contextmanager

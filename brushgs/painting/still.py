@@ -9,16 +9,25 @@ from pathlib import Path
 import numpy as np
 
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, holds_depth
+from brushgs.io.pictures.shot import Shot
 from brushgs.options.look import Look, config_of
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
-from brushgs.painting.drawing import lay_coat, light_canvas, project_coat, warn_if_blank, write_picture
+from brushgs.painting.drawing import (
+    add_layers,
+    lay_coat,
+    light_canvas,
+    project_coat,
+    warn_if_blank,
+    write_picture,
+)
 from brushgs.painting.look import BACKDROP
 from brushgs.painting.outputs import check_encoding, check_output, input_files
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import name_of
 from brushgs.painting.views_sheet import write_sheet_of
+from brushgs.rendering.wanted import NOTHING, Wanted
 from brushgs.scene import Camera, Frame, Gaussians
 
 SPENT_OUTSIDE = "most lie outside: --strokes-for view spends all in this view"
@@ -56,6 +65,8 @@ def paint_file(
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
     check_output(output, PICTURE_SUFFIXES, inputs=input_files(scene, config))
     check_encoding(output, config)
+    if "motion" in config.output.layers:
+        raise ValueError("layers must not have motion in one picture, which has no next frame; omit it")
     if sheet is not None:
         check_output(Path(sheet), PICTURE_SUFFIXES, inputs=(*input_files(scene, config), output))
     has_sheet = sheet is not None
@@ -68,8 +79,9 @@ def paint_file(
         keeps_scene=has_sheet,
         grows=first < 1,
     )
-    frame = paint_view(prepared, report, depth=holds_depth(output), first=first)
-    write_picture(frame, output, prepared.background, config, report)
+    wanted = Wanted(config.output.all_layers, config.output.deep)
+    frame = paint_view(prepared, report, depth=holds_depth(output), first=first, wanted=wanted)
+    write_picture(frame, output, prepared.background, config, report, Shot(prepared.camera))
     report.output = str(output)
     if sheet is not None:
         write_sheet_of(prepared, Path(sheet), config, report, name=name_of(scene, prepared.notes))
@@ -109,7 +121,8 @@ def paint(
     prepared = prepare(
         scene, config, report, views=camera, needs_background=is_on_background, grows=first < 1
     )
-    frame = paint_view(prepared, report, first=first)
+    wanted = Wanted(config.output.all_layers, config.output.deep)
+    frame = paint_view(prepared, report, first=first, wanted=wanted)
     if not is_on_background or prepared.background is None:
         return frame
     return replace(frame, rgb=frame.over(prepared.background), alpha=np.ones_like(frame.alpha))
@@ -125,14 +138,21 @@ def check_share(first: float) -> None:
         raise ValueError(f"first must be in 0 to 1, got {first:g}; for 30 % write 0.3 or 30%")
 
 
-def paint_view(prepared: Prepared, report: Report, *, depth: bool = True, first: float = 1.0) -> Frame:
-    """Paint the strokes as the first camera sees them; `first` as for `paint_file`."""
+def paint_view(
+    prepared: Prepared,
+    report: Report,
+    *,
+    depth: bool = True,
+    first: float = 1.0,
+    wanted: Wanted = NOTHING,
+) -> Frame:
+    """Paint the strokes as the first camera sees them; `first` as for `paint_file`, `wanted` as `Wanted`."""
     painting, camera = prepared.painting, prepared.camera
     if prepared.growth is not None:
         painting = prepared.growth.first(first)
     painting = painting.with_depth(depth)
     advice = "" if prepared.notes is not None and prepared.notes.is_strokes else SPENT_OUTSIDE
-    canvas, shown = painting.canvas(camera), []
+    canvas, shown = painting.canvas(camera, wanted), []
     for coat in painting.coats:
         boxes = project_coat(coat, camera, report, advice=advice, among=len(painting.coats))
         painted = lay_coat(canvas, coat, boxes, report, among=len(painting.coats))
@@ -141,4 +161,5 @@ def paint_view(prepared: Prepared, report: Report, *, depth: bool = True, first:
     if prepared.growth is None:  # else little may be painted yet
         painted, _, boxes = max(shown, key=lambda one: one[:2])
         warn_if_blank(boxes, camera, painted)
-    return light_canvas(canvas, painting, report)
+    frame = light_canvas(canvas, painting, report)
+    return add_layers(canvas, report) if wanted.is_any else frame

@@ -24,6 +24,7 @@ from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.threads import num_threads_or_default
 
 if TYPE_CHECKING:
+    from brushgs.rendering.layers import PaintedView
     from brushgs.rendering.light import Lamp
     from brushgs.rendering.marks import LaidCoat
     from brushgs.rendering.motion import Pose
@@ -128,6 +129,7 @@ class Canvas:
     ) -> None:
         self._wanted, self._region_names = wanted, region_names
         self._laid: list[LaidCoat] = []  # where every stroke is wanted
+        self._finished: PaintedView | None = None  # where anything is
         self._camera, self._surface, self._is_transparent = camera, surface, is_transparent
         self._is_moving, self._hidden = is_moving, 1 - (CARRIED_MOVING if is_moving else CARRIED)
         self._frame: Frame | None = None  # of the strokes alone
@@ -161,12 +163,13 @@ class Canvas:
         return frame
 
     def finish(self, lamp: "Lamp | None" = None) -> Frame:
-        """The picture: opaque where the surface has a colour, lit where there is a lamp."""
+        """The picture: opaque where the surface has a colour, lit where there is a lamp; see `layered`."""
         frame = self._frame
         if frame is None:
             shape = self._camera.height, self._camera.width
             dtype = np.float32 if self._tint is None else self._tint.dtype
             frame = Frame(np.zeros((*shape, 3), dtype), np.zeros(shape, dtype))
+        coverage = frame.alpha
         surface, height, num_threads = self._surface, frame.height, num_threads_or_default(None)
         if surface is not None and lamp is not None:
             paint, height = height, _new_plane(frame.alpha)
@@ -200,26 +203,40 @@ class Canvas:
             out = None if self._wanted.is_any else frame.rgb
             rgb = light(frame.rgb, height, lamp, alpha=frame.alpha, blur=blur, out=out)
             frame, lighting = replace(frame, rgb=rgb, height=height), (height, lamp, blur)
-        return self._with_layers(frame, unlit, lighting) if self._wanted.is_any else frame
+        if self._wanted.is_any:
+            self._finished = self._seen(frame, unlit, coverage, lighting)
+        return frame
 
-    def _with_layers(self, frame: Frame, unlit: Frame, lighting: "tuple[Array, Lamp, float] | None") -> Frame:
-        """A frame with what is wanted."""
+    def layered(self) -> Frame:
+        """The finished picture with what is wanted beside its colours."""
+        from brushgs.rendering.layers import with_layers
+
+        assert self._finished is not None, "finish the picture first, of which something is wanted"
+        return with_layers(self._finished, self._wanted)
+
+    def _seen(
+        self, frame: Frame, unlit: Frame, coverage: Array, lighting: "tuple[Array, Lamp, float] | None"
+    ) -> "PaintedView":
+        """What layers are made of."""
         from brushgs.rendering.deep import Lighting, Rest
-        from brushgs.rendering.layers import PaintedView, with_layers
+        from brushgs.rendering.layers import PaintedView
 
-        is_opaque, is_deep, rest = (
-            self._surface is not None and not self._is_transparent,
-            self._wanted.deep,
-            None,
-        )
+        is_opaque, is_deep = self._surface is not None and not self._is_transparent, self._wanted.deep
+        rest = None
         if is_deep and self._surface is not None and is_opaque:
             rest = Rest.ground(self._surface.rgb, self._tint)
         elif is_deep and self._tint is not None:
             rest = Rest.glazes(self._tint)
-        lit = None if lighting is None or not is_deep else Lighting.of(*lighting)
-        laid, names = tuple(self._laid), self._region_names
-        return with_layers(
-            PaintedView(self._camera, laid, frame, unlit, rest, is_opaque, lit, names), self._wanted
+        return PaintedView(
+            self._camera,
+            tuple(self._laid),
+            frame,
+            unlit,
+            coverage,
+            rest,
+            is_opaque,
+            None if lighting is None or not is_deep else Lighting.of(*lighting),
+            self._region_names,
         )
 
 
@@ -290,7 +307,8 @@ class Painting:
         canvas = painting.canvas(camera, wanted)
         for coat, of_coat in zip_longest(painting.coats, directions):
             canvas.lay(coat, coat.boxes(camera, of_coat)[0])
-        return canvas.finish(self.lamp)
+        frame = canvas.finish(self.lamp)
+        return canvas.layered() if wanted.is_any else frame
 
 
 def _pressed(frame: Frame, coat: Coat, grain: Array) -> Frame:

@@ -30,6 +30,7 @@ class PaintedView:
         laid: its coats, the first laid first.
         frame: the picture.
         unlit: the picture without the lamp.
+        coverage: [H, W] alpha of what is painted.
         rest: what lies behind the strokes; None for nothing.
         is_opaque: whether that is a ground through which nothing shines.
         lighting: None where there is no lamp.
@@ -40,6 +41,7 @@ class PaintedView:
     laid: tuple[LaidCoat, ...]
     frame: Frame
     unlit: Frame
+    coverage: Array  # [H, W]
     rest: Rest | None
     is_opaque: bool
     lighting: Lighting | None
@@ -55,7 +57,7 @@ class Maker(Protocol):
 
 def with_layers(view: PaintedView, wanted: "Wanted") -> Frame:
     """The frame of a view with what is wanted; a layer that it cannot have is left out."""
-    frame, layers = view.frame, dict[str, Layer]()
+    frame, layers = view.frame, dict[str, Layer](paint=view.coverage)
     if "depth" in wanted.layers and frame.depth is not None:
         layers["depth"] = frame.depth
     if "height" in wanted.layers and frame.height is not None:

@@ -1,6 +1,7 @@
 """Mattes: how much of each pixel is which stroke, brush, region or layer of paint."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,9 @@ from brushgs.brushes.brush_set import BrushSet
 from brushgs.layers import Matte
 from brushgs.rendering.fragments import Fragments, Shares
 from brushgs.rendering.marks import LaidCoat, Marks
+
+if TYPE_CHECKING:
+    from brushgs.rendering.coats import Coat
 
 LEAST = 0.5 / 255  # of a pixel: together the ranks that are left out cover less
 SCENE = "scene"  # Gaussians that are shown as they are
@@ -88,27 +92,44 @@ def _with_rest(
     return names, np.ascontiguousarray(rows[:, :ranks]), np.ascontiguousarray(coverage[:, :ranks])
 
 
-def coat_names(marks: Marks) -> list[str]:
-    """The name of each coat that was laid, glazes included; those that share one are numbered from 2 on."""
+def coat_names(coats: "Iterable[Coat]") -> list[str]:
+    """The name of each coat, glazes included; those that share one are numbered from 2 on."""
     names: list[str] = []
-    for laid in marks.all_laid:
-        name, number = laid.coat.name, 2
+    for coat in coats:
+        name, number = coat.name, 2
         while name in names:
-            name, number = f"{laid.coat.name}{number}", number + 1
+            name, number = f"{coat.name}{number}", number + 1
         names.append(name)
     return names
 
 
+def stroke_names(coats: "Sequence[Coat]") -> list[str]:
+    """The names of all strokes of a painting as a matte has them, by their numbers, see `DeepSamples`."""
+    names: list[str] = []
+    for name, coat in zip(coat_names(coats), coats, strict=True):
+        names += [_stroke_name(name, row) for row in range(len(coat.strokes))]
+        names += [SCENE] * (0 if coat.plain is None else len(coat.plain))
+    return names
+
+
+def _stroke_name(coat: str, row: int) -> str:
+    return f"{coat}_{row}"
+
+
+def _names_of(marks: Marks) -> list[str]:
+    return coat_names(laid.coat for laid in marks.all_laid)
+
+
 def by_stroke(marks: Marks) -> Keys:
     """Each stroke by its coat and its row there."""
-    names, firsts = coat_names(marks), marks.first_numbers
+    names, firsts = _names_of(marks), marks.first_numbers
     scene = int(firsts[-1])
 
     def name(key: int) -> str:
         if key == scene:
             return SCENE
         coat = int(np.searchsorted(firsts, key, side="right")) - 1
-        return f"{names[coat]}_{key - int(firsts[coat])}"
+        return _stroke_name(names[coat], key - int(firsts[coat]))
 
     return np.where(_is_plain(marks), scene, marks.numbers).astype(np.int32), name
 
@@ -152,7 +173,7 @@ def by_region(marks: Marks, region_names: Sequence[str]) -> Keys | None:
 
 def by_layer(marks: Marks) -> Keys:
     """Each coat by its name."""
-    names = [*coat_names(marks), SCENE]
+    names = [*_names_of(marks), SCENE]
     coats = np.asarray(marks.covering, np.int64)[marks.coats]
     return np.where(_is_plain(marks), len(names) - 1, coats).astype(np.int32), names
 
@@ -162,7 +183,7 @@ def rest_name(marks: Marks, *, is_opaque: bool) -> str | None:
     if is_opaque:
         return GROUND
     return next(
-        (name for name, laid in zip(coat_names(marks), marks.all_laid, strict=True) if laid.tint is not None),
+        (name for name, laid in zip(_names_of(marks), marks.all_laid, strict=True) if laid.tint is not None),
         None,
     )
 

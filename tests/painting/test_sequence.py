@@ -30,8 +30,9 @@ from brushgs.options.painting import (
     ViewConfig,
 )
 from brushgs.options.sequence import PathConfig, SequenceConfig
+from brushgs.painting.frame_painter import FrameKind, FramePainter, FrameView
 from brushgs.painting.report import Report, Stopwatch, pace
-from brushgs.painting.sequence import FramePainter, FrameView, paint_sequence
+from brushgs.painting.sequence import paint_sequence
 from brushgs.painting.sequence_outputs import plan_output
 from brushgs.painting.views import choose_first_view
 from brushgs.rendering.coats import Coat, Painting
@@ -163,7 +164,9 @@ def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(
     strokes = bg.cluster(bg.prune(gaussians), 150)
     first_view = choose_first_view(gaussians, VIEW, read_scene(scene)[1], Report())
     path, texture = plan_path(first_view, VIEW, ORBIT), bg.StrokeTexture.open("flat")
-    painter = FramePainter(one_coat(strokes, texture, MOVING), (1.0, 1.0, 1.0), suffix)
+    painter = FramePainter(
+        one_coat(strokes, texture, MOVING), (1.0, 1.0, 1.0), FrameKind(suffix, fps=path.fps)
+    )
     shot = FrameView(4, path.cameras[4], (track_directions(strokes, path.closed).directions(4),))
     assert painter(shot) == files[f"00004{suffix}"]
     frame = next(islice(bg.render_sequence(strokes, path.closed, texture), 4, None))
@@ -177,7 +180,7 @@ def test_what_travels_to_a_process_is_light(scene):
     camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), width=48, height=36)
     shot = FrameView(0, camera, (track_directions(gaussians, [camera]).directions(0),))
     assert len(pickle.dumps(shot)) < 8 * len(gaussians) + 2000  # a direction and an area scale each
-    painter = FramePainter(one_coat(gaussians, FLAT, MOVING), None, ".png")
+    painter = FramePainter(one_coat(gaussians, FLAT, MOVING), None, FrameKind(".png"))
     again = pickle.loads(pickle.dumps(painter))
     assert again(pickle.loads(pickle.dumps(shot))) == painter(shot)
 
@@ -190,7 +193,8 @@ def test_only_exr_holds_depth(scene, folder):
     gaussians = bg.load(scene)
     camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), width=8, height=6)
     for suffix, has_depth in ((".exr", True), (".png", False), (None, False)):
-        painter = FramePainter(one_coat(gaussians, FLAT, replace(MOVING, lock="off")), None, suffix)
+        painting = one_coat(gaussians, FLAT, replace(MOVING, lock="off"))
+        painter = FramePainter(painting, None, FrameKind(suffix))
         assert (painter.frame(FrameView(0, camera)).depth is not None) == has_depth
 
 

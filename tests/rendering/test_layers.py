@@ -253,7 +253,7 @@ def project_point(camera, point):
 
 def test_without_a_next_frame_there_is_no_motion():
     layers = painting_of(strokes_of()).frame(CAMERA, wanted=ALL).layers
-    assert set(layers) == {"depth", "normal", "uv", "unlit", "stroke", "brush", "layer"}
+    assert set(layers) == {"depth", "normal", "uv", "unlit", "stroke", "brush", "layer", "paint"}
 
 
 def test_round_kernels_do_not_spin_where_their_axes_change_places():
@@ -407,7 +407,7 @@ def test_render_gives_the_layers_that_are_named():
     frame = bg.render(
         strokes, CAMERA, "flat", relief=True, layers=names, next_camera=moved_cameras()["orbit"]
     )
-    assert set(frame.layers) == set(names)
+    assert set(frame.layers) == {*names, "paint"}
     assert frame.layers["motion"].shape == (72, 96, 2)
     np.testing.assert_array_equal(frame.rgb, bg.render(strokes, CAMERA, "flat", relief=True).rgb)
     with pytest.raises(ValueError, match=r"layers must be names out of depth, .* got 'speed'"):

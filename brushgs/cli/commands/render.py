@@ -15,6 +15,7 @@ from brushgs.cli.configs import (
     scene_source,
 )
 from brushgs.cli.console import output_beside, reported
+from brushgs.cli.passes import ShowPasses
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, PICTURES_WRITTEN, VIDEO_SUFFIXES, VIDEOS_WRITTEN
 from brushgs.options.choices import PRESETS, Lock
 
@@ -51,7 +52,7 @@ def add_flags(parser: ArgumentParser) -> None:
     )
     _add_path(parser)
     flags.add_clip(parser)
-    flags.add_output(parser)
+    flags.add_output(parser).add_argument("--passes", action=ShowPasses, help="explain --layers, and quit")
     flags.add_report(parser)
 
 

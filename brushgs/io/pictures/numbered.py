@@ -65,6 +65,11 @@ class NumberedFiles:
         """The path of the manifest."""
         return self.folder / f".{self.name}.json"
 
+    def named(self, name: str) -> Path:
+        """A file that belongs to all frames: `shot.strokes.json` beside shot.%04d.exr."""
+        stem = _NUMBER.sub("", self.name.rpartition(".")[0]).strip(" ._-")
+        return self.folder / (f"{stem}.{name}" if stem else name)
+
     def path(self, index: int) -> Path:
         """The file of a frame, from 0."""
         return self.folder / (self.name % index)

@@ -74,8 +74,8 @@ def planes_of(frame: Frame, background: Background) -> list[Plane]:
     if (unlit := _values(frame, "unlit")) is not None:
         bare = Frame(unlit[..., :3], unlit[..., 3])
         planes += _planes("unlit.{}", "RGBA", "half", _light(bare, background))
-    if frame.layers and background is not None:
-        planes += _planes("paint.{}", "A", "half", frame.alpha[..., None])
+    if (paint := _values(frame, "paint")) is not None:
+        planes += _planes("paint.{}", "A", "half", paint[..., None])
     return planes
 
 

@@ -1,0 +1,141 @@
+"""Layers and deep samples, from the command line to the files."""
+
+import json
+
+import numpy as np
+import OpenImageIO
+import pytest
+
+import brushgs as bg
+from brushgs.cli import main
+from brushgs.io.pictures.exr.cryptomatte import ids_of
+from brushgs.options.choices import LAYER_CHANNELS, LAYERS
+from brushgs.still_life import still_life
+
+SMALL = ["--quiet", "--size", "128x96", "--strokes", "300", "--clean", "off", "--up", "-y"]
+PLAIN = [*SMALL, "--look", "plain", "--stroke", "flat", "--background", "transparent"]
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "still_life.ply"
+    bg.save(still_life(3000), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def shots(scene):
+    """Four frames of a loop, and the names of the strokes in them."""
+    pattern = scene.with_name("shot.%02d.exr")
+    assert main(["render", str(scene), *PLAIN, "--orbit", "24", "--layers", "all", "-o", str(pattern)]) == 0
+    return [read(pattern.with_name(pattern.name % index)) for index in (0, 1, 22, 23)]
+
+
+def read(path):
+    source = OpenImageIO.ImageInput.open(str(path))
+    spec = source.spec()
+    pixels = source.read_image(0, 0, 0, spec.nchannels, OpenImageIO.FLOAT)
+    source.close()
+    return spec, dict(zip(spec.channelnames, np.moveaxis(pixels, -1, 0), strict=True))
+
+
+def test_a_still_has_all_layers_but_motion(scene, tmp_path):
+    path = tmp_path / "oil.exr"
+    assert main(["render", str(scene), *SMALL, "--layers", "all", "-o", str(path)]) == 0
+    spec, planes = read(path)
+    for name in LAYERS:
+        for channel in LAYER_CHANNELS[name].removesuffix(" ...").split(" ..., "):
+            # A still has no next frame, and this one no regions.
+            missing = name == "motion" or channel.startswith("CryptoRegion")
+            assert all((each in planes) != missing for each in channel.split()), name
+    assert (planes["A"] == 1).all()  # oil has a ground
+    assert 0 < planes["paint.A"].mean() < 1
+    assert spec.getattribute("worldToCamera") is not None
+
+
+def test_motion_leads_to_the_same_stroke_in_the_next_frame(shots):
+    for (_, here), (_, there) in (shots[:2], shots[2:], (shots[3], shots[0])):  # the last to the first
+        ids, next_ids = (plane["CryptoStroke00.R"].view(np.uint32) for plane in (here, there))
+        y, x = np.nonzero(here["CryptoStroke00.G"] > 0.9)
+        to_x = np.floor(x + 0.5 + here["forward.u"][y, x]).astype(int)
+        to_y = np.floor(y + 0.5 - here["forward.v"][y, x]).astype(int)
+        inside = (to_x >= 0) & (to_x < 128) & (to_y >= 0) & (to_y < 96)
+        x, y, to_x, to_y = (each[inside] for each in (x, y, to_x, to_y))
+        found = (ids[y, x] == next_ids[to_y, to_x]).mean()
+        assert found > 0.75
+        assert found > (ids[y, x] == next_ids[y, x]).mean() + 0.2
+
+
+def test_the_last_frame_of_an_open_path_goes_on_as_it_came(scene, tmp_path):
+    cameras = [
+        {"id": i, "img_name": f"{i}", "width": 128, "height": 96, "fx": 150, "fy": 150}
+        | {"position": [0.05 * i, -0.4, -4.0], "rotation": np.eye(3).tolist()}
+        for i in range(3)
+    ]
+    path = tmp_path / "cameras.json"
+    path.write_text(json.dumps(cameras))
+    words = [*PLAIN, "--path", str(path), "--layers", "motion", "-o", str(tmp_path / "%d.exr")]
+    words = [word for word in words if word not in ("--size", "128x96", "--up", "-y")]
+    assert main(["render", str(scene), *words]) == 0
+    before, last = (read(tmp_path / f"{index}.exr")[1] for index in (1, 2))
+    painted = (before["paint.A"] > 0.9) & (last["paint.A"] > 0.9)
+    assert np.median(last["forward.u"][painted]) == pytest.approx(
+        np.median(before["forward.u"][painted]), rel=0.1
+    )
+    assert np.median(last["forward.u"][painted]) < -1  # the camera moves to the right
+
+
+def test_deep_frames_name_their_strokes_in_a_file_beside_them(scene, tmp_path):
+    pattern = tmp_path / "deep" / "shot_%03d.exr"
+    assert main(["render", str(scene), *PLAIN, "--orbit", "3", "--deep", "-o", str(pattern)]) == 0
+    names = json.loads((tmp_path / "deep" / "shot.strokes.json").read_text())
+    assert list(names) == [*(f"strokes_{row}" for row in range(300)), "other"]
+    assert list(names.values()) == [f"{number:08x}" for number in ids_of(list(names)).tolist()]
+    source = OpenImageIO.ImageInput.open(str(tmp_path / "deep" / "shot_000.exr"))
+    assert source.spec().deep
+    deep = source.read_native_deep_image()
+    channel = list(source.spec().channelnames).index("id")
+    ids = {
+        deep.deep_value_uint(pixel, channel, sample)
+        for pixel in range(0, deep.pixels, 7)
+        for sample in range(deep.samples(pixel))
+    }
+    assert min(ids) >= 1
+    assert max(ids) <= 300
+
+
+def test_a_frame_in_python_has_the_layers_that_are_asked_for(scene):
+    frame = bg.paint(scene, "oil", size="96x64", strokes=200, layers="normal,id", clean="off", up="-y")
+    assert set(frame.layers) == {"normal", "brush", "layer", "paint"}
+    lengths = np.linalg.norm(frame.layers["normal"], axis=2)
+    assert lengths[frame.layers["paint"] > 0.5] == pytest.approx(1, abs=1e-5)
+    assert bg.paint(scene, "oil", size="96x64", strokes=200, clean="off", up="-y").layers == {}
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--layers", "normal", "-o", "a.png"], "layers must be written to .exr, got a.png; write a.exr"),
+        (["--deep", "-o", "a.tif"], "deep must be written to .exr, got a.tif; write a.exr"),
+        (["--layers", "motion", "-o", "a.exr"], "layers must not have motion in one picture"),
+        (["--layers", "normals", "-o", "a.exr"], "layers must be names out of depth, normal, motion"),
+        (["--deep", "--layers", "uv", "-o", "a.exr"], "layers cannot be combined with deep"),
+        (["--orbit", "3", "--layers", "uv", "-o", "a.mp4"], "layers must be written to .exr, got a.mp4"),
+    ],
+)
+def test_layers_that_cannot_be_written_are_refused_before_any_work(
+    scene, tmp_path, monkeypatch, capsys, words, sentence
+):
+    monkeypatch.chdir(tmp_path)
+    assert main(["render", str(scene), *words]) == 2
+    assert sentence in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_passes_are_explained_without_a_scene(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["render", "--passes"])
+    told = capsys.readouterr().out
+    assert ended.value.code == 0
+    assert all(name in told for name in LAYERS)
+    assert all(channels.split()[0] in told for channels in LAYER_CHANNELS.values())
