@@ -20,6 +20,7 @@ from brushgs.cameras.paths import plan_path
 from brushgs.io import read_scene
 from brushgs.io.pictures.images import encode_frame, read_image
 from brushgs.io.pictures.numbered import Manifest
+from brushgs.io.pictures.shot import Shot
 from brushgs.options.focus import Focus
 from brushgs.options.painting import (
     ClusterConfig,
@@ -172,7 +173,8 @@ def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(
     frame = next(islice(bg.render_sequence(strokes, path.closed, texture), 4, None))
     if suffix != ".exr":
         frame = replace(frame, depth=None)
-    assert encode_frame(frame, suffix, background=(1.0, 1.0, 1.0)) == files[f"00004{suffix}"]
+    known = Shot(path.cameras[4], 4, path.fps)
+    assert encode_frame(frame, suffix, (1.0, 1.0, 1.0), shot=known) == files[f"00004{suffix}"]
 
 
 def test_what_travels_to_a_process_is_light(scene):
