@@ -170,7 +170,7 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
         (["--background", "redish"], r"background must be white, black, .* got 'redish'"),
         (["--stroke", "swirll"], r"swirll: neither a file nor a built-in stroke, .*did you mean 'swirl'\?"),
         (["--filter", "blur"], r"--filter: invalid choice: 'blur'"),
-        (["-o", "a.bmp"], r"output must end in .png, .jpg, .jpeg, .tif, .*, .webp, got 'a.bmp'"),
+        (["-o", "a.bmp"], r"output must end in .png, .jpg, .jpeg, .tif, .*, .webp, .avif, got 'a.bmp'"),
         (["-o", "a.jpg", "--background", "transparent"], r"must not be transparent in a\.jpg, .* a\.png"),
         (["-o", "no/such/a.png"], r"no/such/a.png: the folder .* does not exist; create it first"),
         (["--no-such-flag"], r"unrecognized arguments: --no-such-flag"),

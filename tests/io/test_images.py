@@ -186,7 +186,8 @@ def test_the_sides_of_a_picture_may_be_one_pixel(tmp_path: Path) -> None:
 
 def test_an_unknown_suffix_is_refused_with_those_known(tmp_path: Path) -> None:
     with pytest.raises(
-        ValueError, match=r"must end in one of \.png, \.jpg, .*, \.exr, \.webp, got '.*a\.bmp'; change"
+        ValueError,
+        match=r"must end in one of \.png, \.jpg, .*, \.exr, \.webp, \.avif, got '.*a\.bmp'; change",
     ):
         write_frame(make_frame(), tmp_path / "a.bmp")
 
@@ -373,7 +374,7 @@ def test_a_line_in_the_table_is_enough_to_read_a_format(
 
 
 def test_every_format_of_the_tables_has_its_modules() -> None:
-    for row in formats.PICTURE_FORMATS:
+    for row in (*formats.PICTURE_FORMATS, *formats.WRITTEN_ONLY):
         for module, function in ((row.precheck, "check_file"), (row.writer, "write")):
             assert module is None or callable(
                 getattr(import_module(f"brushgs.io.pictures.{module}"), function)

@@ -440,7 +440,7 @@ def test_a_folder_that_is_there_needs_no_slash(folder):
     ("output", "sentence"),
     [
         ("a.png", r"a path has many frames, but 'a\.png' is one picture; write a-%05d\.png"),
-        ("a.avi", r"output of a path must be a folder or end in one of \.mp4, .*\.webp, got 'a\.avi'"),
+        ("a.avi", r"output of a path must be a folder or end in one of \.mp4, .*\.avif, got 'a\.avi'"),
         ("%05d.bmp", r"output of a path must be a folder or end in one of"),
         ("%d-%d.png", r"must hold one number such as %05d, got '%d-%d\.png'; write %05d\.png"),
         ("%s.png", r"must hold one number such as %05d"),

@@ -122,6 +122,12 @@ PICTURE_FORMATS = (
     PictureFormat("BMP", (".bmp",), begins_with(b"BM")),
     PictureFormat("Radiance HDR", (".hdr",), begins_with(b"#?RADIANCE", b"#?RGBE"), is_linear=True),
 )
+# Without transparency: so it is with the encoder in the wheels of PyAV, which takes none.
+WRITTEN_ONLY = (
+    PictureFormat(
+        "AVIF", (".avif",), begins_with(), writer="avif", bits=(8, 10), note="8 or 10 bit", holds_alpha=False
+    ),
+)
 VIDEO_CODECS: Mapping[str, VideoCodec] = {
     # One chroma sample for each 2 x 2 pixels, so sides are even; x264 refuses longer ones.
     "h264": VideoCodec("H.264", "h264", max_side=16384, has_even_sides=True),
@@ -140,7 +146,7 @@ VIDEO_FORMATS = (
     # Delays count in hundredths of a second, and viewers take a delay of 1 for 10.
     VideoFormat((".gif",), "gif", ("gif",), max_fps=50),
 )
-WRITTEN_PICTURES = tuple(row for row in PICTURE_FORMATS if row.writer)
+WRITTEN_PICTURES = tuple(row for row in (*PICTURE_FORMATS, *WRITTEN_ONLY) if row.writer)
 PICTURE_SUFFIXES = suffixes_of(WRITTEN_PICTURES)  # that a picture may be written to
 VIDEO_SUFFIXES = suffixes_of(VIDEO_FORMATS)
 # For help and error texts, such as "PNG, JPEG ...", ".png (8 bit) ..." and ".mp4 (H.264) ...".

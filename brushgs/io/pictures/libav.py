@@ -5,7 +5,7 @@ random number or version of the writer is written.
 """
 
 import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from brushgs.errors import SceneError
 from brushgs.io.pictures.bt709 import planes_of
 from brushgs.io.pictures.encoding import Encoding
 from brushgs.io.pictures.pixels import Pixels
@@ -143,6 +144,17 @@ class EncodedVideo:
                 packet.dts = int(frames / packet.time_base)
             self._container.mux(packet)
             self._num_packets += 1
+
+
+@contextlib.contextmanager
+def as_scene_error(path: Path) -> Iterator[None]:
+    """Errors of libav in writing as SceneErrors."""
+    import av
+
+    try:
+        yield
+    except av.FFmpegError as error:
+        raise SceneError(path, f"cannot be written ({error.strerror}); check the disk") from None
 
 
 def open_container(stack: contextlib.ExitStack, film: Film, options: Mapping[str, str] | None = None) -> Any:

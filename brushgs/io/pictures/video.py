@@ -13,11 +13,10 @@ from pathlib import Path
 
 from brushgs.arrays import Array
 from brushgs.colors import rgb_of
-from brushgs.errors import SceneError
 from brushgs.io.files import replacing
 from brushgs.io.pictures.encoding import choose_encoding, codec_of, video_format_of
 from brushgs.io.pictures.formats import VIDEO_SUFFIXES
-from brushgs.io.pictures.libav import Film, VideoWriter
+from brushgs.io.pictures.libav import Film, VideoWriter, as_scene_error
 from brushgs.io.pictures.pixels import video_pixels
 from brushgs.scene import Frame
 
@@ -168,19 +167,8 @@ def open_video(
     check_size(path, width, height, codec)
     module = import_module(f"brushgs.io.pictures.{codec_of(path, codec).writer}")
     rate, size = Fraction(fps).limit_denominator(1001), padded_size(path, width, height, codec)
-    with replacing(path) as temporary, _as_scene_error(path), contextlib.ExitStack() as stack:
+    with replacing(path) as temporary, as_scene_error(path), contextlib.ExitStack() as stack:
         film = Film(temporary, video_format_of(path).container, size, rate, encoding, loops)
         writer: VideoWriter = module.open_writer(stack, film)
         yield writer
         writer.finish()
-
-
-@contextmanager
-def _as_scene_error(path: Path) -> Iterator[None]:
-    """Errors of libav in writing as SceneErrors."""
-    import av
-
-    try:
-        yield
-    except av.FFmpegError as error:
-        raise SceneError(path, f"cannot be written ({error.strerror}); check the disk") from None
