@@ -10,12 +10,12 @@ from typing import Any, BinaryIO, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.io.gltf_file import BINARY_CHUNK, JSON_CHUNK
 from brushgs.version import __version__
 
 _TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 _COMPONENTS = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint32": 5125, "float32": 5126}
 _TARGETS = {"vertices": 34962, "indices": 34963}
-_JSON_CHUNK, _BINARY_CHUNK = b"JSON", b"BIN\0"
 MOST_BYTES = 2**32 - 1  # the header counts them in 32 bits
 
 
@@ -101,9 +101,9 @@ class GlbWriter:
                 f"a GLB file must have less than 4 GiB, got {total / 2**30:.1f}; write less into it"
             )
         file.write(struct.pack("<4sII", b"glTF", 2, total))
-        file.write(struct.pack("<I4s", len(text), _JSON_CHUNK) + text)
+        file.write(struct.pack("<II", len(text), JSON_CHUNK) + text)
         if binary:
-            file.write(struct.pack("<I4s", binary, _BINARY_CHUNK))
+            file.write(struct.pack("<II", binary, BINARY_CHUNK))
             for part in self._parts:
                 file.write(part)
             file.write(bytes(binary - self._size))

@@ -5,8 +5,6 @@ viewers. The numbers stay as they are, and our reader takes them so. Rows keep t
 with brushes, which are sorted by these. Source: Khronos, KHR_gaussian_splatting (release candidate).
 """
 
-import json
-import struct
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.io.files import replacing
-from brushgs.io.gltf_file import BINARY_CHUNK, JSON_CHUNK
+from brushgs.io.glb import GlbWriter
 from brushgs.io.scene_node import SCENE_NODE
 from brushgs.io.scenes.finite_logs import finite_scales, unit_quats
 from brushgs.io.scenes.gltf import EXTENSION
@@ -23,12 +21,8 @@ from brushgs.io.scenes.order import brush_order
 from brushgs.io.scenes.stored import Stored
 from brushgs.io.scenes.upright_notes import NOTES, notes_of
 from brushgs.scene import FirstView, Gaussians
-from brushgs.version import __version__
 
-_TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
-_FLOAT, _POINTS = 5126, 0
-_MOST_BYTES = (1 << 32) - 1  # of a .glb, whose lengths have 32 bits
-_HEADER, _CHUNK = struct.Struct("<4sII"), struct.Struct("<II")
+POINTS = 0  # the mode of a primitive
 
 
 def write_scene(
@@ -57,45 +51,19 @@ def write_scene(
         rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes, order=order
     )
     notes = notes_of(stored)
-    widths = {name: column[0].size for name, column in _columns(rows.take(slice(0, 1)))}
-    sizes = [4 * len(rows) * width for width in widths.values()]
-    starts = np.cumsum([0, *sizes]).tolist()
-    model = {
-        "asset": {"version": "2.0", "generator": f"brushgs {__version__}"},
-        "extensionsUsed": [EXTENSION],
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0, "name": SCENE_NODE, "rotation": notes["turn"]}],
-        "meshes": [{"primitives": [_primitive(widths)]}],
-        "accessors": [
-            _accessor(index, name, width, rows) for index, (name, width) in enumerate(widths.items())
-        ],
-        "bufferViews": [
-            {"buffer": 0, "byteOffset": start, "byteLength": size}
-            for start, size in zip(starts, sizes, strict=False)
-        ],
-        "buffers": [{"byteLength": starts[-1]}],
-        "extras": {NOTES: notes},
-    }
-    text = json.dumps(model, separators=(",", ":"), allow_nan=False).encode("ascii")
-    text += b" " * (-len(text) % 4)
-    total = _HEADER.size + 2 * _CHUNK.size + len(text) + starts[-1]
-    if total > _MOST_BYTES:
-        raise ValueError(
-            f"save: a .glb must have less than 4 GiB, got {total / 2**30:.1f} for {len(rows):,} Gaussians; "
-            "write a .ply or .sog"
-        )
+    model = GlbWriter()
+    model.uses(EXTENSION)
+    model.add("meshes", primitives=[_primitive(model, rows)])
+    model.add("nodes", mesh=0, name=SCENE_NODE, rotation=notes["turn"])
+    model.add("scenes", nodes=[0])
+    model.top |= {"scene": 0, "extras": {NOTES: notes}}
     with replacing(path) as temporary, temporary.open("wb") as file:
-        file.write(_HEADER.pack(b"glTF", 2, total))
-        file.write(_CHUNK.pack(len(text), JSON_CHUNK) + text)
-        file.write(_CHUNK.pack(starts[-1], BINARY_CHUNK))
-        for _, column in _columns(rows):
-            file.write(np.ascontiguousarray(column, "<f4").tobytes())
+        model.write(file)
     return order if stored.order is None else None
 
 
 def _columns(rows: Gaussians) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Name and numbers of each attribute, [n] or [n, width]; one at a time in memory."""
+    """Name and numbers of each attribute, [n] or [n, width]."""
     yield "POSITION", rows.means
     yield f"{EXTENSION}:ROTATION", unit_quats(rows.quats)[:, [1, 2, 3, 0]]
     yield f"{EXTENSION}:SCALE", finite_scales(rows.scales)
@@ -105,27 +73,16 @@ def _columns(rows: Gaussians) -> Iterator[tuple[str, NDArray[Any]]]:
             yield f"{EXTENSION}:SH_DEGREE_{degree}_COEF_{index}", rows.sh[:, degree**2 + index]
 
 
-def _primitive(names: Sequence[str] | dict[str, int]) -> dict[str, Any]:
-    """The points, with an accessor for each attribute."""
+def _primitive(model: GlbWriter, rows: Gaussians) -> dict[str, Any]:
+    """The points, with an accessor for each attribute; the standard asks for the bounds of positions."""
+    attributes = {
+        name: model.accessor(column.astype(np.float32), "vertices", has_bounds=name == "POSITION")
+        for name, column in _columns(rows)
+    }
     own = {
         "kernel": "ellipse",
         "colorSpace": "srgb_rec709_display",
         "projection": "perspective",
         "sortingMethod": "cameraDistance",
     }
-    attributes = {name: index for index, name in enumerate(names)}
-    return {"mode": _POINTS, "attributes": attributes, "extensions": {EXTENSION: own}}
-
-
-def _accessor(index: int, name: str, width: int, rows: Gaussians) -> dict[str, Any]:
-    """The description of one attribute; the standard asks for the bounds of positions."""
-    accessor = {
-        "bufferView": index,
-        "componentType": _FLOAT,
-        "count": len(rows),
-        "type": _TYPES[width],
-    }
-    if name == "POSITION":
-        means = rows.means.astype(np.float32)
-        accessor |= {"min": means.min(axis=0).tolist(), "max": means.max(axis=0).tolist()}
-    return accessor
+    return {"mode": POINTS, "attributes": attributes, "extensions": {EXTENSION: own}}
