@@ -1,10 +1,11 @@
-"""Writes the pictures of the README: a painting, four charts and three moving pictures.
+"""Writes the pictures of the README: a painting, five charts and three moving pictures.
 
 still_life.jpg  what `brushgs demo` paints
 looks.jpg       the still life in six looks
 grow.webp       the painting comes into being
 strokes.jpg     lemon, pear and apple with every built-in stroke
 styles.jpg      four paintings of `tests.bench.mark_paintings`, and the still life in the style of each
+layers.jpg      layers of a painting, for compositing
 options.jpg     one view of the still life, once for each line of `OPTIONS`
 sway.webp       a loop: the camera moves to both sides of the still life and back
 film.webp       the still life in motion: the pear rolls, a draught lifts the cloth, the lamp swings
@@ -26,7 +27,9 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 from moving_still_life import swaying
+from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 from rich.console import Console
 from rich.progress import track
@@ -34,6 +37,7 @@ from rich.progress import track
 import brushgs as bg
 from brushgs.brushes.texture import builtin_names
 from brushgs.cli import main as brushgs
+from brushgs.layers import Matte
 from brushgs.still_life import still_life_camera
 from brushgs.still_life.moving import still_life_moving
 
@@ -102,9 +106,17 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=60, help="of each moving picture, 3 or more")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
-    names = "still_life.jpg", "looks.jpg", "grow.webp", "strokes.jpg", "options.jpg", "styles.jpg"
+    names = (
+        "still_life.jpg",
+        "looks.jpg",
+        "grow.webp",
+        "strokes.jpg",
+        "options.jpg",
+        "styles.jpg",
+        "layers.jpg",
+    )
     files = [args.output / name for name in (*names, "sway.webp", "film.webp")]
-    painting, looks, growing, strokes, options, styles, moving, film = files
+    painting, looks, growing, strokes, options, styles, layers, moving, film = files
     print(f"writes {', '.join(map(str, files))}")
 
     with tempfile.TemporaryDirectory() as name:
@@ -116,6 +128,7 @@ def main() -> None:
         save_animation(growing_picture(folder, args.frames), growing)
         options_chart(folder).save(options, quality=85)
         styles_chart(folder).save(styles, quality=85)
+        layers_chart(folder).save(layers, quality=85)
         save_animation(moving_picture(folder, args.frames), moving)
         save_animation(film_of_scene(folder, args.frames), film)
         scene = bg.load(folder / "still_life.ply")
@@ -194,6 +207,33 @@ def looks_chart(folder: Path) -> Image.Image:
         run("render", scene, "--look", look, "--camera-file", view, "-o", folder / "cell.png")
         cells.append(Cell(look, open_picture(folder / "cell.png")))
     return chart(cells, columns=2)
+
+
+def layers_chart(folder: Path) -> Image.Image:
+    """The still life in oil, and what its layers hold, as colours."""
+    view = write_views([still_life_camera(width=480, height=360)], folder / "cameras.json")
+    frame = bg.paint(folder / "still_life.ply", "oil", camera_file=view, layers="all")
+    layers, painted = frame.layers, frame.layers["paint"][..., None]
+    near, far = np.percentile(layers["depth"][painted[..., 0] > 0.9], (1, 99))
+    pictures = {
+        "the picture": frame.over("white"),
+        "normal": painted * (0.5 + 0.5 * layers["normal"] * (1, -1, -1)),
+        "depth": painted * ((far - layers["depth"]) / (far - near))[..., None],
+        "uv": np.dstack([layers["uv"], 0 * painted]),
+        "stroke": colors_of(layers["stroke"]),
+        "height": 0.3 + 0.4 * layers["height"][..., None],
+    }
+    cells = []
+    for name, values in pictures.items():
+        pixels = (255 * np.clip(np.broadcast_to(values, frame.rgb.shape), 0, 1)).astype(np.uint8)
+        cells.append(Cell(name, Image.fromarray(pixels)))
+    return chart(cells, columns=3)
+
+
+def colors_of(matte: Matte) -> NDArray[np.float64]:
+    """A matte in colours, one for each thing, mixed as it covers pixels."""
+    colors = np.random.default_rng(0).uniform(0.1, 1, (len(matte.names) + 1, 3))
+    return np.einsum("hwk,hwkc->hwc", matte.coverage, colors[matte.rows])
 
 
 def growing_picture(folder: Path, num_frames: int) -> list[Image.Image]:

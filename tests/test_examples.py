@@ -111,10 +111,11 @@ def test_make_pictures(tmp_path, monkeypatch, capfd):
     assert is_a_picture(tmp_path / "strokes.jpg", 1218, 1180)
     assert is_a_picture(tmp_path / "options.jpg", 1212, 1344)
     assert is_a_picture(tmp_path / "styles.jpg", 1618, 1008)
+    assert is_a_picture(tmp_path / "layers.jpg", 1452, 792)
     assert is_a_picture(tmp_path / "sway.webp", 480, 360)
     assert is_a_picture(tmp_path / "film.webp", 480, 360)
     printed = capfd.readouterr()
-    assert printed.out.count("\n") == 9
+    assert printed.out.count("\n") == 10
     assert printed.err == ""  # no progress bar in a pipe
 
 
