@@ -89,15 +89,18 @@ def load_cameras(path: str | Path) -> "list[Camera]":
     return read_cameras(path).cameras
 
 
-def save(value: "Gaussians | Frame", path: str | Path) -> None:
-    """Write Gaussians (.ply) or a frame (.png, .jpg, .webp, .tif, .exr); the suffix decides the format.
+def save(value: "Gaussians | Frame", path: str | Path, *, background: str | None = None) -> None:
+    """Write Gaussians or a frame; the suffix decides the format, and the file appears when it is complete.
 
-    The file appears when it is complete. A frame keeps its transparency, and a JPEG, which holds none, is on
-    white.
+    Args:
+        value: what is written.
+        path: its name, see `brushgs.save`.
+        background: what a frame stands on, a colour by name or "#rrggbb"; None or "transparent" keeps its
+            transparency, but in formats that hold none it is on white.
 
     Raises:
         TypeError: if `value` is something else.
-        ValueError: if the suffix does not suit the value.
+        ValueError: if the suffix does not suit the value, or the background is no colour.
         SceneError: if the file cannot be written.
     """
     from brushgs.scene import Frame, Gaussians
@@ -107,9 +110,13 @@ def save(value: "Gaussians | Frame", path: str | Path) -> None:
 
         write_scene(value, path)
     elif isinstance(value, Frame):
+        from brushgs.colors import rgb_of
         from brushgs.io.pictures.formats import holds_alpha
         from brushgs.io.pictures.images import write_frame
 
-        write_frame(value, path, background=None if holds_alpha(path) else (1.0, 1.0, 1.0))
+        if background is None or background == "transparent":
+            write_frame(value, path, background=None if holds_alpha(path) else (1.0, 1.0, 1.0))
+        else:
+            write_frame(value, path, background=rgb_of(background))
     else:
         raise TypeError(f"save: value must be Gaussians or a Frame, got {type(value).__name__}")

@@ -25,13 +25,16 @@ def save(
     background: str | None = None,
     **options: Any,
 ) -> None:
-    """Write Gaussians (.ply), a frame (.png, .jpg, .webp, .tif, .exr), or painted strokes (.html, .glb).
+    """Write Gaussians, a frame (.png, .jpg, .webp, .avif, .tif, .exr), or painted strokes (.html, .glb).
 
-    The suffix decides the format, and the file appears when it is complete. A frame keeps its transparency,
-    and a JPEG, which holds none, is on white. The arguments by name are those of painted strokes. A page
-    (.html) is one file that a browser opens without a server, and in which the strokes can be turned. A model
-    (.glb) has a textured rectangle for each stroke, for 3D programs: in the plane of the stroke's two longest
-    axes, or, where there is a camera, the box that `render` paints in that view.
+    The suffix decides the format, and the file appears when it is complete. Gaussians go to .ply, .glb and
+    .usd as they are, to .spz, .sog, .splat and .compressed.ply rounded. A frame keeps its transparency, but on
+    a background, and in JPEG and AVIF, which hold none: there it is on white. An .exr has its layers.
+
+    The other arguments are those of painted strokes. A page (.html) is one file that a browser opens without
+    a server, and in which the strokes can be turned. A model (.glb) has a textured rectangle for each stroke,
+    for 3D programs: in the plane of the stroke's two longest axes, or, where there is a camera, the box that
+    `render` paints in that view.
 
     Args:
         value: what is written.
@@ -39,7 +42,8 @@ def save(
         texture: what strokes are painted with, see `render`; painted strokes need it.
         camera: the first view; None frames the strokes.
         title: any text; None for the name of the file.
-        background: of a page, the name of a colour, "#rrggbb" or "transparent"; None for white.
+        background: of a frame or a page, the name of a colour, "#rrggbb" or "transparent"; None keeps the
+            transparency of a frame, and is white for a page.
         **options: `lock`, `num_sigmas`, `low_pass` and `underpaint`, of a page also `filter`, `streaks` and
             `relief`, see `render`. Where there is relief, the default `Lamp` shines on it.
 
@@ -51,14 +55,17 @@ def save(
     Example:
         >>> bg.save(strokes, "strokes.ply")
         >>> frame = bg.render(strokes, camera, "flat")
-        >>> bg.save(frame, "painting.png")
+        >>> bg.save(frame, "painting.png", background="white")
         >>> bg.save(strokes, "painting.html", texture="flat", underpaint=True)
     """
-    from brushgs.scene import Gaussians
+    from brushgs.scene import Frame, Gaussians
 
     suffix = Path(path).suffix.lower()
     given = {"texture": texture, "camera": camera, "title": title, "background": background} | options
     given = {name: argument for name, argument in given.items() if argument is not None}
+    if isinstance(value, Frame) and given.keys() == {"background"}:
+        save_file(value, path, background=background)
+        return
     if suffix not in PAGE_SUFFIXES and not (suffix in QUAD_SUFFIXES and given):
         if given:
             names = ", ".join(given)

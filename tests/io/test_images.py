@@ -225,6 +225,17 @@ def test_save_writes_frames_by_suffix(tmp_path: Path) -> None:
 # ---- reading
 
 
+def test_save_puts_a_frame_on_a_background(tmp_path: Path) -> None:
+    frame = make_frame()
+    bg.save(frame, tmp_path / "a.png", background="#336699")
+    write_frame(frame, tmp_path / "b.png", background=(0.2, 0.4, 0.6))
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    bg.save(frame, tmp_path / "c.png", background="transparent")
+    assert read_image(tmp_path / "c.png").shape[2] == 4
+    with pytest.raises(ValueError, match="mauvish"):
+        bg.save(frame, tmp_path / "d.png", background="mauvish")
+
+
 def test_straight_colours_are_read_to_the_bit_even_where_alpha_is_zero(tmp_path: Path) -> None:
     rgba = np.random.default_rng(2).integers(0, 256, (4, 4, 4), dtype=np.uint8)
     rgba[0, :, 3] = 0
