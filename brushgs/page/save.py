@@ -28,8 +28,8 @@ def save(
     """Write Gaussians, a frame (.png, .jpg, .webp, .avif, .tif, .exr), or painted strokes (.html, .glb).
 
     The suffix decides the format, and the file appears when it is complete. Gaussians go to .ply, .glb and
-    .usd as they are, to .spz, .sog, .splat and .compressed.ply rounded. A frame keeps its transparency, but on
-    a background, and in JPEG and AVIF, which hold none: there it is on white. An .exr has its layers.
+    .usd as they are, to .spz, .sog, .splat and .compressed.ply rounded. A frame keeps its transparency, but
+    on a background, and in JPEG and AVIF, which hold none: there it is on white. An .exr has its layers.
 
     The other arguments are those of painted strokes. A page (.html) is one file that a browser opens without
     a server, and in which the strokes can be turned. A model (.glb) has a textured rectangle for each stroke,

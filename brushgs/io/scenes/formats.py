@@ -28,9 +28,8 @@ class SceneFormat(NamedTuple):
         suffixes: of its files, in lower case, the usual one first; the suffix decides what is written.
         matches: whether a path with these first bytes is of this format; a folder has no first bytes.
         reader: module of this package with `open_scene(path) -> SceneFile`; None if it is not read.
-        writer: module of this package with `write_scene(gaussians, path, *, is_strokes, scene, first_view,
-            brushes)`; it returns the rows in the order of the file, None where that is theirs. None if the
-            format is not written.
+        writer: module of this package with `write_scene(gaussians, path, known: Stored)`; it returns the
+            rows in the order of the file, None where that is theirs. None if the format is not written.
         note: which files of this format are read, for help texts.
         written: the suffixes that are written, where these are not all.
         rounds: whether what is written is rounded beyond float32, so that its error is worth telling.

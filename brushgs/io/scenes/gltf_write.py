@@ -5,7 +5,7 @@ viewers. The numbers stay as they are, and our reader takes them so. Rows keep t
 with brushes, which are sorted by these. Source: Khronos, KHR_gaussian_splatting (release candidate).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +18,9 @@ from brushgs.io.scene_node import SCENE_NODE
 from brushgs.io.scenes.finite_logs import finite_scales, unit_quats
 from brushgs.io.scenes.gltf import EXTENSION
 from brushgs.io.scenes.order import brush_order
-from brushgs.io.scenes.stored import Stored
+from brushgs.io.scenes.stored import NOTHING, Stored
 from brushgs.io.scenes.upright_notes import NOTES, notes_of
-from brushgs.scene import FirstView, Gaussians
+from brushgs.scene import Gaussians
 
 POINTS = 0  # the mode of a primitive
 
@@ -28,15 +28,11 @@ POINTS = 0  # the mode of a primitive
 def write_scene(
     gaussians: Gaussians,
     path: str | Path,
-    *,
-    is_strokes: bool = False,
-    scene: str | None = None,
-    first_view: FirstView | None = None,
-    brushes: Sequence[str] = (),
+    known: Stored = NOTHING,
 ) -> NDArray[np.int64] | None:
     """Write one primitive of points, and what is recorded as `extras`.
 
-    Arguments as in `brushgs.io.scenes.write.write_scene`. Rotations are written with length 1.
+    `known` is what is recorded. Rotations are written with length 1.
 
     Returns:
         The rows in the order of the file; None if it is theirs, or recorded.
@@ -47,9 +43,7 @@ def write_scene(
     """
     order = brush_order(gaussians)
     rows = gaussians if order is None else gaussians.take(order)
-    stored = Stored.of(
-        rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes, order=order
-    )
+    stored = known.sorted_by(rows, order)
     notes = notes_of(stored)
     model = GlbWriter()
     model.uses(EXTENSION)

@@ -4,7 +4,6 @@ The layout, its constants and its source are those of `ply_compressed`. Rows are
 space, so that those of a chunk are near each other.
 """
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +17,8 @@ from brushgs.io.scenes.order import spatial_order
 from brushgs.io.scenes.ply_compressed import AXES, CHUNK_ROWS, FOUR, PACKED, SH_RANGE, SMALL_BITS, THREE
 from brushgs.io.scenes.ply_write import header_comments
 from brushgs.io.scenes.rounding import fractions_of, rounded
-from brushgs.io.scenes.stored import Stored
-from brushgs.scene import FirstView, Gaussians
+from brushgs.io.scenes.stored import NOTHING, Stored
+from brushgs.scene import Gaussians
 from brushgs.sh import C0
 
 _LARGEST_LOG = 20.0  # of a scale: some readers clip there
@@ -29,15 +28,11 @@ _ENDS = "min", "max"
 def write_scene(
     gaussians: Gaussians,
     path: str | Path,
-    *,
-    is_strokes: bool = False,
-    scene: str | None = None,
-    first_view: FirstView | None = None,
-    brushes: Sequence[str] = (),
+    known: Stored = NOTHING,
 ) -> NDArray[np.int64] | None:
     """Write chunks, packed rows and spherical harmonics of 8 bits, with comments as in a PLY.
 
-    Arguments as in `brushgs.io.scenes.write.write_scene`. Scales are clipped to exp(-20) to exp(20) units,
+    `known` is what is recorded. Scales are clipped to exp(-20) to exp(20) units,
     harmonics to -4 to 4.
 
     Returns:
@@ -49,11 +44,8 @@ def write_scene(
     """
     order = spatial_order(gaussians)
     rows = gaussians.take(order)
-    known = Stored.of(
-        rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes, order=order
-    )
-    stored = known._replace(is_strokes=False, antialiased=False)  # which comments of their own say
-    comment = header_comments(stored, is_strokes=is_strokes, antialiased=gaussians.antialiased)
+    known = known.sorted_by(rows, order)
+    comment = header_comments(known)
     columns = {
         "position": rows.means.astype(np.float32),
         "scale": np.clip(logs_of(rows.scales), -_LARGEST_LOG, _LARGEST_LOG).astype(np.float32),
@@ -85,7 +77,7 @@ def write_scene(
         file.write(f"{header}end_header\n".encode("ascii"))
         for _, _, _, values in elements:
             file.write(values.tobytes())
-    return order if stored.order is None else None
+    return order if known.order is None else None
 
 
 def _ranges(column: F32) -> tuple[F32, F32]:

@@ -1,6 +1,5 @@
 """Gaussians become a PLY file of the standard layout, which every 3DGS viewer and trainer reads."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +8,9 @@ from brushgs.arrays import Array
 from brushgs.io.files import replacing
 from brushgs.io.scenes.finite_logs import logits_of, logs_of
 from brushgs.io.scenes.ply_header import BRUSH, MIP, STROKES
-from brushgs.io.scenes.stored import Stored
+from brushgs.io.scenes.stored import NOTHING, Stored
 from brushgs.io.scenes.view_comments import comment_lines
-from brushgs.scene import FirstView, Gaussians
+from brushgs.scene import Gaussians
 
 _BLOCK_ROWS = 1 << 14
 
@@ -19,11 +18,7 @@ _BLOCK_ROWS = 1 << 14
 def write_scene(
     gaussians: Gaussians,
     path: str | Path,
-    *,
-    is_strokes: bool = False,
-    scene: str | None = None,
-    first_view: FirstView | None = None,
-    brushes: Sequence[str] = (),
+    known: Stored = NOTHING,
 ) -> None:
     """Write Gaussians as binary little-endian float32, log-scales and opacity logits.
 
@@ -35,10 +30,7 @@ def write_scene(
     Args:
         gaussians: N >= 1 Gaussians.
         path: the name of the file; appears when it is complete.
-        is_strokes: whether a comment states that they are strokes: painting keeps all of them by default.
-        scene: name of the scene that they were made of, for a comment.
-        first_view: of that scene, for comments.
-        brushes: names of the brushes that strokes have rows of, for comments; omitted where they have none.
+        known: what comments state.
 
     Raises:
         ValueError: if the names of brushes are too long.
@@ -47,9 +39,7 @@ def write_scene(
     names = _names(gaussians.sh.shape[1])
     lines = "".join(f"property float {name}\n" for name in names)
     lines += f"property uchar {BRUSH}\n" if gaussians.brushes is not None else ""
-    has_brushes = gaussians.brushes is not None
-    stored = Stored(scene, first_view, tuple(brushes) if has_brushes else ())
-    comment = header_comments(stored, is_strokes=is_strokes, antialiased=gaussians.antialiased)
+    comment = header_comments(known)
     begin = f"ply\nformat binary_little_endian 1.0\n{comment}element vertex {len(gaussians)}\n"
     header = f"{begin}{lines}end_header\n"
     with replacing(path) as temporary, temporary.open("wb") as file:
@@ -58,10 +48,11 @@ def write_scene(
             file.write(_encode(gaussians.take(slice(start, start + _BLOCK_ROWS)), len(names)))
 
 
-def header_comments(stored: Stored, *, is_strokes: bool, antialiased: bool) -> str:
-    """Header lines that record what is stored, each with its newline."""
-    texts = [STROKES] * is_strokes + [MIP] * antialiased
-    return "".join(f"{line}\n" for line in [*(f"comment {text}" for text in texts), *comment_lines(stored)])
+def header_comments(known: Stored) -> str:
+    """Header lines that record what is known, each with its newline."""
+    texts = [STROKES] * known.is_strokes + [MIP] * known.antialiased
+    others = comment_lines(known._replace(is_strokes=False, antialiased=False))
+    return "".join(f"{line}\n" for line in [*(f"comment {text}" for text in texts), *others])
 
 
 def _names(num_terms: int) -> tuple[str, ...]:

@@ -7,7 +7,6 @@ space, so that neighbours in a picture are alike, which packs better.
 import json
 import tempfile
 import zipfile
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +22,8 @@ from brushgs.io.scenes.sog import QUAT_TAG
 from brushgs.io.scenes.sog_codebook import levels_of, nearest_levels, palette_of
 from brushgs.io.scenes.sog_files import META
 from brushgs.io.scenes.sog_meta import MAX_PALETTE, NOTES, PALETTE_ROW, mean_logs
-from brushgs.io.scenes.stored import Stored, content_of
-from brushgs.scene import FirstView, Gaussians
+from brushgs.io.scenes.stored import NOTHING, Stored, content_of
+from brushgs.scene import Gaussians
 from brushgs.version import __version__
 
 _WHOLE = 65535  # the largest number of 16 bits
@@ -39,15 +38,11 @@ _DATE = (1980, 1, 1, 0, 0, 0)  # of the members: the first that a zip archive ca
 def write_scene(
     gaussians: Gaussians,
     path: str | Path,
-    *,
-    is_strokes: bool = False,
-    scene: str | None = None,
-    first_view: FirstView | None = None,
-    brushes: Sequence[str] = (),
+    known: Stored = NOTHING,
 ) -> NDArray[np.int64] | None:
     """Write the pictures and what they mean.
 
-    Arguments as in `brushgs.io.scenes.write.write_scene`. The colours of Gaussians whose opacity rounds to 0
+    `known` is what is recorded. The colours of Gaussians whose opacity rounds to 0
     are lost; these are not seen.
 
     Returns:
@@ -59,9 +54,7 @@ def write_scene(
     """
     order = spatial_order(gaussians)
     rows = gaussians.take(order)
-    stored = Stored.of(
-        rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes, order=order
-    )
+    stored = known.sorted_by(rows, order)
     logs = mean_logs(rows.means)
     low, high = logs.min(axis=0), logs.max(axis=0)
     places = rounded(fractions_of(logs, low, high) * _WHOLE, _WHOLE)

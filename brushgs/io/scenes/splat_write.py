@@ -5,7 +5,6 @@ their order.
 """
 
 import warnings
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +15,9 @@ from brushgs.io.formats import in_words
 from brushgs.io.scenes.finite_logs import finite_scales, unit_quats
 from brushgs.io.scenes.rounding import rounded
 from brushgs.io.scenes.splat import QUAT_ZERO
+from brushgs.io.scenes.stored import NOTHING, Stored
 from brushgs.io.scenes.unmarked import SPLAT_ROW_SIZE
-from brushgs.scene import FirstView, Gaussians
+from brushgs.scene import Gaussians
 from brushgs.sh import C0
 
 _ROW = np.dtype([("means", "<f4", 3), ("scales", "<f4", 3), ("rgba", "u1", 4), ("quats", "u1", 4)])
@@ -27,13 +27,9 @@ _BLOCK_ROWS = 1 << 16
 def write_scene(
     gaussians: Gaussians,
     path: str | Path,
-    *,
-    is_strokes: bool = False,
-    scene: str | None = None,
-    first_view: FirstView | None = None,
-    brushes: Sequence[str] = (),
+    known: Stored = NOTHING,
 ) -> None:
-    """Write rows of 32 bytes. Arguments as in `brushgs.io.scenes.write.write_scene`.
+    """Write rows of 32 bytes; nothing that is `known` of the scene is recorded.
 
     A SceneWarning names what is lost and matters to a painting. Colours outside 0 to 1 are clipped.
 
@@ -46,7 +42,7 @@ def write_scene(
             file.write(_encode(gaussians.take(slice(start, start + _BLOCK_ROWS))))
     lost = [
         *(["colours that change with the view"] if gaussians.sh.shape[1] > 1 else []),
-        *(["that they are strokes"] if is_strokes else []),
+        *(["that they are strokes"] if known.is_strokes else []),
         *(["brushes"] if gaussians.brushes is not None else []),
         *(["that they are antialiased"] if gaussians.antialiased else []),
     ]

@@ -6,7 +6,6 @@ axes are written as they are. Rows keep their order, but for strokes with brushe
 """
 
 import gzip
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +19,8 @@ from brushgs.io.scenes.rounding import rounded
 from brushgs.io.scenes.spz_container import MAX_FRACTIONAL_BITS, Header, pack_stream
 from brushgs.io.scenes.spz_decode import COLOR_SCALE, LOG_SCALE_STEPS, LOWEST_LOG_SCALE, SH_ZERO
 from brushgs.io.scenes.spz_extensions import notes_record
-from brushgs.io.scenes.stored import Stored, content_of, text_of
-from brushgs.scene import FirstView, Gaussians
+from brushgs.io.scenes.stored import NOTHING, Stored, content_of, text_of
+from brushgs.scene import Gaussians
 
 _VERSION = 3
 _LARGEST_POSITION = (1 << 23) - 1  # 24 bits with a sign
@@ -34,15 +33,11 @@ _PACKING = 6  # of gzip: 9 takes three times as long for 1 % less
 def write_scene(
     gaussians: Gaussians,
     path: str | Path,
-    *,
-    is_strokes: bool = False,
-    scene: str | None = None,
-    first_view: FirstView | None = None,
-    brushes: Sequence[str] = (),
+    known: Stored = NOTHING,
 ) -> NDArray[np.int64] | None:
     """Write a gzip stream of header, blocks and, where there is something to record, an extension.
 
-    Arguments as in `brushgs.io.scenes.write.write_scene`. Scales are clipped to exp(-10) to exp(5.94) units,
+    `known` is what is recorded. Scales are clipped to exp(-10) to exp(5.94) units,
     colours to -0.44 to 1.44, harmonics to -1 to 1. Positions have as many fractional bits as the extent of
     the scene asks for and its farthest centre leaves room for.
 
@@ -55,9 +50,7 @@ def write_scene(
     """
     order = brush_order(gaussians)
     rows = gaussians if order is None else gaussians.take(order)
-    stored = Stored.of(
-        rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes, order=order
-    )._replace(antialiased=False)  # which a flag says
+    stored = known.sorted_by(rows, order)._replace(antialiased=False)  # which a flag says
     content = content_of(stored)
     extensions = notes_record(text_of(content).encode("ascii")) if content else b""
     bits = _fractional_bits(rows)

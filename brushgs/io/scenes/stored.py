@@ -56,31 +56,16 @@ class Stored(NamedTuple):
     antialiased: bool = False
     order: NDArray[np.int64] | None = None
 
-    @classmethod
-    def of(
-        cls,
-        gaussians: Gaussians,
-        *,
-        is_strokes: bool,
-        scene: str | None,
-        first_view: FirstView | None,
-        brushes: Sequence[str],
-        order: NDArray[np.int64] | None,
-    ) -> "Stored":
-        """What a format without a column of brushes records; its rows are in the order of their brushes.
+    def sorted_by(self, rows: Gaussians, order: NDArray[np.int64] | None) -> "Stored":
+        """The same for a format without a column of brushes, whose rows are in the order of their brushes.
 
         Args:
-            gaussians: as the file has them.
-            is_strokes: as all that follows see `write_scene`.
-            scene: name.
-            first_view: of it.
-            brushes: names.
+            rows: as the file has them.
             order: [N] which row of those given each is; None if they lie in order.
         """
-        counts = None if gaussians.brushes is None else tuple(np.bincount(gaussians.brushes).tolist())
-        names = () if counts is None else tuple(brushes)
-        kept = order if is_strokes and len(gaussians) <= _MOST_ORDERED else None
-        return cls(scene, first_view, names, counts, is_strokes, gaussians.antialiased, kept)
+        counts = None if rows.brushes is None else tuple(np.bincount(rows.brushes).tolist())
+        kept = order if self.is_strokes and len(rows) <= _MOST_ORDERED else None
+        return self._replace(counts=counts, order=kept)
 
     def rows_of_brushes(self, num_rows: int) -> NDArray[np.uint8] | None:
         """[num_rows] the brush of each row, from `counts`; None if there are none, or they do not add up."""
@@ -100,6 +85,9 @@ class Stored(NamedTuple):
             if column is not None:
                 getattr(restored, field.name)[order] = column
         return restored
+
+
+NOTHING = Stored()  # known of a scene
 
 
 def content_of(stored: Stored) -> dict[str, Any]:

@@ -5,7 +5,6 @@ as the node of a .glb does. Rows keep their order, but for strokes with brushes,
 Source: OpenUSD, UsdVol, 26.03.
 """
 
-from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -18,10 +17,10 @@ from brushgs.io.files import replacing
 from brushgs.io.scene_node import SCENE_NODE
 from brushgs.io.scenes.finite_logs import finite_scales, unit_quats
 from brushgs.io.scenes.order import brush_order
-from brushgs.io.scenes.stored import Stored, text_of
+from brushgs.io.scenes.stored import NOTHING, Stored, text_of
 from brushgs.io.scenes.upright_notes import NOTES, notes_of
 from brushgs.io.usd.process import INSTALL, is_usd_here
-from brushgs.scene import FirstView, Gaussians
+from brushgs.scene import Gaussians
 
 _REACH = 3  # standard deviations that the extent of the prim includes
 
@@ -29,15 +28,11 @@ _REACH = 3  # standard deviations that the extent of the prim includes
 def write_scene(
     gaussians: Gaussians,
     path: str | Path,
-    *,
-    is_strokes: bool = False,
-    scene: str | None = None,
-    first_view: FirstView | None = None,
-    brushes: Sequence[str] = (),
+    known: Stored = NOTHING,
 ) -> NDArray[np.int64] | None:
     """Write one prim of splats, and what is recorded as its `customData`.
 
-    Arguments as in `brushgs.io.scenes.write.write_scene`; the suffix decides between text (.usda), binary and
+    `known` is what is recorded; the suffix decides between text (.usda), binary and
     an archive (.usdz). Rotations are written with length 1.
 
     Returns:
@@ -51,9 +46,7 @@ def write_scene(
         raise SceneError(path, f"is a USD file, which the package usd-core writes; install it with {INSTALL}")
     order = brush_order(gaussians)
     rows = gaussians if order is None else gaussians.take(order)
-    stored = Stored.of(
-        rows, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes, order=order
-    )
+    stored = known.sorted_by(rows, order)
     stage = _stage(rows, stored)
     with replacing(path) as temporary:
         if temporary.suffix.lower() == ".usdz":

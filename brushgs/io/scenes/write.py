@@ -9,6 +9,7 @@ import numpy as np
 
 from brushgs.io.formats import find_by_suffix
 from brushgs.io.scenes.formats import SCENE_SUFFIXES, WRITTEN_SCENES
+from brushgs.io.scenes.stored import Stored
 from brushgs.scene import FirstView, Gaussians
 
 if TYPE_CHECKING:
@@ -50,9 +51,9 @@ def write_scene(
         raise ValueError(f"save: Gaussians must go to a {known} file, got {str(path)!r}; change the suffix")
     _check(gaussians, brushes)
     writer = import_module(f"brushgs.io.scenes.{scene_format.writer}")
-    order = writer.write_scene(
-        gaussians, path, is_strokes=is_strokes, scene=scene, first_view=first_view, brushes=brushes
-    )
+    named = () if gaussians.brushes is None else tuple(brushes)
+    stored = Stored(scene, first_view, named, is_strokes=is_strokes, antialiased=gaussians.antialiased)
+    order = writer.write_scene(gaussians, path, stored)
     if not (measures and scene_format.rounds):
         return None
     from brushgs.io.scenes.losses import measure_losses
