@@ -119,8 +119,10 @@ def test_the_input_is_never_overwritten(ill: Path, capsys: pytest.CaptureFixture
     assert ill.read_bytes() == before
 
 
-def test_a_cured_scene_is_a_ply(ill: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, _, err = run(capsys, ill, "--fix", tmp_path / "cured.splat")
+def test_a_cured_scene_is_in_a_format_that_is_written(
+    ill: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, _, err = run(capsys, ill, "--fix", tmp_path / "cured.ksplat")
     assert code == 2
     assert "output must end in .ply" in err
 
