@@ -1,7 +1,7 @@
 """`brushgs render --passes`: what the layers of an EXR file are, and how they are put together."""
 
 import textwrap
-from argparse import Action, ArgumentParser, Namespace
+from argparse import ArgumentParser, Namespace, _HelpAction
 from typing import Any
 
 from brushgs.options.choices import LAYER_CHANNELS, LAYERS
@@ -22,11 +22,8 @@ exactly, encode them (sRGB), lay them over, and decode; deep files (--deep) hold
 that. Grading by a matte, or what replaces a whole matte, is not affected."""
 
 
-class ShowPasses(Action):
+class ShowPasses(_HelpAction):
     """Prints what each layer is, and ends the command, as --help does."""
-
-    def __init__(self, option_strings: Any, dest: str, **options: Any) -> None:
-        super().__init__(option_strings, dest, nargs=0, **options)
 
     def __call__(self, parser: ArgumentParser, namespace: Namespace, values: Any, flag: Any = None) -> None:
         """Print the table."""

@@ -219,9 +219,12 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
         ),
         (
             ["--orbit", "9", "--size", "16386x9"],
-            r"pictures in \.mp4 must be at most 16384 pixels wide and high",
+            r"pictures in \.mp4 with H\.264 must be at most 16384 pixels wide and high",
         ),
-        (["--orbit", "9", "--background", "transparent"], r"background must not be transparent in a video"),
+        (
+            ["--orbit", "9", "--background", "transparent"],
+            r"background must not be transparent in .*\.mp4, whose format holds no transparency",
+        ),
         (["--orbit", "9", "-o", "a.png"], r"a path has many frames, but 'a\.png' is one picture"),
         (["--orbit", "9", "-o", "no/such/%d.png"], r"the folder .*no does not exist; create it first"),
     ],

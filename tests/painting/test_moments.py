@@ -125,7 +125,7 @@ def test_a_still_scene_is_written_as_one_file(folder, tmp_path, monkeypatch, cap
     ("output", "sentence"),
     [
         ("a.ply", "a.ply is one scene, and {folder} moves; write a folder, a/, or add --time, one moment"),
-        ("a.spz", "output of a moving scene must be a folder, got 'a.spz'; write a folder, a/"),
+        ("a.ksplat", "output of a moving scene must be a folder, got 'a.ksplat'; write a folder, a/"),
         ("{folder}", "is an input, and {folder}/ would replace it; choose another folder"),
         ("{folder}/../", "is an input, and"),
     ],

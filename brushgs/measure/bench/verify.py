@@ -80,8 +80,8 @@ def check_equal(name: str, result: Any, verified: Any) -> None:
     """
     for field in fields(verified):
         one, other = getattr(result, field.name), getattr(verified, field.name)
-        is_same = one is other is None or (one is not None and np.array_equal(one, other))
-        if not is_same:
+        # Values that are no arrays, such as the scene, are the very same.
+        if one is not other and (one is None or not np.array_equal(one, other)):
             raise WrongPictureError(f"bench: {name} gave another result when it ran again: {field.name}")
 
 

@@ -74,7 +74,10 @@ def planes_of(frame: Frame, background: Background) -> list[Plane]:
     if (unlit := _values(frame, "unlit")) is not None:
         bare = Frame(unlit[..., :3], unlit[..., 3])
         planes += _planes("unlit.{}", "RGBA", "half", _light(bare, background))
-    if (paint := _values(frame, "paint")) is not None:
+    paint = _values(frame, "paint")
+    if paint is None and frame.layers and background is not None:
+        paint = frame.alpha
+    if paint is not None:
         planes += _planes("paint.{}", "A", "half", paint[..., None])
     return planes
 
