@@ -5,7 +5,10 @@ it is done in two levels, since 65,536 centroids of a million rows at once would
 hundreds of groups, then centroids within each, as many as its rows and their squared distances ask for.
 """
 
+import warnings
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -85,14 +88,28 @@ def palette_of(rows: F32, most: int) -> tuple[F32, NDArray[np.int64]]:
     distinct, labels = np.unique(rows, axis=0, return_inverse=True)
     if len(distinct) <= most:
         return distinct, labels.reshape(-1)
+    with _one_thread_each():
+        return _palette_of_groups(rows, most)
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Sums of k-means depend on how many threads share them. Fewer distinct rows than clusters are fine."""
+    from sklearn.exceptions import ConvergenceWarning
+    from threadpoolctl import threadpool_limits  # of scikit-learn
+
+    with threadpool_limits(1), warnings.catch_warnings():  # those of all threads
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        yield
+
+
+def _palette_of_groups(rows: F32, most: int) -> tuple[F32, NDArray[np.int64]]:
+    """The same for rows of which too many differ."""
     groups = _groups(rows)
     shares = _shares(rows, groups, most)
     entries: list[F32] = [rows[:0]] * len(groups)
     labels = np.empty(len(rows), np.int64)
-    from threadpoolctl import threadpool_limits  # of scikit-learn
-
-    # One thread a group: the sums of k-means depend on how many share them.
-    with threadpool_limits(1), ThreadPoolExecutor(num_threads_or_default(None)) as pool:
+    with ThreadPoolExecutor(num_threads_or_default(None)) as pool:
         found = list(
             pool.map(lambda pair: _cluster(rows[pair[0]], pair[1]), zip(groups, shares, strict=True))
         )
@@ -108,12 +125,9 @@ def _groups(rows: F32) -> list[NDArray[np.int64]]:
     num_groups = min(-(-len(rows) // _GROUP_ROWS), _MAX_GROUPS)
     if num_groups == 1:
         return [np.arange(len(rows))]
-    from threadpoolctl import threadpool_limits  # of scikit-learn
-
     step = max(1, len(rows) // _FIRST_ROWS)
-    with threadpool_limits(1):
-        model = _k_means(num_groups).fit(rows[::step])
-        labels = model.predict(rows)
+    model = _k_means(num_groups).fit(rows[::step])
+    labels = model.predict(rows)
     groups = [np.flatnonzero(labels == index) for index in range(num_groups)]
     return [group for group in groups if len(group)]
 
