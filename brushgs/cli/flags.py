@@ -194,10 +194,21 @@ def add_output(parser: ArgumentParser) -> Container:
         "--bits",
         type=values.count_from(1),
         metavar="N",
-        help="bits of a channel: 8 or 16 of PNG (default 8) and TIFF (default 16), 8 or 10 of H.265 "
-        "(default 10)",
+        help="bits of a channel: 8 or 16 of PNG (default 8) and TIFF (default 16), 8 or 10 of AVIF (default "
+        "8) and H.265 (default 10)",
     )
     return group
+
+
+def add_workers(flags: ConfigFlags, scheduler: str) -> None:
+    """`SequenceConfig` of what runs on other machines; `scheduler` is its help."""
+    flags.add("--scheduler", metavar="ADDRESS", help=f"{scheduler}; default this machine")
+    flags.add(
+        "--workers-timeout",
+        type=values.number,
+        metavar="SECONDS",
+        help="seconds to wait where the scheduler has no worker, above 0, default 60",
+    )
 
 
 def add_report(parser: ArgumentParser) -> None:

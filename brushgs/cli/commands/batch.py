@@ -51,17 +51,10 @@ def add_flags(parser: ArgumentParser) -> None:
         metavar="N",
         help="jobs that run at the same time, 1 or more, each with its share of the processors, default 1",
     )
-    sequence.add(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="Dask scheduler whose workers run the jobs, such as tcp://host:8786; they must see the same "
-        "files under the same names; default this machine",
-    )
-    sequence.add(
-        "--workers-timeout",
-        type=values.number,
-        metavar="SECONDS",
-        help="seconds to wait where the scheduler has no worker, above 0, default 60",
+    flags.add_workers(
+        sequence,
+        "Dask scheduler whose workers run the jobs, such as tcp://host:8786; they must see the same files "
+        "under the same names",
     )
     sequence.add(
         "--resume",

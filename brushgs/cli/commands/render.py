@@ -94,17 +94,9 @@ def _add_path(parser: ArgumentParser) -> None:
         help="processes that paint, 1 or more, default 1, which uses all processors for one frame; frames do "
         "not depend on it",
     )
-    sequence.add(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="Dask scheduler whose workers paint, such as tcp://host:8786 (pip install 'dask[distributed]'); "
-        "default this machine",
-    )
-    sequence.add(
-        "--workers-timeout",
-        type=values.number,
-        metavar="SECONDS",
-        help="seconds to wait where the scheduler has no worker, above 0, default 60",
+    flags.add_workers(
+        sequence,
+        "Dask scheduler whose workers paint, such as tcp://host:8786 (pip install 'dask[distributed]')",
     )
 
 

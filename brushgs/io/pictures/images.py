@@ -197,7 +197,7 @@ def write_frame(
     bits: int | None = None,
     shot: Shot | None = None,
 ) -> None:
-    """Write a frame; the suffix decides: .png, .jpg, .webp (8 bit), .tif (16 bit), .exr (half float).
+    """Write a frame; the suffix decides the format: .png, .jpg, .webp, .avif, .tif or .exr.
 
     All but EXR are display-encoded, with straight alpha if there is no background. EXR holds linear
     light, premultiplied as EXR asks for, always with alpha; the depth as channel Z if the frame has one, and
@@ -208,12 +208,13 @@ def write_frame(
         path: the name of the file; it appears when it is complete.
         background: None keeps the transparency; one RGB colour or an [H, W, 3] array, display-encoded,
             is put behind the picture, which is then written without alpha (EXR: with an alpha of 1).
-        bits: of each channel, 8 or 16 of .png and .tif; None for the usual number of the format.
+        bits: of each channel, 8 or 16 of .png and .tif, 8 or 10 of .avif; None for the usual number of the
+            format: 16 of .tif and .exr (half float), 8 of the others.
         shot: what is known of the picture beside its pixels; EXR holds it.
 
     Raises:
         ValueError: if the suffix is none of the above, the background does not fit, or there is none for a
-            JPEG, which holds no transparency; or if the format has not so many bits.
+            JPEG or an AVIF, which hold no transparency; or if the format has not so many bits.
         SceneError: if the file cannot be written.
     """
     picture_format = find_by_suffix(WRITTEN_PICTURES, path)
