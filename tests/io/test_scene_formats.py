@@ -19,6 +19,7 @@ from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
 from brushgs.io.scenes.fill import fill
 from brushgs.io.scenes.scene_file import SceneFile
+from brushgs.io.scenes.stored import Stored
 from brushgs.still_life import still_life
 
 
@@ -50,7 +51,7 @@ def toy_module() -> ModuleType:
 
         return SceneFile(path, "toy", count, 1, read_columns)
 
-    def write_scene(gaussians: bg.Gaussians, path: Path, **recorded: object) -> None:
+    def write_scene(gaussians: bg.Gaussians, path: Path, known: Stored) -> None:
         Path(path).write_bytes(b"TOY" + b"." * len(gaussians))
 
     module = ModuleType("brushgs.io.scenes.toy")
