@@ -248,20 +248,20 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels, bool h
             const int lane = part * W;
             const Real alpha = L::load(alphas[b] + lane);
             const auto painted = L::at_least(L::from_bits(~0u), alpha, L::set(static_cast<T>(kMinAlpha)));
-            const Real before = L::load(tile.transmittance[b] + lane);
+            const Real before = L::load(tile.light(b) + lane);
             const Real full = before * alpha;
             const Real after = before - full;
             const auto kept = L::at_least(painted, after, darkest);
             const Real weight = L::where(kept, full);
             Real of_color = weight;
             if constexpr (has_streaks) of_color = weight * L::load(shades[b] + lane);
-            L::store(tile.transmittance[b] + lane, L::select(kept, after, before));
+            L::store(tile.light(b) + lane, L::select(kept, after, before));
             for (int k = 0; k < num_values; ++k) {
-                T* const plane = tile.planes[k][b] + lane;
+                T* const plane = tile.plane(k, b) + lane;
                 L::store(plane, L::load(plane) + (k < 3 ? of_color : weight) * values[k]);
             }
             if constexpr (has_relief) {
-                T* const plane = tile.planes[num_values][b] + lane;
+                T* const plane = tile.plane(num_values, b) + lane;
                 if constexpr (is_image<kernel>) height = L::load(heights[b] + lane);
                 L::store(plane, L::load(plane) + weight * height);
             }

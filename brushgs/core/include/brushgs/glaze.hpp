@@ -29,12 +29,12 @@ template <class T, Kernel kernel>
             const auto all = L::from_bits(~0u);
             const Real sampled = L::load(alphas[b] + lane);
             const Real alpha = L::where(L::at_least(all, sampled, L::set(static_cast<T>(kMinAlpha))), sampled);
-            const Real before = L::load(tile.transmittance[b] + lane), after = before - before * alpha;
+            const Real before = L::load(tile.light(b) + lane), after = before - before * alpha;
             // Numbers far below any that matter are slow to compute with.
-            L::store(tile.transmittance[b] + lane,
+            L::store(tile.light(b) + lane,
                      L::where(L::at_least(all, after, L::set(static_cast<T>(kLeastLight))), after));
             for (int c = 0; c < 3; ++c) {
-                T* const plane = tile.planes[c][b] + lane;
+                T* const plane = tile.plane(c, b) + lane;
                 L::store(plane, L::load(plane) + alpha * logs[c]);
             }
         }
@@ -59,7 +59,7 @@ inline void finish_tints(TileState<T, 0>& tile) {
     for (int k = 0; k < 3; ++k)
         for (int b = 0; b < kNumBlocks; ++b)
             for (int lane = 0; lane < kBlockPixels; lane += L::width) {
-                T* const plane = tile.planes[k][b] + lane;
+                T* const plane = tile.plane(k, b) + lane;
                 const auto sum = L::load(plane);
                 const auto in_range = L::at_least(L::from_bits(~0u), sum, L::set(least));
                 L::store(plane, L::where(in_range, exp2_negative<T>(L::where(in_range, sum))));

@@ -185,10 +185,10 @@ public:
                 const Real weights = L::load(soft_.weights[b] + lane);  // 0 where none leaves enough light to be seen
                 const auto shared = L::at_least(L::from_bits(static_cast<unsigned>(soft_.shared[b]) >> lane), weights,
                                                 L::set(std::numeric_limits<T>::min()));
-                const Real alpha = L::set(1) - L::load(tile_.transmittance[b] + lane);
+                const Real alpha = L::set(1) - L::load(tile_.light(b) + lane);
                 const Real factor = L::select(shared, alpha / weights, L::set(1));
                 for (int k = 0; k < Tile::num_planes; ++k) {
-                    T* const plane = tile_.planes[k][b] + lane;
+                    T* const plane = tile_.plane(k, b) + lane;
                     L::store(plane, L::load(plane) * factor);
                 }
             }
@@ -281,8 +281,8 @@ private:
         for (int part = 0; part < num_parts; ++part) {
             const int lane = part * W;
             Real planes[Tile::num_planes];
-            for (int k = 0; k < Tile::num_planes; ++k) planes[k] = L::load(tile_.planes[k][b] + lane);
-            Real sum = L::load(soft_.weights[b] + lane), light = L::load(tile_.transmittance[b] + lane);
+            for (int k = 0; k < Tile::num_planes; ++k) planes[k] = L::load(tile_.plane(k, b) + lane);
+            Real sum = L::load(soft_.weights[b] + lane), light = L::load(tile_.light(b) + lane);
             for (std::size_t k = 0; k < count; ++k) {
                 const FragmentSlot<T>& slot = slots[entries[k].slot];
                 const Record<T>& record = records_[entries[k].record];
@@ -299,9 +299,9 @@ private:
                 const auto shown = L::less(L::from_bits(~0u), L::set(0), weight);
                 light = L::select(shown, light - light * L::load(slot.alpha + lane), light);
             }
-            for (int k = 0; k < Tile::num_planes; ++k) L::store(tile_.planes[k][b] + lane, planes[k]);
+            for (int k = 0; k < Tile::num_planes; ++k) L::store(tile_.plane(k, b) + lane, planes[k]);
             L::store(soft_.weights[b] + lane, sum);
-            L::store(tile_.transmittance[b] + lane, light);
+            L::store(tile_.light(b) + lane, light);
         }
         for (std::size_t k = 0; k < count; ++k) free_slots_[num_free_++] = entries[k].slot;
     }

@@ -39,20 +39,28 @@ template <class T, int channels>
 template <class T, int channels, bool has_relief = false>
 struct TileState {
     static constexpr int num_planes = 3 + channels + has_relief;
-    alignas(64) T transmittance[kNumBlocks][kBlockPixels];
-    alignas(
-        64) T planes[num_planes][kNumBlocks][kBlockPixels];  // sums of weight x red, green, blue, attributes, height
-    std::uint16_t alive[kNumBlocks];                         // pixels that still let light through
+    std::uint16_t alive[kNumBlocks];  // pixels that still let light through
     std::uint32_t alive_blocks;
     T min_transmittance;  // a pixel is finished before it lets less light through
 
     [[gnu::always_inline]] inline explicit TileState(const TileTask<T>& task) {
         min_transmittance = static_cast<T>(task.params.min_transmittance);
-        __builtin_memset(planes, 0, sizeof planes);
-        T* all = transmittance[0];
+        __builtin_memset(planes_, 0, sizeof planes_);
+        T* all = light_[0];
         for (int i = 0; i < kNumBlocks * kBlockPixels; ++i) all[i] = 1;
         alive_blocks = open_pixels(task.params.width - task.x0, task.params.height - task.y0, alive);
     }
+
+    // Of block b: what passes its strokes so far, the transmittance, and sum k of weight x red, green, blue, each
+    // attribute, height. [kBlockPixels]
+    [[gnu::always_inline]] inline T* light(int b) { return light_[b]; }
+    [[gnu::always_inline]] inline const T* light(int b) const { return light_[b]; }
+    [[gnu::always_inline]] inline T* plane(int k, int b) { return planes_[k][b]; }
+    [[gnu::always_inline]] inline const T* plane(int k, int b) const { return planes_[k][b]; }
+
+private:
+    alignas(64) T light_[kNumBlocks][kBlockPixels];
+    alignas(64) T planes_[num_planes][kNumBlocks][kBlockPixels];
 };
 
 // Four pixels of one row of a block: three runs of four become twelve interleaved values.
@@ -77,14 +85,14 @@ template <class T, int channels, bool has_relief>
 [[gnu::always_inline]] inline void write_four(const TileState<T, channels, has_relief>& tile, int b, int p,
                                               const Picture<T>& picture, std::size_t pixel) {
     using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
-    interleave(tile.planes[0][b] + p, tile.planes[1][b] + p, tile.planes[2][b] + p, picture.rgb + 3 * pixel);
+    interleave(tile.plane(0, b) + p, tile.plane(1, b) + p, tile.plane(2, b) + p, picture.rgb + 3 * pixel);
     Four transmittance;
-    __builtin_memcpy(&transmittance, tile.transmittance[b] + p, sizeof transmittance);
+    __builtin_memcpy(&transmittance, tile.light(b) + p, sizeof transmittance);
     const Four opaque = T(1) - transmittance;
     __builtin_memcpy(picture.alpha + pixel, &opaque, sizeof opaque);
     for (int c = 0; c < channels; ++c) {
         Four sum;
-        __builtin_memcpy(&sum, tile.planes[3 + c][b] + p, sizeof sum);
+        __builtin_memcpy(&sum, tile.plane(3 + c, b) + p, sizeof sum);
         const Four mean = opaque > 0 ? sum / opaque : Four{};
         const Channel<T> layer = picture.layers.channels[c];
         T* const to = layer.values + pixel * layer.stride;
@@ -93,7 +101,7 @@ template <class T, int channels, bool has_relief>
         else
             for (int i = 0; i < 4; ++i) to[static_cast<std::size_t>(i) * layer.stride] = mean[i];
     }
-    if constexpr (has_relief) __builtin_memcpy(picture.height + pixel, tile.planes[3 + channels][b] + p, sizeof opaque);
+    if constexpr (has_relief) __builtin_memcpy(picture.height + pixel, tile.plane(3 + channels, b) + p, sizeof opaque);
 }
 
 // The first `count` of four pixels, where the picture ends within a block.
@@ -101,14 +109,14 @@ template <class T, int channels, bool has_relief>
 void write_some(const TileState<T, channels, has_relief>& tile, int b, int p, const Picture<T>& picture,
                 std::size_t pixel, int count) {
     for (int i = p; i < p + count; ++i, ++pixel) {
-        for (std::size_t k = 0; k < 3; ++k) picture.rgb[3 * pixel + k] = tile.planes[k][b][i];
-        const T opaque = 1 - tile.transmittance[b][i];
+        for (int k = 0; k < 3; ++k) picture.rgb[3 * pixel + static_cast<std::size_t>(k)] = tile.plane(k, b)[i];
+        const T opaque = 1 - tile.light(b)[i];
         picture.alpha[pixel] = opaque;
         for (int c = 0; c < channels; ++c) {
             const Channel<T> layer = picture.layers.channels[c];
-            layer.values[pixel * layer.stride] = opaque > 0 ? tile.planes[3 + c][b][i] / opaque : 0;
+            layer.values[pixel * layer.stride] = opaque > 0 ? tile.plane(3 + c, b)[i] / opaque : 0;
         }
-        if constexpr (has_relief) picture.height[pixel] = tile.planes[3 + channels][b][i];
+        if constexpr (has_relief) picture.height[pixel] = tile.plane(3 + channels, b)[i];
     }
 }
 
