@@ -7,17 +7,32 @@ namespace brushgs {
 
 namespace {
 
-Isa detect() {
-#ifdef BRUSHGS_X86
-    __builtin_cpu_init();
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512vl"))
-        return Isa::avx512;
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
-        __builtin_cpu_supports("bmi2"))
-        return Isa::avx2;
+bool supports(Isa isa) {
+    switch (isa) {
+#ifdef BRUSHGS_HAS_AVX512
+        case Isa::avx512:
+            return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                   __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
 #endif
-    return Isa::baseline;
+#ifdef BRUSHGS_HAS_AVX2
+        case Isa::avx2:
+            return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
+                   __builtin_cpu_supports("bmi2");
+#endif
+        default:
+            return isa == Isa::baseline;
+    }
+}
+
+Isa choose() {
+    const char* wish = std::getenv("BRUSHGS_ISA");
+    Isa best = Isa::baseline;
+    for (const Isa isa : {Isa::baseline, Isa::avx2, Isa::avx512}) {
+        if (!supports(isa)) continue;
+        best = isa;
+        if (wish != nullptr && std::string_view(wish) == isa_name(isa)) break;
+    }
+    return best;
 }
 
 }  // namespace
@@ -34,14 +49,7 @@ const char* isa_name(Isa isa) {
 }
 
 Isa best_isa() {
-    static const Isa chosen = [] {
-        const Isa best = detect();
-        const char* wish = std::getenv("BRUSHGS_ISA");
-        if (wish == nullptr) return best;
-        for (const Isa isa : {Isa::baseline, Isa::avx2})
-            if (std::string_view(wish) == isa_name(isa) && isa < best) return isa;
-        return best;
-    }();
+    static const Isa chosen = choose();
     return chosen;
 }
 

@@ -17,13 +17,7 @@ constexpr int kStripRows = 48;
 
 template <class T>
 void light(const LightParams<T>& params) {
-    auto light_rows = &baseline::light_rows<T>;
-#ifdef BRUSHGS_X86
-    if (best_isa() == Isa::avx512)
-        light_rows = &avx512::light_rows<T>;
-    else if (best_isa() == Isa::avx2)
-        light_rows = &avx2::light_rows<T>;
-#endif
+    const auto light_rows = BRUSHGS_KERNEL(light_rows<T>);
     const int num_strips = (params.height + kStripRows - 1) / kStripRows;
     parallel_for(static_cast<std::size_t>(num_strips), params.num_threads, [&](std::size_t strip) {
         thread_local Scratch<T> scratch;

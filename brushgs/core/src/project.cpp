@@ -34,17 +34,7 @@ struct SortEntry {
 template <class T>
 std::size_t project_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin,
                          std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
-#ifdef BRUSHGS_X86
-    switch (best_isa()) {
-        case Isa::avx512:
-            return avx512::project_rows(gaussians, params, begin, end, boxes, culled);
-        case Isa::avx2:
-            return avx2::project_rows(gaussians, params, begin, end, boxes, culled);
-        default:
-            break;
-    }
-#endif
-    return baseline::project_rows(gaussians, params, begin, end, boxes, culled);
+    return BRUSHGS_KERNEL(project_rows<T>)(gaussians, params, begin, end, boxes, culled);
 }
 
 // Half-open range `item` of `count` things dealt out in `num_items` parts of nearly equal size.

@@ -17,11 +17,7 @@ constexpr std::size_t kRowsPerThread = 1000;  // with fewer, starting a thread c
 template <class T>
 void project_backward(const GaussianColumns<T>& gaussians, const ProjectParams& params, const ProjectedBoxes<T>& boxes,
                       const GaussianGradients<T>& gradients) {
-    auto* rows = &baseline::project_backward_rows<T>;
-#ifdef BRUSHGS_X86
-    if (best_isa() == Isa::avx512) rows = &avx512::project_backward_rows<T>;
-    if (best_isa() == Isa::avx2) rows = &avx2::project_backward_rows<T>;
-#endif
+    const auto rows = BRUSHGS_KERNEL(project_backward_rows<T>);
     const std::size_t most_threads = std::max<std::size_t>(boxes.count / kRowsPerThread, 1);
     const int num_threads = std::min(params.num_threads, static_cast<int>(most_threads));
     // A Gaussian has one box at most: no two rows are written by two boxes.

@@ -232,14 +232,15 @@ std::size_t run(const GaussianColumns<T>& gaussians, const ProjectParams& params
 
 }  // namespace
 
-std::size_t project_rows(const GaussianColumns<float>& gaussians, const ProjectParams& params, std::size_t begin,
-                         std::size_t end, BoxRecord<float>* boxes, ProjectCounts& culled) {
+template <class T>
+std::size_t project_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin,
+                         std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
     return run(gaussians, params, begin, end, boxes, culled);
 }
 
-std::size_t project_rows(const GaussianColumns<double>& gaussians, const ProjectParams& params, std::size_t begin,
-                         std::size_t end, BoxRecord<double>* boxes, ProjectCounts& culled) {
-    return run(gaussians, params, begin, end, boxes, culled);
-}
+template std::size_t project_rows<float>(const GaussianColumns<float>&, const ProjectParams&, std::size_t, std::size_t,
+                                         BoxRecord<float>*, ProjectCounts&);
+template std::size_t project_rows<double>(const GaussianColumns<double>&, const ProjectParams&, std::size_t,
+                                          std::size_t, BoxRecord<double>*, ProjectCounts&);
 
 }  // namespace brushgs::BRUSHGS_ISA

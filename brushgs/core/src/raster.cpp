@@ -27,26 +27,10 @@ int useful_threads(double microseconds, int most) {
 
 template <class T>
 struct Kernels {
-    decltype(&baseline::make_records<T>) make_records = &baseline::make_records<T>;
-    decltype(&baseline::paint_tile<T>) paint_tile = &baseline::paint_tile<T>;
-    decltype(&baseline::paint_tile_softly<T>) paint_tile_softly = &baseline::paint_tile_softly<T>;
-    decltype(&baseline::glaze_tile<T>) glaze_tile = &baseline::glaze_tile<T>;
-
-    Kernels() {
-#ifdef BRUSHGS_X86
-        if (best_isa() == Isa::avx512) {
-            make_records = &avx512::make_records<T>;
-            paint_tile = &avx512::paint_tile<T>;
-            paint_tile_softly = &avx512::paint_tile_softly<T>;
-            glaze_tile = &avx512::glaze_tile<T>;
-        } else if (best_isa() == Isa::avx2) {
-            make_records = &avx2::make_records<T>;
-            paint_tile = &avx2::paint_tile<T>;
-            paint_tile_softly = &avx2::paint_tile_softly<T>;
-            glaze_tile = &avx2::glaze_tile<T>;
-        }
-#endif
-    }
+    decltype(&baseline::make_records<T>) make_records = BRUSHGS_KERNEL(make_records<T>);
+    decltype(&baseline::paint_tile<T>) paint_tile = BRUSHGS_KERNEL(paint_tile<T>);
+    decltype(&baseline::paint_tile_softly<T>) paint_tile_softly = BRUSHGS_KERNEL(paint_tile_softly<T>);
+    decltype(&baseline::glaze_tile<T>) glaze_tile = BRUSHGS_KERNEL(glaze_tile<T>);
 };
 
 }  // namespace

@@ -17,20 +17,8 @@ constexpr std::size_t kTexelGroups = 8;
 
 template <class T>
 struct BackwardKernels {
-    decltype(&baseline::make_records<T>) make_records = &baseline::make_records<T>;
-    decltype(&baseline::differentiate_tile<T>) differentiate_tile = &baseline::differentiate_tile<T>;
-
-    BackwardKernels() {
-#ifdef BRUSHGS_X86
-        if (best_isa() == Isa::avx512) {
-            make_records = &avx512::make_records<T>;
-            differentiate_tile = &avx512::differentiate_tile<T>;
-        } else if (best_isa() == Isa::avx2) {
-            make_records = &avx2::make_records<T>;
-            differentiate_tile = &avx2::differentiate_tile<T>;
-        }
-#endif
-    }
+    decltype(&baseline::make_records<T>) make_records = BRUSHGS_KERNEL(make_records<T>);
+    decltype(&baseline::differentiate_tile<T>) differentiate_tile = BRUSHGS_KERNEL(differentiate_tile<T>);
 };
 
 // The gradients by one box.

@@ -25,17 +25,7 @@ bool track_rows(const GaussianColumns<T>& gaussians, const TrackParams& params, 
     const CostTable& table = cost_table();
     Turn* turns = tracks.turns.get();
     AreaScale* area_scales = tracks.area_scales.get();
-#ifdef BRUSHGS_X86
-    switch (best_isa()) {
-        case Isa::avx512:
-            return avx512::track_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
-        case Isa::avx2:
-            return avx2::track_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
-        default:
-            break;
-    }
-#endif
-    return baseline::track_rows(gaussians, params, table, begin, end, scratch, turns, area_scales);
+    return BRUSHGS_KERNEL(track_rows<T>)(gaussians, params, table, begin, end, scratch, turns, area_scales);
 }
 
 CostTable make_cost_table() {

@@ -585,14 +585,15 @@ bool run(const GaussianColumns<T>& gaussians, const TrackParams& params, const C
 
 }  // namespace
 
-bool track_rows(const GaussianColumns<float>& gaussians, const TrackParams& params, const CostTable& table,
+template <class T>
+bool track_rows(const GaussianColumns<T>& gaussians, const TrackParams& params, const CostTable& table,
                 std::size_t begin, std::size_t end, TrackScratch& scratch, Turn* turns, AreaScale* area_scales) {
     return run(gaussians, params, table, begin, end, scratch, turns, area_scales);
 }
 
-bool track_rows(const GaussianColumns<double>& gaussians, const TrackParams& params, const CostTable& table,
-                std::size_t begin, std::size_t end, TrackScratch& scratch, Turn* turns, AreaScale* area_scales) {
-    return run(gaussians, params, table, begin, end, scratch, turns, area_scales);
-}
+template bool track_rows<float>(const GaussianColumns<float>&, const TrackParams&, const CostTable&, std::size_t,
+                                std::size_t, TrackScratch&, Turn*, AreaScale*);
+template bool track_rows<double>(const GaussianColumns<double>&, const TrackParams&, const CostTable&, std::size_t,
+                                 std::size_t, TrackScratch&, Turn*, AreaScale*);
 
 }  // namespace brushgs::BRUSHGS_ISA

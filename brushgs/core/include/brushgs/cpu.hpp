@@ -11,11 +11,39 @@ namespace brushgs {
 
 enum class Isa { baseline, avx2, avx512 };
 
-// The best instruction set of this processor, unless the environment variable BRUSHGS_ISA
-// (baseline, avx2 or avx512) names a lesser one. Read once.
+// The best instruction set that this processor has and the kernels are compiled for, unless the environment variable
+// BRUSHGS_ISA (baseline, avx2 or avx512) names a lesser one. Read once.
 Isa best_isa();
 
 const char* isa_name(Isa isa);
+
+// The namespaces of the kernels; `best_isa` never names a set that they are not compiled for.
+#ifdef BRUSHGS_HAS_AVX2
+#define BRUSHGS_AVX2 avx2
+#else
+#define BRUSHGS_AVX2 baseline
+#endif
+#ifdef BRUSHGS_HAS_AVX512
+#define BRUSHGS_AVX512 avx512
+#else
+#define BRUSHGS_AVX512 baseline
+#endif
+
+template <class Kernel>
+Kernel* pick_kernel(Kernel* baseline, Kernel* avx2, Kernel* avx512) {
+    switch (best_isa()) {
+        case Isa::avx512:
+            return avx512;
+        case Isa::avx2:
+            return avx2;
+        default:
+            return baseline;
+    }
+}
+
+// The function of that name for the instruction set in use, such as BRUSHGS_KERNEL(make_records<T>).
+#define BRUSHGS_KERNEL(...) \
+    pick_kernel(&baseline::__VA_ARGS__, &BRUSHGS_AVX2::__VA_ARGS__, &BRUSHGS_AVX512::__VA_ARGS__)
 
 // Calls `work(item)` once for every item in [0, count), spread over `num_threads` threads; items are
 // taken one by one, so uneven items balance. What `work` writes must depend on the item alone: then results

@@ -7,12 +7,11 @@ namespace brushgs {
 
 // `project_rows` writes the boxes of the Gaussians [begin, end) that can paint to `boxes`, in the order of
 // the rows, adds those that cannot to `culled`, and returns how many boxes there are.
-#define BRUSHGS_DECLARE_PROJECT(isa)                                                                                   \
-    namespace isa {                                                                                                    \
-    std::size_t project_rows(const GaussianColumns<float>& gaussians, const ProjectParams& params, std::size_t begin,  \
-                             std::size_t end, BoxRecord<float>* boxes, ProjectCounts& culled);                         \
-    std::size_t project_rows(const GaussianColumns<double>& gaussians, const ProjectParams& params, std::size_t begin, \
-                             std::size_t end, BoxRecord<double>* boxes, ProjectCounts& culled);                        \
+#define BRUSHGS_DECLARE_PROJECT(isa)                                                                              \
+    namespace isa {                                                                                               \
+    template <class T>                                                                                            \
+    std::size_t project_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin, \
+                             std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled);                        \
     }
 
 BRUSHGS_DECLARE_PROJECT(baseline)

@@ -39,9 +39,8 @@ struct TrackScratch {
 // `gaussians.count` of them; returns whether any area scale is above 1.
 #define BRUSHGS_DECLARE_TRACK(isa)                                                                                   \
     namespace isa {                                                                                                  \
-    bool track_rows(const GaussianColumns<float>& gaussians, const TrackParams& params, const CostTable& table,      \
-                    std::size_t begin, std::size_t end, TrackScratch& scratch, Turn* turns, AreaScale* area_scales); \
-    bool track_rows(const GaussianColumns<double>& gaussians, const TrackParams& params, const CostTable& table,     \
+    template <class T>                                                                                               \
+    bool track_rows(const GaussianColumns<T>& gaussians, const TrackParams& params, const CostTable& table,          \
                     std::size_t begin, std::size_t end, TrackScratch& scratch, Turn* turns, AreaScale* area_scales); \
     }
 
