@@ -32,6 +32,7 @@ from brushgs.painting.frame_painter import FrameKind, FramePainter, FrameView
 from brushgs.painting.look import BACKDROP
 from brushgs.painting.outputs import check_output, input_files
 from brushgs.painting.parallel import parallel_map
+from brushgs.painting.parallel.ahead import one_ahead
 from brushgs.painting.parallel.connection import Waiting, check_scheduler
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report, Stage, Stopwatch
@@ -292,12 +293,13 @@ def _paint(
 ) -> Stopwatch:
     """Paint frames and pass each, in order, to `take`, which writes it.
 
-    While the camera rests, one picture serves all its frames.
+    While the camera rests, one picture serves all its frames. Where one process paints, the next frame is
+    painted while `take` has this one.
 
     Returns:
         The time that `take` took; it belongs to the stage of writing.
     """
-    sequence, writing, start = frames.sequence, Stopwatch(), time.perf_counter()
+    sequence, writing, making, start = frames.sequence, Stopwatch(), Stopwatch(), time.perf_counter()
     with report.stage("paint", total=len(indices), apart=writing) as stage:
         rests = [list(same) for _, same in groupby(indices, key=frames.identity)]
         views = (frames.view(rest[0]) for rest in rests)
@@ -308,13 +310,14 @@ def _paint(
             scheduler=sequence.scheduler,
             waiting=Waiting(sequence.workers_timeout, report.tell),
         )
-        with closing(painted):
-            for rest, frame in zip(rests, painted, strict=True):
+        is_alone = sequence.jobs == 1 and sequence.scheduler is None
+        with closing(one_ahead(painted, making) if is_alone else painted) as ready:
+            for rest, frame in zip(rests, ready, strict=True):
                 for index in rest:
                     with writing.running():
                         take(index, frame)
                     report.advance()
-        seconds = time.perf_counter() - start - writing.seconds
+        seconds = making.seconds if is_alone else time.perf_counter() - start - writing.seconds
         _describe_painted(stage, frames, len(rests), len(indices) - len(rests), seconds, report)
     return writing
 
