@@ -88,7 +88,7 @@ def project_backward(
         These columns, with those SH degrees that are zero throughout and that `project` skips.
     """
     gradients: dict[str, Any] = {
-        name: np.zeros_like(getattr(gaussians, name)) if name in columns else None
+        name: np.empty_like(getattr(gaussians, name)) if name in columns else None
         for name in GAUSSIAN_COLUMNS
     }
     _core.project_backward(

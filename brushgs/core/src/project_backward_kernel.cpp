@@ -22,52 +22,59 @@ struct alignas(64) Block {
     BlockLane v_mean[3], v_quat[4], v_scale[3], v_opacity;                               // made
 };
 
-// Fills `count` lanes with the values of the boxes from `first` on; `width` values a row, 0 where there are none.
-template <class T>
-inline void load_gradient(const T* values, std::size_t width, std::size_t first, std::size_t count, BlockLane* lanes) {
-    for (std::size_t k = 0; k < width; ++k)
-        for (std::size_t i = 0; i < count; ++i)
-            lanes[k][i] = values == nullptr ? 0.0 : static_cast<double>(values[width * (first + i) + k]);
-}
+// Gaussians that have a box, and those boxes: what the lanes of a block hold.
+struct Places {
+    std::size_t count = 0;
+    std::size_t rows[kBlock], boxes[kBlock];
+};
 
+// Fills lanes with some rows of a column, `width` values each; with zeros where there is no column.
 template <class T>
-inline void load_rows(const T* values, std::size_t width, const std::int32_t* ids, std::size_t count,
+inline void load_rows(const T* values, std::size_t width, const std::size_t* rows, std::size_t count,
                       BlockLane* lanes) {
+    if (values == nullptr) {
+        __builtin_memset(lanes, 0, width * sizeof *lanes);
+        return;
+    }
     for (std::size_t i = 0; i < count; ++i)
-        for (std::size_t k = 0; k < width; ++k)
-            lanes[k][i] = static_cast<double>(values[width * static_cast<std::size_t>(ids[i]) + k]);
+        for (std::size_t k = 0; k < width; ++k) lanes[k][i] = static_cast<double>(values[width * rows[i] + k]);
 }
 
 template <class T>
-inline void store_rows(const BlockLane* lanes, std::size_t width, const std::int32_t* ids, std::size_t count,
+inline void store_rows(const BlockLane* lanes, std::size_t width, const std::size_t* rows, std::size_t count,
                        T* values) {
     if (values == nullptr) return;
     for (std::size_t i = 0; i < count; ++i)
-        for (std::size_t k = 0; k < width; ++k)
-            values[width * static_cast<std::size_t>(ids[i]) + k] = static_cast<T>(lanes[k][i]);
+        for (std::size_t k = 0; k < width; ++k) values[width * rows[i] + k] = static_cast<T>(lanes[k][i]);
+}
+
+template <class T>
+inline void clear_row(T* values, std::size_t width, std::size_t row) {
+    if (values != nullptr) __builtin_memset(values + width * row, 0, width * sizeof *values);
 }
 
 template <class T>
 inline void load(const GaussianColumns<T>& gaussians, const ProjectParams& params, const ProjectedBoxes<T>& boxes,
-                 std::size_t first, std::size_t count, Block& block) {
-    const std::int32_t* ids = boxes.ids + first;
-    load_rows(gaussians.means, 3, ids, count, block.mean);
-    load_rows(gaussians.quats, 4, ids, count, block.quat);
-    load_rows(gaussians.scales, 3, ids, count, block.scale);
-    load_rows(gaussians.opacities, 1, ids, count, &block.opacity);
-    if (params.sigmas_of_row != nullptr) load_rows(params.sigmas_of_row, 1, ids, count, &block.num_sigmas);
+                 const Places& places, Block& block) {
+    const std::size_t count = places.count;
+    const std::size_t* const rows = places.rows;
+    load_rows(gaussians.means, 3, rows, count, block.mean);
+    load_rows(gaussians.quats, 4, rows, count, block.quat);
+    load_rows(gaussians.scales, 3, rows, count, block.scale);
+    load_rows(gaussians.opacities, 1, rows, count, &block.opacity);
+    if (params.sigmas_of_row != nullptr) load_rows(params.sigmas_of_row, 1, rows, count, &block.num_sigmas);
     if (params.lock == Lock::given) {
         for (std::size_t i = 0; i < count; ++i) {
-            const auto row = static_cast<std::size_t>(ids[i]);
-            block.given_direction[i] = within_reach(static_cast<double>(params.directions[row]));
-            block.area_scale[i] = params.area_scales == nullptr ? 1.0 : static_cast<double>(params.area_scales[row]);
+            block.given_direction[i] = within_reach(static_cast<double>(params.directions[rows[i]]));
+            block.area_scale[i] =
+                params.area_scales == nullptr ? 1.0 : static_cast<double>(params.area_scales[rows[i]]);
         }
     }
-    load_gradient(boxes.v_centers, 2, first, count, block.v_center);
-    load_gradient(boxes.v_half_extents, 2, first, count, block.v_half_extents);
-    load_gradient(boxes.v_angles, 1, first, count, &block.v_angle);
-    load_gradient(boxes.v_depths, 1, first, count, &block.v_depth);
-    load_gradient(boxes.v_opacities, 1, first, count, &block.v_visible);
+    load_rows(boxes.v_centers, 2, places.boxes, count, block.v_center);
+    load_rows(boxes.v_half_extents, 2, places.boxes, count, block.v_half_extents);
+    load_rows(boxes.v_angles, 1, places.boxes, count, &block.v_angle);
+    load_rows(boxes.v_depths, 1, places.boxes, count, &block.v_depth);
+    load_rows(boxes.v_opacities, 1, places.boxes, count, &block.v_visible);
 }
 
 // Unit vectors from the camera to the Gaussians.
@@ -299,17 +306,15 @@ void turn_back(const ProjectParams& params, Block& block) {
 // The gradient by the coefficients and by the directions, from that by the colours.
 template <int degree, class T>
 void shade_back(const GaussianColumns<T>& gaussians, const ProjectedBoxes<T>& boxes,
-                const GaussianGradients<T>& gradients, std::size_t first, std::size_t count, Block& block) {
+                const GaussianGradients<T>& gradients, const Places& places, Block& block) {
     constexpr std::size_t num_terms = (degree + 1) * (degree + 1);
-    constexpr std::size_t ahead = 8, line = 64 / sizeof(T);  // boxes lie in depth order, their rows anywhere
+    constexpr std::size_t ahead = 8;  // rows lie one after the other, their boxes anywhere
     const std::size_t stride = 3 * gaussians.sh_terms;
-    for (std::size_t i = 0; i < count; ++i) {
-        const auto next = static_cast<std::size_t>(boxes.ids[first + (i + ahead < count ? i + ahead : i)]);
-        for (std::size_t k = 0; k < 3 * num_terms; k += line) {
-            if (gradients.means != nullptr) __builtin_prefetch(gaussians.sh + stride * next + k);
-            if (gradients.sh != nullptr) __builtin_prefetch(gradients.sh + stride * next + k, 1);
-        }
-        const std::size_t box = first + i, row = static_cast<std::size_t>(boxes.ids[box]);
+    for (std::size_t i = 0; i < places.count; ++i) {
+        const std::size_t next = places.boxes[i + ahead < places.count ? i + ahead : i];
+        __builtin_prefetch(boxes.colors + 3 * next);
+        __builtin_prefetch(boxes.v_colors + 3 * next);
+        const std::size_t box = places.boxes[i], row = places.rows[i];
         T v_color[3];
         for (std::size_t c = 0; c < 3; ++c)
             v_color[c] = boxes.colors[3 * box + c] > 0 ? boxes.v_colors[3 * box + c] : T(0);
@@ -334,19 +339,19 @@ void shade_back(const GaussianColumns<T>& gaussians, const ProjectedBoxes<T>& bo
 
 template <class T>
 void shade_back(const GaussianColumns<T>& gaussians, const ProjectParams& params, const ProjectedBoxes<T>& boxes,
-                const GaussianGradients<T>& gradients, std::size_t first, std::size_t count, Block& block) {
+                const GaussianGradients<T>& gradients, const Places& places, Block& block) {
     switch (params.sh_degree) {
         case 0:
-            shade_back<0>(gaussians, boxes, gradients, first, count, block);
+            shade_back<0>(gaussians, boxes, gradients, places, block);
             break;
         case 1:
-            shade_back<1>(gaussians, boxes, gradients, first, count, block);
+            shade_back<1>(gaussians, boxes, gradients, places, block);
             break;
         case 2:
-            shade_back<2>(gaussians, boxes, gradients, first, count, block);
+            shade_back<2>(gaussians, boxes, gradients, places, block);
             break;
         default:
-            shade_back<3>(gaussians, boxes, gradients, first, count, block);
+            shade_back<3>(gaussians, boxes, gradients, places, block);
             break;
     }
 }
@@ -360,19 +365,34 @@ void turn_back(const ProjectParams& params, Block& block) {
 
 template <class T>
 void project_backward_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params,
-                           const ProjectedBoxes<T>& boxes, const GaussianGradients<T>& gradients, std::size_t begin,
-                           std::size_t end) {
+                           const ProjectedBoxes<T>& boxes, const std::uint32_t* box_of_row,
+                           const GaussianGradients<T>& gradients, std::size_t begin, std::size_t end) {
     const bool has_shape = gradients.means != nullptr || gradients.quats != nullptr || gradients.scales != nullptr ||
                            gradients.opacities != nullptr;
+    const std::size_t sh_width = 3 * gaussians.sh_terms;
     const ViewFrame view = view_frame(params.view);
     Block block{};
     for (std::size_t i = 0; i < kBlock; ++i) block.num_sigmas[i] = params.num_sigmas;
-    for (std::size_t first = begin; first < end; first += kBlock) {
-        const std::size_t count = end - first < kBlock ? end - first : kBlock;
-        load(gaussians, params, boxes, first, count, block);
+    for (std::size_t row = begin; row < end;) {
+        Places places;
+        for (; row < end && places.count < kBlock; ++row) {
+            const std::uint32_t box = box_of_row[row];
+            if (box == kNoBox || boxes.v_colors == nullptr) clear_row(gradients.sh, sh_width, row);
+            if (box == kNoBox) {
+                clear_row(gradients.means, 3, row);
+                clear_row(gradients.quats, 4, row);
+                clear_row(gradients.scales, 3, row);
+                clear_row(gradients.opacities, 1, row);
+                continue;
+            }
+            places.rows[places.count] = row;
+            places.boxes[places.count++] = box;
+        }
+        if (places.count == 0) break;
+        load(gaussians, params, boxes, places, block);
         find_directions(view, block);
         if (boxes.v_colors != nullptr && (gradients.sh != nullptr || gradients.means != nullptr))
-            shade_back(gaussians, params, boxes, gradients, first, count, block);
+            shade_back(gaussians, params, boxes, gradients, places, block);
         if (!has_shape) continue;
         switch (params.lock) {
             case Lock::off:
@@ -385,19 +405,18 @@ void project_backward_rows(const GaussianColumns<T>& gaussians, const ProjectPar
                 turn_back<T, Lock::given>(params, block);
                 break;
         }
-        const std::int32_t* ids = boxes.ids + first;
-        store_rows(block.v_mean, 3, ids, count, gradients.means);
-        store_rows(block.v_quat, 4, ids, count, gradients.quats);
-        store_rows(block.v_scale, 3, ids, count, gradients.scales);
-        store_rows(&block.v_opacity, 1, ids, count, gradients.opacities);
+        store_rows(block.v_mean, 3, places.rows, places.count, gradients.means);
+        store_rows(block.v_quat, 4, places.rows, places.count, gradients.quats);
+        store_rows(block.v_scale, 3, places.rows, places.count, gradients.scales);
+        store_rows(&block.v_opacity, 1, places.rows, places.count, gradients.opacities);
     }
 }
 
 template void project_backward_rows<float>(const GaussianColumns<float>&, const ProjectParams&,
-                                           const ProjectedBoxes<float>&, const GaussianGradients<float>&, std::size_t,
-                                           std::size_t);
+                                           const ProjectedBoxes<float>&, const std::uint32_t*,
+                                           const GaussianGradients<float>&, std::size_t, std::size_t);
 template void project_backward_rows<double>(const GaussianColumns<double>&, const ProjectParams&,
-                                            const ProjectedBoxes<double>&, const GaussianGradients<double>&,
-                                            std::size_t, std::size_t);
+                                            const ProjectedBoxes<double>&, const std::uint32_t*,
+                                            const GaussianGradients<double>&, std::size_t, std::size_t);
 
 }  // namespace brushgs::BRUSHGS_ISA

@@ -21,7 +21,7 @@ struct ProjectedBoxes {
     const T* v_opacities;     // [M]
 };
 
-// Gradients by the Gaussians; rows without a box are left as they are. Null: not computed.
+// Gradients by the Gaussians; rows without a box get zeros. Null: not computed.
 template <class T>
 struct GaussianGradients {
     T* means;      // [count, 3]
@@ -36,13 +36,16 @@ template <class T>
 void project_backward(const GaussianColumns<T>& gaussians, const ProjectParams& params, const ProjectedBoxes<T>& boxes,
                       const GaussianGradients<T>& gradients);
 
-// Implemented once per instruction set, in project_backward_kernel.cpp: the boxes [begin, end).
-#define BRUSHGS_DECLARE_PROJECT_BACKWARD(isa)                                                         \
-    namespace isa {                                                                                   \
-    template <class T>                                                                                \
-    void project_backward_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params,      \
-                               const ProjectedBoxes<T>& boxes, const GaussianGradients<T>& gradients, \
-                               std::size_t begin, std::size_t end);                                   \
+constexpr std::uint32_t kNoBox = 0xFFFFFFFF;  // of a Gaussian that has none
+
+// Implemented once per instruction set, in project_backward_kernel.cpp: the Gaussians [begin, end). `box_of_row` has
+// the box of each of them, or kNoBox.
+#define BRUSHGS_DECLARE_PROJECT_BACKWARD(isa)                                                              \
+    namespace isa {                                                                                        \
+    template <class T>                                                                                     \
+    void project_backward_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params,           \
+                               const ProjectedBoxes<T>& boxes, const std::uint32_t* box_of_row,            \
+                               const GaussianGradients<T>& gradients, std::size_t begin, std::size_t end); \
     }
 BRUSHGS_DECLARE_PROJECT_BACKWARD(baseline)
 BRUSHGS_DECLARE_PROJECT_BACKWARD(avx2)

@@ -102,10 +102,13 @@ inline void spread_terms(const T* basis, const T* v_color, T* v_sh) {
     for (int k = 0; k + 4 <= num_terms; k += 4) {
         Quad weights;
         __builtin_memcpy(&weights, basis + k, sizeof weights);
-        const Quad parts[3] = {first * __builtin_shuffle(weights, Order{0, 0, 0, 1}),
-                               second * __builtin_shuffle(weights, Order{1, 1, 2, 2}),
-                               third * __builtin_shuffle(weights, Order{2, 3, 3, 3})};
-        __builtin_memcpy(v_sh + 3 * k, parts, sizeof parts);
+        // One by one: an array of three is copied in other pieces than it was written in, which makes it wait.
+        Quad part = first * __builtin_shuffle(weights, Order{0, 0, 0, 1});
+        __builtin_memcpy(v_sh + 3 * k, &part, sizeof part);
+        part = second * __builtin_shuffle(weights, Order{1, 1, 2, 2});
+        __builtin_memcpy(v_sh + 3 * k + 4, &part, sizeof part);
+        part = third * __builtin_shuffle(weights, Order{2, 3, 3, 3});
+        __builtin_memcpy(v_sh + 3 * k + 8, &part, sizeof part);
     }
     if constexpr (num_terms % 4 == 1)
         for (int c = 0; c < 3; ++c) v_sh[3 * (num_terms - 1) + c] = basis[num_terms - 1] * v_color[c];
