@@ -45,6 +45,15 @@ Kernel* pick_kernel(Kernel* baseline, Kernel* avx2, Kernel* avx512) {
 #define BRUSHGS_KERNEL(...) \
     pick_kernel(&baseline::__VA_ARGS__, &BRUSHGS_AVX2::__VA_ARGS__, &BRUSHGS_AVX512::__VA_ARGS__)
 
+// Threads that are waited for, also where starting one of them fails. Not std::jthread, which older versions of libc++,
+// the library of macOS, do not have.
+struct JoinedThreads {
+    std::vector<std::thread> threads;
+    ~JoinedThreads() {
+        for (std::thread& thread : threads) thread.join();
+    }
+};
+
 // Calls `work(item)` once for every item in [0, count), spread over `num_threads` threads; items are
 // taken one by one, so uneven items balance. What `work` writes must depend on the item alone: then results
 // do not depend on the number of threads. If it throws, no more items are started and the first exception
@@ -67,9 +76,9 @@ void parallel_for(std::size_t count, int num_threads, const Work& work) {
     const auto most = static_cast<std::size_t>(num_threads > 1 ? num_threads : 1);
     const std::size_t num_helpers = (most < count ? most : (count > 0 ? count : 1)) - 1;
     {
-        std::vector<std::jthread> helpers;
-        helpers.reserve(num_helpers);
-        for (std::size_t i = 0; i < num_helpers; ++i) helpers.emplace_back(drain);
+        JoinedThreads helpers;
+        helpers.threads.reserve(num_helpers);
+        for (std::size_t i = 0; i < num_helpers; ++i) helpers.threads.emplace_back(drain);
         drain();
     }
     if (failure) std::rethrow_exception(failure);

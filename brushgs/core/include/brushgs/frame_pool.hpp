@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdlib>
 #include <mutex>
 #include <utility>
 #include <vector>
@@ -36,10 +35,10 @@ public:
     }
 
     void give_back(void* memory, std::size_t bytes) noexcept {
-        if (bytes > kLargestKept) return std::free(memory);
+        if (bytes > kLargestKept) return Free{}(memory);
         const std::lock_guard lock(mutex_);
         if (kept_.size() == kMaxKept) {
-            std::free(kept_.front().memory);
+            Free{}(kept_.front().memory);
             kept_.erase(kept_.begin());
         }
         kept_.push_back({memory, bytes});

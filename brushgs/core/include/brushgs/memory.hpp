@@ -8,14 +8,32 @@
 #include <span>
 #include <type_traits>
 
-#ifdef __linux__
+#if defined(__linux__)
 #include <sys/mman.h>
+#elif defined(_WIN32)
+#include <malloc.h>
 #endif
 
 namespace brushgs {
 
+// Memory that begins at a multiple of `alignment`, of which `size` is one too; null where there is none. Given back by
+// `Free`: Windows has no aligned_alloc, and what stands in its place there is not for `free`.
+inline void* allocate_aligned(std::size_t alignment, std::size_t size) noexcept {
+#ifdef _WIN32
+    return _aligned_malloc(size, alignment);
+#else
+    return std::aligned_alloc(alignment, size);
+#endif
+}
+
 struct Free {
-    void operator()(void* memory) const noexcept { std::free(memory); }
+    void operator()(void* memory) const noexcept {
+#ifdef _WIN32
+        _aligned_free(memory);
+#else
+        std::free(memory);
+#endif
+    }
 };
 
 template <class T>
@@ -30,7 +48,7 @@ Buffer<T> make_buffer(std::size_t count) {
     const std::size_t bytes = count * sizeof(T);
     const std::size_t alignment = bytes >= 2 * huge_page ? huge_page : cache_line;
     const std::size_t size = (bytes / alignment + 1) * alignment;
-    void* memory = std::aligned_alloc(alignment, size);
+    void* memory = allocate_aligned(alignment, size);
     if (memory == nullptr) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
     if (alignment == huge_page) madvise(memory, size, MADV_HUGEPAGE);

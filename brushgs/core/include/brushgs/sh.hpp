@@ -39,17 +39,16 @@ template <int degree, class T>
 inline void add_terms(const T* sh, const T* basis, T* color) {
     constexpr int num_terms = (degree + 1) * (degree + 1);
     typedef T Quad __attribute__((vector_size(4 * sizeof(T))));
-    typedef decltype(Quad{} < Quad{}) Order;
     Quad first{}, second{}, third{};
     for (int k = 0; k + 4 <= num_terms; k += 4) {
         Quad weights, terms;
         __builtin_memcpy(&weights, basis + k, sizeof weights);
         __builtin_memcpy(&terms, sh + 3 * k, sizeof terms);
-        first += terms * __builtin_shuffle(weights, Order{0, 0, 0, 1});
+        first += terms * __builtin_shufflevector(weights, weights, 0, 0, 0, 1);
         __builtin_memcpy(&terms, sh + 3 * k + 4, sizeof terms);
-        second += terms * __builtin_shuffle(weights, Order{1, 1, 2, 2});
+        second += terms * __builtin_shufflevector(weights, weights, 1, 1, 2, 2);
         __builtin_memcpy(&terms, sh + 3 * k + 8, sizeof terms);
-        third += terms * __builtin_shuffle(weights, Order{2, 3, 3, 3});
+        third += terms * __builtin_shufflevector(weights, weights, 2, 3, 3, 3);
     }
     color[0] = (first[0] + first[3]) + (second[2] + third[1]);
     color[1] = (first[1] + second[0]) + (second[3] + third[2]);
@@ -96,18 +95,17 @@ template <int degree, class T>
 inline void spread_terms(const T* basis, const T* v_color, T* v_sh) {
     constexpr int num_terms = (degree + 1) * (degree + 1);
     typedef T Quad __attribute__((vector_size(4 * sizeof(T))));
-    typedef decltype(Quad{} < Quad{}) Order;
     const T r = v_color[0], g = v_color[1], b = v_color[2];
     const Quad first{r, g, b, r}, second{g, b, r, g}, third{b, r, g, b};
     for (int k = 0; k + 4 <= num_terms; k += 4) {
         Quad weights;
         __builtin_memcpy(&weights, basis + k, sizeof weights);
         // One by one: an array of three is copied in other pieces than it was written in, which makes it wait.
-        Quad part = first * __builtin_shuffle(weights, Order{0, 0, 0, 1});
+        Quad part = first * __builtin_shufflevector(weights, weights, 0, 0, 0, 1);
         __builtin_memcpy(v_sh + 3 * k, &part, sizeof part);
-        part = second * __builtin_shuffle(weights, Order{1, 1, 2, 2});
+        part = second * __builtin_shufflevector(weights, weights, 1, 1, 2, 2);
         __builtin_memcpy(v_sh + 3 * k + 4, &part, sizeof part);
-        part = third * __builtin_shuffle(weights, Order{2, 3, 3, 3});
+        part = third * __builtin_shufflevector(weights, weights, 2, 3, 3, 3);
         __builtin_memcpy(v_sh + 3 * k + 8, &part, sizeof part);
     }
     if constexpr (num_terms % 4 == 1)
