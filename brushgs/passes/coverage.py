@@ -18,7 +18,7 @@ from brushgs.quats import rotation_matrices
 from brushgs.scene import Gaussians
 from brushgs.threads import num_threads_or_default
 
-NUM_NEIGHBORS = 16  # the most that the core finds
+NUM_NEIGHBORS = 16  # that are found for every stroke
 ROWS_AT_A_TIME = 1 << 15  # in memory
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import Array, Mask, Rows
+from brushgs.passes.components import components
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.neighbours import NUM_NEIGHBOURS, nearest
@@ -179,7 +180,7 @@ def _outside_bodies(
     is_core = np.bincount(a, minlength=num_rows) + np.bincount(b, minlength=num_rows) >= MANY
     is_core |= is_dense
     both = is_core[a] & is_core[b]
-    groups = _components(num_rows, a[both], b[both])
+    groups = components(num_rows, a[both], b[both])
     for here, there in ((a, b), (b, a)):  # border points join the group of a core point
         is_border = ~is_core[here] & is_core[there]
         groups[here[is_border]] = groups[there[is_border]]
@@ -194,12 +195,3 @@ def _outside_bodies(
         is_detached[a[attached_a]] = False
         is_detached[b[attached_b]] = False
     return np.asarray(is_detached), groups
-
-
-def _components(num_rows: int, a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.int32]:
-    """The connected component of each row."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    links = coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(num_rows, num_rows))
-    return np.asarray(connected_components(links, directed=False)[1])

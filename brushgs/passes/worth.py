@@ -20,6 +20,7 @@ to +0.07 dB; 0 to 6 % of the strokes go.
 import numpy as np
 
 from brushgs.arrays import F64, Mask, Rows
+from brushgs.passes.components import components
 from brushgs.passes.coverage import NUM_NEIGHBORS, Coverage
 from brushgs.passes.floaters import STRONG
 from brushgs.scene import Gaussians
@@ -78,17 +79,12 @@ def _unseen(around: Coverage, opacities: F64) -> Mask:
 
 def _specks(around: Coverage, opacities: F64, kept: Mask) -> Mask:
     """Mask among the strokes `kept` of those in small groups that touch no other and are not firm."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     if not kept.any():
         return np.zeros(0, bool)
     rows, others = _touching(around, kept)
     places = np.cumsum(kept) - 1
-    num = int(kept.sum())
-    links = coo_array((np.ones(len(rows), bool), (places[rows], places[others])), shape=(num, num))
-    num_groups, groups = connected_components(links, directed=False)
-    counts, sums = np.bincount(groups, minlength=num_groups), np.bincount(groups, opacities[kept], num_groups)
+    groups = components(int(kept.sum()), places[rows], places[others])
+    counts, sums = np.bincount(groups), np.bincount(groups, opacities[kept])
     specks = ((sums < SPECK) & (sums < FIRM * counts))[groups]
     return np.asarray(specks & (specks.mean() <= MOST_SPECKS))
 

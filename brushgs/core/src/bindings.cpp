@@ -12,6 +12,7 @@
 
 #include "brushgs/blending.hpp"
 #include "brushgs/coats.hpp"
+#include "brushgs/components.hpp"
 #include "brushgs/cpu.hpp"
 #include "brushgs/finish.hpp"
 #include "brushgs/fragment_layers.hpp"
@@ -740,6 +741,25 @@ void neighbors(In<double, 2> points, Out<std::int32_t, 2> rows, int num_threads)
     brushgs::find_neighbors(query, rows.data());
 }
 
+void several_nearest(In<double, 2> points, In<double, 2> queries, Out<double, 2> distances, Out<std::int32_t, 2> rows,
+                     int num_threads) {
+    const brushgs::SeveralQuery query{.points = points.data(),
+                                      .queries = queries.data(),
+                                      .num_points = points.shape(0),
+                                      .num_queries = queries.shape(0),
+                                      .num_nearest = rows.shape(1),
+                                      .num_dimensions = points.shape(1),
+                                      .num_threads = num_threads};
+    const nb::gil_scoped_release without_gil;
+    brushgs::find_several(query, distances.data(), rows.data());
+}
+
+void components(In<std::int64_t, 1> a, In<std::int64_t, 1> b, Out<std::int32_t, 1> components) {
+    const brushgs::Links links{a.data(), b.data(), a.shape(0)};
+    const nb::gil_scoped_release without_gil;
+    brushgs::find_components(links, components.data(), components.shape(0));
+}
+
 // Stroke levels
 
 void fill_levels(In<std::uint8_t, 2> coverage, std::optional<In<std::uint8_t, 2>> height,
@@ -816,6 +836,7 @@ NB_MODULE(_core, m) {
     m.attr("TILE_HEIGHT") = brushgs::kTileHeight;
     m.attr("AREA_SCALE_STEPS") = brushgs::kAreaScaleSteps;
     m.attr("MOST_DIMENSIONS") = brushgs::kMostDimensions;
+    m.attr("MOST_NEIGHBORS") = brushgs::kMostNeighbors;
     nb::enum_<brushgs::Kernel>(m, "Kernel", "What a box is filled with.")
         .value("bilinear", brushgs::Kernel::bilinear)
         .value("nearest", brushgs::Kernel::nearest)
@@ -857,6 +878,13 @@ NB_MODULE(_core, m) {
           "its row [N] int32, the first of equally near ones.");
     m.def("neighbors", &neighbors, "points"_a.noconvert(), "rows"_a.noconvert(), "num_threads"_a,
           "Write for each of the points [N, D] the rows [N, k] int32 of the k others nearest to it, nearest first, "
-          "ties by row; k is below N and at most 16.");
+          "ties by row; k is below N and at most MOST_NEIGHBORS.");
+    m.def("several_nearest", &several_nearest, "points"_a.noconvert(), "queries"_a.noconvert(),
+          "distances"_a.noconvert(), "rows"_a.noconvert(), "num_threads"_a,
+          "Write for each of the queries [Q, D] the distances [Q, k] and rows [Q, k] int32 of the k points [N, D] "
+          "nearest to it, nearest first, ties by row; k is at most N and MOST_NEIGHBORS.");
+    m.def("components", &components, "a"_a.noconvert(), "b"_a.noconvert(), "components"_a.noconvert(),
+          "Write for each of N rows its component [N] int32, by the links a [M] to b [M] between rows. Components are "
+          "numbered from 0, in the order of their first rows.");
     def_stroke_levels(m);
 }

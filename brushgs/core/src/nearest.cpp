@@ -15,7 +15,9 @@ namespace {
 
 constexpr std::size_t kLeaf = 8;              // centres that are compared one by one
 constexpr std::size_t kPointsPerItem = 2048;  // work handed to a thread at a time, some 1 ms
-constexpr std::size_t kMostDepth = 64;        // of a tree that halves fewer than 2^31 centres, with room to spare
+constexpr std::size_t kQueriesPerItem = 256;  // the same, of queries for several
+constexpr std::int32_t kNoRow = -1;
+constexpr std::size_t kMostDepth = 64;  // of a tree that halves fewer than 2^31 centres, with room to spare
 
 // Sum of squares. In a fixed order, so that a sum of smaller terms never comes out larger: the distance to a box
 // must not exceed, by rounding, that to a centre inside.
@@ -47,7 +49,7 @@ struct Best {
     }
 };
 
-// The `count` nearest so far, nearest first, ties by row; without the point itself.
+// The `count` nearest so far, nearest first, ties by row; without the point itself, unless `own` is kNoRow.
 struct Several {
     Several(std::size_t most, std::int32_t own) : count(most), self(own) {
         std::fill_n(distances, count, squared);
@@ -211,6 +213,22 @@ void find_neighbors(const NeighborQuery& query, std::int32_t* neighbors) {
             tree.search(query.points + static_cast<std::size_t>(row) * query.num_dimensions, found);
             std::copy_n(found.rows, query.num_neighbors,
                         neighbors + static_cast<std::size_t>(row) * query.num_neighbors);
+        }
+    });
+}
+
+void find_several(const SeveralQuery& query, double* distances, std::int32_t* rows) {
+    if (query.num_queries == 0 || query.num_nearest == 0) return;
+    const Tree tree(query.points, query.num_points, query.num_dimensions);
+    const std::size_t num_items = (query.num_queries + kQueriesPerItem - 1) / kQueriesPerItem;
+    parallel_for(num_items, query.num_threads, [&](std::size_t item) {
+        const std::size_t begin = item * kQueriesPerItem, end = std::min(begin + kQueriesPerItem, query.num_queries);
+        for (std::size_t i = begin; i < end; ++i) {
+            Several found(query.num_nearest, kNoRow);
+            tree.search(query.queries + i * query.num_dimensions, found);
+            std::transform(found.distances, found.distances + query.num_nearest, distances + i * query.num_nearest,
+                           [](double squared) { return std::sqrt(squared); });
+            std::copy_n(found.rows, query.num_nearest, rows + i * query.num_nearest);
         }
     });
 }

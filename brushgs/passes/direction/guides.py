@@ -1,13 +1,12 @@
 """Guides -> how strokes should run: as the nearest line in space does, less the farther away it is."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from brushgs.arrays import F64, Rows
 from brushgs.io.guides.guide_file import Guides
 from brushgs.passes.direction.planes import Planes, Wish, pairs_of
 from brushgs.passes.extent import robust_frame
-from brushgs.threads import num_threads_or_default
+from brushgs.passes.neighbours import nearest
 
 REACH = 0.1  # scene radii, where the guides state none
 STEP = 0.125  # of the reach, between the places on a guide that are searched
@@ -42,5 +41,5 @@ def _nearest_segments(starts: F64, along: F64, lengths: F64, reach: float, means
     owners = np.repeat(np.arange(len(starts)), counts)
     ranks = np.arange(len(owners)) - np.repeat(np.cumsum(counts) - counts, counts)
     places = starts[owners] + ((ranks + 0.5) / counts[owners])[:, None] * along[owners]
-    _, rows = cKDTree(places).query(means, workers=num_threads_or_default(None))
-    return np.asarray(owners[rows])
+    _, rows = nearest(places, means, 1)
+    return np.asarray(owners[rows[:, 0]])

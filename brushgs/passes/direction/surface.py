@@ -8,16 +8,16 @@ two equally far neighbours is taken.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array
 from brushgs.passes.color_space import Space
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.direction.planes import Planes, blocks, ramp, unit_pairs
 from brushgs.passes.extent import robust_frame
+from brushgs.passes.neighbours import nearest
 from brushgs.scene import Gaussians
 from brushgs.sh import base_colors
-from brushgs.threads import num_threads_or_default
 
 NUM_NEIGHBORS = 20
 SURFACE = 0.6  # share of the Gaussians that is looked at, those of most paint: the others are mostly hidden
@@ -50,16 +50,16 @@ def surface_around(planes: Planes, gaussians: Gaussians) -> Surface:
         planes: of the strokes.
         gaussians: N >= 1 that the strokes were made of.
     """
-    search = _Search.of(gaussians)
+    near = _Near.of(gaussians, planes.means)
     color, long = np.empty((2, len(planes), 2))
     for rows in blocks(len(planes)):
-        color[rows], long[rows] = _surface_of(planes.take(rows), search)
+        color[rows], long[rows] = _surface_of(planes.take(rows), near, rows)
     return Surface(color, long)
 
 
-def _surface_of(planes: Planes, search: "_Search") -> tuple[F64, F64]:
-    """Both fields of `Surface`."""
-    weights, offsets, reach, colors = search.around(planes.means)
+def _surface_of(planes: Planes, near: "_Near", rows: slice) -> tuple[F64, F64]:
+    """Both fields of `Surface`, for some rows of the strokes."""
+    weights, offsets, reach, colors = near.around(rows)
     offsets -= np.einsum("nk,nki->ni", weights, offsets)[:, None]
     colors -= np.einsum("nk,nkc->nc", weights, colors)[:, None]
     flat = offsets @ planes.axes.transpose(0, 2, 1)  # along, across, off the plane
@@ -83,46 +83,50 @@ def _surface_of(planes: Planes, search: "_Search") -> tuple[F64, F64]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Search:
-    """The Gaussians of the surface, to be searched by place.
+class _Near:
+    """The Gaussians of the surface nearest to each stroke. Places are in scene radii from the centre.
 
     Attributes:
-        tree: of their places, scene radii from the centre.
-        center: [3] of the scene, world units.
+        places: [n, 3] of the strokes.
+        distances: [n, k] to the nearest Gaussians, nearest first.
+        found: [n, k] the rows of these.
+        points: [S, 3] places of the Gaussians.
         radius: of the scene, world units.
         shares: [S] root of their paint over that of the largest.
         sh: [S, k, 3] their colours.
     """
 
-    tree: cKDTree
-    center: F64
+    places: F64
+    distances: F64
+    found: NDArray[np.int64]
+    points: F64
     radius: float
     shares: F64
     sh: Array
 
     @classmethod
-    def of(cls, gaussians: Gaussians) -> "_Search":
+    def of(cls, gaussians: Gaussians, means: F64) -> "_Near":
         paint = gaussians.opacities * projected_areas(gaussians.scales)
         rank = int((1 - SURFACE) * len(paint))
         rows = np.flatnonzero(paint >= np.partition(paint, rank)[rank])
         center, radius = robust_frame(gaussians.means)
-        points = np.clip((gaussians.means[rows] - center) / radius, -FARTHEST, FARTHEST)
-        tree = cKDTree(points, balanced_tree=False, compact_nodes=False)  # half of the time
+        points, places = (
+            np.clip((x - center) / radius, -FARTHEST, FARTHEST) for x in (gaussians.means[rows], means)
+        )
+        distances, found = nearest(points, places, min(NUM_NEIGHBORS, len(rows)))
         shares = np.sqrt(paint[rows] / max(float(paint.max()), np.finfo(np.float64).tiny))
-        return cls(tree, center, radius, shares, gaussians.sh[rows])
+        return cls(places, distances, found, points, radius, shares, gaussians.sh[rows])
 
-    def around(self, means: F64) -> tuple[F64, F64, F64, F64]:
+    def around(self, strokes: slice) -> tuple[F64, F64, F64, F64]:
         """Weights [n, k], places [n, k, 3], the unit of these [n], world units, and colours [n, k, 3]."""
-        places = np.clip((means - self.center) / self.radius, -FARTHEST, FARTHEST)
-        ranks = range(1, min(NUM_NEIGHBORS, len(self.shares)) + 1)
-        distances, found = self.tree.query(places, k=ranks, workers=num_threads_or_default(None))
+        places, distances, found = (x[strokes] for x in (self.places, self.distances, self.found))
         reach = np.where(distances[:, -1] > 0, distances[:, -1], 1.0)
         weights = (1 - (distances / reach[:, None]) ** 2) ** 2 * self.shares[found]
         totals = weights.sum(axis=1, keepdims=True)
         weights /= np.where(totals > 0, totals, 1.0)
         used, local = np.unique(found, return_inverse=True)
         colors = Space("lab").to(base_colors(self.sh[used]))[local.reshape(found.shape)]
-        offsets = (self.tree.data[found] - places[:, None]) / reach[:, None, None]
+        offsets = (self.points[found] - places[:, None]) / reach[:, None, None]
         return weights, offsets, reach * self.radius, colors
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array
+from brushgs.passes.components import components
 from brushgs.passes.contribution import projected_areas
 from brushgs.passes.neighbours import nearest
 from brushgs.quats import rotation_matrices
@@ -46,9 +47,6 @@ def connected_parts(gaussians: Gaussians) -> NDArray[np.intp]:
 
 
 def _components(gaussians: Gaussians) -> NDArray[np.int32]:
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     num = len(gaussians)
     count = min(NUM_NEIGHBOURS + 1, num)
     distances, near = nearest(gaussians.means, gaussians.means, count)
@@ -59,8 +57,7 @@ def _components(gaussians: Gaussians) -> NDArray[np.int32]:
     axes = rotation_matrices(gaussians.quats).astype(np.float64)
     reach = _extents(axes, gaussians.scales, own, lines) + _extents(axes, gaussians.scales, others, lines)
     is_linked = gaps <= REACH * reach
-    pairs = (np.ones(int(is_linked.sum()), np.int8), (own[is_linked], others[is_linked]))
-    return np.asarray(connected_components(coo_matrix(pairs, shape=(num, num)), directed=False)[1])
+    return components(num, own[is_linked], others[is_linked])
 
 
 def _extents(axes: F64, scales: Array, rows: NDArray[np.intp], lines: F64) -> F64:

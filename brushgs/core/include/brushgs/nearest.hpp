@@ -1,4 +1,4 @@
-// Points -> the nearest of some centres, or of each other, exactly: by a k-d tree.
+// Points -> the nearest of some centres, or of each other, one or several, exactly: by a k-d tree.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 namespace brushgs {
 
 constexpr std::size_t kMostDimensions = 16;
-constexpr std::size_t kMostNeighbors = 16;
+constexpr std::size_t kMostNeighbors = 256;
 
 struct NearestQuery {
     const float* points;    // [num_points, num_dimensions]
@@ -38,5 +38,19 @@ struct NeighborQuery {
 // Writes the rows of the other points nearest to each, [num_points, num_neighbors], nearest first, ties by row.
 // Does not depend on `num_threads`.
 void find_neighbors(const NeighborQuery& query, std::int32_t* neighbors);
+
+struct SeveralQuery {
+    const double* points;    // [num_points, num_dimensions], finite
+    const double* queries;   // [num_queries, num_dimensions], finite
+    std::size_t num_points;  // below 2^31
+    std::size_t num_queries;
+    std::size_t num_nearest;     // for each query, at most num_points and kMostNeighbors
+    std::size_t num_dimensions;  // 1 to kMostDimensions
+    int num_threads;
+};
+
+// Writes for each query the points nearest to it, distances and rows, both [num_queries, num_nearest], nearest first,
+// ties by row. Does not depend on `num_threads`, bit for bit.
+void find_several(const SeveralQuery& query, double* distances, std::int32_t* rows);
 
 }  // namespace brushgs

@@ -1,0 +1,59 @@
+"""The nearest neighbours, and what hangs together by links, are those of SciPy."""
+
+import numpy as np
+import pytest
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from brushgs.passes import neighbours
+from brushgs.passes.components import components
+
+
+@pytest.mark.parametrize(("dimensions", "count"), [(1, 1), (2, 5), (3, 17), (3, 129), (5, 256), (16, 2)])
+def test_neighbours_are_those_of_scipy(dimensions, count):
+    random = np.random.default_rng([dimensions, count])
+    points = random.normal(size=(700, dimensions)).astype(np.float32)
+    queries = np.concatenate([points[::3], random.normal(size=(300, dimensions))])
+    distances, rows = neighbours.nearest(points, queries, count)
+    expected, expected_rows = cKDTree(points).query(queries, k=range(1, count + 1))
+    np.testing.assert_array_equal(distances, expected)
+    np.testing.assert_array_equal(rows, expected_rows)
+
+
+def test_of_equally_near_neighbours_the_first_rows_are_taken():
+    grid = np.stack(np.meshgrid(*[np.arange(5.0)] * 3), axis=-1).reshape(-1, 3)
+    points = np.concatenate([grid, grid])  # each twice
+    distances, rows = neighbours.nearest(points, grid, 20)
+    squared = ((grid[:, None] - points) ** 2).sum(axis=2)
+    expected = np.argsort(squared, axis=1, kind="stable")[:, :20]
+    np.testing.assert_array_equal(rows, expected)
+    np.testing.assert_array_equal(distances, np.sqrt(np.take_along_axis(squared, expected, axis=1)))
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_neighbours_do_not_depend_on_threads(monkeypatch, threads):
+    points = np.random.default_rng(0).normal(size=(2000, 3))
+    expected = neighbours.nearest(points, points, 4)
+    monkeypatch.setattr(neighbours, "num_threads_or_default", lambda _: threads)
+    for found, wanted in zip(neighbours.nearest(points, points, 4), expected, strict=True):
+        np.testing.assert_array_equal(found, wanted)
+
+
+def test_every_point_may_be_asked_for_and_no_query_may_be_made():
+    points = np.array([[0.0], [3.0], [1.0]])
+    np.testing.assert_array_equal(neighbours.nearest(points, points[:1], 3)[1], [[0, 2, 1]])
+    assert neighbours.nearest(points, points[:0], 2)[1].shape == (0, 2)
+
+
+@pytest.mark.parametrize("num_links", [0, 1, 150, 400, 5000])
+def test_components_are_those_of_scipy(num_links):
+    a, b = np.random.default_rng(num_links).integers(0, 500, (2, num_links))
+    links = coo_array((np.ones(num_links, bool), (a, b)), shape=(500, 500))
+    np.testing.assert_array_equal(components(500, a, b), connected_components(links, directed=False)[1])
+
+
+def test_a_chain_is_one_component_in_either_direction():
+    rows = np.arange(100_000)
+    for a, b in ((rows[:-1], rows[1:]), (rows[:0:-1], rows[-2::-1])):
+        assert not components(len(rows), a, b).any()
