@@ -13,6 +13,7 @@
 
 #include "brushgs/cpu.hpp"
 #include "brushgs/project_kernel.hpp"
+#include "brushgs/radix_sort.hpp"
 
 namespace brushgs {
 
@@ -21,7 +22,6 @@ namespace {
 constexpr std::size_t kRowsPerItem = 4096;     // work handed to a thread at a time, some 100 us
 constexpr std::size_t kRowsPerThread = 10000;  // with fewer, starting a thread costs more than it saves
 constexpr std::size_t kRowsAhead = 16;         // records prefetched: they lie anywhere in memory
-constexpr int kMaxDigitBits = 12;              // of the radix sort: 4096 buckets stay in the cache
 
 // A box in the sort: positive floating-point numbers are ordered like their bits.
 template <class T>
@@ -35,56 +35,6 @@ template <class T>
 std::size_t project_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin,
                          std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
     return BRUSHGS_KERNEL(project_rows<T>)(gaussians, params, begin, end, boxes, culled);
-}
-
-// Half-open range `item` of `count` things dealt out in `num_items` parts of nearly equal size.
-struct Range {
-    std::size_t begin, end;
-};
-Range part_of(std::size_t count, std::size_t item, std::size_t num_items) {
-    return {count * item / num_items, count * (item + 1) / num_items};
-}
-
-// One stable pass of the radix sort, by `digit_bits` of key - smallest from bit `shift` on.
-template <class Entry>
-void radix_pass(std::span<const Entry> from, std::span<Entry> to, typename Entry::Key smallest, int shift,
-                int digit_bits, int num_threads) {
-    const auto num_parts = static_cast<std::size_t>(num_threads);
-    const std::size_t num_digits = std::size_t{1} << digit_bits;
-    const auto digit_of = [=](const Entry& entry) {
-        return static_cast<std::size_t>((entry.key - smallest) >> shift) & (num_digits - 1);
-    };
-    std::vector<std::uint32_t> starts(num_parts * num_digits);  // counts first
-    parallel_for(num_parts, num_threads, [&](std::size_t part) {
-        std::uint32_t* counts = starts.data() + part * num_digits;
-        const Range range = part_of(from.size(), part, num_parts);
-        for (std::size_t i = range.begin; i < range.end; ++i) ++counts[digit_of(from[i])];
-    });
-    std::uint32_t start = 0;
-    for (std::size_t digit = 0; digit < num_digits; ++digit)
-        for (std::size_t part = 0; part < num_parts; ++part)
-            start += std::exchange(starts[part * num_digits + digit], start);
-    parallel_for(num_parts, num_threads, [&](std::size_t part) {
-        std::uint32_t* next = starts.data() + part * num_digits;
-        const Range range = part_of(from.size(), part, num_parts);
-        for (std::size_t i = range.begin; i < range.end; ++i) to[next[digit_of(from[i])]++] = from[i];
-    });
-}
-
-// Sorts by key, equal keys in the order they have; returns the sorted one of the two halves of memory.
-template <class Entry>
-std::span<const Entry> radix_sort(std::span<Entry> entries, std::span<Entry> other, int num_threads) {
-    if (entries.empty()) return entries;
-    const auto [low, high] = std::ranges::minmax_element(entries, {}, &Entry::key);
-    const auto smallest = low->key;  // subtracted: depths of one scene share their leading bits
-    const int key_bits = static_cast<int>(std::bit_width(high->key - smallest));
-    const int num_passes = (key_bits + kMaxDigitBits - 1) / kMaxDigitBits;
-    for (int pass = 0; pass < num_passes; ++pass) {
-        const int shift = key_bits * pass / num_passes, next_shift = key_bits * (pass + 1) / num_passes;
-        radix_pass<Entry>(entries, other, smallest, shift, next_shift - shift, num_threads);
-        std::swap(entries, other);
-    }
-    return entries;
 }
 
 template <class T>
