@@ -1,7 +1,9 @@
 """k-means by Lloyd's algorithm: points to the nearest centre by a k-d tree, centres to their mean.
 
 The k-d tree is that of the compiled core. SciPy's gives the same, bit for bit, in about the same time, but
-its import alone takes as long as all steps on a scene of 50,000 Gaussians.
+its import alone takes as long as all steps on a scene of 50,000 Gaussians. Only the start searches it for
+every point: afterwards a point is compared with the centres around its last one, see `reassign.cpp`. A step
+over 1.2 million points in 7000 clusters then takes 1/7 of the time.
 
 Every step is exact; results are the same, bit for bit, for any number of threads and from run to run.
 """
@@ -13,6 +15,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F32
 from brushgs.native import core as _core
+from brushgs.passes.groups import Groups, compacted
 from brushgs.passes.morton import morton_order
 from brushgs.threads import num_threads_or_default
 
@@ -60,17 +63,15 @@ def lloyd(
     """
     order = morton_order(points[:, :3])
     points, weights = points[order], weights[order]  # neighbours in memory too: cache hits
-    # The start has assigned the points already, so step 0 does not.
     centers, distances, nearest = start(points, weights, num_clusters, seed)
-    before = np.inf
-    for step in range(num_steps + 1):
-        if step:
-            distances, nearest = assign(points, centers)
+    errors = weights * distances**2
+    inertia, before, step = float(errors.sum()), np.inf, 0
+    while step < num_steps and inertia < (1 - gain) * before:
+        members = Groups.of(nearest, len(centers))
+        centers, before = update(points, weights, members, errors), inertia
+        distances, nearest = _assign_again(points, centers, members)
         errors = weights * distances**2
-        inertia = float(errors.sum())
-        if step == num_steps or inertia >= (1 - gain) * before:
-            break
-        centers, before = update(points, weights, nearest, errors, centers), inertia
+        inertia, step = float(errors.sum()), step + 1
     return _clusters(nearest, order, step, inertia)
 
 
@@ -95,10 +96,7 @@ def start(
         count = target - len(centers)
         rows = _systematic_sample(weights * errors, count, shift.random())
         fresh = _distinct(points[rows]).astype(np.float64)
-        to_fresh, nearest_fresh = assign(points, fresh)
-        is_nearer = to_fresh < distances
-        nearest[is_nearer] = nearest_fresh[is_nearer] + len(centers)
-        distances = np.minimum(distances, to_fresh)
+        _core.nearer(points, fresh, len(centers), distances, nearest, num_threads_or_default(None))
         errors = distances**2
         centers = np.concatenate([centers, fresh])
     return centers, distances, nearest
@@ -122,19 +120,18 @@ def assign(points: F32, centers: NDArray[np.float64]) -> tuple[NDArray[np.float6
     return _core.nearest(points, centers, num_threads_or_default(None))
 
 
+def _assign_again(
+    points: F32, centers: NDArray[np.float64], members: Groups
+) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """What `assign` gives, several times faster: `members` are the points by the centre nearest so far."""
+    return _core.nearest_again(points, centers, *members, num_threads_or_default(None))
+
+
 def update(
-    points: F32,
-    weights: NDArray[np.float64],
-    labels: NDArray[np.int32],
-    errors: NDArray[np.float64],
-    centers: NDArray[np.float64],
+    points: F32, weights: NDArray[np.float64], members: Groups, errors: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Weighted means of the points by label, [k, D]; centres without points go to the largest errors."""
-    num_clusters = len(centers)
-    mass = np.bincount(labels, weights, num_clusters)
-    means = np.empty_like(centers)
-    for column in range(points.shape[1]):
-        means[:, column] = np.bincount(labels, weights * points[:, column], num_clusters)
+    """Weighted means of the points by cluster, [k, D]; those without points go to the largest errors."""
+    mass, means = members.sums(points, weights, num_threads_or_default(None))
     is_empty = mass == 0
     means[~is_empty] /= mass[~is_empty, None]
     empty = np.flatnonzero(is_empty)
@@ -144,7 +141,7 @@ def update(
 
 
 def _clusters(nearest: NDArray[Any], order: NDArray[np.intp], num_steps: int, inertia: float) -> Clusters:
-    used, compact = np.unique(nearest, return_inverse=True)
+    compact, num = compacted(nearest)
     labels = np.empty(len(nearest), dtype=np.int32)
     labels[order] = compact
-    return Clusters(labels, len(used), num_steps, inertia)
+    return Clusters(labels, num, num_steps, inertia)

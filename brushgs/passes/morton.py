@@ -5,15 +5,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.native import core as _core
+from brushgs.threads import num_threads_or_default
+
 BITS = 21  # per axis: three fill 63 bits
-# Shifts and masks that move 21 bits to every third position. Source: Morton 1966; the masks are public lore.
-_INTERLEAVE = (
-    (32, 0x1F00000000FFFF),
-    (16, 0x1F0000FF0000FF),
-    (8, 0x100F00F00F00F00F),
-    (4, 0x10C30C30C30C30C3),
-    (2, 0x1249249249249249),
-)
 
 
 def morton_order(points: NDArray[np.floating[Any]]) -> NDArray[np.intp]:
@@ -24,13 +19,5 @@ def morton_order(points: NDArray[np.floating[Any]]) -> NDArray[np.intp]:
     low = points.min(axis=0).astype(np.float64)
     extent = float((points.max(axis=0) - low).max())
     step = (2**BITS - 1) / extent if extent > 0 else 0.0
-    code = np.zeros(len(points), dtype=np.uint64)
-    for axis in range(3):
-        code |= _interleave(((points[:, axis] - low[axis]) * step).astype(np.uint64)) << np.uint64(axis)
-    return np.argsort(code, kind="stable")
-
-
-def _interleave(values: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    for shift, mask in _INTERLEAVE:
-        values = (values | (values << np.uint64(shift))) & np.uint64(mask)
-    return values
+    contiguous = np.ascontiguousarray(points)
+    return np.asarray(_core.morton_order(contiguous, low, step, num_threads_or_default(None)))

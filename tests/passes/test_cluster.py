@@ -224,6 +224,23 @@ def test_morton_neighbours_are_near():
     np.testing.assert_array_equal(morton_order(np.ones((5, 3))), np.arange(5))
 
 
+def morton_code(cell):
+    """The bits of three whole numbers, interleaved: the slow way."""
+    return sum((int(cell[axis]) >> bit & 1) << (3 * bit + axis) for bit in range(21) for axis in range(3))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_the_morton_order_is_that_of_interleaved_bits(dtype):
+    points = np.random.default_rng(0).normal(size=(500, 3)).astype(dtype)
+    points = np.concatenate(
+        [points, points[:50] + dtype(1e-6), points[:20]]
+    )  # codes that share bits, and equals
+    low = points.min(axis=0).astype(np.float64)
+    cells = ((points - low) * ((2**21 - 1) / float((points.max(axis=0) - low).max()))).astype(np.int64)
+    codes = np.array([morton_code(cell) for cell in cells])
+    np.testing.assert_array_equal(morton_order(points), np.argsort(codes, kind="stable"))
+
+
 def test_the_method_chosen_and_its_reason_are_reported():
     method, reason = choose_method(300_000, 7000)
     assert method == "lloyd"

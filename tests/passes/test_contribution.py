@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from scipy.special import elliprg
 
+from brushgs.native import core as _core
 from brushgs.passes.contribution import contributions, projected_areas, visible_shares
 from brushgs.passes.extent import robust_frame
 from tests.passes.scenes import random_gaussians, replaced
@@ -78,3 +79,16 @@ def test_robust_frame_has_a_radius_whatever_the_points():
     mostly_one = np.zeros((1000, 3))
     mostly_one[0] = 3.0, 4.0, 0.0
     assert robust_frame(mostly_one)[1] == pytest.approx(2.5)
+
+
+@pytest.mark.parametrize("reach", [0.0, 0.3, 100.0])
+def test_light_passes_what_lies_within_reach_and_not_at_the_same_place(reach):
+    rng = np.random.default_rng(3)
+    places, depths = np.round(10 * rng.random(400), 1), rng.integers(0, 9, 400).astype(float)
+    above, below = np.empty((2, 400))
+    _core.light_along(places, depths, reach, above, below)
+    for i, place in enumerate(places):
+        is_above = (places > place) & (places <= place + reach)
+        is_below = (places < place) & (places >= place - reach)
+        assert above[i] == -depths[is_above].sum()
+        assert below[i] == -depths[is_below].sum()

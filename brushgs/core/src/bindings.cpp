@@ -18,7 +18,10 @@
 #include "brushgs/fragment_layers.hpp"
 #include "brushgs/fragments.hpp"
 #include "brushgs/frame_pool.hpp"
+#include "brushgs/groups.hpp"
+#include "brushgs/key_order.hpp"
 #include "brushgs/light.hpp"
+#include "brushgs/light_along.hpp"
 #include "brushgs/nearest.hpp"
 #include "brushgs/press.hpp"
 #include "brushgs/project.hpp"
@@ -731,6 +734,40 @@ nb::tuple nearest(In<float, 2> points, In<double, 2> centers, int num_threads) {
                           row(std::move(found.rows), query.num_points));
 }
 
+void nearer(In<float, 2> points, In<double, 2> centers, std::int32_t first, Out<double, 1> distances,
+            Out<std::int32_t, 1> rows, int num_threads) {
+    const brushgs::NearerQuery query{.points = points.data(),
+                                     .centers = centers.data(),
+                                     .num_points = points.shape(0),
+                                     .num_centers = centers.shape(0),
+                                     .num_dimensions = points.shape(1),
+                                     .first = first,
+                                     .num_threads = num_threads,
+                                     .distances = distances.data(),
+                                     .rows = rows.data()};
+    const nb::gil_scoped_release without_gil;
+    brushgs::find_nearer(query);
+}
+
+nb::tuple nearest_again(In<float, 2> points, In<double, 2> centers, In<std::int32_t, 1> rows,
+                        In<std::int64_t, 1> begins, int num_threads) {
+    const brushgs::RegroupQuery query{.points = points.data(),
+                                      .centers = centers.data(),
+                                      .rows = rows.data(),
+                                      .begins = begins.data(),
+                                      .num_points = points.shape(0),
+                                      .num_centers = centers.shape(0),
+                                      .num_dimensions = points.shape(1),
+                                      .num_threads = num_threads};
+    brushgs::Nearest found;
+    {
+        const nb::gil_scoped_release without_gil;
+        found = brushgs::find_nearest_again(query);
+    }
+    return nb::make_tuple(row(std::move(found.distances), query.num_points),
+                          row(std::move(found.rows), query.num_points));
+}
+
 void neighbors(In<double, 2> points, Out<std::int32_t, 2> rows, int num_threads) {
     const brushgs::NeighborQuery query{.points = points.data(),
                                        .num_points = points.shape(0),
@@ -758,6 +795,74 @@ void components(In<std::int64_t, 1> a, In<std::int64_t, 1> b, Out<std::int32_t, 
     const brushgs::Links links{a.data(), b.data(), a.shape(0)};
     const nb::gil_scoped_release without_gil;
     brushgs::find_components(links, components.data(), components.shape(0));
+}
+
+// Rows by label, and in order
+
+nb::tuple group_rows(In<std::int32_t, 1> labels, std::size_t num_groups) {
+    const std::size_t count = labels.shape(0);
+    auto rows = brushgs::make_buffer<std::int32_t>(count);
+    auto begins = brushgs::make_buffer<std::int64_t>(num_groups + 1);
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::group_rows(labels.data(), count, num_groups, rows.get(), begins.get());
+    }
+    return nb::make_tuple(row(rows, count), row(begins, num_groups + 1));
+}
+
+template <class T>
+nb::tuple sum_groups(In<T, 2> values, In<double, 1> weights, In<std::int32_t, 1> rows, In<std::int64_t, 1> begins,
+                     int num_threads) {
+    const std::size_t num_groups = begins.shape(0) - 1, width = values.shape(1);
+    auto totals = brushgs::make_buffer<double>(num_groups), sums = brushgs::make_buffer<double>(num_groups * width);
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::sum_groups(brushgs::GroupSums<T>{.values = values.data(),
+                                                  .weights = weights.data(),
+                                                  .rows = rows.data(),
+                                                  .begins = begins.data(),
+                                                  .num_groups = num_groups,
+                                                  .width = width,
+                                                  .num_threads = num_threads,
+                                                  .totals = totals.get(),
+                                                  .sums = sums.get()});
+    }
+    return nb::make_tuple(row(totals, num_groups), table(sums, num_groups, width));
+}
+
+template <class T>
+nb::object morton_order(In<T, 2> points, In<double, 1> low, double step, int num_threads) {
+    const std::size_t count = points.shape(0);
+    auto order = brushgs::make_buffer<std::int64_t>(count);
+    {
+        const nb::gil_scoped_release without_gil;
+        const auto keys = brushgs::make_buffer<std::uint64_t>(count);
+        brushgs::morton_keys(points.data(), count, low.data(), step, num_threads, keys.get());
+        const auto rows = brushgs::rows_by_key(keys.get(), count, num_threads);
+        std::copy_n(rows.get(), count, order.get());
+    }
+    return row(order, count);
+}
+
+void light_along(In<double, 1> places, In<double, 1> depths, double reach, Out<double, 1> from_above,
+                 Out<double, 1> from_below) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::light_along({.places = places.data(),
+                          .depths = depths.data(),
+                          .count = places.shape(0),
+                          .reach = reach,
+                          .from_above = from_above.data(),
+                          .from_below = from_below.data()});
+}
+
+template <class T>
+void def_groups(nb::module_& m) {
+    m.def("sum_groups", &sum_groups<T>, "values"_a.noconvert(), "weights"_a.noconvert(), "rows"_a.noconvert(),
+          "begins"_a.noconvert(), "num_threads"_a,
+          "Of the groups that `group_rows` found, the sums [k] of the weights [N] and [k, D] of weight x values "
+          "[N, D], added in the order of the rows.");
+    m.def("morton_order", &morton_order<T>, "points"_a.noconvert(), "low"_a.noconvert(), "step"_a, "num_threads"_a,
+          "The rows [N] int64 of points [N, 3] along the Morton curve of (point - low) * step, ties by row.");
 }
 
 // Stroke levels
@@ -876,6 +981,21 @@ NB_MODULE(_core, m) {
     m.def("nearest", &nearest, "points"_a.noconvert(), "centers"_a.noconvert(), "num_threads"_a,
           "For points [N, D], D at most MOST_DIMENSIONS, the distance [N] to the nearest of the centers [k, D], and "
           "its row [N] int32, the first of equally near ones.");
+    m.def("nearer", &nearer, "points"_a.noconvert(), "centers"_a.noconvert(), "first"_a, "distances"_a.noconvert(),
+          "rows"_a.noconvert(), "num_threads"_a,
+          "Bring distances [N] and rows [N] int32 of what is nearest to points [N, D] up to date, where one of the "
+          "centers [k, D], which are the rows from `first` on, is nearer.");
+    m.def("nearest_again", &nearest_again, "points"_a.noconvert(), "centers"_a.noconvert(), "rows"_a.noconvert(),
+          "begins"_a.noconvert(), "num_threads"_a,
+          "What `nearest` gives, sooner for points that `group_rows` groups by what was nearest before.");
+    m.def("group_rows", &group_rows, "labels"_a.noconvert(), "num_groups"_a,
+          "The rows [N] int32 of labels [N] int32 group by group, each ascending, and where the groups begin [k + 1].");
+    def_groups<float>(m);
+    def_groups<double>(m);
+    m.def("light_along", &light_along, "places"_a.noconvert(), "depths"_a.noconvert(), "reach"_a,
+          "from_above"_a.noconvert(), "from_below"_a.noconvert(),
+          "Write for places [N] on a line minus the optical depth [N] of what lies above each and below each, within "
+          "reach, see light_along.hpp.");
     m.def("neighbors", &neighbors, "points"_a.noconvert(), "rows"_a.noconvert(), "num_threads"_a,
           "Write for each of the points [N, D] the rows [N, k] int32 of the k others nearest to it, nearest first, "
           "ties by row; k is below N and at most MOST_NEIGHBORS.");

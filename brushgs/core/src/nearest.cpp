@@ -1,53 +1,20 @@
-// A k-d tree whose nodes know the box around their centres: what lies farther than the best so far is skipped.
+// Searches of a k-d tree for every point, in threads.
 #include "brushgs/nearest.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
-#include <vector>
 
 #include "brushgs/cpu.hpp"
+#include "brushgs/kd_tree.hpp"
 
 namespace brushgs {
 
 namespace {
 
-constexpr std::size_t kLeaf = 8;              // centres that are compared one by one
 constexpr std::size_t kPointsPerItem = 2048;  // work handed to a thread at a time, some 1 ms
 constexpr std::size_t kQueriesPerItem = 256;  // the same, of queries for several
-constexpr std::int32_t kNoRow = -1;
-constexpr std::size_t kMostDepth = 64;  // of a tree that halves fewer than 2^31 centres, with room to spare
-
-// Sum of squares. In a fixed order, so that a sum of smaller terms never comes out larger: the distance to a box
-// must not exceed, by rounding, that to a centre inside.
-template <class Difference>
-inline double sum_of_squares(std::size_t count, const Difference& difference) {
-    double a = 0, b = 0, c = 0, d = 0;
-    std::size_t i = 0;
-    for (; i + 4 <= count; i += 4) {
-        const double e = difference(i), f = difference(i + 1), g = difference(i + 2), h = difference(i + 3);
-        a += e * e, b += f * f, c += g * g, d += h * h;
-    }
-    double sum = a + b + c + d;
-    for (; i < count; ++i) sum += difference(i) * difference(i);
-    return sum;
-}
-
-struct Node {
-    std::uint32_t begin, end;  // centres of the tree, in its order
-    std::uint32_t second;      // the other child; the first follows at once. 0: a leaf
-};
-
-// What a search has found. `squared` is what a centre must not exceed to be of interest.
-struct Best {
-    double squared;
-    std::int32_t row;
-
-    void offer(double other, std::int32_t at) {
-        if (other < squared || (other == squared && at < row)) squared = other, row = at;
-    }
-};
+constexpr double kRoundOff = 1e-12;           // relative, of the square of a distance
 
 // The `count` nearest so far, nearest first, ties by row; without the point itself, unless `own` is kNoRow.
 struct Several {
@@ -75,115 +42,12 @@ struct Several {
     std::int32_t rows[kMostNeighbors];
 };
 
-class Tree {
-public:
-    Tree(const double* centers, std::size_t num_centers, std::size_t num_dimensions)
-        : dimensions_(num_dimensions), rows_(num_centers) {
-        std::iota(rows_.begin(), rows_.end(), 0);
-        grow(centers, 0, rows_.size());
-        places_.resize(rows_.size() * dimensions_);
-        for (std::size_t i = 0; i < rows_.size(); ++i)
-            std::copy_n(centers + static_cast<std::size_t>(rows_[i]) * dimensions_, dimensions_,
-                        &places_[i * dimensions_]);
-    }
-
-    const std::vector<std::int32_t>& rows() const { return rows_; }
-
-    // `best` is what is found without looking.
-    template <class Found>
-    void search(const double* point, Found& best) const {
-        struct Waiting {
-            double squared;
-            std::uint32_t node;
-        } stack[kMostDepth];
-        std::size_t depth = 0;
-        stack[depth++] = {squared_to_box(point, 0), 0};
-        while (depth > 0) {
-            const Waiting next = stack[--depth];
-            if (next.squared > best.squared) continue;  // where equal, there may be an earlier row
-            const Node& node = nodes_[next.node];
-            if (node.second == 0) {
-                test_leaf(point, node, best);
-                continue;
-            }
-            Waiting near{squared_to_box(point, next.node + 1), next.node + 1};
-            Waiting far{squared_to_box(point, node.second), node.second};
-            if (far.squared < near.squared) std::swap(near, far);
-            if (far.squared <= best.squared) stack[depth++] = far;
-            if (near.squared <= best.squared) stack[depth++] = near;
-        }
-    }
-
-private:
-    void grow(const double* centers, std::size_t begin, std::size_t end) {
-        const std::size_t self = nodes_.size();
-        nodes_.push_back({static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end), 0});
-        const std::size_t widest = add_box(centers, begin, end);
-        if (end - begin <= kLeaf) return;
-        const auto first = rows_.begin() + static_cast<std::ptrdiff_t>(begin);
-        const auto middle = first + static_cast<std::ptrdiff_t>((end - begin) / 2);
-        const auto last = rows_.begin() + static_cast<std::ptrdiff_t>(end);
-        std::nth_element(first, middle, last, [&](std::int32_t a, std::int32_t b) {
-            return centers[static_cast<std::size_t>(a) * dimensions_ + widest] <
-                   centers[static_cast<std::size_t>(b) * dimensions_ + widest];
-        });
-        const std::size_t half = begin + (end - begin) / 2;
-        grow(centers, begin, half);
-        nodes_[self].second = static_cast<std::uint32_t>(nodes_.size());
-        grow(centers, half, end);
-    }
-
-    // Adds the box around some centres; returns the axis along which it is widest.
-    std::size_t add_box(const double* centers, std::size_t begin, std::size_t end) {
-        const std::size_t at = boxes_.size();
-        boxes_.resize(at + 2 * dimensions_);
-        double* low = &boxes_[at];
-        double* high = low + dimensions_;
-        for (std::size_t axis = 0; axis < dimensions_; ++axis) {
-            low[axis] = high[axis] = centers[static_cast<std::size_t>(rows_[begin]) * dimensions_ + axis];
-            for (std::size_t i = begin + 1; i < end; ++i) {
-                const double x = centers[static_cast<std::size_t>(rows_[i]) * dimensions_ + axis];
-                low[axis] = std::min(low[axis], x), high[axis] = std::max(high[axis], x);
-            }
-        }
-        std::size_t widest = 0;
-        for (std::size_t axis = 1; axis < dimensions_; ++axis)
-            if (high[axis] - low[axis] > high[widest] - low[widest]) widest = axis;
-        return widest;
-    }
-
-    double squared_to_box(const double* point, std::size_t node) const {
-        const double* low = &boxes_[2 * dimensions_ * node];
-        const double* high = low + dimensions_;
-        return sum_of_squares(dimensions_, [=](std::size_t i) {
-            const double below = low[i] - point[i], above = point[i] - high[i];
-            const double farther = below > above ? below : above;
-            return farther > 0 ? farther : 0;
-        });
-    }
-
-    template <class Found>
-    void test_leaf(const double* point, const Node& node, Found& best) const {
-        for (std::size_t i = node.begin; i < node.end; ++i) {
-            const double* place = &places_[i * dimensions_];
-            const double squared = sum_of_squares(dimensions_, [=](std::size_t k) { return point[k] - place[k]; });
-            best.offer(squared, rows_[i]);
-        }
-    }
-
-    std::size_t dimensions_;
-    std::vector<std::int32_t> rows_;  // of the centres, in the order of the tree
-    std::vector<double> places_;      // [num_centers, num_dimensions] in that order
-    std::vector<double> boxes_;       // per node: low and high ends
-    std::vector<Node> nodes_;
-};
-
 }  // namespace
 
 Nearest find_nearest(const NearestQuery& query) {
     Nearest found{std::make_unique_for_overwrite<double[]>(query.num_points),
                   std::make_unique_for_overwrite<std::int32_t[]>(query.num_points)};
-    const Tree tree(query.centers, query.num_centers, query.num_dimensions);
+    const KdTree tree(query.centers, query.num_centers, query.num_dimensions);
     const std::size_t num_items = (query.num_points + kPointsPerItem - 1) / kPointsPerItem;
     parallel_for(num_items, query.num_threads, [&](std::size_t item) {
         const std::size_t begin = item * kPointsPerItem, end = std::min(begin + kPointsPerItem, query.num_points);
@@ -201,9 +65,31 @@ Nearest find_nearest(const NearestQuery& query) {
     return found;
 }
 
+void find_nearer(const NearerQuery& query) {
+    const KdTree tree(query.centers, query.num_centers, query.num_dimensions);
+    const std::size_t num_items = (query.num_points + kPointsPerItem - 1) / kPointsPerItem;
+    parallel_for(num_items, query.num_threads, [&](std::size_t item) {
+        const std::size_t begin = item * kPointsPerItem, end = std::min(begin + kPointsPerItem, query.num_points);
+        double point[kMostDimensions];
+        std::int32_t row = 0;  // what was found for the point before
+        for (std::size_t i = begin; i < end; ++i) {
+            std::copy_n(query.points + i * query.num_dimensions, query.num_dimensions, point);
+            const double* place = query.centers + static_cast<std::size_t>(row) * query.num_dimensions;
+            const double known = query.distances[i] * query.distances[i] * (1 + kRoundOff);
+            Best best{sum_of_squares(query.num_dimensions, [&](std::size_t k) { return point[k] - place[k]; }), row};
+            if (known < best.squared) best = {known, -1};
+            tree.search(point, best);
+            if (best.row < 0) continue;
+            row = best.row;
+            const double distance = std::sqrt(best.squared);
+            if (distance < query.distances[i]) query.distances[i] = distance, query.rows[i] = query.first + row;
+        }
+    });
+}
+
 void find_neighbors(const NeighborQuery& query, std::int32_t* neighbors) {
     if (query.num_points == 0 || query.num_neighbors == 0) return;
-    const Tree tree(query.points, query.num_points, query.num_dimensions);
+    const KdTree tree(query.points, query.num_points, query.num_dimensions);
     const std::size_t num_items = (query.num_points + kPointsPerItem - 1) / kPointsPerItem;
     parallel_for(num_items, query.num_threads, [&](std::size_t item) {
         const std::size_t begin = item * kPointsPerItem, end = std::min(begin + kPointsPerItem, query.num_points);

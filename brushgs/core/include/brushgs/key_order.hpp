@@ -1,0 +1,20 @@
+// 64-bit keys -> their rows in ascending order; and points in space -> their rows along the Morton curve.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "brushgs/memory.hpp"
+
+namespace brushgs {
+
+// The rows by ascending key, equal keys by row; below 2^32 rows.
+Buffer<std::uint32_t> rows_by_key(const std::uint64_t* keys, std::size_t count, int num_threads);
+
+// Keys of points [count, 3] along the Morton curve: (point - low) * step, cut to whole numbers of 21 bits, their
+// bits interleaved.
+template <class T>
+void morton_keys(const T* points, std::size_t count, const double* low, double step, int num_threads,
+                 std::uint64_t* keys);
+
+}  // namespace brushgs

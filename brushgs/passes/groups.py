@@ -1,0 +1,59 @@
+"""Rows with labels -> the rows of each label, and weighted sums over them, in threads.
+
+Sums run in float64, in row order: equal input gives equal output, bit for bit, for any number of threads.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgs.arrays import F64, Array
+from brushgs.native import core as _core
+from brushgs.threads import num_threads_or_default
+
+
+class Groups(NamedTuple):
+    """The rows of each of k labels.
+
+    Attributes:
+        rows: [N] int32 the rows of label 0, of label 1 and so on, each ascending.
+        begins: [k + 1] int64 where the rows of each label begin.
+    """
+
+    rows: NDArray[np.int32]
+    begins: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, labels: NDArray[np.integer[Any]], num: int) -> "Groups":
+        """Groups of labels [N], each 0 to num - 1."""
+        return cls(*_core.group_rows(np.ascontiguousarray(labels, np.int32), num))
+
+    @property
+    def sizes(self) -> NDArray[np.int64]:
+        """How many rows each label has, [k]."""
+        return np.diff(self.begins)
+
+    def sums(self, values: Array, weights: F64, num_threads: int | None = None) -> tuple[F64, F64]:
+        """Sums [k] of the weights [N] and sums [k, ...] of weight x values [N, ...]; 0 without rows."""
+        flat = np.ascontiguousarray(values.reshape(len(values), -1))
+        threads = num_threads_or_default(num_threads)
+        totals, sums = _core.sum_groups(flat, np.ascontiguousarray(weights), *self, threads)
+        return totals, sums.reshape(-1, *values.shape[1:])
+
+
+def compacted(labels: NDArray[np.integer[Any]]) -> tuple[NDArray[np.int32], int]:
+    """The labels [N], any integers, numbered from 0 on in ascending order, and how many there are."""
+    if not len(labels):
+        return np.zeros(0, np.int32), 0
+    low, high = int(labels.min()), int(labels.max())
+    if high - low > 4 * len(labels):  # too sparse for a table
+        used, compact = np.unique(labels, return_inverse=True)
+        return compact.astype(np.int32), len(used)
+    ranks = np.zeros(high - low + 1, np.int32)
+    places = labels - labels.dtype.type(low) if low else labels
+    ranks[places] = 1
+    num = int(ranks.sum())
+    np.cumsum(ranks, out=ranks)
+    ranks -= 1
+    return ranks[places], num

@@ -1,0 +1,53 @@
+import numpy as np
+import pytest
+
+from brushgs.passes.groups import Groups, compacted
+
+SPARSE = np.array([7, -3, 10**12, 7, -3, 0])
+
+
+def labelled(num=1000, k=17, width=9, dtype=np.float32):
+    rng = np.random.default_rng(0)
+    labels = rng.integers(0, k, num).astype(np.int32)
+    labels[labels == 4] = 5  # a label without rows
+    return labels, rng.normal(size=(num, width)).astype(dtype), rng.random(num)
+
+
+def test_groups_hold_the_rows_of_each_label_in_order():
+    labels, _, _ = labelled()
+    groups = Groups.of(labels, 17)
+    for label in range(17):
+        rows = groups.rows[groups.begins[label] : groups.begins[label + 1]]
+        np.testing.assert_array_equal(rows, np.flatnonzero(labels == label))
+    np.testing.assert_array_equal(groups.sizes, np.bincount(labels, minlength=17))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("width", [1, 9, 16, 48])
+@pytest.mark.parametrize("num_threads", [1, 3])
+def test_sums_are_those_of_bincount_bit_for_bit(dtype, width, num_threads):
+    labels, values, weights = labelled(width=width, dtype=dtype)
+    totals, sums = Groups.of(labels, 17).sums(values, weights, num_threads)
+    np.testing.assert_array_equal(totals, np.bincount(labels, weights, 17))
+    for column in range(width):
+        np.testing.assert_array_equal(sums[:, column], np.bincount(labels, weights * values[:, column], 17))
+
+
+def test_sums_keep_the_shape_of_a_row():
+    labels, values, weights = labelled(width=12)
+    groups = Groups.of(labels, 17)
+    sums = groups.sums(values.reshape(-1, 4, 3), weights)[1]
+    np.testing.assert_array_equal(sums.reshape(17, 12), groups.sums(values, weights)[1])
+
+
+@pytest.mark.parametrize("labels", [SPARSE, SPARSE.astype(np.int32) % 50, np.array([3, 3]), np.zeros(0, int)])
+def test_labels_are_numbered_anew_in_their_order(labels):
+    expected, compact = np.unique(labels, return_inverse=True)
+    found, num = compacted(labels)
+    np.testing.assert_array_equal(found, compact)
+    assert num == len(expected)
+
+
+def test_narrow_and_unsigned_labels_are_numbered_too():
+    for labels in (np.array([-128, 127, 5], np.int8), np.array([2**63, 2**63 + 5], np.uint64)):
+        np.testing.assert_array_equal(compacted(labels)[0], np.unique(labels, return_inverse=True)[1])
