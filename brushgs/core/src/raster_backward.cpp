@@ -92,11 +92,18 @@ void write_gradients(const RowGradients& row, std::size_t i, const BoxGradients<
 template <int channels, class T>
 struct BoxSums {
     double values[num_sums(channels)] = {};
+    bool is_seen = false;  // in any tile
 
-    BoxSums(const BoxVisits& visits, std::size_t i, const T* sums) {
+    BoxSums(const BoxVisits& visits, std::size_t i, const RecordSums<T>& sums) {
         constexpr std::size_t width = num_sums(channels);
+        constexpr std::uint32_t ahead = 16;  // the entries of a box lie in tiles far from each other
+        const std::uint32_t last = visits.starts.back() - 1;
         for (std::uint32_t k = visits.starts[i]; k < visits.starts[i + 1]; ++k) {
-            const T* of_tile = sums + width * visits.entries[k];
+            const std::uint32_t entry = visits.entries[k], soon = visits.entries[std::min(k + ahead, last)];
+            __builtin_prefetch(sums.values + width * (sums.is_seen[soon] ? soon : entry));
+            if (!sums.is_seen[entry]) continue;
+            is_seen = true;
+            const T* of_tile = sums.values + width * entry;
             for (std::size_t s = 0; s < width; ++s) values[s] += static_cast<double>(of_tile[s]);
         }
     }
@@ -108,14 +115,13 @@ void gather_gradients(const RasterParams& params, const BoxView<T>& boxes, const
                       const BoxVisits& visits, std::size_t i, const TileSums<T>& sums,
                       const BoxGradients<T>& gradients) {
     const bool is_image = params.kernel == Kernel::bilinear || params.kernel == Kernel::nearest;
-    RowGradients row{};  // zeros of a stroke that paints nothing
-    if (records[i].right >= records[i].left) {
-        const BoxSums<channels, T> strokes(visits, i, sums.strokes);
+    RowGradients row{};  // zeros of a stroke that is not seen
+    if (const BoxSums<channels, T> strokes(visits, i, sums.strokes); strokes.is_seen)
         row = gradients_of(params, boxes, records[i], is_image, i, strokes.values, channels);
-    }
-    if (sums.underpaints != nullptr && records[boxes.count + i].right >= records[boxes.count + i].left) {
+    if (sums.underpaints.values != nullptr) {
         const BoxSums<channels, T> underpaints(visits, i, sums.underpaints);
-        row += gradients_of(params, boxes, records[boxes.count + i], false, i, underpaints.values, channels);
+        if (underpaints.is_seen)
+            row += gradients_of(params, boxes, records[boxes.count + i], false, i, underpaints.values, channels);
     }
     write_gradients(row, i, gradients);
 }
@@ -173,16 +179,21 @@ void rasterize_backward(const RasterParams& params, const BoxView<T>& boxes, con
     const TileLists tiles = make_tiles(params, kernels.make_records, boxes, records, &visits);
     const auto num_tiles = static_cast<std::size_t>(tiles.columns) * static_cast<std::size_t>(tiles.rows);
     thread_local Scratch<T> sum_memory;
+    thread_local Scratch<bool> seen_memory;
     const auto width = static_cast<std::size_t>(num_sums(picture.v_layers.count));
     const bool has_underpaint = boxes.underpaint.setbacks != nullptr;
-    const std::size_t num_values = width * tiles.starts.back();
-    T* const memory = sum_memory.take((has_underpaint ? 2 : 1) * num_values).data();
-    const TileSums<T> sums{memory, has_underpaint ? memory + num_values : nullptr};
+    const std::size_t num_entries = tiles.starts.back(), num_layers = has_underpaint ? 2 : 1;
+    T* const values = sum_memory.take(num_layers * width * num_entries).data();
+    bool* const is_seen = seen_memory.take(num_layers * num_entries).data();
+    TileSums<T> sums{{values, is_seen}, {nullptr, nullptr}};
+    if (has_underpaint) sums.underpaints = {values + width * num_entries, is_seen + num_entries};
+    const auto from = [&](const RecordSums<T>& all, std::size_t entry) {
+        return all.values == nullptr ? all : RecordSums<T>{all.values + width * entry, all.is_seen + entry};
+    };
     const auto differentiate = [&](std::size_t tile, double* const* into) {
         const TileTask<T> task = task_of(params, boxes, records, tiles, tile);
-        const std::size_t first = width * tiles.starts[tile];
-        const TileSums<T> of_tile{sums.strokes + first, has_underpaint ? sums.underpaints + first : nullptr};
-        kernels.differentiate_tile(task, picture, of_tile, into);
+        const std::size_t first = tiles.starts[tile];
+        kernels.differentiate_tile(task, picture, {from(sums.strokes, first), from(sums.underpaints, first)}, into);
     };
     if (texels.empty()) {
         parallel_for(num_tiles, params.num_threads, [&](std::size_t tile) { differentiate(tile, nullptr); });

@@ -62,10 +62,12 @@ template <class T, int channels>
     using Four = typename Colors<T>::Four;
     const auto store = [](T* plane, const Four& four) { __builtin_memcpy(plane, &four, sizeof four); };
     const Colors<T> color = deinterleave(picture.rgb + 3 * pixel), v = deinterleave(picture.v_rgb + 3 * pixel);
-    Four alpha, v_alpha{};
-    load_four(picture.alpha + pixel, 1, alpha);
-    if (picture.v_alpha != nullptr) load_four(picture.v_alpha + pixel, 1, v_alpha);
-    Four v_weight = v_alpha;
+    Four alpha{}, v_weight{}, of_blue = v.blue * color.blue;
+    if (channels > 0 || picture.v_alpha != nullptr) load_four(picture.alpha + pixel, 1, alpha);
+    if (picture.v_alpha != nullptr) {
+        load_four(picture.v_alpha + pixel, 1, v_weight);
+        of_blue = of_blue + v_weight * alpha;
+    }
     for (int c = 0; c < channels; ++c) {
         const Channel<const T> layer = picture.layers.channels[c], v_layer = picture.v_layers.channels[c];
         Four mean, v_mean;
@@ -75,8 +77,7 @@ template <class T, int channels>
         v_weight = v_weight - v_sum * mean;
         store(tile.v_sum[c][b] + p, v_sum);
     }
-    const Four whole = (v.red * color.red + v.green * color.green) + (v.blue * color.blue + v_alpha * alpha);
-    store(tile.behind[b] + p, whole);
+    store(tile.behind[b] + p, (v.red * color.red + v.green * color.green) + of_blue);
     store(tile.v_color[0][b] + p, v.red);
     store(tile.v_color[1][b] + p, v.green);
     store(tile.v_color[2][b] + p, v.blue);
@@ -119,16 +120,21 @@ void start(const TileTask<T>& task, const PictureGradients<T> picture, GradientT
     tile.min_transmittance = static_cast<T>(task.params.min_transmittance);
     T* all = tile.transmittance[0];
     for (int i = 0; i < kNumBlocks * kBlockPixels; ++i) all[i] = 1;
-    for (int y = 0; y < num_rows; ++y) {
-        const std::size_t first = static_cast<std::size_t>(task.y0 + y) * static_cast<std::size_t>(task.params.width) +
-                                  static_cast<std::size_t>(task.x0);
-        const int first_block = y / kBlockSize * kBlockColumns, p = y % kBlockSize * kBlockSize;
-        int x = 0;
-        for (; x + kBlockSize <= num_columns; x += kBlockSize)
-            read_four(picture, first + static_cast<std::size_t>(x), first_block + x / kBlockSize, p, tile);
-        if (x < num_columns)
-            read_some(PictureGradients<T>(picture), first + static_cast<std::size_t>(x),
-                      static_cast<std::size_t>(num_columns - x), first_block + x / kBlockSize, p, tile);
+    // Block by block: a cache line of each plane is filled at once, which is 1.3 times as fast as row by row.
+    for (int b = 0; b < kNumBlocks; ++b) {
+        const int x = b % kBlockColumns * kBlockSize;
+        for (int row = 0; row < kBlockSize; ++row) {
+            const int y = b / kBlockColumns * kBlockSize + row;
+            if (x >= num_columns || y >= num_rows) break;
+            const std::size_t pixel =
+                static_cast<std::size_t>(task.y0 + y) * static_cast<std::size_t>(task.params.width) +
+                static_cast<std::size_t>(task.x0 + x);
+            if (x + kBlockSize <= num_columns)
+                read_four(picture, pixel, b, row * kBlockSize, tile);
+            else
+                read_some(PictureGradients<T>(picture), pixel, static_cast<std::size_t>(num_columns - x), b,
+                          row * kBlockSize, tile);
+        }
     }
 }
 
@@ -217,8 +223,9 @@ template <class T>
     };
 }
 
+// Returns whether the record paints in the tile; only then are there sums.
 template <class T, Kernel kernel, bool has_streaks = false, int channels>
-[[gnu::always_inline]] inline void differentiate_record(const TileTask<T>& task, const Record<T>& record,
+[[gnu::always_inline]] inline bool differentiate_record(const TileTask<T>& task, const Record<T>& record,
                                                         const Attributes<T, channels>& attributes, std::uint32_t id,
                                                         GradientTile<T, channels>& tile, T* sums,
                                                         double* const* texels) {
@@ -237,10 +244,7 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
                                                             streak_shader(task, record, id, shades));
     else
         blocks = sample_record<T, kernel, true, has_slopes>(task.params, record, x0, y0, tile, alphas, pixels, &slopes);
-    if (blocks == 0) {
-        __builtin_memset(sums, 0, num_sums(channels) * sizeof *sums);
-        return;
-    }
+    if (blocks == 0) return false;
     const auto all = L::from_bits(~0u);
     const Real darkest = L::set(tile.min_transmittance);
     const Real one = L::set(1), zero = L::set(0);
@@ -248,9 +252,12 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
     Real values[num_planes];
     for (int c = 0; c < 3; ++c) values[c] = L::set(record.color[c]);
     for (int c = 0; c < channels; ++c) values[3 + c] = L::set(attributes.of(id, c));
+    const Real from_x = L::set(static_cast<T>(x0 - record.anchor_x)),
+               from_y = L::set(static_cast<T>(y0 - record.anchor_y));
     alignas(64) T lanes[num_sums(channels)][kBlockPixels];
     for (int lane = 0; lane < kBlockPixels; lane += W) {
-        const Real pixel_x = L::load(offsets<T>.pixel_x + lane), pixel_y = L::load(offsets<T>.pixel_y + lane);
+        const Real pixel_x = L::load(offsets<T>.pixel_x + lane) + from_x;
+        const Real pixel_y = L::load(offsets<T>.pixel_y + lane) + from_y;
         Real u = zero, ux = zero, uy = zero, v = zero, vx = zero, vy = zero, a = zero, extent = zero;
         Real v_values[num_planes];
         for (int k = 0; k < num_planes; ++k) v_values[k] = zero;
@@ -294,8 +301,7 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
             const Real v_log = v_alpha * alpha;
             a = a + v_log;
             if constexpr (has_slopes || has_streaks) {
-                const Real x = pixel_x + L::set(static_cast<T>(x0 + b % kBlockColumns * kBlockSize - record.anchor_x));
-                const Real y = pixel_y + L::set(static_cast<T>(y0 + b / kBlockColumns * kBlockSize - record.anchor_y));
+                const Real x = pixel_x + L::set(offsets<T>.block_x[b]), y = pixel_y + L::set(offsets<T>.block_y[b]);
                 const Real v_coverage = kernel == Kernel::gaussian ? v_log : v_alpha;
                 Real v_v = zero;
                 if constexpr (has_slopes) {
@@ -321,20 +327,23 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
     add_lanes(lanes, sums);
     if constexpr (kernel == Kernel::bilinear || kernel == Kernel::nearest)
         if (texels != nullptr) add_texels<T, kernel>(task, record, blocks, alphas, texels);
+    return true;
 }
 
 // By value: what lies behind a reference would be read anew after every store to the tile.
 template <class T, Kernel kernel, int channels>
-void differentiate_all(const TileTask<T> task, GradientTile<T, channels>& tile, T* sums, double* const* texels) {
+void differentiate_all(const TileTask<T> task, GradientTile<T, channels>& tile, const RecordSums<T> sums,
+                       double* const* texels) {
     constexpr std::size_t width = num_sums(channels);
     const Attributes<T, channels> attributes(task.boxes.layers);
     std::size_t i = 0;
     for (; i < task.num_ids && tile.alive_blocks != 0; ++i) {
         prefetch(task, attributes, i);
         const std::uint32_t id = task.ids[i];
-        differentiate_record<T, kernel>(task, task.records[id], attributes, id, tile, sums + width * i, texels);
+        sums.is_seen[i] = differentiate_record<T, kernel>(task, task.records[id], attributes, id, tile,
+                                                          sums.values + width * i, texels);
     }
-    __builtin_memset(sums + width * i, 0, (task.num_ids - i) * width * sizeof *sums);
+    __builtin_memset(sums.is_seen + i, 0, task.num_ids - i);
 }
 
 // Strokes with underpaint, with streaks, or with both. By value, as above.
@@ -343,24 +352,24 @@ void differentiate_all_layers(const TileTask<T> task, GradientTile<T, channels>&
                               double* const* texels) {
     constexpr std::size_t width = num_sums(channels);
     const Attributes<T, channels> attributes(task.boxes.layers);
-    const std::size_t bytes = task.num_ids * width * sizeof(T);
-    __builtin_memset(sums.strokes, 0, bytes);
-    if (sums.underpaints != nullptr) __builtin_memset(sums.underpaints, 0, bytes);
+    __builtin_memset(sums.strokes.is_seen, 0, task.num_ids);
+    if (task.underpaints != nullptr) __builtin_memset(sums.underpaints.is_seen, 0, task.num_ids);
     LayerOrder<T> order(task);
     for (Layer layer; tile.alive_blocks != 0 && order.next(layer);) {
         const std::uint32_t id = task.ids[layer.place];
         if (layer.is_underpaint) {
-            T* const own = sums.underpaints + width * layer.place;
-            differentiate_record<T, Kernel::gaussian>(task, task.underpaints[id], attributes, id, tile, own, nullptr);
+            sums.underpaints.is_seen[layer.place] =
+                differentiate_record<T, Kernel::gaussian>(task, task.underpaints[id], attributes, id, tile,
+                                                          sums.underpaints.values + width * layer.place, nullptr);
             continue;
         }
         prefetch(task, attributes, layer.place);
         const Record<T>& record = task.records[id];
-        T* const own = sums.strokes + width * layer.place;
-        if (shows_streaks(task, record, id))
-            differentiate_record<T, kernel, true>(task, record, attributes, id, tile, own, texels);
-        else
-            differentiate_record<T, kernel>(task, record, attributes, id, tile, own, texels);
+        T* const own = sums.strokes.values + width * layer.place;
+        sums.strokes.is_seen[layer.place] =
+            shows_streaks(task, record, id)
+                ? differentiate_record<T, kernel, true>(task, record, attributes, id, tile, own, texels)
+                : differentiate_record<T, kernel>(task, record, attributes, id, tile, own, texels);
     }
 }
 
