@@ -132,7 +132,18 @@ def test_only_what_is_wanted_is_computed_and_the_rest_does_not_change():
         assert all(getattr(alone, other) is None for other in GAUSSIAN_COLUMNS if other != name)
 
 
-def test_culled_gaussians_get_zeros():
+def fill_fresh_arrays(monkeypatch):
+    """Memory may hold anything: here it holds NaN, which stays where nothing is written."""
+    fresh = np.empty_like
+
+    def filled(array, **how):
+        return fresh(array, **how) if how else np.full_like(array, np.nan)
+
+    monkeypatch.setattr(np, "empty_like", filled)
+
+
+def test_culled_gaussians_get_zeros(monkeypatch):
+    fill_fresh_arrays(monkeypatch)
     scene = scene_of(40)
     behind = np.arange(40) % 3 == 0
     scene = replace(scene, means=np.where(behind[:, None], [5.0, -5, 9], scene.means))
@@ -141,6 +152,23 @@ def test_culled_gaussians_get_zeros():
     for name in GAUSSIAN_COLUMNS:
         assert not getattr(actual, name)[behind].any(), name
         assert getattr(actual, name)[~behind].any(), name
+
+
+@pytest.mark.parametrize("name", BOX_COLUMNS)
+def test_boxes_that_the_loss_does_not_depend_on_pass_zeros_on(name, monkeypatch):
+    fill_fresh_arrays(monkeypatch)
+    scene = scene_of(200, degree=2)
+    boxes = project(scene, CAMERA, lock="anchor", fade=True)
+    v = getattr(weights(boxes), name).copy()
+    whole = backward(scene, BoxGradients(**{name: v}), lock="anchor", fade=True)
+    v[::2] = 0
+    half = backward(scene, BoxGradients(**{name: v}), lock="anchor", fade=True)
+    kept, dropped = boxes.ids[1::2], np.setdiff1d(np.arange(200), boxes.ids[1::2])
+    for column in GAUSSIAN_COLUMNS:
+        assert not getattr(half, column)[dropped].any()
+        np.testing.assert_array_equal(
+            getattr(half, column)[kept], getattr(whole, column)[kept], err_msg=column
+        )
 
 
 def test_scenes_without_a_box_get_zeros():

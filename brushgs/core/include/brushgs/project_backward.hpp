@@ -36,7 +36,7 @@ template <class T>
 void project_backward(const GaussianColumns<T>& gaussians, const ProjectParams& params, const ProjectedBoxes<T>& boxes,
                       const GaussianGradients<T>& gradients);
 
-constexpr std::uint32_t kNoBox = 0xFFFFFFFF;  // of a Gaussian that has none
+constexpr std::uint32_t kNoBox = 0xFFFFFFFF;  // of a Gaussian that has none, or whose box has zeros only
 
 // Implemented once per instruction set, in project_backward_kernel.cpp: the Gaussians [begin, end). `box_of_row` has
 // the box of each of them, or kNoBox.
