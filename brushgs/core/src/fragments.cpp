@@ -255,8 +255,8 @@ Fragments<T> laid_out(const RasterParams& params, const TileLists& tiles, std::s
 
 template <class T>
 Fragments<T> find_fragments(const RasterParams& params, const BoxView<T>& boxes) {
-    const auto make_records = BRUSHGS_KERNEL(make_records<T>);
-    const auto sample_tile = BRUSHGS_KERNEL(sample_tile<T>);
+    const auto make_records = BRUSHGS_KERNEL(make_records, T);
+    const auto sample_tile = BRUSHGS_KERNEL(sample_tile, T);
     const auto records = std::make_unique_for_overwrite<Record<T>[]>(num_records(boxes));
     const TileLists tiles = make_tiles(params, make_records, boxes, records.get());
     const auto columns = static_cast<std::size_t>(tiles.columns);

@@ -17,7 +17,7 @@ constexpr int kStripRows = 48;
 
 template <class T>
 void light(const LightParams<T>& params) {
-    const auto light_rows = BRUSHGS_KERNEL(light_rows<T>);
+    const auto light_rows = BRUSHGS_KERNEL(light_rows, T);
     const int num_strips = (params.height + kStripRows - 1) / kStripRows;
     parallel_for(static_cast<std::size_t>(num_strips), params.num_threads, [&](std::size_t strip) {
         thread_local Scratch<T> scratch;

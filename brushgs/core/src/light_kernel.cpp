@@ -116,6 +116,8 @@ void light_rows(const LightParams<T>& params, int first, int end, T* memory) {
 }
 
 template void light_rows<float>(const LightParams<float>&, int, int, float*);
+#ifdef BRUSHGS_IN_DOUBLE
 template void light_rows<double>(const LightParams<double>&, int, int, double*);
+#endif
 
 }  // namespace brushgs::BRUSHGS_ISA

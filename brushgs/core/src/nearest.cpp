@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::size_t kPointsPerItem = 2048;  // work handed to a thread at a time, some 1 ms
 constexpr std::size_t kQueriesPerItem = 256;  // the same, of queries for several
-constexpr double kRoundOff = 1e-12;           // relative, of the square of a distance
+constexpr std::int32_t kNoRow = -1;
+constexpr double kRoundOff = 1e-12;  // relative, of the square of a distance
 
 // The `count` nearest so far, nearest first, ties by row; without the point itself, unless `own` is kNoRow.
 struct Several {

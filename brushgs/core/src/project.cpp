@@ -34,7 +34,7 @@ struct SortEntry {
 template <class T>
 std::size_t project_rows(const GaussianColumns<T>& gaussians, const ProjectParams& params, std::size_t begin,
                          std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled) {
-    return BRUSHGS_KERNEL(project_rows<T>)(gaussians, params, begin, end, boxes, culled);
+    return BRUSHGS_KERNEL(project_rows, T)(gaussians, params, begin, end, boxes, culled);
 }
 
 template <class T>

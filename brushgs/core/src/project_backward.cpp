@@ -30,7 +30,7 @@ bool has_gradient(const ProjectedBoxes<T>& boxes, std::size_t i) {
 template <class T>
 void project_backward(const GaussianColumns<T>& gaussians, const ProjectParams& params, const ProjectedBoxes<T>& boxes,
                       const GaussianGradients<T>& gradients) {
-    const auto rows = BRUSHGS_KERNEL(project_backward_rows<T>);
+    const auto rows = BRUSHGS_KERNEL(project_backward_rows, T);
     const std::size_t most_threads = std::max<std::size_t>(boxes.count / kBoxesPerThread, 1);
     const int num_threads = std::clamp(params.num_threads, 1, static_cast<int>(most_threads));
     // In the order of the Gaussians: what is read and written for each, most of it coefficients, then lies in a row.

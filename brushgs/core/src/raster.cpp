@@ -27,10 +27,10 @@ int useful_threads(double microseconds, int most) {
 
 template <class T>
 struct Kernels {
-    decltype(&baseline::make_records<T>) make_records = BRUSHGS_KERNEL(make_records<T>);
-    decltype(&baseline::paint_tile<T>) paint_tile = BRUSHGS_KERNEL(paint_tile<T>);
-    decltype(&baseline::paint_tile_softly<T>) paint_tile_softly = BRUSHGS_KERNEL(paint_tile_softly<T>);
-    decltype(&baseline::glaze_tile<T>) glaze_tile = BRUSHGS_KERNEL(glaze_tile<T>);
+    decltype(&baseline::make_records<T>) make_records = BRUSHGS_KERNEL(make_records, T);
+    decltype(&baseline::paint_tile<T>) paint_tile = BRUSHGS_KERNEL(paint_tile, T);
+    decltype(&baseline::paint_tile_softly<T>) paint_tile_softly = BRUSHGS_KERNEL(paint_tile_softly, T);
+    decltype(&baseline::glaze_tile<T>) glaze_tile = BRUSHGS_KERNEL(glaze_tile, T);
 };
 
 }  // namespace

@@ -17,8 +17,8 @@ constexpr std::size_t kTexelGroups = 8;
 
 template <class T>
 struct BackwardKernels {
-    decltype(&baseline::make_records<T>) make_records = BRUSHGS_KERNEL(make_records<T>);
-    decltype(&baseline::differentiate_tile<T>) differentiate_tile = BRUSHGS_KERNEL(differentiate_tile<T>);
+    decltype(&baseline::make_records<T>) make_records = BRUSHGS_KERNEL(make_records, T);
+    decltype(&baseline::differentiate_tile<T>) differentiate_tile = BRUSHGS_KERNEL(differentiate_tile, T);
 };
 
 // The gradients by one box.

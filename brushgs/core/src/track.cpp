@@ -25,7 +25,7 @@ bool track_rows(const GaussianColumns<T>& gaussians, const TrackParams& params, 
     const CostTable& table = cost_table();
     Turn* turns = tracks.turns.get();
     AreaScale* area_scales = tracks.area_scales.get();
-    return BRUSHGS_KERNEL(track_rows<T>)(gaussians, params, table, begin, end, scratch, turns, area_scales);
+    return BRUSHGS_KERNEL(track_rows, T)(gaussians, params, table, begin, end, scratch, turns, area_scales);
 }
 
 CostTable make_cost_table() {
