@@ -32,6 +32,7 @@ struct GenericLanes {
         return x;
     }
     BRUSHGS_INLINE void store(T* p, Real x) { __builtin_memcpy(p, &x, sizeof x); }
+    BRUSHGS_INLINE void store(Word* p, Int x) { __builtin_memcpy(p, &x, sizeof x); }
     BRUSHGS_INLINE Mask less(Mask m, Real a, Real b) { return m & (a < b); }
     BRUSHGS_INLINE Mask at_least(Mask m, Real a, Real b) { return m & (a >= b); }
     BRUSHGS_INLINE Real select(Mask m, Real a, Real b) { return m ? a : b; }
@@ -49,33 +50,50 @@ struct GenericLanes {
     }
     BRUSHGS_INLINE Int truncate(Real x) { return __builtin_convertvector(x, Int); }
     BRUSHGS_INLINE Real whole(Real x) { return __builtin_convertvector(truncate(x), Real); }
-    // Four bytes from table[index] on, where m is set.
-    BRUSHGS_INLINE Int gather(const std::uint16_t* table, Int index, Mask m) {
+    // Four bytes from table[index] on, of each index in memory.
+    BRUSHGS_INLINE Int words(const std::uint16_t* table, const Word* index) {
         Int result{};
         for (int i = 0; i < W; ++i) {
-            if (!m[i]) continue;
             std::uint32_t word;
             __builtin_memcpy(&word, table + index[i], sizeof word);
             result[i] = static_cast<Word>(word);
         }
         return result;
     }
-    // The words table[index] and table[index + 1], where m is set; elsewhere any.
+    // The words table[index] and table[index + 1], of each index in memory.
     struct TwoWords {
         Int first, second;
     };
-    BRUSHGS_INLINE TwoWords gather_two(const std::uint32_t* table, Int index, Mask m) {
+    BRUSHGS_INLINE TwoWords two_words(const std::uint32_t* table, const Word* index) {
         TwoWords result{};
         for (int i = 0; i < W; ++i) {
-            if (!m[i]) continue;
             result.first[i] = static_cast<Word>(table[index[i]]);
             result.second[i] = static_cast<Word>(table[index[i] + 1]);
         }
         return result;
     }
+    // Four bytes from table[index] on, where m is set; elsewhere any.
+    BRUSHGS_INLINE Int gather(const std::uint16_t* table, Int index, Mask m) {
+        alignas(sizeof(Int)) Word from[W];
+        store(from, index & m);
+        return words(table, from);
+    }
     template <int k>
     BRUSHGS_INLINE Real byte(Int x) {
         return __builtin_convertvector((x >> (8 * k)) & 255, Real);
+    }
+    // Byte k on top of `raise`. In the last places of that power of two a byte needs no conversion, and neither
+    // the difference of two such numbers nor that to the power is rounded.
+    static constexpr T raise = sizeof(T) == 4 ? T(0x1p23) : T(0x1p52);
+    template <int k>
+    BRUSHGS_INLINE Real raised_byte(Int x) {
+        const Real power = set(raise);
+        Int bits;
+        __builtin_memcpy(&bits, &power, sizeof bits);
+        bits |= (x >> (8 * k)) & 255;
+        Real result;
+        __builtin_memcpy(&result, &bits, sizeof result);
+        return result;
     }
     // 2^n for whole n in the range of normal numbers.
     BRUSHGS_INLINE Real exp2_of_whole(Real n) {
@@ -94,18 +112,30 @@ struct Lanes : GenericLanes<T, 16 / sizeof(T)> {};
 
 #if defined(__AVX2__)
 
-// The words table[index] and table[index + 1] of four indices, one pair after the other. By single loads: on an AMD
-// EPYC two gathers of 8 pairs take 11 ns, these 7, and one gather of 16 words 8.
-BRUSHGS_INLINE __m256i four_pairs(const std::uint32_t* table, __m128i index) {
-    const auto two = [&](long long both) __attribute__((always_inline)) {
-        const auto indices = static_cast<std::uint64_t>(both);
+// By single loads: on an AMD EPYC two gathers of 8 pairs of words take 11 ns, these 7, and a gather of 16 words 8,
+// these
+// 5. The indices come from memory, where an earlier loop has put them: then nothing waits for them.
+
+// Four bytes from table[index] on, of four indices.
+BRUSHGS_INLINE __m128i four_words(const std::uint16_t* table, const std::int32_t* index) {
+    const auto two = [&](const std::int32_t* from) __attribute__((always_inline)) {
+        int first, second;
+        __builtin_memcpy(&first, table + from[0], sizeof first);
+        __builtin_memcpy(&second, table + from[1], sizeof second);
+        return _mm_insert_epi32(_mm_cvtsi32_si128(first), second, 1);
+    };
+    return _mm_unpacklo_epi64(two(index), two(index + 2));
+}
+
+// The words table[index] and table[index + 1] of four indices, one pair after the other.
+BRUSHGS_INLINE __m256i four_pairs(const std::uint32_t* table, const std::int32_t* index) {
+    const auto two = [&](const std::int32_t* from) __attribute__((always_inline)) {
         long long first, second;
-        __builtin_memcpy(&first, table + static_cast<std::uint32_t>(indices), sizeof first);
-        __builtin_memcpy(&second, table + (indices >> 32), sizeof second);
+        __builtin_memcpy(&first, table + from[0], sizeof first);
+        __builtin_memcpy(&second, table + from[1], sizeof second);
         return _mm_insert_epi64(_mm_cvtsi64_si128(first), second, 1);
     };
-    const __m128i low = two(_mm_cvtsi128_si64(index)), high = two(_mm_extract_epi64(index, 1));
-    return _mm256_inserti128_si256(_mm256_castsi128_si256(low), high, 1);
+    return _mm256_inserti128_si256(_mm256_castsi128_si256(two(index)), two(index + 2), 1);
 }
 
 #endif
@@ -115,6 +145,7 @@ BRUSHGS_INLINE __m256i four_pairs(const std::uint32_t* table, __m128i index) {
 template <>
 struct Lanes<float> {
     static constexpr int width = 16;
+    using Word = std::int32_t;
     using Real = __m512;
     using Int = __m512i;
     using Mask = __mmask16;
@@ -122,6 +153,7 @@ struct Lanes<float> {
     BRUSHGS_INLINE Real set(float x) { return _mm512_set1_ps(x); }
     BRUSHGS_INLINE Real load(const float* p) { return _mm512_loadu_ps(p); }
     BRUSHGS_INLINE void store(float* p, Real x) { _mm512_storeu_ps(p, x); }
+    BRUSHGS_INLINE void store(Word* p, Int x) { _mm512_storeu_si512(p, x); }
     BRUSHGS_INLINE Mask less(Mask m, Real a, Real b) { return _mm512_mask_cmp_ps_mask(m, a, b, _CMP_LT_OQ); }
     BRUSHGS_INLINE Mask at_least(Mask m, Real a, Real b) { return _mm512_mask_cmp_ps_mask(m, a, b, _CMP_GE_OQ); }
     BRUSHGS_INLINE Real select(Mask m, Real a, Real b) { return _mm512_mask_blend_ps(m, b, a); }
@@ -134,17 +166,22 @@ struct Lanes<float> {
     BRUSHGS_INLINE Int gather(const std::uint16_t* table, Int index, Mask m) {
         return _mm512_mask_i32gather_epi32(_mm512_setzero_si512(), m, index, table, 2);
     }
+    BRUSHGS_INLINE Int words(const std::uint16_t* table, const Word* index) {
+        const auto eight = [&](const Word* from) __attribute__((always_inline)) {
+            const __m256i first = _mm256_castsi128_si256(four_words(table, from));
+            return _mm256_inserti128_si256(first, four_words(table, from + 4), 1);
+        };
+        return _mm512_inserti64x4(_mm512_castsi256_si512(eight(index)), eight(index + 8), 1);
+    }
     struct TwoWords {
         Int first, second;
     };
-    BRUSHGS_INLINE TwoWords gather_two(const std::uint32_t* table, Int index, Mask m) {
-        const Int from = _mm512_maskz_mov_epi32(m, index);
-        const auto eight = [&](__m256i of) __attribute__((always_inline)) {
-            const __m256i first = four_pairs(table, _mm256_castsi256_si128(of));
-            return _mm512_inserti64x4(_mm512_castsi256_si512(first), four_pairs(table, _mm256_extracti128_si256(of, 1)),
-                                      1);
+    BRUSHGS_INLINE TwoWords two_words(const std::uint32_t* table, const Word* index) {
+        const auto eight = [&](const Word* from) __attribute__((always_inline)) {
+            const __m512i first = _mm512_castsi256_si512(four_pairs(table, from));
+            return _mm512_inserti64x4(first, four_pairs(table, from + 4), 1);
         };
-        const Int low = eight(_mm512_castsi512_si256(from)), high = eight(_mm512_extracti64x4_epi64(from, 1));
+        const Int low = eight(index), high = eight(index + 8);
         const Int even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
         const Int odd = _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
         return {_mm512_permutex2var_epi32(low, even, high), _mm512_permutex2var_epi32(low, odd, high)};
@@ -153,6 +190,14 @@ struct Lanes<float> {
     BRUSHGS_INLINE Real byte(Int x) {
         const __m128i pick = _mm_setr_epi8(k, -1, -1, -1, k + 4, -1, -1, -1, k + 8, -1, -1, -1, k + 12, -1, -1, -1);
         return _mm512_cvtepi32_ps(_mm512_shuffle_epi8(x, _mm512_broadcast_i32x4(pick)));
+    }
+    static constexpr float raise = 0x1p23f;
+    template <int k>
+    BRUSHGS_INLINE Real raised_byte(Int x) {
+        const __m128i pick = _mm_setr_epi8(k, -1, -1, -1, k + 4, -1, -1, -1, k + 8, -1, -1, -1, k + 12, -1, -1, -1);
+        constexpr __mmask64 lowest = 0x1111111111111111;
+        return _mm512_castsi512_ps(
+            _mm512_mask_shuffle_epi8(_mm512_castps_si512(set(raise)), lowest, x, _mm512_broadcast_i32x4(pick)));
     }
     BRUSHGS_INLINE Real exp2_of_whole(Real n) {
         const Int biased = _mm512_add_epi32(_mm512_cvttps_epi32(n), _mm512_set1_epi32(127));
@@ -165,6 +210,7 @@ struct Lanes<float> {
 template <>
 struct Lanes<float> {
     static constexpr int width = 8;
+    using Word = std::int32_t;
     using Real = __m256;
     using Int = __m256i;
     using Mask = __m256;
@@ -172,6 +218,7 @@ struct Lanes<float> {
     BRUSHGS_INLINE Real set(float x) { return _mm256_set1_ps(x); }
     BRUSHGS_INLINE Real load(const float* p) { return _mm256_loadu_ps(p); }
     BRUSHGS_INLINE void store(float* p, Real x) { _mm256_storeu_ps(p, x); }
+    BRUSHGS_INLINE void store(Word* p, Int x) { __builtin_memcpy(p, &x, sizeof x); }
     BRUSHGS_INLINE Mask less(Mask m, Real a, Real b) { return _mm256_and_ps(m, _mm256_cmp_ps(a, b, _CMP_LT_OQ)); }
     BRUSHGS_INLINE Mask at_least(Mask m, Real a, Real b) { return _mm256_and_ps(m, _mm256_cmp_ps(a, b, _CMP_GE_OQ)); }
     BRUSHGS_INLINE Real select(Mask m, Real a, Real b) { return _mm256_blendv_ps(b, a, m); }
@@ -189,13 +236,16 @@ struct Lanes<float> {
         return _mm256_mask_i32gather_epi32(_mm256_setzero_si256(), reinterpret_cast<const int*>(table), index,
                                            _mm256_castps_si256(m), 2);
     }
+    BRUSHGS_INLINE Int words(const std::uint16_t* table, const Word* index) {
+        const __m256i first = _mm256_castsi128_si256(four_words(table, index));
+        return _mm256_inserti128_si256(first, four_words(table, index + 4), 1);
+    }
     struct TwoWords {
         Int first, second;
     };
-    BRUSHGS_INLINE TwoWords gather_two(const std::uint32_t* table, Int index, Mask m) {
-        const Int from = _mm256_and_si256(index, _mm256_castps_si256(m));
-        const __m256 a = _mm256_castsi256_ps(four_pairs(table, _mm256_castsi256_si128(from)));
-        const __m256 b = _mm256_castsi256_ps(four_pairs(table, _mm256_extracti128_si256(from, 1)));
+    BRUSHGS_INLINE TwoWords two_words(const std::uint32_t* table, const Word* index) {
+        const __m256 a = _mm256_castsi256_ps(four_pairs(table, index));
+        const __m256 b = _mm256_castsi256_ps(four_pairs(table, index + 4));
         constexpr int even = 0x88, odd = 0xDD, in_order = 0xD8;
         return {_mm256_permute4x64_epi64(_mm256_castps_si256(_mm256_shuffle_ps(a, b, even)), in_order),
                 _mm256_permute4x64_epi64(_mm256_castps_si256(_mm256_shuffle_ps(a, b, odd)), in_order)};
@@ -204,6 +254,13 @@ struct Lanes<float> {
     BRUSHGS_INLINE Real byte(Int x) {
         const __m128i pick = _mm_setr_epi8(k, -1, -1, -1, k + 4, -1, -1, -1, k + 8, -1, -1, -1, k + 12, -1, -1, -1);
         return _mm256_cvtepi32_ps(_mm256_shuffle_epi8(x, _mm256_broadcastsi128_si256(pick)));
+    }
+    static constexpr float raise = 0x1p23f;
+    template <int k>
+    BRUSHGS_INLINE Real raised_byte(Int x) {
+        const __m128i pick = _mm_setr_epi8(k, -1, -1, -1, k + 4, -1, -1, -1, k + 8, -1, -1, -1, k + 12, -1, -1, -1);
+        const Int low = _mm256_shuffle_epi8(x, _mm256_broadcastsi128_si256(pick));
+        return _mm256_castsi256_ps(_mm256_or_si256(_mm256_castps_si256(set(raise)), low));
     }
     BRUSHGS_INLINE Real exp2_of_whole(Real n) {
         const Int biased = _mm256_add_epi32(_mm256_cvttps_epi32(n), _mm256_set1_epi32(127));

@@ -11,9 +11,6 @@
 
 namespace brushgs::BRUSHGS_ISA {
 
-template <Kernel kernel>
-constexpr bool is_image = kernel == Kernel::bilinear || kernel == Kernel::nearest;
-
 // Pixels: a stroke of a built-in kernel, or with `share` the underpaint of a stroke.
 template <class T>
 [[gnu::always_inline]] inline T thickness_of(const TileTask<T>& task, std::uint32_t id, T share) {

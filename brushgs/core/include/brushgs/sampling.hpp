@@ -91,19 +91,21 @@ struct Offsets {
 template <class T>
 constexpr Offsets<T> offsets{};
 
+template <Kernel kernel>
+constexpr bool is_image = kernel == Kernel::bilinear || kernel == Kernel::nearest;
+
 // How one kernel turns (u, v) into coverage, and between which coordinates a box lies.
 template <class T, Kernel kernel>
 struct Sampler {
     using L = Lanes<T>;
     using Real = typename L::Real;
-    static constexpr bool is_image = kernel == Kernel::bilinear || kernel == Kernel::nearest;
     Real low_u, high_u, low_v, high_v;
     const std::uint16_t* pairs = nullptr;
     const std::uint32_t* pairs_with_height = nullptr;
     Real stride;
 
     [[gnu::always_inline]] inline Sampler(const RasterParams& params, const Record<T>& record) {
-        if constexpr (is_image) {
+        if constexpr (is_image<kernel>) {
             const Level& level = params.levels[static_cast<std::size_t>(record.level)];
             low_u = low_v = L::set(0);
             high_u = L::set(static_cast<T>(level.columns - 1));
@@ -138,15 +140,10 @@ struct Sampler {
         Real coverage, slope_u, slope_v;
     };
 
-    // Defined where `mask` is set.
-    [[gnu::always_inline]] inline Sample sample(Real u, Real v, typename L::Mask mask) const {
+    // Of an analytic kernel. Defined where `mask` is set.
+    [[gnu::always_inline]] static inline Sample sample(Real u, Real v, typename L::Mask mask) {
         const Real zero = L::set(0);
-        if constexpr (is_image) {
-            const Place at = place(u, v);
-            const auto quad = L::gather(pairs, at.texel, mask);
-            return between(at, L::template byte<0>(quad), L::template byte<1>(quad), L::template byte<2>(quad),
-                           L::template byte<3>(quad));
-        } else if constexpr (kernel == Kernel::gaussian) {
+        if constexpr (kernel == Kernel::gaussian) {
             constexpr double half_log2_e = 0.5 * 1.44269504088896340736;
             const Real value = exp2_negative<T>((u * u + v * v) * L::set(static_cast<T>(-half_log2_e)));
             return {value, zero - u, zero - v};
@@ -155,47 +152,50 @@ struct Sampler {
         }
     }
 
-    // The same, and the height of an image there, 0 to 255: one load for both.
-    [[gnu::always_inline]] inline void sample_with_height(Real u, Real v, typename L::Mask mask, Sample& sample,
-                                                          Real& height) const {
-        const Place at = place(u, v);
-        const auto quads = L::gather_two(pairs_with_height, at.texel, mask);
-        sample = between(at, L::template byte<0>(quads.first), L::template byte<1>(quads.first),
-                         L::template byte<0>(quads.second), L::template byte<1>(quads.second));
-        height = between(at, L::template byte<2>(quads.first), L::template byte<3>(quads.first),
-                         L::template byte<2>(quads.second), L::template byte<3>(quads.second))
-                     .coverage;
-    }
-
-    [[gnu::always_inline]] static inline Sample empty() { return {L::set(0), L::set(0), L::set(0)}; }
-
-    // Where a point lies among the texels of an image.
-    struct Place {
-        typename L::Int texel;
-        Real fu, fv;
-    };
-    [[gnu::always_inline]] inline Place place(Real u, Real v) const {
+    // Where points lie among the texels of an image, in memory: the first texel, and the fractions beyond it.
+    [[gnu::always_inline]] inline void place(Real u, Real v, typename L::Mask mask, typename L::Word* texel, T* fu,
+                                             T* fv) const {
         const Real column = L::whole(u), row = L::whole(v);
-        Real fu = u - column, fv = v - row;
-        if constexpr (kernel == Kernel::nearest) {
-            fu = nearest_of(fu);
-            fv = nearest_of(fv);
-        }
-        return {L::truncate(row * stride + column), fu, fv};
-    }
-    // Between four texels: (0, 0), (1, 0), (0, 1) and (1, 1) as row and column.
-    [[gnu::always_inline]] static inline Sample between(const Place& at, Real c00, Real c10, Real c01, Real c11) {
-        const Real step_upper = c01 - c00, step_lower = c11 - c10;
-        const Real upper = c00 + at.fu * step_upper;
-        const Real lower = c10 + at.fu * step_lower;
-        const Real slope_v = lower - upper, value = upper + at.fv * slope_v;
-        if constexpr (kernel == Kernel::nearest) return {value, L::set(0), L::set(0)};
-        return {value, step_upper + at.fv * (step_lower - step_upper), slope_v};
+        L::store(texel, L::truncate(L::where(mask, row * stride + column)));
+        L::store(fu, fraction(u - column));
+        L::store(fv, fraction(v - row));
     }
 
-    // 0 where a fraction rounds down, 1 where it rounds up.
-    [[gnu::always_inline]] static inline Real nearest_of(Real fraction) {
-        return L::where(L::at_least(L::from_bits(~0u), fraction, L::set(T(0.5))), L::set(1));
+    // Of an image, at places in memory.
+    [[gnu::always_inline]] inline Sample sample_at(const typename L::Word* texel, const T* fu, const T* fv) const {
+        const auto quads = L::words(pairs, texel);
+        return between(L::load(fu), L::load(fv), L::template raised_byte<0>(quads), L::template raised_byte<1>(quads),
+                       L::template raised_byte<2>(quads), L::template raised_byte<3>(quads));
+    }
+
+    // The same, and the height of an image there, 0 to 255: one load for both.
+    [[gnu::always_inline]] inline Sample sample_with_height(const typename L::Word* texel, const T* fu, const T* fv,
+                                                            Real& height) const {
+        const auto quads = L::two_words(pairs_with_height, texel);
+        const Real at_u = L::load(fu), at_v = L::load(fv);
+        height = between(at_u, at_v, L::template raised_byte<2>(quads.first), L::template raised_byte<3>(quads.first),
+                         L::template raised_byte<2>(quads.second), L::template raised_byte<3>(quads.second))
+                     .coverage;
+        return between(at_u, at_v, L::template raised_byte<0>(quads.first), L::template raised_byte<1>(quads.first),
+                       L::template raised_byte<0>(quads.second), L::template raised_byte<1>(quads.second));
+    }
+
+private:
+    // Between four texels, raised: (0, 0), (1, 0), (0, 1) and (1, 1) as row and column.
+    [[gnu::always_inline]] static inline Sample between(Real fu, Real fv, Real c00, Real c10, Real c01, Real c11) {
+        const Real raise = L::set(L::raise);
+        const Real step_upper = c01 - c00, step_lower = c11 - c10;
+        const Real upper = (c00 - raise) + fu * step_upper;
+        const Real lower = (c10 - raise) + fu * step_lower;
+        const Real slope_v = lower - upper, value = upper + fv * slope_v;
+        if constexpr (kernel == Kernel::nearest) return {value, L::set(0), L::set(0)};
+        return {value, step_upper + fv * (step_lower - step_upper), slope_v};
+    }
+
+    // How far a point counts to be beyond a texel: to the nearest, 0 where it rounds down, 1 where it rounds up.
+    [[gnu::always_inline]] static inline Real fraction(Real beyond) {
+        if constexpr (kernel != Kernel::nearest) return beyond;
+        return L::where(L::at_least(L::from_bits(~0u), beyond, L::set(T(0.5))), L::set(1));
     }
 };
 
@@ -254,6 +254,15 @@ struct NoShader {
     [[gnu::always_inline]] inline void operator()(int, int, Real, Mask) const {}
 };
 
+// Where the pixels of a tile lie among the texels of an image, and which of them lie inside the box.
+template <class T>
+struct Places {
+    alignas(64) typename Lanes<T>::Word texel[kNumBlocks][kBlockPixels];
+    alignas(64) T fu[kNumBlocks][kBlockPixels];
+    alignas(64) T fv[kNumBlocks][kBlockPixels];
+    std::uint16_t inside[kNumBlocks];
+};
+
 // The alpha of a record at the pixels of a tile that still let light through, 0 outside its box; returns the blocks
 // of 4 x 4 pixels that it may touch, of which alone `alphas`, and `slopes` unless null, are written. Sifted:
 // alphas too faint to count are 0, only blocks with others are returned, and `pixels` says which pixels of a block
@@ -280,21 +289,52 @@ template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = fal
         lane_u[part] = L::set(record.du_dx) * px + L::set(record.du_dy) * py;
         lane_v[part] = L::set(record.dv_dx) * px + L::set(record.dv_dy) * py;
     }
+    const auto find_inside = [&](int b, int part, Real& u, Real& v) __attribute__((always_inline)) {
+        u = L::set(block.u[b]) + lane_u[part];
+        v = L::set(block.v[b]) + lane_v[part];
+        return sampler.inside(L::from_bits(static_cast<unsigned>(tile.alive[b]) >> (part * W)), u, v);
+    };
+    // Images in two passes: what the loads of texels wait for is then done, and they do not wait for each other. With
+    // single loads in place of gathers this takes 13 % less of a whole picture of 7000 strokes.
+    [[maybe_unused]] Places<T> places;
+    if constexpr (is_image<kernel>) {
+        for (std::uint32_t rest = blocks; rest != 0; rest &= rest - 1) {
+            const int b = __builtin_ctz(rest);
+            unsigned all_inside = 0;
+            for (int part = 0; part < kBlockPixels / W; ++part) {
+                const int lane = part * W;
+                Real u, v;
+                const auto inside = find_inside(b, part, u, v);
+                sampler.place(u, v, inside, places.texel[b] + lane, places.fu[b] + lane, places.fv[b] + lane);
+                all_inside |= L::bits(inside) << lane;
+            }
+            places.inside[b] = static_cast<std::uint16_t>(all_inside);
+        }
+    }
     const Real opacity = L::set(record.opacity);
     for (std::uint32_t rest = blocks; rest != 0; rest &= rest - 1) {
         const int b = __builtin_ctz(rest);
         unsigned seen = 0;
         for (int part = 0; part < kBlockPixels / W; ++part) {
             const int lane = part * W;
-            const Real u = L::set(block.u[b]) + lane_u[part];
-            const Real v = L::set(block.v[b]) + lane_v[part];
-            const auto inside = sampler.inside(L::from_bits(static_cast<unsigned>(tile.alive[b]) >> lane), u, v);
-            auto sample = sampler.empty();
-            if constexpr (requires { Shader::needs_height; }) {
-                Real height;
-                sampler.sample_with_height(u, v, inside, sample, height);
-                shader.raise(b, lane, height, inside);
+            typename Sampler<T, kernel>::Sample sample;
+            typename L::Mask inside;
+            Real v;
+            if constexpr (is_image<kernel>) {
+                v = L::set(block.v[b]) + lane_v[part];
+                inside = L::from_bits(static_cast<unsigned>(places.inside[b]) >> lane);
+                const auto* const texel = places.texel[b] + lane;
+                const T *const fu = places.fu[b] + lane, *const fv = places.fv[b] + lane;
+                if constexpr (requires { Shader::needs_height; }) {
+                    Real height;
+                    sample = sampler.sample_with_height(texel, fu, fv, height);
+                    shader.raise(b, lane, height, inside);
+                } else {
+                    sample = sampler.sample_at(texel, fu, fv);
+                }
             } else {
+                Real u;
+                inside = find_inside(b, part, u, v);
                 sample = sampler.sample(u, v, inside);
             }
             const Real alpha = L::min(opacity * sample.coverage, L::set(static_cast<T>(kMaxAlpha)));
