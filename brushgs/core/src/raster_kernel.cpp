@@ -453,6 +453,7 @@ void with_planes(const Picture<T>& picture, const Work& work) {
 
 template <class T>
 void paint_tile(const TileTask<T>& task, const Picture<T>& picture) {
+    if (task.num_ids == 0) return clear_tile(task, picture);
     with_planes(picture, [&]<int channels, bool has_relief>() {
         TileState<T, channels, has_relief> tile(task);
         switch (task.params.kernel) {
@@ -475,6 +476,7 @@ void paint_tile(const TileTask<T>& task, const Picture<T>& picture) {
 
 template <class T>
 void paint_tile_softly(const TileTask<T>& task, SoftQueues<T>& queues, const Picture<T>& picture) {
+    if (task.num_ids == 0) return clear_tile(task, picture);
     with_planes(picture, [&]<int channels, bool has_relief>() {
         TileState<T, channels, has_relief> tile(task);
         if (task.params.kernel == Kernel::bilinear)

@@ -80,63 +80,94 @@ template <class T>
     __builtin_memcpy(rgb + 8, &third, sizeof third);
 }
 
-// Four pixels of block b, from p on, to four of the picture.
+// A tile in rows, as it goes into the picture.
 template <class T, int channels, bool has_relief>
-[[gnu::always_inline]] inline void write_four(const TileState<T, channels, has_relief>& tile, int b, int p,
-                                              const Picture<T>& picture, std::size_t pixel) {
-    using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
-    interleave(tile.plane(0, b) + p, tile.plane(1, b) + p, tile.plane(2, b) + p, picture.rgb + 3 * pixel);
-    Four transmittance;
-    __builtin_memcpy(&transmittance, tile.light(b) + p, sizeof transmittance);
-    const Four opaque = T(1) - transmittance;
-    __builtin_memcpy(picture.alpha + pixel, &opaque, sizeof opaque);
-    for (int c = 0; c < channels; ++c) {
-        Four sum;
-        __builtin_memcpy(&sum, tile.plane(3 + c, b) + p, sizeof sum);
-        const Four mean = opaque > 0 ? sum / opaque : Four{};
-        const Channel<T> layer = picture.layers.channels[c];
-        T* const to = layer.values + pixel * layer.stride;
-        if (layer.stride == 1)
-            __builtin_memcpy(to, &mean, sizeof mean);
-        else
-            for (int i = 0; i < 4; ++i) to[static_cast<std::size_t>(i) * layer.stride] = mean[i];
-    }
-    if constexpr (has_relief) __builtin_memcpy(picture.height + pixel, tile.plane(3 + channels, b) + p, sizeof opaque);
-}
+struct TileRows {
+    alignas(64) T rgb[kTileHeight][3 * kTileWidth];
+    alignas(64) T alpha[kTileHeight][kTileWidth];
+    alignas(64) T layers[channels > 0 ? channels : 1][kTileHeight][kTileWidth];
+    alignas(64) T height[has_relief ? kTileHeight : 1][kTileWidth];
 
-// The first `count` of four pixels, where the picture ends within a block.
-template <class T, int channels, bool has_relief>
-void write_some(const TileState<T, channels, has_relief>& tile, int b, int p, const Picture<T>& picture,
-                std::size_t pixel, int count) {
-    for (int i = p; i < p + count; ++i, ++pixel) {
-        for (int k = 0; k < 3; ++k) picture.rgb[3 * pixel + static_cast<std::size_t>(k)] = tile.plane(k, b)[i];
-        const T opaque = 1 - tile.light(b)[i];
-        picture.alpha[pixel] = opaque;
+    [[gnu::always_inline]] inline explicit TileRows(const TileState<T, channels, has_relief>& tile) {
+        for (int b = 0; b < kNumBlocks; ++b)
+            for (int row = 0; row < kBlockSize; ++row)
+                take_four(tile, b, row * kBlockSize, b / kBlockColumns * kBlockSize + row,
+                          b % kBlockColumns * kBlockSize);
+    }
+
+private:
+    // Four pixels of block b, from p on, to (x, y).
+    [[gnu::always_inline]] inline void take_four(const TileState<T, channels, has_relief>& tile, int b, int p, int y,
+                                                 int x) {
+        using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
+        interleave(tile.plane(0, b) + p, tile.plane(1, b) + p, tile.plane(2, b) + p, rgb[y] + 3 * x);
+        Four transmittance;
+        __builtin_memcpy(&transmittance, tile.light(b) + p, sizeof transmittance);
+        const Four opaque = T(1) - transmittance;
+        __builtin_memcpy(alpha[y] + x, &opaque, sizeof opaque);
         for (int c = 0; c < channels; ++c) {
-            const Channel<T> layer = picture.layers.channels[c];
-            layer.values[pixel * layer.stride] = opaque > 0 ? tile.plane(3 + c, b)[i] / opaque : 0;
+            Four sum;
+            __builtin_memcpy(&sum, tile.plane(3 + c, b) + p, sizeof sum);
+            const Four mean = opaque > 0 ? sum / opaque : Four{};
+            __builtin_memcpy(layers[c][y] + x, &mean, sizeof mean);
         }
-        if constexpr (has_relief) picture.height[pixel] = tile.plane(3 + channels, b)[i];
+        if constexpr (has_relief) __builtin_memcpy(height[y] + x, tile.plane(3 + channels, b) + p, sizeof opaque);
     }
-}
+};
 
-// The picture by value: what lies behind a reference would be read anew after every store.
-template <class T, int channels, bool has_relief>
-void write_tile(const TileTask<T>& task, const TileState<T, channels, has_relief>& tile, const Picture<T> picture) {
+// Calls `work(y, pixel, count)` for the rows y of a tile that lie in the picture: `count` pixels from `pixel` on.
+template <class T, class Work>
+[[gnu::always_inline]] inline void for_rows(const TileTask<T>& task, const Work& work) {
     const int width = task.params.width, height = task.params.height, x0 = task.x0, y0 = task.y0;
     const int num_columns = width - x0 < kTileWidth ? width - x0 : kTileWidth;
     const int num_rows = height - y0 < kTileHeight ? height - y0 : kTileHeight;
-    for (int y = 0; y < num_rows; ++y) {
-        const std::size_t first =
-            static_cast<std::size_t>(y0 + y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x0);
-        const int first_block = y / kBlockSize * kBlockColumns, p = y % kBlockSize * kBlockSize;
-        int x = 0;
-        for (; x + kBlockSize <= num_columns; x += kBlockSize)
-            write_four(tile, first_block + x / kBlockSize, p, picture, first + static_cast<std::size_t>(x));
-        if (x < num_columns)
-            write_some(tile, first_block + x / kBlockSize, p, Picture<T>(picture), first + static_cast<std::size_t>(x),
-                       num_columns - x);
-    }
+    std::size_t pixel = static_cast<std::size_t>(y0) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x0);
+    for (int y = 0; y < num_rows; ++y, pixel += static_cast<std::size_t>(width)) work(y, pixel, num_columns);
+}
+
+template <class T>
+[[gnu::always_inline]] inline void copy_row(T* to, const T* from, int count) {
+    using L = Lanes<T>;
+    int k = 0;
+    for (; k + L::width <= count; k += L::width) L::store(to + k, L::load(from + k));
+    for (; k < count; ++k) to[k] = from[k];
+}
+
+// By way of rows: the lines of a picture come from far away, and the fewer stores wait for one, the more lines are on
+// their way at once. A picture of 250 strokes takes 13 % less so. The picture by value: what lies behind a reference
+// would be read anew after every store.
+template <class T, int channels, bool has_relief>
+void write_tile(const TileTask<T>& task, const TileState<T, channels, has_relief>& tile, const Picture<T> picture) {
+    const TileRows<T, channels, has_relief> rows(tile);
+    for_rows(task, [&](int y, std::size_t pixel, int count) {
+        copy_row(picture.rgb + 3 * pixel, rows.rgb[y], 3 * count);
+        copy_row(picture.alpha + pixel, rows.alpha[y], count);
+        for (int c = 0; c < channels; ++c) {
+            const Channel<T> layer = picture.layers.channels[c];
+            T* const to = layer.values + pixel * layer.stride;
+            if (layer.stride == 1)
+                copy_row(to, rows.layers[c][y], count);
+            else
+                for (int x = 0; x < count; ++x) to[static_cast<std::size_t>(x) * layer.stride] = rows.layers[c][y][x];
+        }
+        if constexpr (has_relief) copy_row(picture.height + pixel, rows.height[y], count);
+    });
+}
+
+// A tile without strokes.
+template <class T>
+void clear_tile(const TileTask<T>& task, const Picture<T> picture) {
+    for_rows(task, [&](int, std::size_t pixel, int count) {
+        const std::size_t bytes = static_cast<std::size_t>(count) * sizeof(T);
+        __builtin_memset(picture.rgb + 3 * pixel, 0, 3 * bytes);
+        __builtin_memset(picture.alpha + pixel, 0, bytes);
+        for (int c = 0; c < picture.layers.count; ++c) {
+            const Channel<T> layer = picture.layers.channels[c];
+            for (std::size_t x = 0; x < static_cast<std::size_t>(count); ++x)
+                layer.values[(pixel + x) * layer.stride] = 0;
+        }
+        if (picture.height != nullptr) __builtin_memset(picture.height + pixel, 0, bytes);
+    });
 }
 
 }  // namespace brushgs::BRUSHGS_ISA
