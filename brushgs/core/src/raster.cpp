@@ -65,6 +65,22 @@ LevelChoice choose_levels(std::size_t count, const T* half_extents, std::span<co
 
 namespace {
 
+// Tiles side by side that a thread takes at a time. Were it one, threads would write to lines of memory next to each
+// other: on two processors a picture of 250 strokes takes 10 % longer, one of 7000 4 %.
+constexpr std::size_t kRunOfTiles = 5;
+
+template <class T>
+void paint_one(const Kernels<T>& kernels, const TileTask<T>& task, const Picture<T>& picture) {
+    if (task.params.blend == Blend::glaze) return kernels.glaze_tile(task, picture);
+    if (task.boxes.softness == nullptr) return kernels.paint_tile(task, picture);
+    thread_local SoftQueues<T> queues;
+    const bool has_relief = picture.height != nullptr;
+    const BoxView<T>& boxes = task.boxes;
+    keep_shades(queues, has_relief || boxes.streaks.noise != nullptr || boxes.underpaint.setbacks != nullptr);
+    keep_heights(queues, has_relief);
+    kernels.paint_tile_softly(task, queues, picture);
+}
+
 // Paints the rows of pixels that `params` names.
 template <class T>
 void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture) {
@@ -79,21 +95,11 @@ void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Pict
     const std::size_t num_tiles = end_tile - first_tile;
     const double visits = tiles.starts[end_tile] - tiles.starts[first_tile];
     const double work = kTileCost * static_cast<double>(num_tiles) + kVisitCost * visits;
-    parallel_for(num_tiles, useful_threads(work, params.num_threads), [&](std::size_t item) {
-        const TileTask<T> task = task_of(params, boxes, records, tiles, first_tile + item);
-        if (params.blend == Blend::glaze) {
-            kernels.glaze_tile(task, picture);
-            return;
-        }
-        if (boxes.softness == nullptr) {
-            kernels.paint_tile(task, picture);
-            return;
-        }
-        thread_local SoftQueues<T> queues;
-        const bool has_relief = picture.height != nullptr;
-        keep_shades(queues, has_relief || boxes.streaks.noise != nullptr || boxes.underpaint.setbacks != nullptr);
-        keep_heights(queues, has_relief);
-        kernels.paint_tile_softly(task, queues, picture);
+    const std::size_t num_runs = (num_tiles + kRunOfTiles - 1) / kRunOfTiles;
+    parallel_for(num_runs, useful_threads(work, params.num_threads), [&](std::size_t run) {
+        const std::size_t first = first_tile + run * kRunOfTiles;
+        for (std::size_t tile = first; tile < std::min(first + kRunOfTiles, end_tile); ++tile)
+            paint_one(kernels, task_of(params, boxes, records, tiles, tile), picture);
     });
 }
 
