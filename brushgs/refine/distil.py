@@ -7,6 +7,7 @@ Source: Kerbl et al. 2023, section 5 (loss, optimiser); the self-made targets ar
 """
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import torch
@@ -15,10 +16,12 @@ from torch import Tensor
 import brushgs.autograd as ba
 from brushgs.measure.likeness import psnr
 from brushgs.refine.fit import Drawing, Fit, FitSchedule, LossCurve, no_progress
-from brushgs.refine.losses import photometric, roundness
+from brushgs.refine.losses import roundness
+from brushgs.refine.photometric import photometric
 from brushgs.refine.targets import TargetView
 from brushgs.refine.variables import Variables
 from brushgs.scene import Gaussians
+from brushgs.threads import num_threads_or_default
 
 BACKGROUND = (1.0, 1.0, 1.0)  # errors are measured on white, as everywhere
 # Weight of the term that keeps strokes round where all parameters move, and the aspect up to which it is 0.
@@ -48,10 +51,12 @@ def distil(
     Returns:
         The strokes with the highest score, the mean PSNR in the validation views in dB, and the curve.
     """
+    num_threads = num_threads_or_default(drawing.options.num_threads)
+    executor = ThreadPoolExecutor(num_threads, initializer=torch.set_num_threads, initargs=(1,))
 
     def objective(frame: ba.Frame, view: TargetView, strokes: ba.Gaussians) -> Tensor:
         painted = torch.cat([frame.rgb, frame.alpha[..., None]], dim=2)
-        loss = photometric(painted, view.rgba)
+        loss = photometric(painted, view.rgba, executor)
         if "opacities" in variables.moving:
             loss = loss + ROUNDNESS * roundness(strokes.scales, FREE_ASPECT)
         return loss
@@ -60,7 +65,8 @@ def distil(
         return mean_psnr(strokes, validation_views, drawing)
 
     fit = Fit(variables, training_views, drawing, objective, score, schedule)
-    return fit.run(on_step), fit.curve
+    with executor:
+        return fit.run(on_step), fit.curve
 
 
 def mean_psnr(strokes: Gaussians, views: Sequence[TargetView], drawing: Drawing) -> float:

@@ -19,7 +19,7 @@ import torch.nn.functional as F  # noqa: N812
 from torch import Tensor
 
 from brushgs.colors import LUMINANCE
-from brushgs.refine import filter_bank, losses, vgg
+from brushgs.refine import filter_bank, losses, photometric, vgg
 from tests.bench.machine import describe
 
 SIZES = ((384, 288), (1280, 720))
@@ -143,8 +143,8 @@ def color_distance_lab(a: Tensor, b: Tensor) -> Tensor:
 
 
 CANDIDATES = (
-    Candidate("ssim: metrics.ssim", 4, losses.ssim, ssim),
-    Candidate("ssim: metrics.ssim[::2, ::2]", 4, losses.ssim, ssim_strided),
+    Candidate("ssim: metrics.ssim", 4, photometric.ssim, ssim),
+    Candidate("ssim: metrics.ssim[::2, ::2]", 4, photometric.ssim, ssim_strided),
     Candidate(
         "total_variation: losses.total_variation", 3, lambda a, b: losses.total_variation(a), total_variation
     ),

@@ -7,9 +7,7 @@ torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 
 from brushgs.refine.losses import (  # noqa: E402
     color_distance,
-    photometric,
     roundness,
-    ssim,
     total_variation,
 )
 
@@ -20,34 +18,7 @@ def pair(height=60, width=80, dtype=torch.float64):
     return first, (0.7 * first + 0.3 * noise)
 
 
-def test_similarity_is_that_of_others(monkeypatch):
-    from skimage.metrics import structural_similarity
-
-    first, second = pair()
-    expected, whole = structural_similarity(
-        first.numpy(),
-        second.numpy(),
-        channel_axis=-1,
-        data_range=1,
-        gaussian_weights=True,
-        sigma=1.5,
-        use_sample_covariance=False,
-        full=True,
-    )
-    # Every second window, and other rims: close to the mean over all windows.
-    assert float(ssim(first, second)) == pytest.approx(expected, abs=5e-3)
-    assert whole.std() > 0.02  # the agreement is not that of a constant
-
-
-def test_equal_pictures_have_no_loss_and_others_do():
-    first, second = pair()
-    assert float(photometric(first, first)) == pytest.approx(0, abs=1e-12)
-    assert float(photometric(first, second)) > 0.05
-
-
 def test_gradients_are_those_of_finite_differences():
-    first, second = pair(12, 14)
-    assert torch.autograd.gradcheck(lambda x: photometric(x, second), first.requires_grad_())
     scales = torch.tensor([[0.1, 1.0, 30.0], [1.0, 1.0, 1.2]], dtype=torch.float64, requires_grad=True)
     assert torch.autograd.gradcheck(lambda s: roundness(s, 5.0), scales)
 
