@@ -216,15 +216,12 @@ class Fit:
     def _step(self) -> None:
         share = self.step / self.schedule.steps
         factor = LAST_RATE + (1 - LAST_RATE) * 0.5 * (1 + cos(pi * share))
-        for group in self.optimizer.param_groups:
-            group["lr"] = factor * group["initial_lr"]
         view = self.views[self._view()]
         strokes = self.variables.gaussians()
         frame = self.drawing.tensors(strokes, view.camera, view.moment)
         loss = self.objective(frame, view, strokes)
-        self.optimizer.zero_grad(set_to_none=True)
         loss.backward()
-        self.optimizer.step()
+        self.optimizer.step(factor)
         self._recent_losses.append(float(loss.detach()))
         self.step += 1
 
@@ -267,7 +264,7 @@ class Fit:
             "curve": asdict(self.curve),
             "best": self._best,
             "moving": {name: value.detach() for name, value in self.variables.moving.items()},
-            "optimizer": self.optimizer.state_dict(),
+            "optimizer": self.optimizer.state(),
         }
         self.schedule.checkpoint.save(state)
 
@@ -281,7 +278,7 @@ class Fit:
                 if state["moving"][name].shape != value.shape:
                     raise ValueError(f"{name} has another shape")
                 value.data.copy_(state["moving"][name])
-            self.optimizer.load_state_dict(state["optimizer"])
+            self.optimizer.restore(state["optimizer"])
             self.step, self._seconds, self._recent_losses = state["step"], state["seconds"], state["since"]
             self.curve, self._best = LossCurve(**state["curve"]), state["best"]
         except (ValueError, KeyError, TypeError, AttributeError, RuntimeError) as error:

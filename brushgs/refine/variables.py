@@ -15,6 +15,7 @@ from torch import Tensor
 import brushgs.autograd as ba
 from brushgs.options.choices import Params
 from brushgs.passes.extent import robust_frame
+from brushgs.refine.adam import Adam
 from brushgs.scene import Gaussians
 
 # Parameters that each set optimises.
@@ -92,13 +93,9 @@ class Variables:
         sizes = np.maximum(np.sort(rows.scales, axis=1)[:, 1:2], LEAST_SCALE * radius)
         self._homes, self._sizes = torch.tensor(rows.means), torch.tensor(sizes)
 
-    def optimizer(self, rates: Rates) -> torch.optim.Adam:
-        """Adam with one group per parameter, which keeps its rate under "initial_lr" too."""
-        groups = [
-            {"params": [value], "lr": getattr(rates, name), "initial_lr": getattr(rates, name), "name": name}
-            for name, value in self.moving.items()
-        ]
-        return torch.optim.Adam(groups, betas=(0.9, 0.99), eps=1e-15)
+    def optimizer(self, rates: Rates) -> Adam:
+        """Adam at these rates."""
+        return Adam(self.moving, {name: getattr(rates, name) for name in self.moving})
 
     def gaussians(self) -> ba.Gaussians:
         """The current strokes, differentiable by `moving`."""
