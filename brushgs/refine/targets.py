@@ -5,7 +5,9 @@ one of its moments is in memory beside them.
 """
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import torch
@@ -19,6 +21,7 @@ from brushgs.passes.recolor import Palette, recolor
 from brushgs.refine.views import TimedView
 from brushgs.rendering.render import render
 from brushgs.scene import Camera, Gaussians
+from brushgs.threads import num_threads_or_default
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +39,11 @@ class TargetView:
     moment: int | None = None
 
     @classmethod
-    def of(cls, scene: Gaussians, camera: Camera, moment: int | None = None) -> "TargetView":
-        """The plain picture of a scene in a view."""
-        frame = render(scene, camera, StrokeTexture.open("gaussian"), depth=False)
+    def of(
+        cls, scene: Gaussians, camera: Camera, moment: int | None = None, num_threads: int | None = None
+    ) -> "TargetView":
+        """The plain picture of a scene in a view; it does not depend on the number of threads."""
+        frame = render(scene, camera, StrokeTexture.open("gaussian"), depth=False, num_threads=num_threads)
         return cls(camera, torch.from_numpy(np.dstack([frame.rgb, frame.alpha])), moment)
 
     @property
@@ -52,7 +57,7 @@ class TargetView:
 
 
 def draw_targets(views: Sequence[TimedView], shown_at: Callable[[int | None], Gaussians]) -> list[TargetView]:
-    """The plain pictures of views.
+    """The plain pictures of views, several at a time: one alone leaves a core idle where it sorts and checks.
 
     Args:
         views: n views.
@@ -61,12 +66,15 @@ def draw_targets(views: Sequence[TimedView], shown_at: Callable[[int | None], Ga
     Returns:
         n targets, in the same order.
     """
-    targets: dict[int, TargetView] = {}
+    num_threads, targets = num_threads_or_default(None), dict[int, TargetView]()
     for moment in dict.fromkeys(view.moment for view in views):
         scene = shown_at(moment)
-        for index, view in enumerate(views):
-            if view.moment == moment:
-                targets[index] = TargetView.of(scene, view.camera, moment)
+        rows = [index for index, view in enumerate(views) if view.moment == moment]
+        num_workers = min(num_threads, len(rows))
+        draw = partial(TargetView.of, scene, moment=moment, num_threads=num_threads // num_workers)
+        with ThreadPoolExecutor(num_workers) as executor:
+            drawn = executor.map(draw, (views[row].camera for row in rows))
+            targets |= zip(rows, drawn, strict=True)
     return [targets[index] for index in range(len(views))]
 
 
