@@ -95,33 +95,35 @@ def _band(painted: Tensor, target: Tensor, windows: range, share: float) -> _Ban
 
     def means(picture: Tensor) -> Tensor:
         """[n, w, C] weighted means in the windows."""
-        return _in_windows(picture, above, below) * factor
+        return _in_windows(picture, above, below).mul_(factor)
 
+    # In place and fused where it can be: new planes cost as much as what is computed in them.
     a, b = painted[rows], target[rows]
     mean_a, mean_b = means(a), means(b)
-    product, squares = mean_a * mean_b, mean_a * mean_a + mean_b * mean_b
-    by_variances = 1 / (means(a * a + b * b) - squares + _C2)
-    by_squares = 1 / (squares + _C1)
-    structure = (2 * (means(a * b) - product) + _C2) * by_variances
-    luminance = (2 * product + _C1) * by_squares
+    product, squares = mean_a * mean_b, (mean_a * mean_a).addcmul_(mean_b, mean_b)
+    by_variances = means((a * a).addcmul_(b, b)).sub_(squares).add_(_C2).reciprocal_()
+    by_squares = squares.add_(_C1).reciprocal_()
+    structure = means(a * b).sub_(product).mul_(2).add_(_C2).mul_(by_variances)
+    luminance = product.mul_(2).add_(_C1).mul_(by_squares)
     similarity = structure * luminance
 
     # Derivatives by the means of a b, of a^2 + b^2, and of a, whose part through the variances comes last.
-    by_ab = 2 * luminance * by_variances
-    by_aabb = -similarity * by_variances
-    by_a = 2 * structure * by_squares * (mean_b - mean_a * luminance) - 2 * mean_a * by_aabb - mean_b * by_ab
+    by_ab = (luminance * by_variances).mul_(2)
+    by_aabb = by_variances.mul_(similarity).neg_()
+    by_a = torch.addcmul(mean_b, mean_a, luminance, value=-1).mul_(structure).mul_(by_squares).mul_(2)
+    by_a.addcmul_(mean_a, by_aabb, value=-2).addcmul_(mean_b, by_ab, value=-1)
     by_similarity = factor * (-0.5 * share / num)
 
     def by_pixels(by_means: Tensor) -> Tensor:
         """Derivatives by the pixels of a picture, of those by its weighted means."""
-        return _from_windows(by_means * by_similarity, above, below, width)
+        return _from_windows(by_means.mul_(by_similarity), above, below, width)
 
-    gradient = by_pixels(by_a) + 2 * a * by_pixels(by_aabb) + b * by_pixels(by_ab)
+    gradient = by_pixels(by_a).addcmul_(a, by_pixels(by_aabb), value=2).addcmul_(b, by_pixels(by_ab))
     own = slice(STRIDE * windows.start - rows.start, min(STRIDE * windows.stop, height) - rows.start)
-    away = (a - b)[own]
-    gradient[own] += away.sign() * ((1 - share) / painted.numel())
-    loss = (1 - share) * float(away.abs().sum()) / painted.numel()
+    away = a[own] - b[own]
+    loss = (1 - share) * float(torch.linalg.vector_norm(away, 1)) / painted.numel()
     loss += 0.5 * share * (similarity.numel() - float(similarity.sum())) / num
+    gradient[own].add_(away.sign_(), alpha=(1 - share) / painted.numel())
     return _Band(loss, rows, gradient)
 
 
