@@ -41,9 +41,9 @@ from brushgs.options.experiments import DEFAULT_STEPS, REFINE_SIZE
 from brushgs.refine.distil import distil
 from brushgs.refine.fit import Drawing, FitSchedule
 from brushgs.refine.run import NUM_VALIDATION_VIEWS, SELF_VIEWS
-from brushgs.refine.targets import TargetView
+from brushgs.refine.targets import draw_targets
 from brushgs.refine.variables import Variables
-from brushgs.refine.views import views_around
+from brushgs.refine.views import TimedView, views_around
 from brushgs.rendering.track import track_directions
 from tests.bench.flicker import WHITE, orbit, plain_view
 from tests.bench.machine import describe
@@ -98,7 +98,9 @@ def measure(name: str, args: argparse.Namespace) -> list[dict[str, Any]]:
     start = time.process_time()
     size = {"width": REFINE_SIZE[0], "height": REFINE_SIZE[1], "up": up}
     training_views, validation_views = (
-        [TargetView.of(scene, view) for view in views_around(scene, num, **size, shift=shift)]
+        draw_targets(
+            [TimedView(camera) for camera in views_around(scene, num, **size, shift=shift)], lambda _: scene
+        )
         for num, shift in ((args.views, 0.0), (NUM_VALIDATION_VIEWS, 0.5))
     )
     preparing = time.process_time() - start
