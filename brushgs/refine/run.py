@@ -396,7 +396,7 @@ def _target_views(
             else:
                 own = framed_camera(view, ViewConfig(size=config.size)) if shift == 0 else None
                 views = views_over_time(view, num, num_moments, **size, own=own, shift=shift)
-            found.append(draw_targets(views, shown_at))
+            found.append(draw_targets(views, shown_at, prepared.options.num_threads))
         stage.did = f"{num_views} for training, {NUM_VALIDATION_VIEWS} for validation, {width}x{height}"
         stage.counts = {"views": num_views, "validation_views": NUM_VALIDATION_VIEWS} | size
         if moving is not None:

@@ -56,22 +56,27 @@ class TargetView:
         return ba.Frame(self.rgba[..., :3], self.alpha).over(background)
 
 
-def draw_targets(views: Sequence[TimedView], shown_at: Callable[[int | None], Gaussians]) -> list[TargetView]:
+def draw_targets(
+    views: Sequence[TimedView],
+    shown_at: Callable[[int | None], Gaussians],
+    num_threads: int | None = None,
+) -> list[TargetView]:
     """The plain pictures of views, several at a time: one alone leaves a core idle where it sorts and checks.
 
     Args:
         views: n views.
         shown_at: the scene at the moment of a view; called once for each.
+        num_threads: None takes the processors available to this process. The pictures do not depend on it.
 
     Returns:
         n targets, in the same order.
     """
-    num_threads, targets = num_threads_or_default(None), dict[int, TargetView]()
+    most, targets = num_threads_or_default(num_threads), dict[int, TargetView]()
     for moment in dict.fromkeys(view.moment for view in views):
         scene = shown_at(moment)
         rows = [index for index, view in enumerate(views) if view.moment == moment]
-        num_workers = min(num_threads, len(rows))
-        draw = partial(TargetView.of, scene, moment=moment, num_threads=num_threads // num_workers)
+        num_workers = min(most, len(rows))
+        draw = partial(TargetView.of, scene, moment=moment, num_threads=most // num_workers)
         with ThreadPoolExecutor(num_workers) as executor:
             drawn = executor.map(draw, (views[row].camera for row in rows))
             targets |= zip(rows, drawn, strict=True)
