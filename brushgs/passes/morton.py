@@ -9,6 +9,14 @@ from brushgs.native import core as _core
 from brushgs.threads import num_threads_or_default
 
 BITS = 21  # per axis: three fill 63 bits
+# Shifts and masks that move the 21 bits of a number to every third position.
+_INTERLEAVE = (
+    (32, 0x1F00000000FFFF),
+    (16, 0x1F0000FF0000FF),
+    (8, 0x100F00F00F00F00F),
+    (4, 0x10C30C30C30C30C3),
+    (2, 0x1249249249249249),
+)
 
 
 def morton_order(points: NDArray[np.floating[Any]]) -> NDArray[np.intp]:
@@ -21,3 +29,10 @@ def morton_order(points: NDArray[np.floating[Any]]) -> NDArray[np.intp]:
     step = (2**BITS - 1) / extent if extent > 0 else 0.0
     contiguous = np.ascontiguousarray(points)
     return np.asarray(_core.morton_order(contiguous, low, step, num_threads_or_default(None)))
+
+
+def interleave(values: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    """The lowest 21 bits of each number [N], moved to every third position."""
+    for shift, mask in _INTERLEAVE:
+        values = (values | (values << np.uint64(shift))) & np.uint64(mask)
+    return values

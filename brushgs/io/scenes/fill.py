@@ -6,6 +6,7 @@ cannot be drawn leave gaps, which are closed in place at the end, so that a scen
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -30,11 +31,12 @@ def fill(
     is_logit: bool,
     encoding: Encoding,
     is_raw: bool,
+    first_row: int = 0,
 ) -> tuple[Columns, Dropped]:
     """Fill columns block by block; the result does not depend on the number of threads.
 
     Args:
-        columns: as many rows as the file has.
+        columns: as many rows as the file has, or as are wanted of it.
         open_decoder: context that gives a function which decodes rows `start` to `stop` of the file into the
             columns handed to it; entered once per thread, with floating-point warnings off.
         block_rows: rows decoded at a time.
@@ -43,6 +45,7 @@ def fill(
         is_logit: whether opacities are decoded to logits; else they are 0 to 1.
         encoding: what the decoded values mean.
         is_raw: whether to keep all rows as decoded: nothing is checked, dropped or activated.
+        first_row: of the file, that the columns begin with.
 
     Returns:
         The rows that can be drawn, in order, as views of `columns`; and the dropped ones.
@@ -62,10 +65,11 @@ def fill(
             for start in range(first, last, block_rows):
                 stop = min(start + block_rows, last)
                 block, dropped = columns.part(start, stop), Dropped()
-                decode(start, stop, block)
+                row = first_row + start
+                decode(row, first_row + stop, block)
                 if not is_raw:
                     block, dropped = activate_rows(
-                        block, encoding, first_row=start, num_rest=num_rest, is_logit=is_logit
+                        block, encoding, first_row=row, num_rest=num_rest, is_logit=is_logit
                     )
                 done.append((start, len(block.means), dropped))
         return done
@@ -73,6 +77,45 @@ def fill(
     with ThreadPoolExecutor(num_threads) as pool:
         parts = list(pool.map(work, range(num_threads)))
     return _close_gaps(columns, (block for part in parts for block in part))
+
+
+@dataclass(frozen=True)
+class RowSource:
+    """The rows of a file, of which any can be read: what `fill` takes, but for the columns.
+
+    Attributes:
+        num_rows: that the file has.
+        num_terms: spherical-harmonic terms that are decoded.
+        open_decoder: see `fill`, as all that follow.
+        block_rows: rows decoded at a time.
+        num_rest: f_rest coefficients per channel in the file.
+        is_sequential: whether rows must be decoded in order.
+        is_logit: whether opacities are decoded to logits.
+        encoding: what the decoded values mean.
+    """
+
+    num_rows: int
+    num_terms: int
+    open_decoder: Callable[[], AbstractContextManager[Decoder]]
+    block_rows: int
+    num_rest: int
+    is_sequential: bool
+    is_logit: bool
+    encoding: Encoding
+
+    def read(self, columns: Columns, *, first_row: int = 0, is_raw: bool = False) -> tuple[Columns, Dropped]:
+        """`fill` columns with rows from `first_row` on."""
+        return fill(
+            columns,
+            self.open_decoder,
+            block_rows=self.block_rows,
+            num_rest=self.num_rest,
+            is_sequential=self.is_sequential,
+            is_logit=self.is_logit,
+            encoding=self.encoding,
+            is_raw=is_raw,
+            first_row=first_row,
+        )
 
 
 def activate_rows(

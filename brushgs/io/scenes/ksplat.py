@@ -21,7 +21,7 @@ from brushgs.io.files import open_plain, read_exactly
 from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
-from brushgs.io.scenes.fill import Decoder, fill
+from brushgs.io.scenes.fill import Decoder, RowSource
 from brushgs.io.scenes.ksplat_header import Header, Section, read_header
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.used_terms import drop_zero_bands
@@ -48,6 +48,7 @@ def open_scene(path: Path) -> SceneFile:
         num_rows=num_rows,
         num_terms=num_terms,
         read_columns=partial(_read_columns, path, header, num_rows, num_terms),
+        open_rows=partial(_open_rows, path, header, num_rows, num_terms),
     )
 
 
@@ -55,6 +56,17 @@ def _read_columns(
     path: Path, header: Header, num_rows: int, num_terms: int, *, encoding: Encoding, is_raw: bool
 ) -> tuple[Columns, Dropped]:
     """See `ColumnReader`."""
+    rows = _open_rows(path, header, num_rows, num_terms)
+    columns, dropped = rows.read(Columns.empty(num_rows, num_terms), is_raw=is_raw)
+    if is_raw:
+        columns.standardize(replace(_ENCODING, opacities="linear"))
+    else:
+        drop_zero_bands(columns)
+    return columns, dropped
+
+
+def _open_rows(path: Path, header: Header, num_rows: int, num_terms: int) -> RowSource:
+    """See `SceneFile`."""
     ends = list(accumulate(section.num_rows for section in header.sections))
 
     @contextmanager
@@ -75,21 +87,16 @@ def _read_columns(
 
             yield decode
 
-    columns, dropped = fill(
-        Columns.empty(num_rows, num_terms),
+    return RowSource(
+        num_rows,
+        num_terms,
         open_decoder,
         block_rows=_BLOCK_ROWS,
         num_rest=num_terms - 1,
         is_sequential=False,
         is_logit=False,
         encoding=_ENCODING,
-        is_raw=is_raw,
     )
-    if is_raw:
-        columns.standardize(replace(_ENCODING, opacities="linear"))
-    else:
-        drop_zero_bands(columns)
-    return columns, dropped
 
 
 def _decode(rows: NDArray[np.uint8], header: Header, section: Section, first: int, out: Columns) -> None:

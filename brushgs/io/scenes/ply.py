@@ -13,13 +13,21 @@ from brushgs.io.files import open_plain
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
-from brushgs.io.scenes.ply_compressed import PACKED, check_compressed, is_compressed, read_compressed
+from brushgs.io.scenes.fill import RowSource
+from brushgs.io.scenes.ply_compressed import (
+    PACKED,
+    check_compressed,
+    is_compressed,
+    open_compressed,
+    read_compressed,
+)
 from brushgs.io.scenes.ply_header import BRUSH, Element, Header, parse_header
 from brushgs.io.scenes.ply_inria import (
     FILTER_3D,
     check_inria,
     has_brushes,
     is_flat,
+    open_inria,
     read_columns_of,
     read_inria,
 )
@@ -66,6 +74,10 @@ def open_scene(path: Path) -> SceneFile:
         warn_of_surplus(path, header, size)
         return columns, dropped
 
+    def open_rows() -> RowSource:
+        warn_of_surplus(path, header, size)
+        return (open_compressed if has_chunks else open_inria)(path, header, vertex, num_terms, size)
+
     stored = read_stored(path, lambda: read_comments(header.view_text))
     known = PACKED if has_chunks else read_columns_of(num_terms) | ({BRUSH} if has_brushes(vertex) else set())
     layout = "compressed PLY" if has_chunks else "PLY"
@@ -83,6 +95,7 @@ def open_scene(path: Path) -> SceneFile:
         scene=stored.scene,
         first_view=stored.first_view,
         brushes=stored.brushes,
+        open_rows=open_rows,
     )
 
 

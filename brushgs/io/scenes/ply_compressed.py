@@ -20,7 +20,7 @@ from brushgs.errors import SceneError
 from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import STANDARD, Encoding
-from brushgs.io.scenes.fill import Decoder, fill
+from brushgs.io.scenes.fill import Decoder, RowSource
 from brushgs.io.scenes.ply_header import Element, Header
 from brushgs.io.scenes.ply_inria import count_terms
 from brushgs.io.scenes.ply_rows import check_size, open_rows
@@ -79,6 +79,17 @@ def read_compressed(
     Raises:
         SceneError: if the file is cut off or chunks do not match the rows.
     """
+    rows = open_compressed(path, header, vertex, num_terms, size)
+    empty = Columns.empty(vertex.count, num_terms)
+    empty.brushes = stored.rows_of_brushes(vertex.count)
+    columns, dropped = rows.read(empty, is_raw=is_raw)
+    if is_raw:
+        columns.standardize(Encoding(opacities="linear"))
+    return stored.in_order(columns), dropped
+
+
+def open_compressed(path: Path, header: Header, vertex: Element, num_terms: int, size: int) -> RowSource:
+    """The rows, not yet in the order of strokes. Takes and raises the same."""
     rest = header.find("sh") if num_terms > 1 else None
     for element in (vertex,) if rest is None else (vertex, rest):
         check_size(path, header, element, size)
@@ -106,21 +117,16 @@ def read_compressed(
 
             yield decode
 
-    empty = Columns.empty(vertex.count, num_terms)
-    empty.brushes = stored.rows_of_brushes(vertex.count)
-    columns, dropped = fill(
-        empty,
+    return RowSource(
+        vertex.count,
+        num_terms,
         open_decoder,
         block_rows=_BLOCK_ROWS,
         num_rest=num_terms - 1,
         is_sequential=header.is_ascii,
         is_logit=False,
         encoding=STANDARD,
-        is_raw=is_raw,
     )
-    if is_raw:
-        columns.standardize(Encoding(opacities="linear"))
-    return stored.in_order(columns), dropped
 
 
 def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[str, tuple[F32, F32]]:

@@ -19,7 +19,7 @@ from brushgs.errors import SceneError
 from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import STANDARD, Encoding
-from brushgs.io.scenes.fill import Decoder, fill
+from brushgs.io.scenes.fill import Decoder, RowSource
 from brushgs.io.scenes.ply_header import BRUSH, Element, Header
 from brushgs.io.scenes.ply_rows import check_size, open_rows
 
@@ -128,10 +128,31 @@ def read_inria(
     Raises:
         SceneError: if the file is cut off or a value is no number.
     """
+    _check_sizes(path, header, vertex, num_terms, size)
+    num_used = num_terms if is_raw else _count_used_terms(path, header, vertex, num_terms)
+    rows = _rows_of(path, header, vertex, num_terms, num_used, encoding)
+    empty = Columns.empty(vertex.count, num_used, has_brushes=has_brushes(vertex))
+    return rows.read(empty, is_raw=is_raw)
+
+
+def open_inria(path: Path, header: Header, vertex: Element, num_terms: int, size: int) -> RowSource:
+    """The rows, in the standard encoding, with all bands. Takes and raises the same as `read_inria`."""
+    _check_sizes(path, header, vertex, num_terms, size)
+    return _rows_of(path, header, vertex, num_terms, num_terms, STANDARD)
+
+
+def _check_sizes(path: Path, header: Header, vertex: Element, num_terms: int, size: int) -> None:
     check_size(path, header, vertex, size)
     check_decoded_size(path, vertex.count, num_terms, size)
-    block_rows = max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
-    num_used = num_terms if is_raw else _count_used_terms(path, header, vertex, num_terms, block_rows)
+
+
+def _block_rows(vertex: Element) -> int:
+    return max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
+
+
+def _rows_of(
+    path: Path, header: Header, vertex: Element, num_terms: int, num_used: int, encoding: Encoding
+) -> RowSource:
     layout = _RowLayout(vertex.dtype, num_terms, num_used, is_flat=is_flat(header, vertex))
     has_filter = FILTER_3D in vertex.names
 
@@ -145,20 +166,19 @@ def read_inria(
 
     @contextmanager
     def open_decoder() -> Iterator[Decoder]:
-        with open_rows(path, header, vertex, block_rows) as rows:
+        with open_rows(path, header, vertex, _block_rows(vertex)) as rows:
             yield lambda start, stop, out: decode(rows.read(start, stop), out)
 
-    columns, dropped = fill(
-        Columns.empty(vertex.count, num_used, has_brushes=has_brushes(vertex)),
+    return RowSource(
+        vertex.count,
+        num_used,
         open_decoder,
-        block_rows=block_rows,
+        block_rows=_block_rows(vertex),
         num_rest=num_terms - 1,
         is_sequential=header.is_ascii,
         is_logit=True,
         encoding=STANDARD if has_filter else encoding,
-        is_raw=is_raw,
     )
-    return columns, dropped
 
 
 def _smooth(out: Columns, widths: NDArray[Any]) -> None:
@@ -255,7 +275,7 @@ def _names_of_rest(channel: int, num_terms: int, start: int, stop: int) -> tuple
     return tuple(f"f_rest_{first + term}" for term in range(start, stop))
 
 
-def _count_used_terms(path: Path, header: Header, vertex: Element, num_terms: int, block_rows: int) -> int:
+def _count_used_terms(path: Path, header: Header, vertex: Element, num_terms: int) -> int:
     """The number of terms up to the highest band that is not zero in every row.
 
     Reading stops as soon as the highest band proves to be in use: for most scenes in the first block.
@@ -266,7 +286,7 @@ def _count_used_terms(path: Path, header: Header, vertex: Element, num_terms: in
         if stop <= num_terms:
             channels = [_names_of_rest(channel, num_terms, start, stop) for channel in range(3)]
             bands[stop] = [run for names in channels for run in _find_runs(vertex.dtype, names)]
-    used = 1
+    used, block_rows = 1, _block_rows(vertex)
     # A signalling NaN is a value here, not a reason to warn.
     with np.errstate(all="ignore"), open_rows(path, header, vertex, block_rows) as rows:
         for start in range(0, vertex.count, block_rows):

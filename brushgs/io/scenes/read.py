@@ -47,7 +47,7 @@ def read_scene(
             moment for a scene at rest.
     """
     encoding = encoding or STANDARD
-    files = _open(scene, lod, encoding)
+    files = open_files(scene, lod, encoding)
     for file in files:
         if file.has_fixed_encoding and not encoding.is_standard:
             raise SceneError(file.path, f"is a {file.format}, whose encoding is fixed; omit the encoding")
@@ -91,11 +91,14 @@ def read_raw_parts(scene: SceneFiles, lod: int | None = None) -> list[tuple[Colu
     Raises:
         SceneError: if a file is of no known format or is damaged.
     """
-    return [(file.read_columns(encoding=STANDARD, is_raw=True)[0], file) for file in _open(scene, lod)]
+    return [(file.read_columns(encoding=STANDARD, is_raw=True)[0], file) for file in open_files(scene, lod)]
 
 
-def _open(scene: SceneFiles, lod: int | None, encoding: Encoding = STANDARD) -> list[SceneFile]:
-    """Read the headers of all files: what is wrong with one is said before the first is read."""
+def open_files(scene: SceneFiles, lod: int | None, encoding: Encoding = STANDARD) -> list[SceneFile]:
+    """Read the headers of all files: what is wrong with one is said before the first is read.
+
+    Takes and raises the same as `read_scene`. A moment of a moving scene is one file.
+    """
     from brushgs.io.moving.moment import open_moment
 
     source = SceneSource.of(scene, lod=lod)

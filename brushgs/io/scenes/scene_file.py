@@ -1,5 +1,6 @@
 """What every format gives: a scene file with its header read, whose rows can then be read."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol
@@ -7,6 +8,7 @@ from typing import Literal, Protocol
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
+from brushgs.io.scenes.fill import RowSource
 from brushgs.scene import FirstView
 
 # How the Gaussians of a scene were trained, where that changes how they are drawn: "antialiased" are those of
@@ -53,6 +55,9 @@ class SceneFile:
         first_view: how that scene is seen; None if the file does not say.
         brushes: names or paths of the brushes that strokes have rows of, as far as the file states them.
         moment: of a moving scene, whose moment this is: seconds from its start; None for a scene at rest.
+        open_rows: gives rows in the standard encoding one block at a time, without what `read_columns` does
+            to all of them: bands that are zero are decoded too, and strokes are in no order; raises a
+            SceneError where that does. None for formats whose rows can only be decoded all at once.
     """
 
     path: Path
@@ -69,3 +74,4 @@ class SceneFile:
     first_view: FirstView | None = None
     brushes: tuple[str, ...] = ()
     moment: float | None = None
+    open_rows: Callable[[], RowSource] | None = None

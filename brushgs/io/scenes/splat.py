@@ -19,7 +19,7 @@ from brushgs.io.files import open_plain, read_exactly
 from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding
-from brushgs.io.scenes.fill import Decoder, fill
+from brushgs.io.scenes.fill import Decoder, RowSource
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.unmarked import SPLAT_ROW_SIZE
 
@@ -47,11 +47,20 @@ def open_scene(path: Path) -> SceneFile:
         num_rows=size // SPLAT_ROW_SIZE,
         num_terms=1,
         read_columns=partial(_read_columns, path, size // SPLAT_ROW_SIZE),
+        open_rows=partial(_open_rows, path, size // SPLAT_ROW_SIZE),
     )
 
 
 def _read_columns(path: Path, num_rows: int, *, encoding: Encoding, is_raw: bool) -> tuple[Columns, Dropped]:
     """See `ColumnReader`."""
+    columns, dropped = _open_rows(path, num_rows).read(Columns.empty(num_rows, 1), is_raw=is_raw)
+    if is_raw:
+        columns.standardize(replace(_ENCODING, opacities="linear"))
+    return columns, dropped
+
+
+def _open_rows(path: Path, num_rows: int) -> RowSource:
+    """See `SceneFile`."""
 
     @contextmanager
     def open_decoder() -> Iterator[Decoder]:
@@ -72,16 +81,13 @@ def _read_columns(path: Path, num_rows: int, *, encoding: Encoding, is_raw: bool
 
             yield decode
 
-    columns, dropped = fill(
-        Columns.empty(num_rows, 1),
+    return RowSource(
+        num_rows,
+        1,
         open_decoder,
         block_rows=_BLOCK_ROWS,
         num_rest=0,
         is_sequential=False,
         is_logit=False,
         encoding=_ENCODING,
-        is_raw=is_raw,
     )
-    if is_raw:
-        columns.standardize(replace(_ENCODING, opacities="linear"))
-    return columns, dropped

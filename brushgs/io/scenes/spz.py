@@ -16,10 +16,11 @@ from brushgs.io.files import open_plain
 from brushgs.io.scenes.columns import Columns, check_decoded_size
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import STANDARD, Encoding
-from brushgs.io.scenes.fill import fill
+from brushgs.io.scenes.fill import RowSource
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.io.scenes.spz_container import (
     NUM_HEADER_BYTES,
+    Blocks,
     Header,
     read_blocks,
     read_extensions,
@@ -78,6 +79,7 @@ def open_data(path: Path, data: bytes) -> SceneFile:
         scene=stored.scene,
         first_view=stored.first_view,
         brushes=stored.brushes,
+        open_rows=partial(_open_rows, path, data, header, extensions),
     )
 
 
@@ -96,19 +98,35 @@ def _read_columns(
     num_terms = header.num_terms if is_raw else count_used_terms(blocks.sh, header.num_terms)
     empty = Columns.empty(header.num_rows, num_terms)
     empty.brushes = stored.rows_of_brushes(header.num_rows)
-    columns, dropped = fill(
-        empty,
+    columns, dropped = _rows_of(blocks, header, extensions).read(empty, is_raw=is_raw)
+    if is_raw:
+        columns.standardize(Encoding(opacities="linear"))
+    if surplus:
+        _warn_of_surplus(path, surplus)
+    return stored.in_order(columns), dropped
+
+
+def _open_rows(path: Path, data: bytes, header: Header, extensions: Extensions) -> RowSource:
+    """See `SceneFile`: the bytes of the whole file are decompressed, 19 to 64 a Gaussian."""
+    blocks, surplus = read_blocks(path, data, header)
+    if surplus:
+        _warn_of_surplus(path, surplus)
+    return _rows_of(blocks, header, extensions)
+
+
+def _rows_of(blocks: Blocks, header: Header, extensions: Extensions) -> RowSource:
+    return RowSource(
+        header.num_rows,
+        header.num_terms,
         lambda: nullcontext(partial(decode, blocks, header, extensions.is_mirrored)),
         block_rows=_BLOCK_ROWS,
         num_rest=header.num_terms - 1,
         is_sequential=False,
         is_logit=False,
         encoding=STANDARD,
-        is_raw=is_raw,
     )
-    if is_raw:
-        columns.standardize(Encoding(opacities="linear"))
-    if surplus:
-        message = f"{path}: {surplus} bytes after the last Gaussian were ignored"
-        warnings.warn(SceneWarning(f"{message}; if the picture looks wrong, copy it again"), stacklevel=3)
-    return stored.in_order(columns), dropped
+
+
+def _warn_of_surplus(path: Path, surplus: int) -> None:
+    message = f"{path}: {surplus} bytes after the last Gaussian were ignored"
+    warnings.warn(SceneWarning(f"{message}; if the picture looks wrong, copy it again"), stacklevel=4)

@@ -1,0 +1,109 @@
+"""Rows of a scene file a block at a time are those of the whole file."""
+
+from collections.abc import Callable
+from pathlib import Path
+from warnings import catch_warnings, simplefilter
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs.errors import SceneError
+from brushgs.io.scenes.blocks import open_rows, read_blocks, sample_rows
+from brushgs.io.scenes.columns import Columns
+from brushgs.io.scenes.dropped import Dropped
+from brushgs.io.scenes.read import open_file
+from tests.io import test_compressed_ply
+from tests.io.ply_maker import scene_columns, write_scene
+from tests.io.scenes import ksplat_format
+
+NUM = 700
+NAMES = ("means", "quats", "scales", "opacities", "sh")
+
+
+def saved(path: Path) -> Path:
+    """A scene as brushgs writes it in the format of the suffix."""
+    degree = 0 if path.suffix == ".splat" else 1
+    with catch_warnings():
+        simplefilter("ignore", bg.SceneWarning)  # .splat clips colours
+        bg.save(bg.load(write_scene(path.parent / "from.ply", scene_columns(NUM, degree))), path)
+    return path
+
+
+def ksplat(path: Path) -> Path:
+    scenes = [ksplat_format.make(NUM - 300, 1), ksplat_format.make(300, 1, seed=1)]
+    path.write_bytes(ksplat_format.encode(scenes, 1))
+    return path
+
+
+FILES: dict[str, Callable[[Path], Path]] = {
+    "scene.ply": saved,
+    "ascii.ply": lambda path: write_scene(path, scene_columns(NUM, 1), "ascii"),
+    "scene.compressed.ply": lambda path: test_compressed_ply.encode(path, test_compressed_ply.make(NUM, 1)),
+    "scene.splat": saved,
+    "scene.ksplat": ksplat,
+    "scene.spz": saved,
+    "scene.sog": saved,
+}
+
+
+def joined(path: Path, block_rows: int) -> tuple[Columns, Dropped]:
+    """All blocks of a file behind each other."""
+    file = open_file(path, None)
+    parts, dropped = [], Dropped()
+    for columns, some in read_blocks(open_rows(file), 0, file.num_rows, block_rows):
+        assert len(columns.means) + some.num_rows <= block_rows
+        parts.append(columns)
+        dropped.add(some)
+    return Columns.joined(parts), dropped
+
+
+@pytest.mark.parametrize("block_rows", [77, 256, 1000])
+@pytest.mark.parametrize("name", FILES)
+def test_blocks_are_the_rows_of_the_file(tmp_path: Path, name: str, block_rows: int) -> None:
+    path = FILES[name](tmp_path / name)
+    whole, (blocks, dropped) = bg.load(path), joined(path, block_rows)
+    assert dropped.num_rows == 0
+    for column in NAMES:
+        expected, actual = getattr(whole, column), getattr(blocks, column)
+        if column == "sh":  # bands that are zero are not dropped here
+            assert not actual[:, expected.shape[1] :].any()
+            actual = actual[:, : expected.shape[1]]
+        # Where all rows are decoded at once, opacities pass through their logits.
+        np.testing.assert_allclose(actual, expected, rtol=1e-5, atol=1e-7, err_msg=column)
+
+
+@pytest.mark.parametrize("encoding", ["binary_little_endian", "ascii"])
+def test_rows_that_cannot_be_drawn_are_dropped_from_each_block(tmp_path: Path, encoding: str) -> None:
+    columns = scene_columns(NUM)
+    columns["x"][[5, 300, 301]] = np.nan
+    for name in ("rot_0", "rot_1", "rot_2", "rot_3"):
+        columns[name][[6, 699]] = 0
+    path = write_scene(tmp_path / "a.ply", columns, encoding)
+    blocks, dropped = joined(path, 100)
+    assert len(blocks.means) == NUM - 5
+    assert (dropped.num_broken, dropped.num_unrotated, dropped.unrotated) == (3, 2, 6)
+    assert dropped.broken is not None
+    assert dropped.broken[:2] == (5, "x")
+    with pytest.warns(bg.SceneWarning, match=r"5 of 700 rows were dropped: 3 .*first: row 5, x = nan"):
+        dropped.report(path, NUM)
+
+
+def test_a_file_that_is_cut_off_is_refused_before_the_first_block(tmp_path: Path) -> None:
+    path = write_scene(tmp_path / "a.ply", scene_columns(NUM))
+    file = open_file(path, None)
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(SceneError, match="cut off"):
+        open_rows(open_file(path, None))
+    with pytest.raises(SceneError, match="became shorter while it was read"):
+        list(read_blocks(open_rows(file), 0, NUM))
+
+
+def test_a_sample_is_spread_over_the_whole_file(tmp_path: Path) -> None:
+    columns = scene_columns(20_000)
+    columns["x"][:] = np.arange(20_000)
+    rows = open_rows(open_file(write_scene(tmp_path / "a.ply", columns), None))
+    sample = sample_rows(rows, 8192).means[:, 0]
+    assert len(sample) == 8192
+    assert (sample[0], sample[-1]) == (0, 19_999)
+    assert len(sample_rows(rows, 1 << 30).means) >= 20_000
