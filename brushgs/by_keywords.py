@@ -114,7 +114,7 @@ def _refuse_others(parser: Any, options: Mapping[str, Any], *, is_in_memory: boo
         dest = action_named(parser, name).dest
         step, _, field = dest.partition(".")
         cure = NOT_HERE.get(dest) or (NOT_HERE.get(step) if field and step != "output" else None)
-        if is_in_memory and dest in ("lod", "time"):
+        if is_in_memory and dest in ("lod", "time", "memory"):
             cure = "belongs to scene files; omit it with Gaussians, which are in memory"
         if cure is not None:
             raise OptionError(name, cure)
@@ -133,7 +133,9 @@ def _source(scene: "Gaussians | SceneFiles", args: Namespace) -> "Gaussians | Sc
         return scene
     given = SceneSource.of(scene)
     lod = given.lod if args.lod is None else args.lod
-    source = SceneSource(given.paths, lod, given.time if args.time is None else args.time)
+    time = given.time if args.time is None else args.time
+    memory = given.memory if args.memory is None else args.memory
+    source = SceneSource(given.paths, lod, time, memory)
     if source.time is None:
         from brushgs.io.moving import open_moving
 

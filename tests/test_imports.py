@@ -13,7 +13,7 @@ from brushgs.cli.parser import COMMANDS
 PACKAGE = Path(__file__).resolve().parent.parent / "brushgs"
 # A module may import from its own layer and from those above it in this list.
 LAYERS = [
-    ["version", "errors", "arrays", "threads", "signals", "colors", "options"],
+    ["version", "errors", "arrays", "threads", "machine_memory", "signals", "colors", "options"],
     ["native", "layers", "columns", "png"],
     ["scene"],
     ["sh", "quats", "hashing", "style"],

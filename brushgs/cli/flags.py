@@ -429,11 +429,18 @@ def add_prune(parser: ArgumentParser) -> None:
 
 
 def add_cluster(parser: ArgumentParser, *, has_look: bool = False) -> Container:
-    """`CleanConfig` and `ClusterConfig`, without what strokes are made for; returns their group."""
+    """`CleanConfig`, `ClusterConfig` without what strokes are made for, and `args.memory`; their group."""
     group = parser.add_argument_group("clustering")
     add_clean(group)
     add_stroke_count(group, has_look=has_look)
     add_merging(group)
+    group.add_argument(
+        "--memory",
+        type=values.memory,
+        metavar="SIZE",
+        help="memory that strokes may be made in, such as 8GB: a scene that takes more is read in blocks and "
+        "neighbours of one size and colour are merged as they come; default 3/4 of the machine's",
+    )
     return group
 
 

@@ -116,6 +116,13 @@ def stroke_size(text: str) -> "StrokeSize":
     return _checked(StrokeSize, float(match[1]))
 
 
+def memory(text: str) -> int:
+    """Bytes, see `parse_memory`."""
+    from brushgs.options.memory_size import parse_memory
+
+    return _checked(parse_memory, text)
+
+
 def where(text: str) -> "Where":
     """A part of a scene, see `Where.parse`."""
     from brushgs.options.where import Where

@@ -27,20 +27,25 @@ class SceneSource:
             format.
         time: the moment of a moving scene; None where the user names none: readers of one moment take the
             first.
+        memory: bytes that making strokes of it may take: larger scenes are read in blocks and merged; None
+            for three quarters of what the machine has.
 
     Raises:
-        ValueError: if there is no path, or the level is below 0.
+        ValueError: if there is no path, the level is below 0, or the memory is not above it.
     """
 
     paths: tuple[Path, ...]
     lod: int | None = None
     time: Moment | None = None
+    memory: int | None = None
 
     def __post_init__(self) -> None:
         if not self.paths:
             raise ValueError("scene must name at least one file, got none")
         if self.lod is not None and self.lod < 0:
             raise ValueError(f"lod must be 0 or more, got {self.lod}")
+        if self.memory is not None and self.memory < 1:
+            raise ValueError(f"memory must be above 0 bytes, got {self.memory}")
 
     @classmethod
     def of(cls, scene: "SceneFiles", *, lod: int | None = None) -> "SceneSource":

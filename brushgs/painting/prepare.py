@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
-from brushgs.options.sequence import GrowConfig, PathConfig
+from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.options.where import WhereConfig
 from brushgs.painting.background import Background, check_background
 from brushgs.painting.clean import clean_scene, select_seen
@@ -151,6 +151,7 @@ def prepare(
     grows: bool = False,
     memory: Memory | None = None,
     where: WhereConfig | None = None,
+    workers: SequenceConfig | None = None,
 ) -> Prepared:
     """Make strokes of a scene, and everything else that is needed before the first picture.
 
@@ -176,6 +177,7 @@ def prepare(
         memory: of earlier calls for the same source: steps whose inputs are as they were are not made again,
             and have no stage. None makes all of them.
         where: the part of the scene that strokes are made of; `Prepared.rest` is all else. None for all.
+        workers: that read a scene larger than memory; None for this machine.
 
     Raises:
         SceneError: if a file cannot be read.
@@ -192,7 +194,7 @@ def prepare(
     if clip is not None:
         gaussians, notes, rows = load_clip(clip, report)
     else:
-        gaussians, notes = recall("load", (source,), lambda: _load(source, report))
+        gaussians, notes = recall("load", (source,), lambda: _load(source, report, workers))
         if gaussians.brushes is not None:  # chosen anew where they are those of other brushes
             of_file = gaussians, source, config.brushes, config.view.size, named.has_more
             gaussians, stored = recall(
@@ -263,6 +265,8 @@ def prepare(
         view_model = open_view_model(gaussians, cameras[0], texture, still, behind, report)
 
     num_loaded, scene = len(gaussians), whole if keeps_scene else None
+    if notes is not None:  # of a scene that was merged while it was read
+        num_loaded = round(num_loaded * notes.rows_each)
     del whole
     guidance = Guidance()
     if skip is None:
@@ -416,10 +420,13 @@ def prepare(
     )
 
 
-def _load(source: SceneFiles | Gaussians | Clip, report: Report) -> "tuple[Gaussians, LoadNotes | None]":
+def _load(
+    source: SceneFiles | Gaussians | Clip, report: Report, workers: SequenceConfig | None
+) -> "tuple[Gaussians, LoadNotes | None]":
     assert not isinstance(source, Clip), "those of a clip are rows of it"
-    gaussians, notes = (source, None) if isinstance(source, Gaussians) else load_scene(source, report)
-    return gaussians, notes
+    if isinstance(source, Gaussians):
+        return source, None
+    return load_scene(source, report, makes_strokes=True, workers=workers)
 
 
 def _stored_brushes(

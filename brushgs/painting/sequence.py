@@ -116,6 +116,7 @@ def paint_sequence(
         check_path=check_path,
         needs_first_view=has_sheet,
         keeps_scene=has_sheet,
+        workers=sequence,
     )
     if sheet is not None:
         write_sheet_of(prepared, Path(sheet), config, report, name=name_of(files, prepared.notes))

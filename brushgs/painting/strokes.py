@@ -18,6 +18,8 @@ from brushgs.options.painting import (
     StrokeSize,
 )
 from brushgs.options.scene_source import SceneFiles, SceneSource
+from brushgs.options.sequence import SequenceConfig
+from brushgs.painting.blocks.budget import Budget
 from brushgs.painting.count import choose_count, cluster_to_target, describe_search
 from brushgs.painting.make_strokes import StrokeMaker
 from brushgs.painting.report import Report, Stage
@@ -35,17 +37,38 @@ TRAINED = {"antialiased": "antialiased", "2dgs": "2DGS, flat discs"}  # in words
 MOST_NAMES = 6  # of columns that are not read
 
 
-def load_scene(scene: SceneFiles, report: Report) -> "tuple[Gaussians, LoadNotes]":
-    """Read the Gaussians of a scene, and notes on what else its files hold."""
-    with report.stage("load") as stage:
-        from brushgs.io import read_scene
+def load_scene(
+    scene: SceneFiles, report: Report, *, makes_strokes: bool = False, workers: SequenceConfig | None = None
+) -> "tuple[Gaussians, LoadNotes]":
+    """Read the Gaussians of a scene, and notes on what else its files hold.
 
-        gaussians, notes = read_scene(scene)
+    Args:
+        scene: see `SceneSource`.
+        report: gets the stage.
+        makes_strokes: whether only strokes are made of them: then a scene larger than memory is read in
+            blocks and merged, see `brushgs.painting.blocks`.
+        workers: that read such blocks; None for this machine.
+    """
+    with report.stage("load") as stage:
+        from brushgs.io.scenes.read import open_files, read_files
+
+        source = SceneSource.of(scene)
+        files = open_files(source, source.lod)
+        budget = Budget.of(source.memory)
+        if is_larger := makes_strokes and budget.is_below(files):
+            from brushgs.painting.blocks.load import load_in_blocks
+
+            gaussians, notes = load_in_blocks(files, source.lod, budget, workers, tell=report.tell)
+        else:
+            gaussians, notes = read_files(files)
         dropped = f", {notes.rows_dropped:,} rows dropped" if notes.rows_dropped else ""
         degree = f"SH degree {notes.sh_degree_used}"
         what = "strokes" if notes.is_strokes else "Gaussians"
         training = "" if notes.training == "default" else f", {TRAINED[notes.training]}"
-        stage.did = f"{len(gaussians):,} {what}, {degree}, {notes.format}{training}{dropped}"
+        num_used = notes.rows_read - notes.rows_dropped
+        stage.did = f"{num_used:,} {what}, {degree}, {notes.format}{training}{dropped}"
+        if is_larger:
+            stage.did += f"; {budget.words(files)}: read in blocks and merged into {len(gaussians):,}"
         if notes.unknown:
             stage.did += f"; {not_read(notes.unknown)}"
         stage.counts = {
@@ -60,6 +83,8 @@ def load_scene(scene: SceneFiles, report: Report) -> "tuple[Gaussians, LoadNotes
             "columns_not_read": list(notes.unknown),
             "files": len(notes.files) or 1,
         }
+        if is_larger:
+            stage.counts["memory"] = budget.memory
         stage.details += notes.files
         if notes.sh_degree_used < notes.sh_degree_stored:
             stage.details.append(zero_degrees(notes.sh_degree_used, notes.sh_degree_stored))

@@ -48,6 +48,7 @@ def open_rows(file: SceneFile) -> RowSource:
         is_sequential=False,
         is_logit=True,
         encoding=STANDARD,
+        is_whole=True,
     )
 
 

@@ -92,6 +92,7 @@ class RowSource:
         is_sequential: whether rows must be decoded in order.
         is_logit: whether opacities are decoded to logits.
         encoding: what the decoded values mean.
+        is_whole: whether all of the file is in memory, since its rows cannot be read apart.
     """
 
     num_rows: int
@@ -102,6 +103,7 @@ class RowSource:
     is_sequential: bool
     is_logit: bool
     encoding: Encoding
+    is_whole: bool = False
 
     def read(self, columns: Columns, *, first_row: int = 0, is_raw: bool = False) -> tuple[Columns, Dropped]:
         """`fill` columns with rows from `first_row` on."""

@@ -35,6 +35,8 @@ class LoadNotes:
             for several.
         moment: of a moving scene the moment that was read, seconds from its start; None for a scene at rest.
         is_timed: whether the files of a moving scene give its length in seconds; else these are nominal.
+        rows_each: how many rows one of the Gaussians was made of on average: 1, or more where a scene larger
+            than memory was merged while it was read.
     """
 
     format: str
@@ -52,6 +54,7 @@ class LoadNotes:
     brushes: tuple[str, ...] = ()
     moment: float | None = None
     is_timed: bool = False
+    rows_each: float = 1.0
 
 
 def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used: int) -> LoadNotes:

@@ -1,6 +1,7 @@
 """Scene files of any format become Gaussians."""
 
 import warnings
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 
@@ -47,7 +48,11 @@ def read_scene(
             moment for a scene at rest.
     """
     encoding = encoding or STANDARD
-    files = open_files(scene, lod, encoding)
+    return read_files(open_files(scene, lod, encoding), encoding)
+
+
+def read_files(files: Sequence[SceneFile], encoding: Encoding = STANDARD) -> tuple[Gaussians, LoadNotes]:
+    """The same, of files whose headers were read by `open_files` with this encoding."""
     for file in files:
         if file.has_fixed_encoding and not encoding.is_standard:
             raise SceneError(file.path, f"is a {file.format}, whose encoding is fixed; omit the encoding")

@@ -124,6 +124,7 @@ def _rows_of(blocks: Blocks, header: Header, extensions: Extensions) -> RowSourc
         is_sequential=False,
         is_logit=False,
         encoding=STANDARD,
+        is_whole=True,
     )
 
 

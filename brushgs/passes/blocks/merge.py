@@ -1,0 +1,43 @@
+"""The blocks of one scene are merged: first each of them for itself, then what they gave."""
+
+from typing import NamedTuple
+
+from brushgs.arrays import F64
+from brushgs.passes.blocks.cells import Keys, cell_keys
+from brushgs.passes.blocks.moments import gaussians_of, moments_of
+from brushgs.passes.blocks.table import CellTable, sums_by_cell
+from brushgs.passes.contribution import projected_areas
+from brushgs.passes.features import SceneFrame
+from brushgs.scene import Gaussians
+
+
+class CellSums(NamedTuple):
+    """What some rows of a scene add to its cells: `keys` [n], each once, ascending, and `sums` [F, n]."""
+
+    keys: Keys
+    sums: F64
+
+
+def cell_sums(gaussians: Gaussians, frame: SceneFrame) -> CellSums:
+    """The cells of some Gaussians, and the sums in them.
+
+    Args:
+        gaussians: any rows of a scene.
+        frame: centre and radius of the whole scene, see `robust_frame`, or about; the same for all blocks.
+    """
+    keys = cell_keys(gaussians, projected_areas(gaussians.scales), frame)
+    return CellSums(*sums_by_cell(keys, moments_of(gaussians, frame[0])))
+
+
+def merged_of(table: CellTable, frame: SceneFrame, *, antialiased: bool = False) -> Gaussians:
+    """The Gaussians of a scene whose blocks are merged: one per cell.
+
+    They depend on the blocks by rounding only. A Gaussian alone in its cell is as it was, but its axes may
+    have another order.
+
+    Args:
+        table: that the `cell_sums` of all rows were added to; empty afterwards.
+        frame: that these were made with.
+        antialiased: how the scene was trained.
+    """
+    return gaussians_of(table.take()[1], frame[0], antialiased=antialiased)
