@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 # without spherical harmonics, 1000 with those of degree 3.
 FOR_EACH, FOR_EACH_TERM, FOR_ALL = 600, 30, 200 << 20
 USUAL_SHARE = 0.75  # of the machine's memory: it has other things to do
-# Gaussians that larger scenes are merged to at most, whatever the memory: 600 for each of 7000 strokes. With
+# Gaussians that larger scenes are merged to at most, whatever the memory: 300 for each of 7000 strokes. With
 # 15 for each a painting is half a decibel worse, with 60 a quarter.
-MOST_MERGED = 1 << 22
+MOST_MERGED = 1 << 21
 FEWEST = 1 << 14  # less memory than these take is no budget
 MOST_PROCESSES = 4  # the sums of more are not added up as fast as they come
 FOR_PROCESS = 300 << 20  # bytes

@@ -60,14 +60,17 @@ def coarser(keys: Keys, depth: int) -> Keys:
     return np.asarray((cells >> np.maximum(depths - depth, 0)) << COLOR_BITS | colors)
 
 
-def deepest(keys: Keys, most: int) -> int:
-    """The largest depth that leaves at most so many different cells, 0 where none does."""
-    low, high = 0, MOST_DEPTH
-    while low < high:
-        middle = (low + high + 1) // 2
-        cells = np.sort(coarser(keys, middle))  # ten times faster than the hash table of np.unique
-        if np.count_nonzero(np.diff(cells)) < most:
-            low = middle
-        else:
-            high = middle - 1
+def deepest(keys: Keys, most: int, below: int = MOST_DEPTH + 1) -> int:
+    """The largest depth below another that leaves at most so many different cells, 0 where none does."""
+    step, high = 1, below  # too deep
+    while (low := max(high - step, 0)) and not _fits(keys, low, most):
+        step, high = 2 * step, low
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if _fits(keys, middle, most) else (low, middle)
     return low
+
+
+def _fits(keys: Keys, depth: int, most: int) -> bool:
+    cells = np.sort(coarser(keys, depth))  # ten times faster than the hash table of np.unique
+    return bool(np.count_nonzero(np.diff(cells)) < most)

@@ -75,7 +75,7 @@ class CellTable:
 
     def _give_up_depth(self, more: Keys) -> None:
         """Move the deepest cells into those that hold them, until there is room for some more."""
-        self.depth = deepest(np.concatenate([self._keys, more]), self.most)
+        self.depth = deepest(np.concatenate([self._keys, more]), self.most, self.depth)
         used, cells = np.unique(coarser(self._keys, self.depth), return_inverse=True)
         columns = np.empty(len(cells), np.intp)
         columns[self._places] = cells
