@@ -13,14 +13,18 @@ import time
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from distributed import Client
 
 import brushgs as bg
 from brushgs import __version__, cli
 from brushgs.errors import SceneError
+from brushgs.io.scenes.read import open_files
 from brushgs.options.painting import ClusterConfig, PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
+from brushgs.painting.blocks.budget import Budget
+from brushgs.painting.blocks.load import load_in_blocks
 from brushgs.painting.parallel import connection, parallel_map
 from brushgs.painting.parallel import dask_cluster as cluster
 from brushgs.painting.sequence import paint_sequence
@@ -126,6 +130,18 @@ def test_the_files_of_a_sequence_are_the_same_from_a_cluster(address, tmp_path, 
     there = {path.relative_to("there"): path.read_bytes() for path in Path("there").rglob("*.*")}
     assert here == there
     assert len(here) == (1 if output == "a.mp4" else 6)
+
+
+def test_blocks_of_a_scene_larger_than_memory_are_summed_to_the_same_bits(address, tmp_path):
+    path = tmp_path / "pears.ply"
+    bg.save(still_life(3000), path)
+    files, budget = open_files(path, None), Budget(1 << 20)
+    here, there = (
+        load_in_blocks(files, None, budget, SequenceConfig(scheduler=scheduler), block_rows=500)[0]
+        for scheduler in (None, address)
+    )
+    for name, column in here.columns().items():
+        np.testing.assert_array_equal(column, getattr(there, name))
 
 
 def test_both_workers_work(address):
