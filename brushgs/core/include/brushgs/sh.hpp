@@ -34,15 +34,16 @@ inline void sh_basis(T x, T y, T z, T* basis) {
 }
 
 // Sum over terms of basis x coefficient. Four terms of three channels are twelve numbers in a row: three
-// vectors of four, whose sums are sorted by channel at the end.
+// vectors of four, whose sums are sorted by channel at the end. The basis is taken number by number: copied as a
+// vector from where it was just written number by number, it would wait for memory, and all take twice as long.
 template <int degree, class T>
 inline void add_terms(const T* sh, const T* basis, T* color) {
     constexpr int num_terms = (degree + 1) * (degree + 1);
     typedef T Quad __attribute__((vector_size(4 * sizeof(T))));
     Quad first{}, second{}, third{};
     for (int k = 0; k + 4 <= num_terms; k += 4) {
-        Quad weights, terms;
-        __builtin_memcpy(&weights, basis + k, sizeof weights);
+        const Quad weights{basis[k], basis[k + 1], basis[k + 2], basis[k + 3]};
+        Quad terms;
         __builtin_memcpy(&terms, sh + 3 * k, sizeof terms);
         first += terms * __builtin_shufflevector(weights, weights, 0, 0, 0, 1);
         __builtin_memcpy(&terms, sh + 3 * k + 4, sizeof terms);
@@ -98,8 +99,7 @@ inline void spread_terms(const T* basis, const T* v_color, T* v_sh) {
     const T r = v_color[0], g = v_color[1], b = v_color[2];
     const Quad first{r, g, b, r}, second{g, b, r, g}, third{b, r, g, b};
     for (int k = 0; k + 4 <= num_terms; k += 4) {
-        Quad weights;
-        __builtin_memcpy(&weights, basis + k, sizeof weights);
+        const Quad weights{basis[k], basis[k + 1], basis[k + 2], basis[k + 3]};
         // One by one: an array of three is copied in other pieces than it was written in, which makes it wait.
         Quad part = first * __builtin_shufflevector(weights, weights, 0, 0, 0, 1);
         __builtin_memcpy(v_sh + 3 * k, &part, sizeof part);
