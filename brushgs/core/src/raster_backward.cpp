@@ -100,7 +100,9 @@ struct BoxSums {
         const std::uint32_t last = visits.starts.back() - 1;
         for (std::uint32_t k = visits.starts[i]; k < visits.starts[i + 1]; ++k) {
             const std::uint32_t entry = visits.entries[k], soon = visits.entries[std::min(k + ahead, last)];
-            __builtin_prefetch(sums.values + width * (sums.is_seen[soon] ? soon : entry));
+            const T* const of_soon = sums.values + width * (sums.is_seen[soon] ? soon : entry);
+            __builtin_prefetch(of_soon);
+            __builtin_prefetch(of_soon + width - 1);  // they may lie across two lines
             if (!sums.is_seen[entry]) continue;
             is_seen = true;
             const T* of_tile = sums.values + width * entry;
