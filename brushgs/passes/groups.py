@@ -3,7 +3,9 @@
 Sums run in float64, in row order: equal input gives equal output, bit for bit, for any number of threads.
 """
 
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from math import prod
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +15,8 @@ from brushgs.native import core as _core
 from brushgs.threads import num_threads_or_default
 
 
-class Groups(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Groups:
     """The rows of each of k labels.
 
     Attributes:
@@ -29,17 +32,30 @@ class Groups(NamedTuple):
         """Groups of labels [N], each 0 to num - 1."""
         return cls(*_core.group_rows(np.ascontiguousarray(labels, np.int32), num))
 
+    def __len__(self) -> int:
+        return len(self.begins) - 1
+
+    @property
+    def firsts(self) -> NDArray[np.int32]:
+        """The first row of each label, [k]; every label must have one."""
+        return self.rows[self.begins[:-1]]
+
     @property
     def sizes(self) -> NDArray[np.int64]:
         """How many rows each label has, [k]."""
         return np.diff(self.begins)
 
-    def sums(self, values: Array, weights: F64, num_threads: int | None = None) -> tuple[F64, F64]:
-        """Sums [k] of the weights [N] and sums [k, ...] of weight x values [N, ...]; 0 without rows."""
-        flat = np.ascontiguousarray(values.reshape(len(values), -1))
+    def sums(self, values: Array, weights: F64, num_threads: int | None = None) -> F64:
+        """Sums [k, ...] of weight [N] x value [N, ...] by label; 0 for a label without rows."""
+        return self.totals_and_sums(values, weights, num_threads)[1]
+
+    def totals_and_sums(self, values: Array, weights: F64, num_threads: int | None = None) -> tuple[F64, F64]:
+        """Sums [k] of the weights, and `sums`."""
+        flat = np.ascontiguousarray(values.reshape(len(values), prod(values.shape[1:])))
         threads = num_threads_or_default(num_threads)
-        totals, sums = _core.sum_groups(flat, np.ascontiguousarray(weights), *self, threads)
-        return totals, sums.reshape(-1, *values.shape[1:])
+        weights = np.ascontiguousarray(weights)
+        totals, sums = _core.sum_groups(flat, weights, self.rows, self.begins, threads)
+        return totals, sums.reshape(len(self), *values.shape[1:])
 
 
 def compacted(labels: NDArray[np.integer[Any]]) -> tuple[NDArray[np.int32], int]:

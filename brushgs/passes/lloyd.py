@@ -1,9 +1,9 @@
 """k-means by Lloyd's algorithm: points to the nearest centre by a k-d tree, centres to their mean.
 
 The k-d tree is that of the compiled core. SciPy's gives the same, bit for bit, in about the same time, but
-its import alone takes as long as all steps on a scene of 50,000 Gaussians. Only the start searches it for
-every point: afterwards a point is compared with the centres around its last one, see `reassign.cpp`. A step
-over 1.2 million points in 7000 clusters then takes 1/7 of the time.
+its import alone takes as long as all steps on a scene of 50,000 Gaussians. Only the first round of the start
+searches it for every point: afterwards a point is compared with the centres around its last one, see
+`reassign.cpp`. A step over 1.2 million points in 7000 clusters then takes 1/7 of the time.
 
 Every step is exact; results are the same, bit for bit, for any number of threads and from run to run.
 """
@@ -96,10 +96,26 @@ def start(
         count = target - len(centers)
         rows = _systematic_sample(weights * errors, count, shift.random())
         fresh = _distinct(points[rows]).astype(np.float64)
-        _core.nearer(points, fresh, len(centers), distances, nearest, num_threads_or_default(None))
+        distances, nearest = _nearer(points, centers, fresh, distances, nearest)
         errors = distances**2
         centers = np.concatenate([centers, fresh])
     return centers, distances, nearest
+
+
+def _nearer(
+    points: F32,
+    centers: NDArray[np.float64],
+    fresh: NDArray[np.float64],
+    distances: NDArray[np.float64],
+    nearest: NDArray[np.int32],
+) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Distances and indices where fresh centres follow those of which the nearest are known."""
+    if len(centers) == 0:
+        return assign(points, fresh)
+    members, threads = Groups.of(nearest, len(centers)), num_threads_or_default(None)
+    rows, begins = members.rows, members.begins
+    _core.nearer(points, centers, rows, begins, fresh, len(centers), distances, nearest, threads)
+    return distances, nearest
 
 
 def _distinct(points: F32) -> F32:
@@ -124,14 +140,14 @@ def _assign_again(
     points: F32, centers: NDArray[np.float64], members: Groups
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """What `assign` gives, several times faster: `members` are the points by the centre nearest so far."""
-    return _core.nearest_again(points, centers, *members, num_threads_or_default(None))
+    return _core.nearest_again(points, centers, members.rows, members.begins, num_threads_or_default(None))
 
 
 def update(
     points: F32, weights: NDArray[np.float64], members: Groups, errors: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Weighted means of the points by cluster, [k, D]; those without points go to the largest errors."""
-    mass, means = members.sums(points, weights, num_threads_or_default(None))
+    mass, means = members.totals_and_sums(points, weights, num_threads_or_default(None))
     is_empty = mass == 0
     means[~is_empty] /= mass[~is_empty, None]
     empty = np.flatnonzero(is_empty)

@@ -20,6 +20,12 @@ def test_groups_hold_the_rows_of_each_label_in_order():
         rows = groups.rows[groups.begins[label] : groups.begins[label + 1]]
         np.testing.assert_array_equal(rows, np.flatnonzero(labels == label))
     np.testing.assert_array_equal(groups.sizes, np.bincount(labels, minlength=17))
+    assert len(groups) == 17
+
+
+def test_the_first_row_of_each_label():
+    groups = Groups.of(np.array([2, 0, 1, 0, 2]), 3)
+    np.testing.assert_array_equal(groups.firsts, [1, 2, 0])
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -27,7 +33,7 @@ def test_groups_hold_the_rows_of_each_label_in_order():
 @pytest.mark.parametrize("num_threads", [1, 3])
 def test_sums_are_those_of_bincount_bit_for_bit(dtype, width, num_threads):
     labels, values, weights = labelled(width=width, dtype=dtype)
-    totals, sums = Groups.of(labels, 17).sums(values, weights, num_threads)
+    totals, sums = Groups.of(labels, 17).totals_and_sums(values, weights, num_threads)
     np.testing.assert_array_equal(totals, np.bincount(labels, weights, 17))
     for column in range(width):
         np.testing.assert_array_equal(sums[:, column], np.bincount(labels, weights * values[:, column], 17))
@@ -36,8 +42,8 @@ def test_sums_are_those_of_bincount_bit_for_bit(dtype, width, num_threads):
 def test_sums_keep_the_shape_of_a_row():
     labels, values, weights = labelled(width=12)
     groups = Groups.of(labels, 17)
-    sums = groups.sums(values.reshape(-1, 4, 3), weights)[1]
-    np.testing.assert_array_equal(sums.reshape(17, 12), groups.sums(values, weights)[1])
+    sums = groups.sums(values.reshape(-1, 4, 3), weights)
+    np.testing.assert_array_equal(sums.reshape(17, 12), groups.sums(values, weights))
 
 
 @pytest.mark.parametrize("labels", [SPARSE, SPARSE.astype(np.int32) % 50, np.array([3, 3]), np.zeros(0, int)])

@@ -734,38 +734,41 @@ nb::tuple nearest(In<float, 2> points, In<double, 2> centers, int num_threads) {
                           row(std::move(found.rows), query.num_points));
 }
 
-void nearer(In<float, 2> points, In<double, 2> centers, std::int32_t first, Out<double, 1> distances,
-            Out<std::int32_t, 1> rows, int num_threads) {
-    const brushgs::NearerQuery query{.points = points.data(),
-                                     .centers = centers.data(),
-                                     .num_points = points.shape(0),
-                                     .num_centers = centers.shape(0),
-                                     .num_dimensions = points.shape(1),
-                                     .first = first,
-                                     .num_threads = num_threads,
-                                     .distances = distances.data(),
-                                     .rows = rows.data()};
-    const nb::gil_scoped_release without_gil;
-    brushgs::find_nearer(query);
+brushgs::PointGroups point_groups(const In<float, 2>& points, const In<double, 2>& centers,
+                                  const In<std::int32_t, 1>& rows, const In<std::int64_t, 1>& begins) {
+    return {.points = points.data(),
+            .centers = centers.data(),
+            .rows = rows.data(),
+            .begins = begins.data(),
+            .num_points = points.shape(0),
+            .num_groups = centers.shape(0),
+            .num_dimensions = points.shape(1)};
 }
 
 nb::tuple nearest_again(In<float, 2> points, In<double, 2> centers, In<std::int32_t, 1> rows,
                         In<std::int64_t, 1> begins, int num_threads) {
-    const brushgs::RegroupQuery query{.points = points.data(),
-                                      .centers = centers.data(),
-                                      .rows = rows.data(),
-                                      .begins = begins.data(),
-                                      .num_points = points.shape(0),
-                                      .num_centers = centers.shape(0),
-                                      .num_dimensions = points.shape(1),
-                                      .num_threads = num_threads};
+    const auto groups = point_groups(points, centers, rows, begins);
     brushgs::Nearest found;
     {
         const nb::gil_scoped_release without_gil;
-        found = brushgs::find_nearest_again(query);
+        found = brushgs::find_nearest_again(groups, num_threads);
     }
-    return nb::make_tuple(row(std::move(found.distances), query.num_points),
-                          row(std::move(found.rows), query.num_points));
+    return nb::make_tuple(row(std::move(found.distances), groups.num_points),
+                          row(std::move(found.rows), groups.num_points));
+}
+
+void nearer(In<float, 2> points, In<double, 2> centers, In<std::int32_t, 1> rows, In<std::int64_t, 1> begins,
+            In<double, 2> others, std::int32_t first, Out<double, 1> distances, Out<std::int32_t, 1> labels,
+            int num_threads) {
+    const auto groups = point_groups(points, centers, rows, begins);
+    const brushgs::NearerQuery query{.others = others.data(),
+                                     .num_others = others.shape(0),
+                                     .first = first,
+                                     .num_threads = num_threads,
+                                     .distances = distances.data(),
+                                     .labels = labels.data()};
+    const nb::gil_scoped_release without_gil;
+    brushgs::find_nearer(groups, query);
 }
 
 void neighbors(In<double, 2> points, Out<std::int32_t, 2> rows, int num_threads) {
@@ -828,6 +831,19 @@ nb::tuple sum_groups(In<T, 2> values, In<double, 1> weights, In<std::int32_t, 1>
                                                   .sums = sums.get()});
     }
     return nb::make_tuple(row(totals, num_groups), table(sums, num_groups, width));
+}
+
+nb::object order(In<double, 1> values, int num_threads) {
+    const std::size_t count = values.shape(0);
+    auto order = brushgs::make_buffer<std::int64_t>(count);
+    {
+        const nb::gil_scoped_release without_gil;
+        const auto keys = brushgs::make_buffer<std::uint64_t>(count);
+        brushgs::keys_of(values.data(), count, keys.get());
+        const auto rows = brushgs::rows_by_key(keys.get(), count, num_threads);
+        std::copy_n(rows.get(), count, order.get());
+    }
+    return row(order, count);
 }
 
 template <class T>
@@ -981,13 +997,16 @@ NB_MODULE(_core, m) {
     m.def("nearest", &nearest, "points"_a.noconvert(), "centers"_a.noconvert(), "num_threads"_a,
           "For points [N, D], D at most MOST_DIMENSIONS, the distance [N] to the nearest of the centers [k, D], and "
           "its row [N] int32, the first of equally near ones.");
-    m.def("nearer", &nearer, "points"_a.noconvert(), "centers"_a.noconvert(), "first"_a, "distances"_a.noconvert(),
-          "rows"_a.noconvert(), "num_threads"_a,
-          "Bring distances [N] and rows [N] int32 of what is nearest to points [N, D] up to date, where one of the "
-          "centers [k, D], which are the rows from `first` on, is nearer.");
     m.def("nearest_again", &nearest_again, "points"_a.noconvert(), "centers"_a.noconvert(), "rows"_a.noconvert(),
           "begins"_a.noconvert(), "num_threads"_a,
           "What `nearest` gives, sooner for points that `group_rows` groups by what was nearest before.");
+    m.def("nearer", &nearer, "points"_a.noconvert(), "centers"_a.noconvert(), "rows"_a.noconvert(),
+          "begins"_a.noconvert(), "others"_a.noconvert(), "first"_a, "distances"_a.noconvert(), "labels"_a.noconvert(),
+          "num_threads"_a,
+          "Bring distances [N] and labels [N] int32 of what is nearest to points [N, D], which `group_rows` groups by "
+          "these labels, up to date where one of the others [m, D], labelled from `first` on, is nearer.");
+    m.def("order", &order, "values"_a.noconvert(), "num_threads"_a,
+          "The rows [N] int64 of values [N], all >= 0, in ascending order, ties by row.");
     m.def("group_rows", &group_rows, "labels"_a.noconvert(), "num_groups"_a,
           "The rows [N] int32 of labels [N] int32 group by group, each ascending, and where the groups begin [k + 1].");
     def_groups<float>(m);

@@ -64,6 +64,10 @@ Buffer<std::uint32_t> rows_by_key(const std::uint64_t* keys, std::size_t count, 
     return rows;
 }
 
+void keys_of(const double* values, std::size_t count, std::uint64_t* keys) {
+    for (std::size_t i = 0; i < count; ++i) keys[i] = std::bit_cast<std::uint64_t>(values[i] + 0.0);  // -0 is 0
+}
+
 template <class T>
 void morton_keys(const T* points, std::size_t count, const double* low, double step, int num_threads,
                  std::uint64_t* keys) {

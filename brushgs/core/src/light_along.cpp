@@ -1,6 +1,5 @@
 #include "brushgs/light_along.hpp"
 
-#include <bit>
 #include <cstdint>
 
 #include "brushgs/key_order.hpp"
@@ -10,8 +9,8 @@ namespace brushgs {
 
 void light_along(const LightAlong& query) {
     const std::size_t count = query.count;
-    const auto keys = make_buffer<std::uint64_t>(count);  // numbers >= 0 are ordered like their bits
-    for (std::size_t i = 0; i < count; ++i) keys[i] = std::bit_cast<std::uint64_t>(query.places[i] + 0.0);
+    const auto keys = make_buffer<std::uint64_t>(count);
+    keys_of(query.places, count, keys.get());
     const auto rows = rows_by_key(keys.get(), count, 1);
     const auto places = make_buffer<double>(count), passed = make_buffer<double>(count + 1);
     double sum = passed[0] = 0;

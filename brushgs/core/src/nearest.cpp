@@ -15,7 +15,6 @@ namespace {
 constexpr std::size_t kPointsPerItem = 2048;  // work handed to a thread at a time, some 1 ms
 constexpr std::size_t kQueriesPerItem = 256;  // the same, of queries for several
 constexpr std::int32_t kNoRow = -1;
-constexpr double kRoundOff = 1e-12;  // relative, of the square of a distance
 
 // The `count` nearest so far, nearest first, ties by row; without the point itself, unless `own` is kNoRow.
 struct Several {
@@ -64,28 +63,6 @@ Nearest find_nearest(const NearestQuery& query) {
         }
     });
     return found;
-}
-
-void find_nearer(const NearerQuery& query) {
-    const KdTree tree(query.centers, query.num_centers, query.num_dimensions);
-    const std::size_t num_items = (query.num_points + kPointsPerItem - 1) / kPointsPerItem;
-    parallel_for(num_items, query.num_threads, [&](std::size_t item) {
-        const std::size_t begin = item * kPointsPerItem, end = std::min(begin + kPointsPerItem, query.num_points);
-        double point[kMostDimensions];
-        std::int32_t row = 0;  // what was found for the point before
-        for (std::size_t i = begin; i < end; ++i) {
-            std::copy_n(query.points + i * query.num_dimensions, query.num_dimensions, point);
-            const double* place = query.centers + static_cast<std::size_t>(row) * query.num_dimensions;
-            const double known = query.distances[i] * query.distances[i] * (1 + kRoundOff);
-            Best best{sum_of_squares(query.num_dimensions, [&](std::size_t k) { return point[k] - place[k]; }), row};
-            if (known < best.squared) best = {known, -1};
-            tree.search(point, best);
-            if (best.row < 0) continue;
-            row = best.row;
-            const double distance = std::sqrt(best.squared);
-            if (distance < query.distances[i]) query.distances[i] = distance, query.rows[i] = query.first + row;
-        }
-    });
 }
 
 void find_neighbors(const NeighborQuery& query, std::int32_t* neighbors) {

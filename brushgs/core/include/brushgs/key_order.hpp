@@ -11,6 +11,9 @@ namespace brushgs {
 // The rows by ascending key, equal keys by row; below 2^32 rows.
 Buffer<std::uint32_t> rows_by_key(const std::uint64_t* keys, std::size_t count, int num_threads);
 
+// Keys in the order of numbers >= 0: their bits.
+void keys_of(const double* values, std::size_t count, std::uint64_t* keys);
+
 // Keys of points [count, 3] along the Morton curve: (point - low) * step, cut to whole numbers of 21 bits, their
 // bits interleaved.
 template <class T>

@@ -27,35 +27,32 @@ struct Nearest {
 // Fastest where points that follow each other lie near each other. Does not depend on `num_threads`, bit for bit.
 Nearest find_nearest(const NearestQuery& query);
 
-// What is nearest so far, to be brought up to date in place where one of the centres is nearer.
-struct NearerQuery {
-    const float* points;    // [num_points, num_dimensions]
-    const double* centers;  // [num_centers, num_dimensions]
-    std::size_t num_points;
-    std::size_t num_centers;     // 1 to 2^31 - 1 - first
-    std::size_t num_dimensions;  // 1 to kMostDimensions
-    std::int32_t first;          // is written as the row of the first centre
-    int num_threads;
-    double* distances;   // [num_points], infinity where there is none yet
-    std::int32_t* rows;  // [num_points]
-};
-
-void find_nearer(const NearerQuery& query);
-
-// Centres that have moved a little, and points grouped by what was nearest before.
-struct RegroupQuery {
+// Points, by the centre that was nearest a moment ago.
+struct PointGroups {
     const float* points;         // [num_points, num_dimensions]
-    const double* centers;       // [num_centers, num_dimensions]
+    const double* centers;       // [num_groups, num_dimensions]
     const std::int32_t* rows;    // [num_points] of the points, group by group
-    const std::int64_t* begins;  // [num_centers + 1] where the groups begin among them
+    const std::int64_t* begins;  // [num_groups + 1] where the groups begin among them
     std::size_t num_points;
-    std::size_t num_centers;     // 1 to 2^31 - 1
+    std::size_t num_groups;      // 1 to 2^31 - 1
     std::size_t num_dimensions;  // 1 to kMostDimensions
-    int num_threads;
 };
 
-// What `find_nearest` finds, bit for bit, but several times faster where most points stay in their groups.
-Nearest find_nearest_again(const RegroupQuery& query);
+// What `find_nearest` finds of centres that have moved, bit for bit, but several times faster where most points stay
+// in their groups.
+Nearest find_nearest_again(const PointGroups& groups, int num_threads);
+
+// Centres that are added to those of the groups.
+struct NearerQuery {
+    const double* others;  // [num_others, num_dimensions]
+    std::size_t num_others;
+    std::int32_t first;  // the label of the first of them
+    int num_threads;
+    double* distances;     // [num_points] to the nearest so far, brought up to date
+    std::int32_t* labels;  // [num_points] likewise; of equally near ones the first
+};
+
+void find_nearer(const PointGroups& groups, const NearerQuery& query);
 
 struct NeighborQuery {
     const double* points;        // [num_points, num_dimensions], finite
