@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import Array
 from brushgs.options.choices import Features
+from brushgs.passes.blocks import for_blocks
 from brushgs.passes.extent import robust_frame
 from brushgs.scene import Gaussians
 from brushgs.sh import base_colors
@@ -43,9 +44,13 @@ def cluster_features(
         points[:, 6:] = base_colors(gaussians.sh)
         return points
     places, factors = contracted(gaussians.means, frame)
-    points[:, :3] = places
-    points[:, 3:6] = np.minimum(gaussians.scales * factors, 2.0)
-    points[:, 6:] = COLOR_WEIGHT * base_colors(gaussians.sh)
+
+    def fill(rows: slice) -> None:
+        points[rows, :3] = places[rows]
+        points[rows, 3:6] = np.minimum(gaussians.scales[rows] * factors[rows], 2.0)
+        points[rows, 6:] = COLOR_WEIGHT * base_colors(gaussians.sh[rows])
+
+    for_blocks(fill, len(points))
     return points
 
 
@@ -62,7 +67,14 @@ def contracted(
         The positions [N, 3], and what a length there is multiplied by [N, 1].
     """
     center, radius = robust_frame(means) if frame is None else frame
-    places = (means - center) / radius
-    distance = np.maximum(np.linalg.norm(places, axis=1, keepdims=True), 1.0)
-    contraction = (2 - 1 / distance) / distance
-    return places * contraction, contraction / radius
+    places, factors = np.empty((len(means), 3)), np.empty((len(means), 1))
+
+    def fill(rows: slice) -> None:
+        away = (means[rows] - center) / radius
+        squares = away * away
+        distance = np.maximum(np.sqrt(squares[:, 0] + squares[:, 1] + squares[:, 2]), 1.0)[:, None]
+        contraction = (2 - 1 / distance) / distance
+        places[rows], factors[rows] = away * contraction, contraction / radius
+
+    for_blocks(fill, len(means))
+    return places, factors

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import Mask
 from brushgs.colors import LUMINANCE
+from brushgs.native import core as _core
 from brushgs.options.choices import Weight
 from brushgs.options.painting import DEFAULT_KEEP
 from brushgs.options.stroke_number import parse_share
@@ -13,6 +14,7 @@ from brushgs.passes.features import contracted
 from brushgs.passes.morton import morton_order
 from brushgs.scene import Gaussians
 from brushgs.sh import base_colors
+from brushgs.threads import num_threads_or_default
 
 # Weights are multiplied by 1/4 to 4, in turn along a space-filling curve: of neighbours that contribute alike
 # some go and some stay. By the weights alone whole patches go, those that numerical accident puts last.
@@ -106,7 +108,8 @@ def num_spare(weights: NDArray[np.float64], ranked: NDArray[np.float64]) -> int:
     """How many of the lowest rows, as ranked, have together at most 5 % of the weights."""
     # A few Gaussians as large as the sky must not make all others look spare.
     capped = np.minimum(weights, np.percentile(weights, 90))
-    lost = np.cumsum(capped[np.argsort(ranked, kind="stable")])
+    order = np.asarray(_core.order(ranked, num_threads_or_default(None)))
+    lost = np.cumsum(capped[order])
     return int(np.searchsorted(lost, MOST_LOST * lost[-1], side="right"))
 
 
