@@ -4,6 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import Array
+from brushgs.passes.blocks import in_order
+from brushgs.threads import num_threads_or_default
+
+ROWS_FOR_THREADS = 200_000  # with fewer, starting threads costs as much as it saves
 
 
 def robust_frame(means: Array) -> tuple[NDArray[np.float64], float]:
@@ -18,7 +22,11 @@ def robust_frame(means: Array) -> tuple[NDArray[np.float64], float]:
     """
     if len(means) == 0:
         return np.zeros(3), 1.0
-    low, high = np.percentile(means.astype(np.float64), (1, 99), axis=0)
+    num_threads = num_threads_or_default(None) if len(means) > ROWS_FOR_THREADS else 1
+    ends = in_order(
+        lambda axis: np.percentile(means[:, axis].astype(np.float64), (1, 99)), range(3), num_threads
+    )
+    low, high = np.stack(list(ends), axis=1)
     radius = 0.5 * float(np.linalg.norm(high - low))
     if radius > 0:
         return 0.5 * (low + high), radius
