@@ -2,9 +2,14 @@
 
 import operator
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+MOST_AT_ONCE = 4  # of `side_by_side`: more would wait for each other's Python
 
 _most: ContextVar[int | None] = ContextVar("_most", default=None)
 
@@ -45,3 +50,21 @@ def num_threads_or_default(num_threads: int | None) -> int:
     if num_threads < 1:
         raise ValueError(f"num_threads must be at least 1, got {num_threads}; omit it for every CPU")
     return num_threads
+
+
+def side_by_side(work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+    """`work` of each item, in order, several items at once, each with the core in one thread.
+
+    For many small pictures: what Python and NumPy do around the core then overlaps as well.
+    """
+    num_threads = min(num_threads_or_default(None), MOST_AT_ONCE)
+    if num_threads < 2:
+        return [work(item) for item in items]
+    from concurrent.futures import ThreadPoolExecutor
+
+    def alone(item: Item) -> Result:
+        with at_most(1):
+            return work(item)
+
+    with ThreadPoolExecutor(num_threads) as pool:
+        return list(pool.map(alone, items))

@@ -15,6 +15,7 @@ from brushgs.colors import LUMINANCE
 from brushgs.first_view.sample import Painter, Sample, shaded, unpremultiplied
 from brushgs.first_view.symmetry import NUM_PLANES, mirror_likeness
 from brushgs.scene import Camera, Frame
+from brushgs.threads import side_by_side
 
 NUM_VIEWS = 16  # around the subject
 VIEW_SIDE = 112  # pixels
@@ -122,21 +123,23 @@ def _look_around(sample: Sample, up: F64) -> _Around:
     azimuths = 2 * np.pi * np.arange(NUM_VIEWS) / NUM_VIEWS
     paint_depth, paint = Painter(depth=True), Painter()
     sizes = shaded(sample.gaussians, sample.shades_of_size)
-    values = np.zeros((len(azimuths), 4))
-    for row, azimuth in enumerate(azimuths):
+
+    def look(azimuth: float) -> tuple[float, float, float, float]:
         camera = sample.camera(camera_axes(up, azimuth, VIEW_ELEVATION), VIEW_SIDE)
         frame = paint_depth(sample.gaussians, camera)
         mask = frame.alpha > SEEN
         if not mask.any():
-            continue
+            return 0.0, 0.0, 0.0, 0.0
         colors = unpremultiplied(frame)
         shade = unpremultiplied(paint(sizes, camera))[..., 0]
-        values[row] = (
-            -shade[mask].mean(dtype=np.float64),
+        return (
+            -float(shade[mask].mean(dtype=np.float64)),
             _entropy(colors[mask]),
             _coarse_contrast(colors @ np.array(LUMINANCE), mask),
             _visible_share(sample, camera, frame),
         )
+
+    values = np.array(side_by_side(look, azimuths))
     scores = (values - values.mean(axis=0)) / np.maximum(values.std(axis=0), 1e-9)
     return _Around(azimuths, scores @ WEIGHTS / WEIGHTS.sum(), values[:, -1])
 

@@ -26,6 +26,7 @@ from brushgs.first_view.sample import (
     unpremultiplied,
 )
 from brushgs.sh import base_colors
+from brushgs.threads import side_by_side
 
 SURE = 0.85  # probability at which the best axis is taken without a word
 # How often trained scenes have each axis up, among 51.
@@ -122,13 +123,16 @@ def _look_around(sample: Sample) -> tuple[F64, F64]:
     paint = Painter()
     shades = base_colors(sample.gaussians.sh) @ LUMINANCE
     gaussians = shaded(sample.gaussians, shades, sample.shades_of_size)
-    edges, sizes = np.zeros(len(DIRECTIONS)), np.zeros(len(DIRECTIONS))
-    for row, direction in enumerate(DIRECTIONS):
+
+    def look(direction: F64) -> tuple[float, float]:
         frame = paint(gaussians, sample.camera(_axes_toward(-direction)))
         shown, mask = unpremultiplied(frame), frame.alpha > SEEN
-        if mask.any():
-            edges[row] = gradients(shown[..., 0], mask).sum(dtype=np.float64) / mask.sum()
-            sizes[row] = shown[..., 1][mask].mean(dtype=np.float64)
+        if not mask.any():
+            return 0.0, 0.0
+        edges = gradients(shown[..., 0], mask).sum(dtype=np.float64) / mask.sum()
+        return float(edges), float(shown[..., 1][mask].mean(dtype=np.float64))
+
+    edges, sizes = np.array(side_by_side(look, DIRECTIONS)).T
     return edges, sizes
 
 
