@@ -83,7 +83,7 @@ void find_neighbors(const NeighborQuery& query, std::int32_t* neighbors) {
 
 void find_several(const SeveralQuery& query, double* distances, std::int32_t* rows) {
     if (query.num_queries == 0 || query.num_nearest == 0) return;
-    const Tree tree(query.points, query.num_points, query.num_dimensions);
+    const KdTree tree(query.points, query.num_points, query.num_dimensions);
     const std::size_t num_items = (query.num_queries + kQueriesPerItem - 1) / kQueriesPerItem;
     parallel_for(num_items, query.num_threads, [&](std::size_t item) {
         const std::size_t begin = item * kQueriesPerItem, end = std::min(begin + kQueriesPerItem, query.num_queries);
