@@ -71,9 +71,10 @@ void sample_tile(const TileTask<T>& task, RecordSink<T>& sink) {
     }
 }
 
-template void sample_tile<float>(const TileTask<float>&, RecordSink<float>&);
 #ifdef BRUSHGS_IN_DOUBLE
 template void sample_tile<double>(const TileTask<double>&, RecordSink<double>&);
+#else
+template void sample_tile<float>(const TileTask<float>&, RecordSink<float>&);
 #endif
 
 }  // namespace brushgs::BRUSHGS_ISA

@@ -115,9 +115,10 @@ void light_rows(const LightParams<T>& params, int first, int end, T* memory) {
     }
 }
 
-template void light_rows<float>(const LightParams<float>&, int, int, float*);
 #ifdef BRUSHGS_IN_DOUBLE
 template void light_rows<double>(const LightParams<double>&, int, int, double*);
+#else
+template void light_rows<float>(const LightParams<float>&, int, int, float*);
 #endif
 
 }  // namespace brushgs::BRUSHGS_ISA

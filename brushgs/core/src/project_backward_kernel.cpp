@@ -412,13 +412,14 @@ void project_backward_rows(const GaussianColumns<T>& gaussians, const ProjectPar
     }
 }
 
-template void project_backward_rows<float>(const GaussianColumns<float>&, const ProjectParams&,
-                                           const ProjectedBoxes<float>&, const std::uint32_t*,
-                                           const GaussianGradients<float>&, std::size_t, std::size_t);
 #ifdef BRUSHGS_IN_DOUBLE
 template void project_backward_rows<double>(const GaussianColumns<double>&, const ProjectParams&,
                                             const ProjectedBoxes<double>&, const std::uint32_t*,
                                             const GaussianGradients<double>&, std::size_t, std::size_t);
+#else
+template void project_backward_rows<float>(const GaussianColumns<float>&, const ProjectParams&,
+                                           const ProjectedBoxes<float>&, const std::uint32_t*,
+                                           const GaussianGradients<float>&, std::size_t, std::size_t);
 #endif
 
 }  // namespace brushgs::BRUSHGS_ISA

@@ -238,11 +238,12 @@ std::size_t project_rows(const GaussianColumns<T>& gaussians, const ProjectParam
     return run(gaussians, params, begin, end, boxes, culled);
 }
 
-template std::size_t project_rows<float>(const GaussianColumns<float>&, const ProjectParams&, std::size_t, std::size_t,
-                                         BoxRecord<float>*, ProjectCounts&);
 #ifdef BRUSHGS_IN_DOUBLE
 template std::size_t project_rows<double>(const GaussianColumns<double>&, const ProjectParams&, std::size_t,
                                           std::size_t, BoxRecord<double>*, ProjectCounts&);
+#else
+template std::size_t project_rows<float>(const GaussianColumns<float>&, const ProjectParams&, std::size_t, std::size_t,
+                                         BoxRecord<float>*, ProjectCounts&);
 #endif
 
 }  // namespace brushgs::BRUSHGS_ISA

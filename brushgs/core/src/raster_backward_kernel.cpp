@@ -408,11 +408,12 @@ void differentiate_tile(const TileTask<T>& task, const PictureGradients<T>& pict
     });
 }
 
-template void differentiate_tile<float>(const TileTask<float>&, const PictureGradients<float>&, const TileSums<float>&,
-                                        double* const*);
 #ifdef BRUSHGS_IN_DOUBLE
 template void differentiate_tile<double>(const TileTask<double>&, const PictureGradients<double>&,
                                          const TileSums<double>&, double* const*);
+#else
+template void differentiate_tile<float>(const TileTask<float>&, const PictureGradients<float>&, const TileSums<float>&,
+                                        double* const*);
 #endif
 
 }  // namespace brushgs::BRUSHGS_ISA

@@ -514,9 +514,10 @@ void glaze_tile(const TileTask<T>& task, const Picture<T>& picture) {
     template void paint_tile<T>(const TileTask<T>&, const Picture<T>&);                                         \
     template void paint_tile_softly<T>(const TileTask<T>&, SoftQueues<T>&, const Picture<T>&);                  \
     template void glaze_tile<T>(const TileTask<T>&, const Picture<T>&);
-BRUSHGS_INSTANTIATE(float)
 #ifdef BRUSHGS_IN_DOUBLE
 BRUSHGS_INSTANTIATE(double)
+#else
+BRUSHGS_INSTANTIATE(float)
 #endif
 #undef BRUSHGS_INSTANTIATE
 

@@ -591,11 +591,12 @@ bool track_rows(const GaussianColumns<T>& gaussians, const TrackParams& params, 
     return run(gaussians, params, table, begin, end, scratch, turns, area_scales);
 }
 
-template bool track_rows<float>(const GaussianColumns<float>&, const TrackParams&, const CostTable&, std::size_t,
-                                std::size_t, TrackScratch&, Turn*, AreaScale*);
 #ifdef BRUSHGS_IN_DOUBLE
 template bool track_rows<double>(const GaussianColumns<double>&, const TrackParams&, const CostTable&, std::size_t,
                                  std::size_t, TrackScratch&, Turn*, AreaScale*);
+#else
+template bool track_rows<float>(const GaussianColumns<float>&, const TrackParams&, const CostTable&, std::size_t,
+                                std::size_t, TrackScratch&, Turn*, AreaScale*);
 #endif
 
 }  // namespace brushgs::BRUSHGS_ISA

@@ -59,6 +59,7 @@ protected:
     template <class T>                                              \
     void sample_tile(const TileTask<T>& task, RecordSink<T>& sink); \
     }
+BRUSHGS_DECLARE_SAMPLE_TILE(in_double)
 BRUSHGS_DECLARE_SAMPLE_TILE(baseline)
 BRUSHGS_DECLARE_SAMPLE_TILE(avx2)
 BRUSHGS_DECLARE_SAMPLE_TILE(avx512)

@@ -39,6 +39,7 @@ std::size_t light_memory(const LightParams<T>& params) {
     template <class T>                                                            \
     void light_rows(const LightParams<T>& params, int first, int end, T* memory); \
     }
+BRUSHGS_DECLARE_LIGHT(in_double)
 BRUSHGS_DECLARE_LIGHT(baseline)
 BRUSHGS_DECLARE_LIGHT(avx2)
 BRUSHGS_DECLARE_LIGHT(avx512)

@@ -47,6 +47,7 @@ constexpr std::uint32_t kNoBox = 0xFFFFFFFF;  // of a Gaussian that has none, or
                                const ProjectedBoxes<T>& boxes, const std::uint32_t* box_of_row,            \
                                const GaussianGradients<T>& gradients, std::size_t begin, std::size_t end); \
     }
+BRUSHGS_DECLARE_PROJECT_BACKWARD(in_double)
 BRUSHGS_DECLARE_PROJECT_BACKWARD(baseline)
 BRUSHGS_DECLARE_PROJECT_BACKWARD(avx2)
 BRUSHGS_DECLARE_PROJECT_BACKWARD(avx512)

@@ -14,6 +14,7 @@ namespace brushgs {
                              std::size_t end, BoxRecord<T>* boxes, ProjectCounts& culled);                        \
     }
 
+BRUSHGS_DECLARE_PROJECT(in_double)
 BRUSHGS_DECLARE_PROJECT(baseline)
 BRUSHGS_DECLARE_PROJECT(avx2)
 BRUSHGS_DECLARE_PROJECT(avx512)

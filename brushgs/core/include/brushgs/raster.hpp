@@ -192,6 +192,7 @@ struct SoftQueues;
     template <class T>                                                                                                \
     void glaze_tile(const TileTask<T>&, const Picture<T>&);                                                           \
     }
+BRUSHGS_DECLARE_RASTER_KERNELS(in_double)
 BRUSHGS_DECLARE_RASTER_KERNELS(baseline)
 BRUSHGS_DECLARE_RASTER_KERNELS(avx2)
 BRUSHGS_DECLARE_RASTER_KERNELS(avx512)

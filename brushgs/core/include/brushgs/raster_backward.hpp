@@ -71,6 +71,7 @@ void rasterize_backward(const RasterParams& params, const BoxView<T>& boxes, con
     void differentiate_tile(const TileTask<T>&, const PictureGradients<T>&, const TileSums<T>& sums, \
                             double* const* texels);                                                  \
     }
+BRUSHGS_DECLARE_RASTER_BACKWARD(in_double)
 BRUSHGS_DECLARE_RASTER_BACKWARD(baseline)
 BRUSHGS_DECLARE_RASTER_BACKWARD(avx2)
 BRUSHGS_DECLARE_RASTER_BACKWARD(avx512)

@@ -44,6 +44,7 @@ struct TrackScratch {
                     std::size_t begin, std::size_t end, TrackScratch& scratch, Turn* turns, AreaScale* area_scales); \
     }
 
+BRUSHGS_DECLARE_TRACK(in_double)
 BRUSHGS_DECLARE_TRACK(baseline)
 BRUSHGS_DECLARE_TRACK(avx2)
 BRUSHGS_DECLARE_TRACK(avx512)
