@@ -5,6 +5,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "brushgs/crowd_order.hpp"
 #include "brushgs/depth_test.hpp"
 #include "brushgs/glaze.hpp"
 #include "brushgs/relief.hpp"
@@ -303,17 +304,6 @@ void blend_all_layers(const TileTask<T> task, TileState<T, channels, has_relief>
     }
 }
 
-// What a record is at the pixels of a tile, for the soft order.
-template <class T, bool has_shades, bool has_relief>
-struct SoftSamples {
-    SoftRecord<T> record;
-    alignas(64) T alphas[kNumBlocks][kBlockPixels];
-    alignas(64) T shades[has_shades ? kNumBlocks : 1][kBlockPixels];
-    alignas(64) T heights[has_relief ? kNumBlocks : 1][kBlockPixels];
-    std::uint16_t pixels[kNumBlocks];
-    std::uint32_t blocks;
-};
-
 // `share` as for `blend_record`.
 template <class T, Kernel kernel, bool has_streaks = false, bool has_shades, int channels, bool has_relief>
 [[gnu::always_inline]] inline void sample_softly(const TileTask<T>& task, const Record<T>& record,
@@ -345,24 +335,36 @@ const T* find_reaches(const TileTask<T>& task, SoftQueues<T>& queues) {
 }
 
 // By value, as above. `next` samples a record into its argument, or returns false at the end. A record is sampled
-// before the one in front of it is blended: what blending does next hangs on the samples.
+// before the one in front of it is blended: what blending does next hangs on the samples. Where too many fragments wait
+// this notes that the tile is a crowd and ends; the tile has to be begun anew.
 template <class T, bool has_shades, int channels, bool has_relief, class Next>
 [[gnu::always_inline]] inline void blend_softly(const TileTask<T>& task, SoftQueues<T>& queues,
                                                 TileState<T, channels, has_relief>& tile, const Next& next) {
     SoftState<T> soft;
     SoftBlender<T, has_shades, channels, has_relief> blender(task, queues, soft, tile);
+    CrowdBlender<T, has_shades, channels, has_relief> crowd(task, queues.crowd, soft, tile);
     SoftSamples<T, has_shades, has_relief> samples[2];
+    const bool is_crowd = queues.is_crowd;
+    if (is_crowd) clear(queues.crowd, has_shades, has_relief);
     bool is_end = false;
     for (std::size_t i = 0; !is_end && tile.alive_blocks != 0; ++i) {
         is_end = !next(samples[i % 2]);
         if (i == 0) continue;
         const SoftSamples<T, has_shades, has_relief>& own = samples[(i - 1) % 2];
+        if (is_crowd) {
+            crowd.add(own);
+            continue;
+        }
         for (std::uint32_t blocks = own.blocks; blocks != 0; blocks &= blocks - 1) {
             const int b = __builtin_ctz(blocks);
-            blender.blend(own.record, {b, own.alphas[b], own.shades[has_shades ? b : 0],
-                                       own.heights[has_relief ? b : 0], own.pixels[b]});
+            if (!blender.blend(own.record, {b, own.alphas[b], own.shades[has_shades ? b : 0],
+                                            own.heights[has_relief ? b : 0], own.pixels[b]})) {
+                queues.is_crowd = true;
+                return;
+            }
         }
     }
+    if (is_crowd) crowd.finish();
     blender.finish();
 }
 
@@ -478,11 +480,18 @@ template <class T>
 void paint_tile_softly(const TileTask<T>& task, SoftQueues<T>& queues, const Picture<T>& picture) {
     if (task.num_ids == 0) return clear_tile(task, picture);
     with_planes(picture, [&]<int channels, bool has_relief>() {
-        TileState<T, channels, has_relief> tile(task);
-        if (task.params.kernel == Kernel::bilinear)
-            blend_image_softly<T, Kernel::bilinear>(task, queues, tile);
-        else
-            blend_image_softly<T, Kernel::nearest>(task, queues, tile);
+        using Tile = TileState<T, channels, has_relief>;
+        Tile tile(task);
+        const auto blend = [&] {
+            task.params.kernel == Kernel::bilinear ? blend_image_softly<T, Kernel::bilinear>(task, queues, tile)
+                                                   : blend_image_softly<T, Kernel::nearest>(task, queues, tile);
+        };
+        queues.is_crowd = false;
+        blend();
+        if (queues.is_crowd) {
+            tile = Tile(task);
+            blend();
+        }
         write_tile(task, tile, picture);
     });
 }

@@ -81,6 +81,17 @@ struct SoftRecord {
     T reach;             // the largest squared softness of this record and all behind it
 };
 
+// What a record is at the pixels of a tile.
+template <class T, bool has_shades, bool has_relief>
+struct SoftSamples {
+    SoftRecord<T> record;
+    alignas(64) T alphas[kNumBlocks][kBlockPixels];
+    alignas(64) T shades[has_shades ? kNumBlocks : 1][kBlockPixels];
+    alignas(64) T heights[has_relief ? kNumBlocks : 1][kBlockPixels];
+    std::uint16_t pixels[kNumBlocks];
+    std::uint32_t blocks;
+};
+
 // Its fragments in one block of the tile.
 template <class T>
 struct BlockFragments {
@@ -109,8 +120,9 @@ public:
         num_free_ = queues.num_free;
     }
 
-    // Adds the fragments of a record in one block to its queue, and lets them and those that wait hide each other.
-    [[gnu::always_inline]] inline void blend(const SoftRecord<T>& record, const BlockFragments<T>& fragments) {
+    // Adds the fragments of a record in one block to its queue, and lets them and those that wait hide each other;
+    // false where too many wait.
+    [[gnu::always_inline]] inline bool blend(const SoftRecord<T>& record, const BlockFragments<T>& fragments) {
         const int b = fragments.b;
         const auto queue = static_cast<std::size_t>(b);
         std::size_t start = queue * queue_size_;
@@ -123,7 +135,11 @@ public:
             in_front = {in_front.of_this - in_front.of_all, 0};
         }
         const unsigned pixels = fragments.pixels & open_pixels_behind(b, head + in_front.of_all, tail);
-        if (pixels == 0) return;
+        if (pixels == 0) return true;
+        if (tail - head >= kMostWaiting) {
+            queues_.num_free = num_free_;
+            return false;
+        }
         if (num_free_ == 0 || tail - start == queue_size_) {
             queues_.num_free = num_free_;
             make_room(b, queues_);
@@ -172,6 +188,7 @@ public:
         soft_.shared[b] = static_cast<std::uint16_t>(soft_.shared[b] | shared);
         append(record, fragments, tail, pixels, alpha, front, seen);
         queues_.tails[queue] = tail + 1 - start;
+        return true;
     }
 
     // Retires all that waits. Where fragments met, their weights are scaled to the alpha of the pixel.

@@ -9,8 +9,13 @@
 #include <memory>
 
 #include "brushgs/raster.hpp"
+#include "brushgs/soft_crowd.hpp"
 
 namespace brushgs {
+
+// Where more fragments of a block wait, the tile is a crowd, see soft_crowd.hpp: each fragment costs as much as its
+// queue is long.
+constexpr std::size_t kMostWaiting = 64;
 
 template <class T>
 struct alignas(64) FragmentSlot {
@@ -45,6 +50,8 @@ struct SoftQueues {
     std::size_t num_slots = 0, num_free = 0, queue_size = 0, num_reaches = 0;
     std::size_t heads[num_queues] = {}, tails[num_queues] = {};
     bool keeps_shades = false, keeps_heights = false;
+    bool is_crowd = false;  // of the tile: set where more than kMostWaiting wait
+    Crowd<T> crowd;
 };
 
 // These allocate, in soft_queues.cpp: a kernel's file would compile the library's templates for its instruction set.

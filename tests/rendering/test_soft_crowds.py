@@ -1,0 +1,196 @@
+"""Crowds: where more than 64 fragments of a block wait in soft order, their weights are interpolated."""
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from brushgs import _core
+from brushgs.rendering import reference
+from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.underpaint import Underpaint
+from brushgs.scene import Boxes, Frame
+from tests.rendering.strokes import boxes_of, bristles, depth_test_of, relieved, ridges, set_back
+from tests.rendering.test_fragments import found_in
+
+ERROR = 0.25 / 255  # of a crowd, as `rasterize` states it
+MOST_WAITING = 64
+SIZE = {"width": 9, "height": 6}
+SEEDS = st.integers(0, 2**32 - 1)
+SPREADS = [0.05, 2.0]  # between the nearest and the farthest, world units
+# Ranges of opacities, and of softness in world units.
+OPACITIES = {"faint": (0.004, 0.01), "light": (0.02, 0.05), "half": (0.1, 0.6), "full": (0.9, 1.0)}
+SOFTNESS = {"one": (1.0, 1.0), "twice": (0.5, 1.0), "wide": (0.02, 1.0), "giants": (0.05, 50.0)}
+LOOKS = {
+    "plain": {},
+    "layered": {"underpaint": Underpaint(1.5), "streaks": 0.4},
+    "raised": {"relief": True},
+    "all": {"underpaint": Underpaint(1.5), "streaks": 0.4, "relief": True},
+}
+
+
+def crowd(
+    n: int, *, opacities=(0.004, 0.01), softness=(1.0, 1.0), spread=0.7, seed=0, dtype=np.float64
+) -> Boxes:
+    """Strokes of all directions that cover the whole picture."""
+    g = np.random.default_rng([seed, n])
+    boxes = boxes_of(
+        np.array((4.5, 3.0)) + g.uniform(-1, 1, (n, 2)),
+        np.exp(g.uniform(np.log(9), np.log(40), (n, 2))),
+        angles=g.uniform(-np.pi, np.pi, n),
+        depths=np.sort(g.uniform(5, 5 + spread, n)),
+        colors=g.uniform(0, 1, (n, 3)),
+        opacities=g.uniform(*opacities, n),
+        dtype=dtype,
+    )
+    return replace(boxes, softness=np.exp(g.uniform(*np.log(softness), n)).astype(dtype))
+
+
+def painted(boxes: Boxes, **options) -> Frame:
+    return rasterize(boxes, ridges(), **SIZE, **options)
+
+
+def error_of(boxes: Boxes, **options) -> float:
+    """Largest difference from the definition in colour and alpha."""
+    actual, expected = painted(boxes, **options), reference.rasterize(boxes, ridges(), **SIZE, **options)
+    for plane in (actual.rgb, actual.alpha, actual.depth):
+        assert np.isfinite(plane).all()
+    np.testing.assert_allclose(actual.depth, expected.depth, atol=2 * ERROR * np.ptp(boxes.depths) + 1e-5)
+    if actual.height is not None:
+        largest = 1.2 * np.abs(boxes.reliefs).sum(axis=1).max()
+        np.testing.assert_allclose(actual.height, expected.height, atol=2 * ERROR * largest)
+    return float(max(np.abs(actual.rgb - expected.rgb).max(), np.abs(actual.alpha - expected.alpha).max()))
+
+
+@pytest.mark.parametrize("spread", SPREADS)
+@pytest.mark.parametrize("softness", SOFTNESS)
+@pytest.mark.parametrize("opacities", OPACITIES)
+def test_crowds_are_as_defined_to_a_quarter_of_a_step_of_eight_bits(opacities, softness, spread):
+    for n, dtype in ((90, np.float64), (300, np.float64), (120, np.float32)):
+        boxes = crowd(
+            n, opacities=OPACITIES[opacities], softness=SOFTNESS[softness], spread=spread, dtype=dtype
+        )
+        assert error_of(boxes) < ERROR
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_crowds_of_every_look_are_as_defined(look):
+    for softness in ("one", "wide"):
+        boxes = relieved(set_back(crowd(200, opacities=(0.02, 0.2), softness=SOFTNESS[softness]), 0.5))
+        assert error_of(boxes, **LOOKS[look]) < ERROR
+        test = depth_test_of(boxes, **SIZE)
+        assert error_of(boxes, in_front_of=replace(test, limit=test.limit + 2), **LOOKS[look]) < ERROR
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    seed=SEEDS,
+    n=st.integers(65, 250),
+    spread=st.floats(0, 8),
+    least_softness=st.floats(0, 1),
+    alternates=st.booleans(),
+)
+def test_any_mixture_of_faint_and_full_paint_is_as_defined(seed, n, spread, least_softness, alternates):
+    """Also where colours alternate from stroke to stroke: merging neighbours would show most there."""
+    g = np.random.default_rng(seed)
+    boxes = crowd(n, spread=spread, seed=seed)
+    colors = np.tile([[1.0, 0, 0], [0, 0, 1]], (n, 1))[:n] if alternates else boxes.colors
+    opacities = g.choice([0.005, 0.03, 0.3, 1.0], n, p=g.dirichlet(np.ones(4)))
+    softness = g.uniform(least_softness, 1, n) * (g.random(n) < 0.9)
+    assert error_of(replace(boxes, colors=colors, opacities=opacities, softness=softness)) < ERROR
+
+
+def test_up_to_64_that_wait_are_painted_without_error_and_more_of_one_depth_too():
+    boxes = crowd(200)
+    few = boxes.take(np.s_[:MOST_WAITING])
+    assert error_of(few) < 1e-13
+    assert 1e-13 < error_of(boxes) < ERROR
+    level = replace(boxes, depths=np.full(200, 5.0))
+    assert error_of(level) < 1e-12
+
+
+def test_strokes_that_move_through_a_crowd_never_jump():
+    """Strokes enter cells and leave them: the steps are those of the definition, give or take two errors."""
+    g = np.random.default_rng(2)
+    still = crowd(120, opacities=(0.01, 0.08), softness=(0.4, 1.0), spread=0.6)
+    still = replace(still, colors=np.where(np.arange(120)[:, None] % 2, 1.0, 0.0) * np.ones(3))
+    speed = g.normal(size=120)
+    previous, jumps = None, []
+    for step in np.linspace(0, 0.2, 24):
+        depths = still.depths + step * speed
+        order = np.argsort(depths, kind="stable")
+        names = ("centers", "half_extents", "angles", "colors", "opacities", "softness")
+        columns = {name: getattr(still, name)[order] for name in names}
+        boxes = replace(still, depths=depths[order], **columns)
+        actual, expected = painted(boxes).rgb, reference.rasterize(boxes, ridges(), **SIZE).rgb
+        if previous is not None:
+            jumps.append(np.abs((actual - previous[0]) - (expected - previous[1])).max())
+        previous = actual, expected
+    assert max(jumps) < 2 * ERROR < 1 / 255
+
+
+def test_a_stroke_that_makes_a_crowd_changes_the_picture_by_no_more_than_it_should():
+    boxes = crowd(MOST_WAITING + 1, opacities=(0.01, 0.08))
+    off = []
+    for count in (MOST_WAITING, MOST_WAITING + 1):
+        some = boxes.take(np.s_[:count])
+        off.append(painted(some).rgb - reference.rasterize(some, ridges(), **SIZE).rgb)
+    assert np.abs(off[0]).max() < 1e-13
+    assert np.abs(off[1] - off[0]).max() < ERROR
+
+
+def test_fragments_make_up_the_picture_of_a_crowd_within_its_error():
+    boxes = crowd(300, opacities=(0.01, 0.1), softness=(0.3, 1.0))
+    fragments = found_in(boxes, bristles(), **SIZE)
+    frame = rasterize(boxes, bristles(), **SIZE)
+    sums = fragments.sums(np.column_stack([boxes.colors, np.ones(len(boxes))])).reshape(6, 9, 4)
+    assert RenderOptions(num_sigmas=2.0).min_transmittance < ERROR
+    np.testing.assert_allclose(sums[..., :3], frame.rgb, atol=ERROR)
+    np.testing.assert_allclose(sums[..., 3], frame.alpha, atol=ERROR)
+
+
+def test_threads_and_the_tiles_before_change_no_bit():
+    """Memory of a thread is kept: a tile of a crowd leaves nothing behind for the next."""
+    g = np.random.default_rng(5)
+    boxes = crowd(400, opacities=(0.01, 0.2), softness=(0.1, 1.0), spread=2.0, dtype=np.float32)
+    boxes = replace(boxes, centers=(g.uniform(0, 150, (400, 2))).astype(np.float32))
+    how = {"width": 150, "height": 120}
+    one = rasterize(boxes, bristles(), num_threads=1, **how)
+    for num_threads in (2, 5, 1):
+        threaded = rasterize(boxes, bristles(), num_threads=num_threads, **how)
+        np.testing.assert_array_equal(threaded.rgb, one.rgb)
+        np.testing.assert_array_equal(threaded.depth, one.depth)
+
+
+_PAINT = """
+import sys
+import numpy as np
+from tests.rendering.strokes import relieved, set_back
+from tests.rendering.test_soft_crowds import LOOKS, crowd, painted
+planes = {}
+for dtype in (np.float32, np.float64):
+    for look, options in LOOKS.items():
+        boxes = crowd(150, opacities=(0.01, 0.4), softness=(0.1, 1), dtype=dtype)
+        frame = painted(relieved(set_back(boxes, 0.5)), **options)
+        for name in ("rgb", "alpha", "depth"):
+            planes[f"{look} {name} {dtype.__name__}"] = getattr(frame, name)
+np.savez(sys.argv[1], **planes)
+"""
+
+
+def test_every_instruction_set_gives_the_same_bits(tmp_path):
+    planes = {}
+    for isa in ("baseline", "avx2", "avx512"):
+        environment = {**os.environ, "BRUSHGS_ISA": isa, "PYTHONPATH": os.pathsep.join(sys.path)}
+        subprocess.run([sys.executable, "-c", _PAINT, tmp_path / f"{isa}.npz"], env=environment, check=True)
+        planes[isa] = np.load(tmp_path / f"{isa}.npz")
+    assert _core.isa() in planes
+    for isa in ("avx2", "avx512"):
+        for name in planes["baseline"].files:
+            np.testing.assert_array_equal(planes[isa][name], planes["baseline"][name], err_msg=name)
