@@ -242,17 +242,24 @@ private:
         return {count.of_this < waiting ? count.of_this : waiting, count.of_all < waiting ? count.of_all : waiting};
     }
 
+    // The open pixels of block b in which too little light is left.
+    [[gnu::always_inline]] inline unsigned dark_pixels(int b, const T* light) const {
+        unsigned dark = 0;
+        for (int part = 0; part < num_parts; ++part) {
+            const Real here = L::load(light + part * W);
+            dark |= L::bits(L::less(L::from_bits(~0u), here, L::set(tile_.min_transmittance))) << (part * W);
+        }
+        return dark & tile_.alive[b];
+    }
+
     // Finishes the pixels of block b that are dark behind the final fragments, those before place `next`; returns the
     // pixels that are open.
     [[gnu::always_inline]] inline unsigned open_pixels_behind(int b, std::size_t next, std::size_t tail) {
-        const T* const behind_final = next < tail ? slots_[entries_[next].slot].before : soft_.light[b];
-        unsigned finished = 0;
-        for (int part = 0; part < num_parts; ++part) {
-            const Real light = L::load(behind_final + part * W);
-            const auto dark = L::less(L::from_bits(~0u), light, L::set(tile_.min_transmittance));
-            finished |= L::bits(dark) << (part * W);
-        }
-        if (finished &= tile_.alive[b]; finished != 0) {
+        // The light behind all is the least: where it is enough, nothing else is asked for.
+        if (dark_pixels(b, soft_.light[b]) == 0) return tile_.alive[b];
+        unsigned finished =
+            next < tail ? dark_pixels(b, slots_[entries_[next].slot].before) : dark_pixels(b, soft_.light[b]);
+        if (finished != 0) {
             // What waits and is seen may still be hidden in part by what comes.
             for (std::size_t k = next; k < tail; ++k) finished &= ~static_cast<unsigned>(entries_[k].shown);
             finish_pixels(tile_, b, finished);
