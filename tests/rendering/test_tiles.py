@@ -6,7 +6,7 @@ import pytest
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
 from brushgs.rendering.rasterize import rasterize
-from tests.rendering.strokes import boxes_of
+from tests.rendering.strokes import boxes_of, random_boxes, relieved, ridges, softened
 
 SOLID = StrokeTexture.from_coverage(np.ones((2, 2)))
 QUARTER = np.pi / 2
@@ -42,3 +42,21 @@ def test_needles_that_run_far_beyond_the_picture_have_no_gaps(length):
         along = np.array([np.cos(angle), np.sin(angle)])
         center = g.uniform(0, 1, 2) * (300, 200) - along * length * g.uniform(-0.99, 0.99)
         assert num_wrong(boxes_of([center], (length, 2), angles=angle), 300, 200) == 0
+
+
+@pytest.mark.parametrize("is_soft", [False, True])
+def test_tiles_that_no_stroke_reaches_are_empty_whatever_their_memory_held(is_soft):
+    """The memory of a frame goes to the next one of its size; the picture's edge cuts off the last tiles."""
+    size = {"width": 201, "height": 97}
+    everywhere = relieved(random_boxes(500, **size, sizes=(20, 60)))
+    few = relieved(boxes_of([[20, 20]], (5, 5)))
+    if is_soft:
+        everywhere, few = softened(everywhere, 0.2), softened(few, 0.2)
+    before = rasterize(everywhere, ridges(), relief=True, **size)
+    assert np.all(before.alpha > 0)
+    del before
+    frame = rasterize(few, ridges(), relief=True, **size)
+    for plane in (frame.rgb, frame.alpha, frame.depth, frame.height):
+        assert plane[:32, :32].any()
+        assert not plane[32:].any()
+        assert not plane[:, 32:].any()
