@@ -112,9 +112,9 @@ struct Lanes : GenericLanes<T, 16 / sizeof(T)> {};
 
 #if defined(__AVX2__)
 
-// By single loads: on an AMD EPYC two gathers of 8 pairs of words take 11 ns, these 7, and a gather of 16 words 8,
-// these
-// 5. The indices come from memory, where an earlier loop has put them: then nothing waits for them.
+// By single loads: on an AMD EPYC two gathers of 8 pairs of words take 11 ns, these 7. The indices come from memory,
+// where an earlier loop has put them: so nothing waits for them. Four words take 13 % off a picture of 7000 strokes,
+// see `sample_record`.
 
 // Four bytes from table[index] on, of four indices.
 BRUSHGS_INLINE __m128i four_words(const std::uint16_t* table, const std::int32_t* index) {
