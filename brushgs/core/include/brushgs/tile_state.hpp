@@ -35,7 +35,7 @@ template <class T, int channels>
         __builtin_prefetch(attributes.columns[c].values + id * attributes.columns[c].stride);
 }
 
-// Planes of 4 x 4 blocks, so that a block is one run of memory.
+// One block of 4 x 4 pixels after another, so that what a block needs is one run of memory.
 template <class T, int channels, bool has_relief = false>
 struct TileState {
     static constexpr int num_planes = 3 + channels + has_relief;
@@ -45,22 +45,25 @@ struct TileState {
 
     [[gnu::always_inline]] inline explicit TileState(const TileTask<T>& task) {
         min_transmittance = static_cast<T>(task.params.min_transmittance);
-        __builtin_memset(planes_, 0, sizeof planes_);
-        T* all = light_[0];
-        for (int i = 0; i < kNumBlocks * kBlockPixels; ++i) all[i] = 1;
+        for (Block& block : blocks_) {
+            for (T& pixel : block.light) pixel = 1;
+            __builtin_memset(block.planes, 0, sizeof block.planes);
+        }
         alive_blocks = open_pixels(task.params.width - task.x0, task.params.height - task.y0, alive);
     }
 
     // Of block b: what passes its strokes so far, the transmittance, and sum k of weight x red, green, blue, each
     // attribute, height. [kBlockPixels]
-    [[gnu::always_inline]] inline T* light(int b) { return light_[b]; }
-    [[gnu::always_inline]] inline const T* light(int b) const { return light_[b]; }
-    [[gnu::always_inline]] inline T* plane(int k, int b) { return planes_[k][b]; }
-    [[gnu::always_inline]] inline const T* plane(int k, int b) const { return planes_[k][b]; }
+    [[gnu::always_inline]] inline T* light(int b) { return blocks_[b].light; }
+    [[gnu::always_inline]] inline const T* light(int b) const { return blocks_[b].light; }
+    [[gnu::always_inline]] inline T* plane(int k, int b) { return blocks_[b].planes[k]; }
+    [[gnu::always_inline]] inline const T* plane(int k, int b) const { return blocks_[b].planes[k]; }
 
 private:
-    alignas(64) T light_[kNumBlocks][kBlockPixels];
-    alignas(64) T planes_[num_planes][kNumBlocks][kBlockPixels];
+    struct alignas(64) Block {
+        T light[kBlockPixels], planes[num_planes][kBlockPixels];
+    };
+    Block blocks_[kNumBlocks];
 };
 
 // Four pixels of one row of a block: three runs of four become twelve interleaved values.
