@@ -321,6 +321,7 @@ def prepare(
             report,
             is_strokes=is_strokes,
             is_seen=is_for_view,
+            is_merged=notes is not None and notes.rows_each > 1,
             cluster=None if merges_later else cluster,
         ),
     )

@@ -129,6 +129,17 @@ def test_strokes_are_never_merged_while_they_are_read(path: Path, tmp_path: Path
     assert len(load_scene(source, Report(), makes_strokes=True)[0]) > MOST
 
 
+def test_what_was_merged_is_not_pruned_unless_one_asks_for_it(path: Path) -> None:
+    source, counts = SceneSource((path,), memory=MEMORY), []
+    for keep in (None, 0.5):
+        report, config = Report(), PaintConfig.of({"cluster": {"strokes": 100}, "prune": {"keep": keep}})
+        prepare(source, config, report, needs_background=False)
+        (pruned,) = [stage for stage in report.stages if stage.name == "prune"]
+        counts.append(pruned.counts["after"] / pruned.counts["before"])
+        assert bool(pruned.skipped) == (keep is None)
+    assert counts == [1, pytest.approx(0.5, abs=0.01)]
+
+
 def test_a_share_of_strokes_is_of_the_rows(path: Path) -> None:
     config = PaintConfig.of({"cluster": {"strokes": 0.05}, "clean": {"floaters": "off"}})
     prepared = prepare(SceneSource((path,), memory=MEMORY), config, Report(), needs_background=False)
