@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, TextIO, cast
 
@@ -60,6 +61,10 @@ def forgiving_streams() -> Iterator[ForgivingStream]:
             # A file of ours would get this free number, and with it whatever a library prints there.
             os.open(os.devnull, os.O_RDWR)
     before = sys.stdout, sys.stderr
+    # A name of a file may have letters that the encoding of a terminal lacks, above all on Windows.
+    strict = [one for one in before if isinstance(one, TextIOWrapper) and one.errors == "strict"]
+    for stream in strict:
+        stream.reconfigure(errors="backslashreplace")
     with Path(os.devnull).open("w", encoding="utf-8") as nowhere:  # a closed stream is None
         out, err = (ForgivingStream(stream or nowhere) for stream in before)
         sys.stdout, sys.stderr = cast(TextIO, out), cast(TextIO, err)
@@ -69,3 +74,5 @@ def forgiving_streams() -> Iterator[ForgivingStream]:
             out.flush()
             err.flush()
             sys.stdout, sys.stderr = before
+            for stream in strict:
+                stream.reconfigure(errors="strict")

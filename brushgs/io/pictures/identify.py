@@ -4,6 +4,7 @@ OpenImageIO has decoders for some twenty-five formats and chooses by the suffix;
 the table, chosen by content.
 """
 
+import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -45,5 +46,8 @@ def suffixed(path: Path, picture_format: PictureFormat) -> Iterator[Path]:
         return
     with tempfile.TemporaryDirectory(prefix="brushgs-") as folder:
         link = Path(folder) / f"picture{picture_format.suffixes[0]}"
-        link.symlink_to(path.resolve())
+        try:
+            link.symlink_to(path.resolve())
+        except OSError:  # Windows makes links only for whom it trusts
+            shutil.copyfile(path, link)
         yield link

@@ -5,8 +5,8 @@ where something is wrong with the file, in a clause as SceneError has it.
 """
 
 import json
-import resource
 import sys
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 
@@ -19,8 +19,7 @@ def main() -> None:
     """Read one file."""
     kind, path, folder = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
     most = _MEMORY[0] + _MEMORY[1] * path.stat().st_size
-    resource.setrlimit(resource.RLIMIT_AS, (most, most))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    _bound_memory(most)
     from pxr import Tf
 
     try:
@@ -32,6 +31,21 @@ def main() -> None:
     except MemoryError:
         header = {"error": "needs too much memory; export only what is needed of it"}
     (folder / "header.json").write_text(json.dumps(header), encoding="utf-8")
+
+
+def _bound_memory(most: int) -> None:
+    """At most so many bytes of address space, and no core dump.
+
+    Where no process can be bound (Windows), and where the system refuses this bound (macOS, or a lower one
+    holds), time alone bounds what a file may cost.
+    """
+    try:
+        import resource
+    except ImportError:
+        return
+    for what, bound in ((resource.RLIMIT_AS, most), (resource.RLIMIT_CORE, 0)):
+        with suppress(ValueError, OSError):
+            resource.setrlimit(what, (bound, bound))
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,8 @@ from brushgs.io.files import open_plain
 PACKAGE = "pxr"  # of usd-core
 INSTALL = "pip install 'brushgs[usd]'"
 _MIN_SECONDS, _BYTES_A_SECOND = 60, 5_000_000  # that reading may take
+# Windows removes no file that is mapped, and would keep the folder: there arrays are read at once.
+_REMOVES_MAPPED = os.name == "posix"
 _DAMAGED = "is damaged, or no USD file; export it again"
 
 
@@ -36,8 +38,9 @@ class Answer:
     folder: Path
 
     def array(self, name: str) -> NDArray[Any]:
-        """An array that the reader saved, mapped into memory: it stays when the folder is gone."""
-        return np.asarray(np.load(self.folder / f"{name}.npy", mmap_mode="r", allow_pickle=False))
+        """An array that the reader saved, mapped into memory where it can be: it outlives the folder."""
+        mode: Literal["r"] | None = "r" if _REMOVES_MAPPED else None
+        return np.asarray(np.load(self.folder / f"{name}.npy", mmap_mode=mode, allow_pickle=False))
 
 
 def is_usd_here() -> bool:

@@ -1,4 +1,4 @@
-"""Worker processes of this machine: one thread here for each process, and a socket between the two.
+"""Worker processes of this machine: one thread here for each process, and a stream between the two.
 
 The standard library's `ProcessPoolExecutor` was tried and rejected: its processes share one pipe, and one
 that is killed while it sends a frame leaves half a message there, for which the pool blocks forever (2 of 6
@@ -13,8 +13,6 @@ of 20 Ctrl-C and "leaked semlock objects" on SIGTERM, and leaves the files behin
 
 import pickle
 import signal
-import socket
-import subprocess
 import sys
 import tempfile
 import threading
@@ -26,8 +24,8 @@ from typing import Any
 
 from brushgs.painting.parallel import wire
 from brushgs.painting.parallel.messages import MAX_ATTEMPTS, Done, Failed, pickled, result_of
+from brushgs.painting.parallel.streams import block_stops, start_worker
 from brushgs.painting.parallel.worker import BOOT
-from brushgs.signals import STOP_SIGNALS
 from brushgs.threads import num_threads_or_default
 
 
@@ -42,12 +40,7 @@ class ProcessPool:
         self._all: set[_Process] = set()
         self._idle: list[_Process] = []
         self._is_closed = False
-        # A terminal sends Ctrl-C, and `timeout` SIGTERM, to all processes of a group. Threads that block them
-        # start processes that block them, from their first instruction on: only the main thread of this
-        # process receives them.
-        self._threads = ThreadPoolExecutor(
-            jobs, "brushgs-parallel", signal.pthread_sigmask, (signal.SIG_BLOCK, STOP_SIGNALS)
-        )
+        self._threads = ThreadPoolExecutor(jobs, "brushgs-parallel", block_stops)
         # Killed processes cannot remove what they were writing: it lies where this one removes it.
         self._folder = tempfile.TemporaryDirectory(prefix="brushgs-")
 
@@ -106,20 +99,10 @@ class ProcessPool:
 
 
 class _Process:
-    """One process, and this end of the socket to it."""
+    """One process, and this end of the stream to it."""
 
     def __init__(self, num_threads: int, folder: str) -> None:
-        ours, theirs = socket.socketpair()
-        with theirs:
-            words = [str(theirs.fileno()), str(num_threads), folder, *sys.path]
-            try:
-                self._process = subprocess.Popen(
-                    [sys.executable, "-c", BOOT, *words], stdin=subprocess.DEVNULL, pass_fds=[theirs.fileno()]
-                )
-            except BaseException:  # no memory for another process
-                ours.close()
-                raise
-        self._stream = ours
+        self._process, self._stream = start_worker(BOOT, [str(num_threads), folder, *sys.path])
 
     def send_work(self, work: bytes) -> None:
         """Send the pickled work, once."""

@@ -1,34 +1,35 @@
 """The program of a worker process: it receives items and replies to each with its result.
 
-Started as `python -c BOOT descriptor num_threads folder *sys.path`: a fresh interpreter. It copies neither
+Started as `python -c BOOT stream num_threads folder *sys.path`: a fresh interpreter. It copies neither
 threads nor state of the first process (a fork of a process with threads may hang), and it does not import the
 script that runs there (`multiprocessing` would, and so run it again).
 """
 
 import shutil
-import socket
 import tempfile
+from contextlib import closing
 
 from brushgs.painting.parallel import wire
 from brushgs.painting.parallel.messages import PickledWork, run_item
+from brushgs.painting.parallel.streams import open_stream
 from brushgs.threads import at_most
 
 BOOT = (
-    "import sys; descriptor, num_threads, folder, *sys.path = sys.argv[1:]; "
-    "from brushgs.painting.parallel.worker import serve; serve(int(descriptor), int(num_threads), folder)"
+    "import sys; stream, num_threads, folder, *sys.path = sys.argv[1:]; "
+    "from brushgs.painting.parallel.worker import serve; serve(stream, int(num_threads), folder)"
 )
 
 
-def serve(descriptor: int, num_threads: int, folder: str) -> None:
-    """Receive pickled work, then items, and reply to each until the other end of the socket is closed.
+def serve(stream_word: str, num_threads: int, folder: str) -> None:
+    """Receive pickled work, then items, and reply to each until the other end of the stream is closed.
 
     Args:
-        descriptor: of the socket.
+        stream_word: see `open_stream`.
         num_threads: that the work may use.
         folder: of temporary files. The first process removes it; this one does where that one was killed.
     """
     tempfile.tempdir = folder
-    with socket.socket(fileno=descriptor) as stream, at_most(num_threads):
+    with closing(open_stream(stream_word)) as stream, at_most(num_threads):
         try:
             work = PickledWork(wire.receive(stream))
             while True:

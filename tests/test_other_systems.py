@@ -1,0 +1,74 @@
+"""What Linux has and other systems lack is taken away: the package imports, and paints the same pictures.
+
+Where such a part is missing the program goes without: no bound on memory, no masks of signals, and workers
+over pipes.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import brushgs as bg
+from brushgs.still_life import still_life
+
+ROOT = Path(__file__).resolve().parents[1]
+# As on Windows; what the standard library itself calls on this system must stay.
+WITHOUT = """
+import os, signal, sys
+sys.modules.update(dict.fromkeys(("resource", "fcntl", "pwd", "grp", "termios", "syslog")))
+for module, names in {
+    os: "sched_getaffinity sched_setaffinity killpg setsid getpgid getpgrp fork forkpty getuid geteuid "
+        "chown mkfifo statvfs nice getloadavg",
+    signal: "SIGHUP SIGALRM SIGUSR1 SIGPIPE pthread_sigmask pthread_kill setitimer alarm SIG_BLOCK",
+}.items():
+    for name in names.split():
+        delattr(module, name)
+import brushgs.painting.parallel.streams as streams
+streams.INHERITS_SOCKETS = False
+from brushgs.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "a.ply"
+    bg.save(still_life(2000), path)
+    return path
+
+
+def run(folder, begin, *words, **variables):
+    return subprocess.run(
+        [sys.executable, *begin, *map(str, words)],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(ROOT)} | variables,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("more", [[], ["--orbit", "3", "--jobs", "2"]], ids=["picture", "two processes"])
+def test_a_render_is_the_same_without_what_only_linux_has(scene, tmp_path, more):
+    target = "%02d.png" if more else "a.png"
+    pictures = []
+    for name, begin in (("here", ["-m", "brushgs"]), ("elsewhere", ["-c", WITHOUT])):
+        folder = tmp_path / name
+        folder.mkdir()
+        words = ["render", scene, "--stroke", "flat", "--strokes", "300", "--size", "96x54", *more]
+        found = run(folder, begin, *words, "-o", folder / target)
+        assert found.returncode == 0, found.stderr
+        pictures.append([path.read_bytes() for path in sorted(folder.glob("*.png"))])
+    assert len(pictures[0]) == (3 if more else 1)
+    assert pictures[0] == pictures[1]
+
+
+def test_a_name_that_the_terminal_cannot_write_is_no_error(scene, tmp_path):
+    words = ["render", scene, "--strokes", "100", "--size", "32x18", "--json", "-o", tmp_path / "画.png"]
+    found = run(tmp_path, ["-m", "brushgs"], *words, PYTHONIOENCODING="ascii:strict", LC_ALL="C.UTF-8")
+    assert found.returncode == 0, found.stderr
+    assert (tmp_path / "画.png").exists()
