@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import Array
 from brushgs.native import core as _core
-from brushgs.passes.blocks import blocks_of, for_blocks, in_order
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.morton import morton_order
+from brushgs.passes.row_blocks import blocks_of, for_blocks, in_order
 from brushgs.scene import Gaussians
 from brushgs.threads import num_threads_or_default
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import Array
-from brushgs.passes.blocks import in_order
+from brushgs.passes.row_blocks import in_order
 from brushgs.threads import num_threads_or_default
 
 ROWS_FOR_THREADS = 200_000  # with fewer, starting threads costs as much as it saves

@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import Array
 from brushgs.options.choices import Features
-from brushgs.passes.blocks import for_blocks
 from brushgs.passes.extent import robust_frame
+from brushgs.passes.row_blocks import for_blocks
 from brushgs.scene import Gaussians
 from brushgs.sh import base_colors
 

@@ -24,10 +24,10 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array, Rows, check
 from brushgs.options.choices import Merge
-from brushgs.passes.blocks import MOST_THREADS, blocks_of, in_order
 from brushgs.passes.contribution import projected_areas, visible_shares
 from brushgs.passes.gaps import growth
 from brushgs.passes.groups import Groups, compacted
+from brushgs.passes.row_blocks import MOST_THREADS, blocks_of, in_order
 from brushgs.quats import normalized, quats_of, rotation_matrices
 from brushgs.scene import Gaussians
 from brushgs.threads import num_threads_or_default
