@@ -55,7 +55,7 @@ def rasterize(
     all so far, however near, would leave less than 1e-31. Boxes further apart than b give the same bits as
     boxes without softness. In tiles of 32 x 16 pixels where more than 64 boxes wait for each other in four by
     four pixels, the light that passes what surrounds a box is interpolated between a few depths and
-    softnesses: there the picture is right to 0.25 / 255, to what `min_transmittance` may change, and never
+    softnesses: there the picture is right to 0.5 / 255, to what `min_transmittance` may change, and never
     jumps. The built-in kernels ("gaussian", "ellipse") ignore softness.
 
     With `underpaint` each box is painted twice: as a stroke at its depth, and behind that, at its depth plus

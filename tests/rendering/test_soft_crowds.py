@@ -19,7 +19,7 @@ from brushgs.scene import Boxes, Frame
 from tests.rendering.strokes import boxes_of, bristles, depth_test_of, relieved, ridges, set_back
 from tests.rendering.test_fragments import found_in
 
-ERROR = 0.25 / 255  # of a crowd, as `rasterize` states it
+ERROR = 0.5 / 255  # of a crowd, as `rasterize` states it
 MOST_WAITING = 64
 SIZE = {"width": 9, "height": 6}
 SEEDS = st.integers(0, 2**32 - 1)
@@ -71,7 +71,7 @@ def error_of(boxes: Boxes, **options) -> float:
 @pytest.mark.parametrize("spread", SPREADS)
 @pytest.mark.parametrize("softness", SOFTNESS)
 @pytest.mark.parametrize("opacities", OPACITIES)
-def test_crowds_are_as_defined_to_a_quarter_of_a_step_of_eight_bits(opacities, softness, spread):
+def test_crowds_are_as_defined_to_half_a_step_of_eight_bits(opacities, softness, spread):
     for n, dtype in ((90, np.float64), (300, np.float64), (120, np.float32)):
         boxes = crowd(
             n, opacities=OPACITIES[opacities], softness=SOFTNESS[softness], spread=spread, dtype=dtype
@@ -132,7 +132,7 @@ def test_strokes_that_move_through_a_crowd_never_jump():
         if previous is not None:
             jumps.append(np.abs((actual - previous[0]) - (expected - previous[1])).max())
         previous = actual, expected
-    assert max(jumps) < 2 * ERROR < 1 / 255
+    assert max(jumps) < 2 * ERROR <= 1 / 255
 
 
 def test_a_stroke_that_makes_a_crowd_changes_the_picture_by_no_more_than_it_should():
