@@ -160,8 +160,8 @@ def test_the_scene_is_freed_after_pruning_unless_it_is_kept(folder, monkeypatch,
     alive = []
     load, cluster = preparation.load_scene, preparation.cluster_scene
 
-    def watched_load(*args):
-        gaussians, notes = load(*args)
+    def watched_load(*args, **options):
+        gaussians, notes = load(*args, **options)
         alive.append(weakref.ref(gaussians))
         return gaussians, notes
 
