@@ -52,19 +52,23 @@ def num_threads_or_default(num_threads: int | None) -> int:
     return num_threads
 
 
-def side_by_side(work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
-    """`work` of each item, in order, several items at once, each with the core in one thread.
+def side_by_side(
+    work: Callable[[Item], Result], items: Iterable[Item], num_threads: int | None = None
+) -> list[Result]:
+    """`work` of each item, in order, several items at once, which share the threads of the core.
 
     For many small pictures: what Python and NumPy do around the core then overlaps as well.
     """
-    num_threads = min(num_threads_or_default(None), MOST_AT_ONCE)
-    if num_threads < 2:
-        return [work(item) for item in items]
-    from concurrent.futures import ThreadPoolExecutor
+    items, most = list(items), num_threads_or_default(num_threads)
+    num_workers = min(most, MOST_AT_ONCE, len(items))
 
-    def alone(item: Item) -> Result:
-        with at_most(1):
+    def shared(item: Item) -> Result:
+        with at_most(max(most // max(num_workers, 1), 1)):
             return work(item)
 
-    with ThreadPoolExecutor(num_threads) as pool:
-        return list(pool.map(alone, items))
+    if num_workers < 2:
+        return [shared(item) for item in items]
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(num_workers) as pool:
+        return list(pool.map(shared, items))

@@ -5,7 +5,6 @@ one of its moments is in memory beside them.
 """
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -21,7 +20,7 @@ from brushgs.passes.recolor import Palette, recolor
 from brushgs.refine.views import TimedView
 from brushgs.rendering.render import render
 from brushgs.scene import Camera, Gaussians
-from brushgs.threads import num_threads_or_default
+from brushgs.threads import side_by_side
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +38,9 @@ class TargetView:
     moment: int | None = None
 
     @classmethod
-    def of(
-        cls, scene: Gaussians, camera: Camera, moment: int | None = None, num_threads: int | None = None
-    ) -> "TargetView":
-        """The plain picture of a scene in a view; it does not depend on the number of threads."""
-        frame = render(scene, camera, StrokeTexture.open("gaussian"), depth=False, num_threads=num_threads)
+    def of(cls, scene: Gaussians, camera: Camera, moment: int | None = None) -> "TargetView":
+        """The plain picture of a scene in a view."""
+        frame = render(scene, camera, StrokeTexture.open("gaussian"), depth=False)
         return cls(camera, torch.from_numpy(np.dstack([frame.rgb, frame.alpha])), moment)
 
     @property
@@ -71,15 +68,14 @@ def draw_targets(
     Returns:
         n targets, in the same order.
     """
-    most, targets = num_threads_or_default(num_threads), dict[int, TargetView]()
+    targets = dict[int, TargetView]()
     for moment in dict.fromkeys(view.moment for view in views):
         scene = shown_at(moment)
         rows = [index for index, view in enumerate(views) if view.moment == moment]
-        num_workers = min(most, len(rows))
-        draw = partial(TargetView.of, scene, moment=moment, num_threads=most // num_workers)
-        with ThreadPoolExecutor(num_workers) as executor:
-            drawn = executor.map(draw, (views[row].camera for row in rows))
-            targets |= zip(rows, drawn, strict=True)
+        draw = partial(TargetView.of, scene, moment=moment)
+        targets |= zip(
+            rows, side_by_side(draw, (views[row].camera for row in rows), num_threads), strict=True
+        )
     return [targets[index] for index in range(len(views))]
 
 
