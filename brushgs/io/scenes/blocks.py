@@ -76,14 +76,20 @@ def read_blocks(
 
 
 def sample_rows(rows: RowSource, count: int) -> Columns:
-    """About so many rows, evenly from all of a file, activated; where they are sequential the first ones."""
+    """About so many rows, evenly from all of a file, activated; where they are sequential the first ones.
+
+    Of the spherical harmonics only the first band.
+    """
     num_runs = min(max(1, count // _RUN), -(-rows.num_rows // _RUN))
     if rows.is_sequential:
-        (block, _) = next(read_blocks(rows, 0, min(num_runs * _RUN, rows.num_rows)))
-        return block
+        return _first_band(next(read_blocks(rows, 0, min(num_runs * _RUN, rows.num_rows)))[0])
     starts = np.linspace(0, max(rows.num_rows - _RUN, 0), num_runs).astype(int).tolist()
-    runs = [next(read_blocks(rows, first, min(first + _RUN, rows.num_rows)))[0] for first in starts]
-    return Columns.joined(runs)
+    blocks = (next(read_blocks(rows, first, min(first + _RUN, rows.num_rows)))[0] for first in starts)
+    return Columns.joined([_first_band(block) for block in blocks])
+
+
+def _first_band(block: Columns) -> Columns:
+    return replace(block, sh=block.sh[:, :1].copy())
 
 
 @contextmanager
