@@ -12,7 +12,7 @@ film.webp       the still life in motion: the pear rolls, a draught lifts the cl
 
 Labels and files are made with Pillow, which comes with scikit-image. It takes about a minute.
 
-python examples/make_pictures.py [-o FOLDER] [--frames COUNT]
+python examples/make_pictures.py [-o FOLDER] [--frames COUNT] [--quick]
 """
 
 import argparse
@@ -21,7 +21,7 @@ import shlex
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -104,6 +104,7 @@ def main() -> None:
         "-o", "--output", type=Path, default=Path(__file__).parent / "pictures", help="folder"
     )
     parser.add_argument("--frames", type=int, default=60, help="of each moving picture, 3 or more")
+    parser.add_argument("--quick", action="store_true", help="fewer cells in the charts, to try a change")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
     names = (
@@ -124,10 +125,10 @@ def main() -> None:
         run("demo", "-o", folder)
         picture = open_picture(folder / "still_life-oil.png")
         picture.resize((1000, 750), Image.Resampling.LANCZOS).save(painting, quality=88)
-        looks_chart(folder).save(looks, quality=88)
+        looks_chart(folder, LOOKS[:2] if args.quick else LOOKS).save(looks, quality=88)
         save_animation(growing_picture(folder, args.frames), growing)
-        options_chart(folder).save(options, quality=85)
-        styles_chart(folder).save(styles, quality=85)
+        options_chart(folder, OPTIONS[::3] if args.quick else OPTIONS).save(options, quality=85)
+        styles_chart(folder, PAINTINGS[:2] if args.quick else PAINTINGS).save(styles, quality=85)
         layers_chart(folder).save(layers, quality=85)
         save_animation(moving_picture(folder, args.frames), moving)
         save_animation(film_of_scene(folder, args.frames), film)
@@ -150,14 +151,14 @@ def strokes_chart(scene: bg.Gaussians) -> Image.Image:
     return chart(cells, columns=4)
 
 
-def options_chart(folder: Path) -> Image.Image:
-    """One view of `still_life.ply` in a folder, painted by the command line with each of `OPTIONS`."""
+def options_chart(folder: Path, options: Sequence[str]) -> Image.Image:
+    """One view of `still_life.ply` in a folder, painted by the command line with each of some `OPTIONS`."""
     view = still_life_camera(width=400, height=300)
     view_file = write_views([view], folder / "cameras.json")
     run_view = ["--camera-file", view_file, "--background", TONED]
     palettes = {file: draw_palette(colors, folder / file) for file, colors in PALETTES.items()}
     cells = []
-    for label in progress(OPTIONS, "options.jpg"):
+    for label in progress(options, "options.jpg"):
         words = [folder / word if word in palettes else word for word in shlex.split(label)]
         output = folder / "cell.png"
         run(
@@ -177,17 +178,19 @@ def options_chart(folder: Path) -> Image.Image:
     return chart(cells, columns=3)
 
 
-def styles_chart(folder: Path) -> Image.Image:
-    """Paintings, and one view of `still_life.ply` in a folder in the style of each; then mixes and parts."""
+def styles_chart(folder: Path, paintings: Sequence[str]) -> Image.Image:
+    """Some `PAINTINGS`, and a view of `still_life.ply` in a folder in the style of each; mixes and parts."""
     draw = [sys.executable, "-m", "tests.bench.mark_paintings", folder]
     subprocess.run(draw, check=True, cwd=Path(__file__).parent.parent, stdout=subprocess.DEVNULL)
     cells = []
-    for name in PAINTINGS:
+    for name in paintings:
         run("style", "learn", folder / f"{name}.png", "-o", folder / f"{name}.style")
         cells.append(Cell(f"{name}.png", open_picture(folder / f"{name}.png").resize((400, 300))))
     (folder / "parts.toml").write_text(RULES, encoding="utf-8")
     view = write_views([still_life_camera(width=400, height=300)], folder / "cameras.json")
-    for label in progress(STYLED, "styles.jpg"):
+    left_out = set(PAINTINGS) - set(paintings)
+    styled = [label for label in STYLED if not any(name in label for name in left_out)]
+    for label in progress(styled, "styles.jpg"):
         flag, value = label.split()
         if flag == "--style":
             value = ",".join(str(folder / style) for style in value.split(","))
@@ -199,11 +202,11 @@ def styles_chart(folder: Path) -> Image.Image:
     return chart(cells, columns=4)
 
 
-def looks_chart(folder: Path) -> Image.Image:
-    """One view of `still_life.ply` in a folder, painted by the command line in each look."""
+def looks_chart(folder: Path, looks: Sequence[str]) -> Image.Image:
+    """One view of `still_life.ply` in a folder, painted by the command line in each of these looks."""
     view = write_views([still_life_camera(width=640, height=480)], folder / "cameras.json")
     scene, cells = folder / "still_life.ply", []
-    for look in progress(LOOKS, "looks.jpg"):
+    for look in progress(looks, "looks.jpg"):
         run("render", scene, "--look", look, "--camera-file", view, "-o", folder / "cell.png")
         cells.append(Cell(look, open_picture(folder / "cell.png")))
     return chart(cells, columns=2)

@@ -26,12 +26,19 @@ def scene(tmp_path_factory):
     ("options", "words"),
     [
         ({}, []),
-        ({"look": "charcoal", "azimuth": -30}, ["--look", "charcoal", "--azimuth", "-30"]),
-        ({"look": "plain", "from_": "left"}, ["--look", "plain", "--from", "left"]),
-        ({"stroke": ["flat", "dab"], "background": "teal"}, ["--stroke", "flat,dab", "--background", "teal"]),
-        ({"look": "plain", "stroke_size": 24, "strokes": None}, ["--look", "plain", "--stroke-size", "24px"]),
-        ({"preset": "paper", "solid": True}, ["--preset", "paper", "--solid", "on"]),
-        ({"first": "40%", "adjust": {"contrast": 1.3}}, ["--first", "0.4", "--adjust", "contrast=1.3"]),
+        ({"look": "plain", "azimuth": -30}, ["--look", "plain", "--azimuth", "-30"]),
+        (
+            {"look": "plain", "from_": "left", "stroke": ["flat", "dab"], "background": "teal"},
+            ["--look", "plain", "--from", "left", "--stroke", "flat,dab", "--background", "teal"],
+        ),
+        (
+            {"look": "plain", "stroke_size": 24, "strokes": None, "adjust": {"contrast": 1.3}},
+            ["--look", "plain", "--stroke-size", "24px", "--adjust", "contrast=1.3"],
+        ),
+        (
+            {"preset": "paper", "solid": True, "first": "40%"},
+            ["--preset", "paper", "--solid", "on", "--first", "0.4"],
+        ),
         (
             {"stroke": "gaussian", "strokes": None, "look_at": "part"},
             ["--stroke", "gaussian", "--look-at", "part"],
@@ -55,9 +62,9 @@ def test_a_transparent_background_keeps_the_alpha(scene):
 
 def test_gaussians_are_painted_with_the_same_options(scene):
     gaussians = bg.load(scene)
-    frame = bg.paint(gaussians, "ink", up="-y", **SMALL)
+    frame = bg.paint(gaussians, "gouache", up="-y", **SMALL)
     assert frame.rgb.shape == (48, 64, 3)
-    again = bg.paint(gaussians, bg.Look.open("ink"), up="-y", **SMALL)
+    again = bg.paint(gaussians, bg.Look.open("gouache"), up="-y", **SMALL)
     np.testing.assert_array_equal(frame.rgb, again.rgb)
 
 

@@ -18,8 +18,10 @@ import pytest
 import brushgs as bg
 import brushgs.cli
 import brushgs.painting.demo
-import brushgs.still_life
+import brushgs.still_life.moving
 from brushgs.io.pictures.images import read_image
+from brushgs.still_life import still_life
+from brushgs.still_life.moving import still_life_moving
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "examples"
@@ -31,9 +33,10 @@ PAGES = [ROOT / "README.md", ROOT / "strokes" / "README.md", *sorted((EXAMPLES /
 
 def run(name, *words, monkeypatch):
     """Run an example as its own program, on a small still life."""
-    small = partial(brushgs.still_life.still_life, 4000)
+    small, moving = partial(still_life, 4000), partial(still_life_moving, 4000)
     monkeypatch.setattr(brushgs.still_life, "still_life", small)
     monkeypatch.setattr(brushgs.painting.demo, "still_life", small)
+    monkeypatch.setattr(brushgs.still_life.moving, "still_life_moving", moving)
     monkeypatch.syspath_prepend(EXAMPLES)  # as Python does for a script
     monkeypatch.setattr(sys, "argv", [name, *map(str, words)])
     runpy.run_path(str(EXAMPLES / name), run_name="__main__")
@@ -100,17 +103,17 @@ def test_film(tmp_path, monkeypatch, capsys):
     run("film.py", *words, monkeypatch=monkeypatch)
     with av.open(tmp_path / "a.mp4") as video:
         assert sum(1 for _ in video.decode(video=0)) == 3
-    assert "74% rest" in capsys.readouterr().out
+    assert "73% rest" in capsys.readouterr().out
 
 
 def test_make_pictures(tmp_path, monkeypatch, capfd):
-    run("make_pictures.py", "-o", tmp_path, "--frames", 3, monkeypatch=monkeypatch)
+    run("make_pictures.py", "-o", tmp_path, "--frames", 3, "--quick", monkeypatch=monkeypatch)
     assert is_a_picture(tmp_path / "still_life.jpg", 1000, 750)
-    assert is_a_picture(tmp_path / "looks.jpg", 1286, 1548)
+    assert is_a_picture(tmp_path / "looks.jpg", 1286, 516)
     assert is_a_picture(tmp_path / "grow.webp", 480, 360)
     assert is_a_picture(tmp_path / "strokes.jpg", 1218, 1180)
-    assert is_a_picture(tmp_path / "options.jpg", 1212, 1344)
-    assert is_a_picture(tmp_path / "styles.jpg", 1618, 1008)
+    assert is_a_picture(tmp_path / "options.jpg", 1212, 672)
+    assert is_a_picture(tmp_path / "styles.jpg", 1618, 672)
     assert is_a_picture(tmp_path / "layers.jpg", 1452, 792)
     assert is_a_picture(tmp_path / "sway.webp", 480, 360)
     assert is_a_picture(tmp_path / "film.webp", 480, 360)

@@ -59,7 +59,7 @@ def test_a_render_is_the_same_without_what_only_linux_has(scene, tmp_path, more)
     for name, begin in (("here", ["-m", "brushgs"]), ("elsewhere", ["-c", WITHOUT])):
         folder = tmp_path / name
         folder.mkdir()
-        words = ["render", scene, "--stroke", "flat", "--strokes", "300", "--size", "96x54", *more]
+        words = ["render", scene, "--look", "plain", "--strokes", "100", "--size", "48x27", *more]
         found = run(folder, begin, *words, "-o", folder / target)
         assert found.returncode == 0, found.stderr
         pictures.append([path.read_bytes() for path in sorted(folder.glob("*.png"))])
@@ -68,7 +68,8 @@ def test_a_render_is_the_same_without_what_only_linux_has(scene, tmp_path, more)
 
 
 def test_a_name_that_the_terminal_cannot_write_is_no_error(scene, tmp_path):
-    words = ["render", scene, "--strokes", "100", "--size", "32x18", "--json", "-o", tmp_path / "画.png"]
+    words = ["render", scene, "--look", "plain", "--strokes", "50", "--size", "32x18", "--json"]
+    words += ["-o", tmp_path / "画.png"]
     found = run(tmp_path, ["-m", "brushgs"], *words, PYTHONIOENCODING="ascii:strict", LC_ALL="C.UTF-8")
     assert found.returncode == 0, found.stderr
     assert (tmp_path / "画.png").exists()

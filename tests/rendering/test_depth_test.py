@@ -13,6 +13,7 @@ from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.render import render
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Boxes, Frame
+from tests.pairs import pairs_of
 from tests.rendering.strokes import (
     PATHS,
     boxes_of,
@@ -51,9 +52,7 @@ def assert_same(actual: Frame, expected: Frame, rtol: float = 1e-9, atol: float 
         )
 
 
-@pytest.mark.parametrize("look", LOOKS)
-@pytest.mark.parametrize("softness", [None, 0.02, 0.5])
-@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize(("path", "softness", "look"), pairs_of(PATHS, (None, 0.02, 0.5), LOOKS))
 def test_kernel_agrees_with_the_definition_in_float64(path, softness, look):
     boxes = set_back(random_boxes(150, **SIZE, sizes=(0.3, 40)), 1.0)
     boxes = boxes if softness is None else softened(boxes, softness)
@@ -80,11 +79,11 @@ def test_kernel_agrees_with_the_definition_in_float32(path, softness):
 def test_a_limit_behind_all_boxes_changes_no_bit(softness, look):
     boxes = set_back(random_boxes(150, **SIZE), 1.0)
     boxes = boxes if softness is None else softened(boxes, softness)
-    plain = painted(boxes, "mip", None, **LOOKS[look])[0]
+    texture, how = texture_of("image"), {"filter": "mip"} | SIZE | LOOKS[look]
+    plain = rasterize(boxes, texture, **how)
     for limit in (np.inf, 10.0):
         far = DepthTest(np.full((23, 41), limit), np.full(150, 0.5))
-        actual = painted(boxes, "mip", far, **LOOKS[look])[0]
-        assert_same(actual, plain, rtol=0, atol=0)
+        assert_same(rasterize(boxes, texture, in_front_of=far, **how), plain, rtol=0, atol=0)
 
 
 def test_a_box_fades_over_the_outer_half_of_its_tolerance():

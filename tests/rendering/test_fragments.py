@@ -12,6 +12,7 @@ from brushgs.rendering import reference
 from brushgs.rendering.fragments import TILE_HEIGHT, FragmentFinder, no_fragments, stacked
 from brushgs.rendering.options import RenderOptions, rasterize_with
 from brushgs.rendering.underpaint import Underpaint
+from tests.pairs import pairs_of
 from tests.rendering.strokes import (
     PATHS,
     bristles,
@@ -54,9 +55,7 @@ def assert_as_defined(fragments, expected, rtol=1e-9, atol=1e-12):
         np.testing.assert_allclose(getattr(fragments, name), values, rtol=rtol, atol=atol, err_msg=name)
 
 
-@pytest.mark.parametrize("is_tested", [False, True])
-@pytest.mark.parametrize("softness", [None, 0.1, 20.0])
-@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize(("look", "softness", "is_tested"), pairs_of(LOOKS, (None, 0.1, 20.0), (False, True)))
 def test_fragments_are_those_of_the_definition(look, softness, is_tested):
     boxes = set_back(random_boxes(80, 41, 23, sizes=(0.3, 40)), 1.0)
     boxes = boxes if softness is None else softened(boxes, softness)

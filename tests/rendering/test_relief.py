@@ -30,6 +30,7 @@ from brushgs.rendering.render import render, render_sequence
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Boxes, Frame, Gaussians
 from brushgs.still_life import still_life, still_life_camera
+from tests.pairs import pairs_of
 from tests.rendering.moving_strokes import motion_of, with_ids
 from tests.rendering.strokes import (
     PATHS,
@@ -64,10 +65,7 @@ def painted(boxes: Boxes, texture: StrokeTexture | BrushSet, path: str, **option
 # The definition
 
 
-@pytest.mark.parametrize("look", LOOKS)
-@pytest.mark.parametrize("softness", [None, 0.5])
-@pytest.mark.parametrize("brush", TEXTURES)
-@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize(("path", "brush", "softness", "look"), pairs_of(PATHS, TEXTURES, (None, 0.5), LOOKS))
 def test_kernel_agrees_with_the_definition(path, brush, softness, look):
     boxes = relieved(set_back(random_boxes(150, 75, 50, seed=3, sizes=(0.3, 60)), 1.0))
     boxes = boxes if softness is None else softened(boxes, softness)

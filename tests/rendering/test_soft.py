@@ -15,6 +15,7 @@ from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.render import render, render_sequence
 from brushgs.rendering.track import track
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from tests.pairs import pairs_of
 from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
 
 IMAGES = [path for path, (kind, _) in PATHS.items() if kind == "image"]
@@ -61,10 +62,11 @@ def pile(depths, softness, *, opacities=1.0, colors=None, dtype=np.float64) -> B
 # The definition
 
 
-@pytest.mark.parametrize("softness", [0.02, 0.3, 2.0, 100.0])
-@pytest.mark.parametrize(("width", "height"), [(1, 1), (33, 17), (75, 50)])
-@pytest.mark.parametrize("path", IMAGES)
-def test_kernel_agrees_with_the_definition_in_float64(path, width, height, softness):
+@pytest.mark.parametrize(
+    ("path", "size", "softness"), pairs_of(IMAGES, [(1, 1), (33, 17), (75, 50)], (0.02, 0.3, 2.0, 100.0))
+)
+def test_kernel_agrees_with_the_definition_in_float64(path, size, softness):
+    width, height = size
     few = 60 if width == 1 and softness > 1 else 200  # of which no more than 64 wait
     boxes = softened(random_boxes(few, width, height, sizes=(0.3, 60)), softness)
     actual, expected = painted(boxes, path, width, height), defined(boxes, path, width, height)

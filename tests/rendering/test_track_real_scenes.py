@@ -29,8 +29,7 @@ def painted(request):
     return bg.cluster(bg.prune(gaussians, 0.7), 7000), paths
 
 
-@pytest.mark.parametrize("over_poles", [False, True])
-@pytest.mark.parametrize("is_closed", [False, True])
+@pytest.mark.parametrize(("over_poles", "is_closed"), [(False, True), (True, False)])
 def test_tracked_strokes_do_not_flip_spin_or_pop(painted, over_poles, is_closed):
     strokes, paths = painted
     cameras = [*paths[over_poles], *paths[over_poles][: int(is_closed)]]
@@ -46,8 +45,7 @@ def test_tracked_strokes_do_not_flip_spin_or_pop(painted, over_poles, is_closed)
     assert worst_shortfall(boxes, ellipses) < 1e-4
 
 
-@pytest.mark.parametrize("over_poles", [False, True])
-@pytest.mark.parametrize("num_frames", [24, 48, 80])
+@pytest.mark.parametrize(("num_frames", "over_poles"), [(24, True), (48, False), (80, True)])
 def test_at_coarse_steps_tracked_strokes_never_flip_and_spin_less_than_unlocked(
     painted, num_frames, over_poles
 ):

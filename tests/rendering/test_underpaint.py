@@ -16,6 +16,7 @@ from brushgs.rendering.render import render, render_sequence
 from brushgs.rendering.underpaint import OPACITY, SIZE, STROKE_REACH, Underpaint
 from brushgs.scene import Boxes, Frame
 from tests.differences import assert_same_gradient, central_differences
+from tests.pairs import pairs_of
 from tests.rendering.strokes import PATHS, boxes_of, random_boxes, set_back, softened, texture_of
 from tests.rendering.test_soft import CAMERA, scene_of
 
@@ -48,11 +49,12 @@ def assert_identical(actual: Frame, expected: Frame) -> None:
 # The definition
 
 
-@pytest.mark.parametrize("look", LOOKS)
-@pytest.mark.parametrize("softness", [None, 0.02, 0.5, 20.0])
-@pytest.mark.parametrize(("width", "height"), [(1, 1), (41, 23)])
-@pytest.mark.parametrize("path", IMAGES)
-def test_kernel_agrees_with_the_definition_in_float64(path, width, height, softness, look):
+@pytest.mark.parametrize(
+    ("path", "size", "softness", "look"),
+    pairs_of(IMAGES, [(1, 1), (41, 23)], (None, 0.02, 0.5, 20.0), LOOKS),
+)
+def test_kernel_agrees_with_the_definition_in_float64(path, size, softness, look):
+    width, height = size
     num = 150 if softness != 20 else 30  # of which, with their underpaint, no more than 64 wait
     boxes = set_back(random_boxes(num, width, height, sizes=(0.3, 40)), 1.0)
     boxes = boxes if softness is None else softened(boxes, softness)
