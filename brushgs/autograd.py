@@ -50,6 +50,7 @@ from brushgs.rendering.motion import COLOR, OPACITY, SHIFT, SIZE, TURN, Pose, ma
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.project import LOW_PASS, Directions, ProjectOptions, project_by
 from brushgs.rendering.rasterize import rasterize as rasterize_arrays
+from brushgs.rendering.rasterize import rasterize_traced
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import GAUSSIAN_COLUMNS, LAYERS, Camera
 from brushgs.sh import C0
@@ -456,7 +457,11 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
         arrays = {name: _array(c) for name, c in zip(BOX_COLUMNS, columns, strict=True)}
         arrays |= {name: _array(c) for name, c in given if c is not None}
         boxes = scene.Boxes(**arrays)
-        frame = rasterize_arrays(boxes, brush_set, **options)
+        ctx.trace = None
+        if any(ctx.needs_input_grad):
+            frame, ctx.trace = rasterize_traced(boxes, brush_set, **options)
+        else:
+            frame = rasterize_arrays(boxes, brush_set, **options)
         planes = (frame.rgb, frame.alpha, *(getattr(frame, name) for name in LAYERS))
         picture = [None if plane is None else torch.from_numpy(plane) for plane in planes]
         ctx.boxes, ctx.frame, ctx.brush_set, ctx.options = boxes, frame, brush_set, options
@@ -480,6 +485,7 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
             v_alpha,
             dict(zip(LAYERS, v_layers, strict=True)),
             with_coverage=any(needs_coverages),
+            trace=ctx.trace,
             **{
                 name: value for name, value in ctx.options.items() if name not in ("height", "width", "depth")
             },

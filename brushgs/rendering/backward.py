@@ -2,7 +2,8 @@
 
 `brushgs.autograd` puts them behind torch tensors; they need no torch themselves. `v_name` is the gradient of
 the loss by `name` and has its shape and dtype. The arithmetic is in the compiled core, which projects and
-blends once more: nothing is kept from the forward pass but its arguments and results.
+blends once more: nothing is kept from the forward pass but its arguments and results, and, where there is a
+`Trace`, what each stroke paints on.
 """
 
 from collections.abc import Collection, Mapping
@@ -17,6 +18,7 @@ from brushgs.native import core as _core
 from brushgs.options.choices import Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.project import ProjectOptions
+from brushgs.rendering.rasterize import Trace
 from brushgs.rendering.streaks import check_streaks, streak_arguments, streak_slopes
 from brushgs.rendering.texture_levels import coverage_gradients, kernel_of, levels_for
 from brushgs.rendering.underpaint import Underpaint, underpaint_arguments
@@ -115,6 +117,7 @@ def rasterize_backward(
     min_transmittance: float = MIN_TRANSMITTANCE,
     with_coverage: bool = False,
     num_threads: int | None = None,
+    trace: Trace | None = None,
 ) -> BoxGradients:
     """Gradients by the boxes of what `rasterize` painted.
 
@@ -132,9 +135,11 @@ def rasterize_backward(
         min_transmittance: as painted with.
         with_coverage: whether to compute the gradients by the coverage of each brush.
         num_threads: None takes the processors available to this process. The result does not depend on it.
+        trace: of painting exactly that; None finds it out again. The result does not depend on it.
 
     Raises:
-        ValueError: if boxes of a stroke image have a softness, or a built-in kernel's coverage is asked for.
+        ValueError: if boxes of a stroke image have a softness, a built-in kernel's coverage is asked for, or
+            the trace is of other boxes.
     """
     brush_set = BrushSet.of(texture)
     if boxes.softness is not None and brush_set.kind == "image":
@@ -143,7 +148,7 @@ def rasterize_backward(
         raise ValueError(f"rasterize_backward: the built-in kernel {brush_set.kind!r} has no coverage")
     check_streaks("rasterize_backward", streaks)
     streaks = streaks if brush_set.kind == "image" else 0.0
-    levels = levels_for("rasterize_backward", boxes, brush_set, filter)
+    levels = levels_for("rasterize_backward", boxes, brush_set, filter) if trace is None else trace.levels
     given = {name: v for name, v in (v_layers or {}).items() if v is not None}
     gradients: dict[str, Any] = {
         name: np.empty_like(getattr(boxes, name)) for name in BOX_COLUMNS if name not in LAYERS.values()
@@ -168,6 +173,7 @@ def rasterize_backward(
         **underpaint_arguments("rasterize_backward", boxes, brush_set, underpaint),
         **streak_arguments(boxes, streaks, brush_set),
         streak_slopes=streak_slopes(boxes, streaks, brush_set.without_bristles(boxes.brushes)),
+        trace=None if trace is None else trace.of_core,
         rgb=frame.rgb,
         alpha=frame.alpha,
         layers=[getattr(frame, name) for name in given],

@@ -1,6 +1,6 @@
 """Boxes become frames: the public function over the compiled rasteriser."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, get_args
 
 import numpy as np
@@ -13,7 +13,7 @@ from brushgs.rendering.depth_test import DepthTest, depth_test_arguments
 from brushgs.rendering.glaze import check_glaze, glaze_colors
 from brushgs.rendering.relief import check_relief, relief_arguments
 from brushgs.rendering.streaks import check_streaks, streak_arguments
-from brushgs.rendering.texture_levels import kernel_of, levels_for
+from brushgs.rendering.texture_levels import TextureLevels, kernel_of, levels_for
 from brushgs.rendering.underpaint import Underpaint, underpaint_arguments
 from brushgs.scene import Boxes, Frame
 from brushgs.threads import num_threads_or_default
@@ -133,7 +133,60 @@ def rasterize(
         min_transmittance=min_transmittance,
         num_threads=num_threads,
     )
+    return _paint(painted, depth=depth, blend=blend, trace=None)
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """What painting boxes found out and `rasterize_backward` needs again; good for these boxes alone.
+
+    Attributes:
+        of_core: which blocks of 4 x 4 pixels each box paints on. 64 bytes a box, twice that with underpaint,
+            and 12 to 16 bytes for each tile of 32 x 16 pixels that a box reaches: 10 MB and 6 MB for 150,000
+            boxes at 800 x 800.
+        levels: of the stroke images.
+    """
+
+    of_core: Any
+    levels: TextureLevels
+
+
+def rasterize_traced(
+    boxes: Boxes,
+    brushes: BrushSet,
+    *,
+    height: int,
+    width: int,
+    filter: Filter,
+    depth: bool,
+    underpaint: Underpaint | None,
+    streaks: float,
+    min_transmittance: float,
+    num_threads: int | None,
+) -> tuple[Frame, Trace]:
+    """`rasterize` of boxes without softness, and what it found out. Raises the same."""
+    painted = RasterArguments(
+        boxes,
+        brushes,
+        height,
+        width,
+        filter=filter,
+        underpaint=underpaint,
+        streaks=streaks,
+        relief=False,
+        blend="cover",
+        in_front_of=None,
+        min_transmittance=min_transmittance,
+        num_threads=num_threads,
+    )
+    is_single = boxes.centers.dtype == np.float32
+    trace = Trace(_core.TraceFloat32() if is_single else _core.TraceFloat64(), painted.levels)
+    return _paint(painted, depth=depth, blend="cover", trace=trace), trace
+
+
+def _paint(painted: "RasterArguments", *, depth: bool, blend: Blend, trace: Trace | None) -> Frame:
     is_glaze, relief, boxes = blend == "glaze", painted.relief, painted.boxes
+    height, width = painted.size
     attributes = {name: a for name, a in boxes.attributes().items() if depth or name != "depth"}
     attributes = {} if is_glaze else attributes
     is_single = boxes.centers.dtype == np.float32
@@ -149,6 +202,7 @@ def rasterize(
         alpha=alpha,
         layers=list(layers.values()),
         blend=_core.Blend.glaze if is_glaze else _core.Blend.cover,
+        trace=None if trace is None else trace.of_core,
     )
     if painted.exponent and "depth" in layers:
         np.ldexp(layers["depth"], -painted.exponent, out=layers["depth"])
@@ -162,6 +216,8 @@ class RasterArguments:
         boxes: with lengths of the world in a unit that suits the dtype.
         exponent: of that unit: 2^-exponent world units.
         relief: whether there is a height.
+        size: height and width, pixels.
+        levels: of the stroke images.
         of_core: by name.
     """
 
@@ -203,11 +259,11 @@ class RasterArguments:
         is_soft = boxes.softness is not None and is_image and not is_glaze
         streaks = streaks if is_image else 0.0
         boxes, self.exponent = _in_plain_range(boxes) if is_soft else (boxes, 0)
-        self.boxes, self.relief = boxes, relief
-        levels = levels_for("rasterize", boxes, brushes, filter, heights=relief, num_threads=threads)
+        self.boxes, self.relief, self.size = boxes, relief, (height, width)
+        self.levels = levels_for("rasterize", boxes, brushes, filter, heights=relief, num_threads=threads)
         self.of_core: dict[str, Any] = {
             "kernel": kernel_of(brushes, filter),
-            "levels": levels.packed,
+            "levels": self.levels.packed,
             "min_transmittance": float(min_transmittance),
             "num_threads": threads,
             "centers": boxes.centers,

@@ -6,15 +6,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.levels import level_coverage, level_gradient, unrounded_coverage
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
 from brushgs.rendering.backward import BOX_COLUMNS, rasterize_backward
 from brushgs.rendering.constants import MAX_ALPHA, MIN_TRANSMITTANCE
-from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.rasterize import rasterize, rasterize_traced
+from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Boxes, Frame
 from tests.differences import assert_same_gradient, central_differences
-from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
+from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, set_back, softened, texture_of
 
 SIZE = {"width": 41, "height": 23}  # cut tiles and blocks
 SHAPE = (SIZE["height"], SIZE["width"])
@@ -188,6 +190,44 @@ def test_any_number_of_threads_gives_the_same_bits(path, dtype):
     for result in results[1:]:
         for name in (*BOX_COLUMNS, "coverage"):
             np.testing.assert_array_equal(getattr(result, name), getattr(results[0], name), err_msg=name)
+
+
+def traced(boxes: Boxes, texture, **how):
+    how = {"filter": "bilinear", "depth": True, "underpaint": None, "streaks": 0.0} | how
+    options = {"min_transmittance": MIN_TRANSMITTANCE, "num_threads": 2}
+    return rasterize_traced(boxes, BrushSet.of(texture), **how, **options)
+
+
+@pytest.mark.parametrize("layers", [False, True])
+@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_what_painting_kept_changes_no_bit(path, dtype, layers):
+    """Of strokes that hide others, some behind finished pixels and finished tiles."""
+    (kind, filter), size = PATHS[path], {"width": 101, "height": 57}
+    boxes = set_back(random_boxes(2000, **size, seed=6, sizes=(0.3, 15), dtype=dtype), 0.5)
+    texture = texture_of(kind)
+    how = {"filter": filter} | ({"underpaint": Underpaint(1.8), "streaks": 0.3} if layers else {})
+    plain = rasterize(boxes, texture, **size, **how)
+    frame, trace = traced(boxes, texture, **size, **how)
+    for name in ("rgb", "alpha", "depth"):
+        np.testing.assert_array_equal(getattr(frame, name), getattr(plain, name), err_msg=name)
+    how |= {"with_coverage": kind == "image", "num_threads": 3}
+    v = weights(dtype, (57, 101))
+    with_trace, without = (
+        rasterize_backward(boxes, texture, frame, *v, trace=given, **how) for given in (trace, None)
+    )
+    assert with_trace.colors.any()
+    for name in (*BOX_COLUMNS, "coverage"):
+        np.testing.assert_array_equal(getattr(with_trace, name), getattr(without, name), err_msg=name)
+
+
+def test_a_trace_of_other_boxes_is_refused():
+    boxes = random_boxes(5, **SIZE)
+    frame, _ = traced(boxes, bristles(), **SIZE)
+    for other, size in ((boxes.take(np.s_[:4]), SIZE), (boxes, {"width": 99, "height": 23})):
+        _, trace = traced(other, bristles(), **size)
+        with pytest.raises(ValueError, match="trace must be of painting these boxes"):
+            rasterize_backward(boxes, bristles(), frame, *weights(), trace=trace)
 
 
 def test_softness_and_a_kernel_without_an_image_are_refused():

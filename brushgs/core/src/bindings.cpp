@@ -29,6 +29,7 @@
 #include "brushgs/raster.hpp"
 #include "brushgs/raster_backward.hpp"
 #include "brushgs/stroke_levels.hpp"
+#include "brushgs/trace.hpp"
 #include "brushgs/track.hpp"
 
 namespace nb = nanobind;
@@ -365,7 +366,7 @@ void rasterize(brushgs::Kernel kernel, const Levels& levels, double min_transmit
                std::optional<In<std::uint16_t, 1>> streak_noise, std::optional<In<std::uint8_t, 1>> streak_starts,
                std::optional<In<T, 2>> streak_weights, std::optional<In<T, 2>> reliefs, Out<T, 3> rgb, Out<T, 2> alpha,
                const std::vector<AnyOut<T>>& layers, std::optional<Out<T, 2>> height_plane, brushgs::Blend blend,
-               std::optional<In<T, 2>> limits, std::optional<In<T, 2>> fades) {
+               std::optional<In<T, 2>> limits, std::optional<In<T, 2>> fades, brushgs::Trace<T>* trace) {
     auto params = raster_params(kernel, levels, rgb.shape(0), rgb.shape(1), min_transmittance, num_threads);
     params.blend = blend;
     const brushgs::BoxView<T> boxes{.count = centers.shape(0),
@@ -392,7 +393,7 @@ void rasterize(brushgs::Kernel kernel, const Levels& levels, double min_transmit
                                       .layers = channels_of<T>(layers, 2),
                                       .height = data_or_null(height_plane)};
     const nb::gil_scoped_release without_gil;
-    brushgs::rasterize(params, boxes, picture);
+    brushgs::rasterize(params, boxes, picture, trace);
 }
 
 template <class T>
@@ -408,6 +409,9 @@ auto choose_levels(In<T, 2> half_extents, In<double, 1> bounds_u, In<double, 1> 
 
 template <class T>
 void def_rasterize(nb::module_& m) {
+    nb::class_<brushgs::Trace<T>>(m, sizeof(T) == 4 ? "TraceFloat32" : "TraceFloat64",
+                                  "What painting found out and its derivative needs again; see trace.hpp.")
+        .def(nb::init<>());
     m.def("rasterize", &rasterize<T>, nb::kw_only(), "kernel"_a, "levels"_a, "min_transmittance"_a, "num_threads"_a,
           "centers"_a.noconvert(), "half_extents"_a.noconvert(), "angles"_a.noconvert(), "colors"_a.noconvert(),
           "opacities"_a.noconvert(), "attributes"_a.noconvert(), "depths"_a.noconvert(),
@@ -415,13 +419,14 @@ void def_rasterize(nb::module_& m) {
           "underpaint_reaches"_a.noconvert().none(), "underpaint_opacity"_a, "streak_noise"_a.noconvert().none(),
           "streak_starts"_a.noconvert().none(), "streak_weights"_a.noconvert().none(), "reliefs"_a.noconvert().none(),
           "rgb"_a.noconvert(), "alpha"_a.noconvert(), "layers"_a.noconvert(), "height_plane"_a.noconvert().none(),
-          "blend"_a, "limits"_a.noconvert().none(), "fades"_a.noconvert().none(),
+          "blend"_a, "limits"_a.noconvert().none(), "fades"_a.noconvert().none(), "trace"_a.none(),
           "Paint boxes into rgb, alpha and for each attribute of the boxes, [M] or [M, channels], a layer [H, W] or "
           "[H, W, channels]. With softness the order is soft; with setbacks, of stroke images only, boxes have "
           "underpaint; with noise, which goes with starts and weights, strokes have streaks. The plane of the height "
           "goes with reliefs and, of stroke images, with levels that have pairs with height. Glazes have none of "
           "these: their colors are logarithms, and rgb is their tint. With limits, which goes with fades, boxes fade "
-          "out behind them; see raster.hpp.");
+          "out behind them; see raster.hpp. With a trace, which goes with none of softness, glaze and limits, what the "
+          "derivative needs is kept there.");
     m.def("choose_levels", &choose_levels<T>, nb::kw_only(), "half_extents"_a.noconvert(), "bounds_u"_a.noconvert(),
           "bounds_v"_a.noconvert(),
           "For boxes of half extents [M, 2] the level codes in use, level_u * (len(bounds_v) + 1) + level_v, and "
@@ -435,10 +440,10 @@ void rasterize_backward(brushgs::Kernel kernel, const Levels& levels, double min
                         double underpaint_reach, std::optional<In<double, 1>> underpaint_reaches,
                         double underpaint_opacity, std::optional<In<std::uint16_t, 1>> streak_noise,
                         std::optional<In<std::uint8_t, 1>> streak_starts, std::optional<In<T, 2>> streak_weights,
-                        std::optional<In<T, 2>> streak_slopes, In<T, 3> rgb, In<T, 2> alpha,
-                        const std::vector<AnyIn<T>>& layers, In<T, 3> v_rgb, std::optional<In<T, 2>> v_alpha,
-                        const std::vector<AnyIn<T>>& v_layers, Out<T, 2> v_centers, Out<T, 2> v_half_extents,
-                        Out<T, 1> v_angles, Out<T, 2> v_colors, Out<T, 1> v_opacities,
+                        std::optional<In<T, 2>> streak_slopes, const brushgs::Trace<T>* trace, In<T, 3> rgb,
+                        In<T, 2> alpha, const std::vector<AnyIn<T>>& layers, In<T, 3> v_rgb,
+                        std::optional<In<T, 2>> v_alpha, const std::vector<AnyIn<T>>& v_layers, Out<T, 2> v_centers,
+                        Out<T, 2> v_half_extents, Out<T, 1> v_angles, Out<T, 2> v_colors, Out<T, 1> v_opacities,
                         const std::vector<AnyOut<T>>& v_attributes, const std::vector<Out<double, 2>>& v_texels) {
     const auto params = raster_params(kernel, levels, rgb.shape(0), rgb.shape(1), min_transmittance, num_threads);
     const brushgs::BoxView<T> boxes{.count = centers.shape(0),
@@ -469,10 +474,13 @@ void rasterize_backward(brushgs::Kernel kernel, const Levels& levels, double min
                                              .colors = v_colors.data(),
                                              .opacities = v_opacities.data(),
                                              .layers = channels_of<T>(v_attributes, 1)};
+    // Reading beyond the memory of another trace would be no error but a crash.
+    if (trace != nullptr && !is_of(*trace, boxes, params.width, params.height))
+        throw nb::value_error("rasterize_backward: trace must be of painting these boxes, got another");
     std::vector<double*> texels;
     for (const auto& of_level : v_texels) texels.push_back(of_level.data());
     const nb::gil_scoped_release without_gil;
-    brushgs::rasterize_backward(params, boxes, picture, gradients, texels);
+    brushgs::rasterize_backward(params, boxes, trace, picture, gradients, texels);
 }
 
 template <class T>
@@ -482,13 +490,14 @@ void def_rasterize_backward(nb::module_& m) {
           "colors"_a.noconvert(), "opacities"_a.noconvert(), "attributes"_a.noconvert(), "depths"_a.noconvert(),
           "setbacks"_a.noconvert().none(), "underpaint_reach"_a, "underpaint_reaches"_a.noconvert().none(),
           "underpaint_opacity"_a, "streak_noise"_a.noconvert().none(), "streak_starts"_a.noconvert().none(),
-          "streak_weights"_a.noconvert().none(), "streak_slopes"_a.noconvert().none(), "rgb"_a.noconvert(),
-          "alpha"_a.noconvert(), "layers"_a.noconvert(), "v_rgb"_a.noconvert(), "v_alpha"_a.noconvert().none(),
-          "v_layers"_a.noconvert(), "v_centers"_a.noconvert(), "v_half_extents"_a.noconvert(), "v_angles"_a.noconvert(),
-          "v_colors"_a.noconvert(), "v_opacities"_a.noconvert(), "v_attributes"_a.noconvert(), "v_texels"_a.noconvert(),
+          "streak_weights"_a.noconvert().none(), "streak_slopes"_a.noconvert().none(), "trace"_a.none(),
+          "rgb"_a.noconvert(), "alpha"_a.noconvert(), "layers"_a.noconvert(), "v_rgb"_a.noconvert(),
+          "v_alpha"_a.noconvert().none(), "v_layers"_a.noconvert(), "v_centers"_a.noconvert(),
+          "v_half_extents"_a.noconvert(), "v_angles"_a.noconvert(), "v_colors"_a.noconvert(),
+          "v_opacities"_a.noconvert(), "v_attributes"_a.noconvert(), "v_texels"_a.noconvert(),
           "From the gradients of a loss by the picture, v_rgb, v_alpha and v_layers, write those by the boxes, and add "
           "those by the texels of each level to v_texels, which may be empty. attributes, layers and their gradients "
-          "are as many.");
+          "are as many. A trace is that of painting the same boxes alike.");
 }
 
 // Fragments

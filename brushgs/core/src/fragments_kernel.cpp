@@ -18,7 +18,7 @@ void sample_to(const TileTask<T>& task, const Record<T>& record, SampledRecord<T
     alignas(64) T alphas[kNumBlocks][kBlockPixels];
     alignas(64) T shades[has_streaks ? kNumBlocks : 1][kBlockPixels];
     const auto sample = [&](const auto& shader) __attribute__((always_inline)) {
-        return sample_record<T, kernel>(task.params, record, task.x0, task.y0, sink, alphas, nullptr, nullptr, shader);
+        return sample_record<T, kernel>(task.params, record, task.x0, task.y0, sink, alphas, nullptr, shader);
     };
     if constexpr (has_streaks) {
         const StreakView<T>& view = task.boxes.streaks;

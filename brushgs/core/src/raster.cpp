@@ -9,6 +9,7 @@
 #include "brushgs/cpu.hpp"
 #include "brushgs/soft_queues.hpp"
 #include "brushgs/tiles.hpp"
+#include "brushgs/trace.hpp"
 
 namespace brushgs {
 
@@ -81,13 +82,19 @@ void paint_one(const Kernels<T>& kernels, const TileTask<T>& task, const Picture
     kernels.paint_tile_softly(task, queues, picture);
 }
 
-// Paints the rows of pixels that `params` names.
+// Paints the rows of pixels that `params` names. `trace` may be null.
 template <class T>
-void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture) {
+void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture, Trace<T>* trace) {
     const Kernels<T> kernels;
-    const auto storage = std::make_unique_for_overwrite<Record<T>[]>(num_records(boxes));
-    Record<T>* records = storage.get();
-    const TileLists tiles = make_tiles(params, kernels.make_records, boxes, records);
+    Trace<T> own;
+    Trace<T>& made = trace == nullptr ? own : *trace;
+    made.memory = make_buffer<Record<T>>(num_records(boxes));
+    Record<T>* const records = made.memory.get();
+    made.records = records;
+    made.tiles = make_tiles(params, kernels.make_records, boxes, records, trace == nullptr ? nullptr : &made.visits);
+    const TileLists& tiles = made.tiles;
+    const bool has_underpaint = boxes.underpaint.setbacks != nullptr;
+    if (trace != nullptr) made.blocks = make_buffer<std::uint32_t>((has_underpaint ? 2 : 1) * tiles.starts.back());
     const auto columns = static_cast<std::size_t>(tiles.columns);
     const std::size_t first_tile = static_cast<std::size_t>(params.first_row / kTileHeight) * columns;
     const int end_row = (params.end_row + kTileHeight - 1) / kTileHeight;
@@ -98,8 +105,13 @@ void paint_strip(const RasterParams& params, const BoxView<T>& boxes, const Pict
     const std::size_t num_runs = (num_tiles + kRunOfTiles - 1) / kRunOfTiles;
     parallel_for(num_runs, useful_threads(work, params.num_threads), [&](std::size_t run) {
         const std::size_t first = first_tile + run * kRunOfTiles;
-        for (std::size_t tile = first; tile < std::min(first + kRunOfTiles, end_tile); ++tile)
-            paint_one(kernels, task_of(params, boxes, records, tiles, tile), picture);
+        for (std::size_t tile = first; tile < std::min(first + kRunOfTiles, end_tile); ++tile) {
+            TileTask<T> task = task_of(params, boxes, records, tiles, tile);
+            task.painted = made.painted(tile, has_underpaint);
+            for (std::uint32_t* const blocks : {task.painted.strokes, task.painted.underpaints})
+                if (blocks != nullptr) std::fill_n(blocks, task.num_ids, 0u);
+            paint_one(kernels, task, picture);
+        }
     });
 }
 
@@ -143,19 +155,21 @@ std::vector<Strip> strips_of(const RasterParams& params, const BoxView<T>& boxes
 }  // namespace
 
 template <class T>
-void rasterize(const RasterParams& whole, const BoxView<T>& boxes, const Picture<T>& picture) {
-    for (const Strip& strip : strips_of(whole, boxes)) {
+void rasterize(const RasterParams& whole, const BoxView<T>& boxes, const Picture<T>& picture, Trace<T>* trace) {
+    // What is kept of the lists is kept of all of them.
+    const auto strips = trace == nullptr ? strips_of(whole, boxes) : std::vector<Strip>{{0, whole.height}};
+    for (const Strip& strip : strips) {
         RasterParams params = whole;
         params.first_row = strip.first_row;
         params.end_row = strip.end_row;
-        paint_strip(params, boxes, picture);
+        paint_strip(params, boxes, picture, trace);
     }
 }
 
 template LevelChoice choose_levels<float>(std::size_t, const float*, std::span<const double>, std::span<const double>);
 template LevelChoice choose_levels<double>(std::size_t, const double*, std::span<const double>,
                                            std::span<const double>);
-template void rasterize<float>(const RasterParams&, const BoxView<float>&, const Picture<float>&);
-template void rasterize<double>(const RasterParams&, const BoxView<double>&, const Picture<double>&);
+template void rasterize<float>(const RasterParams&, const BoxView<float>&, const Picture<float>&, Trace<float>*);
+template void rasterize<double>(const RasterParams&, const BoxView<double>&, const Picture<double>&, Trace<double>*);
 
 }  // namespace brushgs

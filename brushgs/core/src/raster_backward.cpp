@@ -1,4 +1,4 @@
-// The order of work of the rasteriser's derivative: records and tile lists as for painting, tiles, boxes.
+// The order of work of the rasteriser's derivative: records and tile lists of painting, tiles, boxes.
 #include "brushgs/raster_backward.hpp"
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 
 #include "brushgs/memory.hpp"
 #include "brushgs/tiles.hpp"
+#include "brushgs/trace.hpp"
 
 namespace brushgs {
 
@@ -172,13 +173,21 @@ private:
 }  // namespace
 
 template <class T>
-void rasterize_backward(const RasterParams& params, const BoxView<T>& boxes, const PictureGradients<T>& picture,
-                        const BoxGradients<T>& gradients, std::span<double* const> texels) {
+void rasterize_backward(const RasterParams& params, const BoxView<T>& boxes, const Trace<T>* trace,
+                        const PictureGradients<T>& picture, const BoxGradients<T>& gradients,
+                        std::span<double* const> texels) {
     const BackwardKernels<T> kernels;
-    thread_local Scratch<Record<T>> record_memory;
-    Record<T>* const records = record_memory.take(num_records(boxes)).data();
-    BoxVisits visits;
-    const TileLists tiles = make_tiles(params, kernels.make_records, boxes, records, &visits);
+    Trace<T> found;
+    if (trace == nullptr) {
+        thread_local Scratch<Record<T>> record_memory;
+        Record<T>* const own = record_memory.take(num_records(boxes)).data();
+        found.tiles = make_tiles(params, kernels.make_records, boxes, own, &found.visits);
+        found.records = own;
+        trace = &found;
+    }
+    const Record<T>* const records = trace->records;
+    const TileLists& tiles = trace->tiles;
+    const BoxVisits& visits = trace->visits;
     const auto num_tiles = static_cast<std::size_t>(tiles.columns) * static_cast<std::size_t>(tiles.rows);
     thread_local Scratch<T> sum_memory;
     thread_local Scratch<bool> seen_memory;
@@ -193,7 +202,8 @@ void rasterize_backward(const RasterParams& params, const BoxView<T>& boxes, con
         return all.values == nullptr ? all : RecordSums<T>{all.values + width * entry, all.is_seen + entry};
     };
     const auto differentiate = [&](std::size_t tile, double* const* into) {
-        const TileTask<T> task = task_of(params, boxes, records, tiles, tile);
+        TileTask<T> task = task_of(params, boxes, records, tiles, tile);
+        task.painted = trace->painted(tile, has_underpaint);
         const std::size_t first = tiles.starts[tile];
         kernels.differentiate_tile(task, picture, {from(sums.strokes, first), from(sums.underpaints, first)}, into);
     };
@@ -221,9 +231,11 @@ void rasterize_backward(const RasterParams& params, const BoxView<T>& boxes, con
     });
 }
 
-template void rasterize_backward<float>(const RasterParams&, const BoxView<float>&, const PictureGradients<float>&,
-                                        const BoxGradients<float>&, std::span<double* const>);
-template void rasterize_backward<double>(const RasterParams&, const BoxView<double>&, const PictureGradients<double>&,
-                                         const BoxGradients<double>&, std::span<double* const>);
+template void rasterize_backward<float>(const RasterParams&, const BoxView<float>&, const Trace<float>*,
+                                        const PictureGradients<float>&, const BoxGradients<float>&,
+                                        std::span<double* const>);
+template void rasterize_backward<double>(const RasterParams&, const BoxView<double>&, const Trace<double>*,
+                                         const PictureGradients<double>&, const BoxGradients<double>&,
+                                         std::span<double* const>);
 
 }  // namespace brushgs

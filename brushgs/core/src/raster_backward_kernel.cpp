@@ -223,12 +223,21 @@ template <class T>
     };
 }
 
-// Returns whether the record paints in the tile; only then are there sums.
+// The blocks of the tile that the record of entry `place` of its list may paint on: as painted, if that was kept.
+template <class T>
+[[gnu::always_inline]] inline std::uint32_t blocks_to_read(const std::uint32_t* painted, std::size_t place,
+                                                           const TileTask<T>& task, const Record<T>& record) {
+    return painted != nullptr ? painted[place] : blocks_in_bounds(record, task.x0, task.y0);
+}
+
+// Returns whether the record paints on these blocks of the tile; only then are there sums.
 template <class T, Kernel kernel, bool has_streaks = false, int channels>
-[[gnu::always_inline]] inline bool differentiate_record(const TileTask<T>& task, const Record<T>& record,
+[[gnu::always_inline]] inline bool differentiate_record(std::uint32_t blocks, const TileTask<T>& task,
+                                                        const Record<T>& record,
                                                         const Attributes<T, channels>& attributes, std::uint32_t id,
                                                         GradientTile<T, channels>& tile, T* sums,
                                                         double* const* texels) {
+    if (blocks == 0) return false;
     using L = Lanes<T>;
     using Real = typename L::Real;
     constexpr int W = L::width, num_planes = 3 + channels;
@@ -238,12 +247,12 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
     std::uint16_t pixels[kNumBlocks];
     Slopes<T> slopes;
     Shades<T> shades;
-    std::uint32_t blocks;
     if constexpr (has_streaks)
-        blocks = sample_record<T, kernel, true, has_slopes>(task.params, record, x0, y0, tile, alphas, pixels, &slopes,
-                                                            streak_shader(task, record, id, shades));
+        blocks = sample_blocks<T, kernel, true, has_slopes>(blocks, task.params, record, x0, y0, tile, alphas, pixels,
+                                                            &slopes, streak_shader(task, record, id, shades));
     else
-        blocks = sample_record<T, kernel, true, has_slopes>(task.params, record, x0, y0, tile, alphas, pixels, &slopes);
+        blocks = sample_blocks<T, kernel, true, has_slopes>(blocks, task.params, record, x0, y0, tile, alphas, pixels,
+                                                            &slopes);
     if (blocks == 0) return false;
     const auto all = L::from_bits(~0u);
     const Real darkest = L::set(tile.min_transmittance);
@@ -340,7 +349,9 @@ void differentiate_all(const TileTask<T> task, GradientTile<T, channels>& tile, 
     for (; i < task.num_ids && tile.alive_blocks != 0; ++i) {
         prefetch(task, attributes, i);
         const std::uint32_t id = task.ids[i];
-        sums.is_seen[i] = differentiate_record<T, kernel>(task, task.records[id], attributes, id, tile,
+        const Record<T>& record = task.records[id];
+        const std::uint32_t blocks = blocks_to_read(task.painted.strokes, i, task, record);
+        sums.is_seen[i] = differentiate_record<T, kernel>(blocks, task, record, attributes, id, tile,
                                                           sums.values + width * i, texels);
     }
     __builtin_memset(sums.is_seen + i, 0, task.num_ids - i);
@@ -358,18 +369,20 @@ void differentiate_all_layers(const TileTask<T> task, GradientTile<T, channels>&
     for (Layer layer; tile.alive_blocks != 0 && order.next(layer);) {
         const std::uint32_t id = task.ids[layer.place];
         if (layer.is_underpaint) {
-            sums.underpaints.is_seen[layer.place] =
-                differentiate_record<T, Kernel::gaussian>(task, task.underpaints[id], attributes, id, tile,
-                                                          sums.underpaints.values + width * layer.place, nullptr);
+            const Record<T>& record = task.underpaints[id];
+            const std::uint32_t blocks = blocks_to_read(task.painted.underpaints, layer.place, task, record);
+            sums.underpaints.is_seen[layer.place] = differentiate_record<T, Kernel::gaussian>(
+                blocks, task, record, attributes, id, tile, sums.underpaints.values + width * layer.place, nullptr);
             continue;
         }
         prefetch(task, attributes, layer.place);
         const Record<T>& record = task.records[id];
         T* const own = sums.strokes.values + width * layer.place;
+        const std::uint32_t blocks = blocks_to_read(task.painted.strokes, layer.place, task, record);
         sums.strokes.is_seen[layer.place] =
             shows_streaks(task, record, id)
-                ? differentiate_record<T, kernel, true>(task, record, attributes, id, tile, own, texels)
-                : differentiate_record<T, kernel>(task, record, attributes, id, tile, own, texels);
+                ? differentiate_record<T, kernel, true>(blocks, task, record, attributes, id, tile, own, texels)
+                : differentiate_record<T, kernel>(blocks, task, record, attributes, id, tile, own, texels);
     }
 }
 

@@ -218,21 +218,22 @@ template <class T, Kernel kernel, bool has_streaks, bool has_relief, class Shade
     }
 }
 
-// `share` of the thickness is that of a record without a height of its own.
+// Returns the blocks that the record paints on. `share` of the thickness is that of a record without a height of its
+// own.
 template <class T, Kernel kernel, bool has_streaks = false, int channels, bool has_relief>
-[[gnu::always_inline]] inline void blend_record(const TileTask<T>& task, const Record<T>& record,
-                                                const Attributes<T, channels>& attributes, std::uint32_t id,
-                                                TileState<T, channels, has_relief>& tile, T share = 1) {
+[[gnu::always_inline]] inline std::uint32_t blend_record(const TileTask<T>& task, const Record<T>& record,
+                                                         const Attributes<T, channels>& attributes, std::uint32_t id,
+                                                         TileState<T, channels, has_relief>& tile, T share = 1) {
     using L = Lanes<T>;
     using Real = typename L::Real;
     constexpr int W = L::width, num_values = 3 + channels;
-    if (is_behind(task, id)) return;
+    if (is_behind(task, id)) return 0;
     // Two passes over the blocks: what a gather makes wait is then only the first, and that has few instructions.
     alignas(64) T alphas[kNumBlocks][kBlockPixels];
     alignas(64) T shades[kNumBlocks][kBlockPixels];
     alignas(64) T heights[kNumBlocks][kBlockPixels];
     std::uint32_t blocks =
-        sample_record<T, kernel>(task.params, record, task.x0, task.y0, tile, alphas, nullptr, nullptr,
+        sample_record<T, kernel>(task.params, record, task.x0, task.y0, tile, alphas, nullptr,
                                  shader_of<T, kernel, has_streaks, has_relief>(task, record, id, shades, heights));
     if (task.limits != nullptr) fade_behind(task, id, blocks, alphas);
     Real values[num_values];
@@ -242,9 +243,10 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels, bool h
     Real height = darkest;
     if constexpr (has_relief && !is_image<kernel>) height = L::set(thickness_of(task, id, share));
 
+    std::uint32_t painted_blocks = 0;
     for (; blocks != 0; blocks &= blocks - 1) {
         const int b = __builtin_ctz(blocks);
-        unsigned finished = 0;
+        unsigned finished = 0, all_painted = 0;
         for (int part = 0; part < kBlockPixels / W; ++part) {
             const int lane = part * W;
             const Real alpha = L::load(alphas[b] + lane);
@@ -266,10 +268,13 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels, bool h
                 if constexpr (is_image<kernel>) height = L::load(heights[b] + lane);
                 L::store(plane, L::load(plane) + weight * height);
             }
+            all_painted |= L::bits(painted);
             finished |= (L::bits(painted) & ~L::bits(kept)) << lane;
         }
+        painted_blocks |= (all_painted == 0 ? 0u : 1u) << b;
         finish_pixels(tile, b, finished);
     }
+    return painted_blocks;
 }
 
 // By value: what lies behind a reference would be read anew after every store to the tile.
@@ -279,7 +284,8 @@ void blend_all(const TileTask<T> task, TileState<T, channels, has_relief>& tile)
     for (std::size_t i = 0; i < task.num_ids && tile.alive_blocks != 0; ++i) {
         prefetch(task, attributes, i);
         const std::uint32_t id = task.ids[i];
-        blend_record<T, kernel>(task, task.records[id], attributes, id, tile);
+        const std::uint32_t blocks = blend_record<T, kernel>(task, task.records[id], attributes, id, tile);
+        if (task.painted.strokes != nullptr) task.painted.strokes[i] = blocks;
     }
 }
 
@@ -291,16 +297,17 @@ void blend_all_layers(const TileTask<T> task, TileState<T, channels, has_relief>
     for (Layer layer; tile.alive_blocks != 0 && order.next(layer);) {
         const std::uint32_t id = task.ids[layer.place];
         if (layer.is_underpaint) {
-            blend_record<T, Kernel::gaussian>(task, task.underpaints[id], attributes, id, tile,
-                                              static_cast<T>(kUnderpaintThickness));
+            const std::uint32_t blocks = blend_record<T, Kernel::gaussian>(task, task.underpaints[id], attributes, id,
+                                                                           tile, static_cast<T>(kUnderpaintThickness));
+            if (task.painted.underpaints != nullptr) task.painted.underpaints[layer.place] = blocks;
             continue;
         }
         prefetch(task, attributes, layer.place);
         const Record<T>& record = task.records[id];
-        if (shows_streaks(task, record, id))
-            blend_record<T, kernel, true>(task, record, attributes, id, tile);
-        else
-            blend_record<T, kernel>(task, record, attributes, id, tile);
+        const std::uint32_t blocks = shows_streaks(task, record, id)
+                                         ? blend_record<T, kernel, true>(task, record, attributes, id, tile)
+                                         : blend_record<T, kernel>(task, record, attributes, id, tile);
+        if (task.painted.strokes != nullptr) task.painted.strokes[layer.place] = blocks;
     }
 }
 
@@ -311,7 +318,7 @@ template <class T, Kernel kernel, bool has_streaks = false, bool has_shades, int
                                                  SoftSamples<T, has_shades, has_relief>& samples, T share = 1) {
     const std::uint32_t id = samples.record.id;
     samples.blocks = sample_record<T, kernel, true>(
-        task.params, record, task.x0, task.y0, tile, samples.alphas, samples.pixels, nullptr,
+        task.params, record, task.x0, task.y0, tile, samples.alphas, samples.pixels,
         shader_of<T, kernel, has_streaks, has_relief>(task, record, id, samples.shades, samples.heights));
     if (task.limits != nullptr) samples.blocks = sift_behind(task, id, samples.blocks, samples.alphas, samples.pixels);
     const auto fill = [&](auto& planes, T value) {

@@ -146,6 +146,12 @@ struct TileLimits {
     T nearest, farthest;  // of those in the picture
 };
 
+// For each entry of the list of a tile the blocks of 4 x 4 pixels that its stroke paints on, a bit each, row by row.
+struct PaintedBlocks {
+    std::uint32_t* strokes = nullptr;      // null: not kept
+    std::uint32_t* underpaints = nullptr;  // the same of underpaint; null: not kept, or there is none
+};
+
 // One tile, to be painted or differentiated.
 template <class T>
 struct TileTask {
@@ -158,6 +164,7 @@ struct TileTask {
     int x0, y0;                  // pixels: the first of the tile
     WaitingUnderpaint* waiting;  // memory for num_ids of them, where there is underpaint
     const TileLimits<T>* limits = nullptr;
+    PaintedBlocks painted = {};  // painting writes them, zeros before; differentiating reads them, if they were kept
 };
 
 // The pre-filtered level that each box needs: along each axis the number of `bounds` (half extents in pixels,
@@ -171,9 +178,14 @@ template <class T>
 LevelChoice choose_levels(std::size_t count, const T* half_extents, std::span<const double> bounds_u,
                           std::span<const double> bounds_v);
 
-// Paint. The picture does not depend on `num_threads`, bit for bit. Needs as many layers of boxes as of the picture.
 template <class T>
-void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture);
+struct Trace;
+
+// Paint. The picture does not depend on `num_threads`, bit for bit. Needs as many layers of boxes as of the picture.
+// `trace`, unless null, becomes what the derivative needs; only for boxes that cover, without softness or limits.
+template <class T>
+void rasterize(const RasterParams& params, const BoxView<T>& boxes, const Picture<T>& picture,
+               Trace<T>* trace = nullptr);
 
 template <class T>
 struct SoftQueues;

@@ -2,7 +2,8 @@
 //
 // Strokes are blended once more from front to back, tile by tile, by the code that painted them: so the light in
 // front of each fragment, the fragments too faint to count and the end of each pixel are the same, bit for bit.
-// What lies behind a fragment is the whole picture less what lies in front. Nothing is kept per fragment.
+// What lies behind a fragment is the whole picture less what lies in front. Nothing is kept per fragment; which blocks
+// of pixels a record paints on, painting may have kept, see Trace.
 //   1. every tile sums what its records get from its pixels: some numbers for each record of its list;
 //   2. every box adds up what its tiles found, tile by tile, and turns it into gradients.
 #pragma once
@@ -58,11 +59,12 @@ struct TileSums {
 };
 
 // Differentiate. `texels` has for each level of `params` the gradient by its texels, [rows, columns], by coverage
-// of 0 to 1, which is added to; or is empty. Results do not depend on `num_threads`, bit for bit. `params` are those
-// of painting.
+// of 0 to 1, which is added to; or is empty. `params` are those of painting. `trace` is what painting kept, or null:
+// it is then found again. Results depend neither on that nor on `num_threads`, bit for bit.
 template <class T>
-void rasterize_backward(const RasterParams& params, const BoxView<T>& boxes, const PictureGradients<T>& picture,
-                        const BoxGradients<T>& gradients, std::span<double* const> texels);
+void rasterize_backward(const RasterParams& params, const BoxView<T>& boxes, const Trace<T>* trace,
+                        const PictureGradients<T>& picture, const BoxGradients<T>& gradients,
+                        std::span<double* const> texels);
 
 // Implemented once per instruction set, in raster_backward_kernel.cpp. `texels` may be null.
 #define BRUSHGS_DECLARE_RASTER_BACKWARD(isa)                                                         \

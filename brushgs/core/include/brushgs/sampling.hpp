@@ -274,21 +274,21 @@ struct Places {
     std::uint16_t inside[kNumBlocks];
 };
 
-// The alpha of a record at the pixels of a tile that still let light through, 0 outside its box; returns the blocks
-// of 4 x 4 pixels that it may touch, of which alone `alphas`, and `slopes` unless null, are written. Sifted:
+// The alpha of a record at those pixels of some blocks of a tile that still let light through, 0 outside its box;
+// returns the blocks that it may touch, of which alone `alphas`, and `slopes` unless null, are written. Sifted:
 // alphas too faint to count are 0, only blocks with others are returned, and `pixels` says which pixels of a block
 // these are. `shader` is called with block, lane, the coordinates v of the lanes and those of them inside the box; of
 // one with `needs_height`, `raise` is called with block, lane, the brush's height there and those inside the box.
 template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = false, class Tile, class Shader = NoShader>
-[[gnu::always_inline]] inline std::uint32_t sample_record(const RasterParams& params, const Record<T>& record, int x0,
-                                                          int y0, const Tile& tile,
+[[gnu::always_inline]] inline std::uint32_t sample_blocks(std::uint32_t blocks, const RasterParams& params,
+                                                          const Record<T>& record, int x0, int y0, const Tile& tile,
                                                           T (&alphas)[kNumBlocks][kBlockPixels],
                                                           std::uint16_t* pixels = nullptr, Slopes<T>* slopes = nullptr,
                                                           const Shader& shader = {}) {
     using L = Lanes<T>;
     using Real = typename L::Real;
     constexpr int W = L::width;
-    std::uint32_t blocks = blocks_in_bounds(record, x0, y0) & tile.alive_blocks;
+    blocks &= tile.alive_blocks;
     if (blocks == 0) return 0;
     const Sampler<T, kernel> sampler(params, record);
     BlockCoordinates<T> block;
@@ -368,6 +368,16 @@ template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = fal
         }
     }
     return blocks;
+}
+
+// The same, of all blocks of the tile.
+template <class T, Kernel kernel, bool is_sifted = false, class Tile, class Shader = NoShader>
+[[gnu::always_inline]] inline std::uint32_t sample_record(const RasterParams& params, const Record<T>& record, int x0,
+                                                          int y0, const Tile& tile,
+                                                          T (&alphas)[kNumBlocks][kBlockPixels],
+                                                          std::uint16_t* pixels = nullptr, const Shader& shader = {}) {
+    return sample_blocks<T, kernel, is_sifted>(blocks_in_bounds(record, x0, y0), params, record, x0, y0, tile, alphas,
+                                               pixels, nullptr, shader);
 }
 
 }  // namespace brushgs::BRUSHGS_ISA
