@@ -7,10 +7,8 @@ Source: Kerbl et al. 2023, section 5 (loss, optimiser); the self-made targets ar
 """
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-import torch
 from torch import Tensor
 
 import brushgs.autograd as ba
@@ -52,11 +50,11 @@ def distil(
         The strokes with the highest score, the mean PSNR in the validation views in dB, and the curve.
     """
     num_threads = num_threads_or_default(drawing.options.num_threads)
-    executor = ThreadPoolExecutor(num_threads, initializer=torch.set_num_threads, initargs=(1,))
 
     def objective(frame: ba.Frame, view: TargetView, strokes: ba.Gaussians) -> Tensor:
-        painted = torch.cat([frame.rgb, frame.alpha[..., None]], dim=2)
-        loss = photometric(painted, view.rgba, executor)
+        of_color = photometric(frame.rgb, view.rgb, num_threads)
+        of_alpha = photometric(frame.alpha[..., None], view.alpha[..., None], num_threads)
+        loss = (3 * of_color + of_alpha) / 4  # all four channels count alike
         if "opacities" in variables.moving:
             loss = loss + ROUNDNESS * roundness(strokes.scales, FREE_ASPECT)
         return loss
@@ -65,8 +63,7 @@ def distil(
         return mean_psnr(strokes, validation_views, drawing)
 
     fit = Fit(variables, training_views, drawing, objective, score, schedule)
-    with executor:
-        return fit.run(on_step), fit.curve
+    return fit.run(on_step), fit.curve
 
 
 def mean_psnr(strokes: Gaussians, views: Sequence[TargetView], drawing: Drawing) -> float:

@@ -189,7 +189,7 @@ def refine_strokes(
 
             if painting is None:
                 painting = open_style(config.style).painting
-            shorter = min(training_views[0].rgba.shape[:2])
+            shorter = min(training_views[0].alpha.shape)
             style = style_of(at_size(painting, shorter), config.vgg_weights, schedule.seed)
             refined, curve = stylise(
                 variables,

@@ -29,28 +29,25 @@ class TargetView:
 
     Attributes:
         camera: the view.
-        rgba: [H, W, 4] premultiplied RGB and alpha of the plain picture.
+        rgb: [H, W, 3] premultiplied, of the plain picture.
+        alpha: [H, W] of it.
         moment: of the view, a row of the moments of a clip; None for a scene at rest.
     """
 
     camera: Camera
-    rgba: Tensor
+    rgb: Tensor
+    alpha: Tensor
     moment: int | None = None
 
     @classmethod
     def of(cls, scene: Gaussians, camera: Camera, moment: int | None = None) -> "TargetView":
         """The plain picture of a scene in a view."""
         frame = render(scene, camera, StrokeTexture.open("gaussian"), depth=False)
-        return cls(camera, torch.from_numpy(np.dstack([frame.rgb, frame.alpha])), moment)
-
-    @property
-    def alpha(self) -> Tensor:
-        """[H, W] of the target picture."""
-        return self.rgba[..., 3]
+        return cls(camera, torch.from_numpy(frame.rgb), torch.from_numpy(frame.alpha), moment)
 
     def over(self, background: Sequence[float] | Tensor) -> Tensor:
         """[H, W, 3] the target picture over one RGB colour."""
-        return ba.Frame(self.rgba[..., :3], self.alpha).over(background)
+        return ba.Frame(self.rgb, self.alpha).over(background)
 
 
 def draw_targets(

@@ -164,7 +164,7 @@ def test_targets_are_the_scene_at_their_moments_and_each_moment_is_made_once(pre
         rows = prepared.whole_scene.ids
         whole = scene.at(view.moment / 30).take(rows)
         expected = bg.render(whole, view.camera, bg.StrokeTexture.open("gaussian"), depth=False)
-        np.testing.assert_array_equal(target.rgba[..., :3], expected.rgb)
+        np.testing.assert_array_equal(target.rgb, expected.rgb)
 
 
 def test_a_palette_maps_a_colour_alike_at_all_moments(prepared):

@@ -26,5 +26,6 @@ def test_targets_are_those_of_their_views_in_order_for_any_number_of_threads(num
     for target, view in zip(targets, views, strict=True):
         alone = TargetView.of(scenes[view.moment], view.camera)
         assert (target.camera, target.moment) == (view.camera, view.moment)
-        assert torch.equal(target.rgba, alone.rgba)
+        assert torch.equal(target.rgb, alone.rgb)
+        assert torch.equal(target.alpha, alone.alpha)
         assert float(target.alpha.max()) > 0.5

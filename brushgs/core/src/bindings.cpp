@@ -23,6 +23,7 @@
 #include "brushgs/light.hpp"
 #include "brushgs/light_along.hpp"
 #include "brushgs/nearest.hpp"
+#include "brushgs/photometric.hpp"
 #include "brushgs/press.hpp"
 #include "brushgs/project.hpp"
 #include "brushgs/project_backward.hpp"
@@ -725,6 +726,34 @@ void def_light(nb::module_& m) {
           "an odd number of pixels; lamp and half_way: x and y of these directions, over their z.");
 }
 
+template <class T>
+double photometric(In<T, 3> painted, In<T, 3> target, In<double, 1> window, double share,
+                   std::pair<double, double> stabilizers, int num_threads, Out<T, 3> gradient) {
+    if (window.size() != brushgs::kWindowTaps) throw nb::value_error("photometric: window must have 11 weights");
+    if (const auto channels = painted.shape(2); channels != 1 && channels != 3)
+        throw nb::value_error("photometric: pictures must have 1 or 3 channels");
+    const brushgs::PhotometricParams<T> params{.painted = painted.data(),
+                                               .target = target.data(),
+                                               .gradient = gradient.data(),
+                                               .width = static_cast<int>(painted.shape(1)),
+                                               .height = static_cast<int>(painted.shape(0)),
+                                               .channels = static_cast<int>(painted.shape(2)),
+                                               .window = window.data(),
+                                               .share = share,
+                                               .stabilizers = {stabilizers.first, stabilizers.second},
+                                               .num_threads = num_threads};
+    const nb::gil_scoped_release without_gil;
+    return brushgs::photometric(params);
+}
+
+template <class T>
+void def_photometric(nb::module_& m) {
+    m.def("photometric", &photometric<T>, nb::kw_only(), "painted"_a.noconvert(), "target"_a.noconvert(),
+          "window"_a.noconvert(), "share"_a, "stabilizers"_a, "num_threads"_a, "gradient"_a.noconvert(),
+          "The loss of a painted picture [H, W, C] to its target; its gradient by the painted one is written. See "
+          "photometric.hpp. window: 11 weights along an axis; share: of dissimilarity in the loss.");
+}
+
 // Arrays
 
 nb::tuple nearest(In<float, 2> points, In<double, 2> centers, int num_threads) {
@@ -995,6 +1024,8 @@ NB_MODULE(_core, m) {
     def_fragments<double>(m);
     def_light<float>(m);
     def_light<double>(m);
+    def_photometric<float>(m);
+    def_photometric<double>(m);
     def_finish<float>(m);
     def_finish<double>(m);
     def_press<float>(m);
