@@ -2,6 +2,7 @@
 
 import operator
 import os
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -59,16 +60,34 @@ def side_by_side(
 
     For many small pictures: what Python and NumPy do around the core then overlaps as well.
     """
+    return list(in_turn(work, items, num_threads))
+
+
+def in_turn(
+    work: Callable[[Item], Result],
+    items: Iterable[Item],
+    num_threads: int | None = None,
+    *,
+    at_once: int = MOST_AT_ONCE,
+) -> Iterator[Result]:
+    """`side_by_side`, its results one by one; at most `at_once` items at a time, and as many results wait."""
     items, most = list(items), num_threads_or_default(num_threads)
-    num_workers = min(most, MOST_AT_ONCE, len(items))
+    num_workers = min(most, at_once, len(items))
 
     def shared(item: Item) -> Result:
         with at_most(max(most // max(num_workers, 1), 1)):
             return work(item)
 
     if num_workers < 2:
-        return [shared(item) for item in items]
+        yield from map(shared, items)
+        return
     from concurrent.futures import ThreadPoolExecutor
 
     with ThreadPoolExecutor(num_workers) as pool:
-        return list(pool.map(shared, items))
+        ahead = num_workers + 1  # one more than workers: none waits for what is done with a result
+        waiting = deque(pool.submit(shared, item) for item in items[:ahead])
+        for item in items[ahead:]:
+            result = waiting.popleft().result()
+            waiting.append(pool.submit(shared, item))
+            yield result
+        yield from (future.result() for future in waiting)

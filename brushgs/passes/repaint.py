@@ -12,11 +12,13 @@ projections.
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.plain import PlainViews
+from brushgs.rendering.view_by_view import view_by_view
 from brushgs.rendering.visibility import painted_sums
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import shift_base_colors
@@ -66,11 +68,15 @@ def _step(strokes: Gaussians, views: PlainViews) -> Gaussians:
     kernel = StrokeTexture.open("ellipse")
     options = RenderOptions.of(kernel, depth=False)
     differences, shares = np.zeros((len(strokes), 3)), np.zeros(len(strokes))
-    for camera, plain in zip(views.cameras, views.frames, strict=True):
+
+    def look(view: tuple[Camera, Frame]) -> tuple[NDArray[np.int32], Array, Array]:
+        camera, plain = view
         boxes, painted = draw_with(strokes, camera, kernel, options)
-        sums, areas = painted_sums(boxes, kernel, *_color_differences(plain, painted))
-        differences[boxes.ids] += sums
-        shares[boxes.ids] += areas
+        return boxes.ids, *painted_sums(boxes, kernel, *_color_differences(plain, painted))
+
+    for ids, sums, areas in view_by_view(look, views.pairs(), len(strokes)):
+        differences[ids] += sums
+        shares[ids] += areas
     known = np.minimum(shares / ENOUGH_PAINT, 1)
     steps = known[:, None] * differences / np.maximum(shares, 1e-12)[:, None]
     return shift_base_colors(strokes, steps)

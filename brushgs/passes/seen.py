@@ -11,11 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.plain import PlainViews
+from brushgs.rendering.view_by_view import view_by_view
 from brushgs.rendering.visibility import painted_sums
-from brushgs.scene import Camera, Gaussians
+from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import shift_base_colors
 
 SURE_AREA = 0.02  # pixels a view; of less the colour is partly its own, since the pixels are mostly of others
@@ -57,12 +59,17 @@ def seen_in(gaussians: Gaussians, views: PlainViews) -> Seen | None:
     """
     kernel = StrokeTexture.open("gaussian")
     areas, away = np.zeros(len(gaussians)), np.zeros((len(gaussians), 3))
-    for camera, plain in zip(views.cameras, views.frames, strict=True):
+
+    def look(view: tuple[Camera, Frame]) -> tuple[NDArray[np.int32], Array, Array]:
+        camera, plain = view
         boxes, _ = project_with(gaussians, camera, RenderOptions.of(kernel))
         colors = plain.rgb / np.maximum(plain.alpha, 1e-6)[..., None]
         sums, shares = painted_sums(boxes, kernel, colors, np.ones_like(plain.alpha))
-        areas[boxes.ids] += shares
-        away[boxes.ids] += sums - shares[:, None] * boxes.colors
+        return boxes.ids, shares, sums - shares[:, None] * boxes.colors
+
+    for ids, shares, differences in view_by_view(look, views.pairs(), len(gaussians)):
+        areas[ids] += shares
+        away[ids] += differences
     if not areas.max(initial=0) > 0:
         return None
     sure = np.minimum(areas / (SURE_AREA * len(views)), 1)
@@ -77,8 +84,12 @@ def shown_areas(gaussians: Gaussians, cameras: Sequence[Camera]) -> NDArray[np.f
     """
     kernel = StrokeTexture.open("ellipse")
     areas = np.zeros(len(gaussians))
-    for camera in cameras:
+
+    def look(camera: Camera) -> tuple[NDArray[np.int32], Array]:
         boxes, _ = project_with(gaussians, camera, RenderOptions.of(kernel))
-        picture = np.zeros((camera.height, camera.width), boxes.colors.dtype)
-        areas[boxes.ids] += painted_sums(boxes, kernel, picture[..., None].repeat(3, axis=2), picture + 1)[1]
+        size = camera.height, camera.width
+        return boxes.ids, painted_sums(boxes, kernel, np.zeros((*size, 3)), np.ones(size))[1]
+
+    for ids, shares in view_by_view(look, cameras, len(gaussians)):
+        areas[ids] += shares
     return areas / max(len(cameras), 1)

@@ -3,12 +3,14 @@
 They are drawn once for a painting, and handed on to every pass that looks at the scene.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Union
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.render import render
+from brushgs.rendering.view_by_view import view_by_view
 from brushgs.scene import Camera, Frame, Gaussians
 
 
@@ -46,6 +48,10 @@ class PlainViews:
         sizes = {f"{camera.width}x{camera.height}" for camera in self.cameras}
         return f"PlainViews({len(self)} views, {' '.join(sorted(sizes))})"
 
+    def pairs(self) -> Iterator[tuple[Camera, Frame]]:
+        """Each camera with its frame."""
+        return zip(self.cameras, self.frames, strict=True)
+
     @classmethod
     def of(cls, gaussians: Gaussians, views: Union[Sequence[Camera], "PlainViews"]) -> "PlainViews":
         """The views themselves; cameras get the plain pictures of these Gaussians."""
@@ -68,5 +74,6 @@ def plain_views(
         PlainViews(1 views, 320x240)
     """
     kernel = StrokeTexture.open("gaussian")
-    frames = [render(gaussians, camera, kernel, depth=depth, num_threads=num_threads) for camera in cameras]
+    draw = partial(render, gaussians, texture=kernel, depth=depth)
+    frames = view_by_view(draw, cameras, len(gaussians), num_threads)
     return PlainViews(tuple(cameras), tuple(frames))
