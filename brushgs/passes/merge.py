@@ -155,8 +155,10 @@ def covariances(
     within, between = np.zeros((2, len(means), 3, 3))
 
     def sums_of(rows: slice) -> tuple[Rows, F64, F64]:
-        used, local = np.unique(labels[rows], return_inverse=True)  # few labels occur in so many rows
-        groups, weights = Groups.of(local, len(used)), shares[rows]
+        local, num_used = compacted(labels[rows])  # few labels occur in so many rows
+        used = np.empty(num_used, np.intp)
+        used[local] = labels[rows]
+        groups, weights = Groups.of(local, num_used), shares[rows]
         axes = rotation_matrices(gaussians.quats[rows]) * gaussians.scales[rows, None, :]
         away = gaussians.means[rows] - means[labels[rows]]
         products = (weights[:, None] * away)[:, :, None] * away[:, None, :]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.passes.groups import compacted
 from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.view_by_view import view_by_view
@@ -105,10 +106,14 @@ def painted_errors(strokes: Gaussians, views: PlainViews) -> F64:
 
 def _squared_errors(plain: Frame, painted: Frame) -> Array:
     """The squared error at each pixel [H, W]: mean over a black and a white background."""
-    on_black = painted.rgb - plain.rgb
-    on_white = on_black - (painted.alpha - plain.alpha)[..., None]
-    squares = [np.einsum("hwc,hwc->hw", away, away) for away in (on_black, on_white)]
-    return np.asarray(0.5 * (squares[0] + squares[1]))
+    more_alpha = painted.alpha - plain.alpha
+    on_black, on_white = np.zeros_like(more_alpha), np.zeros_like(more_alpha)
+    for channel in range(3):  # the last axis of a picture is too short for NumPy to be fast along it
+        away = painted.rgb[..., channel] - plain.rgb[..., channel]
+        on_black += away * away
+        away -= more_alpha
+        on_white += away * away
+    return 0.5 * (on_black + on_white)
 
 
 def cut(labels: Labels, chosen: Labels, points: Array, weights: F64) -> Labels:
@@ -131,7 +136,7 @@ def cut(labels: Labels, chosen: Labels, points: Array, weights: F64) -> Labels:
         is_second = ((points - second) ** 2).sum(axis=1) < ((points - first) ** 2).sum(axis=1)
     labels = labels.copy()
     labels[rows[is_second]] = num + own[is_second]
-    return np.unique(labels, return_inverse=True)[1]
+    return compacted(labels)[0].astype(np.intp)
 
 
 def _means(points: Array, weights: F64, labels: Labels, num: int) -> F64:
