@@ -362,10 +362,12 @@ template <class T, bool has_shades, int channels, bool has_relief, class Next>
             crowd.add(own);
             continue;
         }
+        if (own.blocks == 0) continue;
+        blender.begin(own.record);
         for (std::uint32_t blocks = own.blocks; blocks != 0; blocks &= blocks - 1) {
             const int b = __builtin_ctz(blocks);
-            if (!blender.blend(own.record, {b, own.alphas[b], own.shades[has_shades ? b : 0],
-                                            own.heights[has_relief ? b : 0], own.pixels[b]})) {
+            if (!blender.blend({b, own.alphas[b], own.shades[has_shades ? b : 0], own.heights[has_relief ? b : 0],
+                                own.pixels[b]})) {
                 queues.is_crowd = true;
                 return;
             }

@@ -48,27 +48,56 @@ void keep_heights(SoftQueues<T>& queues, bool keeps) {
 }
 
 template <class T>
-void lengthen_queues(SoftQueues<T>& queues) {
-    using Queues = SoftQueues<T>;
-    const std::size_t before = queues.queue_size, after = before == 0 ? 16 : 2 * before;
-    const std::size_t count = Queues::num_queues * after;
-    auto entries = std::make_unique_for_overwrite<FragmentEntry[]>(count);
-    auto depths = std::make_unique<T[]>(count + Queues::room_behind);
-    auto softness = std::make_unique<T[]>(count + Queues::room_behind);
-    for (std::size_t b = 0; b < Queues::num_queues; ++b) {
-        const std::size_t from = b * before + queues.heads[b], to = b * after + queues.heads[b];
-        const std::size_t length = queues.tails[b] - queues.heads[b];
-        std::copy_n(queues.entries + from, length, entries.get() + to);
-        std::copy_n(queues.depths + from, length, depths.get() + to);
-        std::copy_n(queues.squared_softness + from, length, softness.get() + to);
+void add_places(SoftQueues<T>& queues) {
+    constexpr std::size_t num_queues = SoftQueues<T>::num_queues;
+    const std::size_t before = queues.num_words, words = before == 0 ? 1 : 2 * before;
+    const std::size_t places = kWordPlaces * words;
+    auto entries = std::make_unique<FragmentEntry[]>(num_queues * places);
+    std::copy_n(queues.entries, num_queues * queues.num_places, entries.get());
+    auto waiting = std::make_unique<std::uint64_t[]>((num_queues + 2) * words);
+    for (std::size_t b = 0; b < num_queues; ++b)
+        std::copy_n(queues.waiting + b * before, before, waiting.get() + b * words);
+    auto records = std::make_unique<std::uint32_t[]>(places);
+    std::copy_n(queues.records, queues.num_places, records.get());
+    auto columns = std::make_unique<T[]>(2 * places);
+    T* next = columns.get();
+    for (T** const column : {&queues.depths, &queues.squared_softness}) {
+        std::copy_n(*column, queues.num_places, next);
+        *column = next;
+        next += places;
     }
     queues.entry_memory = std::move(entries);
-    queues.depth_memory = std::move(depths);
-    queues.softness_memory = std::move(softness);
+    queues.waiting_memory = std::move(waiting);
+    queues.record_memory = std::move(records);
+    queues.column_memory = std::move(columns);
     queues.entries = queues.entry_memory.get();
-    queues.depths = queues.depth_memory.get();
-    queues.squared_softness = queues.softness_memory.get();
-    queues.queue_size = after;
+    queues.waiting = queues.waiting_memory.get();
+    queues.reached = queues.waiting + num_queues * words;
+    queues.open = queues.reached + words;
+    queues.records = queues.record_memory.get();
+    queues.num_places = places;
+    queues.num_words = words;
+}
+
+template <class T>
+void drop_places(SoftQueues<T>& queues, std::size_t count, std::size_t used) {
+    constexpr std::size_t num_queues = SoftQueues<T>::num_queues;
+    const auto to_front = [&](auto* column, std::size_t stride) {
+        std::copy(column + stride * count, column + stride * used, column);
+    };
+    to_front(queues.entries, num_queues);
+    to_front(queues.records, 1);
+    to_front(queues.depths, 1);
+    to_front(queues.squared_softness, 1);
+    const std::size_t words = queues.num_words, skipped = count / kWordPlaces, shift = count % kWordPlaces;
+    for (std::size_t b = 0; b < num_queues; ++b) {
+        std::uint64_t* const waiting = queues.waiting + b * words;
+        for (std::size_t w = 0; w < words; ++w) {
+            const auto word = [&](std::size_t k) { return k < words ? waiting[k] : 0; };
+            const std::uint64_t low = word(w + skipped) >> shift;
+            waiting[w] = shift == 0 ? low : low | word(w + skipped + 1) << (kWordPlaces - shift);
+        }
+    }
 }
 
 template <class T>
@@ -81,8 +110,10 @@ void make_reaches(SoftQueues<T>& queues, std::size_t count) {
 
 template void add_slots(SoftQueues<float>&);
 template void add_slots(SoftQueues<double>&);
-template void lengthen_queues(SoftQueues<float>&);
-template void lengthen_queues(SoftQueues<double>&);
+template void add_places(SoftQueues<float>&);
+template void add_places(SoftQueues<double>&);
+template void drop_places(SoftQueues<float>&, std::size_t, std::size_t);
+template void drop_places(SoftQueues<double>&, std::size_t, std::size_t);
 template void keep_shades(SoftQueues<float>&, bool);
 template void keep_shades(SoftQueues<double>&, bool);
 template void keep_heights(SoftQueues<float>&, bool);

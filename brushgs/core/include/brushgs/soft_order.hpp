@@ -35,34 +35,12 @@ struct SoftState {
 // Empties the queues and frees all slots.
 template <class T>
 inline void clear(SoftQueues<T>& queues) {
-    __builtin_memset(queues.heads, 0, sizeof queues.heads);
-    __builtin_memset(queues.tails, 0, sizeof queues.tails);
+    if (queues.num_words > 0)
+        __builtin_memset(queues.waiting, 0, SoftQueues<T>::num_queues * queues.num_words * sizeof *queues.waiting);
     if (queues.num_free == queues.num_slots) return;
     queues.num_free = 0;  // an error left slots in use
     for (std::size_t slot = queues.num_slots; slot > 0; --slot)
         queues.free_slots[queues.num_free++] = static_cast<std::uint32_t>(slot - 1);
-}
-
-// Makes room for one more fragment at the end of the queue of block b, and a free slot for it.
-template <class T>
-[[gnu::noinline]] void make_room(int b, SoftQueues<T>& queues) {
-    const auto queue = static_cast<std::size_t>(b);
-    if (queues.num_free == 0) add_slots(queues);
-    if (queues.tails[queue] < queues.queue_size) return;
-    const std::size_t head = queues.heads[queue], count = queues.tails[queue] - head;
-    if (2 * count >= queues.queue_size) {
-        lengthen_queues(queues);
-        return;
-    }
-    const auto to_start = [&](auto* column) {
-        auto* first = column + queue * queues.queue_size;
-        __builtin_memmove(first, first + head, count * sizeof *first);
-    };
-    to_start(queues.entries);
-    to_start(queues.depths);
-    to_start(queues.squared_softness);
-    queues.heads[queue] = 0;
-    queues.tails[queue] = count;
 }
 
 // The share of what lies behind that a fragment hides which is nearer by x times the reach of both, 0 <= x <= 1: from
@@ -111,6 +89,7 @@ class SoftBlender {
     using Real = typename L::Real;
     using Tile = TileState<T, channels, has_relief>;
     static constexpr int W = L::width, num_parts = kBlockPixels / W;
+    static constexpr unsigned kAllLanes = (1u << W) - 1;
 
 public:
     [[gnu::always_inline]] inline SoftBlender(const TileTask<T>& task, SoftQueues<T>& queues, SoftState<T>& soft,
@@ -120,34 +99,73 @@ public:
         num_free_ = queues.num_free;
     }
 
-    // Adds the fragments of a record in one block to its queue, and lets them and those that wait hide each other;
-    // false where too many wait.
-    [[gnu::always_inline]] inline bool blend(const SoftRecord<T>& record, const BlockFragments<T>& fragments) {
-        const int b = fragments.b;
-        const auto queue = static_cast<std::size_t>(b);
-        std::size_t start = queue * queue_size_;
-        std::size_t head = start + queues_.heads[queue], tail = start + queues_.tails[queue];
-        InFront in_front = count_in_front(head, tail, record);
-        if (in_front.of_all >= kRetiredAtOnce) {
-            retire(b, head, in_front.of_all);
-            head += in_front.of_all;
-            queues_.heads[queue] = head - start;
-            in_front = {in_front.of_this - in_front.of_all, 0};
+    // Begins a record: gives it a place, and finds which records with one are within reach of it, and which are final.
+    // That is the same in all blocks of the tile: with a queue of bits, a block asks for it by one `and`. Pictures of
+    // 7000 strokes take 5 to 7 % less so than with a search in each block.
+    [[gnu::always_inline]] inline void begin(const SoftRecord<T>& record) {
+        if (num_used_ == num_places_) make_place();
+        constexpr auto width = static_cast<std::size_t>(W);
+        std::size_t first_open = num_used_;
+        for (std::size_t w = num_words_; w-- > 0;) {
+            std::uint64_t reached = 0, open = 0;
+            const std::size_t start = w * kWordPlaces,
+                              end = start + kWordPlaces < num_used_ ? start + kWordPlaces : num_used_;
+            for (std::size_t k = first_open_ > start ? (first_open_ - start) / width * width : 0; start + k < end;
+                 k += width) {
+                const std::size_t place = start + k;
+                const Real gap = L::set(record.depth) - L::load(depths_ + place), squared = gap * gap;
+                const Real softness = L::load(squared_softness_ + place);
+                const auto all = L::from_bits(~0u);
+                const auto is_in_front = L::at_least(all, squared, softness + L::set(record.squared_softness));
+                const auto is_final = L::at_least(all, squared, softness + L::set(record.reach));
+                reached |= static_cast<std::uint64_t>(~L::bits(is_in_front) & kAllLanes) << k;
+                open |= static_cast<std::uint64_t>(~L::bits(is_final) & kAllLanes) << k;
+            }
+            if (end < start + kWordPlaces) {
+                const std::uint64_t used = end > start ? (std::uint64_t{1} << (end - start)) - 1 : 0;
+                reached &= used, open &= used;
+            }
+            reached_[w] = reached;
+            open_[w] = open;
+            if (open != 0) first_open = start + static_cast<std::size_t>(__builtin_ctzll(open));
         }
-        const unsigned pixels = fragments.pixels & open_pixels_behind(b, head + in_front.of_all, tail);
+        first_open_ = first_open;
+        own_ = num_used_++;
+        depths_[own_] = record.depth;
+        squared_softness_[own_] = record.squared_softness;
+        row_records_[own_] = record.id;
+        num_begun_ = own_ / kWordPlaces + 1;
+    }
+
+    // Adds the fragments of the record that was begun, in one block, to its queue, and lets them and those that wait
+    // hide each other; false where too many wait.
+    [[gnu::always_inline]] inline bool blend(const BlockFragments<T>& fragments) {
+        const int b = fragments.b;
+        std::uint64_t* const queue = queue_of(b);
+        std::size_t num_waiting = retired_early_[b], num_final = 0;
+        std::uint64_t before_open = ~std::uint64_t{0};
+        for (std::size_t w = 0; w < num_begun_; ++w) {
+            const std::uint64_t open = queue[w] & open_[w];
+            num_final += count_bits(queue[w] & (open - 1) & ~open & before_open);
+            num_waiting += count_bits(queue[w]);
+            if (open != 0) before_open = 0;
+        }
+        if (num_final + retired_early_[b] >= kRetiredAtOnce) {
+            retire(b, num_final);
+            num_waiting -= num_final + retired_early_[b];
+            retired_early_[b] = 0;
+        }
+        const unsigned pixels = fragments.pixels & open_pixels_behind(b);
         if (pixels == 0) return true;
-        if (tail - head >= kMostWaiting) {
+        if (num_waiting >= kMostWaiting) {
             queues_.num_free = num_free_;
             return false;
         }
-        if (num_free_ == 0 || tail - start == queue_size_) {
+        if (num_free_ == 0) {
             queues_.num_free = num_free_;
-            make_room(b, queues_);
+            add_slots(queues_);
             copy_columns();
             num_free_ = queues_.num_free;
-            start = queue * queue_size_;
-            head = start + queues_.heads[queue];
-            tail = start + queues_.tails[queue];
         }
 
         // Light that passes what lies wholly in front, and that passes the fragments within reach as well.
@@ -158,45 +176,51 @@ public:
             front[part] = seen[part] = L::load(soft_.light[b] + part * W);
         }
         unsigned shared = 0;
-        for (std::size_t k = head + in_front.of_this; k < tail; ++k) {
-            const unsigned both = entries_[k].pixels & pixels;
-            if (both == 0) continue;
-            FragmentSlot<T>& other = slots_[entries_[k].slot];
-            const T gap = record.depth - depths_[k], reach = squared_softness_[k] + record.squared_softness;
-            if (gap * gap >= reach) {
-                if (shared == 0) continue;
-                for (int part = 0; part < num_parts; ++part) {
-                    const Real hidden = L::load(other.alpha + part * W);
-                    front[part] = front[part] - front[part] * hidden;
-                    seen[part] = seen[part] - seen[part] * hidden;
+        std::uint64_t behind_reached = 0;  // all ones where a word in front has a record within reach
+        for (std::size_t w = 0; w < num_begun_; ++w) {
+            const std::uint64_t reached = queue[w] & reached_[w];
+            std::uint64_t rest = queue[w] & (behind_reached | ~((reached & (0 - reached)) - 1));
+            if (reached != 0) behind_reached = ~std::uint64_t{0};
+            for (; rest != 0; rest &= rest - 1) {
+                const auto bit = static_cast<std::size_t>(__builtin_ctzll(rest));
+                const std::size_t place = w * kWordPlaces + bit;
+                const FragmentEntry entry = entry_of(place, b);
+                const unsigned both = entry.pixels & pixels;
+                if (both == 0) continue;
+                FragmentSlot<T>& other = slots_[entry.slot];
+                if ((reached >> bit & 1) == 0) {
+                    if (shared == 0) continue;
+                    for (int part = 0; part < num_parts; ++part) {
+                        const Real hidden = L::load(other.alpha + part * W);
+                        front[part] = front[part] - front[part] * hidden;
+                        seen[part] = seen[part] - seen[part] * hidden;
+                    }
+                    continue;
                 }
-                continue;
-            }
-            if (shared == 0)
-                for (int part = 0; part < num_parts; ++part)
-                    front[part] = seen[part] = L::load(other.before + part * W);
-            shared |= both;
-            const T x = gap / std::sqrt(reach);
-            const T share = share_hidden(x < 1 ? x : T(1));
-            const Real hidden_here = L::set(share), hidden_there = L::set(1 - share);
-            for (int part = 0; part < num_parts; ++part) {
-                const Real weight = L::load(other.weight + part * W);
-                L::store(other.weight + part * W, weight - weight * (alpha[part] * hidden_there));
-                seen[part] = seen[part] - seen[part] * (L::load(other.alpha + part * W) * hidden_here);
+                if (shared == 0)
+                    for (int part = 0; part < num_parts; ++part)
+                        front[part] = seen[part] = L::load(other.before + part * W);
+                shared |= both;
+                const T gap = depths_[own_] - depths_[place];
+                const T x = gap / std::sqrt(squared_softness_[own_] + squared_softness_[place]);
+                const T share = share_hidden(x < 1 ? x : T(1));
+                const Real hidden_here = L::set(share), hidden_there = L::set(1 - share);
+                for (int part = 0; part < num_parts; ++part) {
+                    const Real weight = L::load(other.weight + part * W);
+                    L::store(other.weight + part * W, weight - weight * (alpha[part] * hidden_there));
+                    seen[part] = seen[part] - seen[part] * (L::load(other.alpha + part * W) * hidden_here);
+                }
             }
         }
         soft_.shared[b] = static_cast<std::uint16_t>(soft_.shared[b] | shared);
-        append(record, fragments, tail, pixels, alpha, front, seen);
-        queues_.tails[queue] = tail + 1 - start;
+        append(fragments, pixels, alpha, front, seen);
         return true;
     }
 
     // Retires all that waits. Where fragments met, their weights are scaled to the alpha of the pixel.
     [[gnu::always_inline]] inline void finish() {
         for (int b = 0; b < kNumBlocks; ++b) {
-            const auto queue = static_cast<std::size_t>(b);
-            const std::size_t waiting = queues_.tails[queue] - queues_.heads[queue];
-            if (waiting > 0) retire(b, queue * queue_size_ + queues_.heads[queue], waiting);
+            if (const std::size_t count = count_before(b, num_used_); count > 0) retire(b, count);
             if (soft_.shared[b] == 0) continue;
             for (int lane = 0; lane < kBlockPixels; lane += W) {
                 const Real weights = L::load(soft_.weights[b] + lane);  // 0 where none leaves enough light to be seen
@@ -215,31 +239,46 @@ public:
 
 private:
     [[gnu::always_inline]] inline void copy_columns() {
-        slots_ = queues_.slots, shades_ = queues_.shades, heights_ = queues_.heights, free_slots_ = queues_.free_slots,
-        entries_ = queues_.entries;
-        depths_ = queues_.depths, squared_softness_ = queues_.squared_softness;
-        queue_size_ = queues_.queue_size;
+        slots_ = queues_.slots, shades_ = queues_.shades, heights_ = queues_.heights, free_slots_ = queues_.free_slots;
+        entries_ = queues_.entries, waiting_ = queues_.waiting, reached_ = queues_.reached, open_ = queues_.open;
+        row_records_ = queues_.records, depths_ = queues_.depths, squared_softness_ = queues_.squared_softness;
+        num_places_ = queues_.num_places, num_words_ = queues_.num_words;
     }
 
-    // How many fragments of a queue, from its first on, lie wholly in front of a record, and of all behind it too.
-    struct InFront {
-        std::size_t of_this, of_all;
-    };
-    [[gnu::always_inline]] inline InFront count_in_front(std::size_t first, std::size_t last,
-                                                         const SoftRecord<T>& record) const {
-        constexpr auto width = static_cast<std::size_t>(W);
-        InFront count{0, 0};
-        for (std::size_t k = 0; first + k < last && count.of_this == k; k += width) {
-            const auto gap = L::set(record.depth) - L::load(depths_ + first + k);
-            const auto softness = L::load(squared_softness_ + first + k), squared = gap * gap;
-            const auto all = L::from_bits(~0u);
-            const unsigned this_bits = L::bits(L::at_least(all, squared, softness + L::set(record.squared_softness)));
-            const unsigned all_bits = L::bits(L::at_least(all, squared, softness + L::set(record.reach)));
-            count.of_this += static_cast<std::size_t>(__builtin_ctz(~this_bits | 1u << W));
-            if (count.of_all == k) count.of_all += static_cast<std::size_t>(__builtin_ctz(~all_bits | 1u << W));
+    [[gnu::always_inline]] inline std::uint64_t* queue_of(int b) const {
+        return waiting_ + static_cast<std::size_t>(b) * num_words_;
+    }
+    [[gnu::always_inline]] inline FragmentEntry& entry_of(std::size_t place, int b) const {
+        return entries_[place * static_cast<std::size_t>(kNumBlocks) + static_cast<std::size_t>(b)];
+    }
+    [[gnu::always_inline]] static inline std::size_t count_bits(std::uint64_t bits) {
+        return static_cast<std::size_t>(__builtin_popcountll(bits));
+    }
+    // How many fragments of block b wait in the places before `end`.
+    [[gnu::always_inline]] inline std::size_t count_before(int b, std::size_t end) const {
+        std::size_t count = 0;
+        for (std::size_t w = 0; w * kWordPlaces < end; ++w) {
+            const std::size_t places = end - w * kWordPlaces;
+            const std::uint64_t there = places < kWordPlaces ? (std::uint64_t{1} << places) - 1 : ~std::uint64_t{0};
+            count += count_bits(queue_of(b)[w] & there);
         }
-        const std::size_t waiting = last - first;
-        return {count.of_this < waiting ? count.of_this : waiting, count.of_all < waiting ? count.of_all : waiting};
+        return count;
+    }
+
+    // Where all places are used: what is final in all blocks is retired, the others move to the front, and if that are
+    // too many, places are added.
+    [[gnu::always_inline]] inline void make_place() {
+        for (int b = 0; b < kNumBlocks; ++b) {
+            const std::size_t count = count_before(b, first_open_);
+            if (count == 0) continue;
+            retire(b, count);
+            retired_early_[b] += count;
+        }
+        if (first_open_ > 0) drop_places(queues_, first_open_, num_used_);
+        num_used_ -= first_open_;
+        first_open_ = 0;
+        if (2 * num_used_ >= num_places_) add_places(queues_);
+        copy_columns();
     }
 
     // The open pixels of block b in which too little light is left.
@@ -252,25 +291,34 @@ private:
         return dark & tile_.alive[b];
     }
 
-    // Finishes the pixels of block b that are dark behind the final fragments, those before place `next`; returns the
-    // pixels that are open.
-    [[gnu::always_inline]] inline unsigned open_pixels_behind(int b, std::size_t next, std::size_t tail) {
+    // Finishes the pixels of block b that are dark behind its final fragments; returns the pixels that are open.
+    [[gnu::always_inline]] inline unsigned open_pixels_behind(int b) {
         // The light behind all is the least: where it is enough, nothing else is asked for.
-        if (dark_pixels(b, soft_.light[b]) == 0) return tile_.alive[b];
-        unsigned finished =
-            next < tail ? dark_pixels(b, slots_[entries_[next].slot].before) : dark_pixels(b, soft_.light[b]);
-        if (finished != 0) {
+        unsigned finished = dark_pixels(b, soft_.light[b]);
+        if (finished == 0) return tile_.alive[b];
+        const std::uint64_t* const queue = queue_of(b);
+        std::uint64_t behind_open = 0;  // all ones where a word in front has one that is not final
+        for (std::size_t w = 0; w < num_begun_; ++w) {
+            const std::uint64_t open = queue[w] & open_[w];
+            std::uint64_t rest = queue[w] & (behind_open | ~((open & (0 - open)) - 1));
+            if (open != 0 && behind_open == 0) {
+                const std::size_t place = w * kWordPlaces + static_cast<std::size_t>(__builtin_ctzll(open));
+                finished = dark_pixels(b, slots_[entry_of(place, b).slot].before);
+                behind_open = ~std::uint64_t{0};
+            }
             // What waits and is seen may still be hidden in part by what comes.
-            for (std::size_t k = next; k < tail; ++k) finished &= ~static_cast<unsigned>(entries_[k].shown);
-            finish_pixels(tile_, b, finished);
+            for (; rest != 0 && finished != 0; rest &= rest - 1)
+                finished &= ~static_cast<unsigned>(
+                    entry_of(w * kWordPlaces + static_cast<std::size_t>(__builtin_ctzll(rest)), b).shown);
         }
+        if (finished != 0) finish_pixels(tile_, b, finished);
         return tile_.alive[b];
     }
 
-    // Puts the fragments of a record at place `tail` of the queue of block b.
-    [[gnu::always_inline]] inline void append(const SoftRecord<T>& record, const BlockFragments<T>& fragments,
-                                              std::size_t tail, unsigned pixels, const Real (&alpha)[num_parts],
-                                              const Real (&front)[num_parts], const Real (&seen)[num_parts]) {
+    // Puts the fragments of the record that was begun into the queue of a block.
+    [[gnu::always_inline]] inline void append(const BlockFragments<T>& fragments, unsigned pixels,
+                                              const Real (&alpha)[num_parts], const Real (&front)[num_parts],
+                                              const Real (&seen)[num_parts]) {
         const int b = fragments.b;
         const std::uint32_t slot_id = free_slots_[--num_free_];
         FragmentSlot<T>& slot = slots_[slot_id];
@@ -292,33 +340,39 @@ private:
                 L::store(heights_ + kBlockPixels * slot_id + lane, L::load(fragments.heights + lane));
             last |= L::bits(L::less(all, after, L::set(static_cast<T>(kLeastLight)))) << lane;
         }
-        entries_[tail] = {slot_id, record.id, static_cast<std::uint16_t>(pixels), static_cast<std::uint16_t>(shown)};
-        depths_[tail] = record.depth;
-        squared_softness_[tail] = record.squared_softness;
+        entry_of(own_, b) = {slot_id, static_cast<std::uint16_t>(pixels), static_cast<std::uint16_t>(shown)};
+        queue_of(b)[own_ / kWordPlaces] |= std::uint64_t{1} << own_ % kWordPlaces;
         if (last != 0) finish_pixels(tile_, b, last);
     }
 
-    // Adds the `count` fragments from place `first` on, of block b, to the sums, and frees their slots.
-    [[gnu::always_inline]] inline void retire(int b, std::size_t first, std::size_t count) {
-        const FragmentEntry* const entries = entries_ + first;
-        const FragmentSlot<T>* const slots = slots_;
+    // Adds the first `count` fragments that wait in block b to the sums, and frees their slots.
+    [[gnu::always_inline]] inline void retire(int b, std::size_t count) {
+        std::uint32_t slots[kMostWaiting], records[kMostWaiting];
+        std::uint64_t* word = queue_of(b);
+        for (std::size_t k = 0, w = 0; k < count; ++k) {
+            while (word[w] == 0) ++w;
+            const std::size_t place = w * kWordPlaces + static_cast<std::size_t>(__builtin_ctzll(word[w]));
+            word[w] &= word[w] - 1;
+            slots[k] = free_slots_[num_free_++] = entry_of(place, b).slot;
+            records[k] = row_records_[place];
+        }
         for (int part = 0; part < num_parts; ++part) {
             const int lane = part * W;
             Real planes[Tile::num_planes];
             for (int k = 0; k < Tile::num_planes; ++k) planes[k] = L::load(tile_.plane(k, b) + lane);
             Real sum = L::load(soft_.weights[b] + lane), light = L::load(tile_.light(b) + lane);
             for (std::size_t k = 0; k < count; ++k) {
-                const FragmentSlot<T>& slot = slots[entries[k].slot];
-                const Record<T>& record = records_[entries[k].record];
+                const FragmentSlot<T>& slot = slots_[slots[k]];
+                const Record<T>& record = records_[records[k]];
                 const Real weight = L::load(slot.weight + lane);
                 Real of_color = weight;
-                if constexpr (has_shades) of_color = weight * L::load(shades_ + kBlockPixels * entries[k].slot + lane);
+                if constexpr (has_shades) of_color = weight * L::load(shades_ + kBlockPixels * slots[k] + lane);
                 for (int c = 0; c < 3; ++c) planes[c] = planes[c] + of_color * L::set(record.color[c]);
                 for (int c = 0; c < channels; ++c)
-                    planes[3 + c] = planes[3 + c] + weight * L::set(attributes_.of(entries[k].record, c));
+                    planes[3 + c] = planes[3 + c] + weight * L::set(attributes_.of(records[k], c));
                 if constexpr (has_relief)
                     planes[3 + channels] =
-                        planes[3 + channels] + weight * L::load(heights_ + kBlockPixels * entries[k].slot + lane);
+                        planes[3 + channels] + weight * L::load(heights_ + kBlockPixels * slots[k] + lane);
                 sum = sum + weight;
                 const auto shown = L::less(L::from_bits(~0u), L::set(0), weight);
                 light = L::select(shown, light - light * L::load(slot.alpha + lane), light);
@@ -327,7 +381,6 @@ private:
             L::store(soft_.weights[b] + lane, sum);
             L::store(tile_.light(b) + lane, light);
         }
-        for (std::size_t k = 0; k < count; ++k) free_slots_[num_free_++] = entries[k].slot;
     }
 
     const Record<T>* const records_;
@@ -341,9 +394,18 @@ private:
     T* heights_;
     std::uint32_t* free_slots_;
     FragmentEntry* entries_;
+    std::uint64_t* waiting_;
+    std::uint64_t* reached_;
+    std::uint64_t* open_;
+    std::uint32_t* row_records_;
     T* depths_;
     T* squared_softness_;
-    std::size_t num_free_, queue_size_;
+    std::size_t num_free_, num_places_, num_words_;
+    std::size_t num_used_ = 0;                    // places
+    std::size_t first_open_ = 0;                  // the first place of a record that is not final
+    std::size_t own_ = 0;                         // the place of the record that was begun
+    std::size_t num_begun_ = 0;                   // words with places that are used
+    std::size_t retired_early_[kNumBlocks] = {};  // fragments retired to make place: they still count as waiting
 };
 
 }  // namespace brushgs::BRUSHGS_ISA

@@ -1,7 +1,7 @@
 // Memory of the soft order: the fragments of a tile that later ones may still change.
 //
-// Each 4 x 4 block of pixels has a queue for its own fragments, in stroke order: places b * queue_size + heads[b] to
-// b * queue_size + tails[b] of the columns. Each fragment of a block has a slot, which it keeps while its queue moves.
+// The records of which fragments may wait have places, in stroke order. Each 4 x 4 block of pixels has a queue: a bit
+// for each place, set where a fragment of that record waits in the block. Each such fragment has a slot.
 #pragma once
 
 #include <cstddef>
@@ -25,30 +25,36 @@ struct alignas(64) FragmentSlot {
 };
 
 struct FragmentEntry {
-    std::uint32_t slot, record;
+    std::uint32_t slot;
     std::uint16_t pixels;  // bit p: whether pixel p of the block has the fragment
     std::uint16_t shown;   // those in which it is seen: some light reaches it
 };
+
+constexpr std::size_t kWordPlaces = 64;  // places whose bits make one word
 
 // Kept by each thread from tile to tile.
 template <class T>
 struct SoftQueues {
     static constexpr std::size_t num_queues = kTileWidth * kTileHeight / 16;
-    static constexpr std::size_t room_behind = 16;  // of the columns that are read by vectors
     std::unique_ptr<FragmentSlot<T>[]> slot_memory;
     std::unique_ptr<std::uint32_t[]> free_memory;
     std::unique_ptr<FragmentEntry[]> entry_memory;
-    std::unique_ptr<T[]> depth_memory, softness_memory, reach_memory, shade_memory, height_memory;
+    std::unique_ptr<std::uint64_t[]> waiting_memory;
+    std::unique_ptr<T[]> column_memory, reach_memory, shade_memory, height_memory;
+    std::unique_ptr<std::uint32_t[]> record_memory;
     FragmentSlot<T>* slots = nullptr;     // [num_slots]
     T* shades = nullptr;                  // [num_slots, 16] factors of the colour; null unless they are kept
     T* heights = nullptr;                 // [num_slots, 16] heights of the paint, pixels; null unless they are kept
     std::uint32_t* free_slots = nullptr;  // [num_slots] the first num_free are free, the last of them next
-    FragmentEntry* entries = nullptr;     // [num_queues, queue_size]
-    T* depths = nullptr;                  // [num_queues, queue_size] camera z
-    T* squared_softness = nullptr;        // [num_queues, queue_size]
+    FragmentEntry* entries = nullptr;     // [num_places, num_queues]
+    std::uint64_t* waiting = nullptr;     // [num_queues, num_words] bit p % 64 of word p / 64 is that of place p
+    std::uint64_t* reached = nullptr;     // [num_words] records within reach of the latest
+    std::uint64_t* open = nullptr;        // [num_words] records not wholly in front of the latest and all behind it
+    std::uint32_t* records = nullptr;     // [num_places]
+    T* depths = nullptr;                  // [num_places] camera z
+    T* squared_softness = nullptr;        // [num_places]
     T* reaches = nullptr;                 // [num_ids of a tile + 1] the largest squared softness from there on
-    std::size_t num_slots = 0, num_free = 0, queue_size = 0, num_reaches = 0;
-    std::size_t heads[num_queues] = {}, tails[num_queues] = {};
+    std::size_t num_slots = 0, num_free = 0, num_places = 0, num_words = 0, num_reaches = 0;
     bool keeps_shades = false, keeps_heights = false;
     bool is_crowd = false;  // of the tile: set where more than kMostWaiting wait
     Crowd<T> crowd;
@@ -60,9 +66,13 @@ struct SoftQueues {
 template <class T>
 void add_slots(SoftQueues<T>& queues);
 
-// Doubles the room of every queue.
+// Doubles the places.
 template <class T>
-void lengthen_queues(SoftQueues<T>& queues);
+void add_places(SoftQueues<T>& queues);
+
+// Drops the first `count` of the `used` places, in which nothing waits: all others move to the front.
+template <class T>
+void drop_places(SoftQueues<T>& queues, std::size_t count, std::size_t used);
 
 // Whether slots have shades, and heights, from now on; none may be in use.
 template <class T>
