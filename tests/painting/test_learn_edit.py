@@ -26,7 +26,7 @@ MATRIX, OFFSET = np.array([[0.9, 0.1, 0], [0, 0.8, 0.1], [0.05, 0, 0.6]]), np.ar
 def folder(tmp_path, monkeypatch):
     """The still life before and after an edit, in the current folder."""
     monkeypatch.chdir(tmp_path)
-    scene = still_life(3000)
+    scene = still_life(1000)
     save_upright(scene, "scene.ply")
     bg.save(map_colors(scene, Affine(MATRIX, OFFSET)), "dusk.ply")
     return tmp_path

@@ -140,9 +140,18 @@ def assert_same(found, expected):
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
 
 
+@pytest.fixture(scope="module")
+def strokes_for_views(folder):
+    """Those of a still, and of a path."""
+    paths = None, PathConfig(orbit=3)
+    return [prepare(folder / "scene.ply", PAINT, Report(), views=path).strokes for path in paths]
+
+
 @pytest.mark.filterwarnings("ignore::brushgs.SceneWarning")
 @pytest.mark.parametrize("command", [bench, refine, render_path, stability])
-def test_strokes_for_views_are_the_same_in_all_commands(folder, tmp_path, monkeypatch, command):
+def test_strokes_for_views_are_the_same_in_all_commands(
+    folder, tmp_path, monkeypatch, command, strokes_for_views
+):
     caught = []
 
     def watched(*args, **options):
@@ -150,9 +159,8 @@ def test_strokes_for_views_are_the_same_in_all_commands(folder, tmp_path, monkey
         return caught[-1]
 
     monkeypatch.setattr(f"{COMMANDS[command]}.prepare", watched)
-    views = PathConfig(orbit=3) if command in (render_path, stability) else None
-    expected = prepare(folder / "scene.ply", PAINT, Report(), views=views).strokes
-    assert_same(command(folder / "scene.ply", PAINT, tmp_path, caught), expected)
+    found = command(folder / "scene.ply", PAINT, tmp_path, caught)
+    assert_same(found, strokes_for_views[command in (render_path, stability)])
 
 
 @pytest.mark.parametrize("keeps_scene", [False, True])
@@ -179,7 +187,7 @@ def test_the_scene_is_freed_after_pruning_unless_it_is_kept(folder, monkeypatch,
 
 def test_only_what_is_needed_is_opened(folder, tmp_path):
     (tmp_path / "broken.png").write_text("no picture")
-    broken = replace(PAINT, draw=DrawConfig("flat", background=str(tmp_path / "broken.png")))
+    broken = replace(BARE, draw=DrawConfig("flat", background=str(tmp_path / "broken.png")))
     assert prepare(folder / "scene.ply", broken, Report(), needs_background=False).background is None
     with pytest.raises(bg.SceneError, match=r"broken\.png"):
         prepare(folder / "scene.ply", broken, Report())
@@ -187,7 +195,7 @@ def test_only_what_is_needed_is_opened(folder, tmp_path):
     prepared = prepare(folder / "scene.ply", BARE, report, needs_view=False)
     assert (prepared.cameras, prepared.background) == ([], None)
     assert [stage.name for stage in report.stages] == ["stroke", "load", "clean", "prune", "cluster"]
-    counted = replace(PAINT, cluster=ClusterConfig("auto"))
+    counted = replace(BARE, cluster=ClusterConfig("auto"))
     prepared = prepare(folder / "scene.ply", counted, Report(), needs_view=False)
     assert prepared.camera.width == 48
 
@@ -214,7 +222,7 @@ def test_a_path_is_checked_before_the_long_work(folder):
 )
 def test_options_are_those_of_a_still_or_of_a_path(folder, stroke, along_path, lock, order):
     views = PathConfig(orbit=3) if along_path else None
-    prepared = prepare(folder / "scene.ply", replace(PAINT, draw=DrawConfig(stroke)), Report(), views=views)
+    prepared = prepare(folder / "scene.ply", replace(BARE, draw=DrawConfig(stroke)), Report(), views=views)
     assert (prepared.options.lock, prepared.options.order) == (lock, order)
     assert (prepared.path is not None) is along_path
     assert prepared.painting.is_moving is along_path
