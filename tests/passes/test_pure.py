@@ -8,7 +8,7 @@ from brushgs.passes.hierarchy import Hierarchy
 from brushgs.still_life import still_life, still_life_camera
 from tests.passes.scenes import assert_same, random_gaussians
 
-VIEW = still_life_camera(width=160, height=120)
+VIEW = still_life_camera(width=80, height=60)
 
 
 def in_regions(scene, num, seed=0):
@@ -33,7 +33,7 @@ def test_no_cluster_mixes_regions_and_there_are_no_more_of_them(method, num_regi
 
 
 def test_clusters_that_views_split_are_pure_too_and_their_strokes_bear_the_region():
-    scene = in_regions(still_life(3000), 3)
+    scene = in_regions(still_life(1000), 3)
     found = group(scene, 200, views=[VIEW])
     assert found.num_split > 0
     assert is_pure(found.labels, scene.regions)
@@ -49,7 +49,7 @@ def test_each_region_has_a_stroke_where_fewer_are_asked_for():
 
 
 def test_one_region_clusters_as_none_bit_for_bit():
-    scene = still_life(3000)
+    scene = still_life(1000)
     alone = replace(scene, regions=np.full(len(scene), 4, np.uint8))
     expected, found = (cluster(one, 150, views=[VIEW]) for one in (scene, alone))
     assert set(found.regions) == {4}

@@ -100,7 +100,8 @@ def test_values_that_were_cut_off_do_not_bend_the_map():
     matrix, offset = 1.5 * np.eye(3), np.full(3, -0.2)
     before = scene()
     cut = np.clip(colors_of(before) @ matrix.T + offset, 0, 1)
-    edit = learn_edit(before, replaced(before, sh=((cut - 0.5) / C0)[:, None]), VIEW).edit
+    after = replaced(before, sh=((cut - 0.5) / C0)[:, None])
+    edit = learn_edit(before, after, VIEW, num_bumps=0).edit  # the map does not depend on them
     np.testing.assert_allclose(edit.affine, np.column_stack([matrix, offset]), atol=1e-6)
 
 
@@ -130,7 +131,7 @@ def darker_upward(gaussians):
     [(reds_to_blue, {"lightness", "green_red", "blue_yellow"}, 0.03), (darker_upward, {"height"}, 0.01)],
 )
 def test_a_partial_edit_is_learnt_by_the_features_it_depends_on_and_holds_elsewhere(change, names, within):
-    before, other = scene(4000), scene(1000, seed=5)
+    before, other = scene(2000), scene(1000, seed=5)
     learnt = learn_edit(before, change(before), VIEW)
     assert learnt.edit.residual is not None
     assert set(learnt.edit.residual.features) <= names
@@ -143,18 +144,18 @@ def test_a_partial_edit_is_learnt_by_the_features_it_depends_on_and_holds_elsewh
 
 def test_an_edit_of_some_colours_leaves_the_others_alone():
     before = scene(4000)
-    edit = learn_edit(before, reds_to_blue(before), VIEW).edit
+    edit = learn_edit(before, reds_to_blue(before), VIEW, num_bumps=0).edit  # which follow the map
     np.testing.assert_allclose(edit.affine, np.eye(3, 4), atol=1e-3)
     colors = np.random.default_rng(0).uniform(size=(4000, 3))
     colors[:3000] = colors[:3000] * (0.3, 0.3, 0.5) + (0.7, 0.0, 0.0)  # most of them red
     mostly_red = scene(4000, colors=colors)
-    edit = learn_edit(mostly_red, reds_to_blue(mostly_red), VIEW).edit
+    edit = learn_edit(mostly_red, reds_to_blue(mostly_red), VIEW, num_bumps=0).edit
     np.testing.assert_array_equal(edit.affine, np.eye(3, 4))
 
 
 def test_what_no_feature_explains_is_not_learnt():
-    before = scene(3000)
-    noise = np.random.default_rng(3).normal(0, 0.1, (3000, 3))
+    before = scene(1000)
+    noise = np.random.default_rng(3).normal(0, 0.1, (1000, 3))
     after = replaced(before, sh=((colors_of(before) + noise - 0.5) / C0)[:, None])
     learnt = learn_edit(before, after, VIEW)
     assert learnt.edit.residual is None
@@ -204,7 +205,7 @@ def test_two_scenes_are_no_edit():
 
 
 def test_learning_is_the_same_each_time_and_its_size_is_limited():
-    before = scene(3000)
+    before = scene(1000)
     after = reds_to_blue(before)
     one, two = (learn_edit(before, after, VIEW, num_bumps=8).edit for _ in range(2))
     assert len(one.residual.centers) <= 8
