@@ -23,23 +23,30 @@ from brushgs.still_life import still_life  # noqa: E402
 from tests.bench.paintings import paint  # noqa: E402
 from tests.bench.style import distances, save_random_vgg  # noqa: E402
 
-SIZE = {"width": 96, "height": 72}
+SIZE = {"width": 64, "height": 48}
 
 
 @pytest.fixture(scope="module")
 def painting():
     frame = paint("ochre", 5000)
-    return np.ascontiguousarray(frame.over((0.75, 0.55, 0.25))[:120, :160], dtype=np.float32)
+    return np.ascontiguousarray(frame.over((0.75, 0.55, 0.25))[:90, :120], dtype=np.float32)
 
 
 @pytest.fixture(scope="module")
 def scene(painting):
-    return recolor(still_life(3000), Palette.of_image(painting))
+    return recolor(still_life(1000), Palette.of_image(painting))
 
 
 @pytest.fixture(scope="module")
 def strokes(scene):
     return bg.cluster(scene, 200)
+
+
+@pytest.fixture(scope="module")
+def vgg_file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("vgg") / "vgg.pth"
+    save_random_vgg(path)
+    return path
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +78,7 @@ def styled(painting, strokes, views, drawing):
 def files(tmp_path_factory, painting):
     """Folder with scene.ply and painting.png."""
     folder = tmp_path_factory.mktemp("style")
-    bg.save(still_life(3000), folder / "scene.ply")
+    bg.save(still_life(1000), folder / "scene.ply")
     save(painting, folder / "painting.png")
     return folder
 
@@ -128,7 +135,7 @@ def level_strokes(painting):
 
 
 def test_only_colours_move_where_nothing_else_may(styled, strokes):
-    after, curve = styled("colour")
+    after, curve = styled("colour", steps=6)
     for name in ("means", "quats", "scales", "opacities"):
         assert np.array_equal(getattr(after, name), getattr(strokes, name))
     assert not np.array_equal(after.sh, strokes.sh)
@@ -174,16 +181,14 @@ def test_without_gradients_the_losses_are_the_same(painting):
     assert with_gradient[2].any()
 
 
-def test_the_loss_falls_with_the_features_of_a_network_too(styled, tmp_path):
-    save_random_vgg(tmp_path / "vgg.pth")
-    curve = styled(steps=2, features=lambda pixels: Vgg(tmp_path / "vgg.pth"))[1]
+def test_the_loss_falls_with_the_features_of_a_network_too(styled, vgg_file):
+    curve = styled(steps=2, features=lambda pixels: Vgg(vgg_file))[1]
     losses = 10 ** (-np.array(curve.scores) / 10)
     assert losses.min() < 0.7 * losses[0]  # measured 0.48
 
 
-def test_a_file_of_vgg_is_used_from_the_command_line(files, tmp_path, capsys):
-    save_random_vgg(tmp_path / "vgg.pth")
-    code, vgg = refine(files, tmp_path, "--vgg-weights", tmp_path / "vgg.pth", "--json")
+def test_a_file_of_vgg_is_used_from_the_command_line(files, tmp_path, capsys, vgg_file):
+    code, vgg = refine(files, tmp_path, "--vgg-weights", vgg_file, "--json")
     assert code == 0
     stage = next(s for s in json.loads(capsys.readouterr().out)["stages"] if s["name"] == "refine")
     assert "the loss to painting.png fell" in json.dumps(stage)
@@ -195,7 +200,7 @@ def test_a_file_of_vgg_is_used_from_the_command_line(files, tmp_path, capsys):
 def test_paintings_with_alpha_or_without_colour_will_do(files, tmp_path, painting, kind):
     alpha = np.ones(painting.shape[:2], np.float32)
     if kind == "alpha":
-        alpha[:, 80:] = 0
+        alpha[:, 60:] = 0
         save(painting, files / "alpha.png", alpha)
     else:
         save(np.repeat(painting.mean(axis=2, keepdims=True), 3, axis=2), files / "grey.png")
