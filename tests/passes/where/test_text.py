@@ -150,7 +150,7 @@ def test_what_no_view_shows_is_as_what_lies_next_to_it():
         np.zeros((3, 1, 3)),
     )
     both = Gaussians.joined([gaussians, hidden])
-    finder = WordFinder(ColorEncoder(), both, around(9.0))
+    finder = WordFinder(ColorEncoder(), both, around(9.0, 2))
     np.testing.assert_array_equal(finder.relevance("red")[-3:] >= 0.5, [False, True, False])
 
 
