@@ -10,7 +10,7 @@ from brushgs import cli
 from brushgs.io import read_scene
 from brushgs.io.pictures.images import read_image
 from brushgs.options.look_parts import BrushesConfig
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
 from brushgs.painting.passes import cluster_file, prune_file
 from brushgs.painting.report import Report
 from brushgs.painting.still import paint_file
@@ -23,13 +23,19 @@ SMALL = ViewConfig(size=(96, 72))
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "a.ply"
-    bg.save(still_life(3000), path)
+    bg.save(still_life(1000), path)
     return path
 
 
 def config(stroke="impasto", **steps):
     return PaintConfig(
-        **{"cluster": ClusterConfig(strokes=150), "draw": DrawConfig(stroke=stroke), "view": SMALL} | steps
+        **{
+            "cluster": ClusterConfig(strokes=150),
+            "draw": DrawConfig(stroke=stroke),
+            "strokes": StrokesConfig(see="off"),
+            "view": SMALL,
+        }
+        | steps
     )
 
 
@@ -58,7 +64,18 @@ def test_brushes_of_a_look_go_to_the_strokes_they_suit(scene, tmp_path):
 def test_a_folder_of_images_is_a_set(scene, tmp_path, monkeypatch, capsys):
     write_brushes(tmp_path / "mine", 4)
     monkeypatch.chdir(tmp_path)
-    words = ["render", str(scene), "--strokes", "150", "--size", "96x72", "--background", "white"]
+    words = [
+        "render",
+        str(scene),
+        "--strokes",
+        "150",
+        "--size",
+        "96x72",
+        "--see",
+        "off",
+        "--background",
+        "white",
+    ]
     assert cli.main([*words, "--stroke", "mine", "--output", "a.png"]) == 0
     assert cli.main([*words, "--stroke", ",".join(f"mine/00{n}.png" for n in range(4)), "-o", "b.png"]) == 0
     np.testing.assert_array_equal(read_image("a.png"), read_image("b.png"))

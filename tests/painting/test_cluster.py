@@ -9,12 +9,12 @@ import brushgs as bg
 from brushgs.passes import cluster as passes
 from brushgs.still_life import still_life, still_life_camera
 
-VIEW = still_life_camera(width=240, height=180)
+VIEW = still_life_camera(width=120, height=90)
 
 
 @pytest.fixture(scope="module")
 def pears():
-    return still_life(3000)
+    return still_life(1000)
 
 
 def assert_same(one, other):

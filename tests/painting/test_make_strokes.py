@@ -26,7 +26,7 @@ from brushgs.options.sequence import PathConfig
 from brushgs.painting.passes import cluster_file
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
-from brushgs.painting.still import paint, paint_file
+from brushgs.painting.still import paint, paint_file, paint_view
 from brushgs.passes.broken_color import break_colors
 from brushgs.passes.direction.orient import orient
 from brushgs.passes.repaint import repaint
@@ -43,7 +43,7 @@ PAINT = PaintConfig(cluster=ClusterConfig(COUNT), draw=DrawConfig("flat"), view=
 
 @pytest.fixture(scope="module")
 def scene():
-    return still_life(2000)
+    return still_life(1000)
 
 
 @pytest.fixture(scope="module")
@@ -71,8 +71,14 @@ def with_strokes(**options):
     return replace(PAINT, strokes=StrokesConfig(**options))
 
 
-def test_strokes_are_what_the_passes_make_one_by_one(file):
-    prepared, _ = strokes_of(file, keeps_scene=True)
+@pytest.fixture(scope="module")
+def seeing(file):
+    """What is made by default, and the scene that it is made of."""
+    return strokes_of(file, keeps_scene=True)[0]
+
+
+def test_strokes_are_what_the_passes_make_one_by_one(seeing):
+    prepared = seeing
     scene, view = prepared.whole_scene, prepared.first_view
     camera = prepared.camera
     near = near_views(camera, subject_ahead(camera, view), view.up)
@@ -120,28 +126,26 @@ def test_without_the_passes_strokes_are_clusters(file):
 @pytest.mark.parametrize("strokes_for", ["scene", "view"])
 def test_views_are_those_near_the_picture_and_a_ring_unless_all_is_for_the_view(file, strokes_for):
     config = replace(PAINT, cluster=ClusterConfig(COUNT, strokes_for=strokes_for))
-    counts = strokes_of(file, config)[1]["plain views"].counts
+    counts = strokes_of(file, config, merges_later=True)[1]["plain views"].counts
     ring = len(RING) if strokes_for == "scene" else 0
     assert (counts["own"], counts["ring"], counts["views"]) == (len(NEAR), ring, len(NEAR) + ring)
-    counts = strokes_of(file, config, views=PathConfig(orbit=5))[1]["plain views"].counts
+    counts = strokes_of(file, config, views=PathConfig(orbit=5), merges_later=True)[1]["plain views"].counts
     assert (counts["own"], counts["ring"]) == (5, ring)
 
 
-def test_strokes_do_not_depend_on_the_size_of_the_picture_nor_on_what_else_is_written(file):
-    first, _ = strokes_of(file)
-    larger, _ = strokes_of(file, replace(PAINT, view=ViewConfig(size=(128, 72))))
-    assert_same(larger.strokes, first.strokes)
-    again, _ = strokes_of(file, needs_first_view=True, keeps_scene=True)
-    assert_same(again.strokes, first.strokes)
+def test_strokes_do_not_depend_on_the_size_of_the_picture_nor_on_what_else_is_written(file, seeing):
+    larger, _ = strokes_of(file, replace(PAINT, view=ViewConfig(size=(128, 72))), needs_first_view=True)
+    assert_same(larger.strokes, seeing.strokes)
     counted, found = strokes_of(file, replace(PAINT, cluster=ClusterConfig("auto")))
     count = found["count"].counts["strokes"]
     given, _ = strokes_of(file, replace(PAINT, cluster=ClusterConfig(count)))
     assert_same(counted.strokes, given.strokes)
 
 
-def test_strokes_do_not_depend_on_threads(file):
-    one, three = (strokes_of(file, replace(PAINT, draw=DrawConfig("flat", threads=n)))[0] for n in (1, 3))
-    assert_same(one.strokes, three.strokes)
+@pytest.mark.parametrize("threads", [1, 3])
+def test_strokes_do_not_depend_on_threads(file, seeing, threads):
+    found, _ = strokes_of(file, replace(PAINT, draw=DrawConfig("flat", threads=threads)))
+    assert_same(found.strokes, seeing.strokes)
 
 
 def test_a_camera_from_a_file_gives_the_strokes_of_the_same_camera_in_memory(file):
@@ -182,17 +186,17 @@ def test_what_is_seen_looks_more_like_the_scene_than_without_views(scene):
 
 
 @pytest.mark.parametrize("target", [ErrorBudget(17.0), StrokeSize(24.0)])
-def test_targets_hold_for_the_strokes_that_are_painted(scene, target):
+def test_targets_hold_for_the_strokes_that_are_painted(target):
+    scene = still_life(2000)  # of fewer, a step of the ladder is not always nearer than the one below
     report = Report()
     config = replace(PAINT, cluster=ClusterConfig(target))
-    frame = paint(scene, config, report=report)
+    prepared = prepare(scene, config, report, keeps_scene=True)
+    frame = paint_view(prepared, report)
     counts = stages(report)["cluster"].counts
     if isinstance(target, StrokeSize):
         assert counts["size"] == pytest.approx(target.pixels, rel=0.15)
         return
-    kept = prepare(scene, config, Report(), keeps_scene=True).whole_scene
-    camera = prepare(scene, config, Report()).camera
-    plain = bg.render(kept, camera, "gaussian", depth=False)
+    plain = bg.render(prepared.whole_scene, prepared.camera, "gaussian", depth=False)
     difference = np.clip(frame.over((1, 1, 1)), 0, 1) - np.clip(plain.over((1, 1, 1)), 0, 1)
     reached = -10 * np.log10(np.mean(difference**2))
     assert reached == pytest.approx(counts["psnr"], abs=1e-3)
@@ -241,14 +245,14 @@ def test_a_scene_of_glass_keeps_its_strokes(scene, opacity):
 @pytest.mark.parametrize("see", ["views", "off"])
 def test_a_focus_moves_strokes_and_keeps_their_number(scene, see):
     def strokes_with(focus):
-        config = replace(PAINT, cluster=ClusterConfig(300), strokes=StrokesConfig(see=see, focus=focus))
+        config = replace(PAINT, cluster=ClusterConfig(150), strokes=StrokesConfig(see=see, focus=focus))
         return strokes_of(scene, config)[0].strokes.means
 
     before = strokes_with(None)
     center = np.median(before, axis=0)
     radius = float(np.quantile(np.linalg.norm(before - center, axis=1), 0.2))
     after = strokes_with(Focus((*map(float, center), radius)))
-    assert abs(len(after) - len(before)) < 10
+    assert abs(len(after) - len(before)) < 5
     share, more = (np.mean(np.linalg.norm(x - center, axis=1) < radius) for x in (before, after))
     assert 1.5 < more / (1 - more) * (1 - share) / share < 2.7  # twice as many to an area
 

@@ -15,7 +15,7 @@ from brushgs.still_life import still_life
 
 SCENE = still_life(1000)
 OIL = Look.open("oil").config
-OIL = replace(OIL, cluster=replace(OIL.cluster, strokes=120), view=replace(OIL.view, size=(96, 72)))
+OIL = replace(OIL, cluster=replace(OIL.cluster, strokes=60), view=replace(OIL.view, size=(64, 48)))
 
 
 def made_anew(memory, config):
@@ -43,7 +43,7 @@ CHANGES = [
     (changed("color", chroma=2.0), set()),
     (changed("draw", streaks=0.3), set()),
     (replace(changed("draw", stroke="dab"), brushes=PaintConfig().brushes), {"stroke"}),
-    (changed("cluster", strokes=80), {"prune", "focus", "cluster", "solid", "direction", "repaint"}),
+    (changed("cluster", strokes=40), {"prune", "focus", "cluster", "solid", "direction", "repaint"}),
     (changed("prune", keep=0.5), {"prune", "focus", "cluster", "solid", "direction", "repaint"}),
     (changed("strokes", solid=False), {"cluster", "direction", "repaint"}),
 ]

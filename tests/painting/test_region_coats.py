@@ -23,7 +23,8 @@ def test_every_coat_but_the_backdrop_bears_parts(scene, look):
     config = Look.open(look).config
     config = replace(
         config,
-        cluster=replace(config.cluster, strokes=300),
+        cluster=replace(config.cluster, strokes=200),
+        strokes=replace(config.strokes, see="off"),
         rules=Rules((Rule(Where.parse("half:-1,0,0,0")),)),
     )
     prepared = prepare(scene, config, Report(), views=still_life_camera(width=160, height=120))

@@ -7,15 +7,15 @@ from brushgs.scene import Camera, Gaussians
 from brushgs.sh import C0
 
 COVER = 0.6  # standard deviation over distance: closed, and not blurred
-SIZE = 200  # pixels
+SIZE = 140  # pixels
 
 
-def plane(num=10_000, jitter=0.0):
+def plane(num=4900, jitter=0.0):
     x, y, spacing = _lattice(num, jitter)
     return _layer(np.stack([x, y, 0 * x], axis=1), np.tile([0.0, 0.0, 1.0], (len(x), 1)), spacing)
 
 
-def relief(num=10_000, jitter=0.0):
+def relief(num=4900, jitter=0.0):
     x, y, spacing = _lattice(num, jitter)
     z = 0.06 * np.sin(5 * x) * np.cos(4 * y) + 0.015 * np.sin(13 * x)
     slope_x = 0.3 * np.cos(5 * x) * np.cos(4 * y) + 0.195 * np.cos(13 * x)
@@ -23,7 +23,7 @@ def relief(num=10_000, jitter=0.0):
     return _layer(np.stack([x, y, z], axis=1), np.stack([-slope_x, -slope_y, 1 + 0 * x], axis=1), spacing)
 
 
-def sphere(num=10_000, jitter=0.0):
+def sphere(num=4900, jitter=0.0):
     turn, height = np.pi * (1 + 5**0.5) * np.arange(num), 1 - (2 * np.arange(num) + 1) / num
     radius = np.sqrt(1 - height**2)
     points = np.stack([radius * np.cos(turn), radius * np.sin(turn), height], axis=1)

@@ -8,7 +8,7 @@ from brushgs.measure.likeness import psnr, unpainted
 from brushgs.still_life import still_life, still_life_camera
 from tests.passes import layers
 
-NUM_STROKES = 700
+NUM_STROKES = 343
 LAYERS = {
     "plane": layers.plane,
     "jittered plane": lambda: layers.plane(jitter=0.25),
@@ -60,7 +60,7 @@ def compare(frames, plain):
 @pytest.fixture(scope="module", params=[*LAYERS, "still life"])
 def subject(request):
     if request.param == "still life":
-        return Subject(still_life(12_000), [still_life_camera(width=240, height=180)])
+        return Subject(still_life(5900), [still_life_camera(width=168, height=126)])
     return Subject(LAYERS[request.param](), layers.cameras())
 
 

@@ -27,7 +27,7 @@ SMALL = ("--size", "64x48", "--views", "2", "--steps", "2", "--up", "-y", "--qui
 def folder(tmp_path_factory):
     """Folder with scene.ply, painting.png and what one run makes of them: out.ply and out.style."""
     folder = tmp_path_factory.mktemp("in_style")
-    bg.save(still_life(3000), folder / "scene.ply")
+    bg.save(still_life(1000), folder / "scene.ply")
     rgb = paint("hatching", size=(240, 180))
     bg.save(bg.Frame(rgb, np.ones(rgb.shape[:2], np.float32), None), folder / "painting.png")
     assert refine(folder, folder / "out.ply") == 0
@@ -94,20 +94,20 @@ def test_colours_alone_leave_marks_and_write_no_style(folder, tmp_path):
 
 
 def test_a_stroke_that_was_asked_for_is_remembered(folder, tmp_path):
-    assert refine(folder, tmp_path / "s.ply", "--stroke", "dry_brush") == 0
+    assert refine(folder, tmp_path / "s.ply", "--stroke", "dry_brush", style="out.style") == 0
     strokes, notes = read_scene(tmp_path / "s.ply")
     assert (set(strokes.brushes), notes.brushes) == ({0}, ("dry_brush",))
 
 
 def test_a_number_of_strokes_that_was_asked_for_is_kept(folder, tmp_path):
-    assert refine(folder, tmp_path / "n.ply", "--strokes", "70") == 0
+    assert refine(folder, tmp_path / "n.ply", "--strokes", "70", style="out.style") == 0
     assert len(bg.load(tmp_path / "n.ply")) <= 70
 
 
 def test_outside_a_region_strokes_stay_as_they_were(folder, tmp_path):
     where = ("--where", "half:1,0,0,0", "--strokes", "150")
-    assert refine(folder, tmp_path / "w.ply", *where) == 0
-    assert refine(folder, tmp_path / "c.ply", "--params", "colour", *where) == 0
+    assert refine(folder, tmp_path / "w.ply", *where, style="out.style") == 0
+    assert refine(folder, tmp_path / "c.ply", "--params", "colour", *where, style="out.style") == 0
     marked, colored = bg.load(tmp_path / "w.ply"), bg.load(tmp_path / "c.ply")
     outside = colored.means[:, 0] < -0.01
     assert 10 < outside.sum() < 140
@@ -153,8 +153,8 @@ def test_a_style_is_painted_in_its_colours_and_directions():
 
 
 def test_a_painting_is_learnt_again_from_what_its_style_paints(folder, tmp_path):
-    learnt = open_style(folder / "painting.png").style.marks
-    picture = painted(open_style(folder / "painting.png").style)
+    style = read_style(folder / "out.style")  # that of the painting
+    learnt, picture = style.marks, painted(style)
     bg.save(bg.Frame(picture, np.ones(picture.shape[:2], np.float32), None), tmp_path / "again.png")
     again = open_style(tmp_path / "again.png").style.marks
     assert again.length == pytest.approx(learnt.length, rel=0.4)

@@ -7,6 +7,8 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -44,8 +46,8 @@ CHECKPOINT, OUTPUT = "pears-refined.checkpoint", "pears-refined.ply"
 def made(tmp_path_factory):
     """Two scenes, and the refined strokes of the first."""
     folder = tmp_path_factory.mktemp("scene")
-    save_upright(still_life(3000), folder / "pears.ply")
-    save_upright(still_life(2000), folder / "apples.ply")
+    save_upright(still_life(1000), folder / "pears.ply")
+    save_upright(still_life(1000, 1), folder / "apples.ply")
     words = ["refine", str(folder / "pears.ply"), *SMALL, "-o", str(folder / OUTPUT), "--quiet"]
     assert cli.main(words) == 0
     return folder
@@ -69,13 +71,26 @@ def names():
     return sorted(path.name for path in Path().iterdir())
 
 
+@pytest.fixture(scope="module")
+def stop(made, tmp_path_factory):
+    """What is said where Ctrl-C stops a run after its sixth step, and the checkpoint that it leaves."""
+    folder = tmp_path_factory.mktemp("stopped")
+    out, err = StringIO(), StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
+        patch.chdir(folder)
+        with stopping_after(patch, 6):
+            code = cli.main(["refine", str(made / "pears.ply"), *SMALL])
+    assert (code, out.getvalue()) == (130, "")
+    assert [path.name for path in folder.iterdir()] == [CHECKPOINT]
+    return err.getvalue(), (folder / CHECKPOINT).read_bytes()
+
+
 @pytest.fixture
-def stopped(scene, monkeypatch, capsys):
-    """What is said where Ctrl-C stops a run after its sixth step."""
-    with stopping_after(monkeypatch, 6):
-        code, out, err = run(capsys, scene, *SMALL)
-    assert (code, out) == (130, "")
-    return err
+def stopped(scene, stop):
+    """The current folder after that stop; what was said."""
+    said, checkpoint = stop
+    Path(CHECKPOINT).write_bytes(checkpoint)
+    return said
 
 
 def test_ctrl_c_names_the_checkpoint_and_the_run_is_resumed_to_the_same_file(stopped, scene, made, capsys):
