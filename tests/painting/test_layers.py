@@ -12,7 +12,7 @@ from brushgs.io.pictures.exr.cryptomatte import ids_of
 from brushgs.options.choices import LAYER_CHANNELS, LAYERS
 from brushgs.still_life import still_life
 
-SMALL = ["--quiet", "--size", "128x96", "--strokes", "300", "--clean", "off", "--up", "-y"]
+SMALL = ["--quiet", "--size", "128x96", "--strokes", "300", "--clean", "off", "--up", "-y", "--see", "off"]
 PLAIN = [*SMALL, "--look", "plain", "--stroke", "flat", "--background", "transparent"]
 
 

@@ -13,7 +13,7 @@ from brushgs.io.pictures.images import read_image
 from brushgs.moving_scene import MovingScene
 from brushgs.options.clip import ClipConfig
 from brushgs.options.moment import Moment
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.clip import Clip
 from brushgs.painting.look import BACKDROP
@@ -29,8 +29,10 @@ CAMERA = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=64, height=48, near=0.1)
 CONFIG = PaintConfig(
     cluster=ClusterConfig(strokes=60),
     draw=DrawConfig(stroke="flat", background="black"),
+    strokes=StrokesConfig(see="off"),
     view=ViewConfig(size=(64, 48)),
 )
+SEEING = replace(CONFIG, strokes=StrokesConfig())
 WALL, BALL = 400, 150
 
 
@@ -86,7 +88,7 @@ def red_center(picture):
 
 @pytest.mark.parametrize("has_rows", [True, False])
 def test_strokes_follow_what_they_paint(has_rows, tmp_path):
-    report = paint(tmp_path / "f" / "%02d.png", moving_scene(has_rows=has_rows))
+    report = paint(tmp_path / "f" / "%02d.png", moving_scene(has_rows=has_rows), config=SEEING)
     pictures = frames_of(tmp_path / "f")
     assert len(pictures) == 7
     centers = np.array([red_center(picture) for picture in pictures])
@@ -254,6 +256,7 @@ def test_what_leaves_and_comes_back_takes_its_strokes_along(tmp_path):
 def test_looks_paint_films(look, tmp_path):
     config = bg.Look.open(look).config
     config = replace(config, view=ViewConfig(size=(64, 48)), cluster=replace(config.cluster, strokes=60))
+    config = replace(config, strokes=replace(config.strokes, see="off"))
     paint(tmp_path / "%d.png", config=config)
     pictures = frames_of(tmp_path)
     assert len(pictures) == 7

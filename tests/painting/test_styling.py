@@ -35,7 +35,7 @@ PAINT = PaintConfig(
     prune=PruneConfig(keep=1.0),
     cluster=ClusterConfig(250),
     draw=DrawConfig("flat", streaks=0.0),  # these come after a style, and are no map of it
-    strokes=StrokesConfig(broken_color=0.0),
+    strokes=StrokesConfig(see="off", broken_color=0.0),
     view=ViewConfig(size=SIZE),
     ground=GroundConfig("#7f6040", backdrop=60, backdrop_always=True),
 )
@@ -45,7 +45,7 @@ DIMMED = StyleEdit(np.column_stack([0.5 * np.eye(3), np.zeros(3)]))
 
 @pytest.fixture(scope="module")
 def scene():
-    return still_life(2000)
+    return still_life(1000)
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +138,7 @@ def test_a_look_on_the_way_to_a_style_in_python(scene, folder):
 def test_the_command_line_says_the_same(scene, folder, tmp_path):
     bg.save(scene, tmp_path / "scene.ply")
     words = ["render", str(tmp_path / "scene.ply"), "--look", "plain", "--strokes", "100", "--quiet"]
-    words += ["--size", "48x36", "--azimuth", "20"]
+    words += ["--size", "48x36", "--azimuth", "20", "--see", "off"]
     style = f"{folder}/negative.style:70%"
     output = str(tmp_path / "a.png")
     assert main([*words, "--style", style, "--adjust", "contrast=1.2,brightness=-5%", "-o", output]) == 0
@@ -164,7 +164,7 @@ def test_the_command_line_says_the_same(scene, folder, tmp_path):
     ],
 )
 def test_what_cannot_be_gets_one_sentence(scene, tmp_path, capsys, words, sentence):
-    bg.save(still_life(1000), tmp_path / "scene.ply")
+    bg.save(scene, tmp_path / "scene.ply")
     assert main(["render", str(tmp_path / "scene.ply"), "-o", str(tmp_path / "a.png"), *words]) == 2
     assert sentence in capsys.readouterr().err
     assert not (tmp_path / "a.png").exists()

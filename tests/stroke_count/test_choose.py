@@ -32,17 +32,17 @@ from tests.scenes import real_scene
 
 SWIRL = bg.StrokeTexture.open("swirl")
 KERNEL = bg.StrokeTexture.open("gaussian")
-SMALL = ViewConfig(size=(320, 180))
+SMALL = ViewConfig(size=(160, 90))
 
 
 @pytest.fixture(scope="module")
 def pears():
-    return still_life(4000)
+    return still_life(2000)
 
 
 @pytest.fixture(scope="module")
 def camera():
-    return still_life_camera(width=320, height=240)
+    return still_life_camera(width=160, height=120)
 
 
 def boxes_of(centers, half_extents, opacities):
@@ -85,13 +85,13 @@ def test_a_scene_of_one_point_repeated_and_one_out_of_sight_are_no_trouble(pears
 
 
 def test_a_stricter_budget_never_gives_fewer_strokes(pears, camera):
-    counts = [choose_strokes(pears, camera, SWIRL, psnr=psnr).strokes for psnr in np.linspace(8, 21, 6)]
+    counts = [choose_strokes(pears, camera, SWIRL, psnr=psnr).strokes for psnr in np.linspace(8, 20, 5)]
     assert counts == sorted(counts)
     assert counts[0] < counts[-1]
 
 
 def test_longer_strokes_are_never_more(pears, camera):
-    counts = [choose_strokes(pears, camera, SWIRL, size=size).strokes for size in np.geomspace(2, 300, 6)]
+    counts = [choose_strokes(pears, camera, SWIRL, size=size).strokes for size in np.geomspace(1, 150, 5)]
     assert counts == sorted(counts, reverse=True)
     assert counts[0] == len(pears)
     assert counts[-1] < 100
@@ -126,7 +126,7 @@ def test_the_choice_follows_how_strokes_are_made(pears, camera, options):
         ({"psnr": 0.0}, "psnr must be above 0"),
         ({"size": np.inf}, "size must be above 0 and finite"),
         ({"size": -1.0}, "size must be above 0"),
-        ({"psnr": 90.0}, "budget must be one that 'swirl' can meet, got 90 dB; all 4,333 strokes reach"),
+        ({"psnr": 90.0}, "budget must be one that 'swirl' can meet, got 90 dB; all 2,202 strokes reach"),
     ],
 )
 def test_what_cannot_be_chosen_for_is_refused(pears, camera, options, words):
@@ -168,7 +168,7 @@ def test_what_lies_outside_of_the_picture_does_not_count():
 
 def test_errors_are_those_of_the_pictures_on_their_ground(pears, camera):
     strokes, plain = bg.cluster(pears, 200), bg.render(pears, camera, KERNEL)
-    for ground in (np.ones(3), np.random.default_rng(0).random((240, 320, 3))):
+    for ground in (np.ones(3), np.random.default_rng(0).random((120, 160, 3))):
         view_model = ViewModel(camera, SWIRL, RenderOptions.of(SWIRL), plain, ground)
         shown = [np.clip(frame.over(ground), 0, 1) for frame in (bg.render(strokes, camera, SWIRL), plain)]
         apart = shown[0] - shown[1]
@@ -183,7 +183,7 @@ def painted(pears, strokes, **draw):
         cluster=ClusterConfig(strokes),
         view=SMALL,
         draw=DrawConfig(**{"stroke": "swirl"} | draw),
-        strokes=StrokesConfig.off() if draw.get("stroke") == "gaussian" else StrokesConfig(),
+        strokes=StrokesConfig.off() if draw.get("stroke") == "gaussian" else StrokesConfig(see="off"),
     )
     frame = paint(pears, config, report=report)
     return frame, {stage.name: stage for stage in report.stages}
@@ -211,7 +211,7 @@ def test_a_budget_is_kept_to_the_whole_scene_and_a_stricter_one_takes_no_fewer(p
     assert reached == sorted(reached)
 
 
-@pytest.mark.parametrize("pixels", [120.0, 180.0])
+@pytest.mark.parametrize("pixels", [60.0, 90.0])
 def test_a_size_is_reached_within_a_tenth(pears, pixels):
     _, stages = painted(pears, StrokeSize(pixels))
     assert stages["cluster"].counts["size"] == pytest.approx(pixels, rel=0.1)
