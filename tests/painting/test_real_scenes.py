@@ -56,7 +56,7 @@ def test_strokes_that_see_are_nearer_to_the_scene_also_where_nothing_looked(
     [
         ("koala.ply", (320, 180), 12, 2.0),
         # As many pairs as by default: its path goes among its strokes, and few pairs differ by twice.
-        ("derived/truck.ply", (640, 360), 40, 3.4),
+        ("derived/truck.ply", (320, 180), 40, 3.4),
     ],
     ids=["koala", "truck"],
 )

@@ -56,7 +56,7 @@ FILES = [f"{index:05}.png" for index in range(NUM_FRAMES)]
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "still_life.ply"
-    save_upright(still_life(2000), path)
+    save_upright(still_life(1000), path)
     return path
 
 

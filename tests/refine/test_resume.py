@@ -38,6 +38,8 @@ SMALL = [
     "flat",
     "--up",
     "-y",
+    "--see",
+    "off",
 ]
 CHECKPOINT, OUTPUT = "pears-refined.checkpoint", "pears-refined.ply"
 
@@ -180,8 +182,9 @@ def test_a_checkpoint_that_is_not_resumed_is_named_before_it_is_replaced(stopped
         (["--stroke", "swirl"], r"stroke flat, now swirl"),
         (
             ["--stroke", "gaussian"],
-            r"stroke flat, now gaussian; .*keep 0\.7, now 1\.0.*; see views, now off; .*",
+            r"stroke flat, now gaussian; .*keep 0\.7, now 1\.0.*; .*",
         ),
+        (["--see", "views"], r"see off, now views"),
         (["--steps", "12"], r"steps 10, now 12"),
         (["--seed", "4"], r"seed 0, now 4"),
         (["--params", "colour"], r"params all, now colour"),
