@@ -20,7 +20,7 @@ from brushgs.still_life import still_life
 from tests.bench.mark_paintings import paint
 from tests.io.styles import example
 
-SMALL = ("--size", "64x48", "--views", "2", "--steps", "2", "--up", "-y", "--quiet")
+SMALL = ("--size", "64x48", "--views", "2", "--steps", "2", "--up", "-y", "--see", "off", "--quiet")
 
 
 @pytest.fixture(scope="module")
