@@ -1,10 +1,12 @@
-"""Where the tests find real scenes; they are no part of the repository, so each test may be skipped."""
+"""The scenes of the tests. Real ones are no part of the repository, so each test of one may be skipped."""
 
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 import brushgs as bg
+from brushgs.still_life import still_life
 
 SCENES_FOLDER = Path(__file__).resolve().parents[2] / "shared" / "scenes"
 
@@ -15,6 +17,19 @@ def real_scene(name: str) -> Path:
     if not path.exists():
         pytest.skip(f"real scene {name} is not here: {path}")
     return path
+
+
+@cache
+def still_life_of(num_gaussians: int) -> bg.Gaussians:
+    """`still_life`, made once a process: its light takes a quarter of a second, whatever the number.
+
+    Its arrays are read-only, since tests share them.
+    """
+    scene = still_life(num_gaussians)
+    for array in vars(scene).values():
+        if hasattr(array, "setflags"):
+            array.setflags(write=False)
+    return scene
 
 
 def save_upright(gaussians: bg.Gaussians, path: str | Path) -> None:

@@ -2,6 +2,7 @@
 
 import base64
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -12,8 +13,8 @@ from brushgs.page.contents import page_contents
 from brushgs.page.html import page_html
 from brushgs.page.view import PageView
 from brushgs.scene import Camera
-from brushgs.still_life import still_life
 from tests.page.studio import painting_of
+from tests.scenes import still_life_of
 
 SIZE = {"width": 320, "height": 240}
 NUM_STROKES = 1000
@@ -23,9 +24,10 @@ STILL = base64.b64decode(
 )
 
 
+@cache
 def scene():
     """The strokes, and how they are seen."""
-    strokes = still_life(NUM_STROKES)
+    strokes = still_life_of(NUM_STROKES)
     return strokes, plain_first_view(strokes)
 
 

@@ -12,12 +12,13 @@ from brushgs.rendering.light import BLUR, Lamp, blur_taps
 from brushgs.rendering.relief import Relief, canvas_scale
 from brushgs.rendering.surface import GRAIN, LINEN_HEIGHT, PAPER_HEIGHT, flat, linen, paper
 from brushgs.scene import Camera, Frame
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from tests.chromium import blank_tab
 from tests.page.easel import Easel
 from tests.page.studio import painting_of
+from tests.scenes import still_life_of
 
-WIDTH, HEIGHT = 120, 90
+WIDTH, HEIGHT = 60, 45
 CAMERA = Camera.look_at((0, 0, -6), (0, 0, 0), width=WIDTH, height=HEIGHT)
 CLAY = (0.62, 0.5, 0.41)
 SURFACES = {"flat": flat, "linen": linen, "paper": paper}
@@ -157,9 +158,7 @@ def painted(easel, laid, *given, ground=None, lamp=None, options=None, **facts):
     return easel.picture(facts, planes, width=WIDTH, height=HEIGHT, image=image, **(options or {}))
 
 
-@pytest.mark.parametrize(
-    ("width", "height", "seed"), [(1000, 750, 0), (640, 480, 0), (600, 800, 7), (7, 5, 0)]
-)
+@pytest.mark.parametrize(("width", "height", "seed"), [(480, 360, 0), (360, 480, 7), (7, 5, 0)])
 @pytest.mark.parametrize("kind", HEIGHTS)
 def test_threads_and_bumps_are_those_of_the_exact_renderer(easel, kind, width, height, seed):
     page = easel.pattern(kind, width, height, seed=seed)
@@ -183,8 +182,9 @@ COVERS = {
 }
 
 
-@pytest.mark.parametrize("name", COVERS)
-@pytest.mark.parametrize("kind", ["flat", "paper"])
+@pytest.mark.parametrize(
+    ("name", "kind"), [*((name, "paper") for name in COVERS), ("two", "flat"), ("pressed glaze", "flat")]
+)
 def test_coats_lie_on_each_other_and_on_the_ground(easel, monkeypatch, name, kind):
     laid, ground = COVERS[name], Ground(kind)
     page, _, _ = painted(easel, laid, ground=ground)
@@ -224,8 +224,13 @@ LIT = {
 LAMP = Lamp(0.7, 0.6, strength=0.7, gloss=0.3, exponent=12)
 
 
-@pytest.mark.parametrize("name", LIT)
-@pytest.mark.parametrize("kind", ["flat", "paper", None])
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        *((name, "paper") for name in LIT),
+        *((name, kind) for name in ("thick on thick", "flat", "thick, glazed") for kind in ("flat", None)),
+    ],
+)
 def test_a_lamp_shines_on_paint_and_canvas(easel, monkeypatch, name, kind):
     laid, ground = LIT[name], None if kind is None else Ground(kind)
     page, detail, _ = painted(easel, laid, ground=ground, lamp=LAMP)
@@ -320,7 +325,7 @@ def lit_painting():
     texture = StrokeTexture.open("impasto")
     surface = paper(CLAY, width=160, height=120, strength=2)
     return painting_of(
-        still_life(1000), texture, surface=surface, lamp=Lamp(), relief=Relief(), order="depth"
+        still_life_of(1000), texture, surface=surface, lamp=Lamp(), relief=Relief(), order="depth"
     )
 
 

@@ -16,8 +16,8 @@ from brushgs.rendering.border import thin_to_border
 from brushgs.rendering.options import project_with
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.streaks import streak_starts
-from brushgs.still_life import still_life
 from tests.page.paintings import CAMERA, VIEW, contents_of, some_coat, some_strokes
+from tests.scenes import still_life_of
 
 
 def column(contents, name, coat=0):
@@ -202,7 +202,7 @@ def test_what_the_page_does_not_show_is_told(options, told):
 
 
 def test_the_camera_turns_around_a_point_on_its_axis():
-    first_view = plain_first_view(still_life(2000))
+    first_view = plain_first_view(still_life_of(2000))
     camera = frame_scene(first_view, width=64, height=48, azimuth=0.7, elevation=0.2)
     view = PageView.of(first_view, camera)
     x, y, depth = camera.viewmat[:3, :3] @ view.center + camera.viewmat[:3, 3]
@@ -217,7 +217,7 @@ def test_the_camera_turns_around_a_point_on_its_axis():
 
 
 def test_a_scene_that_is_seen_from_inside_says_so_unless_something_is_looked_at():
-    first_view = replace(plain_first_view(still_life(2000)), eye=np.zeros(3))
+    first_view = replace(plain_first_view(still_life_of(2000)), eye=np.zeros(3))
     camera = frame_scene(first_view, width=64, height=48)
     assert PageView.of(first_view, camera).is_inside
     assert not PageView.of(first_view, camera, "subject").is_inside

@@ -16,10 +16,9 @@ from brushgs.page.still import MOST_BYTES, STILL_SIDE, paint_first_view
 from brushgs.page.weight import Weight, warnings_of
 from brushgs.painting import still
 from brushgs.rendering.coats import Painting
-from brushgs.still_life import still_life
 from tests.page.paintings import CAMERA, some_coat, some_strokes
 from tests.page.read import read_page
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 SMALL = ["--strokes", "150", "--size", "96x64", "--threads", "1"]
 
@@ -27,7 +26,7 @@ SMALL = ["--strokes", "150", "--size", "96x64", "--threads", "1"]
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "pears.ply"
-    save_upright(still_life(2000), path)
+    save_upright(still_life_of(2000), path)
     return path
 
 

@@ -18,7 +18,7 @@ from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import paper
 from tests.page.page_file import SIZE, scene, settle, wait_until, write_page
 from tests.page.paintings import contents_of, some_coat, some_strokes
-from tests.page.studio import camera_facts, painting_of
+from tests.page.studio import camera_facts, decoded, painting_of
 
 CAMERA = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=120, height=80, fov_y=0.6)
 LEFT, RIGHT = np.s_[:, :40], np.s_[:, 80:]  # of the picture: beyond the reach of what lies in the middle
@@ -170,18 +170,18 @@ PIXELS = """() => {
   brushgs._paint(1);
   const pixels = new Uint8Array(4 * canvas.width * canvas.height);
   gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-  return [...pixels];
+  return btoa(Array.from(pixels, (byte) => String.fromCharCode(byte)).join(""));
 }"""
 
 
 def screen(page):
     """The picture on the screen, upper rows first."""
     width, height = page.evaluate("[brushgs.canvas.width, brushgs.canvas.height]")
-    return np.array(page.evaluate(PIXELS), np.uint8).reshape(height, width, 4)[::-1]
+    return decoded(page.evaluate(PIXELS), np.uint8).reshape(height, width, 4)[::-1]
 
 
 def test_regions_are_chosen_by_the_keyboard_and_let_go_without_a_trace(open_page, path, tmp_path):
-    page = open_page(path, **CALM, width=900, height=300)
+    page = open_page(path, **CALM, width=900, height=160)
     page.evaluate("brushgs.ready")
     settle(page)
     usual = screen(page)

@@ -183,7 +183,7 @@ def test_chromium_shows_a_hostile_name_as_text(open_page, tmp_path, name):
     header, _ = read_page(path)
     assert header["title"] == header["command"]["scene"] == header["coats"][0]["name"] == name
     dialogs = []
-    page = open_page(path)
+    page = open_page(path, reduced_motion="reduce")
     page.on("dialog", lambda dialog: (dialogs.append(dialog.message), dialog.dismiss()))
     page.wait_for_timeout(100)
     assert dialogs == []

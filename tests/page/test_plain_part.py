@@ -14,15 +14,16 @@ from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.rendering.coats import Painting
 from brushgs.scene import Gaussians
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from tests.page.paintings import contents_of, some_coat, some_strokes
+from tests.scenes import still_life_of
 
-CAMERA = still_life_camera(width=320, height=240)
+CAMERA = still_life_camera(width=160, height=120)
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return still_life(6000)
+    return still_life_of(2000)
 
 
 @pytest.mark.parametrize("look", ["oil", "plain", "watercolour", "charcoal"])
@@ -31,13 +32,13 @@ def test_the_page_shows_what_is_not_painted_as_the_exact_renderer_does(studio, s
     config = Look.open(look).config
     config = replace(
         config,
-        cluster=replace(config.cluster, strokes=400),
+        cluster=replace(config.cluster, strokes=200),
         draw=replace(config.draw, order="depth", lock="anchor"),
         painted=WhereConfig(Where.parse("half:-1,0,0,0")),
     )
     found = prepare(scene, config, Report(), views=CAMERA, needs_first_view=True)
     contents = studio.load(found.painting, CAMERA, background=found.background)
-    assert contents.num_strokes > 2000
+    assert contents.num_strokes > 1000
     page = studio.paint(CAMERA, ground=True)
     frame = found.painting.frame(CAMERA)
     exact = frame.rgb if found.painting.surface is not None else frame.over(found.background)

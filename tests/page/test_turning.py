@@ -9,8 +9,8 @@ import pytest
 import brushgs as bg
 from brushgs.cameras.orbit import orbit
 from brushgs.measure.box_events import orientation_events
-from brushgs.still_life import still_life
 from tests.page.studio import painting_of
+from tests.scenes import still_life_of
 
 SIZE = {"width": 320, "height": 240}
 STEPS = 240
@@ -20,7 +20,7 @@ SIGMAS = (1.0, 1.7)  # of the two brushes: a stroke that took the other one woul
 @pytest.fixture(scope="module")
 def turned(studio):
     """The boxes of the page, those of `project`, and the ellipses, of a whole turn."""
-    scene = still_life(3000)
+    scene = still_life_of(3000)
     strokes = bg.cluster(scene, 600)
     strokes = replace(strokes, brushes=(np.arange(len(strokes)) % 2).astype(np.uint8))
     texture = bg.BrushSet.of((bg.StrokeTexture.open("flat"), bg.StrokeTexture.open("filbert")))
