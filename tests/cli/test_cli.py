@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import time
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,9 +21,8 @@ from brushgs.options.look import Look
 from brushgs.painting.report import Report
 from brushgs.painting.stroke_chart import CELL, COLUMNS, PAPER
 from brushgs.sh import base_colors
-from brushgs.still_life import still_life
 from brushgs.still_life.moving import still_life_moving
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -32,7 +30,7 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "pears.ply"
-    save_upright(still_life(2000), path)
+    save_upright(still_life_of(1000), path)
     return path
 
 
@@ -319,7 +317,7 @@ def test_ctrl_c_exits_with_130(scene, capsys, monkeypatch):
 
 def test_a_scene_that_is_usable_with_a_loss_is_painted_with_a_note(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    save_upright(still_life(2000), "hurt.ply")
+    save_upright(still_life_of(2000), "hurt.ply")
     data = bytearray(Path("hurt.ply").read_bytes())
     start = data.index(b"end_header\n") + len(b"end_header\n")
     data[start : start + 4] = b"\x00\x00\xc0\x7f"  # x of the first row becomes NaN
@@ -657,7 +655,7 @@ def test_info_tells_what_a_scene_holds(scene, capsys):
 
 def test_the_demo_says_where_the_picture_is(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("brushgs.painting.demo.still_life", partial(still_life, 4000))
+    monkeypatch.setattr("brushgs.painting.demo.still_life", lambda *_, **__: still_life_of(1000))
     code, out, err = run(capsys, "demo", "--stroke", "gaussian", "--size", "64x48")
     assert (code, out) == (0, "brushgs-demo/still_life-gaussian.png\n")
     assert "a still life of" in err
@@ -667,7 +665,9 @@ def test_the_demo_says_where_the_picture_is(tmp_path, monkeypatch, capsys):
 def test_the_moving_demo_builds_a_clip_and_paints_it(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("brushgs.painting.demo.SECONDS", 0.1)
-    monkeypatch.setattr("brushgs.painting.demo.still_life_moving", partial(still_life_moving, seconds=0.1))
+    monkeypatch.setattr(
+        "brushgs.painting.demo.still_life_moving", lambda *_, **__: still_life_moving(1000, seconds=0.1)
+    )
     words = "--look", "plain", "--stroke", "flat", "--strokes", "100", "--size", "64x48"
     code, out, err = run(capsys, "demo", "--moving", *words)
     assert (code, out) == (0, "brushgs-demo/still_life_moving-flat.mp4\n")

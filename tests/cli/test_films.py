@@ -8,19 +8,20 @@ import pytest
 
 import brushgs as bg
 from brushgs import cli
-from brushgs.still_life import still_life
+from brushgs.still_life import still_life_camera
 from brushgs.still_life.moving import still_life_moving
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 SMALL = ["--look", "plain", "--stroke", "ellipse", "--strokes", "80", "--size", "64x48", "--fps", "6"]
 NUM_MOMENTS = 31  # a second
+CAMERA = still_life_camera(width=64, height=48)
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """A still scene, and a folder with the moments of one that moves."""
     folder = tmp_path_factory.mktemp("scene")
-    save_upright(still_life(1000), folder / "pears.ply")
+    save_upright(still_life_of(1000), folder / "pears.ply")
     (folder / "clip").mkdir()
     scene = still_life_moving(1000, seconds=1.0)
     for index in range(NUM_MOMENTS):
@@ -99,18 +100,18 @@ def test_what_does_not_fit_is_refused_in_a_sentence(scene, words, message, folde
 
 def test_python_paints_the_same_film(folder, tmp_path):
     look = bg.Look.open("plain")
-    report = bg.paint_film(folder / "clip", "f/%02d.png", look, clip=bg.ClipConfig(fps=3))
+    report = bg.paint_film(folder / "clip", "f/%02d.png", look, camera=CAMERA, clip=bg.ClipConfig(fps=3))
     assert [stage.name for stage in report.stages][-2:] == ["paint", "write"]
     assert len(list(Path("f").glob("*.png"))) == 4
 
 
 def test_a_still_scene_is_a_film_of_one_frame(folder):
-    bg.paint_film(folder / "pears.ply", "f/%02d.png")
+    bg.paint_film(folder / "pears.ply", "f/%02d.png", camera=CAMERA)
     assert len(list(Path("f").glob("*.png"))) == 1
 
 
 def test_a_note_is_told_once(folder, capsys):
-    save_upright(still_life(1000), "point_cloud.ply")
+    save_upright(still_life_of(1000), "point_cloud.ply")
     Path("deformation.pth").write_bytes(b"a network")
     code, _, err = run(capsys, "point_cloud.ply", *SMALL[:-2])
     assert (code, err.count("are moved by the network beside them")) == (0, 1)

@@ -13,25 +13,29 @@ from brushgs.io import read_scene
 from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
 from brushgs.page.export import command_of
-from brushgs.still_life import still_life
 from tests.io.moving.params_maker import write_params
-from tests.scenes import real_scene, save_upright
+from tests.scenes import real_scene, save_upright, still_life_of
 
 SMALL = ["--strokes", "40", "--size", "48x36"]
 
 
-@pytest.fixture(params=["folder", "params"])
-def clip(request, tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def clips(tmp_path_factory):
     """Three moments of a still life that slides, as a folder of files and as one archive."""
-    monkeypatch.chdir(tmp_path)
-    scene = still_life(1500)
+    place = tmp_path_factory.mktemp("clips")
+    scene = still_life_of(1000).take(slice(None, None, 3))
     moments = [replace(scene, means=scene.means + np.float32([0.1 * index, 0, 0])) for index in range(3)]
-    if request.param == "params":
-        return write_params(Path("clip.npz"), moments)
-    Path("clip").mkdir()
+    (place / "clip").mkdir()
     for index, moment in enumerate(moments):
-        save_upright(moment, Path("clip") / f"frame_{index}.ply")
-    return Path("clip")
+        save_upright(moment, place / "clip" / f"frame_{index}.ply")
+    return {"folder": place / "clip", "params": write_params(place / "clip.npz", moments)}
+
+
+@pytest.fixture(params=["folder", "params"])
+def clip(request, clips, tmp_path, monkeypatch):
+    """The path of one of these; the current folder is empty."""
+    monkeypatch.chdir(tmp_path)
+    return clips[request.param]
 
 
 def run(capsys, *words):
@@ -41,18 +45,19 @@ def run(capsys, *words):
 
 
 @pytest.mark.parametrize(
-    "words",
+    ("clip", "words"),
     [
-        ["cluster", "--strokes", "50", "-o", "out.ply"],
-        ["prune", "-o", "out.ply"],
-        ["recolor", "--palette", "palette.png", "-o", "out.ply"],
-        ["render", *SMALL, "-o", "out.png"],
-        ["views", "--size", "32x24", "-o", "out.png"],
-        ["export", "--strokes", "40", "-o", "out.html"],
-        ["doctor", "--fix", "out.ply"],
-        ["info"],
+        ("params", ["cluster", "--strokes", "50", "-o", "out.ply"]),
+        ("folder", ["prune", "-o", "out.ply"]),
+        ("params", ["recolor", "--palette", "palette.png", "-o", "out.ply"]),
+        ("folder", ["render", *SMALL, "-o", "out.png"]),
+        ("params", ["render", *SMALL, "-o", "out.png"]),
+        ("folder", ["views", "--size", "32x24", "-o", "out.png"]),
+        ("params", ["export", "--strokes", "40", "-o", "out.html"]),
+        ("folder", ["doctor", "--fix", "out.ply"]),
+        ("params", ["info"]),
     ],
-    ids=lambda words: words[0],
+    indirect=["clip"],
 )
 def test_every_command_takes_a_moment(clip, capsys, words):
     bg.save(bg.Frame(np.full((8, 8, 3), 0.5, np.float32), np.ones((8, 8), np.float32)), "palette.png")
@@ -82,6 +87,7 @@ def test_info_tells_of_the_motion(clip, capsys):
     assert facts["format"].endswith("moment 0.00 s of 0.07 s")
 
 
+@pytest.mark.parametrize("clip", ["folder"], indirect=True)
 def test_looks_paints_a_moment(clip, capsys):
     sheet = ["--size", "48x36", "-o", "sheet.png"]
     code, _, err = run(capsys, "looks", "oil", "--scene", clip, "--time", "50%", *sheet)
@@ -101,14 +107,14 @@ def test_the_page_of_a_clip_names_the_moment_that_it_shows(clip):
     for scene, expected in ((SceneSource((clip,)), "0"), (SceneSource((clip,), time=Moment(0.05)), "0.05")):
         _, notes = read_scene(scene)
         assert command_of(scene, [], notes)[1] == ["--time", expected]
-    bg.save(still_life(1000), "still.ply")
+    bg.save(still_life_of(1000), "still.ply")
     assert command_of(SceneSource((Path("still.ply"),)), [], read_scene("still.ply")[1])[1] == []
 
 
 @pytest.mark.parametrize("command", ["render", "cluster", "prune", "info", "doctor", "export"])
 def test_a_moment_of_a_scene_at_rest_is_refused(tmp_path, monkeypatch, capsys, command):
     monkeypatch.chdir(tmp_path)
-    bg.save(still_life(1000), "still.ply")
+    bg.save(still_life_of(1000), "still.ply")
     code, _, err = run(capsys, command, "still.ply", "--time", "0.4")
     assert (code, err) == (
         2,
@@ -135,7 +141,7 @@ def test_files_that_lie_in_one_place_are_told_with_the_cure(tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     Path("scans").mkdir()
     for index in range(3):
-        bg.save(still_life(1000), f"scans/scan_{index}.ply")
+        bg.save(still_life_of(1000), f"scans/scan_{index}.ply")
     code, out, _ = run(capsys, "info", "scans", "--json")
     facts = json.loads(out)
     assert (code, facts["moments"]) == (0, 3)

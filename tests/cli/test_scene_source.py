@@ -13,8 +13,8 @@ import brushgs as bg
 from brushgs.cli import main
 from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
-from brushgs.still_life import still_life
 from tests.io.ply_maker import scene_columns, write_scene
+from tests.scenes import still_life_of
 
 SMALL = ["--stroke", "gaussian", "--size", "32x24", "--quiet"]
 
@@ -23,7 +23,7 @@ SMALL = ["--stroke", "gaussian", "--size", "32x24", "--quiet"]
 def tiles(tmp_path, monkeypatch):
     """A scene in two files of the folder `tiles`, and whole beside it."""
     monkeypatch.chdir(tmp_path)
-    scene = still_life(2000)
+    scene = still_life_of(2000)
     Path("tiles").mkdir()
     bg.save(scene.take(slice(0, 900)), "tiles/a.ply")
     bg.save(scene.take(slice(900, None)), "tiles/b.ply")
@@ -149,7 +149,7 @@ def test_names_of_columns_cannot_steer_the_terminal(tmp_path, monkeypatch, capsy
 
 def test_the_training_is_told(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    bg.save(replace(still_life(1000), antialiased=True), "a.ply")
+    bg.save(replace(still_life_of(1000), antialiased=True), "a.ply")
     stage = load_stage(capsys, "a.ply")
     assert stage["did"].endswith(", antialiased")
     assert stage["counts"]["training"] == "antialiased"
@@ -161,7 +161,7 @@ def test_the_training_is_told(tmp_path, monkeypatch, capsys):
 
 def test_strokes_of_an_antialiased_scene_keep_it_in_their_file(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    bg.save(replace(still_life(2000), antialiased=True), "a.ply")
+    bg.save(replace(still_life_of(2000), antialiased=True), "a.ply")
     assert run(capsys, "cluster", "a.ply", "--strokes", "100", "--quiet")[0] == 0
     assert run(capsys, "prune", "a.ply", "--quiet")[0] == 0
     with warnings.catch_warnings():

@@ -7,17 +7,17 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
-from brushgs.still_life import still_life
 
 pytest.importorskip("transformers", reason="the extra `text` is not installed")
 
 from tests.passes.where.tiny_clip import save_tiny_clip
+from tests.scenes import still_life_of
 
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):
     folder = tmp_path_factory.mktemp("text")
-    bg.save(still_life(1000), folder / "a.ply")
+    bg.save(still_life_of(1000), folder / "a.ply")
     save_tiny_clip(folder / "clip")
     return folder
 
@@ -26,6 +26,7 @@ def place(tmp_path_factory):
 def here(place, monkeypatch):
     monkeypatch.chdir(place)
     monkeypatch.delenv("BRUSHGS_CLIP", raising=False)
+    monkeypatch.setattr("brushgs.passes.where.text.VIEW", 96)  # pixels: still many windows of 32
 
 
 def where_of(capsys, *words):

@@ -7,14 +7,14 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
-from brushgs.still_life import still_life
 from brushgs.style import NamedColor, Style, StylePalette
+from tests.scenes import still_life_of
 
 
 @pytest.fixture
 def scene(tmp_path):
     path = tmp_path / "a.ply"
-    bg.save(still_life(3000), path)
+    bg.save(still_life_of(3000), path)
     return path
 
 

@@ -12,8 +12,7 @@ import pytest
 
 from brushgs.cli import main
 from brushgs.io.pictures.images import read_image
-from brushgs.still_life import still_life
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 ROOT = Path(__file__).resolve().parents[3]
 JOBS = """
@@ -37,7 +36,7 @@ NAMES = [f"{look}-{side}.png" for look in ("oil", "plain", "ink") for side in ("
 def made(tmp_path_factory):
     """A folder in which six jobs have run in two processes, and their JSON."""
     folder = tmp_path_factory.mktemp("batch")
-    save_upright(still_life(1000), folder / "pears.ply")
+    save_upright(still_life_of(1000), folder / "pears.ply")
     (folder / "jobs.toml").write_text(JOBS)
     run = subprocess.run(
         [sys.executable, "-m", "brushgs", "batch", folder / "jobs.toml", "--jobs", "2", "--json"],
