@@ -80,6 +80,7 @@ def _opener(browser):
         left = LEFT.setdefault(key, [])
         if left and not is_new:
             page = left.pop()
+            page.bring_to_front()  # or it draws no frames
             page.set_viewport_size(size)
         else:
             page = browser.new_context(viewport=size, **context).new_page()

@@ -19,7 +19,7 @@ UNLIT = ("watercolour", "charcoal", "ink", "plain")  # looks without a lamp
 
 @pytest.fixture(scope="module")
 def scene():
-    return still_life_of(3000)
+    return still_life_of(6000)
 
 
 @pytest.mark.parametrize(

@@ -76,7 +76,7 @@ def test_several_brushes(studio, options):
 def test_normals_and_border(studio, scene):
     normals = np.random.default_rng(0).normal(size=(len(scene), 3))
     normals = halved(normals / np.linalg.norm(normals, axis=1, keepdims=True))
-    camera = still_life_camera(width=160, height=120)
+    camera = still_life_camera(width=320, height=240)
     texture = bg.StrokeTexture.open("line")
     assert_same_picture(studio, painting_of(scene, texture, coat={"normals": normals}), camera)
     assert_same_picture(studio, painting_of(scene, texture, coat={"border": 0.13}), camera)
