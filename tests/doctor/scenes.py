@@ -5,13 +5,13 @@ from functools import cache
 import numpy as np
 
 import brushgs as bg
-from brushgs.still_life import still_life
+from tests.scenes import still_life_of
 
 
 @cache
 def fruit() -> bg.Gaussians:
     """The example still life with few Gaussians."""
-    return still_life(3000)
+    return still_life_of(3000)
 
 
 @cache

@@ -9,14 +9,13 @@ from brushgs.cli import main
 from brushgs.doctor.describe import describe
 from brushgs.io import load
 from brushgs.options.where import Where, WhereConfig
-from brushgs.still_life import still_life
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("part") / "pears.ply"
-    save_upright(still_life(1500), path)
+    save_upright(still_life_of(1500), path)
     return path
 
 

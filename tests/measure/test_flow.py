@@ -9,8 +9,9 @@ import brushgs as bg
 from brushgs.measure.flow import SceneFlow, displacements
 from brushgs.measure.warp import View, match_views, warp_error
 from brushgs.quats import quat_products, quats_of
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from brushgs.still_life.surfaces import turn
+from tests.scenes import still_life_of
 
 KERNEL = bg.StrokeTexture.open("gaussian")
 BLACK = (0.0, 0.0, 0.0)
@@ -20,7 +21,7 @@ CENTER = np.array([0.0, -1.0, 0.5])
 @pytest.fixture(scope="module")
 def body():
     """The still life without its highlights, which would stay where they are when it turns."""
-    scene = still_life(20_000)
+    scene = still_life_of(20_000)
     return replace(scene, sh=scene.sh[:, :1].copy())
 
 

@@ -19,9 +19,8 @@ from brushgs.measure.stability.table import stability_table
 from brushgs.measure.warp import View, warp_error
 from brushgs.options.experiments import StabilityConfig
 from brushgs.rendering.options import RenderOptions
-from brushgs.still_life import still_life
 from tests.baseline.painterly import painterly_painters
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 WHITE = (1.0, 1.0, 1.0)
 WIDTH, HEIGHT = 48, 36
@@ -49,7 +48,7 @@ def swing(num_views):
 @pytest.fixture(scope="module")
 def comparison():
     """The still life from 8 places, closed."""
-    scene = still_life(4000)
+    scene = still_life_of(4000)
     cameras = swing(8)
     return comparison_of(scene, bg.cluster(bg.prune(scene), 300), [*cameras, cameras[0]])
 
@@ -330,7 +329,7 @@ def test_bad_numbers_are_refused(options, match):
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "pears.ply"
-    save_upright(still_life(2000), path)
+    save_upright(still_life_of(2000), path)
     return path
 
 

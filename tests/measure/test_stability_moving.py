@@ -21,9 +21,10 @@ from brushgs.painting.clip import Clip
 from brushgs.painting.moving import Moving
 from brushgs.rendering.motion import StrokeMotion, new_table
 from brushgs.rendering.options import RenderOptions
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from brushgs.still_life.moving import still_life_moving
 from tests.baseline.painterly import painterly_painters
+from tests.scenes import still_life_of
 
 BRUSH = bg.StrokeTexture.open("dry_brush")
 WHITE = (1.0, 1.0, 1.0)
@@ -114,7 +115,7 @@ def test_rows_that_do_not_correspond_need_a_truth(tmp_path):
 
 def resting(num_frames):
     """Strokes of a moving scene in which nothing moves, before a camera that stands still."""
-    scene = still_life(3000)
+    scene = still_life_of(3000)
     strokes = replace(bg.cluster(bg.prune(scene), 100), ids=None)
     still = MovingScene(1.0, True, lambda time: scene)
     film = Clip(still, ClipConfig(end=Moment((num_frames - 1) / 30))).film()

@@ -13,12 +13,11 @@ from brushgs.io.pictures.images import read_image
 from brushgs.quads.write import omitted
 from brushgs.rendering.coats import Painting
 from brushgs.rendering.light import Lamp
-from brushgs.still_life import still_life
 from tests.page.paintings import CAMERA, some_coat, some_strokes
 from tests.quads.draw import picture_of
 from tests.quads.glb import Glb
 from tests.quads.rules import check_rules
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 SMALL = ["--strokes", "150", "--size", "96x64", "--threads", "1"]
 
@@ -26,7 +25,7 @@ SMALL = ["--strokes", "150", "--size", "96x64", "--threads", "1"]
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "pears.ply"
-    save_upright(still_life(2000), path)
+    save_upright(still_life_of(2000), path)
     return str(path)
 
 

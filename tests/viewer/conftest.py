@@ -9,12 +9,11 @@ from brushgs.cli.commands.view import session_of
 from brushgs.cli.parser import parse
 from brushgs.options.viewer import ServerConfig
 from brushgs.painting.report import Report
-from brushgs.still_life import still_life
 from brushgs.viewer.hearing import hearing_warnings
 from brushgs.viewer.server import StudioServer
 from brushgs.viewer.settings import Settings
 from brushgs.viewer.studio import Studio
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 FEW = ["--strokes", "120", "--size", "96x72", "--backdrop", "off"]
 SECONDS = 60.0  # that a test waits for work; a limit, not a measure
@@ -24,7 +23,7 @@ SECONDS = 60.0  # that a test waits for work; a limit, not a measure
 def scene(tmp_path_factory):
     """A scene file."""
     path = tmp_path_factory.mktemp("viewed") / "pears.ply"
-    save_upright(still_life(1000), path)
+    save_upright(still_life_of(1000), path)
     return path
 
 

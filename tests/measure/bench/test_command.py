@@ -18,8 +18,7 @@ from brushgs.measure.bench import BenchReport
 from brushgs.measure.bench.families import SIZES, STOPS
 from brushgs.options.experiments import BenchConfig
 from brushgs.painting.report import pace
-from brushgs.still_life import still_life
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
 FAMILIES = ["strokes", "merge", "filter", "precision", "sh", "size"]
 SMALL = ["--stroke", "dry_brush", "--size", "64x48", "--repeats", "1", "--strokes", "30,90"]
@@ -29,7 +28,7 @@ SMALL = ["--stroke", "dry_brush", "--size", "64x48", "--repeats", "1", "--stroke
 def made(tmp_path_factory):
     """A scene whose colours depend on the view."""
     path = tmp_path_factory.mktemp("scene") / "pears.ply"
-    scene = still_life(1000)
+    scene = still_life_of(1000)
     sh = np.zeros((len(scene), 4, 3), np.float32)
     sh[:, :1] = scene.sh[:, :1]
     sh[:, 1:] = 0.1 * np.random.default_rng(0).normal(size=(len(scene), 3, 3))
@@ -137,7 +136,7 @@ def test_json_on_stdout_is_what_is_written(scene, capsys):
 
 def test_a_family_that_does_not_apply_is_skipped_with_the_reason(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    flat = still_life(1000)
+    flat = still_life_of(1000)
     bg.save(replace(flat, sh=flat.sh[:, :1].copy()), "flat.ply")
     words = ["flat.ply", *SMALL, "--stroke", "gaussian", "--strokes", "5000", "--no-plot", "--json"]
     code, out, err = run(capsys, *words, "--families", "merge,filter,sh,strokes")

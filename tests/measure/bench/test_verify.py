@@ -24,12 +24,12 @@ from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.rendering.rasterize import rasterize
-from brushgs.still_life import still_life, still_life_camera
+from brushgs.still_life import still_life_camera
 from brushgs.threads import num_threads_or_default
 from tests.rendering.strokes import bristles, random_boxes
-from tests.scenes import save_upright
+from tests.scenes import save_upright, still_life_of
 
-SCENE = still_life(3000)
+SCENE = still_life_of(3000)
 STROKES = bg.cluster(bg.prune(SCENE), 200)
 CAMERA = still_life_camera(width=96, height=72)
 BRUSH = bg.StrokeTexture.open("dry_brush")
