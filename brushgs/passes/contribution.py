@@ -10,9 +10,9 @@ from brushgs.arrays import Array
 from brushgs.native import core as _core
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.morton import morton_order
-from brushgs.passes.row_blocks import blocks_of, for_blocks, in_order
+from brushgs.passes.row_blocks import blocks_of, for_blocks
 from brushgs.scene import Gaussians
-from brushgs.threads import num_threads_or_default
+from brushgs.threads import in_turn
 
 THOMSEN = 1.6075  # exponent of Thomsen's surface formula: an error of at most 1.1 %
 # 7 lines, in both directions: axes and space diagonals of a cube. 13 lines change a picture by under 0.1 dB.
@@ -87,14 +87,14 @@ def visible_shares(gaussians: Gaussians) -> NDArray[np.float64]:
     painted = 2 * np.pi * gaussians.opacities * areas / column**2  # 2 pi s^2: integral of the kernel
     depths = -np.log1p(-np.minimum(painted, ALMOST_OPAQUE))  # optical depth
     lines = LINES / np.linalg.norm(LINES, axis=1, keepdims=True)
-    num_threads = min(num_threads_or_default(None), MOST_THREADS, len(points) // ROWS_PER_THREAD)
     if len(points) == 0:
         return np.zeros(0)
     # Neighbours in memory too: of six million points each line then takes a third of the time.
     order = morton_order(points)
     points, depths = points[order], depths[order]
     light = np.zeros(len(points))
-    for one in in_order(lambda line: _light_along(line, points, depths, column), lines, num_threads):
+    at_once = min(MOST_THREADS, len(points) // ROWS_PER_THREAD)
+    for one in in_turn(lambda line: _light_along(line, points, depths, column), lines, at_once=at_once):
         light += one
     shares = np.empty(len(points))
     shares[order] = light / (2 * len(LINES))

@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import Array
-from brushgs.passes.row_blocks import in_order
-from brushgs.threads import num_threads_or_default
+from brushgs.threads import in_turn
 
 ROWS_FOR_THREADS = 200_000  # with fewer, starting threads costs as much as it saves
 
@@ -22,9 +21,10 @@ def robust_frame(means: Array) -> tuple[NDArray[np.float64], float]:
     """
     if len(means) == 0:
         return np.zeros(3), 1.0
-    num_threads = num_threads_or_default(None) if len(means) > ROWS_FOR_THREADS else 1
-    ends = in_order(
-        lambda axis: np.percentile(means[:, axis].astype(np.float64), (1, 99)), range(3), num_threads
+    ends = in_turn(
+        lambda axis: np.percentile(means[:, axis].astype(np.float64), (1, 99)),
+        range(3),
+        at_once=3 if len(means) > ROWS_FOR_THREADS else 1,
     )
     low, high = np.stack(list(ends), axis=1)
     radius = 0.5 * float(np.linalg.norm(high - low))

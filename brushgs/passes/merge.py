@@ -27,10 +27,10 @@ from brushgs.options.choices import Merge
 from brushgs.passes.contribution import projected_areas, visible_shares
 from brushgs.passes.gaps import growth
 from brushgs.passes.groups import Groups, compacted
-from brushgs.passes.row_blocks import MOST_THREADS, blocks_of, in_order
+from brushgs.passes.row_blocks import MOST_THREADS, blocks_of
 from brushgs.quats import normalized, quats_of, rotation_matrices
 from brushgs.scene import Gaussians
-from brushgs.threads import num_threads_or_default
+from brushgs.threads import in_turn
 
 # Factor on the variance between members, 1.16 in length. Members distributed evenly over a disc have half its
 # radius as deviation, and a Gaussian of that deviation paints half of the disc: 2 would paint as much as it,
@@ -165,9 +165,7 @@ def covariances(
         own = groups.sums(axes @ axes.transpose(0, 2, 1), weights, 1)
         return used, own, groups.sums(products, np.ones(len(weights)), 1)
 
-    blocks = blocks_of(len(labels))
-    num_threads = min(num_threads_or_default(None), MOST_THREADS, len(blocks))
-    for used, own, products in in_order(sums_of, blocks, num_threads):
+    for used, own, products in in_turn(sums_of, blocks_of(len(labels)), at_once=MOST_THREADS):
         within[used] += own
         between[used] += products
     return within, between
