@@ -114,6 +114,12 @@ class Report:
             self._stop_bar()
         self.stages.append(stage)
 
+    def expect(self, total: int, unit: str) -> None:
+        """Say how many units the running step makes, where that is known only after it has begun."""
+        self._unit = unit
+        if self._progress is not None and self._bar is not None:
+            self._progress.update(self._bar, total=total)
+
     def advance(self, note: str = "") -> None:
         """Show that the running step has made one more frame, or other unit; a note is added to the bar."""
         if self._progress is None or self._bar is None:

@@ -58,7 +58,7 @@ def load_scene(
         if is_larger := makes_strokes and budget.is_below(files):
             from brushgs.painting.blocks.load import load_in_blocks
 
-            gaussians, notes = load_in_blocks(files, source.lod, budget, workers, tell=report.tell)
+            gaussians, notes = load_in_blocks(files, source.lod, budget, workers, report=report)
         else:
             gaussians, notes = read_files(files)
         dropped = f", {notes.rows_dropped:,} rows dropped" if notes.rows_dropped else ""

@@ -1,6 +1,6 @@
 """The files of a scene that is larger than memory become Gaussians that are not."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -16,6 +16,7 @@ from brushgs.painting.blocks.budget import MOST_MERGED, Budget
 from brushgs.painting.blocks.work import Block, OpenFiles, SumBlock, usual_block_rows
 from brushgs.painting.parallel import parallel_map
 from brushgs.painting.parallel.connection import Waiting
+from brushgs.painting.report import Report
 from brushgs.passes.blocks.merge import merged_of
 from brushgs.passes.blocks.table import CellTable
 from brushgs.passes.extent import robust_frame
@@ -30,7 +31,7 @@ def load_in_blocks(
     workers: SequenceConfig | None = None,
     *,
     block_rows: int | None = None,
-    tell: Callable[[str], None] = lambda sentence: None,
+    report: Report | None = None,
 ) -> tuple[Gaussians, LoadNotes]:
     """Read a scene in blocks, each once, and merge it.
 
@@ -44,7 +45,8 @@ def load_in_blocks(
             files. None, or one process, for as many of this machine as are worth it.
         block_rows: rows in memory at a time; None for some 100 MB of them. The Gaussians depend on it by
             rounding only.
-        tell: gets a sentence where a cluster keeps it waiting.
+        report: whose running stage shows how many blocks are read, and that says where a cluster keeps it
+            waiting.
 
     Returns:
         The merged Gaussians, and notes on the files: `rows_each` says how many are one.
@@ -64,12 +66,16 @@ def load_in_blocks(
     jobs = workers.jobs
     if jobs == 1 and workers.scheduler is None and not survey.is_whole:
         jobs = min(budget.num_processes(), len(survey.blocks))
-    waiting = Waiting(workers.workers_timeout, tell)
+    report = report or Report()
+    if len(survey.blocks) > 1:
+        report.expect(len(survey.blocks), "blocks")
+    waiting = Waiting(workers.workers_timeout, report.tell)
     work = SumBlock(opened, survey.frame, most, block_rows)
     table, dropped = CellTable(most), [Dropped() for _ in files]
     for result in parallel_map(work, survey.blocks, jobs=jobs, scheduler=workers.scheduler, waiting=waiting):
         dropped[result.file].add(result.dropped)
         table.add(*result.sums)
+        report.advance()
     for file, some in zip(files, dropped, strict=True):
         some.report(file.path, file.num_rows)
     gaussians = merged_of(table, survey.frame, antialiased=notes.training == "antialiased")

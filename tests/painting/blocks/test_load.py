@@ -202,3 +202,15 @@ def test_blocks_take_less_memory_than_the_scene(path: Path, tmp_path: Path) -> N
     fits, num = run.stdout.split("\n")[:2]
     assert fits == "too large", run.stderr
     assert 4000 < int(num) <= 1 << 14, run.stderr
+
+
+def test_a_bar_counts_the_blocks(
+    path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes the pipe of the test for a terminal
+    report = Report(shows_progress=True)
+    with report.stage("load"):
+        load_in_blocks(open_files(path, None), None, Budget(MEMORY), block_rows=1000, report=report)
+    report.close()
+    num_blocks = -(-len(PEARS) // 1000)
+    assert f"{num_blocks}/{num_blocks} blocks" in capsys.readouterr().err
