@@ -67,8 +67,7 @@ def load_in_blocks(
     if jobs == 1 and workers.scheduler is None and not survey.is_whole:
         jobs = min(budget.num_processes(), len(survey.blocks))
     report = report or Report()
-    if len(survey.blocks) > 1:
-        report.expect(len(survey.blocks), "blocks")
+    report.expect(len(survey.blocks), "blocks")
     waiting = Waiting(workers.workers_timeout, report.tell)
     work = SumBlock(opened, survey.frame, most, block_rows)
     table, dropped = CellTable(most), [Dropped() for _ in files]
