@@ -74,10 +74,13 @@ def _opener(browser):
     def opened(
         path, *, width=320, height=240, allowed=OWN, expected=None, init_script=None, is_new=False, **context
     ):
-        """`is_new`: for a test that changes more of its tab than another file in it replaces: the clock."""
+        """`is_new`: for a test that changes more of its tab than another file in it replaces: the clock.
+
+        So does an `init_script`, which would also run on in the empty tab that is left.
+        """
         size = {"width": width, "height": height}
-        key = repr((size, init_script, sorted(context.items())))
-        left = LEFT.setdefault(key, [])
+        is_new = is_new or init_script is not None
+        left = LEFT.setdefault(repr((size, sorted(context.items()))), [])
         if left and not is_new:
             page = left.pop()
             page.bring_to_front()  # or it draws no frames
