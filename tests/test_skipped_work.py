@@ -31,6 +31,7 @@ from brushgs.passes.merge import merge_clusters
 from brushgs.rendering import texture_levels
 from brushgs.scene import Frame, Gaussians
 from brushgs.still_life import still_life
+from brushgs.threads import at_most
 from tests.bench.skipped_work import Painting, difference, shortcuts
 
 NAMES = [
@@ -117,8 +118,8 @@ def test_what_is_visible_may_come_from_elsewhere_but_must_fit(scene):
 def test_visible_shares_do_not_depend_on_threads(scene, monkeypatch, threads):
     expected = contribution.visible_shares(scene)
     monkeypatch.setattr(contribution, "ROWS_PER_THREAD", 10)
-    monkeypatch.setattr(contribution, "num_threads_or_default", lambda _: threads)
-    np.testing.assert_array_equal(contribution.visible_shares(scene), expected)
+    with at_most(threads):
+        np.testing.assert_array_equal(contribution.visible_shares(scene), expected)
 
 
 @pytest.mark.parametrize("num_clusters", [1, 5, 33, 400, 2999])
