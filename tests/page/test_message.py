@@ -73,7 +73,7 @@ def test_a_page_cut_short_says_so(open_page, path, tmp_path, cut):
     short = tmp_path / "short.html"
     short.write_text(text[: CUTS[cut](text)], encoding="utf-8")
     expected = "Applying inline style violates" if "style" in cut else None
-    page = open_page(short, **CALM, expected=expected, is_new=True)
+    page = open_page(short, **CALM, expected=expected)
     page.wait_for_timeout(50)
     page.evaluate("window.brushgs?.ready")
     page.clock.install()

@@ -164,7 +164,7 @@ def test_full_screen_by_key_and_button(page):
 
 
 def test_the_bar_fades_when_untouched_and_comes_back(open_page, path):
-    page = open_page(path, **CALM, **DESKTOP, is_new=True)
+    page = open_page(path, **CALM, **DESKTOP)
     page.evaluate("brushgs.ready")
     page.clock.install(time=0)
     page.clock.pause_at(1000)  # ms: from here on time stands still
