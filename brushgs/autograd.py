@@ -52,7 +52,7 @@ from brushgs.rendering.project import LOW_PASS, Directions, ProjectOptions, proj
 from brushgs.rendering.rasterize import rasterize as rasterize_arrays
 from brushgs.rendering.rasterize import rasterize_traced
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.scene import GAUSSIAN_COLUMNS, LAYERS, Camera
+from brushgs.scene import GAUSSIAN_COLUMNS, LAYER_COLUMNS, Camera
 from brushgs.sh import C0
 
 try:
@@ -279,7 +279,7 @@ def rasterize(
     columns = (getattr(boxes, name) for name in BOX_COLUMNS)
     constants = boxes.ids, boxes.setbacks, boxes.brushes
     rgb, alpha, *layers = _Rasterize.apply(brush_set, options, constants, *columns, *coverages)
-    return Frame(rgb, alpha, **dict(zip(LAYERS, layers, strict=True)))
+    return Frame(rgb, alpha, **dict(zip(LAYER_COLUMNS, layers, strict=True)))
 
 
 def render(
@@ -462,7 +462,7 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
             frame, ctx.trace = rasterize_traced(boxes, brush_set, **options)
         else:
             frame = rasterize_arrays(boxes, brush_set, **options)
-        planes = (frame.rgb, frame.alpha, *(getattr(frame, name) for name in LAYERS))
+        planes = (frame.rgb, frame.alpha, *(getattr(frame, name) for name in LAYER_COLUMNS))
         picture = [None if plane is None else torch.from_numpy(plane) for plane in planes]
         ctx.boxes, ctx.frame, ctx.brush_set, ctx.options = boxes, frame, brush_set, options
         ctx.coverage_dtypes = [coverage.dtype for coverage in coverages]
@@ -483,7 +483,7 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
             ctx.frame,
             np.zeros_like(ctx.frame.rgb) if v_rgb is None else v_rgb,
             v_alpha,
-            dict(zip(LAYERS, v_layers, strict=True)),
+            dict(zip(LAYER_COLUMNS, v_layers, strict=True)),
             with_coverage=any(needs_coverages),
             trace=ctx.trace,
             **{

@@ -25,7 +25,7 @@ SH_TERMS = {1: 0, 4: 1, 9: 2, 16: 3}  # number of spherical-harmonic terms -> de
 # The layers of a frame beside its colour: field of `Frame` -> column of `Boxes`, [M] or [M, channels], whose
 # alpha-weighted mean it is. Boxes without the column give frames without the layer. How many channels the
 # core has room for is said in core/include/brushgs/layers.hpp.
-LAYERS = {"depth": "depths"}
+LAYER_COLUMNS = {"depth": "depths"}
 _OPTIONAL = {"softness": "M", "setbacks": "M", "reliefs": "M 2"}  # columns of Boxes, >= 0 -> shape
 _SHOWN_SIDE = 1024  # pixels: notebooks keep what they show, and have columns about as wide
 GAUSSIAN_COLUMNS = (
@@ -449,8 +449,8 @@ class Boxes:
         return {name: column for name, column in columns.items() if column is not None}
 
     def attributes(self) -> dict[str, Array]:
-        """The columns that become layers of a frame, by the name of the layer; see `LAYERS`."""
-        columns = {name: getattr(self, column) for name, column in LAYERS.items()}
+        """The columns that become layers of a frame, by the name of the layer; see `LAYER_COLUMNS`."""
+        columns = {name: getattr(self, column) for name, column in LAYER_COLUMNS.items()}
         return {name: column for name, column in columns.items() if column is not None}
 
     def take(self, rows: RowChoice) -> "Boxes":

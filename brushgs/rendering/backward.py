@@ -18,11 +18,11 @@ from brushgs.native import core as _core
 from brushgs.options.choices import Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.project import ProjectOptions
-from brushgs.rendering.rasterize import Trace
+from brushgs.rendering.rasterize import Trace, box_arrays
 from brushgs.rendering.streaks import check_streaks, streak_arguments, streak_slopes
 from brushgs.rendering.texture_levels import coverage_gradients, kernel_of, levels_for
 from brushgs.rendering.underpaint import Underpaint, underpaint_arguments
-from brushgs.scene import GAUSSIAN_COLUMNS, LAYERS, Boxes, Camera, Frame, Gaussians
+from brushgs.scene import GAUSSIAN_COLUMNS, LAYER_COLUMNS, Boxes, Camera, Frame, Gaussians
 from brushgs.threads import num_threads_or_default
 
 BOX_COLUMNS = ("centers", "half_extents", "angles", "depths", "colors", "opacities")
@@ -151,7 +151,9 @@ def rasterize_backward(
     levels = levels_for("rasterize_backward", boxes, brush_set, filter) if trace is None else trace.levels
     given = {name: v for name, v in (v_layers or {}).items() if v is not None}
     gradients: dict[str, Any] = {
-        name: np.empty_like(getattr(boxes, name)) for name in BOX_COLUMNS if name not in LAYERS.values()
+        name: np.empty_like(getattr(boxes, name))
+        for name in BOX_COLUMNS
+        if name not in LAYER_COLUMNS.values()
     }
     v_attributes: dict[str, Any] = {
         name: np.empty_like(attribute) if name in given else np.zeros_like(attribute)
@@ -163,16 +165,14 @@ def rasterize_backward(
         levels=levels.packed,
         min_transmittance=float(min_transmittance),
         num_threads=num_threads_or_default(num_threads),
-        centers=boxes.centers,
-        half_extents=boxes.half_extents,
-        angles=boxes.angles,
-        colors=boxes.colors,
-        opacities=boxes.opacities,
-        attributes=[getattr(boxes, LAYERS[name]) for name in given],
-        depths=boxes.depths,
-        **underpaint_arguments("rasterize_backward", boxes, brush_set, underpaint),
-        **streak_arguments(boxes, streaks, brush_set),
-        streak_slopes=streak_slopes(boxes, streaks, brush_set.without_bristles(boxes.brushes)),
+        boxes=box_arrays(
+            boxes,
+            [getattr(boxes, LAYER_COLUMNS[name]) for name in given],
+            colors=boxes.colors,
+            **underpaint_arguments("rasterize_backward", boxes, brush_set, underpaint),
+            **streak_arguments(boxes, streaks, brush_set),
+            streak_slopes=streak_slopes(boxes, streaks, brush_set.without_bristles(boxes.brushes)),
+        ),
         trace=None if trace is None else trace.of_core,
         rgb=frame.rgb,
         alpha=frame.alpha,
@@ -184,6 +184,6 @@ def rasterize_backward(
         v_attributes=[v_attributes[name] for name in given],
         v_texels=v_texels,
     )
-    gradients |= {LAYERS[name]: v for name, v in v_attributes.items()}
+    gradients |= {LAYER_COLUMNS[name]: v for name, v in v_attributes.items()}
     coverages = coverage_gradients(brush_set, levels, v_texels) if with_coverage else ()
     return BoxGradients(**gradients, coverages=coverages)

@@ -79,7 +79,7 @@ def depth_test_arguments(
         ValueError: if it is of another size.
     """
     if test is None:
-        return {"limits": None, "fades": None}
+        return {}
     if not isinstance(test, DepthTest):
         raise TypeError(f"{where}: in_front_of must be None or DepthTest, got {type(test).__name__}")
     for name, actual, expected in (

@@ -146,6 +146,7 @@ class FragmentFinder:
             BrushSet.of(texture),
             **self._size,
             filter=options.filter,
+            depth=False,
             underpaint=options.underpaint,
             streaks=options.streaks,
             relief=False,

@@ -1,17 +1,19 @@
 """Boxes become frames: the public function over the compiled rasteriser."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, get_args
 
 import numpy as np
 
+from brushgs.arrays import Array
 from brushgs.brushes.brush_set import Brush, BrushSet
 from brushgs.native import core as _core
 from brushgs.options.choices import MAX_PIXELS, MAX_SIDE, Blend, Filter
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.depth_test import DepthTest, depth_test_arguments
 from brushgs.rendering.glaze import check_glaze, glaze_colors
-from brushgs.rendering.relief import check_relief, relief_arguments
+from brushgs.rendering.relief import check_relief
 from brushgs.rendering.streaks import check_streaks, streak_arguments
 from brushgs.rendering.texture_levels import TextureLevels, kernel_of, levels_for
 from brushgs.rendering.underpaint import Underpaint, underpaint_arguments
@@ -125,6 +127,7 @@ def rasterize(
         height,
         width,
         filter=filter,
+        depth=depth,
         underpaint=underpaint,
         streaks=streaks,
         relief=relief and blend != "glaze",
@@ -133,7 +136,7 @@ def rasterize(
         min_transmittance=min_transmittance,
         num_threads=num_threads,
     )
-    return _paint(painted, depth=depth, blend=blend, trace=None)
+    return _paint(painted, blend, trace=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,6 +174,7 @@ def rasterize_traced(
         height,
         width,
         filter=filter,
+        depth=depth,
         underpaint=underpaint,
         streaks=streaks,
         relief=False,
@@ -181,27 +185,23 @@ def rasterize_traced(
     )
     is_single = boxes.centers.dtype == np.float32
     trace = Trace(_core.TraceFloat32() if is_single else _core.TraceFloat64(), painted.levels)
-    return _paint(painted, depth=depth, blend="cover", trace=trace), trace
+    return _paint(painted, "cover", trace), trace
 
 
-def _paint(painted: "RasterArguments", *, depth: bool, blend: Blend, trace: Trace | None) -> Frame:
-    is_glaze, relief, boxes = blend == "glaze", painted.relief, painted.boxes
+def _paint(painted: "RasterArguments", blend: Blend, trace: Trace | None) -> Frame:
     height, width = painted.size
-    attributes = {name: a for name, a in boxes.attributes().items() if depth or name != "depth"}
-    attributes = {} if is_glaze else attributes
-    is_single = boxes.centers.dtype == np.float32
+    is_single = painted.boxes.centers.dtype == np.float32
     new_plane: Any = _core.new_plane_float32 if is_single else _core.new_plane_float64
     rgb, alpha = new_plane([height, width, 3]), new_plane([height, width])
-    layers = {name: new_plane([height, width, *a.shape[1:]]) for name, a in attributes.items()}
-    height_plane = new_plane([height, width]) if relief else None
+    layers = {name: new_plane([height, width, *a.shape[1:]]) for name, a in painted.attributes.items()}
+    height_plane = new_plane([height, width]) if painted.relief else None
     _core.rasterize(
         **painted.of_core,
-        attributes=list(attributes.values()),
-        **relief_arguments(boxes, height_plane),
         rgb=rgb,
         alpha=alpha,
         layers=list(layers.values()),
-        blend=_core.Blend.glaze if is_glaze else _core.Blend.cover,
+        height_plane=height_plane,
+        blend=_core.Blend.glaze if blend == "glaze" else _core.Blend.cover,
         trace=None if trace is None else trace.of_core,
     )
     if painted.exponent and "depth" in layers:
@@ -215,6 +215,7 @@ class RasterArguments:
     Attributes:
         boxes: with lengths of the world in a unit that suits the dtype.
         exponent: of that unit: 2^-exponent world units.
+        attributes: of which there are layers, by their names.
         relief: whether there is a height.
         size: height and width, pixels.
         levels: of the stroke images.
@@ -229,6 +230,7 @@ class RasterArguments:
         width: int,
         *,
         filter: Filter,
+        depth: bool,
         underpaint: Underpaint | None,
         streaks: float,
         relief: bool,
@@ -260,23 +262,40 @@ class RasterArguments:
         streaks = streaks if is_image else 0.0
         boxes, self.exponent = _in_plain_range(boxes) if is_soft else (boxes, 0)
         self.boxes, self.relief, self.size = boxes, relief, (height, width)
+        named = {} if is_glaze else boxes.attributes()
+        self.attributes = {name: a for name, a in named.items() if depth or name != "depth"}
         self.levels = levels_for("rasterize", boxes, brushes, filter, heights=relief, num_threads=threads)
         self.of_core: dict[str, Any] = {
             "kernel": kernel_of(brushes, filter),
             "levels": self.levels.packed,
             "min_transmittance": float(min_transmittance),
             "num_threads": threads,
-            "centers": boxes.centers,
-            "half_extents": boxes.half_extents,
-            "angles": boxes.angles,
-            "colors": glaze_colors(boxes) if is_glaze else boxes.colors,
-            "opacities": boxes.opacities,
-            "depths": boxes.depths,
-            "softness": boxes.softness if is_soft else None,
-            **underpaint_arguments("rasterize", boxes, brushes, underpaint),
-            **streak_arguments(boxes, streaks, brushes),
-            **depth_test,
+            "boxes": box_arrays(
+                boxes,
+                self.attributes.values(),
+                colors=glaze_colors(boxes) if is_glaze else boxes.colors,
+                softness=boxes.softness if is_soft else None,
+                reliefs=boxes.reliefs if relief else None,
+                **underpaint_arguments("rasterize", boxes, brushes, underpaint),
+                **streak_arguments(boxes, streaks, brushes),
+                **depth_test,
+            ),
         }
+
+
+def box_arrays(boxes: Boxes, attributes: Iterable[Array], *, colors: Array, **given: Any) -> Any:
+    """Boxes as the core takes them: painted with these colours, and with what else is given, by its name."""
+    make: Any = _core.BoxArraysFloat32 if boxes.centers.dtype == np.float32 else _core.BoxArraysFloat64
+    return make(
+        centers=boxes.centers,
+        half_extents=boxes.half_extents,
+        angles=boxes.angles,
+        colors=colors,
+        opacities=boxes.opacities,
+        depths=boxes.depths,
+        attributes=list(attributes),
+        **given,
+    )
 
 
 def _in_plain_range(boxes: Boxes) -> tuple[Boxes, int]:

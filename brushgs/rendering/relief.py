@@ -7,7 +7,6 @@ the stroke: they follow from its size among the strokes in space and from its ro
 
 from dataclasses import dataclass
 from math import inf, sqrt
-from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -141,11 +140,6 @@ def check_relief(where: str, boxes: Boxes) -> None:
     """Raise ValueError if boxes have no reliefs."""
     if boxes.reliefs is None:
         raise ValueError(f"{where}: boxes must have reliefs to have a height; project with relief=True")
-
-
-def relief_arguments(boxes: Boxes, height_plane: Array | None) -> dict[str, Any]:
-    """What the core takes of relief; nothing where the frame has no height."""
-    return {"reliefs": None if height_plane is None else boxes.reliefs, "height_plane": height_plane}
 
 
 def paint_height(texture: StrokeTexture) -> NDArray[np.uint8]:

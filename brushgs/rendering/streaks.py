@@ -30,11 +30,10 @@ MARGIN: int = _core.BRISTLE_MARGIN
 
 def streak_arguments(boxes: Boxes, streaks: float, brush_set: BrushSet) -> dict[str, Any]:
     """What the core takes of streaks; nothing where they are 0."""
-    names = "streak_noise", "streak_starts", "streak_weights"
     if streaks == 0:
-        return dict.fromkeys(names)
+        return {}
     weights = streak_weights(boxes, streaks, brush_set.without_bristles(boxes.brushes))
-    return dict(zip(names, (packed_noise(), streak_starts(boxes), weights), strict=True))
+    return {"streak_noise": packed_noise(), "streak_starts": streak_starts(boxes), "streak_weights": weights}
 
 
 def streak_starts(boxes: Boxes) -> NDArray[np.uint8]:

@@ -74,8 +74,7 @@ def underpaint_arguments(
         ValueError: if the boxes have no setbacks.
     """
     if underpaint is None or brush_set.kind != "image":
-        nothing = {"setbacks": None, "underpaint_reaches": None}
-        return nothing | {"underpaint_reach": 0.0, "underpaint_opacity": 0.0}
+        return {}
     if not isinstance(underpaint, Underpaint):
         raise TypeError(
             f"{where}: underpaint must be None or Underpaint, got {type(underpaint).__name__}; "

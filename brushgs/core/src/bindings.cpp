@@ -347,6 +347,67 @@ brushgs::Channels<T> channels_of(const std::vector<Array>& arrays, std::size_t l
     return all;
 }
 
+// M boxes as the kernels read them; keeps their memory.
+template <class T>
+struct BoxArrays {
+    brushgs::BoxView<T> view;
+    std::vector<nb::ndarray<>> memory;
+};
+
+template <class T>
+void def_box_arrays(nb::module_& m) {
+    const auto make = [](BoxArrays<T>* self, In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles, In<T, 2> colors,
+                         In<T, 1> opacities, In<T, 1> depths, const std::vector<AnyIn<T>>& attributes,
+                         std::optional<In<T, 1>> softness, std::optional<In<T, 1>> setbacks, double underpaint_reach,
+                         std::optional<In<double, 1>> underpaint_reaches, double underpaint_opacity,
+                         std::optional<In<std::uint16_t, 1>> streak_noise,
+                         std::optional<In<std::uint8_t, 1>> streak_starts, std::optional<In<T, 2>> streak_weights,
+                         std::optional<In<T, 2>> streak_slopes, std::optional<In<T, 2>> reliefs,
+                         std::optional<In<T, 2>> limits, std::optional<In<T, 2>> fades) {
+        auto* boxes = new (self) BoxArrays<T>{.view = {.count = centers.shape(0),
+                                                       .centers = centers.data(),
+                                                       .half_extents = half_extents.data(),
+                                                       .angles = angles.data(),
+                                                       .colors = colors.data(),
+                                                       .opacities = opacities.data(),
+                                                       .layers = channels_of<const T>(attributes, 1),
+                                                       .depths = depths.data(),
+                                                       .softness = data_or_null(softness),
+                                                       .underpaint = {.setbacks = data_or_null(setbacks),
+                                                                      .reach = underpaint_reach,
+                                                                      .reaches = data_or_null(underpaint_reaches),
+                                                                      .opacity = underpaint_opacity},
+                                                       .streaks = {.noise = data_or_null(streak_noise),
+                                                                   .starts = data_or_null(streak_starts),
+                                                                   .weights = data_or_null(streak_weights),
+                                                                   .slopes = data_or_null(streak_slopes)},
+                                                       .reliefs = data_or_null(reliefs),
+                                                       .limits = data_or_null(limits),
+                                                       .fades = data_or_null(fades)},
+                                              .memory = {}};
+        const auto keep = [boxes](const auto&... arrays) { (boxes->memory.emplace_back(arrays), ...); };
+        const auto keep_given = [&](const auto&... arrays) { ((arrays ? keep(*arrays) : void()), ...); };
+        keep(centers, half_extents, angles, colors, opacities, depths);
+        for (const auto& attribute : attributes) keep(attribute);
+        keep_given(softness, setbacks, underpaint_reaches, streak_noise, streak_starts, streak_weights, streak_slopes,
+                   reliefs, limits, fades);
+    };
+    const nb::object none = nb::none();
+    nb::class_<BoxArrays<T>>(m, sizeof(T) == 4 ? "BoxArraysFloat32" : "BoxArraysFloat64",
+                             "M boxes, and what they are painted with; columns as in brushgs.Boxes.")
+        .def("__init__", make, nb::kw_only(), "centers"_a.noconvert(), "half_extents"_a.noconvert(),
+             "angles"_a.noconvert(), "colors"_a.noconvert(), "opacities"_a.noconvert(), "depths"_a.noconvert(),
+             "attributes"_a.noconvert() = nb::list(), "softness"_a.noconvert() = none, "setbacks"_a.noconvert() = none,
+             "underpaint_reach"_a = 0.0, "underpaint_reaches"_a.noconvert() = none, "underpaint_opacity"_a = 0.0,
+             "streak_noise"_a.noconvert() = none, "streak_starts"_a.noconvert() = none,
+             "streak_weights"_a.noconvert() = none, "streak_slopes"_a.noconvert() = none,
+             "reliefs"_a.noconvert() = none, "limits"_a.noconvert() = none, "fades"_a.noconvert() = none,
+             "attributes, [M] or [M, channels] each, are what the layers of a picture are means of. With softness the "
+             "order is soft; with setbacks, of stroke images only, boxes have underpaint; with noise, which goes with "
+             "starts and weights, strokes have streaks, whose derivative needs slopes. With limits, which goes with "
+             "fades, boxes fade out behind them; see raster.hpp. Colors of glazes are logarithms.");
+}
+
 brushgs::RasterParams raster_params(brushgs::Kernel kernel, const Levels& levels, std::size_t height, std::size_t width,
                                     double min_transmittance, int num_threads) {
     return {.kernel = kernel,
@@ -360,41 +421,16 @@ brushgs::RasterParams raster_params(brushgs::Kernel kernel, const Levels& levels
 
 template <class T>
 void rasterize(brushgs::Kernel kernel, const Levels& levels, double min_transmittance, int num_threads,
-               In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles, In<T, 2> colors, In<T, 1> opacities,
-               const std::vector<AnyIn<T>>& attributes, In<T, 1> depths, std::optional<In<T, 1>> softness,
-               std::optional<In<T, 1>> setbacks, double underpaint_reach,
-               std::optional<In<double, 1>> underpaint_reaches, double underpaint_opacity,
-               std::optional<In<std::uint16_t, 1>> streak_noise, std::optional<In<std::uint8_t, 1>> streak_starts,
-               std::optional<In<T, 2>> streak_weights, std::optional<In<T, 2>> reliefs, Out<T, 3> rgb, Out<T, 2> alpha,
-               const std::vector<AnyOut<T>>& layers, std::optional<Out<T, 2>> height_plane, brushgs::Blend blend,
-               std::optional<In<T, 2>> limits, std::optional<In<T, 2>> fades, brushgs::Trace<T>* trace) {
+               const BoxArrays<T>& boxes, Out<T, 3> rgb, Out<T, 2> alpha, const std::vector<AnyOut<T>>& layers,
+               std::optional<Out<T, 2>> height_plane, brushgs::Blend blend, brushgs::Trace<T>* trace) {
     auto params = raster_params(kernel, levels, rgb.shape(0), rgb.shape(1), min_transmittance, num_threads);
     params.blend = blend;
-    const brushgs::BoxView<T> boxes{.count = centers.shape(0),
-                                    .centers = centers.data(),
-                                    .half_extents = half_extents.data(),
-                                    .angles = angles.data(),
-                                    .colors = colors.data(),
-                                    .opacities = opacities.data(),
-                                    .layers = channels_of<const T>(attributes, 1),
-                                    .depths = depths.data(),
-                                    .softness = data_or_null(softness),
-                                    .underpaint = {.setbacks = data_or_null(setbacks),
-                                                   .reach = underpaint_reach,
-                                                   .reaches = data_or_null(underpaint_reaches),
-                                                   .opacity = underpaint_opacity},
-                                    .streaks = {.noise = data_or_null(streak_noise),
-                                                .starts = data_or_null(streak_starts),
-                                                .weights = data_or_null(streak_weights)},
-                                    .reliefs = data_or_null(reliefs),
-                                    .limits = data_or_null(limits),
-                                    .fades = data_or_null(fades)};
     const brushgs::Picture<T> picture{.rgb = rgb.data(),
                                       .alpha = alpha.data(),
                                       .layers = channels_of<T>(layers, 2),
                                       .height = data_or_null(height_plane)};
     const nb::gil_scoped_release without_gil;
-    brushgs::rasterize(params, boxes, picture, trace);
+    brushgs::rasterize(params, boxes.view, picture, trace);
 }
 
 template <class T>
@@ -414,20 +450,12 @@ void def_rasterize(nb::module_& m) {
                                   "What painting found out and its derivative needs again; see trace.hpp.")
         .def(nb::init<>());
     m.def("rasterize", &rasterize<T>, nb::kw_only(), "kernel"_a, "levels"_a, "min_transmittance"_a, "num_threads"_a,
-          "centers"_a.noconvert(), "half_extents"_a.noconvert(), "angles"_a.noconvert(), "colors"_a.noconvert(),
-          "opacities"_a.noconvert(), "attributes"_a.noconvert(), "depths"_a.noconvert(),
-          "softness"_a.noconvert().none(), "setbacks"_a.noconvert().none(), "underpaint_reach"_a,
-          "underpaint_reaches"_a.noconvert().none(), "underpaint_opacity"_a, "streak_noise"_a.noconvert().none(),
-          "streak_starts"_a.noconvert().none(), "streak_weights"_a.noconvert().none(), "reliefs"_a.noconvert().none(),
-          "rgb"_a.noconvert(), "alpha"_a.noconvert(), "layers"_a.noconvert(), "height_plane"_a.noconvert().none(),
-          "blend"_a, "limits"_a.noconvert().none(), "fades"_a.noconvert().none(), "trace"_a.none(),
-          "Paint boxes into rgb, alpha and for each attribute of the boxes, [M] or [M, channels], a layer [H, W] or "
-          "[H, W, channels]. With softness the order is soft; with setbacks, of stroke images only, boxes have "
-          "underpaint; with noise, which goes with starts and weights, strokes have streaks. The plane of the height "
-          "goes with reliefs and, of stroke images, with levels that have pairs with height. Glazes have none of "
-          "these: their colors are logarithms, and rgb is their tint. With limits, which goes with fades, boxes fade "
-          "out behind them; see raster.hpp. With a trace, which goes with none of softness, glaze and limits, what the "
-          "derivative needs is kept there.");
+          "boxes"_a, "rgb"_a.noconvert(), "alpha"_a.noconvert(), "layers"_a.noconvert(),
+          "height_plane"_a.noconvert().none(), "blend"_a, "trace"_a.none(),
+          "Paint boxes into rgb, alpha and for each attribute of the boxes a layer [H, W] or [H, W, channels]. The "
+          "plane of the height goes with reliefs and, of stroke images, with levels that have pairs with height. "
+          "Glazes have neither these nor softness, underpaint and streaks: rgb is their tint. With a trace, which goes "
+          "with none of softness, glaze and limits, what the derivative needs is kept there.");
     m.def("choose_levels", &choose_levels<T>, nb::kw_only(), "half_extents"_a.noconvert(), "bounds_u"_a.noconvert(),
           "bounds_v"_a.noconvert(),
           "For boxes of half extents [M, 2] the level codes in use, level_u * (len(bounds_v) + 1) + level_v, and "
@@ -436,33 +464,12 @@ void def_rasterize(nb::module_& m) {
 
 template <class T>
 void rasterize_backward(brushgs::Kernel kernel, const Levels& levels, double min_transmittance, int num_threads,
-                        In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles, In<T, 2> colors, In<T, 1> opacities,
-                        const std::vector<AnyIn<T>>& attributes, In<T, 1> depths, std::optional<In<T, 1>> setbacks,
-                        double underpaint_reach, std::optional<In<double, 1>> underpaint_reaches,
-                        double underpaint_opacity, std::optional<In<std::uint16_t, 1>> streak_noise,
-                        std::optional<In<std::uint8_t, 1>> streak_starts, std::optional<In<T, 2>> streak_weights,
-                        std::optional<In<T, 2>> streak_slopes, const brushgs::Trace<T>* trace, In<T, 3> rgb,
-                        In<T, 2> alpha, const std::vector<AnyIn<T>>& layers, In<T, 3> v_rgb,
-                        std::optional<In<T, 2>> v_alpha, const std::vector<AnyIn<T>>& v_layers, Out<T, 2> v_centers,
-                        Out<T, 2> v_half_extents, Out<T, 1> v_angles, Out<T, 2> v_colors, Out<T, 1> v_opacities,
+                        const BoxArrays<T>& boxes, const brushgs::Trace<T>* trace, In<T, 3> rgb, In<T, 2> alpha,
+                        const std::vector<AnyIn<T>>& layers, In<T, 3> v_rgb, std::optional<In<T, 2>> v_alpha,
+                        const std::vector<AnyIn<T>>& v_layers, Out<T, 2> v_centers, Out<T, 2> v_half_extents,
+                        Out<T, 1> v_angles, Out<T, 2> v_colors, Out<T, 1> v_opacities,
                         const std::vector<AnyOut<T>>& v_attributes, const std::vector<Out<double, 2>>& v_texels) {
     const auto params = raster_params(kernel, levels, rgb.shape(0), rgb.shape(1), min_transmittance, num_threads);
-    const brushgs::BoxView<T> boxes{.count = centers.shape(0),
-                                    .centers = centers.data(),
-                                    .half_extents = half_extents.data(),
-                                    .angles = angles.data(),
-                                    .colors = colors.data(),
-                                    .opacities = opacities.data(),
-                                    .layers = channels_of<const T>(attributes, 1),
-                                    .depths = depths.data(),
-                                    .underpaint = {.setbacks = data_or_null(setbacks),
-                                                   .reach = underpaint_reach,
-                                                   .reaches = data_or_null(underpaint_reaches),
-                                                   .opacity = underpaint_opacity},
-                                    .streaks = {.noise = data_or_null(streak_noise),
-                                                .starts = data_or_null(streak_starts),
-                                                .weights = data_or_null(streak_weights),
-                                                .slopes = data_or_null(streak_slopes)}};
     const brushgs::PictureGradients<T> picture{.rgb = rgb.data(),
                                                .alpha = alpha.data(),
                                                .layers = channels_of<const T>(layers, 2),
@@ -476,25 +483,20 @@ void rasterize_backward(brushgs::Kernel kernel, const Levels& levels, double min
                                              .opacities = v_opacities.data(),
                                              .layers = channels_of<T>(v_attributes, 1)};
     // Reading beyond the memory of another trace would be no error but a crash.
-    if (trace != nullptr && !is_of(*trace, boxes, params.width, params.height))
+    if (trace != nullptr && !is_of(*trace, boxes.view, params.width, params.height))
         throw nb::value_error("rasterize_backward: trace must be of painting these boxes, got another");
     std::vector<double*> texels;
     for (const auto& of_level : v_texels) texels.push_back(of_level.data());
     const nb::gil_scoped_release without_gil;
-    brushgs::rasterize_backward(params, boxes, trace, picture, gradients, texels);
+    brushgs::rasterize_backward(params, boxes.view, trace, picture, gradients, texels);
 }
 
 template <class T>
 void def_rasterize_backward(nb::module_& m) {
     m.def("rasterize_backward", &rasterize_backward<T>, nb::kw_only(), "kernel"_a, "levels"_a, "min_transmittance"_a,
-          "num_threads"_a, "centers"_a.noconvert(), "half_extents"_a.noconvert(), "angles"_a.noconvert(),
-          "colors"_a.noconvert(), "opacities"_a.noconvert(), "attributes"_a.noconvert(), "depths"_a.noconvert(),
-          "setbacks"_a.noconvert().none(), "underpaint_reach"_a, "underpaint_reaches"_a.noconvert().none(),
-          "underpaint_opacity"_a, "streak_noise"_a.noconvert().none(), "streak_starts"_a.noconvert().none(),
-          "streak_weights"_a.noconvert().none(), "streak_slopes"_a.noconvert().none(), "trace"_a.none(),
-          "rgb"_a.noconvert(), "alpha"_a.noconvert(), "layers"_a.noconvert(), "v_rgb"_a.noconvert(),
-          "v_alpha"_a.noconvert().none(), "v_layers"_a.noconvert(), "v_centers"_a.noconvert(),
-          "v_half_extents"_a.noconvert(), "v_angles"_a.noconvert(), "v_colors"_a.noconvert(),
+          "num_threads"_a, "boxes"_a, "trace"_a.none(), "rgb"_a.noconvert(), "alpha"_a.noconvert(),
+          "layers"_a.noconvert(), "v_rgb"_a.noconvert(), "v_alpha"_a.noconvert().none(), "v_layers"_a.noconvert(),
+          "v_centers"_a.noconvert(), "v_half_extents"_a.noconvert(), "v_angles"_a.noconvert(), "v_colors"_a.noconvert(),
           "v_opacities"_a.noconvert(), "v_attributes"_a.noconvert(), "v_texels"_a.noconvert(),
           "From the gradients of a loss by the picture, v_rgb, v_alpha and v_layers, write those by the boxes, and add "
           "those by the texels of each level to v_texels, which may be empty. attributes, layers and their gradients "
@@ -505,37 +507,14 @@ void def_rasterize_backward(nb::module_& m) {
 
 template <class T>
 nb::tuple fragments(brushgs::Kernel kernel, const Levels& levels, double min_transmittance, int num_threads,
-                    In<T, 2> centers, In<T, 2> half_extents, In<T, 1> angles, In<T, 2> colors, In<T, 1> opacities,
-                    In<T, 1> depths, std::optional<In<T, 1>> softness, std::optional<In<T, 1>> setbacks,
-                    double underpaint_reach, std::optional<In<double, 1>> underpaint_reaches, double underpaint_opacity,
-                    std::optional<In<std::uint16_t, 1>> streak_noise, std::optional<In<std::uint8_t, 1>> streak_starts,
-                    std::optional<In<T, 2>> streak_weights, std::optional<In<T, 2>> limits,
-                    std::optional<In<T, 2>> fades, std::size_t height, std::size_t width, int first_row, int end_row) {
+                    const BoxArrays<T>& boxes, std::size_t height, std::size_t width, int first_row, int end_row) {
     auto params = raster_params(kernel, levels, height, width, min_transmittance, num_threads);
     params.first_row = first_row;
     params.end_row = end_row;
-    const brushgs::BoxView<T> boxes{.count = centers.shape(0),
-                                    .centers = centers.data(),
-                                    .half_extents = half_extents.data(),
-                                    .angles = angles.data(),
-                                    .colors = colors.data(),
-                                    .opacities = opacities.data(),
-                                    .layers = {},
-                                    .depths = depths.data(),
-                                    .softness = data_or_null(softness),
-                                    .underpaint = {.setbacks = data_or_null(setbacks),
-                                                   .reach = underpaint_reach,
-                                                   .reaches = data_or_null(underpaint_reaches),
-                                                   .opacity = underpaint_opacity},
-                                    .streaks = {.noise = data_or_null(streak_noise),
-                                                .starts = data_or_null(streak_starts),
-                                                .weights = data_or_null(streak_weights)},
-                                    .limits = data_or_null(limits),
-                                    .fades = data_or_null(fades)};
     brushgs::Fragments<T> found;
     {
         const nb::gil_scoped_release without_gil;
-        found = brushgs::find_fragments(params, boxes);
+        found = brushgs::find_fragments(params, boxes.view);
     }
     return nb::make_tuple(row(found.starts, found.num_pixels + 1), row(found.rows, found.count),
                           row(found.weights, found.count), row(found.shades, found.count),
@@ -594,12 +573,7 @@ void make_samples(In<std::int64_t, 1> starts, In<std::int32_t, 1> marks, In<T, 1
 template <class T>
 void def_fragments(nb::module_& m) {
     m.def("fragments", &fragments<T>, nb::kw_only(), "kernel"_a, "levels"_a, "min_transmittance"_a, "num_threads"_a,
-          "centers"_a.noconvert(), "half_extents"_a.noconvert(), "angles"_a.noconvert(), "colors"_a.noconvert(),
-          "opacities"_a.noconvert(), "depths"_a.noconvert(), "softness"_a.noconvert().none(),
-          "setbacks"_a.noconvert().none(), "underpaint_reach"_a, "underpaint_reaches"_a.noconvert().none(),
-          "underpaint_opacity"_a, "streak_noise"_a.noconvert().none(), "streak_starts"_a.noconvert().none(),
-          "streak_weights"_a.noconvert().none(), "limits"_a.noconvert().none(), "fades"_a.noconvert().none(),
-          "height"_a, "width"_a, "first_row"_a, "end_row"_a,
+          "boxes"_a, "height"_a, "width"_a, "first_row"_a, "end_row"_a,
           "Of boxes painted as `rasterize` paints them, what the rows first_row to end_row - 1 are made of: starts "
           "[pixels + 1], and for each fragment, nearest first in each pixel, its box, its weight, its shade and "
           "whether it is underpaint. first_row is a multiple of TILE_HEIGHT. See fragments.hpp.");
@@ -1016,6 +990,8 @@ NB_MODULE(_core, m) {
     def_track_directions<float>(m);
     def_track_directions<double>(m);
     def_levels(m);
+    def_box_arrays<float>(m);
+    def_box_arrays<double>(m);
     def_rasterize<float>(m);
     def_rasterize<double>(m);
     def_rasterize_backward<float>(m);
