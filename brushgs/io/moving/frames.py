@@ -36,7 +36,7 @@ from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.encoding import STANDARD, Encoding
 from brushgs.io.scenes.folders import find_parts
 from brushgs.io.scenes.notes import LoadNotes, join_notes
-from brushgs.io.scenes.read import drop_unnamed_brushes, open_file, warn_of_other_encoding
+from brushgs.io.scenes.open_file import drop_unnamed_brushes, open_file, warn_of_other_encoding
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.moving_scene import MovingScene
 from brushgs.options.scene_source import SceneSource

@@ -8,7 +8,7 @@ import numpy as np
 from brushgs.errors import SceneError
 from brushgs.io.files import exists
 from brushgs.io.moving.frames import Frames, find_frames
-from brushgs.io.moving.read import open_formula
+from brushgs.io.moving.open_formula import open_formula
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.encoding import Encoding

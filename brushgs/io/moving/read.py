@@ -1,47 +1,18 @@
 """Files of any format become moving scenes."""
 
-import warnings
-from collections.abc import Sequence
-from importlib import import_module
-from pathlib import Path
-
 import numpy as np
 
-from brushgs.errors import SceneError, SceneWarning
-from brushgs.io.files import is_plain
-from brushgs.io.moving.formats import MovingFormat, find_moving
 from brushgs.io.moving.frames import open_frames
+from brushgs.io.moving.open_formula import open_formula
 from brushgs.io.scenes.read import read_scene
 from brushgs.moving_scene import MovingScene
 from brushgs.options.scene_source import SceneFiles, SceneSource
-
-_NUM_INSPECTED = 16  # of many paths: a clip of 100,000 files is not opened file by file
 
 
 def open_moving(scene: SceneFiles) -> MovingScene | None:
     """See `brushgs.io.moving.open_moving`."""
     source = SceneSource.of(scene)
     return open_formula(source) or open_frames(source)
-
-
-def open_formula(source: SceneSource) -> MovingScene | None:
-    """A scene in one file that moves by itself; None for still scenes and those in a file a moment."""
-    found = _find(source.paths)
-    if found is None:
-        _warn_of_networks(source.paths)
-        return None
-    path, row = found
-    if row.reader is None:
-        raise SceneError(path, f"is a {row.name}, {row.cure}")
-    if len(source.paths) > 1:
-        raise SceneError(path, f"is a {row.name}, which moves by itself; name it alone")
-    if source.lod is not None:
-        raise SceneError(path, f"is a {row.name}, which has no levels of detail; omit the level (lod)")
-    reader = import_module(f"brushgs.io.moving.{row.reader}")
-    # Values beyond float32 become infinite and NaN stays NaN: the readers drop both.
-    with np.errstate(all="ignore"):
-        moving: MovingScene = reader.open_moving(path)
-    return moving
 
 
 def load_moving(scene: SceneFiles) -> MovingScene:
@@ -52,20 +23,3 @@ def load_moving(scene: SceneFiles) -> MovingScene:
     gaussians, notes = read_scene(scene)
     resting = np.ones(len(gaussians), np.bool_)
     return MovingScene(0.0, True, lambda time: gaussians, resting=resting, notes=notes)
-
-
-def _find(paths: Sequence[Path]) -> tuple[Path, MovingFormat] | None:
-    """The first path that is a moving scene of itself."""
-    for path in paths[:_NUM_INSPECTED]:
-        if (row := find_moving(path)) is not None:
-            return path, row
-    return None
-
-
-def _warn_of_networks(paths: Sequence[Path]) -> None:
-    """Warn of Gaussians that lie beside the network that moves them: alone they are no moment of the clip."""
-    for path in paths[:_NUM_INSPECTED]:
-        if path.name == "point_cloud.ply" and is_plain(path.with_name("deformation.pth")):
-            what = "are moved by the network beside them (deformation.pth), and show no moment without it"
-            cure = f"name the folder {path.parent} for what to do"
-            warnings.warn(SceneWarning(f"{path}: its Gaussians {what}; {cure}"), stacklevel=4)

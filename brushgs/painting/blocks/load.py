@@ -9,7 +9,7 @@ import numpy as np
 from brushgs.io.scenes.blocks import SAMPLE_ROWS, sample_rows
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.notes import LoadNotes, join_notes
-from brushgs.io.scenes.read import warn_of_other_encoding
+from brushgs.io.scenes.open_file import warn_of_other_encoding
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.options.sequence import SequenceConfig
 from brushgs.painting.blocks.budget import MOST_MERGED, Budget

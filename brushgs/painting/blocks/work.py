@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from brushgs.io.scenes.blocks import BLOCK_ROWS, open_rows, read_blocks
 from brushgs.io.scenes.dropped import Dropped
 from brushgs.io.scenes.fill import RowSource
-from brushgs.io.scenes.read import open_file
+from brushgs.io.scenes.open_file import open_file
 from brushgs.io.scenes.used_terms import drop_zero_bands
 from brushgs.passes.blocks.merge import CellSums, cell_sums
 from brushgs.passes.blocks.table import CellTable
