@@ -29,7 +29,8 @@ from brushgs.sh import used_sh_degree
 from brushgs.version import __version__
 
 if TYPE_CHECKING:
-    from brushgs.rendering.coats import Coat, Painting
+    from brushgs.rendering.canvas import Painting
+    from brushgs.rendering.coat import Coat
     from brushgs.rendering.light import Lamp
 
 VERSION = 1  # of the header; grows when a key changes its name or meaning

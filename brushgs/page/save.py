@@ -9,7 +9,7 @@ from brushgs.options.page import PAGE_SUFFIXES, QUAD_SUFFIXES
 
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import Brush, BrushSet
-    from brushgs.rendering.coats import Painting
+    from brushgs.rendering.canvas import Painting
     from brushgs.scene import Camera, FirstView, Frame, Gaussians
 
 NOT_IN_QUADS = ("background", "filter", "streaks", "relief")  # arguments of a page
@@ -142,7 +142,8 @@ def _painting_of(
     strokes: "Gaussians", texture: "Brush", options: dict[str, Any]
 ) -> "tuple[Painting, BrushSet]":
     from brushgs.brushes.brush_set import BrushSet
-    from brushgs.rendering.coats import Coat, Painting
+    from brushgs.rendering.canvas import Painting
+    from brushgs.rendering.coat import Coat
     from brushgs.rendering.options import RenderOptions
     from brushgs.rendering.relief import Relief
 

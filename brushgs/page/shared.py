@@ -12,7 +12,7 @@ from brushgs.cameras.framing import NEAR_SHARE
 from brushgs.hashing import GOLDEN_32
 from brushgs.rendering import (
     border,
-    coats,
+    canvas,
     constants,
     depth_test,
     facing,
@@ -45,7 +45,7 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "SOLID_BELOW": depth_test.SOLID,
         "DARKEST": glaze.DARKEST,
         "TOOTH_SOFTNESS": tooth.SOFTNESS,
-        "CARRIED": coats.CARRIED,
+        "CARRIED": canvas.CARRIED,
         "UNDERPAINT_THICKNESS": relief.UNDERPAINT_THICKNESS,
         "CANVAS_PIXELS": relief.CANVAS_PIXELS,
         "LIGHT_REACH": light.REACH,

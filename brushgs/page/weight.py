@@ -6,7 +6,7 @@ import numpy as np
 
 from brushgs.options.page import HEADSET_FRAGMENTS, PHONE_BYTES, PHONE_FRAGMENTS
 from brushgs.rendering.areas import seen_areas
-from brushgs.rendering.coats import Coat
+from brushgs.rendering.coat import Coat
 from brushgs.scene import Boxes, Camera
 
 CORNERS = 4  # of a quad

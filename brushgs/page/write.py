@@ -14,7 +14,7 @@ from brushgs.page.still import paint_first_view, still_of
 from brushgs.page.view import PageView
 from brushgs.page.weight import Weight, warnings_of
 from brushgs.painting.report import Report
-from brushgs.rendering.coats import Painting
+from brushgs.rendering.canvas import Painting
 from brushgs.scene import Camera
 
 

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from brushgs.brushes.brush_set import Brushes, BrushSet, Sigmas
     from brushgs.brushes.kit import BrushKit
     from brushgs.io.pictures.shot import Shot
-    from brushgs.rendering.coats import Canvas, Coat, Painting
+    from brushgs.rendering.canvas import Canvas, Painting
+    from brushgs.rendering.coat import Coat
     from brushgs.rendering.options import RenderOptions
     from brushgs.rendering.relief import Relief
 

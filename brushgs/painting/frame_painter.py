@@ -16,7 +16,7 @@ from brushgs.scene import Camera, Frame
 
 if TYPE_CHECKING:
     from brushgs.io.pictures.pixels import Pixels
-    from brushgs.rendering.coats import Painting
+    from brushgs.rendering.canvas import Painting
     from brushgs.rendering.growing import GrowingPainting
     from brushgs.rendering.motion import Pose
 
@@ -94,7 +94,7 @@ class FramePainter:
         following = None
         if view.following is not None:
             other = view.following
-            following = Following(self._painting(other), other.camera, other.directions, view.sign)
+            following = Following(self._painting(other).coats, other.camera, other.directions, view.sign)
         wanted = Wanted(output.all_layers, output.deep, following)
         frame = painting.frame(view.camera, view.directions, wanted=wanted)
         return frame if view.into is None else _faded(frame, self.frame(view.into), view.share)

@@ -12,7 +12,7 @@ from brushgs.options.look_parts import GroundConfig, LightConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.background import Background, open_background
 from brushgs.painting.report import Report
-from brushgs.rendering.coats import Coat
+from brushgs.rendering.coat import Coat
 from brushgs.scene import Camera, FirstView, Gaussians
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from brushgs.moving_scene import MovingScene
     from brushgs.passes.cluster import Grouping
     from brushgs.passes.follow.canonical import Canonical
-    from brushgs.rendering.coats import Coat
+    from brushgs.rendering.coat import Coat
 
 SAME_MOMENT = 1e-6  # seconds: moments nearer to each other are one
 

@@ -12,7 +12,7 @@ from brushgs.painting.drawing import open_picture_background
 from brushgs.painting.look import open_surface
 from brushgs.painting.prepare import Prepared
 from brushgs.painting.report import Report
-from brushgs.rendering.coats import Coat
+from brushgs.rendering.coat import Coat
 from brushgs.scene import Camera
 
 if TYPE_CHECKING:

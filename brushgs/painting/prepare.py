@@ -54,7 +54,7 @@ from brushgs.painting.report import Report
 from brushgs.painting.stroke_changes import changes_of
 from brushgs.painting.strokes import cluster_scene, load_scene, prune_scene
 from brushgs.painting.where import Rest, part, split_where, with_ids
-from brushgs.rendering.coats import Painting
+from brushgs.rendering.canvas import Painting
 from brushgs.scene import Camera, FirstView, Gaussians
 
 if TYPE_CHECKING:

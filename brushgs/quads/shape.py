@@ -14,7 +14,7 @@ from brushgs.arrays import F64, Array
 from brushgs.brushes.brush_set import BrushSet, per_row
 from brushgs.page.contents import shown_by
 from brushgs.quats import rotation_matrices
-from brushgs.rendering.coats import Coat
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.constants import MAX_ALPHA, MIN_ALPHA
 from brushgs.rendering.facing import facing_shares
 from brushgs.rendering.project import ProjectCounts

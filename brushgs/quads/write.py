@@ -13,7 +13,8 @@ from brushgs.painting.report import Report
 from brushgs.quads.atlas import Atlas, images_of
 from brushgs.quads.gltf import model_of
 from brushgs.quads.shape import Quads, baked, lying
-from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.project import ProjectCounts
 from brushgs.scene import Camera
 from brushgs.sh import used_sh_degree

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from brushgs.arrays import F64
-from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ from brushgs.rendering.fragments import (
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.rendering.coats import Coat
+    from brushgs.rendering.coat import Coat
     from brushgs.rendering.depth_test import DepthTest
 
 MOST_FRAGMENTS = 4_000_000  # about so many are in memory at a time, 13 bytes each in float32

@@ -13,7 +13,7 @@ from brushgs.rendering.fragments import Fragments, Shares
 from brushgs.rendering.marks import LaidCoat, Marks
 
 if TYPE_CHECKING:
-    from brushgs.rendering.coats import Coat
+    from brushgs.rendering.coat import Coat
 
 LEAST = 0.5 / 255  # of a pixel: together the ranks that are left out cover less
 SCENE = "scene"  # Gaussians that are shown as they are

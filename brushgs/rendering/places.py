@@ -16,7 +16,7 @@ from brushgs.rendering.marks import LaidCoat, Marks
 from brushgs.scene import Boxes, Camera
 
 if TYPE_CHECKING:
-    from brushgs.rendering.coats import Coat
+    from brushgs.rendering.coat import Coat
     from brushgs.rendering.wanted import Following
 
 TINY = np.finfo(np.float64).tiny  # in place of a half extent of zero
@@ -63,7 +63,7 @@ def uv_maps(marks: Marks) -> F64:
 
 def motion_maps(marks: Marks, following: "Following") -> F64:
     """[marks, 2, 3] from the picture to how far paint moves to the next frame, pixels right and down."""
-    places = {coat.name: i for i, coat in enumerate(following.painting.coats)}
+    places = {coat.name: i for i, coat in enumerate(following.coats)}
 
     def of_coat(_: int, laid: LaidCoat) -> F64:
         coat, i = laid.coat, places.get(laid.coat.name)
@@ -71,7 +71,7 @@ def motion_maps(marks: Marks, following: "Following") -> F64:
             centers = _projected(coat, laid.boxes.ids, following.camera)
             return _shifts(centers - laid.boxes.centers)
         directions = following.directions[i] if i < len(following.directions) else None
-        coat = following.painting.coats[i]
+        coat = following.coats[i]
         return _motion_of(laid, coat, coat.boxes(following.camera, directions)[0], following.camera)
 
     maps = marks.each(of_coat, np.float64, 2, 3)

@@ -96,11 +96,12 @@ def render(
     )
     if not layers:
         return render_with(gaussians, camera, brush_set, options)
-    from brushgs.rendering.coats import Coat, Painting
+    from brushgs.rendering.canvas import Painting
+    from brushgs.rendering.coat import Coat
     from brushgs.rendering.wanted import Following, Wanted
 
     painting = Painting((Coat("strokes", gaussians, brush_set, options),))
-    following = None if next_camera is None else Following(painting, next_camera)
+    following = None if next_camera is None else Following(painting.coats, next_camera)
     return painting.frame(camera, wanted=Wanted(tuple(layers), following=following))
 
 

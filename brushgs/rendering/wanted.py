@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from brushgs.options.choices import LAYERS
 
 if TYPE_CHECKING:
-    from brushgs.rendering.coats import Painting
+    from brushgs.rendering.coat import Coat
     from brushgs.rendering.project import Directions
     from brushgs.scene import Camera
 
@@ -19,13 +19,13 @@ class Following:
     """The painting as it is one frame later, to which the layer "motion" points.
 
     Attributes:
-        painting: the same coats, whose strokes may have moved; coats and strokes are found by name and row.
+        coats: the same, whose strokes may have moved; coats and strokes are found by name and row.
         camera: of that frame.
         directions: of the strokes of each coat there, see `Painting.frame`.
         sign: 1; or -1 where it is the frame before, from which paint goes on as it came: the last of a path.
     """
 
-    painting: "Painting"
+    coats: "tuple[Coat, ...]"
     camera: "Camera"
     directions: "Sequence[Directions | None]" = ()
     sign: float = 1.0

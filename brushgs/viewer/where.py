@@ -20,7 +20,7 @@ from brushgs.painting.look import BACKDROP
 from brushgs.painting.prepare import Prepared
 
 if TYPE_CHECKING:
-    from brushgs.rendering.coats import Coat
+    from brushgs.rendering.coat import Coat
     from brushgs.scene import Gaussians
 
 MAX_TYPED = 2000  # characters

@@ -19,7 +19,8 @@ import numpy as np
 import brushgs as bg
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.orbit import orbit
-from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.track import track_directions

@@ -40,7 +40,7 @@ def painter_of(prepared: Prepared) -> Callable[[tuple[str, ...], bool], bg.Frame
     closed, painting = [*prepared.cameras, prepared.cameras[0]], prepared.painting
     tracks = [track_directions(coat.strokes, closed) for coat in painting.coats]
     here, there = (tuple(track.directions(index) for track in tracks) for index in (1, 2))
-    following = Following(painting, prepared.cameras[2], there, 1)
+    following = Following(painting.coats, prepared.cameras[2], there, 1)
 
     def paint(layers: tuple[str, ...], deep: bool) -> bg.Frame:
         motion = following if "motion" in layers else None

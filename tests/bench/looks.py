@@ -44,7 +44,7 @@ from brushgs.painting.look import BACKDROP
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.still import paint_view
-from brushgs.rendering.coats import Painting
+from brushgs.rendering.canvas import Painting
 from brushgs.rendering.track import track_directions
 from tests.bench.curves import placed
 from tests.bench.machine import describe

@@ -10,7 +10,7 @@ import numpy as np
 
 from brushgs.io.pictures.images import write_frame
 from brushgs.rendering import reference
-from brushgs.rendering.coats import CARRIED
+from brushgs.rendering.canvas import CARRIED
 from brushgs.rendering.light import BLUR
 from brushgs.scene import Frame
 from tests.golden.cases import CASES, FOLDER, HEIGHT, WIDTH, Case

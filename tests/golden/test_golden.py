@@ -11,7 +11,8 @@ import pytest
 
 from brushgs.io.pictures.images import read_image, write_frame
 from brushgs.io.pictures.oiio import quantise
-from brushgs.rendering.coats import Canvas, Coat
+from brushgs.rendering.canvas import Canvas
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.light import light
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.rasterize import rasterize

@@ -6,7 +6,8 @@ import brushgs as bg
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.page.contents import page_contents
 from brushgs.page.view import PageView
-from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 
 CAMERA = bg.Camera.look_at((0.3, -0.4, -5), (0.1, 0, 0), width=64, height=48)

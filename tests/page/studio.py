@@ -11,7 +11,8 @@ from brushgs.page.container import write_container
 from brushgs.page.contents import page_contents
 from brushgs.page.html import SCRIPTS, script_beginning, web_files, web_text
 from brushgs.page.view import PageView
-from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 
 HOOK = """

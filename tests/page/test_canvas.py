@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.rendering import coats
+from brushgs.rendering import canvas as exact
 from brushgs.rendering.light import BLUR, Lamp, blur_taps
 from brushgs.rendering.relief import Relief, canvas_scale
 from brushgs.rendering.surface import GRAIN, LINEN_HEIGHT, PAPER_HEIGHT, flat, linen, paper
@@ -126,12 +126,12 @@ class Exact:
     """What the exact renderer makes of coats that were painted already."""
 
     def __init__(self, monkeypatch, laid, surface=None, lamp=None, *, is_transparent=False):
-        canvas = coats.Canvas(CAMERA, surface, is_transparent=is_transparent)
+        canvas = exact.Canvas(CAMERA, surface, is_transparent=is_transparent)
         given = (coat.frame for coat in laid)
         with monkeypatch.context() as patched:
             # The depth test is that of strokes, and has its own tests.
             patched.setattr("brushgs.rendering.depth_test.DepthTest.by_picture", lambda *_, **__: None)
-            patched.setattr(coats, "rasterize_with", lambda *_, **__: _copied(next(given)))
+            patched.setattr(exact, "rasterize_with", lambda *_, **__: _copied(next(given)))
             for coat in laid:
                 canvas.lay(coat.for_exact, None)
         self.before = None if canvas._frame is None else _copied(canvas._frame)

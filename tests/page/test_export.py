@@ -15,7 +15,7 @@ from brushgs.page.export import export_file
 from brushgs.page.still import MOST_BYTES, STILL_SIDE, paint_first_view
 from brushgs.page.weight import Weight, warnings_of
 from brushgs.painting import still
-from brushgs.rendering.coats import Painting
+from brushgs.rendering.canvas import Painting
 from tests.page.paintings import CAMERA, some_coat, some_strokes
 from tests.page.read import read_page
 from tests.scenes import save_upright, still_life_of

@@ -11,7 +11,8 @@ from brushgs.cameras.framing import frame_scene
 from brushgs.page.container import write_container
 from brushgs.page.contents import page_contents
 from brushgs.page.view import PageView
-from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.light import Lamp
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.relief import Relief

@@ -10,7 +10,7 @@ from brushgs.page import html
 from brushgs.page.container import write_container
 from brushgs.page.html import fill, page_html, page_script, plain_text, shaders
 from brushgs.page.write import write_page
-from brushgs.rendering.coats import Painting
+from brushgs.rendering.canvas import Painting
 from tests.page.paintings import CAMERA, VIEW, contents_of, some_coat, some_strokes
 from tests.page.read import read_page
 

@@ -12,7 +12,7 @@ from brushgs.options.where import Where, WhereConfig
 from brushgs.page import contents as page
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
-from brushgs.rendering.coats import Painting
+from brushgs.rendering.canvas import Painting
 from brushgs.scene import Gaussians
 from brushgs.still_life import still_life_camera
 from tests.page.paintings import contents_of, some_coat, some_strokes

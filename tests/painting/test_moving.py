@@ -21,7 +21,7 @@ from brushgs.painting.moving import attached
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.painting.sequence import paint_sequence
-from brushgs.rendering.coats import Coat
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 
 SECONDS, STEP = 0.5, 1.2  # of the scene, and how far the ball goes, world units

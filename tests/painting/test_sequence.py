@@ -36,7 +36,8 @@ from brushgs.painting.report import Report, Stopwatch, pace
 from brushgs.painting.sequence import paint_sequence
 from brushgs.painting.sequence_outputs import plan_output
 from brushgs.painting.views import choose_first_view
-from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
 from brushgs.still_life import still_life

@@ -27,7 +27,8 @@ from brushgs.painting.report import Report
 from brushgs.painting.still import paint, paint_file
 from brushgs.painting.strokes import load_scene
 from brushgs.painting.views import choose_camera, choose_first_view
-from brushgs.rendering.coats import Canvas, Coat
+from brushgs.rendering.canvas import Canvas
+from brushgs.rendering.coat import Coat
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.still_life.moving import still_life_moving
 from tests.passes.layers import plane

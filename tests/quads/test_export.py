@@ -11,7 +11,7 @@ from brushgs import cli
 from brushgs.cli.commands.export import EXPORTS, OWN_FLAGS
 from brushgs.io.pictures.images import read_image
 from brushgs.quads.write import omitted
-from brushgs.rendering.coats import Painting
+from brushgs.rendering.canvas import Painting
 from brushgs.rendering.light import Lamp
 from tests.page.paintings import CAMERA, some_coat, some_strokes
 from tests.quads.draw import picture_of

@@ -15,7 +15,7 @@ from brushgs.page.view import PageView
 from brushgs.quads.atlas import GAP, Atlas
 from brushgs.quads.gltf import upright
 from brushgs.quads.write import write_quads
-from brushgs.rendering.coats import Painting
+from brushgs.rendering.canvas import Painting
 from brushgs.rendering.underpaint import Underpaint
 from tests.page.paintings import some_coat, some_strokes
 from tests.quads.draw import encoded, picture_of

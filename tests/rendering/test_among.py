@@ -8,7 +8,8 @@ import pytest
 import brushgs as bg
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.soft import soft_brush
-from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.growing import GrowingCoat
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.rendering.relief import Relief

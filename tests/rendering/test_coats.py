@@ -6,7 +6,8 @@ import pytest
 import brushgs as bg
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.native import core as _core
-from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.light import Lamp
 from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.relief import Relief

@@ -18,7 +18,8 @@ from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.quats import quat_products
 from brushgs.rendering import marks as marks_of_view
-from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.motion import AT_REST, SHIFT, Pose
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.wanted import Following, Wanted
@@ -188,9 +189,9 @@ def test_motion_leads_to_the_same_place_of_the_same_stroke(move, underpaint):
     numbers[:, 7] = 0.05
     pose = Pose(np.arange(0, 100, 2, dtype=np.int32), strokes.means[:100:2].astype(np.float64), numbers)
     now = painting_of(strokes, options)
-    following = Following(now.posed(pose), camera)
+    following = Following(now.posed(pose).coats, camera)
     layers = now.frame(CAMERA, wanted=Wanted(("uv", "motion", "stroke"), following=following)).layers
-    boxes, _ = following.painting.coats[0].boxes(camera)
+    boxes, _ = following.coats[0].boxes(camera)
     row_of = np.full(150, -1)
     row_of[boxes.ids] = np.arange(len(boxes))
     matte, uv = layers["stroke"], layers["uv"]
@@ -220,7 +221,7 @@ def test_motion_of_a_roll_and_of_a_zoom_is_that_of_the_picture(sign):
     y, x = np.mgrid[:72, :96] + 0.5
     from_middle = np.stack([x, y], axis=2) - middle
     for move, matrix in (("roll", rotation(np.deg2rad(3))), ("zoom", 1.1 * np.eye(2))):
-        following = Following(painting, moved_cameras()[move], sign=sign)
+        following = Following(painting.coats, moved_cameras()[move], sign=sign)
         frame = painting.frame(CAMERA, wanted=Wanted(("motion",), following=following))
         is_painted = frame.alpha > 0
         expected = sign * (from_middle @ matrix.T - from_middle)
@@ -240,7 +241,7 @@ def test_a_stroke_that_is_gone_moves_as_its_centre_does():
     away = bg.Camera.look_at((0.3, -0.8, -6), (20, 0, 0), width=96, height=72)
     painting = painting_of(strokes)
     assert len(painting.coats[0].boxes(away)[0]) == 0
-    frame = painting.frame(CAMERA, wanted=Wanted(("motion",), following=Following(painting, away)))
+    frame = painting.frame(CAMERA, wanted=Wanted(("motion",), following=Following(painting.coats, away)))
     centers = [project_point(camera, (0, 0, 0)) for camera in (CAMERA, away)]
     painted = frame.layers["motion"][frame.alpha > 0.5]
     np.testing.assert_allclose(painted, np.broadcast_to(centers[1] - centers[0], painted.shape), atol=1e-3)
@@ -276,7 +277,7 @@ def test_round_kernels_do_not_spin_where_their_axes_change_places():
     )
     camera = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=96, height=72)
     assert abs(np.subtract(*(p.coats[0].boxes(camera)[0].angles[0] for p in (now, then)))) > 1
-    frame = now.frame(camera, wanted=Wanted(("motion",), following=Following(then, camera)))
+    frame = now.frame(camera, wanted=Wanted(("motion",), following=Following(then.coats, camera)))
     assert np.abs(frame.layers["motion"]).max() < 0.1
 
 
@@ -382,8 +383,9 @@ def test_neither_bands_nor_threads_change_a_bit_of_a_layer(monkeypatch):
 
     def frame(num_threads):
         options = RenderOptions.of(FLAT, order="soft", num_threads=num_threads)
-        following = Following(painting_of(strokes, options), CAMERA)
-        return following.painting.frame(camera, wanted=replace(ALL, following=following))
+        painting = painting_of(strokes, options)
+        following = Following(painting.coats, CAMERA)
+        return painting.frame(camera, wanted=replace(ALL, following=following))
 
     once = frame(1)
     monkeypatch.setattr(marks_of_view, "MOST_FRAGMENTS", 1)
@@ -422,7 +424,7 @@ def test_coats_of_one_name_have_mattes_apart():
 
 def test_a_painting_without_strokes_has_empty_layers():
     painting = painting_of(strokes_of(3).take(slice(0)))
-    frame = painting.frame(CAMERA, wanted=replace(ALL, following=Following(painting, CAMERA)))
+    frame = painting.frame(CAMERA, wanted=replace(ALL, following=Following(painting.coats, CAMERA)))
     assert frame.layers["stroke"].names == ()
     assert (frame.layers["motion"] == 0).all()
     assert len(frame.deep.ids) == 0

@@ -10,7 +10,7 @@ from brushgs.brushes.levels import level_coverage, level_height
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.orbit import orbit
 from brushgs.rendering import reference
-from brushgs.rendering.coats import Coat
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.depth_test import DepthTest
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.project import project

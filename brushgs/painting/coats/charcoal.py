@@ -8,7 +8,7 @@ import numpy as np
 
 from brushgs.colors import rgb_of
 from brushgs.painting.coats.materials import Materials, mixed, scaled
-from brushgs.rendering.coats import Coat
+from brushgs.rendering.coat import Coat
 from brushgs.sh import in_colors
 
 SMUDGE_POWER = 1.4  # of darkness: light tones stay paper

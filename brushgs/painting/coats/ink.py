@@ -4,7 +4,7 @@ import numpy as np
 
 from brushgs.colors import rgb_of
 from brushgs.painting.coats.materials import Materials, mixed, scaled
-from brushgs.rendering.coats import Coat
+from brushgs.rendering.coat import Coat
 from brushgs.sh import in_colors
 
 WASHES = ((0.30, 0.45), (0.55, 0.18))  # tone below which, and how dark a grey is: of ink on paper

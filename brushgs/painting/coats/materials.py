@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from brushgs.arrays import Array
 from brushgs.options.look_parts import ColorConfig, MediaConfig
 from brushgs.painting.regions import nearest_regions
-from brushgs.rendering.coats import Coat
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.scene import Gaussians
 

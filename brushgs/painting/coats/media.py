@@ -4,7 +4,7 @@ from collections.abc import Callable
 from importlib import import_module
 
 from brushgs.painting.coats.materials import Materials
-from brushgs.rendering.coats import Coat
+from brushgs.rendering.coat import Coat
 
 
 def coats_of(materials: Materials) -> list[Coat]:

@@ -1,7 +1,7 @@
 """Opaque paint: strokes in their own colours, in one coat."""
 
 from brushgs.painting.coats.materials import Materials
-from brushgs.rendering.coats import Coat
+from brushgs.rendering.coat import Coat
 
 
 def paint(materials: Materials) -> list[Coat]:

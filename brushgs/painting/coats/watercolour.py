@@ -8,7 +8,7 @@ import numpy as np
 
 from brushgs.colors import rgb_of
 from brushgs.painting.coats.materials import Materials, mixed, scaled
-from brushgs.rendering.coats import Coat
+from brushgs.rendering.coat import Coat
 from brushgs.sh import base_colors, in_colors
 
 PALEST = 1.15  # tone at which a wash would be clear water

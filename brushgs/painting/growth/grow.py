@@ -11,7 +11,8 @@ from brushgs.painting.growth.layers import NONE, Layers
 from brushgs.painting.growth.order import Order, lay_orders
 from brushgs.painting.make_strokes import StrokeMaker
 from brushgs.painting.report import Report
-from brushgs.rendering.coats import Coat, Painting
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.growing import GrowingCoat, GrowingPainting
 from brushgs.rendering.relief import median_size
 from brushgs.scene import Camera, Gaussians

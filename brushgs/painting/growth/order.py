@@ -15,7 +15,7 @@ from brushgs.cameras.around import small_view
 from brushgs.painting.growth.layers import NONE, Layers
 from brushgs.passes.color_space import oklab_of
 from brushgs.rendering.areas import seen_areas
-from brushgs.rendering.coats import Coat
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.visibility import painted_sums
 from brushgs.scene import Camera, Frame

@@ -1,4 +1,4 @@
-// Coats over coats, and paint on its ground: brushgs/rendering/coats.py says what it means.
+// Coats over coats, and paint on its ground: brushgs/rendering/canvas.py says what it means.
 //
 // One pass over memory: NumPy needs some ten, which take as long as painting the strokes. The same bits as its sums.
 #pragma once

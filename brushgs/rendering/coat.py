@@ -1,0 +1,90 @@
+"""Coats: a painting is laid in one or more of them, each a set of strokes and a way of laying paint.
+
+A coat is decided once for a job.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from brushgs.arrays import Array
+from brushgs.brushes.brush_set import BrushSet
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.options.choices import Blend
+from brushgs.rendering.options import RenderOptions, project_with
+from brushgs.rendering.project import Directions, ProjectCounts
+from brushgs.rendering.relief import keep_relief
+from brushgs.scene import Boxes, Camera, Gaussians
+
+if TYPE_CHECKING:
+    from brushgs.rendering.motion import Pose
+
+
+@dataclass(frozen=True, eq=False)
+class Coat:
+    """Strokes that are laid together.
+
+    Attributes:
+        name: for reports.
+        strokes: in space.
+        texture: their stroke image, or images.
+        options: how they become a frame.
+        blend: "cover", or "glaze" to multiply what lies below.
+        dry: share of the tooth of the paper that marks do not fill, 0 to 1; see `press`.
+        tolerance: by how many sizes of a stroke it may lie behind what is on the canvas already; None: it is
+            laid over everything.
+        border: width of the border in which strokes thin out, see `thin_to_border`; 0 for none.
+        normals: [N, 3] for strokes that are seen only edge-on, see `fade_by_facing`; None for others.
+        plain: Gaussians that are shown as they are among the strokes, by the last brush, see `showing`; None
+            for none. The ids of their boxes follow those of strokes.
+    """
+
+    name: str
+    strokes: Gaussians
+    texture: StrokeTexture | BrushSet
+    options: RenderOptions
+    blend: Blend = "cover"
+    dry: float = 0.0
+    tolerance: float | None = None
+    border: float = 0.0
+    normals: Array | None = field(default=None, kw_only=True)
+    plain: Gaussians | None = field(default=None, kw_only=True)
+
+    def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Coat":
+        """The coat at a moment of a moving scene; `takes_light` as `has_color` of `Pose.moved`."""
+        normals = None if self.normals is None else pose.turned(self.strokes, self.normals)
+        strokes = pose.moved(self.strokes, has_color=takes_light)
+        if self.options.relief is not None:
+            keep_relief(strokes, self.strokes)
+        plain = None if self.plain is None else pose.moved(self.plain)
+        return replace(self, strokes=strokes, normals=normals, plain=plain)
+
+    def showing(self, plain: Gaussians) -> "Coat":
+        """The coat with Gaussians among its strokes, as they are.
+
+        Raises:
+            ValueError: if its strokes are painted with a kernel that is not that of 3DGS.
+        """
+        from brushgs.rendering.among import with_soft_brush
+
+        texture, options = with_soft_brush(self.texture, self.options)
+        return replace(self, texture=texture, options=options, plain=plain)
+
+    def boxes(self, camera: Camera, directions: Directions | None = None) -> tuple[Boxes, ProjectCounts]:
+        """The boxes of one view, and what was culled."""
+        options = self.options if directions is None else self.options.in_direction(directions)
+        boxes, counts = project_with(self.strokes, camera, options)
+        if self.border:
+            from brushgs.rendering.border import thin_to_border
+
+            boxes = thin_to_border(boxes, camera, width=self.border)
+        if self.normals is not None:
+            from brushgs.rendering.facing import fade_by_facing
+
+            boxes = fade_by_facing(boxes, camera, self.strokes, self.normals)
+        if self.plain is None:
+            return boxes, counts
+        from brushgs.rendering.among import boxes_among
+
+        brush, first = len(BrushSet.of(self.texture)) - 1, len(self.strokes)
+        boxes, culled = boxes_among(boxes, self.plain, camera, self.options, first=first, brush=brush)
+        return boxes, counts + culled
