@@ -10,7 +10,7 @@ options.jpg     one view of the still life, once for each line of `OPTIONS`
 sway.webp       a loop: the camera moves to both sides of the still life and back
 film.webp       the still life in motion: the pear rolls, a draught lifts the cloth, the lamp swings
 
-Labels and files are made with Pillow, which comes with scikit-image. It takes about a minute.
+Labels and files are made with Pillow (extra test). It takes about a minute.
 
 python examples/make_pictures.py [-o FOLDER] [--frames COUNT] [--quick]
 """

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from brushgs.colors import flatten, rgb_of
 from brushgs.io.files import is_plain
+from brushgs.io.pictures.resize import resize
 from brushgs.options.choices import COLORS, color_code
 
 TRANSPARENT = "transparent"  # no background
@@ -88,12 +89,9 @@ def fill_picture(image: NDArray[np.float32], width: int, height: int) -> NDArray
     """Scale to cover width x height, antialiased where it shrinks, and crop to the centre."""
     rows, columns = image.shape[:2]
     if (rows, columns) != (height, width):
-        from skimage.transform import resize
-
         image = _shrink_blocks(_crop(image, width, height), width, height)
         rows, columns = image.shape[:2]
         factor = max(width / columns, height / rows)
-        size = max(height, round(rows * factor)), max(width, round(columns * factor))
-        image = resize(image, size, order=1, anti_aliasing=factor < 1).astype(np.float32)
+        image = resize(image, max(width, round(columns * factor)), max(height, round(rows * factor)))
     top, left = (image.shape[0] - height) // 2, (image.shape[1] - width) // 2
     return np.ascontiguousarray(image[top : top + height, left : left + width])

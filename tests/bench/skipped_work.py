@@ -51,7 +51,7 @@ from tests.bench.machine import describe
 MODULES = (
     "torch",
     "sklearn.cluster",
-    "skimage.transform._warps",
+    "scipy.ndimage",
     "scipy.spatial",
     "scipy.linalg",
     "matplotlib.pyplot",

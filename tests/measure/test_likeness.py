@@ -53,6 +53,16 @@ def test_ssim_of_unrelated_noise_is_near_zero_and_falls_with_noise():
     assert 1 > levels[0] > levels[1] > levels[2]
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_ssim_is_that_of_scikit_image(dtype):
+    from skimage.metrics import structural_similarity
+
+    other = np.clip(PICTURE + np.random.default_rng(5).normal(0, 0.2, PICTURE.shape), 0, 1).astype(dtype)
+    published = {"gaussian_weights": True, "sigma": 1.5, "use_sample_covariance": False, "data_range": 1.0}
+    expected = structural_similarity(PICTURE, other.astype(np.float64), channel_axis=-1, **published)
+    assert ssim(PICTURE, other) == expected
+
+
 def test_a_picture_too_small_for_ssim_has_none():
     small = PICTURE[:10]
     with pytest.raises(ValueError, match="both sides must be at least 11 pixels, got 50x10"):

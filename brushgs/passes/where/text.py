@@ -22,6 +22,7 @@ from scipy.spatial import cKDTree
 
 from brushgs.arrays import F32, F64
 from brushgs.cameras.around import ring_views
+from brushgs.io.pictures.resize import resize
 from brushgs.passes.picture_votes import votes
 from brushgs.rendering.plain import plain_views
 from brushgs.scene import Camera, FirstView, Gaussians
@@ -172,7 +173,7 @@ def similarities(grids: Sequence[F32], phrases: F64, height: int, width: int) ->
     Returns:
         [height, width, T].
     """
-    found = [_resized(grid @ phrases.T, height, width) for grid in grids]
+    found = [resize(grid @ phrases.T, width, height, edges="nearest") for grid in grids]
     return np.asarray(np.mean(found, axis=0), np.float32)
 
 
@@ -191,7 +192,7 @@ def patch_grids(encoder: Encoder, picture: F32) -> list[F32]:
     for scale in SCALES:
         short = scale * encoder.side / min(height, width)  # patches a pixel
         rows, columns = (max(round(length * short), encoder.side) for length in (height, width))
-        larger = _resized(picture, rows * encoder.patch, columns * encoder.patch)
+        larger = resize(picture, columns * encoder.patch, rows * encoder.patch, edges="nearest")
         grids.append(_grid(encoder, np.clip(larger, 0, 1).astype(np.float32)))
     return grids
 
@@ -214,12 +215,3 @@ def starts(length: int, side: int) -> list[int]:
     """Where windows begin that cover a length and overlap by half or more, evenly spread."""
     count = 1 + int(np.ceil((length - side) / max(side // 2, 1)))
     return [int(start) for start in np.linspace(0, length - side, count).round()]
-
-
-def _resized(picture: F32 | F64, height: int, width: int) -> F64:
-    """[height, width, C] bilinear, filtered where it becomes smaller."""
-    from skimage.transform import resize
-
-    smaller = height < picture.shape[0] or width < picture.shape[1]
-    size = (height, width)
-    return np.asarray(resize(picture, size, order=1, mode="edge", anti_aliasing=smaller, preserve_range=True))

@@ -1,0 +1,25 @@
+"""Pictures in other sizes, against scikit-image."""
+
+import numpy as np
+import pytest
+from skimage.transform import resize as expected_resize
+
+from brushgs.io.pictures.resize import resize
+
+NAMES = {"mirror": "reflect", "nearest": "edge"}  # in scikit-image
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("edges", NAMES)
+@pytest.mark.parametrize(("width", "height"), [(30, 20), (61, 47), (7, 20), (40, 3), (1, 1), (29, 21)])
+def test_numbers_are_those_of_scikit_image(width, height, edges, dtype):
+    picture = np.random.default_rng(0).uniform(0, 1, (20, 30, 3)).astype(dtype)
+    resized = resize(picture, width, height, edges=edges)
+    is_smaller = width < 30 or height < 20
+    options = {"order": 1, "mode": NAMES[edges], "anti_aliasing": is_smaller, "preserve_range": True}
+    np.testing.assert_array_equal(resized, expected_resize(picture, (height, width), **options))
+    assert resized.dtype == dtype
+
+
+def test_a_picture_of_one_colour_stays_that():
+    np.testing.assert_array_equal(resize(np.full((5, 9, 1), 0.3), 23, 2), np.full((2, 23, 1), 0.3))
