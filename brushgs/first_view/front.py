@@ -5,14 +5,14 @@ The axis through front and back is that of the best mirror plane: within 30 degr
 more of the scene. (Left-right symmetry of pictures is no use: 6 of 22.)
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from brushgs.arrays import F64, Array, Mask
 from brushgs.cameras.framing import camera_axes
 from brushgs.colors import LUMINANCE
-from brushgs.first_view.sample import Painter, Sample, shaded, unpremultiplied
+from brushgs.first_view.sample import Painter, Sample, flat_colors, shaded, unpremultiplied
 from brushgs.first_view.symmetry import NUM_PLANES, mirror_likeness
 from brushgs.scene import Camera, Frame
 from brushgs.threads import side_by_side
@@ -122,16 +122,17 @@ def _look_around(sample: Sample, up: F64) -> _Around:
     """Views around the subject, judged by fineness, entropy of the colours, contrast and visible share."""
     azimuths = 2 * np.pi * np.arange(NUM_VIEWS) / NUM_VIEWS
     paint_depth, paint = Painter(depth=True), Painter()
-    sizes = shaded(sample.gaussians, sample.shades_of_size)
+    sizes = flat_colors(shaded(sample.gaussians, sample.shades_of_size))
 
     def look(azimuth: float) -> tuple[float, float, float, float]:
         camera = sample.camera(camera_axes(up, azimuth, VIEW_ELEVATION), VIEW_SIDE)
-        frame = paint_depth(sample.gaussians, camera)
+        boxes = paint.boxes(sample.gaussians, camera)
+        frame = paint_depth.frame(boxes, camera)
         mask = frame.alpha > SEEN
         if not mask.any():
             return 0.0, 0.0, 0.0, 0.0
         colors = unpremultiplied(frame)
-        shade = unpremultiplied(paint(sizes, camera))[..., 0]
+        shade = unpremultiplied(paint.frame(replace(boxes, colors=sizes[boxes.ids]), camera))[..., 0]
         return (
             -float(shade[mask].mean(dtype=np.float64)),
             _entropy(colors[mask]),

@@ -10,8 +10,8 @@ import numpy as np
 from brushgs.arrays import F64, Array, Mask, Rows
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.framing import subject
-from brushgs.rendering.options import RenderOptions, render_with
-from brushgs.scene import Camera, Frame, Gaussians
+from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
+from brushgs.scene import Boxes, Camera, Frame, Gaussians
 from brushgs.sh import C0
 
 # A picture costs 0.2 us a row and hardly anything a pixel. With 100,000 rows up and front of 13 scenes are
@@ -128,6 +128,11 @@ def shaded(gaussians: Gaussians, *shades: Array) -> Gaussians:
     return replace(gaussians, sh=sh)
 
 
+def flat_colors(gaussians: Gaussians) -> Array:
+    """[n, 3] the colours that boxes of Gaussians of degree 0 have, whatever the view: as `project` rounds."""
+    return np.asarray(np.maximum(C0 * gaussians.sh[:, 0] + 0.5, 0))
+
+
 def clipped(values: F64, quantile: float) -> F64:
     """The values with all above a quantile set to it."""
     return np.asarray(np.minimum(values, np.quantile(values, quantile)))
@@ -159,7 +164,15 @@ class Painter:
 
     def __call__(self, gaussians: Gaussians, camera: Camera) -> Frame:
         """The picture that a camera sees."""
-        return render_with(gaussians, camera, self.texture, self.options)
+        return self.frame(self.boxes(gaussians, camera), camera)
+
+    def boxes(self, gaussians: Gaussians, camera: Camera) -> Boxes:
+        """What a camera sees, which may be painted several times in other colours."""
+        return project_with(gaussians, camera, self.options)[0]
+
+    def frame(self, boxes: Boxes, camera: Camera) -> Frame:
+        """The picture of what the camera sees."""
+        return rasterize_with(boxes, camera, self.texture, self.options)
 
 
 def unpremultiplied(frame: Frame) -> Array:
