@@ -16,7 +16,7 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.view_by_view import view_by_view
-from brushgs.rendering.visibility import painted_sums
+from brushgs.rendering.visibility import painted_shares, painted_sums
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import shift_base_colors
 
@@ -88,7 +88,7 @@ def shown_areas(gaussians: Gaussians, cameras: Sequence[Camera]) -> NDArray[np.f
     def look(camera: Camera) -> tuple[NDArray[np.int32], Array]:
         boxes, _ = project_with(gaussians, camera, RenderOptions.of(kernel))
         size = camera.height, camera.width
-        return boxes.ids, painted_sums(boxes, kernel, np.zeros((*size, 3)), np.ones(size))[1]
+        return boxes.ids, painted_shares(boxes, kernel, np.ones(size))
 
     for ids, shares in view_by_view(look, cameras, len(gaussians)):
         areas[ids] += shares

@@ -19,7 +19,7 @@ from brushgs.passes.groups import compacted
 from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.view_by_view import view_by_view
-from brushgs.rendering.visibility import painted_sums
+from brushgs.rendering.visibility import painted_shares
 from brushgs.scene import Camera, Frame, Gaussians
 
 FIRST_SHARE = 0.5  # of the strokes that k-means makes; 0.3 loses 0.1 to 0.5 dB, 0.7 is as good and slower
@@ -96,8 +96,7 @@ def painted_errors(strokes: Gaussians, views: PlainViews) -> F64:
     def look(view: tuple[Camera, Frame]) -> tuple[NDArray[np.int32], Array]:
         camera, plain = view
         boxes, painted = draw_with(strokes, camera, kernel, options)
-        _, sums = painted_sums(boxes, kernel, np.zeros_like(painted.rgb), _squared_errors(plain, painted))
-        return boxes.ids, sums
+        return boxes.ids, painted_shares(boxes, kernel, _squared_errors(plain, painted))
 
     for ids, sums in view_by_view(look, views.pairs(), len(strokes)):
         errors[ids] += sums

@@ -1,8 +1,8 @@
 """What each Gaussian, or stroke, makes up of a view: exact sums over the pixels that it paints.
 
 The weight of a Gaussian at a pixel is its alpha times the light that gets through what lies in front of it:
-the picture is the sum of weight x colour. So sums of anything by these weights are the derivative of a
-picture by its colours, and of a layer by its attribute. They do not depend on colours, and need no picture.
+the picture is the sum of weight x colour. Sums of anything by these weights do not depend on colours, and
+need no picture.
 """
 
 from dataclasses import replace
@@ -12,9 +12,14 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.rendering.backward import rasterize_backward
+from brushgs.native import core as _core
+from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.options import RenderOptions, project_with
-from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.rendering.rasterize import box_arrays
+from brushgs.scene import Boxes, Camera, Gaussians
+from brushgs.threads import num_threads_or_default
+
+_KERNELS = {"gaussian": _core.Kernel.gaussian, "ellipse": _core.Kernel.ellipse}
 
 
 def painted_sums(
@@ -38,16 +43,38 @@ def painted_sums(
         For each box the sums over pixels of weight x values [M, 3], and of weight x share [M], in pixels; in
         the dtype of the boxes.
     """
-    dtype = boxes.centers.dtype
-    v_rgb, v_depth = (np.ascontiguousarray(v, dtype=dtype) for v in (values, shares))
-    # A layer is a sum by weights over alpha: with an alpha of 1, its derivative is the sum.
-    nothing = Frame(np.zeros_like(v_rgb), np.ones_like(v_depth), np.zeros_like(v_depth))
-    gradients = rasterize_backward(
-        boxes, kernel, nothing, v_rgb, v_layers={"depth": v_depth}, num_threads=num_threads
+    sums = np.empty_like(boxes.colors)
+    return sums, _sums(boxes, kernel, values, shares, sums, num_threads)
+
+
+def painted_shares(
+    boxes: Boxes, kernel: StrokeTexture, shares: Array, *, num_threads: int | None = None
+) -> Array:
+    """Those of `painted_sums` over the shares of pixels alone, [M]."""
+    return _sums(boxes, kernel, None, shares, None, num_threads)
+
+
+def _sums(
+    boxes: Boxes,
+    kernel: StrokeTexture,
+    values: Array | None,
+    shares: Array,
+    value_sums: Array | None,
+    num_threads: int | None,
+) -> Array:
+    """The sums [M] over shares; those over values are written to `value_sums`."""
+    dtype, share_sums = boxes.centers.dtype, np.empty_like(boxes.depths)
+    _core.sum_painted(
+        kernel=_KERNELS[kernel.kind],
+        min_transmittance=MIN_TRANSMITTANCE,
+        num_threads=num_threads_or_default(num_threads),
+        boxes=box_arrays(boxes, [], colors=boxes.colors),
+        values=None if values is None else np.ascontiguousarray(values, dtype),
+        shares=np.ascontiguousarray(shares, dtype),
+        value_sums=value_sums,
+        share_sums=share_sums,
     )
-    assert gradients.colors is not None
-    assert gradients.depths is not None
-    return gradients.colors, gradients.depths
+    return share_sums
 
 
 def visible_areas(
@@ -67,7 +94,6 @@ def visible_areas(
     plain = replace(gaussians, sh=gaussians.sh[:, :1])  # colours do not matter
     boxes, _ = project_with(plain, camera, RenderOptions.of(kernel, num_threads=num_threads))
     size = camera.height, camera.width
-    _, sums = painted_sums(boxes, kernel, np.zeros((*size, 3)), np.ones(size), num_threads=num_threads)
     areas = np.zeros(len(gaussians))
-    areas[boxes.ids] = sums
+    areas[boxes.ids] = painted_shares(boxes, kernel, np.ones(size), num_threads=num_threads)
     return areas

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.rendering.visibility import visible_areas
+from brushgs.rendering.backward import rasterize_backward
+from brushgs.rendering.visibility import painted_shares, painted_sums, visible_areas
 from tests.doctor.scenes import ball
 
 CAMERA = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=96, height=72)
@@ -66,3 +67,28 @@ def test_threads_and_the_order_of_rows_change_nothing():
     np.testing.assert_array_equal(areas, visible_areas(ball(), CAMERA, num_threads=2))
     order = np.random.default_rng(0).permutation(len(ball()))
     np.testing.assert_allclose(visible_areas(ball().take(order), CAMERA), areas[order], rtol=1e-4, atol=1e-4)
+
+
+@pytest.mark.parametrize("num_threads", [1, 2])
+@pytest.mark.parametrize("kernel", ["gaussian", "ellipse"])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_sums_are_the_derivative_of_a_picture_by_its_colours_and_depths(dtype, kernel, num_threads):
+    camera = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=101, height=70)  # tiles and blocks are cut
+    kernel = bg.StrokeTexture.open(kernel)
+    boxes = bg.project(ball().astype(dtype), camera)
+    picture = np.random.default_rng(1).normal(size=(70, 101, 4)).astype(dtype)
+    values, shares = np.ascontiguousarray(picture[..., :3]), np.ascontiguousarray(picture[..., 3])
+    sums, areas = painted_sums(boxes, kernel, values, shares, num_threads=num_threads)
+    # With an alpha of 1 a layer is a sum by weights, as a colour is.
+    flat = bg.Frame(np.zeros_like(values), np.ones_like(shares), np.zeros_like(shares))
+    expected = rasterize_backward(boxes, kernel, flat, values, v_layers={"depth": shares})
+    np.testing.assert_array_equal(sums, expected.colors)
+    np.testing.assert_array_equal(areas, expected.depths)
+    np.testing.assert_array_equal(painted_shares(boxes, kernel, shares, num_threads=num_threads), areas)
+    assert (areas != 0).mean() > 0.2
+
+
+def test_nothing_makes_up_no_picture():
+    boxes = bg.project(ball(), CAMERA)[:0]
+    sums, areas = painted_sums(boxes, KERNEL, np.ones((72, 96, 3)), np.ones((72, 96)))
+    assert (sums.shape, areas.shape) == ((0, 3), (0,))

@@ -23,6 +23,7 @@
 #include "brushgs/light.hpp"
 #include "brushgs/light_along.hpp"
 #include "brushgs/nearest.hpp"
+#include "brushgs/painted_sums.hpp"
 #include "brushgs/photometric.hpp"
 #include "brushgs/press.hpp"
 #include "brushgs/project.hpp"
@@ -501,6 +502,32 @@ void def_rasterize_backward(nb::module_& m) {
           "From the gradients of a loss by the picture, v_rgb, v_alpha and v_layers, write those by the boxes, and add "
           "those by the texels of each level to v_texels, which may be empty. attributes, layers and their gradients "
           "are as many. A trace is that of painting the same boxes alike.");
+}
+
+template <class T>
+void sum_painted(brushgs::Kernel kernel, double min_transmittance, int num_threads, const BoxArrays<T>& boxes,
+                 std::optional<In<T, 3>> values, In<T, 2> shares, std::optional<Out<T, 2>> value_sums,
+                 Out<T, 1> share_sums) {
+    const brushgs::RasterParams params{.kernel = kernel,
+                                       .width = static_cast<int>(shares.shape(1)),
+                                       .height = static_cast<int>(shares.shape(0)),
+                                       .num_threads = num_threads,
+                                       .min_transmittance = min_transmittance,
+                                       .levels = {},
+                                       .level_of_box = {}};
+    const brushgs::PixelValues<T> pixels{data_or_null(values), shares.data()};
+    const brushgs::PaintedSums<T> sums{data_or_null(value_sums), share_sums.data()};
+    const nb::gil_scoped_release without_gil;
+    brushgs::sum_painted(params, boxes.view, pixels, sums);
+}
+
+template <class T>
+void def_sum_painted(nb::module_& m) {
+    m.def("sum_painted", &sum_painted<T>, nb::kw_only(), "kernel"_a, "min_transmittance"_a, "num_threads"_a, "boxes"_a,
+          "values"_a.noconvert().none(), "shares"_a.noconvert(), "value_sums"_a.noconvert().none(),
+          "share_sums"_a.noconvert(),
+          "Write for each of M boxes of an analytic kernel the sums over pixels of weight x values [H, W, 3], to "
+          "value_sums [M, 3], and of weight x shares [H, W], to share_sums [M]. values and value_sums go together.");
 }
 
 // Fragments
@@ -996,6 +1023,8 @@ NB_MODULE(_core, m) {
     def_rasterize<double>(m);
     def_rasterize_backward<float>(m);
     def_rasterize_backward<double>(m);
+    def_sum_painted<float>(m);
+    def_sum_painted<double>(m);
     def_fragments<float>(m);
     def_fragments<double>(m);
     def_light<float>(m);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "brushgs/box_sums.hpp"
 #include "brushgs/memory.hpp"
 #include "brushgs/tiles.hpp"
 #include "brushgs/trace.hpp"
@@ -89,29 +90,6 @@ void write_gradients(const RowGradients& row, std::size_t i, const BoxGradients<
     }
 }
 
-// What the tiles summed for one record of box i in all: `sums` are those of all entries of the tile lists.
-template <int channels, class T>
-struct BoxSums {
-    double values[num_sums(channels)] = {};
-    bool is_seen = false;  // in any tile
-
-    BoxSums(const BoxVisits& visits, std::size_t i, const RecordSums<T>& sums) {
-        constexpr std::size_t width = num_sums(channels);
-        constexpr std::uint32_t ahead = 16;  // the entries of a box lie in tiles far from each other
-        const std::uint32_t last = visits.starts.back() - 1;
-        for (std::uint32_t k = visits.starts[i]; k < visits.starts[i + 1]; ++k) {
-            const std::uint32_t entry = visits.entries[k], soon = visits.entries[std::min(k + ahead, last)];
-            const T* const of_soon = sums.values + width * (sums.is_seen[soon] ? soon : entry);
-            __builtin_prefetch(of_soon);
-            __builtin_prefetch(of_soon + width - 1);  // they may lie across two lines
-            if (!sums.is_seen[entry]) continue;
-            is_seen = true;
-            const T* of_tile = sums.values + width * entry;
-            for (std::size_t s = 0; s < width; ++s) values[s] += static_cast<double>(of_tile[s]);
-        }
-    }
-};
-
 // Adds up what the tiles summed for box i and turns it into gradients.
 template <int channels, class T>
 void gather_gradients(const RasterParams& params, const BoxView<T>& boxes, const Record<T>* records,
@@ -119,10 +97,10 @@ void gather_gradients(const RasterParams& params, const BoxView<T>& boxes, const
                       const BoxGradients<T>& gradients) {
     const bool is_image = params.kernel == Kernel::bilinear || params.kernel == Kernel::nearest;
     RowGradients row{};  // zeros of a stroke that is not seen
-    if (const BoxSums<channels, T> strokes(visits, i, sums.strokes); strokes.is_seen)
+    if (const BoxSums<num_sums(channels), T> strokes(visits, i, sums.strokes); strokes.is_seen)
         row = gradients_of(params, boxes, records[i], is_image, i, strokes.values, channels);
     if (sums.underpaints.values != nullptr) {
-        const BoxSums<channels, T> underpaints(visits, i, sums.underpaints);
+        const BoxSums<num_sums(channels), T> underpaints(visits, i, sums.underpaints);
         if (underpaints.is_seen)
             row += gradients_of(params, boxes, records[boxes.count + i], false, i, underpaints.values, channels);
     }
@@ -217,16 +195,12 @@ void rasterize_backward(const RasterParams& params, const BoxView<T>& boxes, con
         });
         groups.add_to(texels, kTexelGroups);
     }
-    const int num_threads = boxes.count < kParallelFrom ? 1 : params.num_threads;
-    const std::size_t num_parts = num_threads > 1 ? static_cast<std::size_t>(4 * num_threads) : 1;
     with_channels(picture.v_layers.count, [&]<int channels>() {
-        parallel_for(num_parts, num_threads, [&](std::size_t part) {
-            for (std::size_t i = boxes.count * part / num_parts; i < boxes.count * (part + 1) / num_parts; ++i) {
-                if (visits.starts[i] == visits.starts[i + 1])
-                    write_zeros(i, gradients);
-                else
-                    gather_gradients<channels>(params, boxes, records, visits, i, sums, gradients);
-            }
+        for_boxes(boxes.count, params.num_threads, [&](std::size_t i) {
+            if (visits.starts[i] == visits.starts[i + 1])
+                write_zeros(i, gradients);
+            else
+                gather_gradients<channels>(params, boxes, records, visits, i, sums, gradients);
         });
     });
 }

@@ -1,6 +1,7 @@
 // The hot loops of the rasteriser's derivative, compiled once per instruction set (see CMakeLists.txt).
 #include "brushgs/raster_backward.hpp"
 
+#include "brushgs/lane_sums.hpp"
 #include "brushgs/sampling.hpp"
 #include "brushgs/streaks.hpp"
 #include "brushgs/tile_state.hpp"
@@ -24,25 +25,6 @@ struct GradientTile {
     std::uint32_t alive_blocks;
     T min_transmittance;  // as painted
 };
-
-template <class T>
-struct Colors {
-    using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
-    Four red, green, blue;
-};
-
-// Twelve interleaved values become three runs of four.
-template <class T>
-[[gnu::always_inline]] inline Colors<T> deinterleave(const T* rgb) {
-    using Four = typename Colors<T>::Four;
-    Four a, b, c;
-    __builtin_memcpy(&a, rgb, sizeof a);
-    __builtin_memcpy(&b, rgb + 4, sizeof b);
-    __builtin_memcpy(&c, rgb + 8, sizeof c);
-    return {__builtin_shufflevector(__builtin_shufflevector(a, b, 0, 3, 6, 6), c, 0, 1, 2, 5),
-            __builtin_shufflevector(__builtin_shufflevector(a, b, 1, 4, 7, 7), c, 0, 1, 2, 6),
-            __builtin_shufflevector(__builtin_shufflevector(a, b, 2, 5, 5, 5), c, 0, 1, 4, 7)};
-}
 
 // Four values, one every `stride`. By reference: by value, vectors of 32 bytes go another way on each instruction set.
 template <class T, class Four>
@@ -135,30 +117,6 @@ void start(const TileTask<T>& task, const PictureGradients<T> picture, GradientT
                 read_some(PictureGradients<T>(picture), pixel, static_cast<std::size_t>(num_columns - x), b,
                           row * kBlockSize, tile);
         }
-    }
-}
-
-// Adds up the sixteen lanes of each sum, in one order on every instruction set.
-template <class T, int count>
-[[gnu::always_inline]] inline void add_lanes(const T (&lanes)[count][kBlockPixels], T* sums) {
-    using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
-    for (int k = 0; k < count; k += 4) {
-        Four part[4];
-        for (int i = 0; i < 4; ++i) {
-            Four quarter[4];
-            __builtin_memcpy(quarter, lanes[k + i], sizeof quarter);
-            part[i] = (quarter[0] + quarter[1]) + (quarter[2] + quarter[3]);
-        }
-        const Four low01 = __builtin_shufflevector(part[0], part[1], 0, 4, 1, 5);
-        const Four high01 = __builtin_shufflevector(part[0], part[1], 2, 6, 3, 7);
-        const Four low23 = __builtin_shufflevector(part[2], part[3], 0, 4, 1, 5);
-        const Four high23 = __builtin_shufflevector(part[2], part[3], 2, 6, 3, 7);
-        const Four first = __builtin_shufflevector(low01, low23, 0, 1, 4, 5);
-        const Four second = __builtin_shufflevector(low01, low23, 2, 3, 6, 7);
-        const Four third = __builtin_shufflevector(high01, high23, 0, 1, 4, 5);
-        const Four fourth = __builtin_shufflevector(high01, high23, 2, 3, 6, 7);
-        const Four sum = (first + second) + (third + fourth);
-        __builtin_memcpy(sums + k, &sum, sizeof sum);
     }
 }
 

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "brushgs/raster.hpp"
+#include "brushgs/record_sums.hpp"
 
 namespace brushgs {
 
@@ -43,13 +44,6 @@ enum Sum { kU, kUx, kUy, kV, kVx, kVy, kAlpha, kRed, kGreen, kBlue, kLayers };
 
 // How many numbers there are for each record: a multiple of four, since they are added up in fours.
 constexpr int num_sums(int channels) { return (kLayers + channels + 1 + 3) / 4 * 4; }
-
-// The sums of some records of a tile, in the order of its list. Most lists are longer than what is seen of them.
-template <class T>
-struct RecordSums {
-    T* values;      // [num_ids, num_sums(channels)], those of records that paint nothing in the tile unset
-    bool* is_seen;  // [num_ids] whether a record paints in the tile
-};
 
 // Where a tile writes its sums.
 template <class T>
