@@ -1,0 +1,99 @@
+// Passes over the planes of pictures: coats over coats, paint through the tooth of the paper, pictures as bytes.
+#include "brushgs/coats.hpp"
+#include "brushgs/finish.hpp"
+#include "brushgs/pixel_runs.hpp"
+#include "brushgs/press.hpp"
+
+namespace brushgs {
+
+template <class T>
+void lay_over(const Layer<T>& front, const Layer<T>& back, T hidden, std::size_t num_pixels, int num_threads,
+              const LayerOut<T>& out) {
+    for_pixels(num_pixels, num_threads, [=](std::size_t first, std::size_t end) {
+        for (std::size_t i = first; i < end; ++i) {
+            const T passed = 1 - front.alpha[i];
+            for (std::size_t c = 0; c < 3; ++c)
+                out.rgb[3 * i + c] = back.rgb[3 * i + c] * passed + front.rgb[3 * i + c];
+        }
+        if (out.height != nullptr)
+            for (std::size_t i = first; i < end; ++i)
+                out.height[i] = back.height[i] * (1 - hidden * front.alpha[i]) + front.height[i];
+        if (out.depth != nullptr)
+            for (std::size_t i = first; i < end; ++i) {
+                const T behind = back.alpha[i] * (1 - front.alpha[i]), all = behind + front.alpha[i];
+                const T sum = back.depth[i] * behind + front.alpha[i] * front.depth[i];
+                out.depth[i] = all > 0 ? sum / all : sum;
+            }
+        for (std::size_t i = first; i < end; ++i) out.alpha[i] = back.alpha[i] * (1 - front.alpha[i]) + front.alpha[i];
+    });
+}
+
+template <class T>
+void lay_on_ground(const T* rgb, const T* alpha, const T* ground, const T* tint, std::size_t num_pixels,
+                   int num_threads, T* picture) {
+    for_pixels(num_pixels, num_threads, [=](std::size_t first, std::size_t end) {
+        for (std::size_t i = first; i < end; ++i) {
+            const T passed = 1 - alpha[i];
+            for (std::size_t k = 3 * i; k < 3 * i + 3; ++k) {
+                const T seen = passed * ground[k];
+                picture[k] = (tint == nullptr ? seen : seen * tint[k]) + rgb[k];
+            }
+        }
+    });
+}
+
+template <class T>
+void raise_ground(const T* alpha, const T* ground, const T* paint, T hidden, std::size_t num_pixels, int num_threads,
+                  T* height) {
+    for_pixels(num_pixels, num_threads, [=](std::size_t first, std::size_t end) {
+        if (paint == nullptr)
+            for (std::size_t i = first; i < end; ++i) height[i] = (1 - hidden * alpha[i]) * ground[i];
+        else
+            for (std::size_t i = first; i < end; ++i) height[i] = (1 - hidden * alpha[i]) * ground[i] + paint[i];
+    });
+}
+
+template <class T>
+void press(const Press<T>& p) {
+    constexpr std::size_t run = 256;  // pixels whose shares fit the stack, so that the loops below become vectors
+    T shares[run];
+    for (std::size_t first = 0; first < p.num_pixels; first += run) {
+        const std::size_t count = p.num_pixels - first < run ? p.num_pixels - first : run;
+        for (std::size_t i = 0; i < count; ++i) {
+            const T alpha = p.alpha[first + i], room = (alpha - p.dry * (1 - p.grain[first + i])) / p.softness;
+            const T above = room > 0 ? room : 0, x = above < 1 ? above : 1;
+            shares[i] = x * x * (3 - 2 * x);
+            p.pressed_alpha[first + i] = alpha * shares[i];
+        }
+        for (std::size_t i = 0; i < count; ++i)
+            for (std::size_t c = 0; c < 3; ++c)
+                p.pressed_rgb[3 * (first + i) + c] = p.rgb[3 * (first + i) + c] * shares[i];
+    }
+}
+
+template <class T>
+void finish(const T* rgb, const T* alpha, const T* background, bool is_picture, std::size_t num_pixels,
+            std::uint8_t* bytes) {
+    for (std::size_t i = 0; i < num_pixels; ++i) {
+        const T light = 1 - alpha[i];
+        const T* behind = is_picture ? background + 3 * i : background;
+        for (std::size_t c = 0; c < 3; ++c) {
+            T value = rgb[3 * i + c] + light * behind[c];
+            value = value > 0 ? value : 0;
+            value = value < 1 ? value : 1;
+            bytes[3 * i + c] = static_cast<std::uint8_t>(value * 255 + T(0.5));
+        }
+    }
+}
+
+#define BRUSHGS_INSTANTIATE(T)                                                                         \
+    template void lay_over(const Layer<T>&, const Layer<T>&, T, std::size_t, int, const LayerOut<T>&); \
+    template void lay_on_ground(const T*, const T*, const T*, const T*, std::size_t, int, T*);         \
+    template void raise_ground(const T*, const T*, const T*, T, std::size_t, int, T*);                 \
+    template void press(const Press<T>&);                                                              \
+    template void finish(const T*, const T*, const T*, bool, std::size_t, std::uint8_t*);
+BRUSHGS_INSTANTIATE(float)
+BRUSHGS_INSTANTIATE(double)
+#undef BRUSHGS_INSTANTIATE
+
+}  // namespace brushgs
