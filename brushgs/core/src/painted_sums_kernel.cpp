@@ -1,6 +1,7 @@
 // The hot loop of what boxes make up of a picture, compiled once per instruction set (see CMakeLists.txt).
 #include "brushgs/painted_sums.hpp"
 
+#include "brushgs/blend_lanes.hpp"
 #include "brushgs/lane_sums.hpp"
 #include "brushgs/sampling.hpp"
 #include "brushgs/tile_state.hpp"
@@ -76,7 +77,6 @@ template <class T, Kernel kernel>
     const std::uint32_t blocks =
         sample_record<T, kernel, true>(task.params, record, task.x0, task.y0, tile, alphas, pixels);
     if (blocks == 0) return false;
-    const auto all = L::from_bits(~0u);
     const Real darkest = L::set(tile.min_transmittance);
     alignas(64) T lanes[kNumPaintedSums][kBlockPixels];
     for (int lane = 0; lane < kBlockPixels; lane += L::width) {
@@ -84,17 +84,10 @@ template <class T, Kernel kernel>
         for (Real& value : values) value = L::set(0);
         for (std::uint32_t rest = blocks; rest != 0; rest &= rest - 1) {
             const int b = __builtin_ctz(rest);
-            const Real alpha = L::load(alphas[b] + lane);
-            const auto painted = L::at_least(all, alpha, L::set(static_cast<T>(kMinAlpha)));
-            const Real before = L::load(tile.transmittance[b] + lane);
-            const Real full = before * alpha;
-            const Real after = before - full;
-            const auto kept = L::at_least(painted, after, darkest);
-            const Real weight = L::where(kept, full);
-            L::store(tile.transmittance[b] + lane, L::select(kept, after, before));
-            finish_pixels(tile, b, (L::bits(painted) & ~L::bits(kept)) << lane);
+            const Blended<T> blended = blend_lanes(L::load(alphas[b] + lane), darkest, tile.transmittance[b] + lane);
+            finish_pixels(tile, b, blended.finished() << lane);
             for (int k = 0; k < kNumPaintedSums; ++k)
-                values[k] = values[k] + weight * L::load(tile.values[k][b] + lane);
+                values[k] = values[k] + blended.weight * L::load(tile.values[k][b] + lane);
         }
         for (int k = 0; k < kNumPaintedSums; ++k) L::store(lanes[k] + lane, values[k]);
     }

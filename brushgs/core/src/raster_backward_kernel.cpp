@@ -1,6 +1,7 @@
 // The hot loops of the rasteriser's derivative, compiled once per instruction set (see CMakeLists.txt).
 #include "brushgs/raster_backward.hpp"
 
+#include "brushgs/blend_lanes.hpp"
 #include "brushgs/lane_sums.hpp"
 #include "brushgs/sampling.hpp"
 #include "brushgs/streaks.hpp"
@@ -212,7 +213,6 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
         blocks = sample_blocks<T, kernel, true, has_slopes>(blocks, task.params, record, x0, y0, tile, alphas, pixels,
                                                             &slopes);
     if (blocks == 0) return false;
-    const auto all = L::from_bits(~0u);
     const Real darkest = L::set(tile.min_transmittance);
     const Real one = L::set(1), zero = L::set(0);
     const Real per_opacity = L::set(1 / record.opacity);  // the sums of an image are multiplied by it in the end
@@ -231,14 +231,9 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
         for (std::uint32_t rest = blocks; rest != 0; rest &= rest - 1) {
             const int b = __builtin_ctz(rest);
             const Real alpha = L::load(alphas[b] + lane);
-            const auto painted = L::at_least(all, alpha, L::set(static_cast<T>(kMinAlpha)));
-            const Real before = L::load(tile.transmittance[b] + lane);
-            const Real full = before * alpha;
-            const Real after = before - full;
-            const auto kept = L::at_least(painted, after, darkest);
-            const Real weight = L::where(kept, full);
-            L::store(tile.transmittance[b] + lane, L::select(kept, after, before));
-            finish_pixels(tile, b, (L::bits(painted) & ~L::bits(kept)) << lane);
+            const Blended<T> blended = blend_lanes(alpha, darkest, tile.transmittance[b] + lane);
+            const Real weight = blended.weight;
+            finish_pixels(tile, b, blended.finished() << lane);
 
             Real v_color[3];
             for (int c = 0; c < 3; ++c) v_color[c] = L::load(tile.v_color[c][b] + lane);
@@ -263,8 +258,8 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels>
             const Real behind = L::load(tile.behind[b] + lane) - weight * shade;
             L::store(tile.behind[b] + lane, behind);
             // Alpha at its bound does not change.
-            const auto is_free = L::less(kept, alpha, L::set(static_cast<T>(kMaxAlpha)));
-            const Real v_alpha = L::where(is_free, before * shade - behind / (one - alpha));
+            const auto is_free = L::less(blended.kept, alpha, L::set(static_cast<T>(kMaxAlpha)));
+            const Real v_alpha = L::where(is_free, blended.before * shade - behind / (one - alpha));
             const Real v_log = v_alpha * alpha;
             a = a + v_log;
             if constexpr (has_slopes || has_streaks) {

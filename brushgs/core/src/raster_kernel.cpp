@@ -5,6 +5,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "brushgs/blend_lanes.hpp"
 #include "brushgs/crowd_order.hpp"
 #include "brushgs/depth_test.hpp"
 #include "brushgs/glaze.hpp"
@@ -249,16 +250,10 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels, bool h
         unsigned finished = 0, all_painted = 0;
         for (int part = 0; part < kBlockPixels / W; ++part) {
             const int lane = part * W;
-            const Real alpha = L::load(alphas[b] + lane);
-            const auto painted = L::at_least(L::from_bits(~0u), alpha, L::set(static_cast<T>(kMinAlpha)));
-            const Real before = L::load(tile.light(b) + lane);
-            const Real full = before * alpha;
-            const Real after = before - full;
-            const auto kept = L::at_least(painted, after, darkest);
-            const Real weight = L::where(kept, full);
+            const Blended<T> blended = blend_lanes(L::load(alphas[b] + lane), darkest, tile.light(b) + lane);
+            const Real weight = blended.weight;
             Real of_color = weight;
             if constexpr (has_streaks) of_color = weight * L::load(shades[b] + lane);
-            L::store(tile.light(b) + lane, L::select(kept, after, before));
             for (int k = 0; k < num_values; ++k) {
                 T* const plane = tile.plane(k, b) + lane;
                 L::store(plane, L::load(plane) + (k < 3 ? of_color : weight) * values[k]);
@@ -268,8 +263,8 @@ template <class T, Kernel kernel, bool has_streaks = false, int channels, bool h
                 if constexpr (is_image<kernel>) height = L::load(heights[b] + lane);
                 L::store(plane, L::load(plane) + weight * height);
             }
-            all_painted |= L::bits(painted);
-            finished |= (L::bits(painted) & ~L::bits(kept)) << lane;
+            all_painted |= L::bits(blended.painted);
+            finished |= blended.finished() << lane;
         }
         painted_blocks |= (all_painted == 0 ? 0u : 1u) << b;
         finish_pixels(tile, b, finished);

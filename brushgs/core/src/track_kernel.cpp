@@ -24,6 +24,7 @@
 // Costs are whole numbers and sums have one order, so that all instruction sets give the same.
 #include "brushgs/track_kernel.hpp"
 
+#include "brushgs/blending.hpp"
 #include "brushgs/footprint.hpp"
 
 namespace brushgs::BRUSHGS_ISA {
@@ -63,7 +64,6 @@ constexpr float kSpinLimit = static_cast<float>(88 * kPi / 180);  // of a step t
 
 constexpr float kUnseenWeight = 0.01F;  // weight of a knot at which the stroke is well outside the picture:
 constexpr double kReachSigmas = 4;      // farther than any box reaches, so that it turns freely only out of sight
-constexpr double kFaint = 1.0 / 255;    // opacity below which the rasteriser skips every fragment
 constexpr float kLeastWeight = 1e-3F;   // of any knot, so that the smoothing has one solution
 constexpr float kMostWeight = 1e4F;     // and this needs no more digits than a float has
 constexpr float kPinned = 1e6F;         // of the ends of a closed path
@@ -119,7 +119,7 @@ void measure(const GaussianColumns<T>& gaussians, const TrackParams& params, std
     Block block{};
     for (std::size_t i = 0; i < kBlock; ++i) block.quat[0][i] = 1;  // rows beyond the last
     load(gaussians, begin, count, block);
-    const double low_pass = params.low_pass, least_opacity = params.rows_per_view > 0 ? kFaint : 0;
+    const double low_pass = params.low_pass, least_opacity = params.rows_per_view > 0 ? kMinAlpha : 0;
     for (std::size_t knot = 0; knot < params.num_views; ++knot) {
         if (params.rows_per_view > 0) load(columns_at(gaussians, knot * params.rows_per_view), begin, count, block);
         const View camera = params.views[knot];
