@@ -3,8 +3,10 @@
 #include <vector>
 
 #include "brushgs/fragments.hpp"
+#include "brushgs/painted_sums.hpp"
 #include "brushgs/raster.hpp"
 #include "brushgs/raster_backward.hpp"
+#include "brushgs/trace.hpp"
 #include "hash.hpp"
 #include "inputs.hpp"
 
@@ -182,6 +184,8 @@ private:
         if (painting.is_soft || painting.has_limits) return;
         cases_.run("paint, backward: " + name,
                    [&](int num_threads) { return backward(kernel, painting, num_threads); });
+        if (kernel.is_image || painting.has_underpaint || painting.has_streaks) return;
+        cases_.run("sums: " + name, [&](int num_threads) { return sums(kernel, painting, num_threads); });
     }
 
     brushgs::RasterParams params(const NamedKernel& kernel, const Painting& painting, int num_threads) const {
@@ -200,7 +204,8 @@ private:
         return all;
     }
 
-    void paint(const NamedKernel& kernel, const Painting& painting, int num_threads, Planes<T>& planes) const {
+    void paint(const NamedKernel& kernel, const Painting& painting, int num_threads, Planes<T>& planes,
+               brushgs::Trace<T>* trace = nullptr) const {
         brushgs::BoxView<T> boxes = boxes_.view(painting);
         std::vector<T> logarithms;
         if (painting.blend == brushgs::Blend::glaze) {
@@ -210,7 +215,7 @@ private:
         brushgs::Picture<T> picture{planes.rgb.data(), planes.alpha.data(), {}};
         if (boxes.layers.count > 0) picture.layers = {1, {{planes.depth.data(), 1}}};
         if (painting.has_relief) picture.height = planes.height.data();
-        brushgs::rasterize(params(kernel, painting, num_threads), boxes, picture);
+        brushgs::rasterize(params(kernel, painting, num_threads), boxes, picture, trace);
     }
 
     std::uint64_t fragments(const NamedKernel& kernel, const Painting& painting, int num_threads) const {
@@ -229,7 +234,8 @@ private:
 
     std::uint64_t backward(const NamedKernel& kernel, const Painting& painting, int num_threads) const {
         Planes<T> planes;
-        paint(kernel, painting, num_threads, planes);
+        brushgs::Trace<T> trace;
+        paint(kernel, painting, num_threads, planes, &trace);
         Random random(43);
         const auto v_rgb = random.numbers<T>(3 * kPixels, -1, 1), v_alpha = random.numbers<T>(kPixels, -1, 1),
                    v_depth = random.numbers<T>(kPixels, -1, 1);
@@ -244,7 +250,7 @@ private:
             for (const auto& level : levels_.levels)
                 v_texels.emplace_back(static_cast<std::size_t>(level.rows * level.columns));
         for (auto& of_level : v_texels) texels.push_back(of_level.data());
-        brushgs::rasterize_backward<T>(params(kernel, painting, num_threads), boxes_.view(painting), picture,
+        brushgs::rasterize_backward<T>(params(kernel, painting, num_threads), boxes_.view(painting), &trace, picture,
                                        {v_centers.data(),
                                         v_half.data(),
                                         v_angles.data(),
@@ -256,6 +262,18 @@ private:
         for (const auto* values : {&v_centers, &v_half, &v_angles, &v_colors, &v_opacities, &v_depths})
             hash.add(*values);
         for (const auto& of_level : v_texels) hash.add(of_level);
+        return hash.value();
+    }
+
+    std::uint64_t sums(const NamedKernel& kernel, const Painting& painting, int num_threads) const {
+        Random random(44);
+        const auto values = random.numbers<T>(3 * kPixels, -1, 1), weights = random.numbers<T>(kPixels, 0, 1);
+        std::vector<T> of_values(3 * kCount), shares(kCount);
+        brushgs::sum_painted<T>(params(kernel, painting, num_threads), boxes_.view(painting),
+                                {values.data(), weights.data()}, {of_values.data(), shares.data()});
+        Hash hash;
+        hash.add(of_values);
+        hash.add(shares);
         return hash.value();
     }
 
