@@ -20,6 +20,7 @@ from brushgs.colors import rgb_of
 from brushgs.columns import RowChoice, check_finite, check_rows, freeze_columns, row_choice
 from brushgs.layers import DeepSamples, Layer
 from brushgs.png import png_bytes
+from brushgs.threads import num_threads_or_default
 
 SH_TERMS = {1: 0, 4: 1, 9: 2, 16: 3}  # number of spherical-harmonic terms -> degree
 # The layers of a frame beside its colour: field of `Frame` -> column of `Boxes`, [M] or [M, channels], whose
@@ -583,7 +584,8 @@ class Frame:
 
         rgb, alpha, behind = map(np.ascontiguousarray, (self.rgb, self.alpha, self._behind(background)))
         pixels = np.empty(rgb.shape, np.uint8)
-        _core.finish(rgb=rgb, alpha=alpha, background=behind, bytes=pixels)
+        num_threads = num_threads_or_default(None)
+        _core.finish(rgb=rgb, alpha=alpha, background=behind, num_threads=num_threads, bytes=pixels)
         return pixels
 
     def _behind(self, background: Sequence[float] | Array | str) -> Array:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
+from brushgs.threads import at_most
 
 N = 6
 
@@ -415,6 +416,19 @@ def test_a_frame_lies_over_a_colour_by_name(name, rgb):
     np.testing.assert_array_equal(frame.bytes_over(name), frame.bytes_over(rgb))
     with refused(ValueError, "a colour must be '#rrggbb' or one of white, black"):
         frame.over("redish")
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("num_threads", [1, 3])
+def test_bytes_are_rounded_the_same_by_any_number_of_threads(num_threads, dtype):
+    rng = np.random.default_rng(1)
+    frame = Frame(
+        rng.uniform(-0.1, 1.1, (190, 201, 3)).astype(dtype), rng.uniform(0, 1, (190, 201)).astype(dtype)
+    )
+    for background in ((1, 0.5, 0), rng.uniform(0, 1, (190, 201, 3))):
+        expected = np.floor(np.clip(frame.over(background), 0, 1) * 255 + dtype(0.5))
+        with at_most(num_threads):
+            np.testing.assert_array_equal(frame.bytes_over(background), expected)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])

@@ -72,12 +72,12 @@ void run_planes(Cases& cases) {
             hash.add(*plane);
         return hash.value();
     });
-    cases.run("paper and bytes: " + scalar, [&](int) {
+    cases.run("paper and bytes: " + scalar, [&](int num_threads) {
         std::vector<T> rgb(3 * kPixels), alpha(kPixels);
         brushgs::press<T>({front.rgb.data(), front.alpha.data(), back.alpha.data(), T(0.7), T(0.1), kPixels, rgb.data(),
                            alpha.data()});
         std::vector<std::uint8_t> bytes(3 * kPixels);
-        brushgs::finish(rgb.data(), alpha.data(), back.rgb.data(), true, kPixels, bytes.data());
+        brushgs::finish(rgb.data(), alpha.data(), back.rgb.data(), true, kPixels, num_threads, bytes.data());
         Hash hash;
         hash.add(rgb);
         hash.add(alpha);

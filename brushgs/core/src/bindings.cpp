@@ -622,15 +622,17 @@ void def_fragments(nb::module_& m) {
 }
 
 template <class T>
-void finish(In<T, 3> rgb, In<T, 2> alpha, AnyIn<T> background, Out<std::uint8_t, 3> bytes) {
+void finish(In<T, 3> rgb, In<T, 2> alpha, AnyIn<T> background, int num_threads, Out<std::uint8_t, 3> bytes) {
     const nb::gil_scoped_release without_gil;
-    brushgs::finish(rgb.data(), alpha.data(), background.data(), background.ndim() == 3, alpha.size(), bytes.data());
+    brushgs::finish(rgb.data(), alpha.data(), background.data(), background.ndim() == 3, alpha.size(), num_threads,
+                    bytes.data());
 }
 
 template <class T>
 void def_finish(nb::module_& m) {
     m.def("finish", &finish<T>, nb::kw_only(), "rgb"_a.noconvert(), "alpha"_a.noconvert(), "background"_a.noconvert(),
-          "bytes"_a.noconvert(), "Write a picture on a background, [3] or [H, W, 3], to bytes [H, W, 3].");
+          "num_threads"_a, "bytes"_a.noconvert(),
+          "Write a picture on a background, [3] or [H, W, 3], to bytes [H, W, 3].");
 }
 
 template <class T>

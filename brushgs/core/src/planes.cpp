@@ -72,18 +72,20 @@ void press(const Press<T>& p) {
 }
 
 template <class T>
-void finish(const T* rgb, const T* alpha, const T* background, bool is_picture, std::size_t num_pixels,
+void finish(const T* rgb, const T* alpha, const T* background, bool is_picture, std::size_t num_pixels, int num_threads,
             std::uint8_t* bytes) {
-    for (std::size_t i = 0; i < num_pixels; ++i) {
-        const T light = 1 - alpha[i];
-        const T* behind = is_picture ? background + 3 * i : background;
-        for (std::size_t c = 0; c < 3; ++c) {
-            T value = rgb[3 * i + c] + light * behind[c];
-            value = value > 0 ? value : 0;
-            value = value < 1 ? value : 1;
-            bytes[3 * i + c] = static_cast<std::uint8_t>(value * 255 + T(0.5));
+    for_pixels(num_pixels, num_threads, [=](std::size_t first, std::size_t end) {
+        for (std::size_t i = first; i < end; ++i) {
+            const T light = 1 - alpha[i];
+            const T* behind = is_picture ? background + 3 * i : background;
+            for (std::size_t c = 0; c < 3; ++c) {
+                T value = rgb[3 * i + c] + light * behind[c];
+                value = value > 0 ? value : 0;
+                value = value < 1 ? value : 1;
+                bytes[3 * i + c] = static_cast<std::uint8_t>(value * 255 + T(0.5));
+            }
         }
-    }
+    });
 }
 
 #define BRUSHGS_INSTANTIATE(T)                                                                         \
@@ -91,7 +93,7 @@ void finish(const T* rgb, const T* alpha, const T* background, bool is_picture, 
     template void lay_on_ground(const T*, const T*, const T*, const T*, std::size_t, int, T*);         \
     template void raise_ground(const T*, const T*, const T*, T, std::size_t, int, T*);                 \
     template void press(const Press<T>&);                                                              \
-    template void finish(const T*, const T*, const T*, bool, std::size_t, std::uint8_t*);
+    template void finish(const T*, const T*, const T*, bool, std::size_t, int, std::uint8_t*);
 BRUSHGS_INSTANTIATE(float)
 BRUSHGS_INSTANTIATE(double)
 #undef BRUSHGS_INSTANTIATE
