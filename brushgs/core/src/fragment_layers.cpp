@@ -57,13 +57,7 @@ Shares<T> share_fragments(const FragmentView<T>& fragments, const std::int32_t* 
             shares.insert(shares.end(), own.begin(), own.end());
         }
     });
-    std::int64_t total = 0;
-    for (std::size_t pixel = 0; pixel <= num_pixels; ++pixel) {
-        const std::int64_t count = pixel < num_pixels ? starts[pixel] : 0;
-        starts[pixel] = total;
-        total += count;
-    }
-    const auto count = static_cast<std::size_t>(total);
+    const std::size_t count = starts_of_counts(starts.get(), num_pixels);
     Shares<T> all{std::move(starts), make_buffer<std::int32_t>(count), make_buffer<T>(count), num_pixels, count};
     for (std::size_t item = 0, i = 0; item < found.size(); ++item)
         for (const Share& share : found[item]) {

@@ -10,6 +10,7 @@
 
 #include "brushgs/blending.hpp"
 #include "brushgs/cpu.hpp"
+#include "brushgs/pixel_runs.hpp"
 #include "brushgs/tiles.hpp"
 
 namespace brushgs {
@@ -217,13 +218,7 @@ void paint_fragments(const TileTask<T>& task, const Blender<T>& blender, int fir
 template <class T>
 Fragments<T> laid_out(const RasterParams& params, const TileLists& tiles, std::size_t first_tile,
                       const std::vector<TileFragments<T>>& found, Buffer<std::int64_t> starts, std::size_t num_pixels) {
-    std::int64_t total = 0;
-    for (std::size_t pixel = 0; pixel <= num_pixels; ++pixel) {
-        const std::int64_t count = pixel < num_pixels ? starts[pixel] : 0;
-        starts[pixel] = total;
-        total += count;
-    }
-    const auto count = static_cast<std::size_t>(total);
+    const std::size_t count = starts_of_counts(starts.get(), num_pixels);
     Fragments<T> all{std::move(starts),
                      make_buffer<std::int32_t>(count),
                      make_buffer<T>(count),

@@ -23,6 +23,9 @@ def resize(picture: Array, width: int, height: int, *, edges: Edges = "mirror") 
 
     Returns:
         [height, width, C] in the dtype and within the range of the picture.
+
+    Raises:
+        ValueError: if the shape is not [H, W, C].
     """
     from scipy.ndimage import gaussian_filter, zoom
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 
 #include "brushgs/cpu.hpp"
 
@@ -17,6 +18,19 @@ void for_pixels(std::size_t num_pixels, int num_threads, const Work& work) {
         const std::size_t first = item * kPixelsPerItem;
         work(first, std::min(first + kPixelsPerItem, num_pixels));
     });
+}
+
+// Turns what each pixel has of something, as many as `counts` say, into where that of each begins in a list of all; one
+// more entry than pixels. Returns the length of the list.
+inline std::size_t starts_of_counts(std::int64_t* counts, std::size_t num_pixels) {
+    std::int64_t total = 0;
+    for (std::size_t pixel = 0; pixel < num_pixels; ++pixel) {
+        const std::int64_t count = counts[pixel];
+        counts[pixel] = total;
+        total += count;
+    }
+    counts[num_pixels] = total;
+    return static_cast<std::size_t>(total);
 }
 
 }  // namespace brushgs
