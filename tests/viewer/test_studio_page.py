@@ -13,9 +13,9 @@ from brushgs.page.html import page_script, web_files
 from tests.viewer.conftest import FEW, SECONDS, serving
 
 
-def until(page, expression, seconds=SECONDS):
+def until(page, expression):
     """Wait until an expression is true; the page's own policy lets Playwright not wait in it."""
-    end = time.monotonic() + seconds
+    end = time.monotonic() + SECONDS
     while not page.evaluate(expression):
         assert time.monotonic() < end, expression
         time.sleep(0.02)
@@ -96,6 +96,36 @@ def test_a_painter_turns_changes_and_renders(viewed, tmp_path):
     assert "Saved as pears-oil-1.png in" in page.inner_text("#output p")
     until(page, "document.querySelector('#output img').naturalWidth === 64")
     assert read_image(tmp_path / "pears-oil-1.png").shape[:2] == (48, 64)
+
+
+def test_a_picture_that_is_done_before_the_page_hears_of_it_is_shown(viewed):
+    page = viewed
+    page.evaluate(
+        """() => {
+            const server = window.brushgs.studio._server, state = server.state.bind(server);
+            server.state = async (known) => {
+                const heard = await state(known);
+                if (!window.silence) return heard;
+                await window.silence;
+                return state(known);
+            };
+        }"""
+    )
+    slide(page, "relief", 0.9)  # the page asks by the function above from now on
+    page.evaluate("() => { window.silence = new Promise((end) => { window.speak = end; }); }")
+    page.click("#render")
+    until(
+        page,
+        "fetch('/state?known=0').then((answer) => answer.json())"
+        ".then(({ outputs }) => outputs.some(({ state }) => state === 'done'))",
+    )
+    assert not page.evaluate("document.querySelector('#output').open")
+    page.evaluate("window.speak()")
+    until(page, "document.querySelector('#output').open")
+    page.reload()
+    until(page, "window.brushgs.studio?.isSettled")
+    assert page.locator("#studio .outputs li").count() == 1
+    assert not page.evaluate("document.querySelector('#output').open")  # it is of an earlier visit
 
 
 def test_a_video_through_marked_views(viewed, tmp_path):

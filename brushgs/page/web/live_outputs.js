@@ -13,7 +13,7 @@ class Outputs {
     this._marks = [];
     this._made = 0;
     this._rows = new Map();
-    this._known = null; // of the first state no picture is shown: it is of an earlier visit
+    this._asked = new Set(); // by this page, and not come of anything yet
     const { width, height } = app.pictureCamera();
     const side = { least: 16, most: MOST_SIDE };
     this._width = new NumberField({ name: "width", label: "Width", value: width, ...side });
@@ -50,26 +50,40 @@ class Outputs {
   show(outputs) {
     for (const output of outputs) {
       const row = this._rows.get(output.id) ?? this._newRow(output.id);
-      const before = row.state;
-      row.state = output.state;
       const percent = percentOf(output.progress);
       const name = output.name ?? `${output.kind === "video" ? "Video" : "Picture"}, ${output.words}`;
       const parts = [name, output.error ?? STATES[output.state], percent];
       row.words.textContent = parts.filter(Boolean).join(" · ");
       row.words.title = output.name ? `${output.folder}/${output.name}` : "";
-      const isBusy = output.state === "waiting" || output.state === "running";
-      row.stop.hidden = !isBusy;
+      row.stop.hidden = !isBusy(output);
       row.show.hidden = output.state !== "done";
       row.output = output;
-      if (this._known === null || before === output.state || !before) continue;
+    }
+    this._present();
+  }
+
+  /** Ask for a picture or a video, which is shown once it is done. */
+  _ask(action) {
+    this._try(async () => {
+      const { id } = await action();
+      this._asked.add(id);
+      this._present(); // the state may have come first
+    });
+  }
+
+  /** Show what this page asked for and has come since. */
+  _present() {
+    for (const id of this._asked) {
+      const output = this._rows.get(id)?.output;
+      if (!output || isBusy(output)) continue;
+      this._asked.delete(id);
       if (output.state === "done") this._open(output);
       if (output.state === "failed") this._say(output.error);
     }
-    this._known = true;
   }
 
   _newRow(id) {
-    const row = { words: element("span"), state: "" };
+    const row = { words: element("span"), output: null };
     row.stop = button("Stop", () => this._try(() => this._server.stop(id)));
     row.show = button("Show", () => this._open(row.output), { hidden: true });
     this._list.prepend(element("li", {}, row.words, row.stop, row.show));
@@ -89,7 +103,7 @@ class Outputs {
     const size = this._size();
     if (!size) return;
     const camera = worldCamera(this.app, this.app.controls.restingCamera(size.width, size.height));
-    this._try(() => this._server.render({ camera, ...size }));
+    this._ask(() => this._server.render({ camera, ...size }));
   }
 
   _film() {
@@ -108,7 +122,7 @@ class Outputs {
       request.cameras = [worldCamera(this.app, controls.restingCamera(size.width, size.height))];
       request.center = [0, 1, 2].map((k) => controls.target[k] + origin[k]);
     }
-    this._try(() => this._server.video(request));
+    this._ask(() => this._server.video(request));
   }
 
   /** The camera of a marked view. */
@@ -192,6 +206,11 @@ function worldCamera(app, camera) {
   for (let row = 0; row < 3; row++) viewmat[4 * row + 3] -= dot3(viewmat.slice(4 * row, 4 * row + 3), origin);
   const K = [camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1];
   return { viewmat, K, width: camera.width, height: camera.height, near: camera.near };
+}
+
+/** Whether an output has still to come. */
+function isBusy({ state }) {
+  return state === "waiting" || state === "running";
 }
 
 /** How far work is, in words; "" where that is not known. */
