@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.passes.groups import add_rows
 from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.view_by_view import view_by_view
@@ -75,8 +76,8 @@ def _step(strokes: Gaussians, views: PlainViews) -> Gaussians:
         return boxes.ids, *painted_sums(boxes, kernel, *_color_differences(plain, painted))
 
     for ids, sums, areas in view_by_view(look, views.pairs(), len(strokes)):
-        differences[ids] += sums
-        shares[ids] += areas
+        add_rows(differences, ids, sums)
+        add_rows(shares, ids, areas)
     known = np.minimum(shares / ENOUGH_PAINT, 1)
     steps = known[:, None] * differences / np.maximum(shares, 1e-12)[:, None]
     return shift_base_colors(strokes, steps)

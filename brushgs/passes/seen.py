@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.passes.groups import add_rows
 from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.view_by_view import view_by_view
@@ -68,8 +69,8 @@ def seen_in(gaussians: Gaussians, views: PlainViews) -> Seen | None:
         return boxes.ids, shares, sums - shares[:, None] * boxes.colors
 
     for ids, shares, differences in view_by_view(look, views.pairs(), len(gaussians)):
-        areas[ids] += shares
-        away[ids] += differences
+        add_rows(areas, ids, shares)
+        add_rows(away, ids, differences)
     if not areas.max(initial=0) > 0:
         return None
     sure = np.minimum(areas / (SURE_AREA * len(views)), 1)
@@ -91,5 +92,5 @@ def shown_areas(gaussians: Gaussians, cameras: Sequence[Camera]) -> NDArray[np.f
         return boxes.ids, painted_shares(boxes, kernel, np.ones(size))
 
     for ids, shares in view_by_view(look, cameras, len(gaussians)):
-        areas[ids] += shares
+        add_rows(areas, ids, shares)
     return areas / max(len(cameras), 1)

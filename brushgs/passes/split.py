@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.passes.groups import compacted
+from brushgs.passes.groups import add_rows, compacted
 from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.view_by_view import view_by_view
@@ -99,7 +99,7 @@ def painted_errors(strokes: Gaussians, views: PlainViews) -> F64:
         return boxes.ids, painted_shares(boxes, kernel, _squared_errors(plain, painted))
 
     for ids, sums in view_by_view(look, views.pairs(), len(strokes)):
-        errors[ids] += sums
+        add_rows(errors, ids, sums)
     return errors
 
 

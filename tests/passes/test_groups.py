@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from brushgs.passes.groups import Groups, compacted
+from brushgs.passes.groups import Groups, add_rows, compacted
 
 SPARSE = np.array([7, -3, 10**12, 7, -3, 0])
 
@@ -44,6 +44,25 @@ def test_sums_keep_the_shape_of_a_row():
     groups = Groups.of(labels, 17)
     sums = groups.sums(values.reshape(-1, 4, 3), weights)
     np.testing.assert_array_equal(sums.reshape(17, 12), groups.sums(values, weights))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("shape", [(), (1,), (3,), (2, 3)])
+def test_rows_are_added_to_the_rows_they_belong_to_bit_for_bit(dtype, shape):
+    rng = np.random.default_rng(0)
+    rows = rng.integers(0, 20, 500).astype(np.int32)  # many come twice
+    values = rng.normal(size=(500, *shape)).astype(dtype)
+    totals = rng.normal(size=(25, *shape))
+    expected = totals.copy()
+    np.add.at(expected, rows, values)
+    add_rows(totals, rows, values)
+    np.testing.assert_array_equal(totals, expected)
+
+
+def test_no_rows_add_nothing():
+    totals = np.ones((4, 3))
+    add_rows(totals, np.zeros(0, np.int32), np.zeros((0, 3), np.float32))
+    np.testing.assert_array_equal(totals, 1)
 
 
 @pytest.mark.parametrize("labels", [SPARSE, SPARSE.astype(np.int32) % 50, np.array([3, 3]), np.zeros(0, int)])

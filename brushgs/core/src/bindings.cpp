@@ -874,6 +874,16 @@ nb::tuple sum_groups(In<T, 2> values, In<double, 1> weights, In<std::int32_t, 1>
     return nb::make_tuple(row(totals, num_groups), table(sums, num_groups, width));
 }
 
+template <class T>
+void add_rows(Out<double, 2> totals, In<std::int32_t, 1> rows, In<T, 2> values) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::add_rows(brushgs::RowAddends<T>{.values = values.data(),
+                                             .rows = rows.data(),
+                                             .num_rows = rows.shape(0),
+                                             .width = totals.shape(1),
+                                             .totals = totals.data()});
+}
+
 nb::object order(In<double, 1> values, int num_threads) {
     const std::size_t count = values.shape(0);
     auto order = brushgs::make_buffer<std::int64_t>(count);
@@ -918,6 +928,8 @@ void def_groups(nb::module_& m) {
           "begins"_a.noconvert(), "num_threads"_a,
           "Of the groups that `group_rows` found, the sums [k] of the weights [N] and [k, D] of weight x values "
           "[N, D], added in the order of the rows.");
+    m.def("add_rows", &add_rows<T>, "totals"_a.noconvert(), "rows"_a.noconvert(), "values"_a.noconvert(),
+          "Add values [n, D], one after the other, to these rows [n] of totals [N, D].");
     m.def("morton_order", &morton_order<T>, "points"_a.noconvert(), "low"_a.noconvert(), "step"_a, "num_threads"_a,
           "The rows [N] int64 of points [N, 3] along the Morton curve of (point - low) * step, ties by row.");
 }

@@ -54,7 +54,22 @@ void sum_groups(const GroupSums<T>& query) {
     });
 }
 
+template <class T>
+void add_rows(const RowAddends<T>& addends) {
+    const std::size_t width = addends.width, ahead = static_cast<std::size_t>(kRowsAhead);
+    const auto total_of = [&](std::size_t i) {
+        return addends.totals + static_cast<std::size_t>(addends.rows[i]) * width;
+    };
+    for (std::size_t i = 0; i < addends.num_rows; ++i) {
+        if (i + ahead < addends.num_rows) __builtin_prefetch(total_of(i + ahead), 1);
+        double* const total = total_of(i);
+        for (std::size_t k = 0; k < width; ++k) total[k] += static_cast<double>(addends.values[i * width + k]);
+    }
+}
+
 template void sum_groups<float>(const GroupSums<float>&);
 template void sum_groups<double>(const GroupSums<double>&);
+template void add_rows<float>(const RowAddends<float>&);
+template void add_rows<double>(const RowAddends<double>&);
 
 }  // namespace brushgs

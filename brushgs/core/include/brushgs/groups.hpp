@@ -29,4 +29,17 @@ struct GroupSums {
 template <class T>
 void sum_groups(const GroupSums<T>& query);
 
+template <class T>
+struct RowAddends {
+    const T* values;           // [num_rows, width]
+    const std::int32_t* rows;  // [num_rows] of `totals` that they belong to
+    std::size_t num_rows;
+    std::size_t width;
+    double* totals;  // [any, width], which grow by the values
+};
+
+// Adds in order.
+template <class T>
+void add_rows(const RowAddends<T>& addends);
+
 }  // namespace brushgs
