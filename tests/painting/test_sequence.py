@@ -606,10 +606,13 @@ def test_the_pace_is_told_in_frames_and_minutes(done, total, seconds, text):
 
 def test_time_spent_on_another_stage_counts_there():
     report, writing = Report(), Stopwatch()
+    begin = time.perf_counter()
     with report.stage("paint", apart=writing), writing.running():
         time.sleep(0.1)
     with report.stage("write", earlier=writing):
         pass
+    whole = time.perf_counter() - begin
     painted, written = (stage.seconds for stage in report.stages)
-    assert 0 <= painted < 0.05
-    assert 0.1 <= written < 0.2
+    assert painted >= 0
+    assert written >= 0.1
+    assert painted + written <= whole  # else the 0.1 s would count twice
