@@ -5,6 +5,7 @@ Display-encoded, by libav: its encoder takes no transparency and no finer chroma
 
 import contextlib
 import os
+from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 
@@ -38,9 +39,27 @@ def write(frame: Frame, path: str | Path, background: Background, *, bits: int =
         defer_stop(),
         replacing(path) as temporary,
         as_scene_error(Path(path)),
+        _scheduling_kept(),
         contextlib.ExitStack() as stack,
     ):
         film = Film(temporary, "avif", (width, height), Fraction(1), Encoding(bits, has_alpha=False))
         writer = EncodedVideo(stack, film, encoder)
         writer.add(video_pixels(frame, background, bits))
         writer.finish()
+
+
+@contextlib.contextmanager
+def _scheduling_kept() -> Iterator[None]:
+    """Undo what SVT-AV1 does where the user is root: it makes the thread that calls it a real-time one.
+
+    Threads and processes that this one begins later would be so, too, and all others would wait for them.
+    """
+    if not hasattr(os, "sched_getscheduler"):  # macOS and Windows, where it does not
+        yield
+        return
+    before = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        yield
+    finally:
+        if before != (os.sched_getscheduler(0), os.sched_getparam(0)):
+            os.sched_setscheduler(0, *before)
