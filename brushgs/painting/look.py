@@ -98,13 +98,9 @@ def recolored_ground(surface: "Surface | None", change: Callable[[Array], Array]
     return in_color(surface, change(surface.recipe.color))
 
 
-def mean_ground(surface: "Surface | None", background: Background) -> tuple[float, float, float]:
-    """One colour for the ground: what drawing media leave open, and mix their greys from."""
-    behind = background if surface is None or background is None else surface.rgb
-    if behind is None:
-        return 1.0, 1.0, 1.0
-    red, green, blue = np.asarray(behind, np.float64).reshape(-1, 3).mean(axis=0)
-    return float(red), float(green), float(blue)
+def shown_ground(surface: "Surface | None", background: Background) -> Background:
+    """What is seen where nothing is painted: RGB [3] or [H, W, 3]; None where that is transparent."""
+    return background if surface is None or background is None else surface.rgb
 
 
 def _ground_color(config: PaintConfig, gaussians: Gaussians, width: int, height: int) -> Background:

@@ -27,13 +27,13 @@ from brushgs.painting.drawing import open_picture_background, render_options
 from brushgs.painting.guidance import Guidance, open_guidance
 from brushgs.painting.look import (
     BACKDROP,
-    mean_ground,
     open_backdrop,
     open_lamp,
     open_lines,
     open_relief,
     open_surface,
     recolored_ground,
+    shown_ground,
 )
 from brushgs.painting.make_strokes import (
     ALREADY_STROKES,
@@ -393,7 +393,7 @@ def prepare(
         options,
         config.media,
         config.color,
-        mean_ground(surface, background),
+        shown_ground(surface, background),
         lines,
         line_brushes,
     )

@@ -7,6 +7,7 @@ picture of another size or shape shows the same threads and bumps, and what pain
 them (`page/web/surface.js`).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Literal
@@ -17,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from brushgs.arrays import F32, Array
 from brushgs.hashing import GOLDEN_32, hash_32, lattice
 from brushgs.rendering.relief import canvas_scale
+from brushgs.threads import side_by_side
 
 PERIOD = 3.6  # px from thread to thread
 LINEN_HEIGHT = 0.2  # px, standard deviation
@@ -41,6 +43,7 @@ PAPER_TONE = 0.008
 # B-splines in place of the numbers of a lattice leave 151/315 of their deviation, which is 1/sqrt(3).
 NOISE_GAIN = 3**0.5 * 315 / 151
 STREAMS = ("columns", "rows", "one", "other", "coarse", "fine")  # of numbers, for one seed
+BAND_PIXELS = 1 << 15  # made at a time: the arrays of a band of linen then take 1.5 MB
 GRAIN = 0.24  # standard deviation of the grain around 1/2
 
 
@@ -157,21 +160,24 @@ def _linen(height: int, width: int, seed: int) -> F32:
         _threads(_stream(seed, name), size, PERIOD * scale)
         for name, size in (("columns", width), ("rows", height))
     )
-    one, other = (
-        _noise(_stream(seed, name), height, width, WAVE_LENGTH * scale) for name in ("one", "other")
+    first, second = (
+        _Noise.of(_stream(seed, name), height, width, WAVE_LENGTH * scale) for name in ("one", "other")
     )
-    up, column = _bump(x + np.float32(WAVES) * one)
-    across, row = _bump(y[:, None] + np.float32(WAVES) * other)
-    sign = np.where((column ^ row) & 1, np.float32(-OVER), np.float32(OVER))  # where one rises, one sinks
-    weave = (of_column + np.float32(SLUBS) * other) * (up + sign * across)  # both fields serve twice
-    weave = np.maximum(weave, (of_row[:, None] + np.float32(SLUBS) * one) * (across - sign * up))
     wide, none = NARROW_THREAD
     share = float(np.clip((PERIOD * scale - none) / (wide - none), 0, 1))
     share *= share * (3 - 2 * share)
-    weave -= np.float32(WEAVE_MEAN)
-    weave *= np.float32(share / WEAVE_DEVIATION)
-    weave.flags.writeable = False
-    return np.asarray(weave, np.float32)
+
+    def weave_of(band: slice) -> F32:
+        one, other = first.rows(band), second.rows(band)
+        up, column = _bump(x + np.float32(WAVES) * one)
+        across, row = _bump(y[band, None] + np.float32(WAVES) * other)
+        sign = np.where((column ^ row) & 1, np.float32(-OVER), np.float32(OVER))  # where one rises, one sinks
+        weave = (of_column + np.float32(SLUBS) * other) * (up + sign * across)  # both fields serve twice
+        weave = np.maximum(weave, (of_row[band, None] + np.float32(SLUBS) * one) * (across - sign * up))
+        weave -= np.float32(WEAVE_MEAN)
+        return np.asarray(weave * np.float32(share / WEAVE_DEVIATION), np.float32)
+
+    return _in_bands(height, width, weave_of)
 
 
 def _bump(place: F32) -> tuple[F32, NDArray[np.int32]]:
@@ -195,13 +201,29 @@ def _threads(stream: int, size: int, period: float) -> tuple[F32, F32]:
 def _paper(height: int, width: int, seed: int) -> F32:
     """[H, W] height of the bumps in standard deviations, mean 0; read-only. Bumps under a pixel fade."""
     scale = canvas_scale(width, height)
-    field = np.zeros((height, width), np.float32)
-    spacings = (PAPER_COARSE, PAPER_FINE)
-    for name, spacing, share in zip(("coarse", "fine"), spacings, PAPER_SHARES, strict=True):
-        share *= min(1, spacing * scale)
-        field += _noise(_stream(seed, name), height, width, max(spacing * scale, 1), share)
-    field.flags.writeable = False
-    return field
+    coarse, fine = (
+        _Noise.of(
+            _stream(seed, name), height, width, max(spacing * scale, 1), share * min(1, spacing * scale)
+        )
+        for name, spacing, share in zip(
+            ("coarse", "fine"), (PAPER_COARSE, PAPER_FINE), PAPER_SHARES, strict=True
+        )
+    )
+    return _in_bands(height, width, lambda band: coarse.rows(band) + fine.rows(band))
+
+
+def _in_bands(height: int, width: int, pattern_of: Callable[[slice], F32]) -> F32:
+    """[H, W] what a function makes of some rows, several at once: they fit into the cache; read-only."""
+    pattern = np.empty((height, width), np.float32)
+    num_rows = max(BAND_PIXELS // width, 1)
+
+    def fill(first: int) -> None:
+        band = slice(first, min(first + num_rows, height))
+        pattern[band] = pattern_of(band)
+
+    side_by_side(fill, range(0, height, num_rows))
+    pattern.flags.writeable = False
+    return pattern
 
 
 def _stream(seed: int, name: str) -> int:
@@ -210,19 +232,47 @@ def _stream(seed: int, name: str) -> int:
     return int(hash_32(np.array([state], np.uint32))[0])
 
 
-def _noise(stream: int, height: int, width: int, spacing: float, deviation: float = 1.0) -> F32:
-    """[H, W] smooth noise, mean 0: cubic B-splines over even numbers each `spacing` pixels."""
-    axes = [np.arange(int(np.ceil(size / spacing - 1e-6)) + 3, dtype=np.uint32) for size in (height, width)]
-    field = lattice(stream, *axes)
-    for axis, size in enumerate((height, width)):
-        place = (np.arange(size) + 0.5) / spacing
-        first = place.astype(int)
-        f = place - first
-        splines = ((1 - f) ** 3, 3 * f**3 - 6 * f**2 + 4, -3 * f**3 + 3 * f**2 + 3 * f + 1, f**3)
-        shape, gain = ((-1, 1), 1.0) if axis == 0 else ((1, -1), deviation * NOISE_GAIN)
-        weights = [(w * (gain / 6)).astype(np.float32).reshape(shape) for w in splines]
-        total = np.take(field, first, axis) * weights[0]
-        for k in (1, 2, 3):
-            total += np.take(field, first + k, axis) * weights[k]
-        field = total
-    return field
+@dataclass(frozen=True, eq=False)
+class _Noise:
+    """Smooth noise over a picture, mean 0: cubic B-splines over even numbers on a lattice.
+
+    Attributes:
+        lines: [H, m] the noise of each row at the columns of the lattice.
+        first: [W] the first of the four columns that each pixel lies between.
+        weights: [4, W] of them.
+    """
+
+    lines: F32
+    first: NDArray[np.int_]
+    weights: F32
+
+    @classmethod
+    def of(cls, stream: int, height: int, width: int, spacing: float, deviation: float = 1.0) -> "_Noise":
+        """That of a stream of numbers, each `spacing` pixels."""
+        axes = [
+            np.arange(int(np.ceil(size / spacing - 1e-6)) + 3, dtype=np.uint32) for size in (height, width)
+        ]
+        first, weights = _splines(height, spacing, 1.0)
+        lines = _mixed(lattice(stream, *axes), first, weights[:, :, None], axis=0)
+        return cls(lines, *_splines(width, spacing, deviation * NOISE_GAIN))
+
+    def rows(self, band: slice) -> F32:
+        """[h, W] some rows of it."""
+        return _mixed(self.lines[band], self.first, self.weights, axis=1)
+
+
+def _splines(size: int, spacing: float, gain: float) -> tuple[NDArray[np.int_], F32]:
+    """[size] the first of the four numbers that each pixel lies between, and their weights [4, size]."""
+    place = (np.arange(size) + 0.5) / spacing
+    first = place.astype(int)
+    f = place - first
+    splines = ((1 - f) ** 3, 3 * f**3 - 6 * f**2 + 4, -3 * f**3 + 3 * f**2 + 3 * f + 1, f**3)
+    return first, np.array([w * (gain / 6) for w in splines], np.float32)
+
+
+def _mixed(field: F32, first: NDArray[np.int_], weights: F32, axis: int) -> F32:
+    """The four numbers from `first` on along an axis, weighted and added."""
+    total = np.take(field, first, axis) * weights[0]
+    for k in (1, 2, 3):
+        total += np.take(field, first + k, axis) * weights[k]
+    return np.asarray(total, np.float32)

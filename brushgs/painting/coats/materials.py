@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from brushgs.arrays import Array
 from brushgs.options.look_parts import ColorConfig, MediaConfig
+from brushgs.painting.background import Background
 from brushgs.painting.regions import nearest_regions
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
@@ -36,7 +37,7 @@ class Materials:
         options: how they become a frame.
         media: the numbers of the medium.
         color: how tones are found.
-        paper: colour of the ground, RGB.
+        ground: what is seen where nothing is painted, RGB [3] or [H, W, 3]; None for nothing.
         lines: along edges of the scene; None where the medium has none.
         line_texture: their stroke image, or images.
     """
@@ -46,9 +47,17 @@ class Materials:
     options: RenderOptions
     media: MediaConfig
     color: ColorConfig
-    paper: Color
+    ground: Background
     lines: "Lines | None" = None
     line_texture: "StrokeTexture | BrushSet | None" = None
+
+    @cached_property
+    def paper(self) -> Color:
+        """One colour for the ground: what drawing media leave open, and mix their greys from."""
+        if self.ground is None:
+            return 1.0, 1.0, 1.0
+        red, green, blue = np.asarray(self.ground, np.float64).reshape(-1, 3).mean(axis=0)
+        return float(red), float(green), float(blue)
 
     @cached_property
     def tones(self) -> "F64":
