@@ -55,8 +55,8 @@ def rasterize(
     (1 - alpha_i). A box is not seen, though it hides others, in a pixel where what lies wholly in front
     (x >= 1) and the box itself would leave less than `min_transmittance`; a pixel takes no more boxes once
     all so far, however near, would leave less than 1e-31. Boxes further apart than b give the same bits as
-    boxes without softness. In tiles of 32 x 16 pixels where more than 64 boxes wait for each other in four by
-    four pixels, the light that passes what surrounds a box is interpolated between a few depths and
+    boxes without softness. In tiles of 32 x 16 pixels where more than 160 boxes wait for each other in four
+    by four pixels, the light that passes what surrounds a box is interpolated between a few depths and
     softnesses: there the picture is right to 0.5 / 255, to what `min_transmittance` may change, and never
     jumps. The built-in kernels ("gaussian", "ellipse") ignore softness.
 

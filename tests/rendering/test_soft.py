@@ -23,7 +23,7 @@ KERNELS = [path for path, (kind, _) in PATHS.items() if kind != "image"]
 SOLID = StrokeTexture.from_coverage(np.ones((2, 2)))
 PIXEL = {"width": 1, "height": 1, "filter": "bilinear"}
 SEEDS = st.integers(0, 2**32 - 1)
-CROWD_ERROR = 0.5 / 255  # where more than 64 fragments wait, see test_soft_crowds.py
+CROWD_ERROR = 0.5 / 255  # where more than 160 fragments wait, see test_soft_crowds.py
 CAMERA = Camera.look_at((0.4, -1, -4), (0, 0, 0), width=60, height=40)
 
 
@@ -67,7 +67,7 @@ def pile(depths, softness, *, opacities=1.0, colors=None, dtype=np.float64) -> B
 )
 def test_kernel_agrees_with_the_definition_in_float64(path, size, softness):
     width, height = size
-    few = 60 if width == 1 and softness > 1 else 200  # of which no more than 64 wait
+    few = 60 if width == 1 and softness > 1 else 200  # of which no more than 160 wait
     boxes = softened(random_boxes(few, width, height, sizes=(0.3, 60)), softness)
     actual, expected = painted(boxes, path, width, height), defined(boxes, path, width, height)
     assert_same(actual, expected)

@@ -1,4 +1,4 @@
-"""Crowds: where more than 64 fragments of a block wait in soft order, their weights are interpolated."""
+"""Crowds: where more than 160 fragments of a block wait in soft order, their weights are interpolated."""
 
 import os
 import subprocess
@@ -20,7 +20,7 @@ from tests.rendering.strokes import boxes_of, bristles, depth_test_of, relieved,
 from tests.rendering.test_fragments import found_in
 
 ERROR = 0.5 / 255  # of a crowd, as `rasterize` states it
-MOST_WAITING = 64
+MOST_WAITING = 160
 SIZE = {"width": 9, "height": 6}
 SEEDS = st.integers(0, 2**32 - 1)
 SPREADS = [0.05, 2.0]  # between the nearest and the farthest, world units
@@ -72,7 +72,7 @@ def error_of(boxes: Boxes, **options) -> float:
 @pytest.mark.parametrize("softness", SOFTNESS)
 @pytest.mark.parametrize("opacities", OPACITIES)
 def test_crowds_are_as_defined_to_half_a_step_of_eight_bits(opacities, softness, spread):
-    for n, dtype in ((90, np.float64), (300, np.float64), (120, np.float32)):
+    for n, dtype in ((200, np.float64), (500, np.float64), (260, np.float32)):
         boxes = crowd(
             n, opacities=OPACITIES[opacities], softness=SOFTNESS[softness], spread=spread, dtype=dtype
         )
@@ -82,7 +82,7 @@ def test_crowds_are_as_defined_to_half_a_step_of_eight_bits(opacities, softness,
 @pytest.mark.parametrize("look", LOOKS)
 def test_crowds_of_every_look_are_as_defined(look):
     for softness in ("one", "wide"):
-        boxes = relieved(set_back(crowd(200, opacities=(0.02, 0.2), softness=SOFTNESS[softness]), 0.5))
+        boxes = relieved(set_back(crowd(300, opacities=(0.02, 0.2), softness=SOFTNESS[softness]), 0.5))
         assert error_of(boxes, **LOOKS[look]) < ERROR
         test = depth_test_of(boxes, **SIZE)
         assert error_of(boxes, in_front_of=replace(test, limit=test.limit + 2), **LOOKS[look]) < ERROR
@@ -91,7 +91,7 @@ def test_crowds_of_every_look_are_as_defined(look):
 @settings(max_examples=10, deadline=None)
 @given(
     seed=SEEDS,
-    n=st.integers(65, 250),
+    n=st.integers(MOST_WAITING + 1, 400),
     spread=st.floats(0, 8),
     least_softness=st.floats(0, 1),
     alternates=st.booleans(),
@@ -106,21 +106,21 @@ def test_any_mixture_of_faint_and_full_paint_is_as_defined(seed, n, spread, leas
     assert error_of(replace(boxes, colors=colors, opacities=opacities, softness=softness)) < ERROR
 
 
-def test_up_to_64_that_wait_are_painted_without_error_and_more_of_one_depth_too():
-    boxes = crowd(200)
+def test_up_to_160_that_wait_are_painted_without_error_and_more_of_one_depth_too():
+    boxes = crowd(400)
     few = boxes.take(np.s_[:MOST_WAITING])
     assert error_of(few) < 1e-13
     assert 1e-13 < error_of(boxes) < ERROR
-    level = replace(boxes, depths=np.full(200, 5.0))
+    level = replace(boxes, depths=np.full(400, 5.0))
     assert error_of(level) < 1e-12
 
 
 def test_strokes_that_move_through_a_crowd_never_jump():
     """Strokes enter cells and leave them: the steps are those of the definition, give or take two errors."""
     g = np.random.default_rng(2)
-    still = crowd(120, opacities=(0.01, 0.08), softness=(0.4, 1.0), spread=0.6)
-    still = replace(still, colors=np.where(np.arange(120)[:, None] % 2, 1.0, 0.0) * np.ones(3))
-    speed = g.normal(size=120)
+    still = crowd(300, opacities=(0.01, 0.08), softness=(0.4, 1.0), spread=0.6)
+    still = replace(still, colors=np.where(np.arange(300)[:, None] % 2, 1.0, 0.0) * np.ones(3))
+    speed = g.normal(size=300)
     previous, jumps = None, []
     for step in np.linspace(0, 0.2, 24):
         depths = still.depths + step * speed
@@ -158,8 +158,8 @@ def test_fragments_make_up_the_picture_of_a_crowd_within_its_error():
 def test_threads_and_the_tiles_before_change_no_bit():
     """Memory of a thread is kept: a tile of a crowd leaves nothing behind for the next."""
     g = np.random.default_rng(5)
-    boxes = crowd(400, opacities=(0.01, 0.2), softness=(0.1, 1.0), spread=2.0, dtype=np.float32)
-    boxes = replace(boxes, centers=(g.uniform(0, 150, (400, 2))).astype(np.float32))
+    boxes = crowd(1000, opacities=(0.01, 0.2), softness=(0.1, 1.0), spread=2.0, dtype=np.float32)
+    boxes = replace(boxes, centers=(g.uniform(0, 150, (1000, 2))).astype(np.float32))
     how = {"width": 150, "height": 120}
     one = rasterize(boxes, bristles(), num_threads=1, **how)
     for num_threads in (2, 5, 1):
@@ -176,7 +176,7 @@ from tests.rendering.test_soft_crowds import LOOKS, crowd, painted
 planes = {}
 for dtype in (np.float32, np.float64):
     for look, options in LOOKS.items():
-        boxes = crowd(150, opacities=(0.01, 0.4), softness=(0.1, 1), dtype=dtype)
+        boxes = crowd(300, opacities=(0.01, 0.4), softness=(0.1, 1), dtype=dtype)
         frame = painted(relieved(set_back(boxes, 0.5)), **options)
         for name in ("rgb", "alpha", "depth"):
             planes[f"{look} {name} {dtype.__name__}"] = getattr(frame, name)

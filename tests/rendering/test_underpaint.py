@@ -55,7 +55,7 @@ def assert_identical(actual: Frame, expected: Frame) -> None:
 )
 def test_kernel_agrees_with_the_definition_in_float64(path, size, softness, look):
     width, height = size
-    num = 150 if softness != 20 else 30  # of which, with their underpaint, no more than 64 wait
+    num = 150 if softness != 20 else 30  # of which, with their underpaint, no more than 160 wait
     boxes = set_back(random_boxes(num, width, height, sizes=(0.3, 40)), 1.0)
     boxes = boxes if softness is None else softened(boxes, softness)
     actual, expected = painted(boxes, path, width, height, **LOOKS[look])

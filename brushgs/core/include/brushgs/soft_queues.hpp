@@ -15,7 +15,7 @@ namespace brushgs {
 
 // Where more fragments of a block wait, the tile is a crowd, see soft_crowd.hpp: each fragment costs as much as its
 // queue is long.
-constexpr std::size_t kMostWaiting = 64;
+constexpr std::size_t kMostWaiting = 160;
 
 template <class T>
 struct alignas(64) FragmentSlot {
