@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 RowChoice = NDArray[np.integer[Any]] | NDArray[np.bool_] | Sequence[int] | Sequence[bool] | slice
 Integers = Mapping[str, type[np.integer[Any]]]  # columns of whole numbers -> their dtypes
+NOT_COLUMNS = (bool, float | None)  # types of fields that hold one value for all rows
 
 
 def freeze_columns(where: str, value: Any, integers: Integers) -> None:
@@ -24,20 +25,20 @@ def freeze_columns(where: str, value: Any, integers: Integers) -> None:
 
     Args:
         where: name of the class, which opens the error message.
-        value: the dataclass; fields of type bool are no columns, nor are those that are None by default.
+        value: the dataclass; fields of `NOT_COLUMNS` are no columns, nor are those that are None by default.
         integers: columns of whole numbers.
 
     Raises:
         TypeError: if a column is no array or list of numbers, or of another dtype than the others.
         ValueError: if a whole number does not fit the dtype of its column.
     """
-    columns = {f.name: getattr(value, f.name) for f in fields(value) if f.type is not bool}
+    columns = {f.name: getattr(value, f.name) for f in fields(value) if f.type not in NOT_COLUMNS}
     given = (c.dtype for name, c in columns.items() if isinstance(c, np.ndarray) and name not in integers)
     dtype_of_rest = next((dtype for dtype in given if dtype.kind == "f"), np.dtype(np.float32))
     dtypes = {}
     for f in fields(value):
         column = columns.get(f.name)
-        if (column is None and f.default is None) or f.type is bool:
+        if (column is None and f.default is None) or f.type in NOT_COLUMNS:
             continue
         column = _array_of(where, f.name, column, np.dtype(integers.get(f.name, dtype_of_rest)))
         if f.name not in integers:
@@ -111,7 +112,7 @@ def check_finite(where: str, value: Any) -> None:
     """Refuse NaN and infinity by column and row. A finite sum proves a column finite without a mask."""
     for f in fields(value):
         column = getattr(value, f.name)
-        if column is None or f.type is bool:
+        if column is None or f.type in NOT_COLUMNS:
             continue
         with np.errstate(over="ignore", invalid="ignore"):
             is_finite = np.isfinite(column.sum())

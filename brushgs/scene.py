@@ -72,6 +72,9 @@ class Gaussians:
             taken keep theirs.
         regions: [N] uint8, the part of the scene that each belongs to: 0 elsewhere, else the number of its
             rule, from 1, see `brushgs.options.rules`; None where all is treated alike.
+        finest: >= 0, standard deviation of the finest line that pictures show from the distance that strokes
+            are made for, world units: passes take thinner Gaussians for that, see `brushgs.passes.finest`.
+            None where no view is known: passes then take the distance of 2.4 radii. `render` ignores it.
 
     Raises:
         TypeError: if a column holds no numbers, or dtypes differ; or `brushes`, `ids` or `regions` hold other
@@ -96,6 +99,7 @@ class Gaussians:
     brushes: NDArray[np.uint8] | None = field(default=None, kw_only=True)  # [N]
     ids: NDArray[np.int32] | None = field(default=None, kw_only=True)  # [N]
     regions: NDArray[np.uint8] | None = field(default=None, kw_only=True)  # [N]
+    finest: float | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         freeze_columns("Gaussians", self, _GAUSSIAN_INTEGERS)
@@ -116,6 +120,8 @@ class Gaussians:
             check_rows("Gaussians", "scales", "be >= 0", np.any(self.scales < 0, axis=1))
         outside = (self.opacities < 0) | (self.opacities > 1)
         check_rows("Gaussians", "opacities", "lie in 0 to 1 (decoded, not logits)", outside)
+        if self.finest is not None and not 0 <= self.finest < np.inf:
+            raise ValueError(f"Gaussians: finest must be >= 0 and finite, got {self.finest}")
         if not self.quats[:, 0].all():
             check_rows("Gaussians", "quats", "have a length above zero", np.asarray(~self.quats.any(axis=1)))
 

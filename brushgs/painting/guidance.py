@@ -4,7 +4,7 @@ All of it belongs to the job, not to a frame: a frame that is painted alone has 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from brushgs.options.focus import Focus
@@ -46,6 +46,14 @@ class Guidance:
     ) -> "F64 | None":
         """The factors of a focus, see `place_focus`."""
         return place_focus(gaussians, focus, self.camera, self.first_view, report, num_threads=num_threads)
+
+    def with_finest(self, gaussians: Gaussians) -> Gaussians:
+        """Gaussians with `finest`, the finest line that the views show; as they are where there are none."""
+        if self.views is None:
+            return gaussians
+        from brushgs.passes.finest import finest_of
+
+        return replace(gaussians, finest=finest_of(gaussians, self.views.cameras))
 
 
 def open_guidance(

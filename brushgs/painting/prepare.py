@@ -298,6 +298,7 @@ def prepare(
                 with_ring=not is_for_view,
             ),
         )
+    gaussians = recall("finest", (gaussians, guidance.views), partial(guidance.with_finest, gaussians))
     lines, line_brushes = None, None
     if cameras and skip is None and not merges_later:
         lines, line_brushes = recall(

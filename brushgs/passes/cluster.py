@@ -8,7 +8,7 @@ strokes get the colours that are seen at their places.
 
 import operator
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Literal, get_args
 
@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import check
 from brushgs.options.choices import Features, Merge, Method
-from brushgs.passes.contribution import contributions, projected_areas, visible_shares
+from brushgs.passes.contribution import contributions, seen_areas, visible_shares
 from brushgs.passes.detail import color_detail
 from brushgs.passes.features import cluster_features
+from brushgs.passes.finest import finest_of
 from brushgs.passes.lloyd import Clusters, lloyd
 from brushgs.passes.merge import OVERLAP, merge_clusters
 from brushgs.passes.minibatch import minibatch
@@ -173,6 +174,8 @@ def group(
         return Grouping(labels, num, "none", reason, 0, 0.0, gaussians)
     chosen, reason = choose_method(num, num_strokes) if method == "auto" else (method, "asked for")
     plain = None if views is None else PlainViews.of(gaussians, views)
+    cameras = None if plain is None else plain.cameras
+    gaussians = replace(gaussians, finest=finest_of(gaussians, cameras))  # the same for all that is merged
     seen = None if plain is None else seen_in(gaussians, plain)
     if plain is not None and seen is not None:
         return _group_seen(
@@ -216,7 +219,7 @@ def _group_seen(
     gaussians, weights = seen.gaussians, seen.weights(focus)
     points = _points(gaussians, features, motion)
     # Merged colours are weighed by opacity x area x this: by what is seen.
-    largest = gaussians.opacities * projected_areas(gaussians.scales)
+    largest = gaussians.opacities * seen_areas(gaussians)
     visible = np.maximum(seen.areas / np.maximum(largest, largest.max() * 1e-12), 1e-12)
     first = max(1, round(FIRST_SHARE * num_strokes))
     found = STARTS[method](points, weights, first, seed=seed)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from brushgs.arrays import Array
 from brushgs.native import core as _core
 from brushgs.passes.extent import robust_frame
+from brushgs.passes.finest import finest_of, seen_scales
 from brushgs.passes.morton import morton_order
 from brushgs.passes.row_blocks import blocks_of, for_blocks
 from brushgs.scene import Gaussians
@@ -56,15 +57,20 @@ def _areas(scales: Array) -> NDArray[np.float64]:
     return np.asarray(mean ** (1 / THOMSEN) * unit**2)
 
 
+def seen_areas(gaussians: Gaussians) -> NDArray[np.float64]:
+    """`projected_areas` as pictures show them, see `finest`, [N] float64, world units squared over pi."""
+    return projected_areas(seen_scales(gaussians.scales, finest_of(gaussians)))
+
+
 def contributions(gaussians: Gaussians, visible: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
-    """Opacity x mean projected area x visible share, [N] float64, world units squared over pi.
+    """Opacity x mean area as it is seen x visible share, [N] float64, world units squared over pi.
 
     Args:
         gaussians: N Gaussians.
         visible: [N] their `visible_shares`, if known.
     """
     shares = visible_shares(gaussians) if visible is None else visible
-    return np.asarray(gaussians.opacities * projected_areas(gaussians.scales) * shares)
+    return np.asarray(gaussians.opacities * seen_areas(gaussians) * shares)
 
 
 def visible_shares(gaussians: Gaussians) -> NDArray[np.float64]:
@@ -83,7 +89,7 @@ def visible_shares(gaussians: Gaussians) -> NDArray[np.float64]:
     center, radius = robust_frame(gaussians.means)
     points = np.clip((gaussians.means - center) / radius, -FARTHEST, FARTHEST)
     column = 2.0 / CELLS
-    areas = projected_areas(gaussians.scales) / radius**2
+    areas = seen_areas(gaussians) / radius**2
     painted = 2 * np.pi * gaussians.opacities * areas / column**2  # 2 pi s^2: integral of the kernel
     depths = -np.log1p(-np.minimum(painted, ALMOST_OPAQUE))  # optical depth
     lines = LINES / np.linalg.norm(LINES, axis=1, keepdims=True)

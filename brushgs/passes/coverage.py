@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Rows
 from brushgs.native import core as _core
+from brushgs.passes.finest import finest_of, seen_scales
 from brushgs.passes.gaps import squared_distances
 from brushgs.passes.neighbours import nearest
 from brushgs.quats import rotation_matrices
@@ -28,7 +29,7 @@ class Coverage:
 
     Attributes:
         means: [k, 3].
-        scales: [k, 3] ascending.
+        scales: [k, 3] ascending, as pictures show them (see `finest`).
         axes: [k, 3, 3] as columns, in the order of the scales.
         sizes: [k] root of the product of the two largest scales, world units.
         neighbors: [k, n] int32, nearest first, n = 16 or k - 1 where that is less.
@@ -44,7 +45,8 @@ class Coverage:
     def of(cls, strokes: Gaussians) -> "Coverage":
         """Find the neighbours of k strokes."""
         order = np.argsort(strokes.scales, axis=1)
-        scales = np.take_along_axis(strokes.scales, order, axis=1).astype(np.float64)
+        seen = seen_scales(strokes.scales, finest_of(strokes))
+        scales = np.take_along_axis(seen, order, axis=1).astype(np.float64)
         axes = np.take_along_axis(rotation_matrices(strokes.quats), order[:, None, :], axis=2)
         means = strokes.means.astype(np.float64)
         sizes = np.sqrt(scales[:, 1]) * np.sqrt(scales[:, 2])

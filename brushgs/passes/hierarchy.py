@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.passes.cluster import CONTRIBUTION_POWER, Grouping
-from brushgs.passes.contribution import projected_areas
+from brushgs.passes.contribution import seen_areas
 from brushgs.passes.features import cluster_features
 from brushgs.passes.lloyd import lloyd
 from brushgs.passes.pure import keep_pure
@@ -42,7 +42,7 @@ class Hierarchy:
         num_cut = len(parents)
         while (count := int(into.max(initial=0)) + 1) > FACTOR * FEWEST:
             strokes = grouping.merged("cover", into)
-            paint = strokes.opacities * projected_areas(strokes.scales)
+            paint = strokes.opacities * seen_areas(strokes)
             weights = np.maximum(paint / max(float(paint.max()), 1e-300), 1e-9) ** CONTRIBUTION_POWER
             points = cluster_features(strokes)
             found = lloyd(points, weights, count // FACTOR, seed=seed)

@@ -3,7 +3,8 @@
 Two rules. "paper" is the published one: plain means, and a scale that grows with the number of members.
 With "cover" the merged Gaussian paints what its members painted, where they painted it:
 
-- Members, and so their mean, are weighted by opacity x mean projected area.
+- Members, and so their mean, are weighted by opacity x mean projected area. Areas are those that pictures
+  show (see `finest`): a needle is as wide as the low-pass of the renderer.
 - The covariance follows the law of total variance, within + between. The part between is multiplied by
   `overlap`, so that neighbouring strokes overlap as paint does, and by more where a single layer of strokes
   would leave gaps (see `gaps`); a lone member keeps its covariance.
@@ -25,6 +26,7 @@ from numpy.typing import NDArray
 from brushgs.arrays import F64, Array, Rows, check
 from brushgs.options.choices import Merge
 from brushgs.passes.contribution import projected_areas, visible_shares
+from brushgs.passes.finest import finest_of, seen_scales
 from brushgs.passes.gaps import growth
 from brushgs.passes.groups import Groups, compacted
 from brushgs.passes.row_blocks import MOST_THREADS, blocks_of
@@ -90,7 +92,8 @@ def merge_clusters(
     regions = gaussians.regions
     if regions is not None:
         regions = regions[groups.firsts]
-    return replace(merged, scales=scales, antialiased=gaussians.antialiased, regions=regions).astype(dtype)
+    kept = {"antialiased": gaussians.antialiased, "finest": gaussians.finest, "regions": regions}
+    return replace(merged, scales=scales, **kept).astype(dtype)
 
 
 def _paper(gaussians: Gaussians, labels: NDArray[np.int32], groups: Groups) -> Gaussians:
@@ -114,16 +117,17 @@ def _cover(
     overlap: float | None,
     visible: F64 | None,
 ) -> Gaussians:
-    num = len(groups)
-    areas = projected_areas(gaussians.scales)
+    num, finest = len(groups), finest_of(gaussians)
+    areas = projected_areas(seen_scales(gaussians.scales, finest))
     shares = shares_by_label(gaussians.opacities * areas, labels, num)
     means = groups.sums(gaussians.means, shares)
     within, between = covariances(gaussians, means, shares, labels)
     scales, _ = principal_axes(within + between)
-    opacities = stopped(gaussians.opacities, areas, projected_areas(scales), labels)
+    footprints = projected_areas(seen_scales(scales, finest))
+    opacities = stopped(gaussians.opacities, areas, footprints, labels)
     scales, rotations = principal_axes(within + (overlap or OVERLAP) * between)
     if overlap is None:
-        more = growth(means, scales, rotations, opacities)
+        more = growth(means, seen_scales(scales, finest), rotations, opacities)
         rows = np.flatnonzero(more)
         covars = within[rows] + (OVERLAP + more[rows, None, None]) * between[rows]
         scales[rows], rotations[rows] = principal_axes(covars)

@@ -14,7 +14,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from brushgs.passes.contribution import projected_areas
 from brushgs.passes.coverage import Coverage
+from brushgs.passes.finest import finest_of, seen_scales
 from brushgs.scene import Gaussians
 
 STRENGTH = 1.0  # 0.7 is 0.1 dB better on koala and 0.1 worse on biker and skull, but less crisp
@@ -53,6 +55,11 @@ def solidify(strokes: Gaussians, strength: float = STRENGTH) -> Gaussians:
     gains = 1 + strength * stopped * (1 - opacities)  # of opacity; at most 2
     dtype = strokes.means.dtype
     scales = strokes.scales / np.sqrt(gains)[:, None]
+    finest = finest_of(strokes)
+    before, after = seen_scales(strokes.scales, finest), seen_scales(scales, finest)
+    if after is not scales:  # a line gets shorter, but not thinner
+        rows = np.flatnonzero((after != scales).any(axis=1))
+        gains[rows] = projected_areas(before[rows]) / projected_areas(after[rows])
     return replace(
         strokes, scales=scales.astype(dtype), opacities=np.minimum(opacities * gains, 1).astype(dtype)
     )

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from brushgs.passes.contribution import projected_areas
+from brushgs.passes.contribution import projected_areas, seen_areas
 from brushgs.passes.merge import merge_clusters, principal_axes
 from tests.passes.scenes import assert_same, columns_of, covariances, random_gaussians, replaced
 
@@ -115,7 +115,7 @@ def test_more_rows_than_a_block_merge_like_few():
     """Covariances are summed block by block; a block border must not show."""
     scene, labels = random_gaussians(70_000, size=0.01), random_labels(70_000, 3)
     merged = merge_clusters(scene, labels, overlap=1.0)
-    weights, of = scene.opacities * projected_areas(scene.scales), labels == 1
+    weights, of = scene.opacities * seen_areas(scene), labels == 1
     expected = np.average(covariances(scene)[of], axis=0, weights=weights[of])
     expected += np.cov(scene.means[of].T, aweights=weights[of], ddof=0)
     np.testing.assert_allclose(covariances(merged)[1], expected, rtol=1e-9, atol=1e-9)

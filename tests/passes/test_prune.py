@@ -69,9 +69,8 @@ def test_paper_weight_drops_black_first_and_contribution_does_not():
     scene = random_gaussians(50, spread=100.0)  # far apart: nothing hides anything
     sh = np.zeros((50, 1, 3))
     sh[:25] = -10.0  # black
-    scales = np.where(np.arange(50)[:, None] < 25, 1.0, 0.1) * np.ones(
-        3
-    )  # 100 times the area: beyond the spread
+    # 100 times the area, beyond the spread, and none so small that pictures show it larger.
+    scales = np.where(np.arange(50)[:, None] < 25, 10.0, 1.0) * np.ones(3)
     scene = replaced(scene, sh=sh, scales=scales, opacities=np.ones(50))
     assert rows_of(prune(scene, 0.5, weight="paper"), scene) == list(range(25, 50))
     assert rows_of(prune(scene, 0.5, weight="contribution"), scene) == list(range(25))

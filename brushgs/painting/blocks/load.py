@@ -69,7 +69,8 @@ def load_in_blocks(
     report = report or Report()
     report.expect(len(survey.blocks), "blocks")
     waiting = Waiting(workers.workers_timeout, report.tell)
-    work = SumBlock(opened, survey.frame, most, block_rows)
+    antialiased = notes.training == "antialiased"
+    work = SumBlock(opened, survey.frame, most, block_rows, antialiased=antialiased)
     table, dropped = CellTable(most), [Dropped() for _ in files]
     for result in parallel_map(work, survey.blocks, jobs=jobs, scheduler=workers.scheduler, waiting=waiting):
         dropped[result.file].add(result.dropped)
@@ -77,7 +78,7 @@ def load_in_blocks(
         report.advance()
     for file, some in zip(files, dropped, strict=True):
         some.report(file.path, file.num_rows)
-    gaussians = merged_of(table, survey.frame, antialiased=notes.training == "antialiased")
+    gaussians = merged_of(table, survey.frame, antialiased=antialiased)
     num_dropped = sum(some.num_rows for some in dropped)
     return gaussians, replace(
         notes,

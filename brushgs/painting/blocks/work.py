@@ -56,10 +56,14 @@ class SumBlock:
         frame: see `cell_sums`.
         most: cells of a whole scene.
         block_rows: rows in memory at a time.
+        antialiased: how the scene was trained.
     """
 
-    def __init__(self, files: OpenFiles, frame: SceneFrame, most: int, block_rows: int) -> None:
+    def __init__(
+        self, files: OpenFiles, frame: SceneFrame, most: int, block_rows: int, *, antialiased: bool
+    ) -> None:
         self.files, self.frame, self.most, self.block_rows = files, frame, most, block_rows
+        self.antialiased = antialiased
 
     def __call__(self, block: Block) -> BlockSums:
         """Read the rows of a block, a whole file if it must be, and sum them up."""
@@ -68,7 +72,7 @@ class SumBlock:
         for columns, some in read_blocks(rows, block.start, block.stop, self.block_rows):
             dropped.add(some)
             drop_zero_bands(columns)
-            table.add(*cell_sums(columns.gaussians(), self.frame))
+            table.add(*cell_sums(columns.gaussians(antialiased=self.antialiased), self.frame))
         return BlockSums(block.file, CellSums(*table.take()), dropped)
 
 

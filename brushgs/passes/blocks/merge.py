@@ -1,13 +1,15 @@
 """The blocks of one scene are merged: first each of them for itself, then what they gave."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 from brushgs.arrays import F64
 from brushgs.passes.blocks.cells import Keys, cell_keys
 from brushgs.passes.blocks.moments import gaussians_of, moments_of
 from brushgs.passes.blocks.table import CellTable, sums_by_cell
-from brushgs.passes.contribution import projected_areas
+from brushgs.passes.contribution import seen_areas
 from brushgs.passes.features import SceneFrame
+from brushgs.passes.finest import usual_finest
 from brushgs.scene import Gaussians
 
 
@@ -25,7 +27,8 @@ def cell_sums(gaussians: Gaussians, frame: SceneFrame) -> CellSums:
         gaussians: any rows of a scene.
         frame: centre and radius of the whole scene, see `robust_frame`, or about; the same for all blocks.
     """
-    keys = cell_keys(gaussians, projected_areas(gaussians.scales), frame)
+    gaussians = replace(gaussians, finest=usual_finest(frame[1]))
+    keys = cell_keys(gaussians, seen_areas(gaussians), frame)
     return CellSums(*sums_by_cell(keys, moments_of(gaussians, frame[0])))
 
 
@@ -40,4 +43,5 @@ def merged_of(table: CellTable, frame: SceneFrame, *, antialiased: bool = False)
         frame: that these were made with.
         antialiased: how the scene was trained.
     """
-    return gaussians_of(table.take()[1], frame[0], antialiased=antialiased)
+    finest = 0.0 if antialiased else usual_finest(frame[1])
+    return gaussians_of(table.take()[1], frame[0], finest, antialiased=antialiased)

@@ -9,7 +9,8 @@ computed for members all alike, of the mean opacity and the mean share of the fo
 import numpy as np
 
 from brushgs.arrays import F32, F64, Array
-from brushgs.passes.contribution import projected_areas
+from brushgs.passes.contribution import projected_areas, seen_areas
+from brushgs.passes.finest import seen_scales
 from brushgs.passes.merge import principal_axes
 from brushgs.quats import quats_of, rotation_matrices
 from brushgs.scene import Gaussians
@@ -29,11 +30,11 @@ def moments_of(gaussians: Gaussians, center: F64) -> F64:
     """What each Gaussian adds to the sums of its cell, [12 + 3 k, N].
 
     Args:
-        gaussians: N Gaussians with k terms of spherical harmonics.
+        gaussians: N Gaussians with k terms of spherical harmonics, with `finest`.
         center: [3] what positions are relative to, world units.
     """
     num, sh = len(gaussians), gaussians.sh
-    areas = np.maximum(projected_areas(gaussians.scales), LEAST_AREA)
+    areas = np.maximum(seen_areas(gaussians), LEAST_AREA)
     weights = np.maximum(gaussians.opacities, LEAST_OPACITY) * areas
     sums = np.empty((COLOR + 3 * sh.shape[1], num))
     sums[WEIGHT], sums[AREA], sums[WEIGHTED_AREA] = weights, areas, weights * areas
@@ -49,12 +50,13 @@ def moments_of(gaussians: Gaussians, center: F64) -> F64:
     return sums
 
 
-def gaussians_of(sums: F64, center: F64, *, antialiased: bool) -> Gaussians:
+def gaussians_of(sums: F64, center: F64, finest: float, *, antialiased: bool) -> Gaussians:
     """The Gaussian that each column of sums merges, float32.
 
     Args:
         sums: [12 + 3 k, n], each column the sum of one or more of `moments_of`.
         center: [3] of these.
+        finest: of these, see `finest_of`.
         antialiased: how the Gaussians were trained.
     """
     num, num_terms = sums.shape[1], (len(sums) - COLOR) // 3
@@ -63,12 +65,12 @@ def gaussians_of(sums: F64, center: F64, *, antialiased: bool) -> Gaussians:
     ]
     for first in range(0, num, ROWS_AT_A_TIME):
         rows = slice(first, first + ROWS_AT_A_TIME)
-        for column, values in zip(columns, _merged(sums[:, rows], center), strict=True):
+        for column, values in zip(columns, _merged(sums[:, rows], center, finest), strict=True):
             column[rows] = values
     return Gaussians(*columns, antialiased=antialiased)
 
 
-def _merged(sums: F64, center: F64) -> tuple[Array, Array, Array, Array, Array]:
+def _merged(sums: F64, center: F64, finest: float) -> tuple[Array, Array, Array, Array, Array]:
     """Means, quaternions, scales, opacities and spherical harmonics of some columns."""
     away, second, colors = (sums[some] / sums[WEIGHT] for some in (FIRST, SECOND, slice(COLOR, None)))
     covars = np.empty((sums.shape[1], 3, 3))
@@ -80,7 +82,7 @@ def _merged(sums: F64, center: F64) -> tuple[Array, Array, Array, Array, Array]:
         away.T + center,
         quats_of(rotations),
         scales,
-        _opacities(sums, np.maximum(projected_areas(scales), LEAST_AREA)),
+        _opacities(sums, np.maximum(projected_areas(seen_scales(scales, finest)), LEAST_AREA)),
         colors.T.reshape(len(scales), -1, 3),
     )
 

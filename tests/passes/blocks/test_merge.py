@@ -1,11 +1,14 @@
 """Scenes that are merged in blocks do not depend on the blocks, and paint what the scene paints."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from brushgs.passes.blocks.merge import cell_sums, merged_of
 from brushgs.passes.blocks.moments import gaussians_of, moments_of
 from brushgs.passes.blocks.table import CellTable
+from brushgs.passes.finest import finest_of
 from brushgs.passes.merge import merge_clusters
 from tests.passes.scenes import columns_of, covariances, random_gaussians, replaced
 
@@ -26,7 +29,9 @@ def merged(scene, most, block_rows, order=None):
 
 def one_of(scene):
     """All of a scene as one Gaussian."""
-    return gaussians_of(moments_of(scene, FRAME[0]).sum(axis=1, keepdims=True), FRAME[0], antialiased=False)
+    scene, finest = replace(scene, finest=finest_of(scene)), finest_of(scene)
+    sums = moments_of(scene, FRAME[0]).sum(axis=1, keepdims=True)
+    return gaussians_of(sums, FRAME[0], finest, antialiased=False)
 
 
 @pytest.mark.parametrize("most", [150, 1000, 4000])

@@ -1,0 +1,110 @@
+"""What is thinner than the low-pass of the renderer is weighed by what pictures show of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from brushgs.passes.cluster import cluster
+from brushgs.passes.contribution import projected_areas, seen_areas
+from brushgs.passes.extent import robust_frame
+from brushgs.passes.finest import finest_of, seen_scales
+from brushgs.passes.prune import prune
+from brushgs.passes.solid import solidify
+from brushgs.rendering.render import render
+from brushgs.scene import Camera
+from tests.passes.scenes import assert_same, random_gaussians, replaced
+from tests.stiff.shapes import ball
+
+PIXEL = np.sqrt(0.3)  # standard deviation of the low-pass
+
+
+def camera(eye=(0, 0, -6.0), target=(0, 0, 0), *, width=320, height=240):
+    return Camera.look_at(eye, target, width=width, height=height, near=1e-3)
+
+
+def test_the_finest_line_is_the_low_pass_at_the_distance_of_the_scene_whatever_the_size_of_the_picture():
+    scene = random_gaussians(500)
+    center, _ = robust_frame(scene.means)
+    view = camera(center + np.array((0, 0, -6.0)), center)
+    expected = PIXEL * 6.0 / view.resized(960, 720).K[1, 1]
+    for width, height in ((960, 720), (400, 300), (80, 60)):
+        assert finest_of(scene, [view.resized(width, height)]) == pytest.approx(expected)
+
+
+def test_the_median_of_several_views_counts_and_a_camera_in_the_middle_looks_half_a_radius_far():
+    scene = random_gaussians(500)
+    center, radius = robust_frame(scene.means)
+    inside = camera(center, center + np.array((0, 0, 1.0)))
+    assert finest_of(scene, [inside]) == pytest.approx(
+        PIXEL * 0.5 * radius / inside.resized(960, 720).K[1, 1]
+    )
+    far, near = (camera(center + np.array((0, 0, -away)), center) for away in (60.0, 6.0))
+    assert finest_of(scene, [near, far, near]) == finest_of(scene, [near])
+
+
+def test_where_no_view_is_known_it_is_that_from_some_radii():
+    scene = random_gaussians(500)
+    center, radius = robust_frame(scene.means)
+    view = camera(center + np.array((0, 0, -2.4 * radius)), center)
+    assert finest_of(scene) == pytest.approx(finest_of(scene, [view]))
+    assert finest_of(replace(scene, finest=0.5), [view]) == 0.5
+    assert finest_of(replace(scene, antialiased=True), [view]) == 0  # it gets fainter in place of thicker
+
+
+def test_needles_and_points_are_as_thick_as_the_finest_line_and_discs_as_they_are():
+    scales = np.array([[1e-9, 1e-6, 5.0], [3.0, 1e-6, 1e-9], [1e-9, 2.0, 3.0], [1e-3, 1e-4, 1e-3]])
+    expected = np.array([[1, 1, 5], [3, 1, 1], [1e-9, 2, 3], [1, 1, 1]])
+    np.testing.assert_allclose(seen_scales(scales, 1.0), expected, rtol=0, atol=2e-3)
+    thick = scales[2:3]
+    assert seen_scales(thick, 1.0) is thick
+
+
+@given(st.floats(0, 1), st.floats(1, 100))
+def test_areas_change_without_a_jump_as_a_disc_narrows_to_a_needle(thin, long):
+    def area(middle):
+        return projected_areas(seen_scales(np.array([[thin * middle, middle, long]]), 1.0))[0]
+
+    assert area(1 - 1e-9) == pytest.approx(area(1.0), rel=1e-6)
+
+
+@pytest.mark.parametrize("scales", [(1e-6, 1e-6, 1.0), (1e-6, 1e-6, 1e-6), (0.2, 0.2, 1.0), (1e-6, 0.5, 0.8)])
+def test_pictures_show_that_area_on_the_average_over_views(scales):
+    """Faint, so that what a picture shows is in proportion. The formula is within a fifth."""
+    one = replaced(
+        random_gaussians(1), means=np.zeros((1, 3)), scales=np.array([scales]), opacities=np.array([0.05])
+    )
+    painted, directions = [], np.random.default_rng(0).normal(size=(60, 3))
+    for direction in directions / np.linalg.norm(directions, axis=1, keepdims=True):
+        view = camera(20 * direction, width=400, height=400)
+        painted.append(render(one, view, "gaussian").alpha.sum(dtype=np.float64))
+    pixel = 20 / view.K[1, 1]
+    area = seen_areas(replace(one, finest=PIXEL * pixel))[0]
+    # The kernel ends at three standard deviations, and below 1/255 of alpha: a tenth or more of faint paint.
+    assert np.mean(painted) == pytest.approx(2 * np.pi * 0.05 * area / pixel**2, rel=0.25)
+
+
+def test_where_nothing_is_thinner_the_bits_stay():
+    scene = random_gaussians(300, size=0.3, dtype=np.float32)
+    for made in (prune, lambda g, n: cluster(g, round(n * 300))):
+        assert_same(made(scene, 0.2), made(replace(scene, finest=0.0), 0.2))
+    assert_same(solidify(scene), solidify(replace(scene, finest=0.0)))
+
+
+def test_paint_of_needles_stays_the_same_as_it_becomes_solid():
+    needles = replace(ball("needle", 1e6).take(slice(0, 400)), finest=2e-3)
+    needles = replace(needles, opacities=np.full(400, 0.4, np.float32))
+    solid = solidify(needles)
+    assert (solid.opacities > 1.01 * needles.opacities).mean() > 0.5
+    before, after = (one.opacities * seen_areas(one) for one in (needles, solid))
+    np.testing.assert_allclose(after, before, rtol=1e-5)
+
+
+def test_strokes_of_needles_do_not_depend_on_the_unit():
+    scene = ball("needle", 1e5)
+    strokes = cluster(scene, 200)
+    moved = replaced(scene, means=scene.means * 2.0**20, scales=scene.scales * 2.0**20)
+    np.testing.assert_array_equal(cluster(moved, 200).scales, strokes.scales * 2.0**20)
+    assert strokes.opacities.mean() > 0.1
