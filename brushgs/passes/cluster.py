@@ -19,7 +19,7 @@ from brushgs.arrays import check
 from brushgs.options.choices import Features, Merge, Method
 from brushgs.passes.contribution import contributions, seen_areas, visible_shares
 from brushgs.passes.detail import color_detail
-from brushgs.passes.features import cluster_features
+from brushgs.passes.features import cluster_features, spans_of
 from brushgs.passes.finest import finest_of
 from brushgs.passes.lloyd import Clusters, lloyd
 from brushgs.passes.merge import OVERLAP, merge_clusters
@@ -229,7 +229,15 @@ def _group_seen(
         return merge_clusters(gaussians, labels, overlap=OVERLAP, visible=visible)
 
     rounds = split(
-        found.labels, merged, points, weights, views, num_strokes, worth_keeping=worth_keeping, focus=focus
+        found.labels,
+        merged,
+        points,
+        spans_of(gaussians, points),
+        weights,
+        views,
+        num_strokes,
+        worth_keeping=worth_keeping,
+        focus=focus,
     )
     labels, parents = next(rounds), []
     for after in rounds:

@@ -7,6 +7,7 @@ from brushgs.arrays import Array
 from brushgs.options.choices import Features
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.row_blocks import for_blocks
+from brushgs.quats import rotation_matrices
 from brushgs.scene import Gaussians
 from brushgs.sh import base_colors
 
@@ -52,6 +53,17 @@ def cluster_features(
 
     for_blocks(fill, len(points))
     return points
+
+
+def spans_of(gaussians: Gaussians, points: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Half axes of Gaussians among their `cluster_features`, [N, 3, 3], as columns."""
+    spans = np.empty((len(gaussians), 3, 3), dtype=np.float32)
+
+    def fill(rows: slice) -> None:
+        spans[rows] = rotation_matrices(gaussians.quats[rows]) * points[rows, None, 3:6]
+
+    for_blocks(fill, len(points))
+    return spans
 
 
 def contracted(

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from brushgs.arrays import F32, F64, Array, Mask, Rows
 from brushgs.moving_scene import MovingScene
 from brushgs.passes.extent import robust_frame
+from brushgs.passes.finest import finest_of
 from brushgs.passes.follow.carry import NOBODY, Carrier
 from brushgs.passes.follow.known import known_around
 from brushgs.passes.follow.matter import Matter, sums_by_label
@@ -80,7 +81,8 @@ def follow_frames(
     ids = np.unique(np.concatenate([labels, strokes.ids]).astype(np.int64))
     born, origins = Born(len(ids)), np.zeros((0, 3))
     with Film() as film:
-        for moment in carried(scene, times, members.ids, np.searchsorted(ids, labels), len(ids)):
+        numbers, finest = np.searchsorted(ids, labels), finest_of(members)
+        for moment in carried(scene, times, members.ids, numbers, len(ids), finest=finest):
             film.add(moment.rows)
             born.add(moment, float(times[moment.at]))
             origins = moment.origins
@@ -114,7 +116,13 @@ class Moment:
 
 
 def carried(
-    scene: MovingScene, times: F64, rows: NDArray[np.integer[Any]], labels: Rows, num_strokes: int
+    scene: MovingScene,
+    times: F64,
+    rows: NDArray[np.integer[Any]],
+    labels: Rows,
+    num_strokes: int,
+    *,
+    finest: float | None = None,
 ) -> Iterator[Moment]:
     """The strokes at each moment.
 
@@ -124,11 +132,12 @@ def carried(
         rows: [n] of the first moment, of the Gaussians with a stroke.
         labels: [n] the strokes, 0 to `num_strokes` - 1.
         num_strokes: m of the first moment.
+        finest: of all moments, see `Gaussians`.
     """
     carrier: Carrier | None = None
     poses, frame = Poses.none(), robust_frame(np.zeros((0, 3)))
     for at, time in enumerate(times):
-        gaussians = scene.at(float(time))
+        gaussians = replace(scene.at(float(time)), finest=finest)
         if carrier is None or len(carrier.matter) == 0:  # the frame of the first moment that has any
             frame = robust_frame(gaussians.means)
         matter = Matter.of(gaussians, frame)

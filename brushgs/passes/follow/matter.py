@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from brushgs.arrays import F32, F64, Array, Mask, Rows
-from brushgs.passes.contribution import projected_areas
+from brushgs.passes.contribution import seen_areas
 from brushgs.passes.features import SceneFrame, cluster_features
 from brushgs.passes.lloyd import assign
 from brushgs.passes.morton import morton_order
@@ -23,7 +23,7 @@ class Matter:
         means: [n, 3] world units.
         axes: [n, 3, 3] columns: the own axes, as long as the standard deviations, the shortest first.
         spreads: [n] sum of the variances along the three axes, world units squared.
-        masses: [n] opacity x mean projected area, world units squared: what they paint.
+        masses: [n] opacity x mean area as it is seen, world units squared: what they paint.
         colors: [n, 3] RGB, 0 to 1.
         order: [n] rows along a curve on which neighbours in space are neighbours.
     """
@@ -48,7 +48,7 @@ class Matter:
             gaussians.means.astype(np.float64),
             axes * scales[:, None, :],
             np.einsum("ni,ni->n", scales, scales),
-            gaussians.opacities * projected_areas(gaussians.scales),
+            gaussians.opacities * seen_areas(gaussians),
             base_colors(gaussians.sh),
             morton_order(points[:, :3]) if len(points) else np.arange(0),
         )
