@@ -24,8 +24,9 @@ FEWEST_ROWS = 10  # with fewer nothing can be decided
 ALMOST_ALL = 0.999  # of the rows; the rest may be damaged
 SAMPLE = 20_000  # rows of the costly checks
 # Share of logits within 0 to 1: at most 0.24. Of rows with all three f_dc there: at most 0.19.
-# Difference between percentiles 1 and 99: equal values decide nothing.
-SPREAD_OPACITY, SPREAD_COLOR = 0.02, 0.25
+# Difference between percentiles 1 and 99 of one column: equal values decide nothing. Whole logits from 0 to
+# 20 are opacities of a half to all but 2e-9; none spread wider.
+SPREAD_OPACITY, SPREAD_COLOR, SPREAD_BYTES = 0.02, 0.25, 20.0
 BLINDING = 16.0  # largest f_dc of a real scene: 12.6
 # Median log of the longest axis over the distance to the nearest neighbour: -1.3 to 1.6.
 TYPICAL_LOG_SIZE = 0.6
@@ -38,6 +39,9 @@ FEWEST_FLAT = 100
 # Mean |cosine| of shortest axis and surface normal, wxyz minus xyzw: 0.08 to 0.41 (10 to 40 standard errors),
 # and the negative of that where the order is xyzw.
 LEAST_ALIGNMENT, LEAST_ERRORS = 0.03, 6.0
+# Mean |cosine| in the right order: 0.62 to 0.97. Of axes in disorder it is 0.5, and up to 0.63 where one
+# of the four numbers of rotations is always the same.
+LEAST_NORMAL, SURE_NORMAL = 0.6, 0.8
 
 
 @dataclass(frozen=True)
@@ -100,10 +104,11 @@ def linear_evidence(scales: Array, spacings: Array) -> float:
     return float(evidence)
 
 
-def order_evidence(quats: Array, log_scales: Array, neighbours: Array) -> tuple[float, float]:
+def order_evidence(quats: Array, log_scales: Array, neighbours: Array) -> tuple[float, float, float]:
     """Whether the shortest axes of flat Gaussians are normal to the surfaces as wxyz (above zero) or as xyzw.
 
-    The normal of a surface is the direction in which the neighbours of a point vary least.
+    The normal of a surface is the direction in which the neighbours of a point vary least. Points that are
+    all in one plane across an axis decide nothing.
 
     Args:
         quats: [n, 4] as stored, no row zero.
@@ -111,8 +116,11 @@ def order_evidence(quats: Array, log_scales: Array, neighbours: Array) -> tuple[
         neighbours: [n, k, 3] points around each.
 
     Returns:
-        Mean |cosine| of axis and normal as wxyz minus that as xyzw, and the same over its standard error.
+        Mean |cosine| of axis and normal as wxyz minus that as xyzw, the same over its standard error, and
+        that mean as xyzw.
     """
+    if (np.ptp(neighbours, axis=(0, 1)) == 0).any():
+        return 0.0, 0.0, 0.0
     points = neighbours.astype(np.float64)
     points -= points.mean(axis=1, keepdims=True)
     variances, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", points, points))
@@ -120,16 +128,17 @@ def order_evidence(quats: Array, log_scales: Array, neighbours: Array) -> tuple[
         flatness = np.subtract(*np.sort(log_scales, axis=1)[:, 1::-1].T)
     chosen = (flatness > np.log(FLAT)) & (variances[:, 0] < (1 - PLANAR) * variances[:, 1])
     if chosen.sum() < FEWEST_FLAT:
-        return 0.0, 0.0
+        return 0.0, 0.0, 0.0
     normals, shortest = axes[chosen, :, 0], log_scales[chosen].argmin(axis=1)
 
     def cosines(order: list[int]) -> NDArray[np.float64]:
         rotations = rotation_matrices(quats[chosen][:, order])
         return np.asarray(np.abs((rotations[np.arange(len(shortest)), :, shortest] * normals).sum(axis=1)))
 
-    gains = cosines([0, 1, 2, 3]) - cosines([3, 0, 1, 2])
+    as_xyzw = cosines([3, 0, 1, 2])
+    gains = cosines([0, 1, 2, 3]) - as_xyzw
     error = gains.std() / np.sqrt(len(gains))
-    return float(gains.mean()), float(gains.mean() / max(error, 1e-12))
+    return float(gains.mean()), float(gains.mean() / max(error, 1e-12)), float(as_xyzw.mean())
 
 
 def _usable_rows(columns: Columns) -> NDArray[np.int64]:
@@ -161,8 +170,9 @@ def _detect_order(
     logs = scales.astype(np.float64)
     if encoding.scales == "linear":
         logs = np.log(np.maximum(logs, TINY))
-    alignment, errors = order_evidence(quats, logs, neighbours)
-    if alignment > -LEAST_ALIGNMENT or errors > -LEAST_ERRORS:
+    alignment, errors, as_xyzw = order_evidence(quats, logs, neighbours)
+    least = SURE_NORMAL if (np.ptp(quats, axis=0) == 0).any() else LEAST_NORMAL
+    if alignment > -LEAST_ALIGNMENT or errors > -LEAST_ERRORS or as_xyzw < least:
         return encoding
     what = "rotations are stored as x, y, z, w: in this order flat Gaussians lie on the surfaces"
     add_finding("xyzw-quaternions", what, alignment=alignment, standard_errors=errors)
@@ -178,7 +188,10 @@ def _detect_opacities(values: Array, encoding: Encoding, add_finding: _AddFindin
                 "linear-opacities", "opacities are stored as 0 to 1, not as their logits", low=low, high=high
             )
             return replace(encoding, opacities="linear")
-    elif ((values >= 0) & (values <= 255) & (values == np.round(values))).mean() >= ALMOST_ALL:
+    elif (
+        high - low > SPREAD_BYTES
+        and ((values >= 0) & (values <= 255) & (values == np.round(values))).mean() >= ALMOST_ALL
+    ):
         add_finding(
             "byte-opacities", "opacities are stored as 0 to 255, not as their logits", low=low, high=high
         )
@@ -187,15 +200,17 @@ def _detect_opacities(values: Array, encoding: Encoding, add_finding: _AddFindin
 
 
 def _detect_colors(values: Array, encoding: Encoding, add_finding: _AddFinding) -> Encoding:
-    low, high = np.percentile(values, (1, 99))
+    lows, highs = np.percentile(values, (1, 99), axis=0)
+    low, high = lows.min(), highs.max()
+    spread = (highs - lows).max()  # of one channel: those of a plain colour differ from each other
     facts = {"low": float(low), "high": float(high)}
     if ((values >= 0) & (values <= 1)).all(axis=1).mean() >= ALMOST_ALL:
-        if high - low > SPREAD_COLOR:
+        if spread > SPREAD_COLOR:
             add_finding(
                 "linear-colors", "colours are stored as RGB of 0 to 1, not as SH coefficients", **facts
             )
             return replace(encoding, colors="rgb")
-    elif high > BLINDING and ((values >= 0) & (values <= 255)).all(axis=1).mean() >= ALMOST_ALL:
+    elif min(high, spread) > BLINDING and ((values >= 0) & (values <= 255)).all(axis=1).mean() >= ALMOST_ALL:
         add_finding("byte-colors", "colours are stored as RGB of 0 to 255, not as SH coefficients", **facts)
         return replace(encoding, colors="byte")
     return encoding

@@ -22,6 +22,7 @@ _OTHER_ENCODING = "reads the numbers in the usual way, and the picture is wrong"
 KINDS = {
     "non-finite-rows": Kind("drops the rows when it loads the file, and warns", "drops the rows"),
     "zero-quaternions": Kind("drops the rows when it loads the file, and warns", "drops the rows"),
+    "non-finite-colors": Kind("takes 0 for each such number when it loads the file, and warns", "writes 0"),
     "linear-scales": Kind(_OTHER_ENCODING, "takes the logarithms"),
     "linear-opacities": Kind(_OTHER_ENCODING, "takes the logits"),
     "byte-opacities": Kind(_OTHER_ENCODING, "divides by 255 and takes the logits"),

@@ -18,8 +18,14 @@ INVISIBLE = 0.5 / 255
 
 
 def check_dropped(dropped: Dropped, total: int) -> list[Finding]:
-    """Rows that cannot be drawn."""
+    """Rows that cannot be drawn, and numbers that count as zero."""
     findings = []
+    if dropped.zeroed is not None:
+        row, name, value = dropped.zeroed
+        what = f"rows hold view-dependent colours that are not finite (first: row {row}, {name} = {value:g})"
+        count = dropped.num_zeroed
+        facts = {"first_row": row, "column": name}
+        findings.append(Finding("non-finite-colors", "odd", count, count / total, what, facts))
     if dropped.broken is not None:
         row, name, value = dropped.broken
         what = f"rows hold values that cannot be drawn (first: row {row}, {name} = {value:g})"

@@ -110,10 +110,10 @@ def zero_bands(columns: Columns) -> Planted:
 
 
 def broken(columns: Columns, share: float = 0.01) -> Planted:
-    """NaN or infinity in one column of some rows."""
+    """NaN or infinity in one column of some rows, without which they cannot be drawn."""
     rng, rows = _some(columns, share, 3)
     new = {name: values.copy() for name, values in columns.items()}
-    names = [name for name in columns if name not in ("nx", "ny", "nz", "opacity", *SCALES)]
+    names = ["x", "y", "z", *QUATS, *BASE]
     for row in np.flatnonzero(rows):
         new[str(rng.choice(names))][row] = rng.choice([np.nan, np.inf, -np.inf])
     return Planted(new, rows, len(rows))

@@ -3,6 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import brushgs as bg
 import brushgs.io.scenes.fill
 import brushgs.io.scenes.ply_inria
 from brushgs import Gaussians, SceneError, SceneWarning
@@ -168,7 +169,6 @@ def test_extreme_logits_are_sound_at_both_ends(tmp_path: Path) -> None:
         ("scale_1", 100),
         ("opacity", np.nan),
         ("f_dc_1", np.nan),
-        ("f_rest_40", np.inf),
     ],
 )
 def test_a_row_that_cannot_be_drawn_is_dropped_and_named(tmp_path: Path, name: str, value: float) -> None:
@@ -187,7 +187,26 @@ def test_the_column_at_fault_has_its_name_in_the_file_though_bands_were_dropped(
     columns["f_rest_16"][:] = 1, 1, np.nan, 1, 1  # green, second term of degree 1
     path = write_scene(tmp_path / "a.ply", columns)
     with pytest.warns(SceneWarning, match="first: row 2, f_rest_16 = nan"):
-        assert load(path).sh_degree == 1
+        gaussians = load(path)
+    assert (len(gaussians), gaussians.sh_degree) == (5, 1)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_broken_view_dependent_coefficient_counts_as_zero_and_costs_no_row(
+    tmp_path: Path, value: float
+) -> None:
+    columns = scene_columns(50, degree=3)
+    sound = {name: column.copy() for name, column in columns.items()}
+    for row, name in ((7, "f_rest_40"), (31, "f_rest_0"), (31, "f_rest_44")):
+        columns[name][row], sound[name][row] = value, 0
+    path = write_scene(tmp_path / "a.ply", columns)
+    what = rf"a\.ply: in 2 of 50 rows view-dependent colours .* \(first: row 7, f_rest_40 = {value:g}\)"
+    with pytest.warns(SceneWarning, match=what):
+        gaussians, notes = read_scene(path)
+    assert (notes.rows_read, notes.rows_dropped) == (50, 0)
+    assert_is(gaussians, decoded(sound))
+    (finding,) = [one for one in bg.examine(path) if one.name == "non-finite-colors"]
+    assert (finding.severity, finding.count, finding.facts["column"]) == ("odd", 2, "f_rest_40")
 
 
 def test_values_beyond_float32_count_as_infinite(tmp_path: Path) -> None:

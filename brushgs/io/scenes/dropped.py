@@ -1,4 +1,7 @@
-"""Rows of a scene file that cannot be drawn: found, dropped, and reported in one sentence."""
+"""Rows of a scene file that cannot be drawn: found, dropped, and reported in one sentence.
+
+A view-dependent coefficient of colour that is not finite costs no row: it counts as 0, and is reported.
+"""
 
 import warnings
 from collections.abc import Iterable, Iterator
@@ -19,19 +22,23 @@ _MAX_LOG = np.log(np.finfo(np.float32).max)  # exp of a larger log-scale overflo
 
 @dataclass
 class Dropped:
-    """Rows of a file that were dropped.
+    """Rows of a file that were dropped, and numbers that count as zero.
 
     Attributes:
         num_broken: rows with NaN, or infinity where it has no meaning.
         broken: the first of them: row, column, value.
         num_unrotated: other rows whose quaternion is zero.
         unrotated: the first of them.
+        num_zeroed: rows with view-dependent coefficients that were not finite.
+        zeroed: the first of these: row, column, value.
     """
 
     num_broken: int = 0
     broken: tuple[int, str, float] | None = None
     num_unrotated: int = 0
     unrotated: int | None = None
+    num_zeroed: int = 0
+    zeroed: tuple[int, str, float] | None = None
 
     @property
     def num_rows(self) -> int:
@@ -44,9 +51,11 @@ class Dropped:
         self.num_unrotated += later.num_unrotated
         self.broken = self.broken or later.broken
         self.unrotated = later.unrotated if self.unrotated is None else self.unrotated
+        self.num_zeroed += later.num_zeroed
+        self.zeroed = self.zeroed or later.zeroed
 
     def report(self, path: Path, num_rows: int) -> None:
-        """Warn once of all dropped rows.
+        """Warn once of all dropped rows, and once of all that counts as zero.
 
         Args:
             path: the file.
@@ -55,6 +64,11 @@ class Dropped:
         Raises:
             SceneError: if all of them were dropped.
         """
+        if self.zeroed is not None:
+            row, name, value = self.zeroed
+            what = f"that are not finite count as 0 (first: row {row}, {name} = {value:g})"
+            warning = f"{path}: in {self.num_zeroed} of {num_rows} rows view-dependent colours {what}"
+            warnings.warn(SceneWarning(warning), stacklevel=3)
         reasons = []
         if self.broken is not None:
             row, name, value = self.broken
@@ -95,7 +109,7 @@ def drop_faults(block: Columns, first_row: int, num_rest: int) -> Dropped:
 def find_faults(
     block: Columns, first_row: int, num_rest: int, more: Faults = ()
 ) -> tuple[Mask | None, Dropped]:
-    """The rows of a block that cannot be drawn.
+    """The rows of a block that cannot be drawn; view-dependent coefficients that are not finite become zero.
 
     Args:
         block: see `drop_faults`.
@@ -118,14 +132,17 @@ def find_faults(
         broken |= is_bad
     unrotated = ~block.quats.any(axis=1) & ~broken
     is_bad = broken | unrotated
+    zeroed = _zero_rest(block, ~is_bad, first_row, num_rest)
     if not is_bad.any():
-        return None, Dropped()
-    return ~is_bad, Dropped(
+        return None, zeroed
+    dropped = Dropped(
         int(np.count_nonzero(broken)),
         None if first is None else (first[0] + first_row, *first[1:]),
         int(np.count_nonzero(unrotated)),
         first_row + int(np.argmax(unrotated)) if unrotated.any() else None,
     )
+    dropped.add(zeroed)
+    return ~is_bad, dropped
 
 
 def _is_sound(block: Columns) -> bool:
@@ -152,7 +169,15 @@ def _faults_of(block: Columns, num_rest: int) -> Iterator[tuple[str, F32, Mask]]
         yield f"scale_{index}", block.scales[:, index], ~(block.scales[:, index] < _MAX_LOG)
     yield "opacity", block.opacities, np.isnan(block.opacities)
     for channel in range(3):
-        for term in range(block.sh.shape[1]):
-            column = block.sh[:, term, channel]
-            name = f"f_rest_{channel * num_rest + term - 1}" if term else f"f_dc_{channel}"
-            yield name, column, ~np.isfinite(column)
+        yield f"f_dc_{channel}", block.sh[:, 0, channel], ~np.isfinite(block.sh[:, 0, channel])
+
+
+def _zero_rest(block: Columns, kept: Mask, first_row: int, num_rest: int) -> Dropped:
+    """Make view-dependent coefficients of rows that are `kept` zero where they are not finite, in place."""
+    is_bad = ~np.isfinite(block.sh[:, 1:]) & kept[:, None, None]
+    if not is_bad.any():
+        return Dropped()
+    row, term, channel = (int(index) for index in np.argwhere(is_bad)[0])
+    first = first_row + row, f"f_rest_{channel * num_rest + term}", float(block.sh[row, 1 + term, channel])
+    block.sh[:, 1:][is_bad] = 0
+    return Dropped(num_zeroed=int(np.count_nonzero(is_bad.any(axis=(1, 2)))), zeroed=first)
