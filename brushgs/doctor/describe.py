@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.cameras.framing import DEFAULT_UP, subject
+from brushgs.cameras.framing import subject
+from brushgs.doctor.estimates import estimate_up
 from brushgs.doctor.in_words import in_words
 from brushgs.doctor.part import describe_part
+from brushgs.doctor.scene_checks import position_digits
 from brushgs.errors import SceneWarning
 from brushgs.io import read_scene
 from brushgs.io.moving import open_moving
@@ -28,9 +30,10 @@ def describe(path: SceneFiles, where: WhereConfig | None = None, *, words: bool 
 
     Returns:
         Name -> number, text or list of numbers, ready for JSON. Percentiles are 1, 50 and 99; the size is
-        the standard deviation along the longest axis, the aspect the longest over the middle one. Of a moving
-        scene they are those of one moment, and there is more: its duration in seconds, the moments that its
-        files hold ("any" of a formula), whether rows correspond, and the share of Gaussians that rest.
+        the standard deviation along the longest axis, the aspect the longest over the middle one, digits are
+        those of `position_digits`. Of a moving scene they are those of one moment, and there is more: its
+        duration in seconds, the moments that its files hold ("any" of a formula), whether rows correspond,
+        and the share of Gaussians that rest.
 
     Raises:
         SceneError: if a file cannot be used.
@@ -52,7 +55,8 @@ def describe(path: SceneFiles, where: WhereConfig | None = None, *, words: bool 
         "sh_degree_used": notes.sh_degree_used,
         "training": notes.training,
         "not_read": ", ".join(notes.unknown) or "nothing",
-        "up": notes.up or f"not stated ({DEFAULT_UP} is assumed)",
+        "up": notes.up or f"not stated: {estimate_up(gaussians, None).what}",
+        "position_digits": round(position_digits(gaussians)[0], 1),
         "low": _floats(gaussians.means.min(axis=0)),
         "high": _floats(gaussians.means.max(axis=0)),
         "subject_low": _floats(points.min(axis=0)),

@@ -11,7 +11,7 @@ from brushgs.doctor.encodings import Diagnosis, detect_encoding
 from brushgs.doctor.estimates import estimate_unit, estimate_up
 from brushgs.doctor.findings import SEVERITIES, Finding
 from brushgs.doctor.row_checks import check_bands, check_copies, check_dropped, check_quats
-from brushgs.doctor.scene_checks import check_far, check_filling, check_light, check_needles
+from brushgs.doctor.scene_checks import check_digits, check_far, check_filling, check_light, check_needles
 from brushgs.errors import SceneError
 from brushgs.io.scenes.columns import Columns
 from brushgs.io.scenes.dropped import Dropped
@@ -94,7 +94,7 @@ def examine_file(path: SceneFiles, clean: Clean = "sure") -> Examination:
     copies = check_copies(gaussians, total)
     findings += copies + check_bands(gaussians)
     findings += _check_places(gaussians, copies, clean, total)
-    findings += check_light(gaussians, total)
+    findings += check_light(gaussians, total) + check_digits(gaussians, total)
     findings += [estimate_up(gaussians, notes.up), *estimate_unit(gaussians)]
     findings.sort(key=lambda finding: SEVERITIES.index(finding.severity))
     return Examination(source, notes, total, encoding, gaussians, findings)

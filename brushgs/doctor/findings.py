@@ -32,11 +32,13 @@ KINDS = {
     "duplicate-rows": Kind(
         "paints every copy: together they are more opaque than one", "keeps the first of each"
     ),
+    "coarse-positions": Kind("paints what is left of them", "changes nothing: the file does not hold more"),
     "far-outliers": Kind("paints them; framing and pruning ignore them", "drops the rows"),
     "screen-fillers": Kind("paints them, faded where they would cover the picture", "drops the rows"),
     "needles": Kind("paints them; merging keeps their covariance", "keeps them: some are real, as hair is"),
     "floaters": Kind(
-        "paints them; pruning drops those that add little", "drops those that are clearly detached"
+        "drops those that are clearly detached before it paints (--clean)",
+        "drops those that are clearly detached",
     ),
     "all-dark": Kind("paints it; pruning by contribution ignores brightness", "changes nothing"),
     "all-faint": Kind("paints it, as a haze", "changes nothing"),

@@ -190,3 +190,16 @@ def test_a_few_bright_rows_are_no_finding_and_many_small_ones_a_note(tmp_path: P
         bg.save(replace(scene, sh=sh, scales=scales), tmp_path / "a.ply")
         found = {f.name: f.severity for f in bg.examine(tmp_path / "a.ply")}
         assert found.get("over-bright") == severity
+
+
+@pytest.mark.parametrize(("offset", "severity"), [(1e3, None), (1e5, "odd"), (1e6, "fault"), (1e7, "fault")])
+def test_positions_too_far_from_the_origin_for_float32_are_told(
+    offset: float, severity: str | None, tmp_path: Path
+) -> None:
+    """Lengths of 0.01 to 0.1: at 1e5 steps are 0.008, at 1e6 0.06."""
+    away = replace(ball(), means=ball().means + np.float32(offset), scales=ball().scales * np.float32(0.5))
+    bg.save(away, tmp_path / "away.ply")
+    found = {one.name: one for one in bg.examine(tmp_path / "away.ply")}
+    assert getattr(found.get("coarse-positions"), "severity", None) == severity
+    if severity:
+        assert "digits left" in found["coarse-positions"].what

@@ -424,7 +424,9 @@ def test_describe_tells_what_a_scene_holds(scene, gaussians):
     facts = describe(scene)
     assert facts["gaussians"] == len(gaussians)
     assert facts["sh_degree"] == 3
-    assert facts["up"] == "not stated (-y is assumed)"
+    assert facts["up"].startswith("not stated: ")
+    (told,) = [one.what for one in bg.examine(scene) if one.name == "up-axis"]
+    assert facts["up"].endswith(told)
     np.testing.assert_allclose(facts["high"], gaussians.means.max(axis=0), rtol=1e-5)
     assert 0 < facts["dark_share"] < 1
     json.dumps(facts)
