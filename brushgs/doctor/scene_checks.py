@@ -83,8 +83,8 @@ def check_digits(gaussians: Gaussians, total: int) -> list[Finding]:
     if digits >= FEW_DIGITS:
         return []
     what = (
-        f"positions have {max(digits, 0):.1f} digits left: so far from the origin float32 holds them in steps "
-        f"of {step:.2g}, and Gaussians are {length:.2g} long; move the scene to the origin before it is exported"
+        f"positions have {max(digits, 0):.1f} digits left: they have steps of {step:.2g} so far from the "
+        f"origin, and Gaussians are {length:.2g} long; move the scene to the origin before it is exported"
     )
     severity: Severity = "fault" if digits < NO_DIGITS else "odd"
     facts = {"digits": round(digits, 2), "step": step, "length": length}
