@@ -28,7 +28,7 @@ from brushgs.painting.moments import check_strokes_output, write_strokes
 from brushgs.painting.outputs import input_files
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
-from brushgs.painting.strokes import name_of
+from brushgs.painting.strokes import name_of, open_palette, recolor_scene
 from brushgs.painting.where import rows_where
 from brushgs.refine.checkpoint import Checkpoint, describe_fit
 from brushgs.refine.painting_style import PaintingStyle, at_size, is_style, open_style
@@ -94,7 +94,7 @@ def refine_file(
             paint = replace(paint, palette=PaletteConfig(config.style))
     prepared = prepare(
         scene,
-        paint,
+        paint if config.where is None else replace(paint, palette=None),  # which is for that part alone
         report,
         needs_view=isinstance(scene, Clip),  # a film has one
         needs_background=False,
@@ -107,13 +107,11 @@ def refine_file(
 
     moving = prepared.moving
     motion, takes_light = (None, True) if moving is None else (moving.motion, moving.takes_light)
-    if prepared.palette is not None and paint.palette is not None:
-        from brushgs.passes.recolor import recolor
-
-        gaussians = recolor(gaussians, prepared.palette, paint.palette.strength)
+    moves = rows_where(prepared.strokes, config.where, view, report, what="strokes")
+    if paint.palette is not None:
+        prepared, gaussians = _recolored(prepared, moves, paint.palette, config, report)
     name = name_of(files, prepared.notes)
     shown_at = _shown_over_time(prepared, gaussians, paint)
-    moves = rows_where(prepared.strokes, config.where, view, report, what="strokes")
     is_laid = False
     if learnt is not None and config.params != "colour":
         prepared, moves, is_laid = _in_style(prepared, moves, learnt, shown_at, paint, config, output, report)
@@ -249,6 +247,23 @@ def _open_style(path: Path, report: Report) -> PaintingStyle:
             )
         stage.counts = {"path": str(path), "brushes": 0 if marks is None else len(marks.brushes)}
     return learnt
+
+
+def _recolored(
+    prepared: Prepared, moves: Mask | None, palette: PaletteConfig, config: RefineConfig, report: Report
+) -> tuple[Prepared, Gaussians]:
+    """Strokes, or those that may change, in the colours of a palette; and the scene they are fitted to."""
+    from brushgs.passes.recolor import recolor
+
+    gaussians, inside = prepared.whole_scene, None
+    if moves is not None:
+        opened, shares = open_palette(palette, report), moves.astype(np.float64)
+        strokes = recolor_scene(prepared.strokes, opened, palette, report, shares=shares)
+        prepared = replace(prepared, strokes=strokes, palette=opened)
+        rows = rows_where(gaussians, config.where, prepared.known_view, Report())
+        inside = None if rows is None else rows.astype(np.float64)
+    assert prepared.palette is not None, "it was opened"
+    return prepared, recolor(gaussians, prepared.palette, palette.strength, shares=inside)
 
 
 def _in_style(

@@ -34,8 +34,8 @@ def folder(tmp_path_factory):
     return folder
 
 
-def refine(folder, output, *options, style="painting.png"):
-    words = ["refine", folder / "scene.ply", "--style", folder / style, "-o", output, *SMALL, *options]
+def refine(folder, output, *options, style="painting.png", scene="scene.ply"):
+    words = ["refine", folder / scene, "--style", folder / style, "-o", output, *SMALL, *options]
     return cli.main([str(word) for word in words])
 
 
@@ -114,6 +114,28 @@ def test_outside_a_region_strokes_stay_as_they_were(folder, tmp_path):
     rows = {row.tobytes() for row in np.hstack([marked.means, marked.quats, marked.scales])}
     kept = np.hstack([colored.means, colored.quats, colored.scales])[outside]
     assert all(row.tobytes() in rows for row in kept)
+
+
+@pytest.mark.parametrize("how", [(), ("--params", "colour"), ("--palette", "painting.png")])
+def test_outside_a_region_rows_of_a_file_of_strokes_stay_as_they_were(folder, tmp_path, how):
+    """Places, rotations and colours bit for bit; sizes and opacities are written as logarithms once more."""
+    path, how = tmp_path / "strokes.ply", [str(folder / word) if "." in word else word for word in how]
+    assert cli.main(["cluster", str(folder / "scene.ply"), "--strokes", "150", "-o", str(path)]) == 0
+    shutil.copy(path, folder / "strokes.ply")
+    words = "--where", "half:1,0,0,0", *how
+    assert refine(folder, tmp_path / "w.ply", *words, style="out.style", scene="strokes.ply") == 0
+    before, after = bg.load(path), bg.load(tmp_path / "w.ply")
+
+    def rows(strokes):
+        return [row.tobytes() for row in np.hstack([strokes.means, strokes.quats, strokes.sh[:, 0]])]
+
+    outside = before.means[:, 0] < -0.01
+    assert 10 < outside.sum() < 140
+    left = {row: number for number, row in enumerate(rows(after))}
+    numbers = [left[row] for row in rows(before.take(outside))]
+    np.testing.assert_allclose(after.scales[numbers], before.scales[outside], rtol=3e-6)
+    np.testing.assert_allclose(after.opacities[numbers], before.opacities[outside], atol=1e-6)
+    assert not set(rows(before.take(~outside))) <= set(left)
 
 
 def test_a_style_file_does_without_its_painting(folder, tmp_path):
