@@ -267,8 +267,12 @@ def rolled(axes: NDArray[np.float64], roll: float) -> NDArray[np.float64]:
 
 
 def _size(points: NDArray[np.float64]) -> float:
-    """Diagonal of the bounds of points, > 0."""
-    return max(float(np.linalg.norm(np.ptp(points, axis=0))), 1e-6 * float(np.abs(points).max()), 1e-9)
+    """Diagonal of the bounds of points, > 0: at least a millionth of the way to the origin."""
+    return _positive(float(np.linalg.norm(np.ptp(points, axis=0))), points)
+
+
+def _positive(size: float, points: NDArray[np.float64]) -> float:
+    return max(size, 1e-6 * float(np.abs(points).max())) or 1e-9  # all at the origin
 
 
 def _corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -376,7 +380,7 @@ def fit_eye(points: NDArray[np.float64], tangents: NDArray[np.float64]) -> tuple
     xy, z = points[:, :2], points[:, 2:]
     high, low = (xy - tangents * z).max(axis=0), (-xy - tangents * z).max(axis=0)
     middle = 0.5 * (z.min() + z.max())
-    size = max(float(np.ptp(points, axis=0).max()), 1e-6 * float(np.abs(points).max()), 1e-9)
+    size = _positive(float(np.ptp(points, axis=0).max()), points)
     # A very wide lens could fit the points from among them: the eye stays in front of the nearest.
     in_front = min(middle - 0.5 * size, float(z.min()) - 0.05 * size)
     eye_z = min(float((-(high + low) / (2 * tangents)).min()), in_front)

@@ -188,7 +188,7 @@ def _ball_of(first_view: FirstView | None) -> _Ball:
     if first_view is None:
         return _Ball(np.zeros(3), 1.0)
     low, high = first_view.points.min(axis=0), first_view.points.max(axis=0)
-    return _Ball(0.5 * (low + high), max(0.5 * float((high - low).max()), 1e-9))
+    return _Ball(0.5 * (low + high), 0.5 * float((high - low).max()) or 1e-9)
 
 
 def _fitted(cameras: list[Camera], size: tuple[int, int], ball: _Ball) -> list[Camera]:

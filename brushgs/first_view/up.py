@@ -153,8 +153,9 @@ def _stability(heights: F64, level: F64, weights: F64) -> float:
     """
     lowest = level[heights <= np.quantile(heights, LOWEST)]
     low, high = np.quantile(lowest, (0.05, 0.95), axis=0)
-    center = (level * weights[:, None]).sum(axis=0) / max(weights.sum(), 1e-30)
-    widths = np.maximum(np.ptp(level, axis=0), 1e-6)
+    center = (level * weights[:, None]).sum(axis=0) / (weights.sum() or 1.0)
+    widths = np.ptp(level, axis=0)
+    widths = np.maximum(widths, 1e-6 * widths.max() or 1.0)
     return float((np.minimum(center - low, high - center) / widths).min())
 
 
@@ -164,7 +165,7 @@ def _foot(heights: F64, level: F64, weights: F64) -> float:
     mass = np.cumsum(weights[order])
     low, high = heights[order][np.searchsorted(mass, mass[-1] * np.array([0.01, 0.99]))]
     part = FOOT * (high - low)
-    whole = max(_footprint(level), 1e-9)
+    whole = _footprint(level) or 1.0
     lowest, highest = level[heights < low + part], level[heights > high - part]
     return (_footprint(lowest) - _footprint(highest)) / whole
 

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from brushgs.errors import SceneError
 from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.options.painting import (
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
 SMALL_SCENE = 256  # Gaussians that are kept where the number of strokes is yet to be chosen
 TRAINED = {"antialiased": "antialiased", "2dgs": "2DGS, flat discs"}  # in words
 MOST_NAMES = 6  # of columns that are not read
+SMALLEST, LARGEST = 1e-24, 1e24  # world units: beyond, float32 leaves pictures blank
 
 
 def load_scene(
@@ -85,10 +88,21 @@ def load_scene(
         }
         if is_larger:
             stage.counts["memory"] = budget.memory
+        _check_unit(gaussians, source)
         stage.details += notes.files
         if notes.sh_degree_used < notes.sh_degree_stored:
             stage.details.append(zero_degrees(notes.sh_degree_used, notes.sh_degree_stored))
     return gaussians, notes
+
+
+def _check_unit(gaussians: Gaussians, source: SceneSource) -> None:
+    """Refuse a scene in whose unit float32 has no room: by the largest number, or by the half of all rows."""
+    reach = np.maximum(np.abs(gaussians.means).max(axis=1), gaussians.scales.max(axis=1))
+    size = float(reach.max(initial=0))
+    if 0 < size < SMALLEST or (size > LARGEST and (size := float(np.median(reach))) > LARGEST):
+        limits = f"{SMALLEST:g} to {LARGEST:g}"
+        what = f"is {size:.2g} units large, and scenes of {limits} units can be painted"
+        raise SceneError(source.files()[0], f"{what}; scale it before it is exported")
 
 
 def not_read(columns: Sequence[str]) -> str:

@@ -220,7 +220,8 @@ def _group_seen(
     points = _points(gaussians, features, motion)
     # Merged colours are weighed by opacity x area x this: by what is seen.
     largest = gaussians.opacities * seen_areas(gaussians)
-    visible = np.maximum(seen.areas / np.maximum(largest, largest.max() * 1e-12), 1e-12)
+    visible = seen.areas / np.maximum(largest, largest.max() * 1e-12)
+    visible = np.maximum(visible, visible.max() * 1e-12)
     first = max(1, round(FIRST_SHARE * num_strokes))
     found = STARTS[method](points, weights, first, seed=seed)
     found = keep_pure(found, points, weights, gaussians, first)

@@ -32,7 +32,8 @@ def use_pigments(strokes: Gaussians, num_pigments: int, *, share: float = SHARE,
     if len(strokes) == 0:
         return strokes
     lab = oklab_of(base_colors(strokes.sh))
-    paint = np.sqrt(painted_areas(strokes)) + 1e-12  # not areas: accents keep their colours
+    paint = np.sqrt(painted_areas(strokes))  # not areas: accents keep their colours
+    paint += 1e-12 * (paint.max() or 1.0)
     points = (lab * (1, HUE, HUE)).astype(np.float32)
     labels = lloyd(points, paint, min(num_pigments, len(strokes)), seed=seed).labels
     totals = np.bincount(labels, paint)
