@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from brushgs.cameras.clumps import TAIL, heaviest_clump
 from brushgs.cameras.outline import outline
 from brushgs.scene import Camera, FirstView, Gaussians
 
@@ -35,7 +36,6 @@ FLAT_ELEVATION = radians(40.0)  # default where the subject is flat ground, seen
 FLAT_HEIGHT = 0.15  # of height over width: below, a subject is flat
 DEFAULT_FOV_Y = radians(50.0)
 MARGIN = 0.05  # share of the picture that is empty on each side of the subject
-TAIL = 0.007  # share of the opacity beyond each end of an axis that may be floaters
 TIP = 0.15  # interquartile ranges by which an ear or a chair leg may extend beyond those percentiles
 # A captured object spans 1.4 to 3.1 interquartile ranges, an object in surroundings (a truck on a plaza,
 # fruit in front of a wall) 3.9 and more: there only the middle is the subject.
@@ -284,9 +284,10 @@ def _corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.
 def subject(gaussians: Gaussians, *, is_whole: bool = False) -> tuple[NDArray[np.float64], bool]:
     """Where the subject of a scene is.
 
-    Quantiles are weighted by opacity; the unit is the largest interquartile range of the three axes. Along
-    each axis the subject lies between the quantiles `TAIL` and 1 - `TAIL`, widened by `TIP` units; where they
-    are more than `MAX_OBJECT_SPAN` units apart, within `SUBJECT_REACH` units of the median.
+    Of a scene in clumps it is in the heaviest. Quantiles are weighted by opacity; the unit is the largest
+    interquartile range of the three axes. Along each axis the subject lies between the quantiles `TAIL` and
+    1 - `TAIL`, widened by `TIP` units; where they are more than `MAX_OBJECT_SPAN` units apart, within
+    `SUBJECT_REACH` units of the median.
 
     Args:
         gaussians: N Gaussians.
@@ -297,6 +298,9 @@ def subject(gaussians: Gaussians, *, is_whole: bool = False) -> tuple[NDArray[np
         which are excluded.
     """
     means, weights = _sample(gaussians)
+    clump = heaviest_clump(means, weights)
+    if clump is not None:
+        means, weights = means[clump], weights[clump]
     at = (TAIL, 0.25, 0.5, 0.75, 1 - TAIL)
     low, q1, median, q3, high = np.transpose([weighted_quantiles(column, weights, at) for column in means.T])
     unit = (q3 - q1).max()

@@ -32,10 +32,10 @@ def paint_first_view(painting: Painting, camera: Camera) -> tuple[Frame, Weight]
         of_coat = fragments_of(coat, boxes, camera)
         areas, behind = areas + of_coat[0], behind + of_coat[1]
         if coat.name != BACKDROP:
-            shown.append((float(alpha.mean(dtype=np.float64)), len(boxes), boxes))
+            shown.append((float(alpha.mean(dtype=np.float64)), len(boxes), boxes, coat))
     if shown:
-        painted, _, boxes = max(shown, key=lambda one: one[:2])
-        warn_if_blank(boxes, camera, painted)
+        painted, _, boxes, coat = max(shown, key=lambda one: one[:2])
+        warn_if_blank(coat, boxes, camera, painted)
     weight = Weight(vertices, areas + behind, areas, int(is_painted.sum()), is_painted.size)
     return canvas.finish(painting.lamp), weight
 

@@ -14,6 +14,11 @@ if TYPE_CHECKING:
 
 MIN_SEEN = 0.2  # pixels; the plain picture without Gaussians that make up less is within 55 dB on five views
 STRONG_HELPS = 3e-4  # share of the painted area; where only "strong" drops so much more, the report says so
+SAMPLE = 20_000  # rows in which gaps between clumps are searched
+FAR_CLUMPS = (
+    "the scene lies in clumps so far apart that from one the others are dots; the heaviest is painted "
+    "(--clean off keeps all)"
+)
 MAX_VIEWS = 24  # of a path, evenly spread: what is seen between them is seen from one of them
 
 
@@ -29,8 +34,17 @@ def clean_scene(
             reason = "they are strokes already" if is_strokes else "--clean off"
             stage.skipped.append(f"search for floaters: {reason}")
             return gaussians
+        from brushgs.cameras.clumps import heaviest_clump
         from brushgs.passes.clean import find_floaters
 
+        clump = heaviest_clump(
+            gaussians.means, gaussians.opacities, slice(None, None, -(-num_before // SAMPLE))
+        )
+        far = ""
+        if clump is not None:
+            gaussians = gaussians.take(clump)
+            far = f"{num_before - len(gaussians):,} Gaussians in clumps too far away to be seen dropped; "
+            report.tell(FAR_CLUMPS)
         found = find_floaters(gaussians)
         rows = found.dropped(config.floaters)
         num_dropped = int(np.count_nonzero(rows))
@@ -38,7 +52,8 @@ def clean_scene(
         stage.did = f"{num_dropped:,} floaters dropped, {share:.2g} of the painted area"
         if not num_dropped:
             stage.did = "no floaters that could be seen"
-        stage.counts |= {"after": num_before - num_dropped}
+        stage.did = far + stage.did
+        stage.counts |= {"after": len(gaussians) - num_dropped}
         more = int(np.count_nonzero(found.strong.rows & ~rows))
         if config.floaters == "sure" and found.strong.share > share + STRONG_HELPS and not found.is_haze:
             stage.did += f"; {more:,} more may be floaters: --clean strong drops them too"

@@ -1,7 +1,7 @@
 """The stages that turn strokes into a picture: stroke image, background, project, rasterise and write."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
 from math import degrees
 from pathlib import Path
@@ -14,7 +14,8 @@ from brushgs.options.painting import DEFAULT_SIZE, DrawConfig, PaintConfig
 from brushgs.painting.background import Background, open_background
 from brushgs.painting.report import Report, Stage
 from brushgs.painting.strokes import zero_degrees
-from brushgs.scene import Boxes, Camera, Frame
+from brushgs.rendering.constants import MIN_ALPHA
+from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import Brushes, BrushSet, Sigmas
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.relief import Relief
 
 NOTHING_SEEN = "no stroke is in the picture; check that the camera and the scene belong together"
+CURE = "run `brushgs doctor` on the scene, its file may encode opacities in another way"
 BLANK = 0.01  # mean alpha of a picture below which one sees next to nothing
 FAINT = 0.1  # mean opacity, weighed by area; nine trained scenes have 0.28 to 0.99, each row counted once
 CULLED = {  # field of ProjectCounts -> words
@@ -163,16 +165,17 @@ def lay_coat(canvas: "Canvas", coat: "Coat", boxes: Boxes, report: Report, *, am
     return painted
 
 
-def warn_if_blank(boxes: Boxes, camera: Camera, painted: float) -> None:
+def warn_if_blank(coat: "Coat", boxes: Boxes, camera: Camera, painted: float) -> None:
     """Warn where one sees next to nothing of the scene, and say why.
 
     Args:
-        boxes: of the coat that shows most.
+        coat: that shows most.
+        boxes: of it.
         camera: the view.
         painted: its mean alpha.
     """
     if len(boxes) == 0:
-        warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
+        warnings.warn(SceneWarning(why_nothing_is_seen([coat.strokes])), stacklevel=2)
     elif painted < BLANK:
         warnings.warn(SceneWarning(_why_blank(boxes, camera, painted)), stacklevel=2)
 
@@ -208,6 +211,14 @@ def _rounded(sigmas: "Sigmas") -> Any:
     return round(sigmas, 4) if isinstance(sigmas, float) else [round(each, 4) for each in sigmas]
 
 
+def why_nothing_is_seen(strokes: Iterable[Gaussians]) -> str:
+    """Why no stroke of these is in a picture, and what to do about it."""
+    most = max((float(one.opacities.max(initial=0)) for one in strokes), default=0.0)
+    if most >= MIN_ALPHA:
+        return NOTHING_SEEN
+    return f"no stroke is in the picture: all opacities are under 1/255, the largest {most:.2g}; {CURE}"
+
+
 def _why_blank(boxes: Boxes, camera: Camera, painted: float) -> str:
     """Why so little of a picture is painted, and what to do about it."""
     from brushgs.rendering.areas import seen_areas
@@ -217,10 +228,7 @@ def _why_blank(boxes: Boxes, camera: Camera, painted: float) -> str:
     fact = f"the picture is nearly blank: strokes cover {painted:.2%} of it"
     if opacity > FAINT:
         return f"{fact}, since few or small ones lie in view; take a larger --zoom or another view"
-    return (
-        f"{fact}, since they are faint: their mean opacity is {opacity:.2g}; run `brushgs doctor` on the "
-        "scene, its file may encode opacities in another way"
-    )
+    return f"{fact}, since they are faint: their mean opacity is {opacity:.2g}; {CURE}"
 
 
 def _describe_levels(boxes: Boxes, texture: "Brushes", filter: str, stage: Stage) -> None:

@@ -26,7 +26,7 @@ from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.painting.background import TRANSPARENT
 from brushgs.painting.clip import Clip
-from brushgs.painting.drawing import NOTHING_SEEN
+from brushgs.painting.drawing import why_nothing_is_seen
 from brushgs.painting.film_track import FilmTrack, track_film
 from brushgs.painting.frame_painter import FrameKind, FramePainter, FrameView
 from brushgs.painting.look import BACKDROP
@@ -81,7 +81,7 @@ def paint_sequence(
     Raises:
         SceneError: if a file cannot be read or written, or the frames that are to be resumed are of
             another painting.
-        ValueError: if an option does not suit the scene, the path or the output.
+        ValueError: if an option does not suit the scene, the path or the output, or no frame shows a stroke.
         KeyboardInterrupt: if the run is stopped; says how to resume it. Frames are whole or not there.
     """
     config, sequence, report = config or PaintConfig(), sequence or SequenceConfig(), report or Report()
@@ -121,8 +121,9 @@ def paint_sequence(
     if sheet is not None:
         write_sheet_of(prepared, Path(sheet), config, report, name=name_of(files, prepared.notes))
     tracks = _track(prepared, config.draw, report) if grow is None else []
-    if not _sees_any(prepared):
-        warnings.warn(SceneWarning(NOTHING_SEEN), stacklevel=2)
+    if not _sees_any(prepared, NUM_SAMPLED_VIEWS) and not _sees_any(prepared, len(prepared.cameras)):
+        why = why_nothing_is_seen(coat.strokes for coat in prepared.painting.coats if coat.name != BACKDROP)
+        raise ValueError(f"in all {len(prepared.cameras)} frames {why}")
     frames = _Frames(prepared, config, tracks, sequence, grow, None if clip is None else clip.config)
     if isinstance(target, Path):
         _paint_video(frames, target, report)
@@ -183,11 +184,11 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTra
     return tracks
 
 
-def _sees_any(prepared: Prepared) -> bool:
-    """Whether a stroke is visible in a sample of the views."""
+def _sees_any(prepared: Prepared, num_views: int) -> bool:
+    """Whether a stroke is visible in so many of the views, evenly spread."""
     from brushgs.rendering.options import project_with
 
-    step, moving = -(-len(prepared.cameras) // NUM_SAMPLED_VIEWS), prepared.moving
+    step, moving = -(-len(prepared.cameras) // num_views), prepared.moving
     for coat in prepared.painting.coats:
         if coat.name == BACKDROP:
             continue

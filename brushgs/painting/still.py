@@ -157,9 +157,9 @@ def paint_view(
         boxes = project_coat(coat, camera, report, advice=advice, among=len(painting.coats))
         painted = lay_coat(canvas, coat, boxes, report, among=len(painting.coats))
         if coat.name != BACKDROP:
-            shown.append((painted, len(boxes), boxes))
+            shown.append((painted, len(boxes), boxes, coat))
     if prepared.growth is None:  # else little may be painted yet
-        painted, _, boxes = max(shown, key=lambda one: one[:2])
-        warn_if_blank(boxes, camera, painted)
+        painted, _, boxes, coat = max(shown, key=lambda one: one[:2])
+        warn_if_blank(coat, boxes, camera, painted)
     frame = light_canvas(canvas, painting, report)
     return add_layers(canvas, report) if wanted.is_any else frame

@@ -263,13 +263,25 @@ def test_a_loop_is_tracked_closed_and_painted_once(scene, folder, monkeypatch):
     assert names("f") == [MANIFEST, *FILES]
 
 
-def test_a_path_that_sees_nothing_is_painted_with_a_warning(scene, folder):
+def test_a_path_that_sees_nothing_is_refused_and_leaves_no_file(scene, folder):
     entry = {"width": 20, "height": 10, "fx": 9.0, "fy": 9.0, "rotation": np.eye(3).tolist()}
     views = [entry | {"id": i, "img_name": "a", "position": [i, 0, 1000]} for i in range(3)]
     Path("away.json").write_text(json.dumps(views))
-    with pytest.warns(bg.SceneWarning, match="no stroke is in the picture; check that the camera"):
+    with pytest.raises(
+        ValueError, match="in all 3 frames no stroke is in the picture; check that the camera"
+    ):
         paint_sequence(scene, "f/", PathConfig(file=Path("away.json")), replace(config(), view=ViewConfig()))
-    assert read_image("f/00002.png").min() == 1
+    assert not Path("f").exists()
+
+
+def test_a_path_of_which_one_view_of_many_sees_the_scene_is_painted(scene, folder):
+    entry = {"width": 20, "height": 10, "fx": 9.0, "fy": 9.0, "rotation": np.eye(3).tolist()}
+    places = [[i, 0, 1000] for i in range(40)]
+    places[17] = [0, 0, -9]
+    views = [entry | {"id": i, "img_name": "a", "position": place} for i, place in enumerate(places)]
+    Path("once.json").write_text(json.dumps(views))
+    paint_sequence(scene, "f/", PathConfig(file=Path("once.json")), replace(config(), view=ViewConfig()))
+    assert len(list(Path("f").glob("*.png"))) == 40
 
 
 def test_frames_of_a_longer_sequence_that_follow_are_told(scene, folder):

@@ -363,6 +363,25 @@ def test_a_view_that_sees_nothing_is_painted_with_a_warning(gaussians):
     assert not frame.alpha.any()
 
 
+def test_a_scene_that_is_too_faint_says_so_and_does_not_blame_the_camera(gaussians):
+    faint = replace(gaussians, opacities=np.full(len(gaussians), 0.0031, gaussians.opacities.dtype))
+    with pytest.warns(bg.SceneWarning, match="all opacities are under 1/255, the largest 0.003"):
+        paint(faint, config(strokes=None))
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.7])
+def test_of_clumps_that_are_dots_for_each_other_the_heavier_is_painted(gaussians, share):
+    rows = np.random.default_rng(0).permutation(len(gaussians))[: round(share * len(gaussians))]
+    means = gaussians.means.copy()
+    means[rows] += 1e6
+    report = Report()
+    frame = paint(replace(gaussians, means=means), config(strokes=None), report=report)
+    assert frame.alpha.mean() > 0.2
+    assert any("in clumps so far apart" in note for note in report.notes)
+    counts = stage(report, "clean").counts
+    assert counts["after"] == pytest.approx(max(share, 1 - share) * counts["before"], rel=0.2)
+
+
 def test_passes_stand_alone(scene, tmp_path):
     report = prune_file(scene, tmp_path / "p.ply", PruneConfig(keep=0.25), Report())
     pruned = bg.load(tmp_path / "p.ply")
