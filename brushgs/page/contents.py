@@ -292,7 +292,9 @@ def _note_omitted(coat: "Coat", brush_set: BrushSet, collected: _Collected) -> N
             f"of {len(coat.plain):,} Gaussians that are not painted the page has the {MOST_PLAIN:,} largest"
         )
     if options.order == "soft":
-        collected.omit("strokes of nearly equal depth do not blend in the page: its order is by distance")
+        collected.omit(
+            "strokes of nearly equal depth do not blend in the page: the nearer one covers the other"
+        )
     if options.lock not in ("off", "anchor"):
         collected.omit(
             "strokes are not tracked in the page, which knows no path: each view has its directions"

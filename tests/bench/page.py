@@ -4,9 +4,9 @@
 
 Debian's Chromium paints, on a software renderer (SwiftShader), driven by Playwright. Its frames a second say
 nothing about a graphics processor, so none are told: vertices, fragments and texture reads are.
-- likeness: 640 x 480, every look: the page with its strokes sorted by depth, as the exact renderer does it,
-  and by distance, as the page does it, against the picture of `render`: PSNR in dB, and the share of pixels
-  of which no channel is off by more than 4 of 255.
+- likeness: 640 x 480, every look: the page with its strokes sorted by depth, as it opens and as the exact
+  renderer does it, and by distance, as in a headset, against the picture of `render`: PSNR in dB, and the
+  share of pixels of which no channel is off by more than 4 of 255.
 - boxes: the largest differences to `project`, of `--look plain` with 7000 strokes, 1280 x 720, in the first
   view and an orbit of 12; those of boxes longer than the picture as if they were as long.
 - order: milliseconds to sort strokes from ever new places, median and quartiles of 101 times 10.

@@ -208,7 +208,7 @@ class Studio:
         Painted into a target whose lower left corner lies `at` pixels away; `options` are those of `paint`.
         """
         given = {"at": at, "head": None if head is None else camera_facts(head)}
-        options = {"order": "depth", "ground": False} | given | options
+        options = {"ground": False} | given | options
         text = self.page.evaluate("a => studio.paint(...a)", [camera_facts(camera), options])
         return decoded(text, np.float32).reshape(camera.height, camera.width, 4)[::-1]
 
@@ -219,7 +219,7 @@ class Studio:
           await studio.load(data, 1, window.onSharper);
           return studio.paint(...picture);
         }"""
-        options = {"order": "depth", "ground": False, "at": (0, 0), "head": None}
+        options = {"ground": False, "at": (0, 0), "head": None}
         data = encoded(write_container(contents))
         text = self.page.evaluate(script, [data, camera_facts(camera), options])
         return decoded(text, np.float32).reshape(camera.height, camera.width, 4)[::-1]

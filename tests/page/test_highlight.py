@@ -206,7 +206,7 @@ def test_regions_are_chosen_by_the_keyboard_and_let_go_without_a_trace(open_page
     settle(page)
     veiled = screen(page)
     changed = (veiled != usual).any(axis=2).mean()
-    assert 0.3 < changed < 0.98
+    assert 0.3 < changed < 0.995  # what is seen of the pear, 1.1 % of this wide strip, has no veil
 
     with page.expect_download() as saving:
         page.evaluate("brushgs.panel.savePicture()")

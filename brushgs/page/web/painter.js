@@ -44,7 +44,8 @@ class Painter {
    * @param {PageCamera} camera of the eye: centres and covariances
    * @param {object} options
    *     head: PageCamera whose eye gives order, colours and directions; that of the camera where not given.
-   *     order: "distance" or "depth". share: 0 to 1 of the strokes of each coat.
+   *     order: "depth" as `render` has it, or "distance", which two eyes share and a head that turns does not
+   *     change, for headsets. share: 0 to 1 of the strokes of each coat.
    *     brush: in place of those of all coats, an index into the brushes of the header; null for their own.
    *     ground: true, false for strokes alone, or [r, g, b]. target: framebuffer, null for the canvas.
    *     viewport: [x, y, width, height]; null for all of the canvas.
@@ -52,7 +53,7 @@ class Painter {
    *     would float before eyes that stand in the scene. Its ground is white where `ground` is true.
    *     highlight: a `Part`, see highlight.js: a veil lies over what does not belong to it; null for none.
    */
-  paint(camera, { head = camera, order = "distance", share = 1, brush = null, ground = true, target = null,
+  paint(camera, { head = camera, order = "depth", share = 1, brush = null, ground = true, target = null,
     viewport = null, isBare = false, highlight = null } = {}) {
     const { gl, _drawing: drawing } = this;
     if (isBare) this._bareCanvas ??= new Canvas(gl, bareHeader(this.contents.header), this.contents.arrays);
