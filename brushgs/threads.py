@@ -10,6 +10,7 @@ from typing import TypeVar
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+MOST_THREADS = 1024  # that are started; far more than pay, and as many as any system gives
 MOST_AT_ONCE = 4  # of `side_by_side`: more would wait for each other's Python
 
 _most: ContextVar[int | None] = ContextVar("_most", default=None)
@@ -31,11 +32,11 @@ def num_threads_or_default(num_threads: int | None) -> int:
     Results never depend on it.
 
     Args:
-        num_threads: at least 1, or None.
+        num_threads: 1 to `MOST_THREADS`, or None.
 
     Raises:
         TypeError: if `num_threads` is not an integer.
-        ValueError: if `num_threads` is below 1.
+        ValueError: if `num_threads` is out of range.
     """
     if num_threads is None:
         if (most := _most.get()) is not None:
@@ -48,8 +49,9 @@ def num_threads_or_default(num_threads: int | None) -> int:
     except TypeError:
         kind = type(num_threads).__name__
         raise TypeError(f"num_threads must be an integer, got {kind}; omit it for every CPU") from None
-    if num_threads < 1:
-        raise ValueError(f"num_threads must be at least 1, got {num_threads}; omit it for every CPU")
+    if not 1 <= num_threads <= MOST_THREADS:
+        rule = f"must be in 1 to {MOST_THREADS}"
+        raise ValueError(f"num_threads {rule}, got {num_threads}; omit it for every CPU")
     return num_threads
 
 

@@ -348,7 +348,7 @@ def add_threads(container: Container) -> None:
         "--threads",
         type=values.count_from(1),
         metavar="N",
-        help="processors to use, 1 or more, default all (with several --jobs an equal share each); the "
+        help="processors to use, 1 to 1024, default all (with several --jobs an equal share each); the "
         "picture does not depend on it",
     )
 

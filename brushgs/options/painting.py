@@ -37,6 +37,7 @@ from brushgs.options.output import OutputConfig
 from brushgs.options.rules import Rules
 from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.options.where import WhereConfig
+from brushgs.threads import MOST_THREADS
 
 DEFAULT_KEEP = 0.7  # of the Gaussians, as published
 DEFAULT_STROKE = "impasto"  # reads at any size; a swirl under some 20 px looks like a bubble
@@ -358,8 +359,8 @@ class DrawConfig:
     def __post_init__(self) -> None:
         if not 0 <= self.streaks <= MAX_STREAKS:
             raise ValueError(f"streaks must be 0 to {MAX_STREAKS:g}, got {self.streaks:g}")
-        if self.threads is not None and self.threads < 1:
-            raise ValueError(f"threads must be at least 1, got {self.threads}")
+        if self.threads is not None and not 1 <= self.threads <= MOST_THREADS:
+            raise ValueError(f"threads must be in 1 to {MOST_THREADS}, got {self.threads}")
 
     def lock_of(self, *, along_path: bool) -> Lock:
         """The lock of a path, or of one picture.

@@ -44,12 +44,16 @@ def parse_share(text: str) -> float:
     """A share, as a number or in percent: "0.7" or "70%".
 
     Raises:
-        ValueError: if it is neither. No range is checked.
+        ValueError: if it is neither, or above 100 %. No other range is checked.
     """
     share = _number(text[:-1]) if text.endswith("%") else _number(text)
     if share is None:
         raise ValueError(f"must be a number, got {text!r}")
-    return share / 100 if text.endswith("%") else share
+    if not text.endswith("%"):
+        return share
+    if share > 100:
+        raise ValueError(f"must be at most 100 %, got {text!r}")
+    return share / 100
 
 
 def _number(text: str) -> float | None:

@@ -132,7 +132,7 @@ def test_up_may_start_with_a_minus(scene, capsys, up):
         (["--strokes", "0%"], r"--strokes must be above 0 % and at most 100 %, got '0%'"),
         (["--strokes", "many"], r"--strokes must be a count .* got 'many'"),
         (["--keep", "30"], r"keep must be in \(0, 1\], got 30; for 30 % write 0.3 or 30%"),
-        (["--keep", "130%"], r"keep must be in \(0, 1\], got 1.3"),
+        (["--keep", "130%"], "--keep must be at most 100 %, got '130%'"),
         (["--keep", "some"], r"--keep must be a number, got 'some'"),
         (["--zoom", "nan"], r"--zoom must be a number"),
         (["--zoom", "0"], r"zoom must be above 0"),

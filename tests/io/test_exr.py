@@ -297,7 +297,7 @@ def test_equal_frames_give_equal_bytes_and_no_time_of_day(tmp_path: Path) -> Non
     first, second = (encode_frame(make_frame(layers=make_layers()), ".exr", shot=shot) for _ in range(2))
     assert first == second
     (tmp_path / "a.exr").write_bytes(first)
-    assert read_header(tmp_path / "a.exr").attributes["capDate"] == ("string", "0000:00:00 00:00:00")
+    assert read_header(tmp_path / "a.exr").attributes["capDate"] == ("string", "1970:01:01 00:00:00")
 
 
 def test_a_full_disk_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -291,6 +291,8 @@ def test_what_is_too_much_for_decoders_is_one_more_thing_in_the_last_rank(
     title = f"Crypto{name.capitalize()}"
     assert len(decoder.pairs(title)) == most
     total = sum(decoder.matte(title, thing) for thing in (*matte.names, "other"))
+    ranks = np.stack([coverage for _, coverage in decoder.pairs(title)])
+    assert (np.diff(ranks, axis=0) <= 0).all()  # also where "other" is more than what has a name
     np.testing.assert_allclose(total, matte.coverage.sum(-1), rtol=1e-6)
     is_whole = matte.rows[..., most] < 0  # pixels whose things all fit are as they were
     for row, thing in enumerate(matte.names):

@@ -173,8 +173,16 @@ def test_a_gif_starts_over_only_if_it_loops(tmp_path: Path) -> None:
         assert (b"NETSCAPE2.0" in content) == loops
 
 
-@pytest.mark.parametrize(("fps", "rate"), [(23.976, Fraction(2997, 125)), (30, 30), (12.5, Fraction(25, 2))])
-def test_the_frame_rate_is_kept(tmp_path: Path, fps: float, rate: Fraction) -> None:
+@pytest.mark.parametrize(
+    ("fps", "rate"),
+    [
+        (23.976, Fraction(24000, 1001)), (29.97, Fraction(30000, 1001)), (59.94, Fraction(60000, 1001)),
+        (119.88, Fraction(120000, 1001)), (30, 30), (12.5, Fraction(25, 2)),
+    ],
+)  # fmt: skip
+def test_the_frame_rate_is_kept_and_those_of_television_are_fractions(
+    tmp_path: Path, fps: float, rate: Fraction
+) -> None:
     assert read(film(tmp_path / "a.mp4", moving_picture(), fps))[2] == rate
 
 

@@ -465,7 +465,8 @@ def test_describe_tells_what_a_scene_holds(scene, gaussians):
         (lambda: ViewConfig(fov_y=4.0), r"fov-deg must be in \(0, 180\) degrees, got 229"),
         (lambda: ViewConfig(elevation=2.0), "elevation must lie in -90 to 90 degrees"),
         (lambda: ViewConfig(zoom=0.0), "zoom must be above 0, got 0"),
-        (lambda: DrawConfig(threads=0), "threads must be at least 1, got 0"),
+        (lambda: DrawConfig(threads=100_000), "threads must be in 1 to 1024, got 100000"),
+        (lambda: DrawConfig(threads=0), "threads must be in 1 to 1024, got 0"),
     ],
 )
 def test_a_configuration_refuses_what_makes_no_sense(make, sentence):

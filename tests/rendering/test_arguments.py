@@ -36,7 +36,7 @@ BAD_NUMBERS = [np.nan, np.inf, -np.inf]
             {"width": 30000, "height": 30000},
             r"rasterize: width x height must be at most 268435456 pixels, got 30000",
         ),
-        ({"num_threads": 0}, r"num_threads must be at least 1, got 0"),
+        ({"num_threads": 0}, r"num_threads must be in 1 to 1024, got 0"),
         ({"min_transmittance": -1e-9}, r"rasterize: min_transmittance must be in \[0, 1\), got -1e-09"),
         ({"min_transmittance": 1.0}, r"rasterize: min_transmittance must be in \[0, 1\), got 1.0"),
         ({"min_transmittance": np.nan}, r"rasterize: min_transmittance must be in \[0, 1\), got nan"),
@@ -54,7 +54,7 @@ def test_options_out_of_range_are_refused_by_name(option, message):
         ({"num_sigmas": 0.0}, ValueError, "num_sigmas must be positive and finite, got 0.0"),
         ({"num_sigmas": np.nan}, ValueError, "num_sigmas must be positive and finite, got nan"),
         ({"low_pass": -0.1}, ValueError, "low_pass must be >= 0 and finite, got -0.1"),
-        ({"num_threads": -1}, ValueError, "num_threads must be at least 1, got -1"),
+        ({"num_threads": -1}, ValueError, "num_threads must be in 1 to 1024, got -1"),
         ({"num_threads": 1.5}, TypeError, "num_threads must be an integer, got float"),
     ],
 )

@@ -594,7 +594,7 @@ def test_low_pass_out_of_range_is_refused(value):
 
 @pytest.mark.parametrize("value", [0, -3])
 def test_fewer_than_one_thread_is_refused(value):
-    with pytest.raises(ValueError, match=rf"num_threads must be at least 1, got {value}; omit it"):
+    with pytest.raises(ValueError, match=rf"num_threads must be in 1 to 1024, got {value}; omit it"):
         project(single(), FRONT, num_threads=value)
 
 

@@ -17,6 +17,8 @@ from brushgs.io.files import replacing
 from brushgs.scene import Frame
 from brushgs.signals import defer_stop
 
+# Without a date OpenImageIO writes the time of day, and equal frames would give different bytes.
+NO_DATE = "1970:01:01 00:00:00"
 Background = Sequence[float] | Array | None  # one RGB colour or [H, W, 3], display-encoded; None for none
 
 

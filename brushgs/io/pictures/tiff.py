@@ -2,11 +2,10 @@
 
 from pathlib import Path
 
-from brushgs.io.pictures.oiio import Background, pixels_of, write_pixels
+from brushgs.io.pictures.oiio import NO_DATE, Background, pixels_of, write_pixels
 from brushgs.scene import Frame
 
-# Without a date OpenImageIO writes the time of day, and equal frames would give different bytes.
-_ATTRIBUTES = {"oiio:UnassociatedAlpha": 1, "DateTime": "0000:00:00 00:00:00", "tiff:zipquality": 2}
+_ATTRIBUTES = {"oiio:UnassociatedAlpha": 1, "DateTime": NO_DATE, "tiff:zipquality": 2}
 
 
 def write(frame: Frame, path: str | Path, background: Background, *, bits: int = 16) -> None:

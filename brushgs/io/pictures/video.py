@@ -6,7 +6,6 @@ A video appears when it is complete.
 import contextlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from fractions import Fraction
 from importlib import import_module
 from itertools import chain
 from pathlib import Path
@@ -18,6 +17,7 @@ from brushgs.io.pictures.encoding import choose_encoding, codec_of, video_format
 from brushgs.io.pictures.formats import VIDEO_SUFFIXES
 from brushgs.io.pictures.libav import Film, VideoWriter, as_scene_error
 from brushgs.io.pictures.pixels import video_pixels
+from brushgs.io.pictures.rate import frame_rate
 from brushgs.scene import Frame
 
 
@@ -166,7 +166,7 @@ def open_video(
     check_rate(path, fps)
     check_size(path, width, height, codec)
     module = import_module(f"brushgs.io.pictures.{codec_of(path, codec).writer}")
-    rate, size = Fraction(fps).limit_denominator(1001), padded_size(path, width, height, codec)
+    rate, size = frame_rate(fps), padded_size(path, width, height, codec)
     with replacing(path) as temporary, as_scene_error(path), contextlib.ExitStack() as stack:
         film = Film(temporary, video_format_of(path).container, size, rate, encoding, loops)
         writer: VideoWriter = module.open_writer(stack, film)

@@ -5,13 +5,13 @@ Source: OpenEXR, Standard Attributes (openexr.com); ASWF Color Interop Forum for
 """
 
 from collections.abc import Mapping
-from fractions import Fraction
-from math import atan, degrees, isclose
+from math import atan, degrees
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.io.pictures.rate import frame_rate
 from brushgs.io.pictures.shot import Shot
 from brushgs.scene import Camera
 from brushgs.version import __version__
@@ -52,7 +52,7 @@ def attributes_of(shot: Shot, notes: Mapping[str, str], *, is_linear: bool) -> d
     if shot.number is not None:
         found["imageCounter"] = Attribute("int", shot.number)
     if shot.fps is not None:
-        rate = _rate(shot.fps)
+        rate = frame_rate(shot.fps)
         found["framesPerSecond"] = Attribute("rational", (rate.numerator, rate.denominator))
     return found | ({} if shot.camera is None else _camera(shot.camera))
 
@@ -90,11 +90,3 @@ def ndc_from_world(camera: Camera) -> NDArray[np.float64]:
 
 def _in_rows(matrix: NDArray[np.float64]) -> tuple[float, ...]:
     return tuple(matrix.T.ravel().tolist())
-
-
-def _rate(fps: float) -> Fraction:
-    """Frames a second as a fraction: 23.976 and its like mean 24000/1001."""
-    whole = round(fps)
-    if fps != whole and isclose(fps, round(fps * 1.001) / 1.001, abs_tol=0.0015):
-        return Fraction(round(fps * 1.001) * 1000, 1001)
-    return Fraction(fps).limit_denominator(1001)

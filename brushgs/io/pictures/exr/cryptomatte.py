@@ -24,7 +24,7 @@ MAX_INLINE = 1 << 16  # bytes of names that each picture of a film may well hold
 SHARED_MATTE = "stroke"  # the one whose names may stand in a file of their own
 # The most ranks that a file holds. Nuke's decoder reads 24; a pixel of a painting may show 80 strokes.
 RANKS, OTHER_RANKS = {"stroke": 24}, 8
-OTHER = "other"  # takes, in the last rank, what more there is in a pixel: mattes still sum to alpha
+OTHER = "other"  # takes what more there is in a pixel: mattes still sum to alpha
 
 
 def cryptomattes_of(frame: Frame, shot: Shot) -> Iterator[tuple[list[Plane], dict[str, Attribute]]]:
@@ -113,13 +113,16 @@ def _attributes(title: str, name: str, names: Sequence[str], shot: Shot) -> dict
 
 
 def _ranks(matte: Matte, most: int) -> list[Rank]:
-    """At most so many ranks; the last takes all further ones as one more thing than there are names."""
-    ranks = [(matte.rows[..., k], matte.coverage[..., k]) for k in range(min(matte.rows.shape[2], most))]
-    if matte.rows.shape[2] > most:
-        has_more = matte.rows[..., most] >= 0
-        last = np.where(has_more, np.int32(len(matte.names)), ranks[-1][0])
-        ranks[-1] = last, matte.coverage[..., most - 1 :].sum(axis=-1)
-    return ranks
+    """At most so many ranks, largest first; what does not fit is one more thing than there are names."""
+    rows, coverage = matte.rows, matte.coverage
+    if rows.shape[2] > most:
+        last = np.where(rows[..., most] >= 0, np.int32(len(matte.names)), rows[..., most - 1])
+        rest = coverage[..., most - 1 :].sum(axis=-1)
+        rows = np.concatenate([rows[..., : most - 1], last[..., None]], axis=-1)
+        coverage = np.concatenate([coverage[..., : most - 1], rest[..., None]], axis=-1)
+        order = np.argsort(-coverage, axis=-1, kind="stable")
+        rows, coverage = (np.take_along_axis(part, order, axis=-1) for part in (rows, coverage))
+    return [(rows[..., k], coverage[..., k]) for k in range(rows.shape[2])]
 
 
 def _planes(title: str, names: Sequence[str], ranks: Sequence[Rank], count: int) -> list[Plane]:

@@ -11,7 +11,7 @@ from brushgs.io.files import replacing
 from brushgs.io.pictures.exr.attributes import attributes_of
 from brushgs.io.pictures.exr.cryptomatte import cryptomattes_of
 from brushgs.io.pictures.exr.planes import LARGEST_HALF, NOTES, Plane, planes_of
-from brushgs.io.pictures.oiio import Background, first_line
+from brushgs.io.pictures.oiio import NO_DATE, Background, first_line
 from brushgs.io.pictures.shot import Shot
 from brushgs.scene import Frame
 from brushgs.signals import defer_stop
@@ -39,8 +39,7 @@ def write_flat(frame: Frame, path: str | Path, background: Background, shot: Sho
     spec.channelformats = tuple(plane.kind for plane in planes)
     spec.alpha_channel = spec.channelnames.index("A")
     spec.z_channel = spec.channelnames.index("Z") if "Z" in spec.channelnames else -1
-    # Without a date OpenImageIO writes the time of day, and equal frames would give different bytes.
-    spec.attribute("DateTime", "0000:00:00 00:00:00")
+    spec.attribute("DateTime", NO_DATE)
     spec.attribute("compression", "zip")
     for name, (kind, value) in attributes.items():
         spec.attribute(name, _TYPES.get(kind, kind), value)
