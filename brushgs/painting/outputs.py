@@ -77,11 +77,15 @@ def check_encoding(path: Path, config: PaintConfig) -> None:
 
 
 def check_folder(folder: Path, path: Path) -> None:
-    """Refuse a folder that `path` could not be written to.
+    """Refuse a folder that `path` could not be written to, and a name that libraries cannot take.
 
     Raises:
-        SceneError: if the folder is missing, read-only or a file.
+        SceneError: if the folder is missing, read-only or a file, or the name is not UTF-8.
     """
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        raise SceneError(path, "its name is not UTF-8; choose another name") from None
     if folder.exists() and not folder.is_dir():
         raise SceneError(path, f"{folder} is a file, not a folder; choose another name")
     if not folder.is_dir():

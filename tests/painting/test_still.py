@@ -311,6 +311,7 @@ def test_a_nearly_blank_picture_says_why(gaussians, opacity, zoom, why):
         ("a.bmp", "output must end in .png, .jpg, .jpeg, .tif, .tiff, .exr, .webp, .avif"),
         ("missing/a.png", "the folder .* does not exist; create it first"),
         ("folder.png", "is not a regular file"),
+        ("\udcff.png", "its name is not UTF-8; choose another name"),
         ("input.png", "is the input, which is never overwritten"),
         ("link.png", "is the input, which is never overwritten"),
     ],
