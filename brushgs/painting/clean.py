@@ -37,9 +37,8 @@ def clean_scene(
         from brushgs.cameras.clumps import heaviest_clump
         from brushgs.passes.clean import find_floaters
 
-        clump = heaviest_clump(
-            gaussians.means, gaussians.opacities, slice(None, None, -(-num_before // SAMPLE))
-        )
+        every = slice(None, None, max(1, -(-num_before // SAMPLE)))
+        clump = heaviest_clump(gaussians.means, gaussians.opacities, every)
         far = ""
         if clump is not None:
             gaussians = gaussians.take(clump)

@@ -30,7 +30,7 @@ def test_cover_conserves_the_mean_weighted_by_opacity_and_area(seed):
 def test_cover_has_the_total_variance_with_what_lies_between_raised(seed, overlap):
     scene, labels = random_gaussians(60, seed), random_labels(60, 5, seed)
     merged = merge_clusters(scene, labels, overlap=overlap)
-    weights, own = scene.opacities * projected_areas(scene.scales), covariances(scene)
+    weights, own = scene.opacities * seen_areas(scene), covariances(scene)
     for row, label in enumerate(np.unique(labels)):
         of = labels == label
         if of.sum() > 1:

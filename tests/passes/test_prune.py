@@ -120,7 +120,7 @@ def test_extreme_sizes_and_extents_are_pruned_without_complaint(size, spread, we
         (0.0, r"prune: keep must be in \(0, 1\], got 0.0$"),
         (-1.0, r"prune: keep must be in \(0, 1\], got -1.0$"),
         (float("nan"), r"prune: keep must be in \(0, 1\], got nan$"),
-        ("120%", r"prune: keep must be in \(0, 1\], got 1.2"),
+        ("120%", "prune: keep must be at most 100 %, got '120%'"),
         ("most", "prune: keep must be a number, got 'most'"),
     ],
 )

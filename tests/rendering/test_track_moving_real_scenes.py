@@ -56,7 +56,7 @@ def test_strokes_follow_what_moves_without_a_flip_or_a_pop(followed, is_moving):
     events = orientation_events(boxes, ellipses=ellipses, **SIZE)
     unlocked = orientation_events(ellipses, **SIZE)
     assert events.stroke_frames > 100_000
-    assert unlocked.flips > 100
+    assert unlocked.flips > 50
     assert (events.flips, events.size_pops) == (0, 0)
     # One faint stroke turns end over end, by more than 30 degrees a step.
     assert np.count_nonzero(np.degrees(steps_of(relative(path))) > 6) <= 3

@@ -80,8 +80,10 @@ def check_equal(name: str, result: Any, verified: Any) -> None:
     """
     for field in fields(verified):
         one, other = getattr(result, field.name), getattr(verified, field.name)
-        # Values that are no arrays, such as the scene, are the very same.
-        if one is not other and (one is None or not np.array_equal(one, other)):
+        if isinstance(one, Gaussians) and isinstance(other, Gaussians):
+            check_equal(name, one, other)
+        # Other values that are no arrays are the very same.
+        elif one is not other and (one is None or not np.array_equal(one, other)):
             raise WrongPictureError(f"bench: {name} gave another result when it ran again: {field.name}")
 
 
