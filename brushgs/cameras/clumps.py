@@ -12,7 +12,7 @@ FAR = 50.0  # a gap is as wide as what lies on both sides of it together, so man
 MOST_CUTS = 16
 
 
-def heaviest_clump(means: Array, weights: F64, sample: slice = slice(None)) -> Mask | None:
+def heaviest_clump(means: Array, weights: Array, sample: slice = slice(None)) -> Mask | None:
     """Mask [N] of the clump that weighs most; None where there is but one, or only strays beside it.
 
     Gaps are searched along the axes, until there is none. The weight of strays is at most `TAIL` at each end.
@@ -22,11 +22,11 @@ def heaviest_clump(means: Array, weights: F64, sample: slice = slice(None)) -> M
         weights: [N] such as opacities, >= 0.
         sample: of the rows that gaps are searched in.
     """
-    points, weights = means[sample].astype(np.float64), weights[sample]
+    points, masses = means[sample].astype(np.float64), weights[sample].astype(np.float64)
     low, high = np.full(3, -np.inf), np.full(3, np.inf)
     for _ in range(MOST_CUTS):
         inside = ((points >= low) & (points <= high)).all(axis=1)
-        gaps = [_gap_of(points[inside, axis], weights[inside]) for axis in range(3)]
+        gaps = [_gap_of(points[inside, axis], masses[inside]) for axis in range(3)]
         axis = int(np.argmax([gap[0] for gap in gaps]))
         share, at, is_upper = gaps[axis]
         if share <= FAR:

@@ -92,8 +92,8 @@ def merge_clusters(
     regions = gaussians.regions
     if regions is not None:
         regions = regions[groups.firsts]
-    kept = {"antialiased": gaussians.antialiased, "finest": gaussians.finest, "regions": regions}
-    return replace(merged, scales=scales, **kept).astype(dtype)
+    merged = replace(merged, scales=scales, regions=regions)
+    return replace(merged, antialiased=gaussians.antialiased, finest=gaussians.finest).astype(dtype)
 
 
 def _paper(gaussians: Gaussians, labels: NDArray[np.int32], groups: Groups) -> Gaussians:
@@ -127,7 +127,7 @@ def _cover(
     opacities = stopped(gaussians.opacities, areas, footprints, labels)
     scales, rotations = principal_axes(within + (overlap or OVERLAP) * between)
     if overlap is None:
-        more = growth(means, seen_scales(scales, finest), rotations, opacities)
+        more = growth(means, seen_scales(scales, finest).astype(np.float64), rotations, opacities)
         rows = np.flatnonzero(more)
         covars = within[rows] + (OVERLAP + more[rows, None, None]) * between[rows]
         scales[rows], rotations[rows] = principal_axes(covars)

@@ -161,7 +161,7 @@ def _beyond_spans(away: F64, spans: F32, weights: F64, labels: Labels, num: int)
     factors = (directions * units[:, None, :]) @ directions.transpose(0, 2, 1)
     after = np.einsum("nij,njk,nik->n", factors, between, factors)
     factors *= np.sqrt(np.divide(spread, after, out=np.zeros(num), where=after > 0))[:, None, None]
-    return np.einsum("nij,nj->ni", factors[labels], away)
+    return np.asarray(np.einsum("nij,nj->ni", factors[labels], away))
 
 
 def _mean_products(ways: Array, weights: F64, labels: Labels, num: int) -> F64:

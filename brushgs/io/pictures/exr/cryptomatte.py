@@ -121,7 +121,8 @@ def _ranks(matte: Matte, most: int) -> list[Rank]:
         rows = np.concatenate([rows[..., : most - 1], last[..., None]], axis=-1)
         coverage = np.concatenate([coverage[..., : most - 1], rest[..., None]], axis=-1)
         order = np.argsort(-coverage, axis=-1, kind="stable")
-        rows, coverage = (np.take_along_axis(part, order, axis=-1) for part in (rows, coverage))
+        rows = np.take_along_axis(rows, order, axis=-1)
+        coverage = np.take_along_axis(coverage, order, axis=-1)
     return [(rows[..., k], coverage[..., k]) for k in range(rows.shape[2])]
 
 
