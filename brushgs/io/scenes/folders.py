@@ -86,7 +86,7 @@ def _nothing_found(path: Path, entries: "Sequence[os.DirEntry[str]]") -> str:
 
 
 def _scene_below(path: Path) -> Path | None:
-    """The last file by name in the folders below that is called like a scene, as trainers nest them."""
+    """The last file by name in the folders below that is a scene by its content, as trainers nest them."""
     found: list[Path] = []
     num_seen = 0
     for folder, folders, files in os.walk(path):
@@ -95,4 +95,5 @@ def _scene_below(path: Path) -> Path | None:
             folders.clear()
         suffixes = suffixes_of(SCENE_FORMATS)
         found += [Path(folder, name) for name in files if Path(name).suffix.lower() in suffixes]
-    return max(found, key=lambda file: natural_key(str(file)), default=None)
+    found.sort(key=lambda file: natural_key(str(file)), reverse=True)
+    return next((file for file in found if match_format(file) is not None), None)

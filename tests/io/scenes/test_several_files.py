@@ -201,7 +201,14 @@ def test_the_scene_that_a_trainer_nested_is_named(tmp_path: Path) -> None:
     (tmp_path / "cfg_args").write_text("")
     for steps in (7000, 30000):
         make(tmp_path / "point_cloud" / f"iteration_{steps}" / "point_cloud.ply")
+    (tmp_path / "training_log.json").write_text('{"loss": 0.1}')  # last by name, but no scene
     with pytest.raises(bg.SceneError, match=r"did you mean .*/iteration_30000/point_cloud\.ply\?"):
+        bg.load(tmp_path)
+
+
+def test_a_stray_file_that_is_called_like_a_scene_is_not_offered(tmp_path: Path) -> None:
+    (tmp_path / "cameras.json").write_text("[]")
+    with pytest.raises(bg.SceneError, match=r"entries of the folder is .*; name the scene file$"):
         bg.load(tmp_path)
 
 
