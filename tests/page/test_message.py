@@ -118,6 +118,25 @@ def test_a_later_error_is_said_and_the_picture_stays(open_page, path):
     assert page.locator("#painting").is_visible()
 
 
+EXTENSION = "chrome-extension://abcdef/content.js"
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        f"new ErrorEvent('error', {{ message: 'x is not defined', filename: '{EXTENSION}' }})",
+        "new PromiseRejectionEvent('unhandledrejection', { promise: new Promise(() => {}), reason: "
+        f"Object.assign(new TypeError('x'), {{ stack: 'TypeError: x at run ({EXTENSION}:1:2)' }}) }})",
+    ],
+)
+def test_an_error_of_a_browser_extension_is_not_taken_for_one_of_the_page(open_page, path, event):
+    page = open_page(path, **CALM)
+    page.evaluate("brushgs.ready")
+    page.evaluate(f"window.dispatchEvent({event})")
+    assert message_of(page) == ""
+    assert page.locator("#painting").is_visible()
+
+
 def test_a_lost_context_comes_back_with_the_same_view(open_page, path):
     page = open_page(path, **CALM)
     page.evaluate("brushgs.ready")

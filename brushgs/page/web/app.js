@@ -22,8 +22,12 @@ class App {
     this._request = 0;
     this._drawnAt = null; // ms, of the frame before in a movement
     this._onFrame = this._onFrame.bind(this);
-    window.addEventListener("error", (event) => this.fail(event.error ?? event.message));
-    window.addEventListener("unhandledrejection", (event) => this.fail(event.reason));
+    window.addEventListener("error", (event) => {
+      if (isOwn(event.filename)) this.fail(event.error ?? event.message);
+    });
+    window.addEventListener("unhandledrejection", (event) => {
+      if (isOwn(event.reason?.stack)) this.fail(event.reason);
+    });
   }
 
   /** Read the page and paint it. Never throws: what goes wrong is said in the page. */
@@ -248,6 +252,11 @@ async function contentsOfPage() {
     throw new Error(TRUNCATED);
   }
   return decodeContents(bytes);
+}
+
+/** Whether an error that came from there, a file or a stack, is of this page, and not of a browser extension. */
+function isOwn(place) {
+  return !/\b[a-z]+(-web)?-extension:/.test(place ?? "");
 }
 
 /** What a browser that cannot paint shows in place of the painting, in words. */
