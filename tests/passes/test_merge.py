@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from brushgs.passes.contribution import projected_areas, seen_areas
+from brushgs.passes.contribution import seen_areas
 from brushgs.passes.merge import merge_clusters, principal_axes
 from tests.passes.scenes import assert_same, columns_of, covariances, random_gaussians, replaced
 
@@ -19,7 +19,7 @@ def random_labels(n, k, seed=0):
 def test_cover_conserves_the_mean_weighted_by_opacity_and_area(seed):
     scene, labels = random_gaussians(60, seed), random_labels(60, 5, seed)
     merged = merge_clusters(scene, labels)
-    weights = scene.opacities * projected_areas(scene.scales)
+    weights = scene.opacities * seen_areas(scene)
     for row, label in enumerate(np.unique(labels)):
         of = labels == label
         expected = np.average(scene.means[of], axis=0, weights=weights[of])
