@@ -5,9 +5,11 @@ be small enough for that: so all readers open their files here. Output goes to a
 target, and is renamed when complete.
 """
 
+import errno
 import os
 import shutil
 import stat
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
@@ -15,6 +17,8 @@ from typing import BinaryIO
 
 from brushgs.errors import SceneError
 from brushgs.signals import defer_stop
+
+_FULL = {errno.ENOSPC, errno.EFBIG, *([errno.EDQUOT] if hasattr(errno, "EDQUOT") else [])}
 
 
 def open_plain(path: Path, what: str = "file", *, buffering: int = -1) -> BinaryIO:
@@ -139,7 +143,7 @@ def _scene_error(path: Path, what: str, error: OSError) -> SceneError:
 
 
 @contextmanager
-def replacing(path: str | Path) -> Iterator[Path]:
+def replacing(path: str | Path, most: int = 0) -> Iterator[Path]:
     """A temporary path to write to; it takes the name `path` when the block ends without an error.
 
     The temporary file is in the same folder (a rename across file systems is a copy) and has the same
@@ -148,9 +152,12 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
     Args:
         path: the final name.
+        most: bytes that the disk must have room for before anything is written, for libraries that hang or
+            end the process where it is full.
 
     Raises:
-        SceneError: if the folder is missing or cannot be written to, or if `path` is a folder or device.
+        SceneError: if the folder is missing or cannot be written to, if `path` is a folder or device, or if
+            the disk is full.
     """
     target = Path(path).resolve()
     if target.exists() and not target.is_file():
@@ -168,6 +175,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
         raise
     try:
+        _check_room(temporary, most)
         yield temporary
         temporary.replace(target)
     except OSError as error:
@@ -176,6 +184,44 @@ def replacing(path: str | Path) -> Iterator[Path]:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def _check_room(file: Path, most: int) -> None:
+    """Raises OSError if a file cannot have so many bytes."""
+    if not hasattr(os, "posix_fallocate"):  # macOS and Windows
+        if shutil.disk_usage(file.parent).free < most:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    elif most:
+        with file.open("wb") as target:
+            try:
+                os.posix_fallocate(target.fileno(), 0, most)
+            except OSError as error:
+                if error.errno in _FULL:  # and not where a file system cannot tell
+                    raise
+            target.truncate(0)
+
+
+@contextmanager
+def scratch_folder() -> Iterator[Path]:
+    """A folder for temporary files, removed at the end: some libraries read and write named files only.
+
+    Raises:
+        SceneError: if it cannot be made, or its disk is full.
+    """
+    base = Path(tempfile.gettempdir())
+    cure = "make room there, or set TMPDIR to another folder"
+    try:
+        with tempfile.TemporaryDirectory(prefix="brushgs-") as name:
+            try:
+                yield Path(name)
+            except SceneError as error:
+                if error.path.parent != Path(name) or not isinstance(error.__cause__, OSError):
+                    raise
+                raise error.__cause__ from None
+    except OSError as error:
+        if error.errno not in _FULL:
+            raise
+        raise SceneError(base, f"has no room for temporary files; {cure}") from None
 
 
 @contextmanager

@@ -4,7 +4,6 @@ Each picture is painted by `paint_file`, as `brushgs render --look` does it; wit
 example still life.
 """
 
-import tempfile
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,6 +13,7 @@ import numpy as np
 
 from brushgs.arrays import F32
 from brushgs.errors import SceneWarning
+from brushgs.io.files import scratch_folder
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
 from brushgs.io.pictures.images import read_image, write_frame
 from brushgs.io.pictures.letters import BOLD, Words, shortened, with_words
@@ -66,8 +66,8 @@ def paint_looks(
     width, height = view.size or CELL
     view = replace(view, size=(width, height))
     pictures = []
-    with tempfile.TemporaryDirectory(prefix="brushgs-looks-") as name:
-        folder, camera = Path(name), None
+    with scratch_folder() as folder:
+        camera = None
         if scene is None:
             scene, camera = folder / "still_life.ply", still_life_camera(width=width, height=height)
             with report.stage("build") as stage:

@@ -4,10 +4,8 @@ One texture and one material, since strokes that lie on each other change brush 
 that draw a mesh in the order of its indices keep the order of strokes only within one material.
 """
 
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +14,7 @@ from brushgs.arrays import F64, U8
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.soft import soft_brush
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.io.files import scratch_folder
 
 # Texels between brushes, all transparent, and what their places are multiples of: the first four halvings of
 # the texture mix no brush with another.
@@ -67,10 +66,8 @@ class Atlas:
         pixels = np.full((*self.coverage.shape, 4), 255, np.uint8)
         pixels[..., 3] = self.coverage
         attributes = {"oiio:UnassociatedAlpha": 1, "png:compressionLevel": 6}  # 9: 6 % less, 9 times as long
-        with tempfile.TemporaryDirectory(
-            prefix="brushgs-"
-        ) as folder:  # OpenImageIO writes to named files only
-            path = Path(folder) / "brushes.png"
+        with scratch_folder() as folder:  # OpenImageIO writes to named files only
+            path = folder / "brushes.png"
             write_pixels(path, "png", pixels, ("R", "G", "B", "A"), attributes)
             return path.read_bytes()
 

@@ -697,20 +697,52 @@ def test_version_of_the_module_run_as_a_program(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no file size limit")
-@pytest.mark.parametrize("output", ["a.png", "a.tif", "a.exr", "a.ply", "a.mp4", "a.webm", "a.gif"])
-def test_a_full_disc_gets_a_sentence_and_leaves_nothing(made, tmp_path, output):
+@pytest.mark.parametrize(
+    "suffix",
+    [
+        "png",
+        "tif",
+        "exr",
+        "jpg",
+        "webp",
+        "avif",
+        "mp4",
+        "webm",
+        "gif",
+        "html",
+        "glb",
+        "ply",
+        "sog",
+        "spz",
+        "usda",
+        "usdz",
+    ],
+)
+def test_a_full_disc_gets_a_sentence_and_leaves_nothing(made, tmp_path, suffix):
+    output = f"a.{suffix}"
+
     def limit():
         import resource
 
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))
 
-    words = ["prune", made] if output == "a.ply" else ["render", made, *SMALL]
-    words += ["--orbit", "3"] if output in ("a.mp4", "a.webm", "a.gif") else []
+    command = {"html": "export", "glb": "export"} | dict.fromkeys(
+        ("ply", "sog", "spz", "usda", "usdz"), "prune"
+    )
+    words = [command.get(suffix, "render"), made]
+    words += SMALL if words[0] == "render" else []
+    words += ["--orbit", "3"] if suffix in ("mp4", "webm", "gif") else []
     with brushgs(*words, "-o", output, cwd=tmp_path, preexec_fn=limit) as process:
         out, err = process.communicate()
     assert (process.returncode, out) == (2, "")
-    assert re.fullmatch(rf"brushgs: {output}: cannot be written.*; check the .*disk\n", err), err
+    is_scratch = suffix in ("html", "glb", "sog") and "temporary" in err  # pictures go there before
+    sentence = (
+        "/.*: has no room for temporary files; .* TMPDIR .*"
+        if is_scratch
+        else (rf"{output}: cannot be written.*; check the .*disk")
+    )
+    assert re.fullmatch(rf"brushgs: {sentence}\n", err), err
     assert names(tmp_path) == []
 
 
@@ -726,7 +758,7 @@ def test_a_disc_that_fills_while_frames_are_painted_leaves_those_that_are_whole(
     with brushgs(*words, cwd=tmp_path, preexec_fn=limit) as process:
         out, err = process.communicate()
     assert (process.returncode, out) == (2, "")
-    assert re.fullmatch(r"brushgs: .*/frame\.png: cannot be written.*; check the .*disk\n", err), err
+    assert re.fullmatch(r"brushgs: /.*: has no room for temporary files; .* TMPDIR .*\n", err), err
     assert names(tmp_path / "f") == [".%05d.png.json"]
 
 

@@ -5,14 +5,13 @@ the table, chosen by content.
 """
 
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 
 from brushgs.errors import SceneError
-from brushgs.io.files import open_plain
+from brushgs.io.files import open_plain, scratch_folder
 from brushgs.io.formats import NUM_FIRST_BYTES
 from brushgs.io.pictures.formats import PICTURE_FORMATS, PICTURES_READ, PictureFormat
 
@@ -44,8 +43,8 @@ def suffixed(path: Path, picture_format: PictureFormat) -> Iterator[Path]:
     if path.suffix.lower() in picture_format.suffixes:
         yield path
         return
-    with tempfile.TemporaryDirectory(prefix="brushgs-") as folder:
-        link = Path(folder) / f"picture{picture_format.suffixes[0]}"
+    with scratch_folder() as folder:
+        link = folder / f"picture{picture_format.suffixes[0]}"
         try:
             link.symlink_to(path.resolve())
         except OSError:  # Windows makes links only for whom it trusts

@@ -5,7 +5,6 @@ converted here. By default OpenImageIO multiplies colour by alpha on reading, in
 to, so that straight colours are read bit for bit.
 """
 
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from brushgs.arrays import F32
 from brushgs.colors import srgb_from_linear
 from brushgs.errors import SceneError
+from brushgs.io.files import scratch_folder
 from brushgs.io.formats import find_by_suffix
 from brushgs.io.pictures.encoding import check_bits
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, WRITTEN_PICTURES, PictureFormat
@@ -252,7 +252,7 @@ def encode_frame(
         SceneError: if the folder for temporary files is full.
     """
     # OpenImageIO writes to named files only.
-    with tempfile.TemporaryDirectory(prefix="brushgs-") as folder:
-        path = Path(folder) / f"frame{suffix}"
+    with scratch_folder() as folder:
+        path = folder / f"frame{suffix}"
         write_frame(frame, path, background=background, bits=bits, shot=shot)
         return path.read_bytes()

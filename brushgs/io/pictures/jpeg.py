@@ -7,7 +7,6 @@ the whole picture.
 
 import re
 import struct
-import tempfile
 from pathlib import Path
 from typing import BinaryIO
 
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
+from brushgs.io.files import scratch_folder
 from brushgs.io.pictures.limits import check_pixels
 from brushgs.io.pictures.oiio import Background, bytes_of, write_pixels
 from brushgs.scene import Frame
@@ -45,8 +45,8 @@ def encode_jpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:
         SceneError: if the folder for temporary files is full.
     """
     attributes = {"Compression": f"jpeg:{quality}", "jpeg:subsampling": "4:2:0"}
-    with tempfile.TemporaryDirectory(prefix="brushgs-") as folder:  # OpenImageIO writes to named files only
-        path = Path(folder) / "picture.jpg"
+    with scratch_folder() as folder:  # OpenImageIO writes to named files only
+        path = folder / "picture.jpg"
         write_pixels(path, "jpeg", pixels, ("R", "G", "B"), attributes)
         return path.read_bytes()
 

@@ -18,6 +18,7 @@ from brushgs.scene import Frame
 from brushgs.signals import defer_stop
 
 # Without a date OpenImageIO writes the time of day, and equal frames would give different bytes.
+_HEADER = 1 << 12  # bytes of a file beside its pixels, at most
 NO_DATE = "1970:01:01 00:00:00"
 Background = Sequence[float] | Array | None  # one RGB colour or [H, W, 3], display-encoded; None for none
 
@@ -85,12 +86,18 @@ def write_pixels(
     out = OpenImageIO.ImageOutput.create(format_name)
     assert out is not None, "the formats of the table are part of every build of OpenImageIO"
     # An encoder that is interrupted midway complains to the terminal.
-    with defer_stop(), replacing(path) as temporary:
+    with defer_stop(), replacing(path, most=pixels.nbytes + _HEADER) as temporary:
         is_written = out.open(str(temporary), spec) and out.write_image(np.ascontiguousarray(pixels))
         if not (out.close() and is_written):
-            raise SceneError(path, f"cannot be written ({first_line(out.geterror())}); check the disk")
+            raise not_written(path, temporary, out)
         if not is_complete(temporary):
             raise SceneError(path, "cannot be written completely; check the space on the disk")
+
+
+def not_written(path: str | Path, temporary: Path, out: Any) -> SceneError:
+    """The error of an output of OpenImageIO, which names the temporary file."""
+    reason = first_line(out.geterror()).replace(str(temporary), str(path))
+    return SceneError(path, f"cannot be written ({reason}); check the disk")
 
 
 def first_line(text: str) -> str:

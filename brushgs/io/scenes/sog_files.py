@@ -4,7 +4,6 @@ Members of an archive are found by name. Their pictures are copied to a temporar
 own, while they are decoded, since the decoder reads named files only; nothing else reaches the disk.
 """
 
-import tempfile
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +11,7 @@ from pathlib import Path, PurePosixPath
 from typing import Protocol
 
 from brushgs.errors import SceneError
-from brushgs.io.files import find_within, is_dir, is_plain, open_plain, read_whole
+from brushgs.io.files import find_within, is_dir, is_plain, open_plain, read_whole, scratch_folder
 from brushgs.io.pictures.webp import NUM_HEADER_BYTES
 from brushgs.io.zip_file import ZIP_FAULTS, open_zip, why_not_read
 
@@ -96,8 +95,8 @@ class Archive:
     def on_disk(self, name: str, most: int) -> Iterator[Path]:
         """See `SceneFiles`."""
         content = self._read_whole(name, most)
-        with tempfile.TemporaryDirectory(prefix="brushgs-") as folder:
-            path = Path(folder) / "picture.webp"
+        with scratch_folder() as folder:
+            path = folder / "picture.webp"
             path.write_bytes(content)
             try:
                 yield path

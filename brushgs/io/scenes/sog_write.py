@@ -5,7 +5,6 @@ space, so that neighbours in a picture are alike, which packs better.
 """
 
 import json
-import tempfile
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.io.files import replacing
+from brushgs.io.files import replacing, scratch_folder
 from brushgs.io.pictures.webp import write_exact
 from brushgs.io.scenes.finite_logs import logs_of, unit_quats
 from brushgs.io.scenes.order import spatial_order
@@ -144,11 +143,11 @@ def _write_archive(path: str | Path, meta: bytes, pictures: dict[str, NDArray[np
     """Members are stored as they are: WebP does not pack further."""
     with (
         replacing(path) as temporary,
-        tempfile.TemporaryDirectory(prefix="brushgs-") as folder,
+        scratch_folder() as folder,
         zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive,
     ):
         for name, picture in pictures.items():
-            file = Path(folder) / name
+            file = folder / name
             write_exact(picture, file)
             archive.writestr(zipfile.ZipInfo(name, _DATE), file.read_bytes())
         archive.writestr(zipfile.ZipInfo(META, _DATE), meta)

@@ -22,6 +22,10 @@ from brushgs.io.scenes.upright_notes import NOTES, notes_of
 from brushgs.io.usd.process import INSTALL, is_usd_here
 from brushgs.scene import Gaussians
 
+# Bytes that a number takes at most, where not four: text, and an archive with its member. OpenUSD raises an
+# error of its own where the disk is full.
+_BYTES = {".usda": 16, ".usdz": 8}
+_ROOM = 1 << 16  # of notes and the rest
 _REACH = 3  # standard deviations that the extent of the prim includes
 
 
@@ -48,7 +52,8 @@ def write_scene(
     rows = gaussians if order is None else gaussians.take(order)
     stored = known.sorted_by(rows, order)
     stage = _stage(rows, stored)
-    with replacing(path) as temporary:
+    most = _ROOM + _BYTES.get(Path(path).suffix.lower(), 4) * len(rows) * (11 + rows.sh[0].size)
+    with replacing(path, most=most) as temporary:
         if temporary.suffix.lower() == ".usdz":
             _pack(stage, temporary)
         else:

@@ -2,8 +2,6 @@
 
 import base64
 import binascii
-import tempfile
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -11,6 +9,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F64, U8
 from brushgs.errors import SceneError
+from brushgs.io.files import scratch_folder
 from brushgs.io.json_file import as_count
 from brushgs.io.styles.fields import Fields
 from brushgs.io.styles.format import MAX_BYTES, MAX_TEXELS
@@ -109,8 +108,8 @@ def pack_picture(texels: U8) -> dict[str, Any]:
     """A grey picture [h, w] as JSON."""
     from brushgs.io.pictures.oiio import write_pixels
 
-    with tempfile.TemporaryDirectory(prefix="brushgs-") as folder:
-        path = Path(folder) / "brush.png"
+    with scratch_folder() as folder:
+        path = folder / "brush.png"
         write_pixels(path, "png", texels[..., None], ("Y",), _PNG_ATTRIBUTES)
         return {"type": "png", "data": base64.b64encode(path.read_bytes()).decode()}
 
@@ -130,8 +129,8 @@ def take_picture(fields: Fields) -> U8:
     rule = f"'data' {fields.where} must be a PNG of 8 bits of grey and at most {MAX_TEXELS} texels a side"
     if not data.startswith(_PNG):
         raise SceneError(fields.path, f"{rule}, got another file; learn the style again")
-    with tempfile.TemporaryDirectory(prefix="brushgs-") as folder:
-        path = Path(folder) / "brush.png"
+    with scratch_folder() as folder:
+        path = folder / "brush.png"
         path.write_bytes(data)
         try:
             texels = read_bytes(path, MAX_TEXELS**2)

@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.errors import SceneError
 from brushgs.io.files import replacing
 from brushgs.io.pictures.exr.attributes import attributes_of
 from brushgs.io.pictures.exr.cryptomatte import cryptomattes_of
 from brushgs.io.pictures.exr.planes import LARGEST_HALF, NOTES, Plane, planes_of
-from brushgs.io.pictures.oiio import NO_DATE, Background, first_line
+from brushgs.io.pictures.oiio import NO_DATE, Background, not_written
 from brushgs.io.pictures.shot import Shot
 from brushgs.scene import Frame
 from brushgs.signals import defer_stop
@@ -49,7 +48,7 @@ def write_flat(frame: Frame, path: str | Path, background: Background, shot: Sho
     with defer_stop(), replacing(path) as temporary:
         is_written = out.open(str(temporary), spec) and _write_bands(out, planes, width, height)
         if not (out.close() and is_written):
-            raise SceneError(path, f"cannot be written ({first_line(out.geterror())}); check the disk")
+            raise not_written(path, temporary, out)
 
 
 def _write_bands(out: "OpenImageIO.ImageOutput", planes: Sequence[Plane], width: int, height: int) -> bool:
