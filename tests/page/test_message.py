@@ -1,10 +1,15 @@
 """What a page says when something is wrong, and that a lost context comes back."""
 
+import gzip
+import json
 import re
+import zlib
 
 import numpy as np
 import pytest
 
+from brushgs.page.container import write_container
+from brushgs.page.html import page_html
 from tests.page.page_file import pixels, scene, seen, settle, shown, wait_until, write_page
 
 CALM = {"reduced_motion": "reduce"}
@@ -135,6 +140,54 @@ def test_an_error_of_a_browser_extension_is_not_taken_for_one_of_the_page(open_p
     page.evaluate(f"window.dispatchEvent({event})")
     assert message_of(page) == ""
     assert page.locator("#painting").is_visible()
+
+
+def more_strokes(header):
+    header["coats"][0]["count"] += 1
+
+
+def higher_degree(header):
+    header["coats"][0]["shDegree"] += 1
+
+
+def another_brush(header):
+    header["coats"][0]["brushes"] = [len(header["brushes"])]
+
+
+def wider_brush(header):
+    header["brushes"][0]["columns"] *= 1000
+
+
+def no_scales(header):
+    del header["coats"][0]["arrays"]["scales"]
+
+
+def huge_array(header):
+    header["arrays"]["coat0.means"]["shape"][0] = 1 << 60
+
+
+def other_numbers(header):
+    header["arrays"]["coat0.means"]["dtype"] = "int64"
+
+
+FAULTS = [more_strokes, higher_degree, another_brush, wider_brush, no_scales, huge_array, other_numbers]
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
+def test_counts_that_do_not_agree_are_one_sentence(open_page, tmp_path, fault):
+    raw = gzip.decompress(write_container(shown()))
+    end = 12 + int.from_bytes(raw[8:12], "little")
+    header = json.loads(raw[12:end])
+    fault(header)
+    text = json.dumps(header).encode()
+    start = raw[:8] + len(text).to_bytes(4, "little") + text
+    body = start.ljust(-(-len(start) // 8) * 8, b"\0") + raw[-(-end // 8) * 8 : -4]
+    container = gzip.compress(body + zlib.crc32(body).to_bytes(4, "little"))
+    path = tmp_path / "odd.html"
+    path.write_text(page_html(container, title="odd", still=None), encoding="utf-8")
+    page = open_page(path, **CALM)
+    page.evaluate("brushgs.ready")
+    assert re.fullmatch(r"The painting in this page does not agree .*\. Export it again\.", message_of(page))
 
 
 def test_a_lost_context_comes_back_with_the_same_view(open_page, path):

@@ -67,6 +67,15 @@ def test_every_kind_of_look_becomes_a_model(scene, capsys, words):
     assert counts["for_view"] == bool(more)
 
 
+def test_rectangles_are_not_taken_for_splats(scene, capsys):
+    """Nor where their brush is a kernel, which looks like them."""
+    assert run(capsys, "export", scene, "-o", "a.glb", "--stroke", "gaussian", *SMALL)[0] == 0
+    code, _, err = run(capsys, "render", "a.glb", "-o", "a.png")
+    assert code == 2
+    assert "a.glb: holds a painting as textured rectangles" in err
+    assert "brushgs cluster SCENE -o FILE.glb" in err
+
+
 def test_the_first_view_is_that_of_render(scene, capsys):
     words = ["--look", "plain", "--stroke", "flat", "--background", "transparent", *SMALL]
     assert run(capsys, "render", scene, "-o", "a.png", "--underpaint", "on", *words)[0] == 0

@@ -115,8 +115,7 @@ def open_scene(path: Path) -> SceneFile:
     ]
     splats = [some for some in splats if some.num_rows]
     if not splats:
-        fact = "is a glTF model without Gaussian splats"
-        raise SceneError(path, f"{fact}; export the splats as .ply, or with {EXTENSION}")
+        raise SceneError(path, _why_no_splats(file.top))
     num_rows = sum(some.num_rows for some in splats)
     num_terms = max(some.num_terms for some in splats)
     packed = [some.scene for some in splats if isinstance(some, PackedSplats)]
@@ -214,6 +213,17 @@ class _Attributes:
                 break
             rest += complete
         return tuple(rest)
+
+
+def _why_no_splats(top: dict[str, Any]) -> str:
+    """The sentence about a model without any, which may be a painting that was exported to be looked at."""
+    asset = top.get("asset")
+    if isinstance(asset, dict) and str(asset.get("generator")).startswith("brushgs ") and top.get("textures"):
+        fact = "holds a painting as textured rectangles, which cannot be painted again"
+        return (
+            f"{fact}; paint the scene it was made of, or write that with 'brushgs cluster SCENE -o FILE.glb'"
+        )
+    return f"is a glTF model without Gaussian splats; export the splats as .ply, or with {EXTENSION}"
 
 
 def _open_splats(

@@ -1,6 +1,11 @@
 // The container that holds a painting: gzip of a header (JSON), arrays and a checksum.
 
 const MAGIC = "brushgs\u0001";
+// Numbers a stroke in each column of a coat.
+const WIDTHS = {
+  means: 3, quats: 4, scales: 3, opacities: 1, brush: 1, region: 1, streakStart: 1, relief: 2, chance: 1, normals: 3,
+};
+const ARRAYS = { float32: Float32Array, float16: Uint16Array, uint8: Uint8Array };
 const TRUNCATED = "This page is incomplete: the painting in it was cut short. Get the whole file again.";
 
 /**
@@ -9,7 +14,8 @@ const TRUNCATED = "This page is incomplete: the painting in it was cut short. Ge
  * @param {Uint8Array} bytes
  * @returns {Promise<{header: object, arrays: Object<string, TypedArray>}>} Arrays are flat, their shapes
  *     stand in `header.arrays`: Float32Array, Uint8Array, and Uint16Array with the bits of float16.
- * @throws {Error} a sentence for who opened the page, where the container is cut short, damaged or newer.
+ * @throws {Error} a sentence for who opened the page, where the container is cut short, damaged or newer, or
+ *     its header and arrays do not agree.
  */
 async function decodeContents(bytes) {
   const raw = await gunzipped(bytes);
@@ -22,9 +28,53 @@ async function decodeContents(bytes) {
   const header = JSON.parse(new TextDecoder().decode(raw.subarray(12, 12 + headerLength)));
   if (header.version !== 1) throw new Error(`The painting is of version ${header.version}, not 1.`);
   const blob = raw.subarray(Math.ceil((12 + headerLength) / 8) * 8, raw.length - 4);
+  checkCounts(header, blob.length);
   const arrays = {};
   for (const [name, entry] of Object.entries(header.arrays)) arrays[name] = unshuffled(blob, entry);
   return { header, arrays };
+}
+
+/** Refuse a header whose counts are not those of its arrays, or whose arrays are not all there. */
+function checkCounts({ arrays, brushes, coats, surface }, numBytes) {
+  const refuse = (what) => {
+    throw new Error(`The painting in this page does not agree with itself: ${what}. Export it again.`);
+  };
+  for (const [name, { offset, dtype, shape }] of Object.entries(arrays)) {
+    if (!Object.hasOwn(ARRAYS, dtype)) refuse(`${name} is of the kind ${dtype}`);
+    const end = offset + sizeOf(shape) * ARRAYS[dtype].BYTES_PER_ELEMENT;
+    const areCounts = [offset, ...shape].every((n) => Number.isSafeInteger(n) && n >= 0);
+    if (!areCounts || !(end <= numBytes)) refuse(`${name} needs ${end} bytes of ${numBytes}`);
+  }
+  const check = (name, wanted, whose) => {
+    const got = Object.hasOwn(arrays, name) ? sizeOf(arrays[name].shape) : "no";
+    if (got !== wanted) refuse(`${whose} has ${got} numbers in ${name}, and needs ${wanted}`);
+  };
+  for (const coat of coats) {
+    for (const name of ["means", "quats", "scales", "opacities", "sh"]) {
+      if (!Object.hasOwn(coat.arrays, name)) refuse(`the coat ${coat.name} has no ${name}`);
+    }
+    for (const [name, array] of Object.entries(coat.arrays)) {
+      const width = name === "sh" ? 3 * (coat.shDegree + 1) ** 2 : WIDTHS[name];
+      check(array, coat.count * width, `the coat ${coat.name}`);
+    }
+    const lacking = coat.brushes.find((row) => brushes[row] === undefined);
+    if (lacking !== undefined) refuse(`the coat ${coat.name} needs brush ${lacking} of ${brushes.length}`);
+    const numSigmas = coat.numSigmas.length;
+    if (coat.brushes.length && numSigmas !== coat.brushes.length) {
+      refuse(`the coat ${coat.name} has ${coat.brushes.length} brushes and ${numSigmas} extents`);
+    }
+  }
+  for (const { name, rows, columns, coverage, height } of brushes) {
+    for (const image of height === null ? [coverage] : [coverage, height]) {
+      check(image, rows * columns, `the brush ${name}`);
+    }
+  }
+  const image = surface?.image;
+  if (image !== undefined && !Object.hasOwn(arrays, image)) refuse(`the surface has no ${image}`);
+}
+
+function sizeOf(shape) {
+  return shape.reduce((product, n) => product * n, 1);
 }
 
 /** The bytes of a base64 text; throws where it is none. */
@@ -44,9 +94,8 @@ async function gunzipped(bytes) {
 
 /** An array whose first bytes are stored first, then all second bytes, and so on. */
 function unshuffled(blob, { offset, dtype, shape }) {
-  const ARRAYS = { float32: Float32Array, float16: Uint16Array, uint8: Uint8Array };
   const TypedArray = ARRAYS[dtype];
-  const count = shape.reduce((product, n) => product * n, 1);
+  const count = sizeOf(shape);
   const size = TypedArray.BYTES_PER_ELEMENT;
   const result = new Uint8Array(count * size);
   for (let plane = 0; plane < size; plane++) {
