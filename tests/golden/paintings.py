@@ -12,6 +12,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -31,6 +32,7 @@ from brushgs.passes.features import cluster_features, spans_of
 from brushgs.passes.merge import merge_clusters
 from brushgs.passes.seen import seen_in
 from brushgs.passes.split import cut, painted_errors
+from brushgs.passes.style.features import COLOR_FEATURES, stroke_features
 from brushgs.passes.worth import worth_keeping
 from brushgs.rendering.plain import PlainViews
 from brushgs.scene import GAUSSIAN_COLUMNS, Frame
@@ -105,6 +107,13 @@ def steps(golden: dict[str, np.ndarray]) -> Iterator[tuple[str, np.ndarray]]:
     }.items():
         after = run(strokes(_before(name)))
         yield from (put(f"{name} {column}", getattr(after, column)) for column in GAUSSIAN_COLUMNS)
+    nearly_grey = replace(strokes("broken"), sh=strokes("broken").sh * np.float32(0.02))
+    two = bg.Palette.of_colors(np.array([[0.9, 0.1, 0.1], [0.1, 0.2, 0.9], [0.9, 0.8, 0.2]]))
+    yield put("recolored sh", bg.recolor(nearly_grey, two).sh[::5, 0])
+    shiny = replace(strokes("merged"), sh=strokes("merged").sh * np.float32(6))
+    first = plain_first_view(scene())
+    named = (*COLOR_FEATURES, "gloss", "height")
+    yield put("stroke features", stroke_features(shiny, first, named).values[::5])
     kit = bg.BrushKit(("flat", "dry_brush"), ("dab",), ("impasto",), ("palette_knife",))
     small = frame_scene(plain_first_view(scene()), width=SIZE[0] // 3, height=SIZE[1] // 3)
     frame = bg.render(strokes("broken"), small, "dry_brush", underpaint=True, streaks=0.1, relief=True)
@@ -189,6 +198,11 @@ def _is_constant(name: str, value: object) -> bool:
     return name.strip("_").isupper() and isinstance(value, float) and np.isfinite(value)
 
 
+def is_cached(value: object) -> bool:
+    """Whether it is a function that keeps its results."""
+    return isinstance(value, type(views))
+
+
 @contextmanager
 def changed(places: list[ModuleType], name: str, value: float, other: float) -> Iterator[None]:
     """Within this context a constant has another value, also where it is the default of an argument."""
@@ -207,7 +221,8 @@ def changed(places: list[ModuleType], name: str, value: float, other: float) -> 
                 for key, default in (function.__kwdefaults__ or {}).items():
                     if type(default) is float and default == old:
                         function.__kwdefaults__[key] = new
-        for one in (views, scene):
+        modules = [module for key, module in sys.modules.items() if key.split(".")[0] in ("brushgs", "tests")]
+        for one in {one for module in modules for one in vars(module).values() if is_cached(one)}:
             one.cache_clear()
 
     put(value, other)
