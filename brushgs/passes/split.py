@@ -141,6 +141,8 @@ def cut(labels: Labels, chosen: Labels, points: Array, weights: F64, spans: F32 
         pairs = _means(away, weights, 2 * own + is_second, 2 * len(chosen))
         first, second = pairs[2 * own], pairs[2 * own + 1]
         is_second = ((away - second) ** 2).sum(axis=1) < ((away - first) ** 2).sum(axis=1)
+    # Which half is the second must not hang on the sign of an eigenvector, which differs between processors.
+    is_second ^= is_second[np.unique(own, return_index=True)[1]][own]
     labels = labels.copy()
     labels[rows[is_second]] = num + own[is_second]
     return compacted(labels)[0].astype(np.intp)

@@ -43,3 +43,10 @@ def test_members_at_one_place_are_cut_by_color_and_stay_finite():
     sh = np.repeat((-0.5, 0.5), 20)[:, None, None] * np.ones((40, 1, 3))
     labels = halves(replaced(scene, means=np.zeros((40, 3)), sh=sh))
     np.testing.assert_array_equal(labels == labels[0], np.repeat((True, False), 20))
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_halves_do_not_hang_on_the_sign_of_an_eigenvector(sign, monkeypatch):
+    eigh = np.linalg.eigh
+    monkeypatch.setattr(np.linalg, "eigh", lambda a: (eigh(a)[0], sign * eigh(a)[1]))
+    assert halves(lines(1.0))[0] == 0
