@@ -51,12 +51,16 @@ def clean_scene(
         stage.did = f"{num_dropped:,} floaters dropped, {share:.2g} of the painted area"
         if not num_dropped:
             stage.did = "no floaters that could be seen"
+        num_copies = int(np.count_nonzero(found.copies & ~rows))
+        if num_copies:
+            far += f"{num_copies:,} rows that repeat others and are never seen dropped; "
         stage.did = far + stage.did
-        stage.counts |= {"after": len(gaussians) - num_dropped}
+        rows_left = ~(rows | found.copies)
+        stage.counts |= {"after": int(np.count_nonzero(rows_left))}
         more = int(np.count_nonzero(found.strong.rows & ~rows))
         if config.floaters == "sure" and found.strong.share > share + STRONG_HELPS and not found.is_haze:
             stage.did += f"; {more:,} more may be floaters: --clean strong drops them too"
-    return gaussians.take(~rows) if num_dropped else gaussians
+    return gaussians if rows_left.all() else gaussians.take(rows_left)
 
 
 def select_seen(

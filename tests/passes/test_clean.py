@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.passes.clean import find_floaters
+from brushgs.passes.clean import MOST_COPIES, find_floaters
 from tests.doctor.scenes import ball
+from tests.passes.scenes import replaced
 from tests.passes.test_floaters import blobs, joined
 
 SPECKS = blobs([(0, 2.5, 0), (2.5, 0, 0)], 0.1)  # far from the ball
@@ -59,3 +60,19 @@ def test_copies_at_one_place_are_judged_together():
 def test_an_unknown_level_is_refused():
     with pytest.raises(ValueError, match="clean: floaters must be off, sure, strong, got 'all'"):
         bg.clean(ball(), "all")
+
+
+def test_rows_that_repeat_others_until_no_picture_shows_them_are_dropped():
+    scene = ball()
+    faint = replaced(scene, opacities=np.full_like(scene.opacities, 0.01))  # many are seen through another
+    rows = np.concatenate([np.arange(len(scene)), np.full(6000, 7)])
+    repeated = faint.take(np.random.default_rng(0).permutation(rows))
+    cleaned = bg.clean(repeated)
+    assert len(cleaned) == len(scene) - 1 + MOST_COPIES
+    camera = bg.frame_scene(faint, width=96, height=64)
+    before, after = (bg.render(one, camera, "gaussian") for one in (repeated, cleaned))
+    np.testing.assert_array_equal(before.rgb, after.rgb)
+    np.testing.assert_array_equal(before.alpha, after.alpha)
+    assert bg.clean(repeated, "off") is repeated
+    fewer = faint.take(rows[:-4000])
+    assert bg.clean(fewer) is fewer
