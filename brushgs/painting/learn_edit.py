@@ -25,6 +25,7 @@ from brushgs.scene import Camera, Gaussians
 from brushgs.style import Style
 
 MOST_SIDE = 512  # pixels of a picture: larger ones are averaged down, which an affine map does not notice
+FULLY = 0.995  # shares above it are not worth a word
 LEAST_SEEN = 0.5  # pixels over all pictures, of which the colour of a Gaussian is known
 
 
@@ -123,9 +124,14 @@ def _describe(stage: Stage, learnt: LearntEdit) -> None:
     """What was learnt, and how well it explains what it was learnt from."""
     edit = learnt.edit
     words = f"colours changed by {learnt.changed:.1%}; an affine map leaves {learnt.left:.1%}"
+    if learnt.kept < FULLY:
+        kept = f"{learnt.kept:.0%} of it is" if learnt.kept > 1 - FULLY else "nothing of it is"
+        words += f" ({kept} kept: what holds for colours that it was not fitted to)"
     if edit.residual is not None:
         names = ", ".join(name.replace("_", " ") for name in edit.residual.features)
         words += f", with {len(edit.residual.centers)} bumps over {names} {learnt.held_out:.1%}"
+        if learnt.bumps_kept < FULLY:
+            words += f" ({learnt.bumps_kept:.0%} of them kept)"
     if edit.log_size:
         words += f"; sizes times {np.exp(edit.log_size):.3g}"
     stage.did = words
@@ -133,6 +139,8 @@ def _describe(stage: Stage, learnt: LearntEdit) -> None:
         "pairs": learnt.num_pairs,
         "changed": learnt.changed,
         "left": learnt.left,
+        "kept": learnt.kept,
+        "bumps_kept": learnt.bumps_kept,
         "held_out": learnt.held_out,
         "bumps": 0 if edit.residual is None else len(edit.residual.centers),
         "features": [] if edit.residual is None else list(edit.residual.features),

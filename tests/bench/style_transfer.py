@@ -3,12 +3,13 @@
     python -m tests.bench.style_transfer [--scenes koala chair truck biker skull still_life]
         [--controls warm grey ...] [--sizes] [--json FILE]
 
-An edit ("control") is made to the Gaussians of a scene, and learnt from the scene before and after it. What
-was learnt is applied to the strokes of each scene, and compared with the control itself on these strokes:
-PSNR over 3 views of 256x192, pixels that are more than half painted, flat dabs. "On" is the mean of the
-scenes that it was learnt from, "off" all pairs of different scenes. "Unchanged" is the PSNR of strokes to
-which nothing is done: what a style must beat. --sizes gives the error by the number of bumps, the bytes of
-the style file, and seconds.
+An edit ("control") is made to the Gaussians of a scene, whose colours are then rounded to 8 bits as most
+files hold them, and learnt from the scene before and after it. What was learnt is applied to the strokes of
+each scene, and compared with a painting of the edited scene, whose strokes are made anew: PSNR over 3 views
+of 256x192, pixels that are more than half painted, flat dabs. "Floor" is the control itself on the strokes of
+the scene against the same painting: two clusterings differ by so much. "On" are the scenes that it was learnt
+from, "off" all pairs of different scenes. "Unchanged" is the PSNR of strokes to which nothing is done: what a
+style must beat. --sizes gives the error by the number of bumps, the bytes of the style file, and seconds.
 """
 
 import argparse
@@ -17,7 +18,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,7 @@ from brushgs.passes.style.features import StrokeFeatures, stroke_features
 from brushgs.passes.style.fit_bumps import COUNTS
 from brushgs.passes.style.learn_edit import learn_edit
 from brushgs.scene import FirstView, Gaussians
+from brushgs.sh import C0
 from brushgs.still_life import still_life
 from brushgs.style import Style, StyleEdit
 from tests.bench.machine import describe
@@ -58,11 +60,13 @@ class Control:
         of: colours after [n, 3], by colours before and the feature [n].
         feature: that it depends on beside colour.
         is_restoring: from its result back to the scene.
+        is_of_base: the base colour is edited, and its change with the direction stays as it is.
     """
 
     of: Callable[[F64, F64], F64]
     feature: str | None = None
     is_restoring: bool = False
+    is_of_base: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -76,6 +80,8 @@ class Control:
         return self.of(rgb, column)
 
     def slopes(self, rgb: F64, after: F64, features: StrokeFeatures | None = None) -> F64:
+        if self.is_of_base:
+            return np.broadcast_to(np.eye(3), (len(rgb), 3, 3))
         return difference_slopes(self, rgb, features)
 
 
@@ -99,6 +105,11 @@ def _orange_to_green(rgb: F64, _: F64) -> F64:
     return np.stack([grey, chroma * np.cos(hue), chroma * np.sin(hue)], axis=1) @ axes.T
 
 
+def _posterised(rgb: F64, _: F64) -> F64:
+    """Five levels of each channel, which no affine map and few bumps express."""
+    return np.floor(np.clip(rgb, 0, 0.9999) * 5) / 4
+
+
 CONTROLS = {
     "warm": Control(lambda rgb, _: rgb * (1.12, 1.0, 0.78) + (0.03, 0.01, -0.02)),
     "grey": Control(lambda rgb, _: _grey(rgb)),
@@ -107,8 +118,21 @@ CONTROLS = {
     "saturation 0.4": Control(_saturated(0.4)),
     "orange to green": Control(_orange_to_green),
     "darker upward": Control(lambda rgb, up: rgb * (1 - 0.7 * np.clip(up, 0, 1))[:, None], "height"),
+    "posterised": Control(_posterised, is_of_base=True),
     "colour from grey": Control(lambda rgb, _: _grey(rgb), is_restoring=True),
 }
+
+
+def strokes_of(scene: Gaussians) -> Gaussians:
+    return bg.cluster(bg.prune(scene, 0.7), NUM_STROKES)
+
+
+def in_8_bits(gaussians: Gaussians) -> Gaussians:
+    """With colours as a .splat file holds them."""
+    rgb = np.clip(0.5 + C0 * gaussians.sh[:, 0].astype(np.float64), 0, 1)
+    sh = gaussians.sh.copy()
+    sh[:, 0] = (np.round(255 * rgb) / 255 - 0.5) / C0
+    return replace(gaussians, sh=sh)
 
 
 class Case:
@@ -123,7 +147,7 @@ class Case:
             path, up = SCENES[name]
             self.scene = bg.clean(bg.load(SCENES_FOLDER / path))
         self.view: FirstView = find_first_view(self.scene, up=up)
-        self.strokes = bg.cluster(bg.prune(self.scene, 0.7), NUM_STROKES)
+        self.strokes = strokes_of(self.scene)
         width, height = SIZE
         self.cameras = [
             frame_scene(self.view, width=width, height=height, azimuth=self.view.azimuth + turn)
@@ -156,6 +180,7 @@ class Row:
     control: str
     psnr: list[list[float]]
     unchanged: list[float]
+    floor: list[float]
     features: list[str]
     num_bumps: list[int]
     num_bytes: list[int]
@@ -166,7 +191,8 @@ class Row:
         table = np.array(self.psnr)
         on = np.diag(table)
         off = table[~np.eye(len(table), dtype=bool)]
-        cells = [self.control, f"{min(self.unchanged):.1f} to {max(self.unchanged):.1f}"]
+        cells = [self.control]
+        cells += [f"{min(some):.1f} to {max(some):.1f}" for some in (self.unchanged, self.floor)]
         for some in (on, off):
             cells += [f"{some.min():.1f}", f"{np.median(some):.1f}"] if len(some) else ["-", "-"]
         bumps = f"{min(self.num_bumps)} to {max(self.num_bumps)}"
@@ -174,17 +200,22 @@ class Row:
         return " | ".join([*cells, f"{max(self.apply_seconds):.2f}"])
 
 
-HEAD = "control | unchanged | on: least | median | off: least | median | bumps | kB | s to learn | s to apply"
+HEAD = "control | unchanged | floor | on: least | median | off: least | median | bumps | kB | learn | apply"
 
 
 def measure(name: str, cases: list[Case], num_bumps: int | None = None) -> Row:
     """Learn a control on each scene, and apply it to each."""
     control = CONTROLS[name]
-    states = [case.states(control, case.strokes) for case in cases]
-    unchanged = [case.psnr(*pair) for case, pair in zip(cases, states, strict=True)]
-    row = Row(name, [], unchanged, [], [], [], [], [])
+    states = []  # of each scene: before and after in 8 bits, and the strokes of both
+    row = Row(name, [], [], [], [], [], [], [], [])
     for case in cases:
         before, after = case.states(control, case.scene)
+        after = in_8_bits(after)
+        own = strokes_of(before) if control.is_restoring else case.strokes
+        states.append((before, after, own, strokes_of(after)))
+        row.unchanged.append(case.psnr(own, states[-1][3]))
+        row.floor.append(case.psnr(case.states(control, case.strokes)[1], states[-1][3]))
+    for case, (before, after, _, _) in zip(cases, states, strict=True):
         start = time.perf_counter()
         learnt = learn_edit(before, after, case.view, num_bumps=num_bumps)
         row.learn_seconds.append(time.perf_counter() - start)
@@ -193,7 +224,7 @@ def measure(name: str, cases: list[Case], num_bumps: int | None = None) -> Row:
         row.num_bumps.append(len(edit.residual.centers) if edit.residual else 0)
         row.num_bytes.append(file_size(edit))
         found = []
-        for other, (own, wanted) in zip(cases, states, strict=True):
+        for other, (_, _, own, wanted) in zip(cases, states, strict=True):
             start = time.perf_counter()
             features = stroke_features(own, other.view, needed_features([edit]))
             styled = apply_edit(own, edit, features)
@@ -237,7 +268,8 @@ def main() -> None:
     for row in rows:
         print(row.line())
     for row in rows:
-        print(f"\n{row.control}, {', '.join(f'{p:.1f}' for p in row.unchanged)} unchanged\n")
+        print(f"\n{row.control}, {', '.join(f'{p:.1f}' for p in row.unchanged)} unchanged")
+        print(f"floor {', '.join(f'{p:.1f}' for p in row.floor)}\n")
         print(" | ".join(["learnt from", *(case.name for case in cases)]) + "\n" + "-|" * len(cases) + "-")
         for case, found in zip(cases, row.psnr, strict=True):
             print(" | ".join([case.name, *(f"{p:.1f}" for p in found)]))

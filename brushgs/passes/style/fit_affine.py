@@ -2,7 +2,8 @@
 
 Simple means: what most colours say, a few that an edit treats otherwise set aside; and where the colours of
 a scene do not say, as those of a grey one, first no change, then one of each channel for itself, then what
-the data force upon it. So a map that is learnt from few colours is right for others as far as it can be.
+the data force upon it. So a map that is learnt from few colours is right for others as far as it can be. One
+that does not explain the edit is weakened to what it is worth for colours that it was not fitted to.
 """
 
 from dataclasses import dataclass
@@ -19,6 +20,8 @@ SAYS = 30.0  # independent colours that a scene is taken to have where no map ex
 EXACT = 1e-6  # standard deviation of rounding in float32
 SAME, CHANGED = 1 / 255, 4 / 255  # differences that nobody sees, and those that some do
 LEFT_ALONE = 0.05  # share of the weight that shows an edit to be partial
+EXPLAINED, PROVEN = 1.5 / 255, 0.75  # what leaves so little of such a share of the weight needs no proof
+END = 1 / 3  # of the weight: colours that are held out, at each end of each axis
 LEAST_SHARE = 0.5  # of the weight that a map must explain for the rest to be set aside
 
 
@@ -29,10 +32,12 @@ class AffineFit:
     Attributes:
         affine: [3, 4] as in `brushgs.style.StyleEdit`.
         known: [n, 3] of 0 or 1: which values after were not cut off at 0 or 1.
+        kept: 0 to 1, the share of the best map that is in it; the rest leads to the identity.
     """
 
     affine: F64
     known: F64
+    kept: float = 1.0
 
 
 def fit_affine(before: F64, after: F64, weights: F64) -> AffineFit:
@@ -44,6 +49,39 @@ def fit_affine(before: F64, after: F64, weights: F64) -> AffineFit:
         weights: [n] >= 0, not all 0.
     """
     weights = weights / weights.sum()
+    fit = _fit_all(before, after, weights)
+    errors = np.abs(np.clip(after, 0, 1) - np.clip(_mapped(fit.affine, before), 0, 1)).max(axis=1)
+    if weights @ (errors < EXPLAINED) >= PROVEN or (fit.affine == np.eye(3, 4)).all():
+        return fit
+    kept = _share_that_holds(before, after, weights)
+    return AffineFit(np.eye(3, 4) + kept * (fit.affine - np.eye(3, 4)), fit.known, kept)
+
+
+def _share_that_holds(before: F64, after: F64, weights: F64) -> float:
+    """By how much of a map colours that it was not fitted to come nearest to what was made of them, 0 to 1.
+
+    The ends of the principal axes of the colours are held out, one at a time: another scene has its colours
+    beyond those of this one, where a straight line through steps and waves leads anywhere.
+    """
+    away = before - weights @ before
+    axes = np.linalg.eigh((away.T * weights) @ away)[1]
+    gained = total = 0.0
+    for place in (away @ axes).T:
+        order = np.argsort(place, kind="stable")
+        below = np.empty(len(place))
+        below[order] = np.cumsum(weights[order])
+        for held in (below < END, below > 1 - END):
+            if weights[held].sum() == 0 or weights[~held].sum() == 0:
+                continue
+            affine = _fit_all(before[~held], after[~held], weights[~held] / weights[~held].sum()).affine
+            step = np.clip(_mapped(affine, before[held]), 0, 1) - before[held]
+            gained += float(weights[held] @ (step * (after[held] - before[held])).sum(axis=1))
+            total += float(weights[held] @ (step**2).sum(axis=1))
+    return min(max(gained / total, 0.0), 1.0) if total > 0 else 0.0
+
+
+def _fit_all(before: F64, after: F64, weights: F64) -> AffineFit:
+    """The best map; weights sum to 1."""
     is_cut = (np.minimum(np.abs(after), np.abs(after - 1)) < CLIP) & (np.abs(after - before) > CLIP)
     known = np.where(is_cut, 0.0, 1.0)
     if (weights @ known).min() < LEAST_SHARE:

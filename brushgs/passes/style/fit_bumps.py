@@ -1,8 +1,9 @@
 """What an affine map leaves of an edit -> bumps over features of strokes, as few as it takes.
 
 Features, their number of bumps and how firmly these are held are chosen by what they explain of strokes that
-they were not fitted to: a part of the scene is held out, another each time. A feature that explains nothing
-there does not get in, and where none does there are no bumps.
+they were not fitted to: a part of the scene is held out, another each time, and then a part of the colours. A
+feature that explains nothing there does not get in, and where none does there are no bumps. Other scenes have
+other colours, so bumps are weakened to what they are worth for colours that were held out.
 """
 
 from collections.abc import Sequence
@@ -33,7 +34,7 @@ NUM_FOLDS = 4
 SCREENING = 24  # bumps by which features are compared
 COUNTS = (8, 24, 64)  # of bumps
 WIDTHS = (1.0, 2.0)  # of bumps, in root mean square distances to the nearest other
-HOLDS = (1e-5, 1e-3, 1e-1)  # of the moments of a bump, added to them
+HOLDS = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)  # of the moments of a bump, added to them
 LEAST_GAIN = 0.3  # share of the squared difference by which another feature must reduce it
 MORE_GAIN = 0.3  # and more bumps
 LEAST_EXPLAINED = 0.5  # and all together: what is explained by less means something else in another scene
@@ -54,7 +55,7 @@ class Samples:
         names: of the features.
         wanted: [n, C] what the affine map leaves of the outputs: RGB, then log size where it varies.
         weights: [n, C] of each, >= 0.
-        folds: [n] 0 to `NUM_FOLDS` - 1.
+        folds: [2, n] 0 to `NUM_FOLDS` - 1: by parts of the scene, and by parts of the colours.
     """
 
     rgb: F64
@@ -72,7 +73,7 @@ class Samples:
             values=self.values[rows],
             wanted=self.wanted[rows],
             weights=self.weights[rows],
-            folds=self.folds[rows],
+            folds=self.folds[:, rows],
         )
 
 
@@ -83,12 +84,14 @@ class BumpFit:
     Attributes:
         residual: the bumps; None where there is nothing to gain.
         before: root mean square of what is wanted, of all outputs.
-        held_out: that of what remains in strokes that were held out.
+        held_out: that of what remains in parts of the scene that were held out.
+        kept: 0 to 1, the share of the best bumps that is in them.
     """
 
     residual: Residual | None
     before: float
     held_out: float
+    kept: float = 1.0
 
 
 def fit_bumps(samples: Samples, candidates: Sequence[tuple[str, ...]], *, most: int | None = None) -> BumpFit:
@@ -116,7 +119,7 @@ def fit_bumps(samples: Samples, candidates: Sequence[tuple[str, ...]], *, most: 
             break
     if best is None or error > (1 - LEAST_EXPLAINED) * start**2:
         return BumpFit(None, start, start)
-    return BumpFit(_fitted(samples, best), start, float(np.sqrt(error)))
+    return BumpFit(_fitted(samples, best), start, float(np.sqrt(error)), best.kept)
 
 
 def _choose_features(
@@ -152,6 +155,7 @@ class _Trial:
     offset: F64
     scale: F64
     hold: float = 0.0
+    kept: float = 1.0
 
     def place(self, samples: Samples) -> F64:
         """[n, F] the features in deviations."""
@@ -166,7 +170,7 @@ class _Trial:
 
 
 def _tried(samples: Samples, names: tuple[str, ...], count: int, width: float) -> tuple[_Trial, float]:
-    """Bumps of some features, held as is best, and the mean square that they leave of what is held out."""
+    """Bumps of some features, held as is best, and the mean square that they leave of parts held out."""
     chosen = samples.values[:, [samples.names.index(name) for name in names]]
     shares = samples.weights.mean(axis=1) / samples.weights.mean(axis=1).sum()
     offset = shares @ chosen
@@ -176,23 +180,32 @@ def _tried(samples: Samples, names: tuple[str, ...], count: int, width: float) -
     centers = _centers(place, count)
     trial = _Trial(names, centers, width * _spacing(centers), offset, scale)
     columns, even = trial.columns(samples), _evened(samples.weights, place)
-    moments = [_moments(columns, samples.wanted, even, samples.folds == fold) for fold in range(NUM_FOLDS)]
-    whole = [_Moments.sum_of(parts) for parts in zip(*moments, strict=True)]
-    errors = np.zeros((len(HOLDS), 2))
-    for fold, parts in enumerate(moments):
-        out = samples.folds == fold
-        for number, hold in enumerate(HOLDS):
-            left = samples.wanted[out] - columns[out] @ _solved(whole, hold, parts)
-            errors[number] += (even[out] * left**2).sum(), (samples.weights[out] * left**2).sum()
-    best = int(np.argmin(errors[:, 0]))
-    return replace(trial, hold=HOLDS[best]), float(errors[best, 1] / samples.weights[:, :3].sum())
+    # [hold, kind of folds, evenly or as seen]: squares of what is wanted, products with what is predicted,
+    # squares of that.
+    sums = np.zeros((len(HOLDS), 2, 2, 3))
+    for kind, folds in enumerate(samples.folds):
+        moments = [_moments(columns, samples.wanted, even, folds == fold) for fold in range(NUM_FOLDS)]
+        whole = [_Moments.sum_of(parts) for parts in zip(*moments, strict=True)]
+        for fold, parts in enumerate(moments):
+            out = folds == fold
+            wanted = samples.wanted[out]
+            for number, hold in enumerate(HOLDS):
+                predicted = columns[out] @ _solved(whole, hold, parts)
+                for way, weights in enumerate((even[out], samples.weights[out])):
+                    products = (wanted**2, wanted * predicted, predicted**2)
+                    sums[number, kind, way] += [(weights * some).sum() for some in products]
+    best = int(np.argmin(sums[:, :, 0].sum(axis=1) @ (1, -2, 1)))
+    _, gained, moved = sums[best, 1, 0]
+    kept = min(max(gained / moved, 0.0), 1.0) if moved > 0 else 1.0
+    left = float(sums[best, 0, 1] @ (1, -2 * kept, kept**2))
+    return replace(trial, hold=HOLDS[best], kept=kept), left / float(samples.weights[:, :3].sum())
 
 
 def _fitted(samples: Samples, trial: _Trial) -> Residual:
     """The bumps with their weights, of all strokes."""
     even = _evened(samples.weights, trial.place(samples))
     whole = _moments(trial.columns(samples), samples.wanted, even, np.ones(len(even), dtype=bool))
-    found = _solved(whole, trial.hold)  # [4 K, C]
+    found = trial.kept * _solved(whole, trial.hold)  # [4 K, C]
     maps = found.reshape(-1, 4, found.shape[1]).transpose(0, 2, 1)  # [K, C, 4]
     slopes = maps[:, :3, :3]
     weights = maps[:, :, 3].copy()

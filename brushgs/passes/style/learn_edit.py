@@ -4,7 +4,7 @@
 
 What is learnt must hold where the scene it is learnt from says nothing: so the affine map is the simplest
 that explains most of it, and a residual enters only if it explains parts of the scene that it was not fitted
-to.
+to. Both are weakened to what they are worth for colours that they were not fitted to.
 """
 
 from dataclasses import dataclass
@@ -14,6 +14,7 @@ import numpy as np
 from brushgs.arrays import F64, Array, Rows
 from brushgs.cameras.framing import camera_axes
 from brushgs.passes.contribution import projected_areas
+from brushgs.passes.lloyd import lloyd
 from brushgs.passes.style.features import COLOR_FEATURES, color_features, stroke_features
 from brushgs.passes.style.fit_affine import fit_affine
 from brushgs.passes.style.fit_bumps import CANDIDATES, NOTHING, NUM_FOLDS, BumpFit, Samples, fit_bumps
@@ -25,6 +26,7 @@ from brushgs.style import StyleEdit
 MOST_ROWS = 10_000  # that an edit is fitted to
 SECTORS = 12  # around up, of which every fourth is held out at a time
 LARGEST_SHARE = 0.99  # quantile of weights that larger ones are reduced to
+NUM_BLOCKS = 12  # of colours, of which every fourth is held out at a time
 SAME_SIZE = 1e-3  # of a log size: rounding
 LOG_SIZE_WEIGHT = 0.3  # a log size counts like so much of a colour
 
@@ -39,6 +41,9 @@ class LearntEdit:
         changed: root mean square difference of colours before and after.
         left: that which the affine map leaves.
         held_out: that which remains with the bumps, in parts of the scene that they were not fitted to.
+        kept: 0 to 1, the share of the best affine map that is in the edit: what it is worth for colours that
+            it was not fitted to.
+        bumps_kept: the same of the bumps.
     """
 
     edit: StyleEdit
@@ -46,6 +51,8 @@ class LearntEdit:
     changed: float
     left: float
     held_out: float
+    kept: float = 1.0
+    bumps_kept: float = 1.0
 
 
 def learn_edit(
@@ -116,20 +123,20 @@ def learn_from_colors(
         found = stroke_features(scene, first_view, tuple(dict.fromkeys(others)))
         wanted = np.column_stack([left, sizes_left]) if has_sizes else left
         says = shares[:, None] * np.column_stack([fit.known, np.ones(len(rows))])[:, : wanted.shape[1]]
+        colors = color_features(before)
         samples = Samples(
             before,
-            np.column_stack([color_features(before), found.values[rows]]),
+            np.column_stack([colors, found.values[rows]]),
             COLOR_FEATURES + found.names,
             wanted,
             says,
-            _folds(scene.means[rows], first_view),
+            np.stack([_sectors(scene.means[rows], first_view), _color_blocks(colors)]),
         )
         bumps = fit_bumps(samples, candidates, most=num_bumps)
         if has_sizes and bumps.residual is not None:
             bumps.residual.weights[:, 3] /= LOG_SIZE_WEIGHT
-    return LearntEdit(
-        StyleEdit(fit.affine, log_size, bumps.residual), len(rows), changed, remains, bumps.held_out
-    )
+    edit = StyleEdit(fit.affine, log_size, bumps.residual)
+    return LearntEdit(edit, len(rows), changed, remains, bumps.held_out, fit.kept, bumps.kept)
 
 
 def sampled(weights: F64, *, most: int = MOST_ROWS) -> tuple[Rows, F64]:
@@ -155,9 +162,15 @@ def _log_steps(before: Array, after: Array) -> F64:
     return steps
 
 
-def _folds(means: Array, first_view: FirstView) -> Rows:
+def _sectors(means: Array, first_view: FirstView) -> Rows:
     """[n] parts of a scene: sectors around the middle of its subject, so that each has all heights."""
     axes = camera_axes(first_view.up, 0.0, 0.0)
     away = (means.astype(np.float64) - first_view.points.mean(axis=0)) @ axes.T
     turns = np.arctan2(away[:, 0], away[:, 2]) / (2 * np.pi) + 0.5
     return np.asarray(np.floor(SECTORS * turns).astype(np.intp) % NUM_FOLDS)
+
+
+def _color_blocks(colors: F64) -> Rows:
+    """[n] parts of the colours [n, 3]: clusters, so that each that is held out lies apart from the others."""
+    labels = lloyd(colors.astype(np.float32), np.ones(len(colors)), NUM_BLOCKS).labels
+    return np.asarray(labels % NUM_FOLDS, np.intp)

@@ -114,6 +114,33 @@ def test_a_few_colours_that_change_otherwise_do_not_bend_the_map():
     np.testing.assert_allclose(found, np.column_stack(AFFINE["any"]), atol=2e-3)
 
 
+def posterised(num_levels):
+    """A map of colours that no affine one expresses."""
+
+    def steps(rgb):
+        return np.floor(np.clip(rgb, 0, 0.9999) * num_levels) / (num_levels - 1)
+
+    return steps
+
+
+@pytest.mark.parametrize("num_levels", [4, 5])
+@pytest.mark.parametrize(("low", "high"), [(0.05, 0.6), (0.5, 0.95)])
+def test_an_edit_that_cannot_be_learnt_does_no_harm_to_other_scenes(num_levels, low, high):
+    """A scene of few colours is posterised, and what is learnt meets all colours."""
+    rng = np.random.default_rng(1)
+    few = np.clip(rng.uniform(low, high, (2000, 1)) + rng.normal(0, 0.1, (2000, 3)), 0, 1)
+    before, other = scene(colors=few), scene(seed=3)
+    after, wanted = (with_colors(one, posterised(num_levels)(colors_of(one))) for one in (before, other))
+    learnt = learn_edit(before, after, VIEW)
+    unchanged = np.sqrt(((colors_of(other) - colors_of(wanted)) ** 2).mean())
+    assert error(learnt.edit, other, wanted) < 1.1 * unchanged
+    assert error(learnt.edit, before, after) < 1.05 * learnt.changed
+
+
+def with_colors(gaussians, rgb):
+    return replaced(gaussians, sh=((rgb - 0.5) / C0)[:, None])
+
+
 def reds_to_blue(gaussians):
     rgb = colors_of(gaussians)
     share = np.clip((rgb[:, 0] - rgb[:, 1] - 0.2) / 0.3, 0, 1)[:, None]
