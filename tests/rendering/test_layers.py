@@ -363,7 +363,7 @@ def test_height_and_unlit_are_those_of_the_canvas():
     np.testing.assert_array_equal(lit.layers["unlit"][..., :3], unlit.rgb)
     np.testing.assert_array_equal(lit.layers["unlit"][..., 3], unlit.alpha)
     np.testing.assert_array_equal(lit.layers["height"], lit.height)
-    assert np.abs(lit.layers["unlit"][..., :3] - lit.rgb).max() > 0.01
+    assert np.abs(lit.layers["unlit"][..., :3] - lit.rgb).max() > 1 / 255  # which is seen
     assert (lit.layers["depth"] > 0).any()
 
 
