@@ -25,11 +25,14 @@ MAX_SIDE = 4096  # pixels: of a picture like a tape the views are less wide
 MOST_OF_PATH = 12  # of the cameras of a path
 # Degrees by which the camera is turned about what it looks at: to the right, and up.
 NEAR = ((0.0, 0.0), (-12.0, 0.0), (12.0, 0.0), (0.0, 9.6))
+Ring = Sequence[tuple[float, float]]
 # Azimuth and elevation beyond those of the first view, degrees.
-RING = (
+RING: Ring = (
     *((0.0, 0.0), (45.0, 8.0), (90.0, 0.0), (135.0, 8.0), (180.0, 0.0), (225.0, 8.0), (270.0, 0.0)),
     *((315.0, 8.0), (0.0, 35.0), (180.0, 35.0)),
 )
+# Between these: views for which no strokes are made, which tell what strokes are worth in others.
+HELD_OUT: Ring = ((22.5, 17.0), (112.5, 17.0), (202.5, 17.0), (292.5, 17.0))
 MAX_ELEVATION = np.radians(86.0)  # of a turned view: straight from above it could not be turned on
 EMPTY = 0.02  # mean alpha of a picture below which it shows nothing that a camera could look at
 
@@ -73,8 +76,10 @@ def path_views(cameras: Sequence[Camera]) -> list[Camera]:
     return [small_view(cameras[index * len(cameras) // num]) for index in range(num)]
 
 
-def ring_views(view: FirstView, width: int, height: int, *, from_outside: bool = False) -> list[Camera]:
-    """Ten views of the whole subject of a scene from all around, in the aspect of a picture.
+def ring_views(
+    view: FirstView, width: int, height: int, *, from_outside: bool = False, ring: Ring = RING
+) -> list[Camera]:
+    """Views of the whole subject of a scene from all around, ten by default, in the aspect of a picture.
 
     Of a scene that is seen from inside, the camera turns around where it stands.
 
@@ -83,17 +88,18 @@ def ring_views(view: FirstView, width: int, height: int, *, from_outside: bool =
         width: of the picture, pixels.
         height: of the picture, pixels.
         from_outside: whether the ring is around the subject also of a scene that is seen from inside.
+        ring: azimuth and elevation of each view beyond those of the first view, degrees.
     """
     look_at: LookAt | None = "subject" if from_outside else None
-    ring = []
-    for right, higher in RING:
+    views = []
+    for right, higher in ring:
         elevation = min(view.elevation + np.radians(higher), max(MAX_ELEVATION, view.elevation))
         azimuth = view.azimuth + np.radians(right)
         camera = frame_scene(
             view, width=width, height=height, azimuth=azimuth, elevation=elevation, look_at=look_at
         )
-        ring.append(small_view(camera))
-    return ring
+        views.append(small_view(camera))
+    return views
 
 
 def turned(camera: Camera, target: ArrayLike, up: F64, right: float, higher: float) -> Camera:

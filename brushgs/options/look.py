@@ -18,10 +18,10 @@ from dataclasses import dataclass, fields
 from functools import partial
 from math import radians
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, get_args
 
 from brushgs.errors import SceneError
-from brushgs.options.choices import LOOKS, PLAIN_LOOK, StepValues
+from brushgs.options.choices import LOOKS, PLAIN_LOOK, Knee, StepValues
 from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
 from brushgs.options.look_parts import DEGREES
@@ -187,7 +187,7 @@ def _step_values(path: Path, step: str, table: Mapping[str, Any]) -> dict[str, A
 
 def _strokes(value: Any) -> UsualCount | float | str | None:
     """A number of strokes."""
-    if value in ("auto", "all"):
+    if value in (*get_args(Knee), "all"):
         return None if value == "all" else str(value)
     if isinstance(value, int) and not isinstance(value, bool) and 1 <= value < 2**63:
         return UsualCount(value)

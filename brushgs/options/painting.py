@@ -4,20 +4,22 @@ Only the standard library is imported, so that a command line is checked without
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from math import ceil, inf, pi, radians
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, Self, get_args
+from typing import Any, Self, get_args
 
 from brushgs.options.choices import (
     MAX_SIDE,
     PLAIN_STROKES,
     Clean,
     ColorSpace,
+    Cost,
     Extent,
     Features,
     Filter,
+    Knee,
     Lock,
     Merge,
     Method,
@@ -143,7 +145,7 @@ class UsualCount:
         return str(self.count)
 
 
-StrokeTarget = Literal["auto"] | ErrorBudget | StrokeSize  # that a number of strokes is chosen for
+StrokeTarget = Knee | ErrorBudget | StrokeSize  # that a number of strokes is chosen for
 
 
 @dataclass(frozen=True)
@@ -154,7 +156,8 @@ class ClusterConfig:
         strokes: maximum number: a count >= 1, a share of the scene as loaded in (0, 1) given as a float, or
             None for one stroke per Gaussian. Or a target that the count is chosen for: "auto" for the knee of
             error over cost (`choose_strokes`), or all of a file of strokes; an `ErrorBudget` or a
-            `StrokeSize`. A `UsualCount` is a count, but all of a file of strokes.
+            `StrokeSize`. The cost is the time of a painting for a still, and else that of a frame;
+            "auto:still" and "auto:frame" say which. A `UsualCount` is a count, but all of a file of strokes.
         features: "balanced" or "paper", see `cluster`.
         merge: "cover" or "paper", see `cluster`.
         method: "auto", "minibatch" or "lloyd", see `cluster`.
@@ -176,7 +179,7 @@ class ClusterConfig:
         if self.strokes is None or isinstance(self.strokes, (ErrorBudget, StrokeSize, UsualCount)):
             return
         if isinstance(self.strokes, str):
-            if self.strokes != "auto":
+            if self.strokes not in get_args(Knee):
                 raise ValueError(f"strokes must be a number, auto, a budget or a size, got {self.strokes!r}")
             return
         is_share = isinstance(self.strokes, float)
@@ -189,9 +192,19 @@ class ClusterConfig:
         return self.strokes if isinstance(self.strokes, (str, ErrorBudget, StrokeSize)) else None
 
     @property
+    def cost(self) -> Cost:
+        """What a knee is the knee of."""
+        return "painting" if self.strokes == "auto:still" else "frame"
+
+    @property
+    def of_still(self) -> "ClusterConfig":
+        """The same for a still, where nobody said otherwise."""
+        return replace(self, strokes="auto:still") if self.strokes == "auto" else self
+
+    @property
     def keeps_strokes(self) -> bool:
         """Whether all of a file of strokes are kept, since nobody asked for a number."""
-        return self.strokes == "auto" or isinstance(self.strokes, UsualCount)
+        return isinstance(self.strokes, str | UsualCount)
 
     def num_strokes(self, num_gaussians: int) -> int:
         """The count, given the number of Gaussians in the scene as loaded.

@@ -5,25 +5,30 @@ Only the standard library is imported, and `dataclasses` only for a budget: `--h
 
 import re
 from math import isfinite
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, get_args
+
+from brushgs.options.choices import Knee
 
 if TYPE_CHECKING:
     from brushgs.options.painting import ErrorBudget
 
+KNEES: dict[str, Knee] = {knee: knee for knee in get_args(Knee)}
 
-def parse_strokes(text: str) -> "int | float | Literal['auto'] | ErrorBudget | None":
+
+def parse_strokes(text: str) -> "int | float | Knee | ErrorBudget | None":
     """A value of `ClusterConfig.strokes`: int for a count, float for a share, None for all.
 
     Args:
-        text: a count such as "7000", a share such as "10%", "all", "auto", or a PSNR such as "24dB".
+        text: a count such as "7000", a share such as "10%", "all", "auto" ("auto:frame", "auto:still"), or a
+            PSNR such as "24dB".
 
     Raises:
         ValueError: if it is none of these, or out of range.
     """
     if text == "all":
         return None
-    if text == "auto":
-        return "auto"
+    if text in KNEES:
+        return KNEES[text]
     if text.lower().endswith("db") and (decibels := _number(text[:-2])) is not None:
         from brushgs.options.painting import ErrorBudget
 

@@ -38,8 +38,9 @@ def cluster(
     Args:
         gaussians: N Gaussians.
         num_strokes: the largest number of strokes: k >= 1, or a share of N, 0.1 or "10%"; "all" merges none.
-            Or a target in a view: "auto" is the knee of error over cost, see `choose_strokes`; "24dB" are the
-            fewest that reach this PSNR to the plain picture, found by clustering again and again.
+            Or a target in a view: "auto" is the knee of error over the time of a frame, see `choose_strokes`,
+            and "auto:still" that over the time of a painting; "24dB" are the fewest that reach this PSNR to
+            the plain picture, found by clustering again and again.
         features: "balanced" does not depend on the unit of the scene and weighs each Gaussian by its
             contribution and the colour detail around it (`cluster_weights`); "paper" is raw and unweighted.
             See `cluster_features`.
@@ -107,7 +108,13 @@ def cluster(
     psnr = wanted.psnr if isinstance(wanted, ErrorBudget) else None
     are_changed = views is not None
     choice = choose_for_view_model(
-        gaussians, view_model, psnr=psnr, features=features, merge=merge, are_changed=are_changed
+        gaussians,
+        view_model,
+        psnr=psnr,
+        features=features,
+        merge=merge,
+        cost=ClusterConfig(wanted).cost,
+        are_changed=are_changed,
     )
     if psnr is None:
         return clustered(choice.strokes)

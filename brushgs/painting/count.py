@@ -82,6 +82,7 @@ def choose_count(
             size=target.pixels if isinstance(target, StrokeSize) else None,
             features=config.features,
             merge=config.merge,
+            cost=config.cost,
             are_changed=are_changed,
         )
         stage.did = f"{choice.strokes:,} strokes: {_explain(choice, 'at least ' if are_changed else '')}"
@@ -106,9 +107,12 @@ def _explain(choice: "Choice", at_least: str) -> str:
         return f"estimated to reach {at_least}{choice.psnr:.1f} dB"
     if choice.knee is None:
         return "one per Gaussian of so small a scene"
+    if choice.knee.strokes == choice.curve.strokes[-1] and choice.curve.ends_unmerged:
+        return "all, since merging them would take as long as it saves"
     gain, cost = choice.knee.gain_of_doubling, choice.knee.cost_of_doubling
     doubling = f"doubling gains {gain:.1f} dB for {cost:.1f} x the time"
-    return f"the knee, where {doubling}; expected {at_least}{choice.psnr:.1f} dB"
+    of_what = " before the brush" if choice.curve.ends_unmerged else ""
+    return f"the knee, where {doubling}; expected {at_least}{choice.psnr:.1f} dB{of_what}"
 
 
 def cluster_to_target(

@@ -123,9 +123,13 @@ class StrokeMaker:
 
     def __call__(self, num_strokes: int) -> "Clustered":
         """At most so many strokes, and how the Gaussians were grouped; None where each is a stroke."""
+        strokes, grouping = self.clusters(num_strokes)
+        return self.finished(strokes), grouping
+
+    def clusters(self, num_strokes: int) -> "Clustered":
+        """The same before the passes: Gaussians that stand for those of the scene."""
         makes = (self.gaussians, num_strokes, self.cluster, self.views, self.focus, self.is_solid)
-        strokes, grouping = self.memory.of("cluster", makes, lambda: self._clustered(num_strokes))
-        return self._finished(strokes), grouping
+        return self.memory.of("cluster", makes, lambda: self._clustered(num_strokes))
 
     def of_groups(
         self, grouping: "Grouping", into: "Rows | None" = None, *, most: int
@@ -141,7 +145,7 @@ class StrokeMaker:
             The strokes, and the cluster or group of each, ascending.
         """
         strokes, clusters = self._merged(grouping, most, into)
-        return self._finished(strokes), clusters
+        return self.finished(strokes), clusters
 
     def _clustered(self, num_strokes: int) -> "Clustered":
         grouping = self._grouped(num_strokes)
@@ -149,7 +153,8 @@ class StrokeMaker:
             return self._with_ids(self.gaussians, np.arange(len(self.gaussians))), None
         return self._merged(grouping, num_strokes)[0], grouping
 
-    def _finished(self, strokes: Gaussians) -> Gaussians:
+    def finished(self, strokes: Gaussians) -> Gaussians:
+        """Strokes after all passes."""
         with self.pass_watch.running():
             for one in self.passes:
                 strokes = one(strokes)

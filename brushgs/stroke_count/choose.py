@@ -17,7 +17,7 @@ from brushgs.arrays import Array, check
 from brushgs.brushes.brush_set import Brush, Brushes, BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.colors import rgb_of
-from brushgs.options.choices import Features, Filter, Merge
+from brushgs.options.choices import Cost, Features, Filter, Merge
 from brushgs.passes.cluster import cluster_weights
 from brushgs.passes.contribution import visible_shares
 from brushgs.passes.features import cluster_features
@@ -28,12 +28,13 @@ from brushgs.rendering.render import render
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import C0, base_colors, used_sh_degree
 from brushgs.stroke_count.curve import ErrorCurve, Knee, knee, psnr_of
-from brushgs.stroke_count.view_model import ViewModel
+from brushgs.stroke_count.view_model import KERNEL, ViewModel, saves_by_merging
 
 WHITE = (1.0, 1.0, 1.0)
 FEWEST = 128  # the first count of the curve of the knee: with fewer strokes a scene is a blot
 SPACING, FEWEST_SAMPLES = 4, 4  # ratio of sampled counts, about; smaller where there would be too few samples
 ROW_STEP = 4  # every fourth row of pixels is compared: neighbouring rows hardly differ
+CELLS = 1.05  # the knee of a still by cells over that by clusters, mean of 12 scenes
 TINY = 1e-9  # in place of an error or a size of zero, which has no logarithm
 
 Rule = Literal["knee", "psnr", "size"]
@@ -46,7 +47,7 @@ class Choice:
     Attributes:
         strokes: 1 to N.
         rule: what decided it.
-        psnr: dB to the plain picture.
+        psnr: dB to the plain picture; for the knee of a still without the error of the brush.
         size: typical length of a stroke, pixels, see `brushgs.stroke_count.view_model.typical_size`.
         knee: gain and cost of doubling there; None for other rules, and if the scene is too small.
         curve: the M sampled counts up to N; its seconds are modelled.
@@ -84,6 +85,7 @@ def choose_strokes(
     num_sigmas: float | None = None,
     features: Features = "balanced",
     merge: Merge = "cover",
+    cost: Cost = "frame",
     num_threads: int | None = None,
 ) -> Choice:
     """Choose the number of strokes for a scene in a view.
@@ -106,11 +108,13 @@ def choose_strokes(
         num_sigmas: see `render`.
         features: see `cluster`.
         merge: see `cluster`.
+        cost: of the knee: the time of a "frame", as for a film, or of a whole "painting", as for a still.
         num_threads: see `render`.
 
     Returns:
         The count with its expected error and size. A scene of fewer than 256 Gaussians has no knee: each
-        Gaussian is a stroke.
+        Gaussian is a stroke. So it is where choosing and merging fewer would take a still as long as painting
+        all of them, which is so below some 19,000.
 
     Raises:
         ValueError: if there is no Gaussian, both `psnr` and `size` are given, one is not positive, or even
@@ -131,7 +135,9 @@ def choose_strokes(
     brush_set = BrushSet.of(texture)
     options = RenderOptions.of(brush_set, filter=filter, num_sigmas=num_sigmas, num_threads=num_threads)
     view_model = open_view_model(gaussians, camera, brush_set, options, plain=plain, background=background)
-    return choose_for_view_model(gaussians, view_model, psnr=psnr, size=size, features=features, merge=merge)
+    return choose_for_view_model(
+        gaussians, view_model, psnr=psnr, size=size, features=features, merge=merge, cost=cost
+    )
 
 
 def open_view_model(
@@ -145,7 +151,7 @@ def open_view_model(
 ) -> ViewModel:
     """What counts of strokes are compared with in a view. The arguments are those of `choose_strokes`."""
     if plain is None:
-        kernel = StrokeTexture.open("gaussian")
+        kernel = StrokeTexture.open(KERNEL)
         plain = render(gaussians, camera, kernel, depth=False, num_threads=options.num_threads)
     check("choose_strokes", plain=(plain.alpha, f"{camera.height} {camera.width}"))
     behind = rgb_of(background) if isinstance(background, str) else background
@@ -160,6 +166,7 @@ def choose_for_view_model(
     size: float | None = None,
     features: Features = "balanced",
     merge: Merge = "cover",
+    cost: Cost = "frame",
     are_changed: bool = False,
 ) -> Choice:
     """`choose_strokes` with the plain picture already rendered; takes and raises the same.
@@ -169,21 +176,25 @@ def choose_for_view_model(
     """
     num = len(gaussians)
     rule: Rule = "psnr" if psnr is not None else "size" if size is not None else "knee"
-    samples = []
-    for strokes in _coarser(gaussians, view_model, counts_to_sample(num, rule), features, merge):
+    # Of a still's knee the error is that of clustering, see `curve`.
+    is_still = rule == "knee" and cost == "painting"
+    samples, of_error = [], view_model.of_kernel if is_still else view_model
+    fewer = [] if is_still and not saves_by_merging(num) else counts_to_sample(num, rule)
+    for strokes in _coarser(gaussians, view_model, fewer, features, merge):
         boxes = view_model.boxes(strokes)
+        drawn = of_error.boxes(strokes) if is_still else boxes
         samples.append(
             (
                 len(strokes),
-                view_model.rmse(boxes, ROW_STEP),
-                view_model.cost(strokes, boxes),
+                of_error.rmse(drawn, ROW_STEP),
+                view_model.cost(strokes, boxes, num, cost),
                 view_model.size(boxes),
             )
         )
         if psnr is not None and len(strokes) == num and not are_changed:
             check_reach(num, psnr_of(view_model.rmse(boxes)), psnr, view_model.texture.name)
     counts, errors, costs, sizes = (np.array(column) for column in zip(*reversed(samples), strict=True))
-    curve, sizes = ErrorCurve(counts, errors, costs), np.minimum.accumulate(sizes)
+    curve, sizes = ErrorCurve(counts, errors, costs, ends_unmerged=is_still), np.minimum.accumulate(sizes)
     bend = None
     if psnr is not None:
         chosen = _first_within(counts, np.minimum.accumulate(errors), 10 ** (-psnr / 20))
@@ -193,6 +204,8 @@ def choose_for_view_model(
         chosen = num
     else:
         bend = knee(curve)
+        if is_still and bend.strokes < num:
+            bend = replace(bend, strokes=max(FEWEST, round(bend.strokes / CELLS)))
         chosen = bend.strokes
     error = _at(counts, np.minimum.accumulate(errors), chosen)
     expected = psnr_of(error) if bend is None else bend.psnr

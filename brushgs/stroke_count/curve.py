@@ -7,6 +7,13 @@ it a second removes more error than on average, after it less.
 Source: the Kneedle algorithm (Satopaa et al. 2011, Finding a "Kneedle" in a Haystack), on a fit in place of a
 smoothing spline.
 
+The seconds are those that somebody waits for: of a frame where many are painted, of a whole painting for a
+still. A film's curve has the error of its frames. A still's has that of clustering alone, strokes drawn with
+the kernel of the plain picture: what the image of a brush adds, 4 to 10 of 255, no number of strokes removes.
+Its last count, one stroke per Gaussian, needs no clustering: error and seconds jump there, so it is an end of
+the curve but no part of its fit. Where the best trade-off before it is worth less than `LEAST_WORTH`, or it
+takes no longer than the first count, it is the knee itself: merging does not pay.
+
 The knee depends neither on the unit of the error nor on the speed of the machine nor on a fixed start-up
 time. It does depend on the ends, so a curve should end where the scene does: at one stroke per Gaussian,
 whose frame needs no clustering. (If the curve ends at 32,000 strokes, the knee of a scene of 150,000 moves
@@ -35,6 +42,7 @@ COSTS = (
 )  # of the rising terms of the seconds: a stroke costs as much, or less with each
 STEPS = 512  # counts at which a fit is evaluated: even in the logarithm, 1.5 % apart on the longest curves
 RIDGE = 0.05  # ridge regression of relative terms: with noise, weights do not jump from one term to another
+LEAST_WORTH = 0.2  # e - t: below it, what merging saves is not worth what it loses
 LEAST = 1e-12  # in place of an error of zero, which has no logarithm
 
 
@@ -46,6 +54,7 @@ class ErrorCurve:
         strokes: [M] ascending counts, >= 1.
         rmse: [M] >= 0, of 1, to the plain picture, both on the same background.
         seconds: [M] > 0, of a frame or a painting.
+        ends_unmerged: whether the last count is one stroke per Gaussian, see the module.
 
     Raises:
         ValueError: if lengths differ, counts do not ascend from 1 on, or a value is out of range.
@@ -54,6 +63,7 @@ class ErrorCurve:
     strokes: Array  # [M]
     rmse: Array  # [M]
     seconds: Array  # [M]
+    ends_unmerged: bool = False
 
     def __post_init__(self) -> None:
         for name in ("strokes", "rmse", "seconds"):
@@ -69,6 +79,13 @@ class ErrorCurve:
             raise ValueError(f"ErrorCurve: rmse must be finite and >= 0, got {self.rmse.tolist()}")
         if not (np.isfinite(self.seconds).all() and (self.seconds > 0).all()):
             raise ValueError(f"ErrorCurve: seconds must be finite and > 0, got {self.seconds.tolist()}")
+
+    @property
+    def merged(self) -> "ErrorCurve":
+        """The part that is fitted: without a last count that merges nothing, unless it is the only one."""
+        if not self.ends_unmerged or len(self.strokes) == 1:
+            return self
+        return ErrorCurve(self.strokes[:-1], self.rmse[:-1], self.seconds[:-1])
 
 
 @dataclass(frozen=True)
@@ -92,26 +109,53 @@ def knee(curve: ErrorCurve) -> Knee:
     """Find the knee of a curve, see the module.
 
     It is the first count if the error does not fall, and the last if more strokes cost nothing. Nothing is
-    known beyond the last count: a doubling that would go beyond it ends there.
+    known beyond the last count that is fitted: a doubling that would go beyond it ends there, and of the end
+    of a curve that is not merged nothing doubles.
     """
-    counts = np.geomspace(curve.strokes[0], curve.strokes[-1], STEPS)
-    error, seconds = fitted_rmse(curve, counts), fitted_seconds(curve, counts)
+    fitted, (counts, error, seconds) = curve.merged, _fine(curve)
     if curve.rmse.min() >= curve.rmse[0]:
         at = 0
-    elif curve.seconds.max() <= curve.seconds[0]:
-        at = STEPS - 1
+    elif (seconds[-1] if curve.ends_unmerged else curve.seconds.max()) <= curve.seconds[0]:
+        at = len(counts) - 1
     else:
-        at = int(np.argmax(_share(error) - _share(seconds)))
-    high = min(2 * counts[at], counts[-1])
+        traded = _share(error, error.min()) - _share(seconds, seconds[-1])
+        at = int(np.argmax(traded))
+        if curve.ends_unmerged and traded[at] < LEAST_WORTH:
+            at = len(counts) - 1
+    if counts[at] > fitted.strokes[-1]:
+        return Knee(int(curve.strokes[-1]), psnr_of(error[at]), 0.0, 1.0)
+    high = min(2 * counts[at], fitted.strokes[-1])
     low = max(high / 2, counts[0])
     pair = np.array([low, high])
     octaves = float(np.log2(high / low)) or 1.0  # a curve of one count: nothing doubles
-    (e1, e2), (t1, t2) = fitted_rmse(curve, pair), fitted_seconds(curve, pair)
+    (e1, e2), (t1, t2) = fitted_rmse(fitted, pair), fitted_seconds(fitted, pair)
     return Knee(
         round(float(counts[at])),
         psnr_of(error[at]),
         (psnr_of(e2) - psnr_of(e1)) / octaves,
         float((t2 / t1) ** (1 / octaves)),
+    )
+
+
+def worth(curve: ErrorCurve) -> float:
+    """The largest e - t of a curve, see the module; -1 where the last count is no slower than the first."""
+    _, error, seconds = _fine(curve)
+    if seconds[-1] <= seconds[0]:
+        return -1.0
+    return float(np.max(_share(error, error.min()) - _share(seconds, seconds[-1])))
+
+
+def _fine(curve: ErrorCurve) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Many counts, error and seconds there: of the fit, and those of a last count that merges nothing."""
+    fitted = curve.merged
+    counts = np.geomspace(fitted.strokes[0], fitted.strokes[-1], STEPS)
+    error, seconds = fitted_rmse(fitted, counts), fitted_seconds(fitted, counts)
+    if fitted is curve:
+        return counts, error, seconds
+    return (
+        np.append(counts, curve.strokes[-1]),
+        np.append(error, curve.rmse[-1]),
+        np.append(seconds, curve.seconds[-1]),
     )
 
 
@@ -175,7 +219,7 @@ def _nnls(gram: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.
     return weights
 
 
-def _share(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Values scaled to 0 at the first and 1 at the last; all 0 if these are equal."""
-    way = values[-1] - values[0]
+def _share(values: NDArray[np.float64], end: float) -> NDArray[np.float64]:
+    """Values scaled to 0 at the first and 1 at the end; all 0 if these are equal."""
+    way = end - values[0]
     return np.asarray((values - values[0]) / way if way else np.zeros_like(values))

@@ -2,27 +2,38 @@
 
 Costs are modelled, not timed, so that they are the same on every machine and in every run:
 
-    cost = PIXEL x pixels of the picture + STROKE x strokes + PAINT x pixels of their boxes
+    frame    = PIXEL x pixels of the picture + STROKE x strokes + PAINT x pixels of their boxes
+    painting = frame + MAKE x strokes, and where they are fewer than Gaussians
+               START + CLUSTER x Gaussians + CUT x strokes
+    choosing = LOOK + SEARCH x Gaussians
 
-On nine real scenes at two sizes, from 128 strokes to all, its curves have the shape of measured ones of one
-core within 10 % (standard deviation of the logarithm, each curve scaled to fit). Constants that are fitted
-without a scene change its number of strokes by at most 4 %.
+On nine real scenes at two sizes, from 128 strokes to all, the curves of frames have the shape of measured
+ones of one core within 10 % (standard deviation of the logarithm, each curve scaled to fit). Constants that
+are fitted without a scene change its number of strokes by at most 4 %.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from brushgs.arrays import Array
 from brushgs.brushes.brush_set import Brushes
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.options.choices import Cost
 from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
+KERNEL = "gaussian"  # of the plain picture
 # Nanoseconds of one core, least squares of relative errors; a second measurement gave 4.0, 208, 1.5 and 0.6
 # (python -m tests.bench.stroke_count --cost). Only ratios matter: a stroke costs as much as 50 pixels.
 PIXEL, STROKE = 3.5, 190.0
 PAINT = {"image": 1.2, "gaussian": 0.6, "ellipse": 0.6}
+# The same of a plain painting by two cores, 12 scenes (python -m tests.bench.stroke_count --still):
+# clustering with views, within 11 %; the passes on strokes, within 10 %; and choosing the count.
+START, CLUSTER, CUT, MAKE = 84e6, 4000.0, 42e3, 16e3
+LOOK, SEARCH = 58e6, 4600.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +58,15 @@ class ViewModel:
         """The boxes that `render` would paint."""
         return project_with(strokes, self.camera, self.options)[0]
 
+    @cached_property
+    def of_kernel(self) -> "ViewModel":
+        """The same with the kernel of the plain picture as stroke: its errors are those of clustering."""
+        kernel = StrokeTexture.open(KERNEL)
+        options = RenderOptions.of(
+            kernel, num_sigmas=kernel.num_sigmas, depth=False, num_threads=self.options.num_threads
+        )
+        return replace(self, texture=kernel, options=options)
+
     def rmse(self, boxes: Boxes, row_step: int = 1) -> float:
         """RMSE of the painting to the plain picture, of 1; over every `row_step`-th row of pixels."""
         options = replace(self.options, depth=False)
@@ -66,11 +86,22 @@ class ViewModel:
         """See `typical_size`."""
         return typical_size(boxes, width=self.camera.width, height=self.camera.height)
 
-    def cost(self, strokes: Gaussians, boxes: Boxes) -> float:
-        """Modelled seconds of one core for a frame."""
+    def cost(self, strokes: Gaussians, boxes: Boxes, num_gaussians: int, cost: Cost = "frame") -> float:
+        """Modelled seconds for a frame of strokes, or for a painting of so many Gaussians with them."""
         width, height = self.camera.width, self.camera.height
         painted = float(seen_areas(boxes, width, height).sum())
-        return 1e-9 * (PIXEL * width * height + STROKE * len(strokes) + PAINT[self.texture.kind] * painted)
+        total = PIXEL * width * height + STROKE * len(strokes) + PAINT[self.texture.kind] * painted
+        if cost == "painting":
+            total += MAKE * len(strokes)
+            if len(strokes) < num_gaussians:
+                total += START + CLUSTER * num_gaussians + CUT * len(strokes)
+        return 1e-9 * total
+
+
+def saves_by_merging(num_gaussians: int) -> bool:
+    """Whether a still can be painted sooner by choosing fewer strokes than Gaussians, however few."""
+    saved = (MAKE - CLUSTER - SEARCH) * num_gaussians
+    return saved > START + LOOK
 
 
 def typical_size(boxes: Boxes, *, width: int, height: int) -> float:

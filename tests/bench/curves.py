@@ -27,7 +27,10 @@ SCENES = {  # file and flags
     "biker": ("biker.compressed.ply", []),
     "campsite": ("derived/campsite.ply", []),
 }
-HEADING = "strokes | ms a frame (quartiles) | ms a painting | RMSE of 255 | PSNR | SSIM | FLIP | unpainted"
+HEADING = (
+    "strokes | ms a frame (quartiles) | ms a painting | RMSE of 255 | clustering | held out | PSNR | SSIM"
+    " | FLIP | unpainted"
+)
 
 
 def main() -> None:
@@ -60,10 +63,10 @@ def main() -> None:
 def block_of(result: Bench, command: str, picture: str) -> str:
     """Command, picture, advice and the table of the strokes, as Markdown."""
     strokes = result["strokes"]
-    cells = [" | ".join([row[0].strip("* "), *row[1:]]) for row in rows(strokes)]
+    cells = [" | ".join(cell.replace("*", "\\*").strip() for cell in row) for row in rows(strokes)]
     lines = [HEADING, "|".join("-" for _ in HEADING.split("|")), *cells]
     best = [
-        f"- {family.title}: {'; '.join(point.label for point in family.best)}."
+        f"- {family.title}: {'; '.join(point.label for point in family.front(family.kinds[0]))}."
         for family in result.families
         if family.name != "strokes"
     ]
@@ -75,6 +78,7 @@ def block_of(result: Bench, command: str, picture: str) -> str:
             "",
             *lines,
             "",
+            *(f"{doubt[0].upper()}{doubt[1:]}.\n" for doubt in result.doubts),
             "Best of the others:",
             *best,
         ]

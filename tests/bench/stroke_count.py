@@ -1,7 +1,7 @@
 """The count that `--strokes auto` chooses beside the knee of the full curve, and what either takes.
 
     python -m tests.bench.stroke_count [SCENE ...] [--stroke swirl] [--cpu] [--repeat 9] [--aims] [--cost]
-                                       [--plot FILE] [--json FILE]
+                                       [--still] [--plot FILE] [--json FILE]
 
 SCENE is a name of the table below. The view is the one that `brushgs render` frames, 1280 x 720, on white.
 
@@ -12,6 +12,10 @@ work on the machine disturbs less). "to 32k" is the knee of the same curve witho
 `choose_strokes`; its seconds contain the plain picture. Beside it stands what it must be quicker than: one
 clustering to that count and ten frames of it, in turns, medians. "expected" and "found" are dB at that count.
 
+--still: the same for a still, whose seconds are those of a whole painting and whose error is that of
+clustering alone: clusters of 125 to 32,000 and one stroke per Gaussian, as `brushgs render` makes them in the
+plain look, counts in turns, medians of the clock. "auto" has the constants of a painting in `view_model`
+fitted without that scene. "search" is what choosing the count takes.
 --aims: budgets and sizes asked for, what came of them, and in how many clusterings, in place of the rest.
 --cost: measures frames of all scenes at two sizes, fits the constants of `view_model` to them by least
 squares of the relative error, once with all and once without each scene, and tells what auto would choose
@@ -21,9 +25,11 @@ then: the constants know no scene that they are tried on.
 import argparse
 import json
 import statistics
+import sys
 import time
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -31,15 +37,23 @@ import numpy as np
 import brushgs as bg
 from brushgs.cameras.framing import frame_scene, up_vector
 from brushgs.errors import SceneWarning
-from brushgs.options.painting import ClusterConfig, DrawConfig, ErrorBudget, StrokeSize
+from brushgs.options.painting import (
+    ClusterConfig,
+    DrawConfig,
+    ErrorBudget,
+    PaintConfig,
+    StrokeSize,
+    ViewConfig,
+)
 from brushgs.painting.count import open_view_model
+from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.painting.strokes import cluster_scene
 from brushgs.rendering.areas import seen_areas
-from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.stroke_count import view_model as sight_module
-from brushgs.stroke_count.choose import choose_for_view_model
-from brushgs.stroke_count.curve import ErrorCurve, fitted_rmse, fitted_seconds, knee, psnr_of
+from brushgs.stroke_count.choose import CELLS, FEWEST, choose_for_view_model
+from brushgs.stroke_count.curve import ErrorCurve, fitted_rmse, fitted_seconds, knee, psnr_of, worth
 from brushgs.stroke_count.view_model import ViewModel
 from tests.bench.machine import describe
 from tests.scenes import SCENES_FOLDER
@@ -56,10 +70,17 @@ OTHERS = {
     "rubber_toy": ("rubber_toy_cloud.ply", "+y"),
     "playbot": ("derived/playbot_sh2.ply", "-y"),
     "sunflower": ("sunflower_tile.ply", "+z"),
+    "guitar": ("guitar.ksplat", "-y"),
+    "plant": ("plant.splat", "-y"),
+    "spinach": ("moving/cook_spinach.splatv", "-y"),  # its first moment
 }
 COUNTS = tuple(125 * 2**step for step in range(9))
 SIZES = ((1280, 720), (640, 360))  # of --cost
 DRAW = DrawConfig()
+
+
+def loaded(path: Path) -> bg.Gaussians:
+    return bg.load_moving(path).at(0.0) if path.suffix == ".splatv" else bg.load(path)
 
 
 class Scene:
@@ -68,7 +89,7 @@ class Scene:
     def __init__(self, name: str, stroke: str = "swirl", size: tuple[int, int] = SIZES[0]) -> None:
         file, up = (SCENES | OTHERS)[name]
         self.name, self.texture = name, bg.StrokeTexture.open(stroke)
-        self.loaded = bg.load(SCENES_FOLDER / file)
+        self.loaded = loaded(SCENES_FOLDER / file)
         self.kept = bg.prune(self.loaded)
         self.camera = frame_scene(self.loaded, width=size[0], height=size[1], up=up_vector(up))
 
@@ -94,13 +115,16 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=9)
     parser.add_argument("--aims", action="store_true")
     parser.add_argument("--cost", action="store_true")
+    parser.add_argument("--still", action="store_true")
     parser.add_argument("--plot", type=Path, help="draw the curves, their knees and the choices to this file")
     parser.add_argument("--json", type=Path, help="write the figures to this file, too")
     options = parser.parse_args()
     clock = time.process_time if options.cpu else time.perf_counter
     names = options.scenes or list(SCENES)
     print(describe(), flush=True)
-    if options.cost:
+    if options.still:
+        figures = stills(options.scenes or [*SCENES, *OTHERS], options.repeat)
+    elif options.cost:
         figures = costs(options.scenes or [*SCENES, *OTHERS], options.repeat)
     else:
         each = aims if options.aims else compare
@@ -243,6 +267,126 @@ def costs(names: list[str], repeat: int) -> dict[str, object]:
             said += f"; auto {before:,} -> {after:,}"
         print(f"without {skipped}: {said}" if skipped else f"all: {said}", flush=True)
         figures[skipped or "all"] = said
+    return figures
+
+
+STILL_HEADING = (
+    "| scene | kept | knee | worth | auto | auto / knee | all Gaussians s | auto s | search s |\n"
+    "|---|---|---|---|---|---|---|---|---|"
+)
+
+
+@dataclass(frozen=True)
+class Still:
+    """Seconds and errors of counts of strokes of a scene, measured, and sampled by `choose_strokes`."""
+
+    name: str
+    kept: int
+    strokes: list[int]
+    clustering: list[float]  # RMSE
+    cluster: list[float]  # seconds, as the next
+    passes: list[float]
+    frame: list[float]
+    sampled: list[tuple[int, float, float]]  # count, RMSE, modelled seconds of a frame
+    search: float
+
+    @property
+    def curve(self) -> ErrorCurve:
+        seconds = np.sum([self.cluster, self.passes, self.frame], axis=0)
+        rows = np.unique(self.strokes, return_index=True)[1]
+        return ErrorCurve(
+            *(np.array(column)[rows] for column in (self.strokes, self.clustering, seconds)), True
+        )
+
+    @classmethod
+    def measured(cls, name: str, repeat: int) -> "Still":
+        file, up = (SCENES | OTHERS)[name]
+        paint = PaintConfig(view=ViewConfig(up=up), cluster=ClusterConfig(None))
+        prepared = prepare(loaded(SCENES_FOLDER / file), paint, Report(), keeps_scene=True, merges_later=True)
+        maker, camera, kept = prepared.stroke_maker, prepared.camera, prepared.strokes
+        options = replace(prepared.options, depth=False)
+        judge = open_view_model(
+            prepared.whole_scene, camera, prepared.texture, options, None, Report()
+        ).of_kernel
+        counts = [count for count in COUNTS if count < len(kept)] + [len(kept)]
+        took: dict[int, list[list[float]]] = {count: [[], [], []] for count in counts}
+        numbers, errors, searches = [], [], []
+        for turn in range(repeat):
+            begun = time.perf_counter()
+            model = open_view_model(prepared.whole_scene, camera, prepared.texture, options, None, Report())
+            choice = choose_for_view_model(kept, model)
+            searches.append(time.perf_counter() - begun)
+            for count in counts:
+                seconds, (clusters, _) = timed(lambda n=count: maker.clusters(n), time.perf_counter)
+                passed, strokes = timed(lambda s=clusters: maker.finished(s), time.perf_counter)
+                drawn, _ = timed(
+                    lambda s=strokes: render_with(s, camera, prepared.texture, options), time.perf_counter
+                )
+                for column, value in zip(took[count], (seconds, passed, drawn), strict=True):
+                    column.append(value)
+                if turn == 0:
+                    numbers.append(len(strokes))
+                    errors.append(judge.rmse(judge.boxes(clusters)))
+        medians = np.median([took[count] for count in counts], axis=2).T.tolist()
+        sampled = []
+        for count, seconds in zip(choice.curve.strokes, choice.curve.seconds, strict=True):
+            sampled.append((int(count), 0.0, float(seconds)))
+        still = choose_for_view_model(kept, model, cost="painting")
+        if len(still.curve.strokes) == len(sampled):
+            sampled = [(n, float(e), s) for (n, _, s), e in zip(sampled, still.curve.rmse, strict=True)]
+        else:  # too few to search
+            sampled = []
+        return cls(name, len(kept), numbers, errors, *medians, sampled, float(np.median(searches)))
+
+
+def constants_of(stills: list[Still]) -> dict[str, float]:
+    """The constants of a painting in `view_model`, nanoseconds: least squares of relative errors."""
+
+    def fit(values: list[float], *columns: list[float]) -> list[float]:
+        terms = np.stack([np.ones(len(values)), *map(np.array, columns)], axis=1) / np.array(values)[:, None]
+        return list(1e9 * np.linalg.lstsq(terms, np.ones(len(values)), rcond=None)[0])
+
+    rows = [(s.cluster[i], s.kept, s.strokes[i]) for s in stills for i in range(len(s.strokes) - 1)]
+    passes = [(took, count) for s in stills for took, count in zip(s.passes, s.strokes, strict=True)]
+    start, cluster, cut = fit(*map(list, zip(*rows, strict=True)))
+    _, make = fit(*map(list, zip(*passes, strict=True)))
+    look, search = fit([s.search for s in stills], [s.kept for s in stills])
+    return {"START": start, "CLUSTER": cluster, "CUT": cut, "MAKE": make, "LOOK": look, "SEARCH": search}
+
+
+def chosen_with(still: Still, constants: dict[str, float]) -> int:
+    """The count that `choose_for_view_model` takes for a still with such constants."""
+    saved = (constants["MAKE"] - constants["CLUSTER"] - constants["SEARCH"]) * still.kept
+    if not still.sampled or saved <= constants["START"] + constants["LOOK"]:
+        return still.kept
+    counts, errors, seconds = map(np.array, zip(*still.sampled, strict=True))
+    seconds = seconds + 1e-9 * constants["MAKE"] * counts
+    merging = constants["START"] + constants["CLUSTER"] * still.kept + constants["CUT"] * counts
+    seconds[:-1] += 1e-9 * merging[:-1]
+    bend = knee(ErrorCurve(counts, errors, seconds, ends_unmerged=True)).strokes
+    return bend if bend == still.kept else max(FEWEST, round(bend / CELLS))
+
+
+def stills(names: list[str], repeat: int) -> list[dict[str, object]]:
+    """Measure all scenes, then choose for each with constants that are fitted to the others."""
+    measured = []
+    for name in names:
+        measured.append(Still.measured(name, repeat))
+        print(f"measured {name}", file=sys.stderr, flush=True)
+    print("all: " + ", ".join(f"{name} {value:.3g}" for name, value in constants_of(measured).items()))
+    print(STILL_HEADING, flush=True)
+    figures = []
+    for still in measured:
+        others = [other for other in measured if other is not still] or measured
+        true, auto = knee(still.curve).strokes, chosen_with(still, constants_of(others))
+        every = float(still.curve.seconds[-1])
+        took = every if auto == still.kept else float(fitted_seconds(still.curve.merged, np.array([auto]))[0])
+        print(
+            f"| {still.name} | {still.kept:,} | {true:,} | {worth(still.curve):.2f} | {auto:,} "
+            f"| {auto / true:.2f} | {every:.2f} | {took:.2f} | {still.search:.2f} |",
+            flush=True,
+        )
+        figures.append(vars(still) | {"scene": still.name, "knee": true, "auto": auto})
     return figures
 
 

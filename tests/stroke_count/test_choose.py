@@ -190,11 +190,31 @@ def painted(pears, strokes, **draw):
 
 
 def test_a_painting_says_why_it_has_so_many_strokes(pears):
-    _, stages = painted(pears, "auto")
+    _, stages = painted(pears, "auto:frame")
     count = stages["count"].counts["strokes"]
     assert stages["count"].did.startswith(f"{count:,} strokes: the knee, where doubling gains ")
     assert stages["cluster"].counts["after"] <= count
     assert list(stages).index("plain") < list(stages).index("prune") < list(stages).index("count")
+
+
+def test_a_still_of_few_gaussians_is_painted_with_all_and_nothing_is_searched(pears):
+    _, stages = painted(pears, "auto")
+    count = stages["count"].counts
+    assert "all, since merging them would take as long as it saves" in stages["count"].did
+    assert count["sampled"] == [count["strokes"]] == [stages["cluster"].counts["after"]]
+
+
+def test_the_knee_of_a_still_is_of_clustering_and_the_time_of_a_painting(monkeypatch, camera):
+    """Where merging costs nothing there are few strokes, and where it costs more than it saves all."""
+    scene = still_life(6000)
+    few = {"CLUSTER": 0.0, "CUT": 0.0, "START": 0.0, "SEARCH": 0.0, "LOOK": 0.0}
+    for name, value in few.items():
+        monkeypatch.setattr(f"brushgs.stroke_count.view_model.{name}", value)
+    cheap = choose_strokes(scene, camera, SWIRL, cost="painting")
+    assert cheap.strokes < len(scene) / 2
+    assert cheap.curve.rmse[-1] < 1e-3  # no brush: all Gaussians are the plain picture
+    monkeypatch.setattr("brushgs.stroke_count.view_model.CLUSTER", 15e3)
+    assert choose_strokes(scene, camera, SWIRL, cost="painting").strokes == len(scene)
 
 
 def test_a_budget_is_kept_to_the_whole_scene_and_a_stricter_one_takes_no_fewer(pears):

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from brushgs.stroke_count.curve import STEPS, ErrorCurve, fitted_rmse, fitted_seconds, knee, psnr_of
+from brushgs.stroke_count.curve import STEPS, ErrorCurve, Knee, fitted_rmse, fitted_seconds, knee, psnr_of
 
 COUNTS = np.array([125 * 2**step for step in range(9)] + [100_000])
 
@@ -90,6 +90,17 @@ def test_where_nothing_is_gained_the_knee_is_the_first_count_and_where_nothing_c
     assert knee(ErrorCurve(strokes, [0.1, 0.1, 0.1], [1.0, 2.0, 4.0])).strokes == 100
     assert knee(ErrorCurve(strokes, [0.4, 0.2, 0.1], [1.0, 1.0, 1.0])).strokes == 400
     assert knee(ErrorCurve([5], [0.1], [1.0])).strokes == 5
+
+
+def test_a_last_count_that_merges_nothing_is_an_end_and_no_part_of_the_fit():
+    counts = np.array([100, 400, 1600, 6400, 8000])
+    errors, seconds = np.append(0.3 * (counts[:-1] / 100.0) ** -0.5, 0.0), [1.0, 1.1, 1.5, 3.1, 2.0]
+    bend = knee(ErrorCurve(counts, errors, seconds, ends_unmerged=True))
+    assert 300 < bend.strokes < 1600
+    assert knee(ErrorCurve(counts, errors, [*seconds[:-1], 0.9], True)).strokes == 8000  # the first is slower
+    flat = [0.3, 0.299, 0.298, 0.297, 0.0]  # merged ones are all as bad
+    assert knee(ErrorCurve(counts, flat, seconds, True)) == Knee(8000, 240.0, 0.0, 1.0)
+    assert knee(ErrorCurve([5], [0.1], [1.0], True)).strokes == 5
 
 
 def test_an_error_of_zero_has_a_psnr():

@@ -97,5 +97,5 @@ def _print(args: Namespace) -> None:
         width = max(map(len, LOOKS))
         for look in looks:
             count = look.config.cluster.strokes
-            strokes = "strokes counted for it" if count == "auto" else f"{count} strokes"
+            strokes = "strokes counted for it" if isinstance(count, str) else f"{count} strokes"
             print(f"{look.name:{width}}  {look.title}, {strokes}: {look.good_for}")

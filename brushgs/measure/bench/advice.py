@@ -1,41 +1,59 @@
-"""One line of advice on the number of strokes of a scene, from the knee of its curve."""
+"""One line of advice on the number of strokes of a scene, from the knees of its curve."""
 
 import numpy as np
 
 from brushgs.measure.bench.figures import Family
-from brushgs.stroke_count.curve import ErrorCurve, Knee, fitted_seconds, knee
+from brushgs.stroke_count.curve import ErrorCurve, Knee, knee, psnr_of
 
 LEAST_POINTS = 3  # a knee lies between two ends
 LEAST_GAIN = 0.05  # dB; less is reported as nothing
+OF_TIME = {"frame": "a film", "painting": "a still"}  # who waits for it
 
 
 def curves_of(family: Family) -> dict[str, ErrorCurve]:
-    """The curve of strokes for each cost, "frame" and "painting"; none of fewer than three points."""
+    """The curve for each time, "frame" and "painting"; none of fewer than three points.
+
+    A still's has the error of clustering, see `brushgs.stroke_count.curve`.
+    """
     points = {point.strokes: point for point in family.points}  # two counts may give the same strokes
     if len(points) < LEAST_POINTS:
         return {}
     strokes = np.array(sorted(points))
     rmse = np.array([points[count].error.rmse for count in strokes])
-    kinds = family.points[0].seconds
+    clustering = np.array([points[count].clustering for count in strokes], np.float64)
+    frame, painting = (
+        np.array([points[count].seconds[kind].median for count in strokes]) for kind in OF_TIME
+    )
     return {
-        kind: ErrorCurve(strokes, rmse, np.array([points[count].seconds[kind].median for count in strokes]))
-        for kind in kinds
+        "frame": ErrorCurve(strokes, rmse, frame),
+        "painting": ErrorCurve(strokes, clustering, painting, ends_unmerged=True),
     }
 
 
-def advice(curves: dict[str, ErrorCurve]) -> tuple[Knee | None, str | None]:
-    """The knee by the seconds of a frame, and the advice: "for this scene 3,100 strokes reach ..."."""
-    if not curves:
-        return None, None
-    bend = knee(curves["frame"])
-    low = min(bend.strokes, curves["painting"].strokes[-1] / 2)
-    once, twice = fitted_seconds(curves["painting"], np.array([low, 2 * low]))
+def advice(family: Family | None) -> tuple[dict[str, Knee], str | None]:
+    """The knee by each time, and the advice: "for this scene a film is worth 4,100 strokes (28.6 dB, ...".
+
+    Args:
+        family: that of the number of strokes; None if it was not measured.
+    """
+    curves = {} if family is None else curves_of(family)
+    if family is None or not curves:
+        return {}, None
+    bends = {kind: knee(curve) for kind, curve in curves.items()}
+    said = [_words(kind, bend, family) for kind, bend in bends.items()]
+    return bends, f"for this scene {'; '.join(said)}"
+
+
+def _words(kind: str, bend: Knee, family: Family) -> str:
+    points = sorted(family.points, key=lambda point: point.strokes)
+    counts = np.log([point.strokes for point in points])
+    errors = np.log([max(point.error.rmse, 1e-12) for point in points])
+    reached = psnr_of(float(np.exp(np.interp(np.log(bend.strokes), counts, errors))))
+    what = f"{OF_TIME[kind]} is worth {_rounded(bend.strokes):,} strokes ({reached:.1f} dB"
+    if bend.strokes >= points[-1].strokes:
+        return f"{what}, all: merging them takes longer than it saves)"
     gain = f"{bend.gain_of_doubling:.1f} dB" if bend.gain_of_doubling >= LEAST_GAIN else "nothing"
-    return bend, (
-        f"for this scene {_rounded(bend.strokes):,} strokes reach {bend.psnr:.1f} dB; doubling them buys "
-        f"{gain} for {bend.cost_of_doubling:.1f} x the time of a frame, {twice / once:.1f} x that of a whole "
-        "painting"
-    )
+    return f"{what}; doubling buys {gain} for {bend.cost_of_doubling:.1f} x the time)"
 
 
 def _rounded(count: int) -> int:

@@ -54,6 +54,8 @@ class Trial:
     strokes: int
     runs: dict[str, tuple[TimedRun, ...]]
     unpainted: float | None = None
+    clustering: float | None = None
+    held_out: float | None = None
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,8 @@ def _strokes(subject: Subject) -> FamilyPlan:
 
     def trials() -> Iterator[Trial]:
         for count in counts:
-            strokes = subject.cluster(count)
+            clusters, _ = subject.prepared.stroke_maker.clusters(count)
+            strokes = subject.prepared.stroke_maker.finished(clusters)
             name = f"strokes {len(strokes):,}"
             frame = subject.draw(strokes)
             yield Trial(
@@ -112,6 +115,8 @@ def _strokes(subject: Subject) -> FamilyPlan:
                     "painting": _run(name, partial(subject.painting, count), frame),
                 },
                 unpainted(frame.alpha, subject.plain.alpha),
+                subject.clustering_error(clusters),
+                subject.held_out_error(strokes),
             )
 
     truth = "the plain picture: the whole scene with its own kernel"

@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -11,8 +11,8 @@ from brushgs.measure.likeness import Likeness
 from brushgs.stroke_count.curve import Knee
 
 # Version of the JSON; increases when a key changes its name or meaning. Since 2 a stage has `skipped` in
-# place of `left_out`.
-SCHEMA = 2
+# place of `left_out`; since 3 points have `best_by` and a bench `knees`, one for each time.
+SCHEMA = 3
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,9 @@ class Point:
         verified: how well the picture agreed with its definition.
         strokes: how many were painted.
         unpainted: share of the plain picture's alpha; None if that picture is not the truth.
-        is_best: whether the point is on the Pareto front.
+        clustering: RMSE of the same strokes drawn with the kernel of the truth; None where that is no matter.
+        held_out: RMSE over views that the strokes were not made for; None where there are none.
+        best_by: the times by which the point is on the Pareto front.
     """
 
     label: str
@@ -49,7 +51,9 @@ class Point:
     verified: Verified
     strokes: int
     unpainted: float | None = None
-    is_best: bool = False
+    clustering: float | None = None
+    held_out: float | None = None
+    best_by: tuple[str, ...] = ()
 
     @property
     def cost(self) -> TimeQuartiles:
@@ -76,9 +80,14 @@ class Family:
     points: tuple[Point, ...]
 
     @property
-    def best(self) -> list[Point]:
-        """The Pareto front, cheapest first."""
-        return sorted((point for point in self.points if point.is_best), key=lambda p: p.cost.median)
+    def kinds(self) -> tuple[str, ...]:
+        """The names of the times, that of the family first."""
+        return tuple(self.points[0].seconds) if self.points else ()
+
+    def front(self, kind: str) -> list[Point]:
+        """The Pareto front of a time, cheapest first."""
+        best = (point for point in self.points if kind in point.best_by)
+        return sorted(best, key=lambda point: point.seconds[kind].median)
 
 
 @dataclass(frozen=True)
@@ -87,13 +96,15 @@ class Bench:
 
     Attributes:
         families: those that apply to the scene.
-        knee: of the curve of strokes, by the seconds of a frame; None without a curve.
-        advice: one line about the knee; None without one.
+        knees: of the curve of strokes, by each time; empty without a curve.
+        advice: one line about the knees; None without them.
+        doubts: what speaks against the figures, a sentence each.
     """
 
     families: tuple[Family, ...]
-    knee: Knee | None
+    knees: dict[str, Knee]
     advice: str | None
+    doubts: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> Family:
         return next(family for family in self.families if family.name == name)
@@ -102,8 +113,9 @@ class Bench:
         """Ready for JSON."""
         return {
             "families": [asdict(family) for family in self.families],
-            "knee": None if self.knee is None else asdict(self.knee),
+            "knees": {kind: asdict(knee) for kind, knee in self.knees.items()},
             "advice": self.advice,
+            "doubts": list(self.doubts),
         }
 
     def as_csv(self) -> str:
@@ -118,27 +130,36 @@ class Bench:
 
 
 def mark_best(points: Iterable[Point]) -> tuple[Point, ...]:
-    """Mark the points on the Pareto front of median seconds and RMSE.
+    """Mark the points on the Pareto fronts of RMSE and each of the times.
 
-    A point is on it if no other is better in one of the two and at least as good in the other.
+    A point is on one if no other has a smaller error at no more seconds, or fewer seconds at the same error.
+    Times of which the quartiles of one lie between those of the other are the same: no more can be said.
     """
     points = tuple(points)
-    pairs = [(point.cost.median, point.error.rmse) for point in points]
+    kinds = points[0].seconds if points else ()
     return tuple(
-        replace(point, is_best=not any(_beats(other, pair) for other in pairs))
-        for point, pair in zip(points, pairs, strict=True)
+        replace(
+            point,
+            best_by=tuple(kind for kind in kinds if not any(_beats(other, point, kind) for other in points)),
+        )
+        for point in points
     )
 
 
-def _beats(other: Sequence[float], pair: Sequence[float]) -> bool:
-    return other != pair and all(theirs <= own for theirs, own in zip(other, pair, strict=True))
+def _beats(other: Point, point: Point, kind: str) -> bool:
+    theirs, own = other.seconds[kind], point.seconds[kind]
+    if other.error.rmse != point.error.rmse:
+        return other.error.rmse < point.error.rmse and (theirs.median <= own.median or theirs.is_same_as(own))
+    return theirs.median < own.median and not theirs.is_same_as(own)
 
 
 def _row(family: Family, point: Point) -> dict[str, Any]:
     row: dict[str, Any] = {"family": family.name, "series": point.series, "label": point.label}
-    row |= {"value": point.value, "strokes": point.strokes, "is_best": int(point.is_best)}
-    row |= asdict(point.error) | {"unpainted": point.unpainted}
+    row |= {"value": point.value, "strokes": point.strokes}
+    row |= asdict(point.error)
+    row |= {name: getattr(point, name) for name in ("unpainted", "clustering", "held_out")}
     for name, quartiles in point.seconds.items():
         row |= {f"{name}_{key}": value for key, value in asdict(quartiles).items()}
+        row[f"{name}_is_best"] = int(name in point.best_by)
     row |= {f"verified_{key}": value for key, value in asdict(point.verified).items()}
     return {name: "" if value is None else value for name, value in row.items()}

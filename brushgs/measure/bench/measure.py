@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 
-from brushgs.measure.bench.advice import advice, curves_of
+from brushgs.measure.bench.advice import advice
+from brushgs.measure.bench.doubts import OtherLoad, doubts_of
 from brushgs.measure.bench.families import FamilyPlan, Trial, plan_families
 from brushgs.measure.bench.figures import Bench, Family, Point, mark_best
 from brushgs.measure.bench.subject import Subject
@@ -16,7 +17,7 @@ def measure(subject: Subject, report: Report) -> Bench:
     Raises:
         WrongPictureError: if a picture does not agree with its definition; it is not timed then.
     """
-    families = []
+    families, load = [], OtherLoad()
     for name, plan in plan_families(subject).items():
         num_runs = plan.num_points + subject.config.repeats * plan.num_runs
         with report.stage(name, total=num_runs, unit="runs") as stage:
@@ -26,10 +27,11 @@ def measure(subject: Subject, report: Report) -> Bench:
                 continue
             family = _measured(name, plan, subject.config.repeats, report.advance)
             families.append(family)
-            stage.did = f"{len(family.points)} points, {len(family.best)} of them best: {plan.title}"
-            stage.counts = {"points": len(family.points), "best": len(family.best)}
-    curves = next((curves_of(family) for family in families if family.name == "strokes"), {})
-    return Bench(tuple(families), *advice(curves))
+            num_best = len(family.front(family.kinds[0]))
+            stage.did = f"{len(family.points)} points, {num_best} of them best: {plan.title}"
+            stage.counts = {"points": len(family.points), "best": num_best}
+    knees, words = advice(next((family for family in families if family.name == "strokes"), None))
+    return Bench(tuple(families), knees, words, doubts_of(families, load.cores()))
 
 
 def _measured(name: str, plan: FamilyPlan, repeats: int, advance: Callable[[], None]) -> Family:
@@ -59,4 +61,6 @@ def _point(trial: Trial, seconds: dict[TimedRun, list[float]]) -> Point:
         verified=trial.verified,
         strokes=trial.strokes,
         unpainted=trial.unpainted,
+        clustering=trial.clustering,
+        held_out=trial.held_out,
     )

@@ -1,4 +1,4 @@
-"""The curves as a plot: one panel per family, error over seconds, with the Pareto front."""
+"""The curves as a plot: a panel for each family and time, error over seconds, with the Pareto front."""
 
 from math import ceil
 from pathlib import Path
@@ -25,30 +25,42 @@ def write_plot(result: Bench, path: Path, title: str) -> None:
         ValueError: if matplotlib is not installed.
         SceneError: if the file cannot be written.
     """
-    num = max(1, len(result.families))
+    panels = [(family, kind) for family in result.families for kind in family.kinds]
+    num = max(1, len(panels))
     columns = min(COLUMNS, num)
     lines = ceil(num / columns)
     figure = new_figure(PANEL_WIDTH * columns, PANEL_HEIGHT * lines + 0.3, title, DOTS_PER_INCH)
-    panels = figure.subplots(lines, columns, squeeze=False).ravel()
-    for axes, family in zip(panels, result.families, strict=False):
-        _draw_family(axes, family, result.knee if family.name == "strokes" else None)
-    for axes in panels[len(result.families) :]:
+    places = figure.subplots(lines, columns, squeeze=False).ravel()
+    for axes, (family, kind) in zip(places, panels, strict=False):
+        _draw_family(axes, family, kind, result.knees.get(kind) if family.name == "strokes" else None)
+    for axes in places[len(panels) :]:
         axes.axis("off")
     save_figure(figure, path)
 
 
-def _draw_family(axes: "Axes", family: Family, knee: Knee | None) -> None:
+def _draw_family(axes: "Axes", family: Family, kind: str, knee: Knee | None) -> None:
+    """A panel: errors over one of the times, by series, with the front of that time.
+
+    Beside strokes stand the error of clustering and, as a line, that of one stroke per Gaussian: the brush.
+    """
     errors = [255 * point.error.rmse for point in family.points]
     above = [error for error in errors if error > 0]
     floor = FLOOR * min(above, default=1.0)
     is_wide = bool(above) and (max(above) / min(above) > WIDE)
     shown = {id(p): max(e, floor) if is_wide else e for p, e in zip(family.points, errors, strict=True)}
-    for number, series in enumerate(dict.fromkeys(point.series for point in family.points)):
+    clusters = [point for point in family.points if point.clustering is not None]
+    names = dict.fromkeys(point.series for point in family.points)
+    for number, series in enumerate(names):
         points = [point for point in family.points if point.series == series]
-        _draw_series(axes, points, shown, COLORS[number % len(COLORS)], series)
-    front = family.best
+        name = "total" if clusters else series
+        _draw_series(axes, points, kind, shown, COLORS[number % len(COLORS)], name)
+    if clusters:
+        x, y = [_ms(point, kind) for point in clusters], [255 * (p.clustering or 0.0) for p in clusters]
+        axes.plot(x, y, "-s", color=VERMILION, linewidth=1.0, markersize=2.5, label="clustering")
+        axes.axhline(errors[-1], color=GREEN, linewidth=1.0, linestyle="--", label="brush, all Gaussians")
+    front = family.front(kind)
     axes.plot(
-        [_ms(point) for point in front],
+        [_ms(point, kind) for point in front],
         [shown[id(point)] for point in front],
         color="black",
         linewidth=0.8,
@@ -56,46 +68,50 @@ def _draw_family(axes: "Axes", family: Family, knee: Knee | None) -> None:
         drawstyle="steps-post",
         zorder=1,
     )
-    label(axes, f"ms of {family.cost}", "RMSE (of 255)", family.title)
-    costs = [_ms(point) for point in family.points]
+    cost = "a whole painting" if kind == "painting" else family.cost
+    label(axes, f"ms of {cost}", "RMSE (of 255)", family.title)
+    costs = [_ms(point, kind) for point in family.points]
     if max(costs) > 2 * min(costs):
         axes.set_xscale("log")
         _plain_ticks(axes.xaxis)
     if is_wide:
         axes.set_yscale("log")
     else:
-        axes.set_ylim(0, 1.15 * max([*errors, 1e-9]))
+        axes.set_ylim(0, 1.15 * max([*errors, *(255 * (p.clustering or 0.0) for p in clusters), 1e-9]))
     axes.margins(x=0.16)
-    if len({point.series for point in family.points}) > 1:
+    if len(names) > 1 or clusters:
         axes.legend(fontsize=6, frameon=False)
     if knee is not None:
-        _draw_knee(axes, family, knee)
+        _draw_knee(axes, family, kind, knee)
 
 
-def _draw_series(axes: "Axes", points: list[Point], shown: dict[int, float], color: str, series: str) -> None:
-    x, y = [_ms(point) for point in points], [shown[id(point)] for point in points]
-    below = [1000 * (point.cost.median - point.cost.q1) for point in points]
-    above = [1000 * (point.cost.q3 - point.cost.median) for point in points]
+def _draw_series(
+    axes: "Axes", points: list[Point], kind: str, shown: dict[int, float], color: str, name: str
+) -> None:
+    times = [point.seconds[kind] for point in points]
+    x, y = [1000 * time.median for time in times], [shown[id(point)] for point in points]
+    below = [1000 * (time.median - time.q1) for time in times]
+    above = [1000 * (time.q3 - time.median) for time in times]
     is_curve = all(point.value is not None for point in points)
     axes.errorbar(
-        x, y, xerr=[below, above], color=color, linewidth=1.0 if is_curve else 0, elinewidth=0.8, label=series
+        x, y, xerr=[below, above], color=color, linewidth=1.0 if is_curve else 0, elinewidth=0.8, label=name
     )
     for number, (point, across, up) in enumerate(zip(points, x, y, strict=True)):
-        fill = color if point.is_best else "white"
+        fill = color if kind in point.best_by else "white"
         axes.plot(across, up, "o", color=color, markerfacecolor=fill, markersize=4.5, zorder=3)
-        text = point.label.removeprefix(f"{series}, ") + (" = 0" if point.error.rmse == 0 else "")
+        text = point.label.removeprefix(f"{point.series}, ") + (" = 0" if point.error.rmse == 0 else "")
         place = 3, (3 if number % 2 == 0 else -8)  # labels of neighbours alternate above and below
         axes.annotate(text, (across, up), place, textcoords="offset points", fontsize=5.5)
 
 
-def _draw_knee(axes: "Axes", family: Family, knee: Knee) -> None:
-    """A ring at the number of strokes of the knee, on the line between its neighbours."""
+def _draw_knee(axes: "Axes", family: Family, kind: str, knee: Knee) -> None:
+    """A ring at the number of strokes of the knee, on the line of clustering between its neighbours."""
     points = sorted(family.points, key=lambda point: point.strokes)
     left = max((p for p in points if p.strokes <= knee.strokes), key=lambda p: p.strokes, default=points[0])
     right = min((p for p in points if p.strokes >= knee.strokes), key=lambda p: p.strokes, default=points[-1])
     span = right.strokes - left.strokes
     share = (knee.strokes - left.strokes) / span if span else 0.0
-    x = _ms(left) ** (1 - share) * _ms(right) ** share
+    x = _ms(left, kind) ** (1 - share) * _ms(right, kind) ** share
     y = 255 * 10 ** (-knee.psnr / 20)
     axes.plot(x, y, "o", color="black", markerfacecolor="none", markersize=9, zorder=4)
     axes.annotate(
@@ -112,5 +128,5 @@ def _plain_ticks(axis: object) -> None:
     axis.set_minor_formatter(NullFormatter())  # type: ignore[attr-defined]
 
 
-def _ms(point: Point) -> float:
-    return 1000 * point.cost.median
+def _ms(point: Point, kind: str) -> float:
+    return 1000 * point.seconds[kind].median

@@ -70,7 +70,7 @@ def report_bench(
     check_opaque_background(paint.draw.background)
     machine = describe_machine(paint.draw.threads)
     unmerged = replace(paint, cluster=replace(paint.cluster, strokes=None))  # each family clusters by itself
-    prepared = prepare(scene, unmerged, report, keeps_scene=True, merges_later=True)
+    prepared = prepare(scene, unmerged, report, needs_first_view=True, keeps_scene=True, merges_later=True)
     subject = Subject(SceneSource.of(scene), prepared, paint, config)
     report.settings = plain_paint(scene, paint) | {
         "measure": plain_config(config),

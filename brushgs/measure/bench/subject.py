@@ -9,12 +9,15 @@ import numpy as np
 from brushgs.arrays import Array
 from brushgs.brushes.brush_set import Brushes
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.cameras.around import HELD_OUT, ring_views
 from brushgs.measure.bench.verify import check_square
+from brushgs.measure.likeness import rmse
 from brushgs.options.choices import Features, Method
 from brushgs.options.experiments import BenchConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.painting.background import Background, open_background
+from brushgs.painting.job_views import is_from_outside
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.passes.cluster import Grouping, group
@@ -107,6 +110,32 @@ class Subject:
     def cluster(self, count: int) -> Gaussians:
         """The strokes that `brushgs render` makes."""
         return self.prepared.stroke_maker(count)[0]
+
+    def clustering_error(self, clusters: Gaussians) -> float:
+        """RMSE of clusters, before the passes, drawn as the plain picture is."""
+        frame = render_with(clusters, self.camera, StrokeTexture.open(KERNEL), self.plain_options)
+        return rmse(self.picture(frame), self.picture(self.plain))
+
+    def held_out_error(self, strokes: Gaussians) -> float | None:
+        """RMSE of strokes over all views that they were not made for; None where there are none."""
+        if not self._held_out:
+            return None
+        errors = [rmse(self.picture(self.draw(strokes, view)), plain) for view, plain in self._held_out]
+        return float(np.sqrt(np.mean(np.square(errors))))
+
+    @cached_property
+    def _held_out(self) -> list[tuple[Camera, Array]]:
+        """Views between those that strokes are made for, and the plain picture of each."""
+        view, kernel = self.prepared.first_view, StrokeTexture.open(KERNEL)
+        if view is None:
+            return []
+        from_outside = self.paint.view.camera_file is None and is_from_outside(self.paint.view)
+        width, height = self.camera.width, self.camera.height
+        views = ring_views(view, width, height, from_outside=from_outside, ring=HELD_OUT)
+        return [
+            (camera, self.picture(render_with(self.gaussians, camera, kernel, self.plain_options)))
+            for camera in views
+        ]
 
     def draw(self, strokes: Gaussians, camera: Camera | None = None, **changed: Any) -> Frame:
         """One frame of strokes, as `brushgs render` draws it, with the options in `changed` replaced."""

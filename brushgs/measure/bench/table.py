@@ -2,15 +2,15 @@
 
 from typing import TYPE_CHECKING
 
-from brushgs.measure.bench.figures import Bench, Family
-from brushgs.measure.bench.timing import TimeQuartiles
+from brushgs.measure.bench.figures import Bench, Family, Point
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
 NONE, BEST = "-", "*"
-COLUMNS = ("", "ms (quartiles)", "painting", "RMSE of 255", "PSNR", "SSIM", "FLIP", "unpainted")
+ERRORS = ("RMSE of 255", "clustering", "held out", "PSNR", "SSIM", "FLIP", "unpainted")
+COLUMNS = ("", "ms (quartiles)", "painting", *ERRORS)
 
 
 def print_bench(result: Bench, console: "Console") -> None:
@@ -19,10 +19,12 @@ def print_bench(result: Bench, console: "Console") -> None:
         console.print(f"{family.title}: against {family.truth}, ms of {family.cost}", markup=False)
         console.print(family_table(family), markup=False)
     console.print(
-        f"{BEST} on the Pareto front: no other point is both more accurate and faster", markup=False
+        f"{BEST} on the Pareto front of that time: no other point is both more accurate and faster",
+        markup=False,
     )
-    if result.advice is not None:
-        console.print(result.advice, markup=False, soft_wrap=True)
+    for line in (result.advice, *result.doubts):
+        if line is not None:
+            console.print(line, markup=False, soft_wrap=True)
 
 
 def family_table(family: Family) -> "Table":
@@ -44,10 +46,12 @@ def rows(family: Family) -> list[list[str]]:
     """Cells of each point, in the order of `COLUMNS`."""
     return [
         [
-            f"{BEST if point.is_best else ' '} {point.label}",
-            _milliseconds(point.cost),
-            _milliseconds(point.seconds.get("painting")),
+            point.label,
+            _milliseconds(point, family.kinds[0]),
+            _milliseconds(point, "painting"),
             f"{255 * point.error.rmse:.3g}",
+            NONE if point.clustering is None else f"{255 * point.clustering:.3g}",
+            NONE if point.held_out is None else f"{255 * point.held_out:.3g}",
             "equal" if point.error.psnr is None else f"{point.error.psnr:.2f}",
             _number(point.error.ssim, "{:.3f}"),
             _number(point.error.flip, "{:.3f}"),
@@ -57,10 +61,12 @@ def rows(family: Family) -> list[list[str]]:
     ]
 
 
-def _milliseconds(seconds: TimeQuartiles | None) -> str:
+def _milliseconds(point: Point, kind: str) -> str:
+    seconds = point.seconds.get(kind)
     if seconds is None:
         return NONE
-    return f"{_digits(seconds.median)} ({_digits(seconds.q1)}-{_digits(seconds.q3)})"
+    star = BEST if kind in point.best_by else " "
+    return f"{star} {_digits(seconds.median)} ({_digits(seconds.q1)}-{_digits(seconds.q3)})"
 
 
 def _digits(seconds: float) -> str:

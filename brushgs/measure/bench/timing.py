@@ -26,6 +26,11 @@ class TimeQuartiles:
         q1, median, q3 = np.percentile(seconds, (25, 50, 75))
         return cls(float(q1), float(median), float(q3), len(seconds))
 
+    def is_same_as(self, other: "TimeQuartiles") -> bool:
+        """Whether the quartiles of one lie between those of the other: which is less cannot be said."""
+        first, second = sorted((self, other), key=lambda one: one.q3 - one.q1)
+        return second.q1 <= first.q1 and first.q3 <= second.q3
+
 
 @dataclass(frozen=True, eq=False)
 class TimedRun:

@@ -60,27 +60,30 @@ def test_the_command_writes_figures_table_and_plot(scene, capsys):
     assert names() == ["pears-bench"]
     assert names("pears-bench") == ["bench.csv", "bench.json", "bench.png"]
     height, width, _ = read_image("pears-bench/bench.png").shape
-    assert (width, height) == (1122, 627)
+    assert (width, height) == (1122, 924)
     for word in ("number of strokes", "nearest", "float64, none", "64x48", "balanced, cover", "SH degree"):
         assert word in err
-    assert err.rstrip().splitlines()[-1].startswith("for this scene ")
+    said = next(line for line in err.splitlines() if line.startswith("for this scene "))
     assert "\x1b" not in err  # no progress bar in a pipe
 
     value = json.loads(Path("pears-bench/bench.json").read_text())
-    assert (value["schema"], value["brushgs"]) == (2, bg.__version__)
+    assert (value["schema"], value["brushgs"]) == (3, bg.__version__)
     assert value["settings"]["measure"]["strokes"] == [30, 90]
     assert value["settings"]["draw"]["stroke"] == "dry_brush"
     assert value["settings"]["camera"]["width"] == 64
     assert value["settings"]["machine"]["threads"] >= 1
     found = value["bench"]
     assert [family["name"] for family in found["families"]] == FAMILIES
-    assert found["advice"] == err.rstrip().splitlines()[-1]
-    assert set(found["knee"]) == {"strokes", "psnr", "gain_of_doubling", "cost_of_doubling"}
+    assert found["advice"] == said
+    assert all(doubt in err for doubt in found["doubts"])
+    for bend in ("frame", "painting"):
+        assert set(found["knees"][bend]) == {"strokes", "psnr", "gain_of_doubling", "cost_of_doubling"}
     num = {family["name"]: len(family["points"]) for family in found["families"]}
     precision, sizes = 2 * len(STOPS), len(SIZES)
     assert num == {"strokes": 3, "merge": 8, "filter": 3, "precision": precision, "sh": 2, "size": sizes}
     for family in found["families"]:
-        assert any(point["is_best"] for point in family["points"])
+        for kind in family["points"][0]["seconds"]:
+            assert any(kind in point["best_by"] for point in family["points"])
         for point in family["points"]:
             assert set(point) >= {"label", "series", "value", "error", "seconds", "verified", "strokes"}
             assert point["verified"]["mean"] <= 2e-5
@@ -104,6 +107,10 @@ def check_what_is_known(found):
     assert strokes[-1]["error"]["rmse"] < strokes[0]["error"]["rmse"]
     assert all(0 <= point["unpainted"] <= 1 and 0 < point["error"]["flip"] < 1 for point in strokes)
     assert all(set(point["seconds"]) == {"frame", "painting"} for point in strokes)
+    # Clustering alone: what remains with all Gaussians is what pruning takes, and no brush is in it.
+    assert strokes[-1]["clustering"] < 0.5 * strokes[-1]["error"]["rmse"] < strokes[0]["clustering"]
+    assert all(point["held_out"] > 0 for point in strokes)
+    assert strokes[-1]["held_out"] < strokes[0]["held_out"]
     assert all(point["seconds"]["painting"]["q3"] > point["seconds"]["frame"]["q1"] for point in strokes)
     assert {point["strokes"] for point in points["merge"]} <= {29, 30, 89, 90}
     errors = {point["label"]: point["error"]["rmse"] for point in points["filter"]}

@@ -3,7 +3,9 @@
 import csv
 import io
 import json
+import os
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,9 +14,10 @@ from hypothesis import strategies as st
 
 from brushgs.io.pictures.images import read_image
 from brushgs.measure.bench.advice import advice, curves_of
+from brushgs.measure.bench.doubts import OtherLoad, doubts_of
 from brushgs.measure.bench.figures import Bench, Family, Point, Verified, mark_best
 from brushgs.measure.bench.plot import COLORS, write_plot
-from brushgs.measure.bench.table import rows
+from brushgs.measure.bench.table import COLUMNS, rows
 from brushgs.measure.bench.timing import TimedRun, TimeQuartiles, time_alternately
 from brushgs.measure.likeness import Likeness
 from brushgs.stroke_count.curve import knee
@@ -23,13 +26,14 @@ VERIFIED = Verified("the reference", 1e-7, 0.0, 1e-6)
 
 
 def spread(seconds):
-    return TimeQuartiles(0.9 * seconds, seconds, 1.1 * seconds, 5)
+    return TimeQuartiles(0.99 * seconds, seconds, 1.01 * seconds, 5)
 
 
 def point(seconds, rmse, *, label="a", strokes=10, **options):
     psnr = -20 * np.log10(rmse) if rmse else None
     error = Likeness(rmse, 2 * rmse, psnr)
     costs = {"frame": spread(seconds), "painting": spread(1 + seconds)}
+    options = {"clustering": rmse} | options
     return Point(label, "strokes", float(strokes), error, costs, VERIFIED, strokes, **options)
 
 
@@ -40,14 +44,20 @@ def family(points):
 def test_the_front_holds_what_nothing_beats_in_both():
     planted = [(1, 9), (2, 5), (3, 6), (4, 5), (5, 1), (2, 5), (0.5, 10), (6, 2)]
     found = family([point(s, e / 10, label=str(i)) for i, (s, e) in enumerate(planted)])
-    assert [p.label for p in found.points if p.is_best] == ["0", "1", "4", "5", "6"]
-    assert [p.label for p in found.best] == ["6", "0", "1", "5", "4"]  # cheapest first; equal ones both stay
+    assert [p.label for p in found.points if "frame" in p.best_by] == ["0", "1", "4", "5", "6"]
+    assert [p.label for p in found.front("frame")] == [
+        "6",
+        "0",
+        "1",
+        "5",
+        "4",
+    ]  # cheapest first; equal ones both stay
 
 
 @given(st.lists(st.tuples(st.integers(1, 9), st.integers(0, 9)), min_size=1, max_size=12))
 def test_every_point_off_the_front_is_beaten_by_one_on_it(pairs):
     points = mark_best(point(float(s), e / 10) for s, e in pairs)
-    front = [p for p in points if p.is_best]
+    front = [p for p in points if "frame" in p.best_by]
     assert front
     for p in points:
         better = [
@@ -57,37 +67,92 @@ def test_every_point_off_the_front_is_beaten_by_one_on_it(pairs):
             and q.error.rmse <= p.error.rmse
             and (q.cost.median, q.error.rmse) != (p.cost.median, p.error.rmse)
         ]
-        assert bool(better) != p.is_best
+        assert bool(better) != ("frame" in p.best_by)
+
+
+def timed(q1, median, q3, rmse, label):
+    one = point(median, rmse, label=label)
+    return replace(one, seconds={"frame": TimeQuartiles(q1, median, q3, 5)})
+
+
+def test_times_whose_quartiles_overlap_wholly_are_no_difference():
+    """Of two that take the same time, as far as is known, the one with more error is on no front."""
+    found = mark_best([timed(1.0, 1.1, 1.2, 0.2, "worse"), timed(0.9, 1.15, 1.3, 0.1, "better")])
+    assert [p.label for p in found if p.best_by] == ["better"]
+    found = mark_best([timed(1.0, 1.1, 1.2, 0.2, "sooner"), timed(1.15, 1.25, 1.3, 0.1, "better")])
+    assert [p.label for p in found if p.best_by] == ["sooner", "better"]  # they overlap in part
+
+
+def test_a_still_has_a_front_of_its_own():
+    """All Gaussians need no clustering: they take the longest frame, and not the longest painting."""
+    few, many, every = (
+        point(s, e, label=str(n), strokes=n) for s, e, n in ((1, 3, 10), (2, 2, 99), (3, 1, 100))
+    )
+    every = replace(every, seconds=every.seconds | {"painting": spread(2.5)})
+    front = {
+        kind: [p.label for p in family([few, many, every]).front(kind)] for kind in ("frame", "painting")
+    }
+    assert front == {"frame": ["10", "99", "100"], "painting": ["10", "100"]}
+
+
+def test_a_curve_that_rises_at_its_end_and_a_busy_machine_are_told():
+    rising = family([point(1, 0.3, strokes=10), point(2, 0.1, strokes=100), point(3, 0.2, strokes=1000)])
+    assert doubts_of([rising], None) == (
+        "the error rises again beyond 100 strokes, from 25.5 to 51 of 255 with 1,000",
+    )
+    falling = family([point(1, 0.3, strokes=10), point(2, 0.1, strokes=100)])
+    assert doubts_of([falling], 0.02) == ()
+    assert "other programs used 0.8 processors" in doubts_of([falling], 0.8)[0]
+    shaky = replace(falling, points=mark_best([timed(0.5, 1.0, 1.5, 0.1, "a")]))
+    assert doubts_of([shaky], 0.0) == ("times are unsteady: their quartiles lie 100% of the median apart",)
+
+
+def test_other_programs_are_noticed(tmp_path, monkeypatch):
+    """Of 100 s on two processors both were busy; this process used 60 s of the 200."""
+    stat, used = tmp_path / "stat", [0.0, 0.0]
+    monkeypatch.setattr("brushgs.measure.bench.doubts.STAT", stat)
+    monkeypatch.setattr(
+        "brushgs.measure.bench.doubts.os.times",
+        lambda: SimpleNamespace(user=used[0], system=0, children_user=0, children_system=0, elapsed=used[1]),
+    )
+    per_second = os.sysconf("SC_CLK_TCK")
+    stat.write_text("cpu  1000 0 0 500 0 0 0 0 0 0\n")
+    load = OtherLoad()
+    stat.write_text(f"cpu  {1000 + 200 * per_second} 0 0 500 0 0 0 0 0 0\n")
+    used[:] = 60.0, 100.0
+    assert load.cores() == pytest.approx(1.4)
+    stat.unlink()
+    assert load.cores() is None
 
 
 def bench_of(counts=(100, 1000, 10000)):
     points = [point(1e-3 * n**0.5, n**-0.2, label=f"{n:,}", strokes=n, unpainted=0.1) for n in counts]
     curve = family(points)
-    return Bench((curve,), *advice(curves_of(curve)))
+    return Bench((curve,), *advice(curve))
 
 
 def test_the_advice_is_that_of_the_knee():
     result = bench_of((125, 250, 500, 1000, 2000, 4000, 8000))
-    bend = knee(curves_of(result["strokes"])["frame"])
-    assert result.knee == bend
-    assert (
-        f"strokes reach {bend.psnr:.1f} dB; doubling them buys {bend.gain_of_doubling:.1f} dB"
-        in result.advice
-    )
-    assert f"for {bend.cost_of_doubling:.1f} x the time of a frame" in result.advice
-    said = int(result.advice.removeprefix("for this scene ").split()[0].replace(",", ""))
-    assert said == pytest.approx(bend.strokes, rel=0.05)
+    curves = curves_of(result["strokes"])
+    assert result.knees == {kind: knee(curve) for kind, curve in curves.items()}
+    for kind, who in (("frame", "a film"), ("painting", "a still")):
+        bend = result.knees[kind]
+        words = result.advice.split(f"{who} is worth ")[1].split(")")[0]
+        assert int(words.split()[0].replace(",", "")) == pytest.approx(bend.strokes, rel=0.05)
+        assert f"({bend.psnr:.1f} dB" in words or kind == "painting"
+        if bend.strokes < 8000:
+            assert f"doubling buys {bend.gain_of_doubling:.1f} dB for {bend.cost_of_doubling:.1f} x" in words
 
 
 def test_more_strokes_that_bring_nothing_are_said_to():
     flat = family([point(1e-3 * n, 0.2, strokes=n) for n in (10, 100, 1000, 10000)])
-    assert "doubling them buys nothing" in advice(curves_of(flat))[1]
+    assert "doubling buys nothing" in advice(flat)[1]
 
 
 def test_two_points_have_no_knee_and_no_advice():
     result = bench_of((100, 1000))
-    assert (result.knee, result.advice) == (None, None)
-    assert result.as_dict()["knee"] is None
+    assert (result.knees, result.advice) == ({}, None)
+    assert result.as_dict()["knees"] == {}
     equal = family([point(1, 0.1, strokes=n) for n in (10, 10, 20)])  # two counts came to the same strokes
     assert curves_of(equal) == {}
 
@@ -106,14 +171,16 @@ def test_csv_and_json_say_the_same():
         assert float(row["psnr"]) == found["error"]["psnr"]
         assert row["ssim"] == row["flip"] == ""  # not measured is empty, not zero
         assert float(row["unpainted"]) == found["unpainted"]
-        assert bool(int(row["is_best"])) is found["is_best"]
+        assert float(row["clustering"]) == found["clustering"]
+        for kind in ("frame", "painting"):
+            assert bool(int(row[f"{kind}_is_best"])) is (kind in found["best_by"])
         assert float(row["verified_mean"]) == found["verified"]["mean"]
 
 
 def test_equal_pictures_are_told_as_such_not_as_infinity():
-    exact = Bench((family([point(1, 0.0)]),), None, None)
+    exact = Bench((family([point(1, 0.0)]),), {}, None)
     assert "Infinity" not in json.dumps(exact.as_dict())
-    assert rows(exact["strokes"])[0][4] == "equal"
+    assert rows(exact["strokes"])[0][COLUMNS.index("PSNR")] == "equal"
 
 
 def test_a_spread_is_median_and_quartiles():
@@ -154,20 +221,22 @@ def test_runs_take_turns_and_shared_ones_run_once_a_round(clock):
 def test_a_plot_of_any_number_of_families_is_whole_and_light(tmp_path, count):
     result = bench_of((125, 250, 500, 1000))
     path = tmp_path / "plot.png"
-    write_plot(Bench(result.families * count, result.knee, result.advice), path, "title")
+    write_plot(Bench(result.families * count, result.knees, result.advice), path, "title")
     picture = read_image(path)
-    columns = min(count, 3)
-    assert picture.shape[:2] == (int(110 * (2.7 * -(-count // 3) + 0.3)), int(110 * 3.4 * columns))
+    columns = min(2 * count, 3)  # a panel for each time
+    assert picture.shape[:2] == (int(110 * (2.7 * -(-2 * count // 3) + 0.3)), int(110 * 3.4 * columns))
     for column in range(columns):  # something is drawn in each panel
         panel = picture[40:300, 374 * column : 374 * (column + 1), :3]
         assert (panel.min(axis=2) < 0.4).sum() > 500
-    assert path.stat().st_size < 60_000
+    assert path.stat().st_size < 90_000
 
 
 def test_a_plot_keeps_the_colours_of_its_series(tmp_path):
     """Few colours are written: each of these must be among them."""
-    points = [replace(point(1 + i, 0.1, strokes=1 + i), series=f"series {i}") for i in range(4)]
-    write_plot(Bench((family(points),), None, None), tmp_path / "plot.png", "title")
+    points = [
+        replace(point(1 + i, 0.1, strokes=1 + i), series=f"series {i}", clustering=None) for i in range(4)
+    ]
+    write_plot(Bench((family(points),), {}, None), tmp_path / "plot.png", "title")
     seen = {
         tuple(color) for color in np.rint(255 * read_image(tmp_path / "plot.png")[..., :3]).reshape(-1, 3)
     }
@@ -176,7 +245,7 @@ def test_a_plot_keeps_the_colours_of_its_series(tmp_path):
 
 
 def test_errors_of_zero_have_a_place_on_a_logarithmic_plot(tmp_path):
-    exact = Bench((family([point(1, 0.0), point(2, 0.1), point(3, 0.001)]),), None, None)
+    exact = Bench((family([point(1, 0.0), point(2, 0.1), point(3, 0.001)]),), {}, None)
     write_plot(exact, tmp_path / "plot.png", "title")
-    write_plot(Bench((family([point(1, 0.0)]),), None, None), tmp_path / "plot.png", "title")
+    write_plot(Bench((family([point(1, 0.0)]),), {}, None), tmp_path / "plot.png", "title")
     assert read_image(tmp_path / "plot.png").min() < 0.5
