@@ -495,9 +495,9 @@ def add_stroke_count(container: Container, *, has_look: bool = False) -> None:
         type=values.strokes,
         metavar="COUNT|PERCENT|all|auto|DB",
         help="number of strokes, 1 or more; a share of the scene as loaded such as 10%%; all; auto: the knee "
-        "of error against time, that of the whole painting for a still and else that of a frame (auto:still "
-        "and auto:frame say which); 24dB: the fewest that reach this PSNR to the plain picture, "
-        f"above 0 and at most 100; default {usual} (all with --stroke gaussian)",
+        "of error against the time of the painting, or of a frame of a film (auto:frame: of a frame in any "
+        "case); 24dB: the fewest that reach this PSNR to the plain picture, above 0 and at most 100; default "
+        f"{usual} (all with --stroke gaussian)",
     )
     flags.add(
         "--stroke-size",

@@ -156,8 +156,8 @@ class ClusterConfig:
         strokes: maximum number: a count >= 1, a share of the scene as loaded in (0, 1) given as a float, or
             None for one stroke per Gaussian. Or a target that the count is chosen for: "auto" for the knee of
             error over cost (`choose_strokes`), or all of a file of strokes; an `ErrorBudget` or a
-            `StrokeSize`. The cost is the time of a painting for a still, and else that of a frame;
-            "auto:still" and "auto:frame" say which. A `UsualCount` is a count, but all of a file of strokes.
+            `StrokeSize`. The cost is the time of a painting, and of a film or with "auto:frame" that of a
+            frame. A `UsualCount` is a count, but all of a file of strokes.
         features: "balanced" or "paper", see `cluster`.
         merge: "cover" or "paper", see `cluster`.
         method: "auto", "minibatch" or "lloyd", see `cluster`.
@@ -194,12 +194,12 @@ class ClusterConfig:
     @property
     def cost(self) -> Cost:
         """What a knee is the knee of."""
-        return "painting" if self.strokes == "auto:still" else "frame"
+        return "frame" if self.strokes == "auto:frame" else "painting"
 
     @property
-    def of_still(self) -> "ClusterConfig":
-        """The same for a still, where nobody said otherwise."""
-        return replace(self, strokes="auto:still") if self.strokes == "auto" else self
+    def of_film(self) -> "ClusterConfig":
+        """The same where many frames are painted."""
+        return replace(self, strokes="auto:frame") if self.strokes == "auto" else self
 
     @property
     def keeps_strokes(self) -> bool:

@@ -19,8 +19,8 @@ def parse_strokes(text: str) -> "int | float | Knee | ErrorBudget | None":
     """A value of `ClusterConfig.strokes`: int for a count, float for a share, None for all.
 
     Args:
-        text: a count such as "7000", a share such as "10%", "all", "auto" ("auto:frame", "auto:still"), or a
-            PSNR such as "24dB".
+        text: a count such as "7000", a share such as "10%", "all", "auto" or "auto:frame", or a PSNR such as
+            "24dB".
 
     Raises:
         ValueError: if it is none of these, or out of range.

@@ -38,9 +38,9 @@ def cluster(
     Args:
         gaussians: N Gaussians.
         num_strokes: the largest number of strokes: k >= 1, or a share of N, 0.1 or "10%"; "all" merges none.
-            Or a target in a view: "auto" is the knee of error over the time of a frame, see `choose_strokes`,
-            and "auto:still" that over the time of a painting; "24dB" are the fewest that reach this PSNR to
-            the plain picture, found by clustering again and again.
+            Or a target in a view: "auto" is the knee of error over the time of a painting, "auto:frame" that
+            over the time of a frame, see `choose_strokes`; "24dB" are the fewest that reach this PSNR to the
+            plain picture, found by clustering again and again.
         features: "balanced" does not depend on the unit of the scene and weighs each Gaussian by its
             contribution and the colour detail around it (`cluster_weights`); "paper" is raw and unweighted.
             See `cluster_features`.

@@ -210,7 +210,7 @@ def prepare(
         (gaussians, config.clean),
         lambda: clean_scene(gaussians, config.clean, report, is_strokes=is_strokes),
     )
-    cluster = config.cluster
+    cluster = config.cluster.of_film if along_path else config.cluster
     if is_strokes and cluster.keeps_strokes:
         cluster = replace(cluster, strokes=None)
     is_counted, is_for_view = cluster.target is not None, cluster.strokes_for == "view" and not is_strokes

@@ -70,7 +70,6 @@ def paint_file(
     if sheet is not None:
         check_output(Path(sheet), PICTURE_SUFFIXES, inputs=(*input_files(scene, config), output))
     has_sheet = sheet is not None
-    config = replace(config, cluster=config.cluster.of_still)
     prepared = prepare(
         scene,
         config,
@@ -119,7 +118,6 @@ def paint(
     """
     check_share(first)
     config, report = config_of(look), report or Report()
-    config = replace(config, cluster=config.cluster.of_still)
     prepared = prepare(
         scene, config, report, views=camera, needs_background=is_on_background, grows=first < 1
     )

@@ -85,7 +85,7 @@ def choose_strokes(
     num_sigmas: float | None = None,
     features: Features = "balanced",
     merge: Merge = "cover",
-    cost: Cost = "frame",
+    cost: Cost = "painting",
     num_threads: int | None = None,
 ) -> Choice:
     """Choose the number of strokes for a scene in a view.
@@ -108,7 +108,7 @@ def choose_strokes(
         num_sigmas: see `render`.
         features: see `cluster`.
         merge: see `cluster`.
-        cost: of the knee: the time of a "frame", as for a film, or of a whole "painting", as for a still.
+        cost: of the knee: the time of a whole "painting", as for a still, or of a "frame", as for a film.
         num_threads: see `render`.
 
     Returns:

@@ -1,6 +1,7 @@
 """The page of the curves: each scene's picture, command, advice and table, measured anew.
 
     python -m tests.bench.curves [SCENE ...] [--page examples/measured/curves.md] [--repeats 5] [--quick]
+        [--families strokes,...]
 
 SCENE is a name of the table below; all of them without one. What stands between the two marks of a scene in
 the page is replaced, and its picture, curves-SCENE.png beside the page; the text around them stays. Figures
@@ -26,6 +27,11 @@ SCENES = {  # file and flags
     "skull": ("derived/skull_sh3.ply", []),
     "biker": ("biker.compressed.ply", []),
     "campsite": ("derived/campsite.ply", []),
+    "guitar": ("guitar.ksplat", []),
+    "plant": ("plant.splat", []),
+    "playbot": ("derived/playbot_sh2.ply", []),
+    "rubber_toy": ("rubber_toy_cloud.ply", ["--up", "+y"]),
+    "sunflower": ("sunflower_tile.ply", ["--up", "+z"]),
 }
 HEADING = (
     "strokes | ms a frame (quartiles) | ms a painting | RMSE of 255 | clustering | held out | PSNR | SSIM"
@@ -42,12 +48,14 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="folder for the figures of each scene")
     parser.add_argument("--repeats", type=int, help="as `brushgs bench` has it")
     parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--families", help="as `brushgs bench` has it")
     asked = parser.parse_args()
     print(describe(), flush=True)
     for name in asked.scenes or SCENES:
         file, flags = SCENES[name]
         flags = [*flags, *(["--quick"] if asked.quick else [])]
         flags += ["--repeats", str(asked.repeats)] if asked.repeats else []
+        flags += ["--families", asked.families] if asked.families else []
         words = ["bench", str(SCENES_FOLDER / file), *flags]
         paint, config = bench.configs(parse(words))
         picture = asked.page.with_name(f"curves-{name}.png")
@@ -70,19 +78,9 @@ def block_of(result: Bench, command: str, picture: str) -> str:
         for family in result.families
         if family.name != "strokes"
     ]
-    return "\n".join(
-        [
-            f"`{command}`: {result.advice}.",
-            "",
-            f"![]({picture})",
-            "",
-            *lines,
-            "",
-            *(f"{doubt[0].upper()}{doubt[1:]}.\n" for doubt in result.doubts),
-            "Best of the others:",
-            *best,
-        ]
-    )
+    said = [f"{doubt[0].upper()}{doubt[1:]}." for doubt in result.doubts]
+    parts = [f"`{command}`: {result.advice}.", f"![]({picture})", "\n".join(lines), *said]
+    return "\n\n".join([*parts, "\n".join(["Best of the others:", *best])] if best else parts)
 
 
 def placed(page: str, name: str, block: str) -> str:

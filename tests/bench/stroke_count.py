@@ -157,7 +157,9 @@ def compare(scene: Scene, clock: Callable[[], float], repeat: int) -> dict[str, 
     del sets
     looks, yards = [], []
     for _ in range(5):
-        took, choice = timed(lambda: choose_for_view_model(scene.kept, scene.view_model()), clock)
+        took, choice = timed(
+            lambda: choose_for_view_model(scene.kept, scene.view_model(), cost="frame"), clock
+        )
         looks.append(took)
         count = choice.strokes
         took, strokes = timed(lambda n=count: scene.clustered(n), clock)
@@ -257,11 +259,11 @@ def costs(names: list[str], repeat: int) -> dict[str, object]:
         said += f", shape {shape:.3f}"
         if skipped in names:
             scene = Scene(skipped)
-            before = choose_for_view_model(scene.kept, scene.view_model()).strokes
+            before = choose_for_view_model(scene.kept, scene.view_model(), cost="frame").strokes
             kept = sight_module.PIXEL, sight_module.STROKE, dict(sight_module.PAINT)
             sight_module.PIXEL, sight_module.STROKE = pixel, stroke
             sight_module.PAINT |= {"image": image, "gaussian": kernel, "ellipse": kernel}
-            after = choose_for_view_model(scene.kept, scene.view_model()).strokes
+            after = choose_for_view_model(scene.kept, scene.view_model(), cost="frame").strokes
             sight_module.PIXEL, sight_module.STROKE = kept[:2]
             sight_module.PAINT |= kept[2]
             said += f"; auto {before:,} -> {after:,}"
@@ -314,7 +316,7 @@ class Still:
         for turn in range(repeat):
             begun = time.perf_counter()
             model = open_view_model(prepared.whole_scene, camera, prepared.texture, options, None, Report())
-            choice = choose_for_view_model(kept, model)
+            choice = choose_for_view_model(kept, model, cost="frame")
             searches.append(time.perf_counter() - begun)
             for count in counts:
                 seconds, (clusters, _) = timed(lambda n=count: maker.clusters(n), time.perf_counter)

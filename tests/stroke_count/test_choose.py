@@ -54,7 +54,7 @@ def boxes_of(centers, half_extents, opacities):
 
 
 def test_the_choice_lies_within_the_scene_and_says_what_to_expect(pears, camera):
-    choice = choose_strokes(pears, camera, SWIRL)
+    choice = choose_strokes(pears, camera, SWIRL, cost="frame")
     assert FEWEST <= choice.strokes <= len(pears)
     assert choice.knee.strokes == choice.strokes
     assert choice.curve.strokes[-1] == len(pears)
@@ -98,7 +98,7 @@ def test_longer_strokes_are_never_more(pears, camera):
 
 
 def test_threads_do_not_change_the_choice(pears, camera):
-    one, two = (choose_strokes(pears, camera, SWIRL, num_threads=threads) for threads in (1, 2))
+    one, two = (choose_strokes(pears, camera, SWIRL, cost="frame", num_threads=n) for n in (1, 2))
     assert one.strokes == two.strokes
     assert np.array_equal(one.curve.rmse, two.curve.rmse)
     assert np.array_equal(one.curve.seconds, two.curve.seconds)
@@ -114,7 +114,7 @@ def test_the_colours_of_the_view_stand_in_for_the_harmonics(pears, camera):
 
 @pytest.mark.parametrize("options", [{"features": "paper"}, {"merge": "paper"}, {"background": (0, 0, 0)}])
 def test_the_choice_follows_how_strokes_are_made(pears, camera, options):
-    plain, other = choose_strokes(pears, camera, SWIRL), choose_strokes(pears, camera, SWIRL, **options)
+    plain, other = (choose_strokes(pears, camera, SWIRL, cost="frame", **more) for more in ({}, options))
     assert not np.array_equal(plain.curve.rmse, other.curve.rmse)
     assert 1 <= other.strokes <= len(pears)
 
@@ -248,6 +248,28 @@ def test_a_size_that_cannot_be_had_is_told(pears):
         painted(pears, StrokeSize(30000.0))
 
 
+def test_a_film_is_counted_by_the_time_of_a_frame(pears, tmp_path, capsys):
+    bg.save(pears, tmp_path / "a.ply")
+    words = [
+        "render",
+        tmp_path / "a.ply",
+        "--look",
+        "plain",
+        "--stroke",
+        "swirl",
+        "--size",
+        "64x48",
+        "--json",
+    ]
+    counted = {}
+    for name, more in {"film": ["--orbit", "3"], "frame": ["--strokes", "auto:frame"], "still": []}.items():
+        output = tmp_path / ("%d.png" if name == "film" else f"{name}.png")
+        assert cli.main([str(word) for word in [*words, *more, "-o", output]]) == 0
+        stages = {stage["name"]: stage["counts"] for stage in json.loads(capsys.readouterr().out)["stages"]}
+        counted[name] = stages["count"]["strokes"]
+    assert counted["film"] == counted["frame"] < counted["still"] == len(bg.prune(pears))
+
+
 def test_a_count_given_takes_no_look(pears):
     _, stages = painted(pears, 300)
     assert not {"plain", "count"} & set(stages)
@@ -256,7 +278,7 @@ def test_a_count_given_takes_no_look(pears):
 def test_the_cluster_pass_frames_the_scene_and_says_so(pears, tmp_path):
     bg.save(pears, tmp_path / "a.ply")
     report = cluster_file(
-        tmp_path / "a.ply", tmp_path / "b.ply", PaintConfig(cluster=ClusterConfig("auto")), Report()
+        tmp_path / "a.ply", tmp_path / "b.ply", PaintConfig(cluster=ClusterConfig("auto:frame")), Report()
     )
     stages = {stage.name: stage for stage in report.stages}
     assert "framed: --up" in stages["camera"].did
@@ -267,6 +289,7 @@ def test_the_cluster_pass_frames_the_scene_and_says_so(pears, tmp_path):
 @pytest.mark.parametrize(
     ("words", "strokes"),
     [
+        (["--strokes", "auto:frame"], "auto:frame"),
         (["--strokes", "auto"], "auto"),
         (["--strokes", "24dB"], ErrorBudget(24.0)),
         (["--strokes", "24.5db"], ErrorBudget(24.5)),
@@ -334,5 +357,5 @@ def test_on_real_scenes_the_choice_is_near_the_knee_of_the_full_curve(name, up, 
     gaussians = bg.load(real_scene(name))
     camera = frame_scene(gaussians, width=1280, height=720, up=up_vector(up))
     plain = bg.render(gaussians, camera, KERNEL)
-    choice = choose_strokes(bg.prune(gaussians), camera, SWIRL, plain=plain)
+    choice = choose_strokes(bg.prune(gaussians), camera, SWIRL, plain=plain, cost="frame")
     assert knee / 1.5 <= choice.strokes <= knee * 1.5

@@ -5,7 +5,10 @@ The protocol, complete, so that others can repeat it:
 1. **Families.** In each family one choice varies, and everything else is as in `brushgs render`:
    - `strokes`: the number of strokes, up to one per Gaussian that pruning keeps. Against the **plain
      picture**, the whole scene as loaded with the kernel it was trained with. Seconds of a frame (project and
-     rasterise) and of a whole painting (load the file, prune, cluster, project, rasterise);
+     rasterise) and of a whole painting (load the file, prune, cluster, project, rasterise). Beside this total
+     error stands that of **clustering**: the same clusters drawn with the kernel of the plain picture. What
+     remains of the total with one stroke per Gaussian is that of the **brush**. **Held out** is the total
+     error over four views between those that strokes are made for (`cameras.around.HELD_OUT`);
    - `merge`: "cover" and "paper", by "auto" and (unless quick) "minibatch" k-means, of "balanced" and "paper"
      features. Against the plain picture; seconds of clustering and merging;
    - `filter`: how a stroke image is sampled. Against 8 x 8 bilinear samples per pixel; seconds of a frame;
@@ -30,8 +33,13 @@ The protocol, complete, so that others can repeat it:
 4. **Seconds.** Wall clock. All points of a family run alternately, in `repeats` rounds, so that a machine
    that slows down slows all of them. A run of less than 0.1 s is timed three times per round, one of more
    than 2 s in at most three rounds. A point has the median, the quartiles and the number of runs.
-5. **Pareto front.** The points of a family that no other point beats in both RMSE and median seconds.
-6. **Advice.** The knee of the curve of `strokes` by the seconds of a frame, see `brushgs.stroke_count.curve`.
+5. **Pareto front.** The points of a family that no other point beats in both RMSE and median seconds, for
+   each time that was measured: of strokes one for a film, by the frame, and one for a still, by the painting.
+   Times are the same where the quartiles of one lie between those of the other.
+6. **Advice.** The knees of the curve of `strokes`, a film's and a still's: see `brushgs.stroke_count.curve`.
+7. **Doubts.** It is said where other programs kept a tenth of a processor busy meanwhile (Linux), where the
+   quartiles of half the points lie more than a quarter of the median apart, and where the error of the last
+   count is above the least.
 """
 
 from brushgs.measure.bench.run import BenchReport, report_bench
