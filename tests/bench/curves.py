@@ -1,7 +1,7 @@
 """The page of the curves: each scene's picture, command, advice and table, measured anew.
 
     python -m tests.bench.curves [SCENE ...] [--page examples/measured/curves.md] [--repeats 5] [--quick]
-        [--families strokes,...]
+        [--families strokes,...] [--strokes 125,...]
 
 SCENE is a name of the table below; all of them without one. What stands between the two marks of a scene in
 the page is replaced, and its picture, curves-SCENE.png beside the page; the text around them stays. Figures
@@ -49,13 +49,15 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, help="as `brushgs bench` has it")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--families", help="as `brushgs bench` has it")
+    parser.add_argument("--strokes", help="as `brushgs bench` has it")
     asked = parser.parse_args()
     print(describe(), flush=True)
     for name in asked.scenes or SCENES:
         file, flags = SCENES[name]
         flags = [*flags, *(["--quick"] if asked.quick else [])]
         flags += ["--repeats", str(asked.repeats)] if asked.repeats else []
-        flags += ["--families", asked.families] if asked.families else []
+        for option in ("families", "strokes"):
+            flags += [f"--{option}", getattr(asked, option)] if getattr(asked, option) else []
         words = ["bench", str(SCENES_FOLDER / file), *flags]
         paint, config = bench.configs(parse(words))
         picture = asked.page.with_name(f"curves-{name}.png")

@@ -13,7 +13,7 @@ work on the machine disturbs less). "to 32k" is the knee of the same curve witho
 clustering to that count and ten frames of it, in turns, medians. "expected" and "found" are dB at that count.
 
 --still: the same for a still, whose seconds are those of a whole painting and whose error is that of
-clustering alone: clusters of 125 to 32,000 and one stroke per Gaussian, as `brushgs render` makes them in the
+clustering alone: clusters of 125 to 16,000 and one stroke per Gaussian, as `brushgs render` makes them in the
 plain look, counts in turns, medians of the clock. "auto" has the constants of a painting in `view_model`
 fitted without that scene. "search" is what choosing the count takes.
 --aims: budgets and sizes asked for, what came of them, and in how many clusterings, in place of the rest.
@@ -310,7 +310,7 @@ class Still:
         judge = open_view_model(
             prepared.whole_scene, camera, prepared.texture, options, None, Report()
         ).of_kernel
-        counts = [count for count in COUNTS if count < len(kept)] + [len(kept)]
+        counts = [count for count in COUNTS[:8] if count < len(kept)] + [len(kept)]
         took: dict[int, list[list[float]]] = {count: [[], [], []] for count in counts}
         numbers, errors, searches = [], [], []
         for turn in range(repeat):
