@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import Brush, BrushSet
-from brushgs.options.choices import Features, Merge, Method
+from brushgs.options.choices import Features, Knee, Merge, Method
 from brushgs.options.painting import DEFAULT_STROKE, ClusterConfig, ErrorBudget
 from brushgs.options.stroke_number import parse_strokes
 from brushgs.passes import cluster as passes
@@ -126,7 +126,7 @@ def cluster(
     return found.clustered[0]
 
 
-def _number_of(num_strokes: object) -> "int | float | str | ErrorBudget | None":
+def _number_of(num_strokes: object) -> "int | float | Knee | ErrorBudget | None":
     """What a number of strokes means: a count, a share, a target; None for all."""
     if isinstance(num_strokes, str):
         try:
