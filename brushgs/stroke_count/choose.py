@@ -121,7 +121,7 @@ def choose_strokes(
             all N strokes do not reach `psnr`.
 
     Example:
-        >>> choice = bg.choose_strokes(gaussians, camera, "flat")
+        >>> choice = bg.choose_strokes(gaussians, camera, "flat", cost="frame")
         >>> choice.strokes < len(gaussians)
         True
     """
