@@ -108,7 +108,7 @@ def _explain(choice: "Choice", at_least: str) -> str:
     if choice.knee is None:
         return "one per Gaussian of so small a scene"
     if choice.knee.strokes == choice.curve.strokes[-1] and choice.curve.ends_unmerged:
-        return "all, since merging them would take as long as it saves"
+        return "all, since merging does not pay"
     gain, cost = choice.knee.gain_of_doubling, choice.knee.cost_of_doubling
     doubling = f"doubling gains {gain:.1f} dB for {cost:.1f} x the time"
     of_what = " before the brush" if choice.curve.ends_unmerged else ""

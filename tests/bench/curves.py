@@ -13,6 +13,7 @@ import re
 from pathlib import Path
 
 from brushgs.cli.commands import bench
+from brushgs.cli.configs import scene_source
 from brushgs.cli.parser import parse
 from brushgs.measure.bench import BenchReport, report_bench
 from brushgs.measure.bench.figures import Bench
@@ -32,6 +33,7 @@ SCENES = {  # file and flags
     "playbot": ("derived/playbot_sh2.ply", []),
     "rubber_toy": ("rubber_toy_cloud.ply", ["--up", "+y"]),
     "sunflower": ("sunflower_tile.ply", ["--up", "+z"]),
+    "spinach": ("moving/cook_spinach.splatv", ["--time", "0"]),
 }
 HEADING = (
     "strokes | ms a frame (quartiles) | ms a painting | RMSE of 255 | clustering | held out | PSNR | SSIM"
@@ -61,7 +63,8 @@ def main() -> None:
         words = ["bench", str(SCENES_FOLDER / file), *flags]
         paint, config = bench.configs(parse(words))
         picture = asked.page.with_name(f"curves-{name}.png")
-        report = report_bench(SCENES_FOLDER / file, picture, paint, config, report=BenchReport())
+        scene = scene_source(parse(words))
+        report = report_bench(scene, picture, paint, config, report=BenchReport())
         if asked.json:
             (asked.json / f"{name}.json").write_text(report.as_json() + "\n")
         shown = " ".join([Path(file).name, *flags])

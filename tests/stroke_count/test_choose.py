@@ -200,7 +200,7 @@ def test_a_painting_says_why_it_has_so_many_strokes(pears):
 def test_a_still_of_few_gaussians_is_painted_with_all_and_nothing_is_searched(pears):
     _, stages = painted(pears, "auto")
     count = stages["count"].counts
-    assert "all, since merging them would take as long as it saves" in stages["count"].did
+    assert "all, since merging does not pay" in stages["count"].did
     assert count["sampled"] == [count["strokes"]] == [stages["cluster"].counts["after"]]
 
 

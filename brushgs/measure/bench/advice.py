@@ -51,7 +51,7 @@ def _words(kind: str, bend: Knee, family: Family) -> str:
     reached = psnr_of(float(np.exp(np.interp(np.log(bend.strokes), counts, errors))))
     what = f"{OF_TIME[kind]} is worth {_rounded(bend.strokes):,} strokes ({reached:.1f} dB"
     if bend.strokes >= points[-1].strokes:
-        return f"{what}, all: merging them takes longer than it saves)"
+        return f"{what}, all: merging does not pay)"
     gain = f"{bend.gain_of_doubling:.1f} dB" if bend.gain_of_doubling >= LEAST_GAIN else "nothing"
     return f"{what}; doubling buys {gain} for {bend.cost_of_doubling:.1f} x the time)"
 
