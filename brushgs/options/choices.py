@@ -20,9 +20,7 @@ Blend = Literal["cover", "glaze"]
 Side = Literal["front", "left", "back", "right", "top", "three-quarter"]  # that a view shows
 Target = Literal["subject", "scene", "part"]  # what a view shows whole
 ColorSpace = Literal["lab", "linear", "srgb"]  # in which a palette is matched
-Knee = Literal[
-    "auto", "auto:frame"
-]  # numbers of strokes that are chosen: by what is waited for, or by a frame
+Knee = Literal["auto", "auto:frame"]  # chosen counts of strokes: by the time waited for, by that of a frame
 Cost = Literal["frame", "painting"]  # what is waited for: one of many frames, or a whole painting
 BenchFamily = Literal["strokes", "merge", "filter", "precision", "sh", "size"]
 Clean = Literal["off", "sure", "strong"]  # which floaters are dropped: none, detached ones, nearer ones too

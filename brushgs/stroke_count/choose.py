@@ -27,7 +27,7 @@ from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.render import render
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import C0, base_colors, used_sh_degree
-from brushgs.stroke_count.curve import ErrorCurve, Knee, knee, psnr_of
+from brushgs.stroke_count.curve import ErrorCurve, Knee, knee, psnr_of, value_at
 from brushgs.stroke_count.view_model import KERNEL, ViewModel, saves_by_merging
 
 WHITE = (1.0, 1.0, 1.0)
@@ -35,7 +35,6 @@ FEWEST = 128  # the first count of the curve of the knee: with fewer strokes a s
 SPACING, FEWEST_SAMPLES = 4, 4  # ratio of sampled counts, about; smaller where there would be too few samples
 ROW_STEP = 4  # every fourth row of pixels is compared: neighbouring rows hardly differ
 CELLS = 1.05  # the knee of a still by cells over that by clusters, mean of 12 scenes
-TINY = 1e-9  # in place of an error or a size of zero, which has no logarithm
 
 Rule = Literal["knee", "psnr", "size"]
 
@@ -69,7 +68,7 @@ class Choice:
     def count_below(self, count: int, decibels: float) -> int:
         """The fewest strokes expected to be worse than `count` strokes by at most so many dB, >= 0."""
         counts, errors = self.curve.strokes, np.minimum.accumulate(self.curve.rmse)
-        return _first_within(counts, errors, _at(counts, errors, count) * 10 ** (decibels / 20))
+        return _first_within(counts, errors, value_at(counts, errors, count) * 10 ** (decibels / 20))
 
 
 def choose_strokes(
@@ -203,13 +202,19 @@ def choose_for_view_model(
     elif num < 2 * FEWEST:
         chosen = num
     else:
-        bend = knee(curve)
-        if is_still and bend.strokes < num:
-            bend = replace(bend, strokes=max(FEWEST, round(bend.strokes / CELLS)))
+        bend = knee_by_cells(curve)
         chosen = bend.strokes
-    error = _at(counts, np.minimum.accumulate(errors), chosen)
+    error = value_at(counts, np.minimum.accumulate(errors), chosen)
     expected = psnr_of(error) if bend is None else bend.psnr
-    return Choice(chosen, rule, expected, _at(counts, sizes, chosen), bend, curve, sizes)
+    return Choice(chosen, rule, expected, value_at(counts, sizes, chosen), bend, curve, sizes)
+
+
+def knee_by_cells(curve: ErrorCurve) -> Knee:
+    """The knee of clusters, from a curve of sampled cells."""
+    bend = knee(curve)
+    if not curve.ends_unmerged or bend.strokes == curve.strokes[-1]:
+        return bend
+    return replace(bend, strokes=max(FEWEST, round(bend.strokes / CELLS)))
 
 
 def counts_to_sample(num: int, rule: Rule) -> list[int]:
@@ -280,10 +285,3 @@ def _first_within(counts: Array, values: Array, limit: float) -> int:
     share = (high - np.log(limit)) / (high - low)
     first, last = np.log(counts[at - 1]), np.log(counts[at])
     return int(np.clip(np.ceil(np.exp(first + share * (last - first)) - 1e-9), counts[at - 1], counts[at]))
-
-
-def _at(counts: Array, values: Array, count: int) -> float:
-    """The value at a count, interpolated between sampled counts as a power of the count."""
-    logs = np.log(np.maximum(values, TINY))
-    value = float(np.exp(np.interp(np.log(count), np.log(counts), logs)))
-    return value if value > 2 * TINY else 0.0

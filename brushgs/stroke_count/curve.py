@@ -43,6 +43,7 @@ COSTS = (
 STEPS = 512  # counts at which a fit is evaluated: even in the logarithm, 1.5 % apart on the longest curves
 RIDGE = 0.05  # ridge regression of relative terms: with noise, weights do not jump from one term to another
 LEAST_WORTH = 0.2  # e - t: below it, what merging saves is not worth what it loses
+TINY = 1e-9  # in place of an error or a size of zero, which has no logarithm, between counts
 LEAST = 1e-12  # in place of an error of zero, which has no logarithm
 
 
@@ -190,6 +191,13 @@ def fitted_seconds(curve: ErrorCurve, counts: Array) -> NDArray[np.float64]:
 def psnr_of(rmse: float) -> float:
     """PSNR in dB of an RMSE of 1; 240 dB at most."""
     return float(-20 * np.log10(max(float(rmse), LEAST)))
+
+
+def value_at(counts: Array, values: Array, count: int) -> float:
+    """The value at a count, interpolated between sampled counts as a power of the count."""
+    logs = np.log(np.maximum(values, TINY))
+    value = float(np.exp(np.interp(np.log(count), np.log(counts), logs)))
+    return value if value > 2 * TINY else 0.0
 
 
 def _fitted(known: NDArray[np.float64], values: Array, others: NDArray[np.float64]) -> NDArray[np.float64]:

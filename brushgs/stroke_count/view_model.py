@@ -91,11 +91,13 @@ class ViewModel:
         width, height = self.camera.width, self.camera.height
         painted = float(seen_areas(boxes, width, height).sum())
         total = PIXEL * width * height + STROKE * len(strokes) + PAINT[self.texture.kind] * painted
-        if cost == "painting":
-            total += MAKE * len(strokes)
-            if len(strokes) < num_gaussians:
-                total += START + CLUSTER * num_gaussians + CUT * len(strokes)
-        return 1e-9 * total
+        return 1e-9 * total + (seconds_to_make(len(strokes), num_gaussians) if cost == "painting" else 0.0)
+
+
+def seconds_to_make(num_strokes: int, num_gaussians: int) -> float:
+    """Modelled seconds from Gaussians to so many strokes: clustering, unless each is one, and the passes."""
+    merging = START + CLUSTER * num_gaussians + CUT * num_strokes if num_strokes < num_gaussians else 0.0
+    return 1e-9 * (MAKE * num_strokes + merging)
 
 
 def saves_by_merging(num_gaussians: int) -> bool:

@@ -52,7 +52,7 @@ from brushgs.painting.strokes import cluster_scene
 from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.stroke_count import view_model as sight_module
-from brushgs.stroke_count.choose import CELLS, FEWEST, choose_for_view_model
+from brushgs.stroke_count.choose import choose_for_view_model, knee_by_cells
 from brushgs.stroke_count.curve import ErrorCurve, fitted_rmse, fitted_seconds, knee, psnr_of, worth
 from brushgs.stroke_count.view_model import ViewModel
 from tests.bench.machine import describe
@@ -358,15 +358,18 @@ def constants_of(stills: list[Still]) -> dict[str, float]:
 
 def chosen_with(still: Still, constants: dict[str, float]) -> int:
     """The count that `choose_for_view_model` takes for a still with such constants."""
-    saved = (constants["MAKE"] - constants["CLUSTER"] - constants["SEARCH"]) * still.kept
-    if not still.sampled or saved <= constants["START"] + constants["LOOK"]:
-        return still.kept
-    counts, errors, seconds = map(np.array, zip(*still.sampled, strict=True))
-    seconds = seconds + 1e-9 * constants["MAKE"] * counts
-    merging = constants["START"] + constants["CLUSTER"] * still.kept + constants["CUT"] * counts
-    seconds[:-1] += 1e-9 * merging[:-1]
-    bend = knee(ErrorCurve(counts, errors, seconds, ends_unmerged=True)).strokes
-    return bend if bend == still.kept else max(FEWEST, round(bend / CELLS))
+    kept = {name: getattr(sight_module, name) for name in constants}
+    try:
+        for name, value in constants.items():
+            setattr(sight_module, name, value)
+        if not still.sampled or not sight_module.saves_by_merging(still.kept):
+            return still.kept
+        counts, errors, frames = zip(*still.sampled, strict=True)
+        making = [sight_module.seconds_to_make(count, still.kept) for count in counts]
+        return knee_by_cells(ErrorCurve(counts, errors, np.add(frames, making), ends_unmerged=True)).strokes
+    finally:
+        for name, value in kept.items():
+            setattr(sight_module, name, value)
 
 
 def stills(names: list[str], repeat: int) -> list[dict[str, object]]:

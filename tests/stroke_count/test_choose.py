@@ -250,17 +250,8 @@ def test_a_size_that_cannot_be_had_is_told(pears):
 
 def test_a_film_is_counted_by_the_time_of_a_frame(pears, tmp_path, capsys):
     bg.save(pears, tmp_path / "a.ply")
-    words = [
-        "render",
-        tmp_path / "a.ply",
-        "--look",
-        "plain",
-        "--stroke",
-        "swirl",
-        "--size",
-        "64x48",
-        "--json",
-    ]
+    look = ["--look", "plain", "--stroke", "swirl", "--size", "64x48"]
+    words = ["render", tmp_path / "a.ply", *look, "--json"]
     counted = {}
     for name, more in {"film": ["--orbit", "3"], "frame": ["--strokes", "auto:frame"], "still": []}.items():
         output = tmp_path / ("%d.png" if name == "film" else f"{name}.png")

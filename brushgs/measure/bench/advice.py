@@ -3,7 +3,7 @@
 import numpy as np
 
 from brushgs.measure.bench.figures import Family
-from brushgs.stroke_count.curve import ErrorCurve, Knee, knee, psnr_of
+from brushgs.stroke_count.curve import ErrorCurve, Knee, knee, psnr_of, value_at
 
 LEAST_POINTS = 3  # a knee lies between two ends
 LEAST_GAIN = 0.05  # dB; less is reported as nothing
@@ -46,9 +46,8 @@ def advice(family: Family | None) -> tuple[dict[str, Knee], str | None]:
 
 def _words(kind: str, bend: Knee, family: Family) -> str:
     points = sorted(family.points, key=lambda point: point.strokes)
-    counts = np.log([point.strokes for point in points])
-    errors = np.log([max(point.error.rmse, 1e-12) for point in points])
-    reached = psnr_of(float(np.exp(np.interp(np.log(bend.strokes), counts, errors))))
+    counts, errors = np.array([(point.strokes, point.error.rmse) for point in points]).T
+    reached = psnr_of(value_at(counts, errors, bend.strokes))
     what = f"{OF_TIME[kind]} is worth {_rounded(bend.strokes):,} strokes ({reached:.1f} dB"
     if bend.strokes >= points[-1].strokes:
         return f"{what}, all: merging does not pay)"

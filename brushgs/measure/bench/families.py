@@ -13,7 +13,7 @@ import numpy as np
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.bench.figures import Verified
-from brushgs.measure.bench.subject import KERNEL, Subject
+from brushgs.measure.bench.subject import Subject
 from brushgs.measure.bench.supersample import FACTOR, supersampled
 from brushgs.measure.bench.timing import TimedRun
 from brushgs.measure.bench.verify import (
@@ -32,6 +32,7 @@ from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.options import project_with, render_with
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import used_sh_degree
+from brushgs.stroke_count.view_model import KERNEL
 
 # Just below round values, like the default: opaque strokes leave powers of 0.01, and rounding must not decide
 # whether a pixel is finished.

@@ -23,8 +23,7 @@ from brushgs.painting.report import Report
 from brushgs.passes.cluster import Grouping, group
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.scene import Camera, Frame, Gaussians
-
-KERNEL = "gaussian"  # of the plain picture
+from brushgs.stroke_count.view_model import KERNEL
 
 
 @dataclass(frozen=True)

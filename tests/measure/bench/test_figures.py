@@ -228,7 +228,7 @@ def test_a_plot_of_any_number_of_families_is_whole_and_light(tmp_path, count):
     for column in range(columns):  # something is drawn in each panel
         panel = picture[40:300, 374 * column : 374 * (column + 1), :3]
         assert (panel.min(axis=2) < 0.4).sum() > 500
-    assert path.stat().st_size < 90_000
+    assert path.stat().st_size < 60_000
 
 
 def test_a_plot_keeps_the_colours_of_its_series(tmp_path):
