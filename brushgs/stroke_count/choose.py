@@ -34,7 +34,7 @@ WHITE = (1.0, 1.0, 1.0)
 FEWEST = 128  # the first count of the curve of the knee: with fewer strokes a scene is a blot
 SPACING, FEWEST_SAMPLES = 4, 4  # ratio of sampled counts, about; smaller where there would be too few samples
 ROW_STEP = 4  # every fourth row of pixels is compared: neighbouring rows hardly differ
-CELLS = 1.05  # the knee of a still by cells over that by clusters, mean of 12 scenes
+CELLS = 1.05  # the knee of a still by cells over that by clusters, mean of eight scenes
 
 Rule = Literal["knee", "psnr", "size"]
 
@@ -165,7 +165,7 @@ def choose_for_view_model(
     size: float | None = None,
     features: Features = "balanced",
     merge: Merge = "cover",
-    cost: Cost = "frame",
+    cost: Cost = "painting",
     are_changed: bool = False,
 ) -> Choice:
     """`choose_strokes` with the plain picture already rendered; takes and raises the same.

@@ -105,7 +105,7 @@ def _draw_series(
 
 
 def _draw_knee(axes: "Axes", family: Family, kind: str, knee: Knee) -> None:
-    """A ring at the number of strokes of the knee, on the line of clustering between its neighbours."""
+    """A ring at the number of strokes of the knee, on its curve between its neighbours."""
     points = sorted(family.points, key=lambda point: point.strokes)
     left = max((p for p in points if p.strokes <= knee.strokes), key=lambda p: p.strokes, default=points[0])
     right = min((p for p in points if p.strokes >= knee.strokes), key=lambda p: p.strokes, default=points[-1])
