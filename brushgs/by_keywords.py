@@ -114,7 +114,7 @@ def _refuse_others(parser: Any, options: Mapping[str, Any], *, is_in_memory: boo
         dest = action_named(parser, name).dest
         step, _, field = dest.partition(".")
         cure = NOT_HERE.get(dest) or (NOT_HERE.get(step) if field and step != "output" else None)
-        if is_in_memory and dest in ("lod", "time", "memory"):
+        if is_in_memory and dest in ("lod", "time", "moments_per_second", "memory"):
             cure = "belongs to scene files; omit it with Gaussians, which are in memory"
         if cure is not None:
             raise OptionError(name, cure)
@@ -134,8 +134,9 @@ def _source(scene: "Gaussians | SceneFiles", args: Namespace) -> "Gaussians | Sc
     given = SceneSource.of(scene)
     lod = given.lod if args.lod is None else args.lod
     time = given.time if args.time is None else args.time
+    rate = given.moments_per_second if args.moments_per_second is None else args.moments_per_second
     memory = given.memory if args.memory is None else args.memory
-    source = SceneSource(given.paths, lod, time, memory)
+    source = SceneSource(given.paths, lod, time, rate, memory)
     if source.time is None:
         from brushgs.io.moving import open_moving
 

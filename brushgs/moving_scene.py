@@ -19,7 +19,7 @@ class MovingScene:
     A scene streams: `at` makes the Gaussians of one moment, and at most three moments are in memory at once.
 
     Attributes:
-        duration: seconds, >= 0; times are 0 to it.
+        duration: seconds, >= 0; times are 0 to it. Where `times` end before it, the last is shown until then.
         has_rows: whether row i is the same Gaussian at all times: then every moment has the same N rows.
         sample: the Gaussians of a time in range; `at` calls it.
         times: [F] seconds, ascending, of the moments that a file holds; None for a scene that is a formula,

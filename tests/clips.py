@@ -12,7 +12,7 @@ from brushgs.painting.clip import Clip
 from brushgs.quats import quat_products, rotation_matrices
 from brushgs.sh import C0
 
-DURATION = 4 / 30  # seconds: five frames of a folder
+DURATION = 4 / 24  # seconds: five frames of a folder
 NUM_WALL, NUM_BODY = 220, 120
 WAY, ANGLE = np.array([0.9, 0.0, 0.0]), 1.2  # of the body, over the whole clip
 
@@ -64,12 +64,12 @@ def save_clip(folder):
     scene = moving_scene()
     for index in range(5):
         path = folder / f"frame_{index}.ply"
-        bg.save(scene.at(index / 30), path)
+        bg.save(scene.at(index / 24), path)
         content = path.read_bytes()
         path.write_bytes(content.replace(b"element vertex", b"comment up axis: -y\nelement vertex", 1))
     return folder
 
 
 def clip_of(folder, **options):
-    """The clip in a folder that `save_clip` wrote."""
-    return Clip(bg.load_moving(folder), ClipConfig(**options), SceneSource.of(folder))
+    """The clip in a folder that `save_clip` wrote, one frame a moment."""
+    return Clip(bg.load_moving(folder), ClipConfig(fps=24, **options), SceneSource.of(folder))

@@ -40,7 +40,9 @@ def scene_source(args: Namespace) -> "SceneSource":
     """The scene that a command reads."""
     from brushgs.options.scene_source import SceneSource
 
-    return SceneSource(tuple(args.scene), args.lod, args.time, getattr(args, "memory", None))
+    return SceneSource(
+        tuple(args.scene), args.lod, args.time, args.moments_per_second, getattr(args, "memory", None)
+    )
 
 
 def paint_config(

@@ -24,6 +24,7 @@ from brushgs.options.choices import (
     LAYERS,
     LOOKS,
     METHODS,
+    MOMENTS_PER_SECOND,
     REPORT_SUFFIXES,
     STYLE_SUFFIX,
     Canvas,
@@ -80,7 +81,7 @@ def given(args: Namespace, step: str) -> dict[str, Any]:
 
 
 def add_scene(parser: ArgumentParser) -> None:
-    """The scene that a command reads: `args.scene`, a list of paths, `args.lod` and `args.time`."""
+    """The scene that a command reads: `args.scene`, a list of paths, `args.lod`, and those of `add_time`."""
     parser.add_argument(
         "scene",
         type=Path,
@@ -99,13 +100,20 @@ def add_scene(parser: ArgumentParser) -> None:
 
 
 def add_time(container: Container) -> None:
-    """The moment of a moving scene: `args.time`."""
+    """The moment of a moving scene: `args.time`; and the rate of its files: `args.moments_per_second`."""
     container.add_argument(
         "--time",
         type=values.scene_time,
         metavar="S|PERCENT|all",
         help="moment of a moving scene, in seconds or as a share of its duration such as 40%%; 'all' takes "
         "numbered files for one scene at rest; default the first moment",
+    )
+    container.add_argument(
+        "--moments-per-second",
+        type=values.number,
+        metavar="RATE",
+        help="rate of numbered files that are the moments of a moving scene, above 0, default "
+        f"{MOMENTS_PER_SECOND:g}: each is seen for 1/RATE of a second; other scenes have none",
     )
 
 

@@ -32,8 +32,8 @@ def describe(path: SceneFiles, where: WhereConfig | None = None, *, words: bool 
         Name -> number, text or list of numbers, ready for JSON. Percentiles are 1, 50 and 99; the size is
         the standard deviation along the longest axis, the aspect the longest over the middle one, digits are
         those of `position_digits`. Of a moving scene they are those of one moment, and there is more: its
-        duration in seconds, the moments that its files hold ("any" of a formula), whether rows correspond,
-        and the share of Gaussians that rest.
+        duration in seconds, the moments that its files hold ("any" of a formula) and how many of them are a
+        second where each is a file, whether rows correspond, and the share of Gaussians that rest.
 
     Raises:
         SceneError: if a file cannot be used.
@@ -80,11 +80,16 @@ def _motion_of(source: SceneSource) -> dict[str, Any]:
     if moving is None:
         return {}
     resting = moving.resting
-    is_timed = moving.notes is not None and moving.notes.is_timed
+    notes = moving.notes
+    assert notes is not None, "a moving scene of a file has notes"
+    nominal = "nominal: the file does not say"
+    if (rate := notes.moments_per_second) is not None:
+        nominal = f"nominal: {rate:g} moments a second (--moments-per-second)"
     return {
         "duration": float(f"{moving.duration:.6g}"),
-        "seconds_are": "those of the file" if is_timed else "nominal: the file does not say",
+        "seconds_are": "those of the file" if notes.is_timed else nominal,
         "moments": "any" if moving.times is None else len(moving.times),
+        **({} if rate is None else {"moments_per_second": rate}),
         "rows_correspond": moving.has_rows,
         "resting_share": "not known" if resting is None else float(resting.mean()),
     }

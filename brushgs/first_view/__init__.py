@@ -6,6 +6,7 @@ All of it is estimated from the Gaussians alone, with some 60 small pictures of 
 processor for 100,000 Gaussians. It depends neither on the unit of the scene nor on threads.
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -91,6 +92,33 @@ def find_first_view(
     front = find_front(sample, direction)
     view = replace(view, azimuth=wrapped(front.azimuth + front.lean), front=front.azimuth)
     return replace(view, azimuth=wrapped(clear_azimuth(gaussians, view))) if is_part else view
+
+
+def with_moments(view: FirstView, moments: Iterable[Gaussians]) -> FirstView:
+    """The first view of a scene that moves, with room for what is framed of each of its moments.
+
+    Each moment counts alone: in what is joined of all, a small body that crosses a room would be strays. What
+    the margin of the picture has room for changes nothing.
+
+    Args:
+        view: of the scene as it is at one time; one from inside stays as it is.
+        moments: Gaussians of the same scene at several times; those without opacity are passed over.
+    """
+    if view.eye is not None:
+        return view
+    points, wholes = [view.points], [] if view.whole is None else [view.whole]
+    for gaussians in moments:
+        if gaussians.opacities.any():
+            points.append(_framed_points(gaussians, view.has_surroundings))
+            if view.whole is not None:
+                wholes.append(scene_bounds(gaussians))
+    joined = np.concatenate(points)
+    low, high = view.points.min(axis=0), view.points.max(axis=0)
+    reach = MARGIN * (high - low)
+    has_room = bool(((joined >= low - reach) & (joined <= high + reach)).all())
+    ends = np.array(wholes)
+    whole = None if view.whole is None else np.stack([ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)])
+    return replace(view, points=view.points if has_room else outline(joined), whole=whole)
 
 
 def rank_ups(gaussians: Gaussians) -> Ups:

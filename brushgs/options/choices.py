@@ -58,9 +58,10 @@ LAYER_CHANNELS: Mapping[str, str] = {
     "unlit": "unlit.R unlit.G unlit.B unlit.A",
 }
 STYLE_SUFFIX = ".style"  # of files of styles
-# Frames a second of a film whose camera has no rate of its own, and moments a second of files that do not
-# say: that of most captures. One number, so that a film shows each moment once.
+# Frames a second of a film whose camera has no rate of its own, and moments a second of formats that move by
+# themselves and do not say: that of most captures. One number, so that a film shows each moment once.
 CLIP_FPS = 30.0
+MOMENTS_PER_SECOND = 24.0  # of numbered files, which never say: that of films
 
 
 StepValues = Mapping[str, Mapping[str, Any]]  # step of a painting -> field of its config -> value

@@ -5,6 +5,7 @@ import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from pathlib import Path
 
 from brushgs.options.moment import Moment
@@ -27,16 +28,19 @@ class SceneSource:
             format.
         time: the moment of a moving scene; None where the user names none: readers of one moment take the
             first.
+        moments_per_second: rate of numbered files that are the moments of a moving scene, above 0; None for
+            24. Other scenes have none.
         memory: bytes that making strokes of it may take: larger scenes are read in blocks and merged; None
             for three quarters of what the machine has.
 
     Raises:
-        ValueError: if there is no path, the level is below 0, or the memory is not above it.
+        ValueError: if there is no path, the level is below 0, or the rate or the memory is not above it.
     """
 
     paths: tuple[Path, ...]
     lod: int | None = None
     time: Moment | None = None
+    moments_per_second: float | None = None
     memory: int | None = None
 
     def __post_init__(self) -> None:
@@ -44,16 +48,22 @@ class SceneSource:
             raise ValueError("scene must name at least one file, got none")
         if self.lod is not None and self.lod < 0:
             raise ValueError(f"lod must be 0 or more, got {self.lod}")
+        if self.moments_per_second is not None and not 0 < self.moments_per_second < inf:
+            raise ValueError(f"moments-per-second must be above 0, got {self.moments_per_second:g}")
         if self.memory is not None and self.memory < 1:
             raise ValueError(f"memory must be above 0 bytes, got {self.memory}")
 
     @classmethod
-    def of(cls, scene: "SceneFiles", *, lod: int | None = None) -> "SceneSource":
-        """The source that one path, several or a source stand for; a `lod` of None keeps that of a source."""
-        if isinstance(scene, SceneSource):
-            return scene if lod is None else replace(scene, lod=lod)
-        paths = (scene,) if isinstance(scene, (str, Path)) else scene
-        return cls(tuple(map(Path, paths)), lod)
+    def of(
+        cls, scene: "SceneFiles", *, lod: int | None = None, moments_per_second: float | None = None
+    ) -> "SceneSource":
+        """The source that one path, several or a source stand for; None keeps what a source says."""
+        if not isinstance(scene, SceneSource):
+            paths = (scene,) if isinstance(scene, (str, Path)) else scene
+            return cls(tuple(map(Path, paths)), lod, moments_per_second=moments_per_second)
+        lod = scene.lod if lod is None else lod
+        rate = scene.moments_per_second if moments_per_second is None else moments_per_second
+        return replace(scene, lod=lod, moments_per_second=rate)
 
     @property
     def name(self) -> str:

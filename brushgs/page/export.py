@@ -91,4 +91,6 @@ def command_of(
     if moment is None and notes is not None and notes.moment is not None:
         moment = Moment(notes.moment)
     time = [] if moment is None else ["--time", moment.word]
-    return first, [*more, *lod, *time, *options]
+    rate = source.moments_per_second
+    moments = [] if rate is None else ["--moments-per-second", str(rate)]
+    return first, [*more, *lod, *time, *moments, *options]

@@ -1,20 +1,23 @@
 """A film of a moving scene: which moment of it each frame shows."""
 
-from dataclasses import dataclass, field
-from itertools import pairwise
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from itertools import islice, pairwise
 from math import ceil
 
 import numpy as np
 
 from brushgs.arrays import F64, Rows
 from brushgs.moving_scene import MovingScene
-from brushgs.options.choices import CLIP_FPS
+from brushgs.options.choices import CLIP_FPS, MOMENTS_PER_SECOND
 from brushgs.options.clip import ClipConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.sequence import MAX_FRAMES
 from brushgs.scene import Gaussians
 
 NUM_SAMPLED = 12  # moments of a clip that tell how its rows move
+FULL_SHARE = 0.5  # of the opacity of the fullest moment: one with so much shows how the scene looks
+SAME_MOMENT = 1e-6  # seconds: moments nearer to each other are one
 ROUNDING = 1e-6  # of a frame: a clip that is longer by less has no further one
 
 
@@ -116,9 +119,12 @@ class Clip:
         rate = fps or config.fps or CLIP_FPS
         step, length = config.speed / rate, last - first
         fade = config.cross_fade or 0.0
+        held = self._held(last)
         if fade and not fade <= length / 2:
             raise ValueError(f"cross-fade must be at most half of the {length:g} s shown, got {fade:g} s")
         shown = length - fade
+        if config.loop and not fade:
+            shown = max(0.0, shown - held)  # it turns at the last moment, where it does not rest
         steps = shown / step
         if steps > MAX_FRAMES:
             raise ValueError(
@@ -126,6 +132,11 @@ class Clip:
                 f"{config.speed:g}, and at most {MAX_FRAMES:,} can be painted; show less of it, --end"
             )
         whole = max(1, round(steps)) if config.loop and steps > 0 else int(steps + ROUNDING)
+        if not config.loop and held:  # whole frames up to the end, at which there is no moment
+            whole = max(1, round(steps))
+            num = num_frames or whole
+            times = first + np.minimum(np.arange(num) * (length / whole), length)
+            return Film(times, times, np.zeros(num), rate, is_loop=False)
         if not config.loop:
             num = num_frames or whole + 1
             times = first + np.minimum(np.arange(num) * step, length)
@@ -146,21 +157,50 @@ class Clip:
         others = np.where(shares > 0, times - shown, times)
         return Film(times, others, shares, rate, is_loop=num % whole == 0)
 
+    def _held(self, last: float) -> float:
+        """Seconds that the last moment is shown for, if all of them are; 0 where the clip ends with it."""
+        duration, times = self.scene.duration, self.scene.times
+        if times is None or not len(times) or last < duration or duration <= times[-1] * (1 + ROUNDING):
+            return 0.0
+        return float(duration - times[-1])
+
     def sampled(self) -> F64:
         """A few moments of the part that is shown, from its first to its last, each once."""
         return np.unique(np.linspace(*self.ends(), NUM_SAMPLED))
 
-    def first_seen(self) -> Gaussians:
-        """The Gaussians of the first of these moments that has any.
-
-        Raises:
-            ValueError: if none has.
-        """
+    def moments(self) -> Iterator[Gaussians]:
+        """The Gaussians of each of these moments that shows any, made when they are asked for."""
         for time in self.sampled():
             gaussians = self.scene.at(float(time))
             if gaussians.opacities.any():
-                return gaussians
-        raise ValueError(f"{self.name} shows nothing between its start and its end; show another part of it")
+                yield gaussians
+
+    def first_seen(self) -> Gaussians:
+        """The Gaussians of the first of these moments that shows at least half of what the fullest does.
+
+        Raises:
+            ValueError: if none shows any.
+        """
+        weights = [float(gaussians.opacities.sum(dtype=np.float64)) for gaussians in self.moments()]
+        if not weights:
+            raise ValueError(
+                f"{self.name} shows nothing between its start and its end; show another part of it"
+            )
+        first = int(np.argmax(np.array(weights) >= FULL_SHARE * max(weights)))
+        return next(islice(self.moments(), first, None))
+
+    def file_times(self) -> F64 | None:
+        """The moments that files hold of what is shown, and the next on either side; None for a formula.
+
+        [T] seconds, ascending.
+        """
+        times = self.scene.times
+        if times is None or len(times) == 0:
+            return None
+        first, last = self.ends()
+        start = np.searchsorted(times, first + SAME_MOMENT, side="right") - 1
+        stop = np.searchsorted(times, last - SAME_MOMENT) + 1
+        return np.asarray(times[max(int(start), 0) : int(stop)])
 
     def ends(self) -> tuple[float, float]:
         """The first and the last moment that is shown, seconds.
@@ -177,6 +217,18 @@ class Clip:
         if last < first:
             raise ValueError(f"end must not be before start, got {last:g} s and {first:g} s")
         return min(first, duration), min(last, duration)
+
+
+def as_files(scene: SceneFiles | Clip) -> SceneFiles | Clip:
+    """What strokes are made of that are written, one file a moment: at the rate of its own files, else 24.
+
+    So there is one for each of its files, and they last as long. A rate that its options name is kept.
+    """
+    if not isinstance(scene, Clip) or scene.config.fps is not None:
+        return scene
+    notes = scene.scene.notes
+    rate = None if notes is None else notes.moments_per_second
+    return replace(scene, config=replace(scene.config, fps=rate or MOMENTS_PER_SECOND))
 
 
 def files_of(scene: SceneFiles | Clip) -> SceneFiles | None:

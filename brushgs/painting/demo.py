@@ -8,6 +8,7 @@ from brushgs.io import save
 from brushgs.io.moving.write import NAME
 from brushgs.io.pictures.formats import VIDEO_SUFFIXES
 from brushgs.io.scenes.formats import SCENE_SUFFIXES
+from brushgs.options.choices import MOMENTS_PER_SECOND
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.clip import Clip
 from brushgs.painting.outputs import check_output
@@ -16,7 +17,7 @@ from brushgs.painting.sequence import paint_sequence
 from brushgs.painting.still import paint_file
 from brushgs.painting.strokes import file_size, write_scene
 from brushgs.still_life import still_life, still_life_camera
-from brushgs.still_life.moving import RATE, SECONDS, seen_from, still_life_moving
+from brushgs.still_life.moving import SECONDS, seen_from, still_life_moving
 
 SCENE_NAME = "still_life.ply"
 CLIP_NAME = "still_life_moving"
@@ -69,7 +70,7 @@ def paint_moving_demo(
     num_gaussians: int = MOVING_GAUSSIANS,
     name: str | None = None,
 ) -> Report:
-    """Write the still life in motion as one scene file a moment, 30 a second, and paint a film of it.
+    """Write the still life in motion as one scene file a moment, 24 a second, and paint a film of it.
 
     Args:
         folder: made if missing; in it the folder `still_life_moving`, whose moments are replaced, and the
@@ -84,7 +85,7 @@ def paint_moving_demo(
     """
     folder = _made(Path(folder))
     clip, film = folder / CLIP_NAME, folder / f"{CLIP_NAME}-{name or name_of(config.draw.stroke)}.mp4"
-    files = [_made(clip) / (NAME % moment) for moment in range(round(SECONDS * RATE) + 1)]
+    files = [_made(clip) / (NAME % moment) for moment in range(round(SECONDS * MOMENTS_PER_SECOND))]
     check_output(files[0], SCENE_SUFFIXES)
     check_output(film, VIDEO_SUFFIXES)
     scene = still_life_moving(num_gaussians, config.cluster.seed)
@@ -92,7 +93,7 @@ def paint_moving_demo(
     camera = still_life_camera(width=width, height=height)
     with report.stage("build", total=len(files), unit="moments") as stage:
         for moment, path in enumerate(files):
-            gaussians = seen_from(scene.at(moment / RATE), camera.position)
+            gaussians = seen_from(scene.at(moment / MOMENTS_PER_SECOND), camera.position)
             save(gaussians, path)
             report.advance()
         size = sum(path.stat().st_size for path in files)

@@ -11,7 +11,7 @@ from brushgs.io.scenes.formats import SCENE_SUFFIXES
 from brushgs.options.painting import PaintConfig, PaletteConfig, PruneConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.where import WhereConfig
-from brushgs.painting.clip import Clip, files_of
+from brushgs.painting.clip import Clip, as_files, files_of
 from brushgs.painting.moments import check_strokes_output, write_strokes
 from brushgs.painting.outputs import check_output, scene_inputs
 from brushgs.painting.prepare import prepare
@@ -72,7 +72,7 @@ def cluster_file(
     Where the number of strokes is chosen for a view, that is the default view of `paint_file`, painted with
     its default stroke.
     """
-    files = files_of(scene)
+    files, scene = files_of(scene), as_files(scene)
     check_strokes_output(scene, output, inputs=(*scene_inputs(files), *files_where(where)))
     unpruned = replace(config, prune=PruneConfig(keep=1.0))
     prepared = prepare(

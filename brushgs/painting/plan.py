@@ -1,12 +1,14 @@
 """From where, and when: the cameras of a job, one per frame, and the moments of a moving scene they see."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from operator import methodcaller
 from typing import TYPE_CHECKING
 
 from brushgs.options.choices import CLIP_FPS
-from brushgs.options.painting import PaintConfig
+from brushgs.options.painting import CleanConfig, PaintConfig
 from brushgs.options.sequence import GrowConfig, PathConfig
+from brushgs.painting.clean import clean_scene
 from brushgs.painting.clip import Clip, Film
 from brushgs.painting.memory import Memory
 from brushgs.painting.report import Report
@@ -77,13 +79,18 @@ def plan_cameras(
     """
     growing, views = (views, None) if isinstance(views, GrowConfig) else (None, views)
     is_framed, first_view = _is_framed(views, config, needs_view=needs_view), None
-    if clip is not None and is_framed and len(gaussians) == 0:
-        gaussians = clip.first_seen()
+    moments: Iterable[Gaussians] = ()
+    is_stored = notes is not None and notes.first_view is not None
+    if clip is not None and (is_framed or needs_first_view) and not is_stored:
+        clean = _without_floaters(clip, gaussians, notes, config.clean)
+        if not clip.scene.has_rows or len(gaussians) == 0:
+            gaussians = clean(clip.first_seen())
+        moments = map(clean, clip.moments())
     if needs_first_view or is_framed:
         first_view = memory.of(
             "first view",
             (gaussians, config.view, notes),
-            lambda: choose_first_view(gaussians, config.view, notes, report),
+            lambda: choose_first_view(gaussians, config.view, notes, report, moments=moments),
         )
     cameras: Sequence[Camera] = []
     path, film = None, None
@@ -114,6 +121,24 @@ def plan_cameras(
     if frames is not None and check_path is not None:
         check_path(frames)
     return Plan(cameras, frames, film, first_view, is_path=path is not None, is_framed=is_framed)
+
+
+def _without_floaters(
+    clip: Clip, gaussians: Gaussians, notes: "LoadNotes | None", config: CleanConfig
+) -> Callable[[Gaussians], Gaussians]:
+    """What is painted of a moment of a clip.
+
+    Args:
+        clip: the moving scene.
+        gaussians: that stand for it, cleaned.
+        notes: of its files.
+        config: what a floater is.
+    """
+    if clip.scene.has_rows and len(gaussians):
+        assert gaussians.ids is not None, "they are rows of a moving scene"
+        return methodcaller("take", gaussians.ids)
+    is_strokes = notes is not None and notes.is_strokes
+    return lambda moment: clean_scene(moment, config, Report(), is_strokes=is_strokes)
 
 
 def _is_framed(views: Camera | PathConfig | None, config: PaintConfig, *, needs_view: bool) -> bool:

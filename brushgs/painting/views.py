@@ -3,6 +3,7 @@
 `choose_first_view` is the only place where a scene is examined for how it is seen.
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,7 +26,12 @@ if TYPE_CHECKING:
 
 
 def choose_first_view(
-    gaussians: Gaussians, config: ViewConfig, notes: "LoadNotes | None", report: Report
+    gaussians: Gaussians,
+    config: ViewConfig,
+    notes: "LoadNotes | None",
+    report: Report,
+    *,
+    moments: Iterable[Gaussians] = (),
 ) -> FirstView:
     """How a scene is seen: as its file says, or as the scene itself looks.
 
@@ -34,6 +40,7 @@ def choose_first_view(
         config: `up` is stronger than all else; no front is searched where `azimuth` is given.
         notes: of the file; those of strokes hold the first view of their scene, which is used as it is.
         report: gets the stage.
+        moments: of a moving scene, all of which the view must have room for.
 
     Raises:
         ValueError: if there are no Gaussians, or `up` is no direction.
@@ -47,10 +54,11 @@ def choose_first_view(
         elif stored is not None:
             view, how, known = with_up(stored, stated or DEFAULT_UP), "as given", "flag"
         else:
-            from brushgs.first_view import find_first_view
+            from brushgs.first_view import find_first_view, with_moments
 
             azimuth = None if config.side is not None else config.azimuth
-            view = sayable(find_first_view(gaussians, up=stated, azimuth=azimuth))
+            view = find_first_view(gaussians, up=stated, azimuth=azimuth)
+            view = sayable(with_moments(view, moments))
             if stated is not None:
                 view = replace(view, up=unit_of(stated))
                 how, known = ("as given", "flag") if config.up else ("from the file", "header")

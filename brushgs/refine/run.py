@@ -23,7 +23,7 @@ from brushgs.measure.report import plain_config, plain_paint
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.painting import PaintConfig, PaletteConfig, ViewConfig
 from brushgs.options.scene_source import SceneFiles
-from brushgs.painting.clip import Clip, files_of
+from brushgs.painting.clip import Clip, as_files, files_of
 from brushgs.painting.moments import check_strokes_output, write_strokes
 from brushgs.painting.outputs import input_files
 from brushgs.painting.prepare import Prepared, prepare
@@ -78,7 +78,7 @@ def refine_file(
         KeyboardInterrupt: if the run is stopped; says how to resume it.
     """
     paint, config, report = paint or PaintConfig(), config or RefineConfig(), report or RefineReport()
-    files, outputs = files_of(scene), None
+    files, scene, outputs = files_of(scene), as_files(scene), None
     extras = [path for path in (config.style, config.vgg_weights) if path is not None]
     extras += () if config.where is None else config.where.files
     inputs = (*input_files(files, paint), *extras)

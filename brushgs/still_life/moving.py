@@ -34,7 +34,7 @@ from brushgs.still_life.light import (
 from brushgs.still_life.surfaces import turn, unit
 
 SECONDS = 4.0  # that the motion was composed for; another length plays it slower or faster
-RATE = CLIP_FPS  # moments a second where rows do not correspond, and of the files of the demo
+RATE = CLIP_FPS  # moments a second where rows do not correspond
 DROPPED = 0.03  # share of the rows that such a moment lacks
 
 DOWN = np.array([0.0, 1.0, 0.0])

@@ -664,9 +664,9 @@ def test_the_demo_says_where_the_picture_is(tmp_path, monkeypatch, capsys):
 
 def test_the_moving_demo_builds_a_clip_and_paints_it(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("brushgs.painting.demo.SECONDS", 0.1)
+    monkeypatch.setattr("brushgs.painting.demo.SECONDS", 4 / 24)
     monkeypatch.setattr(
-        "brushgs.painting.demo.still_life_moving", lambda *_, **__: still_life_moving(1000, seconds=0.1)
+        "brushgs.painting.demo.still_life_moving", lambda *_, **__: still_life_moving(1000, seconds=4 / 24)
     )
     words = "--look", "plain", "--stroke", "flat", "--strokes", "100", "--size", "64x48"
     code, out, err = run(capsys, "demo", "--moving", *words)

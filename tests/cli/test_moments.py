@@ -70,21 +70,40 @@ def test_every_command_takes_a_moment(clip, capsys, words):
     assert err.count("\n") == 1
 
 
-def test_moments_differ(clip, capsys):
-    for time in ("0", "50%", "0.05", "100%"):
+@pytest.mark.parametrize(
+    ("clip", "times"),
+    [
+        ("folder", ("0", "0.0417", "50%", "100%")),
+        ("params", ("0", "50%", "0.05", "100%")),
+    ],  # 24 and 30 a second
+    indirect=["clip"],
+)
+def test_moments_differ(clip, times, capsys):
+    for time in times:
         assert run(capsys, "prune", clip, "--keep", "1", "--time", time, "-o", f"{time}.ply")[0] == 0
-    lefts = [bg.load(f"{time}.ply").means[:, 0].mean() for time in ("0", "50%", "0.05", "100%")]
+    lefts = [bg.load(f"{time}.ply").means[:, 0].mean() for time in times]
     np.testing.assert_allclose(np.diff(lefts), [0.1, 0.05, 0.05], atol=1e-4)
 
 
-def test_info_tells_of_the_motion(clip, capsys):
-    code, out, err = run(capsys, "info", clip, "--json")
+@pytest.mark.parametrize(
+    ("clip", "words", "seconds", "rate"),
+    [
+        ("folder", [], 0.125, 24),
+        ("folder", ["--moments-per-second", "2"], 1.5, 2),
+        ("params", [], 0.0666667, None),
+    ],
+    indirect=["clip"],
+)
+def test_info_tells_of_the_motion(clip, words, seconds, rate, capsys):
+    code, out, err = run(capsys, "info", clip, *words, "--json")
     assert code == 0, err
     facts = json.loads(out)
-    expected = {"duration": 0.0666667, "moments": 3, "rows_correspond": True, "resting_share": "not known"}
+    expected = {"duration": seconds, "moments": 3, "rows_correspond": True, "resting_share": "not known"}
     assert {name: facts[name] for name in expected} == expected
     assert facts["seconds_are"].startswith("nominal")
-    assert facts["format"].endswith("moment 0.00 s of 0.07 s")
+    assert facts.get("moments_per_second") == rate
+    assert rate is None or f"{rate} moments a second" in facts["seconds_are"]
+    assert facts["format"].endswith(f"moment 0.00 s of {seconds:.2f} s")
 
 
 @pytest.mark.parametrize("clip", ["folder"], indirect=True)
@@ -120,6 +139,71 @@ def test_a_moment_of_a_scene_at_rest_is_refused(tmp_path, monkeypatch, capsys, c
         2,
         "brushgs: still.ply: is a scene at rest, which has no moments; omit the time (--time)\n",
     )
+
+
+@pytest.mark.parametrize(
+    "command", ["render", "cluster", "prune", "info", "doctor", "export", "view", "views"]
+)
+def test_a_rate_of_moments_is_refused_where_there_are_none(clips, tmp_path, monkeypatch, capsys, command):
+    monkeypatch.chdir(tmp_path)
+    bg.save(still_life_of(1000), "still.ply")
+    for name in ("tile_0.ply", "tile_1.ply"):
+        Path("tiles").mkdir(exist_ok=True)
+        bg.save(still_life_of(1000), f"tiles/{name}")
+    rate, omit = (
+        ["--moments-per-second", "12"],
+        "which has no moments; omit their rate (--moments-per-second)",
+    )
+    for words, sentence in (
+        (["still.ply"], f"still.ply: is a scene at rest, {omit}\n"),
+        (
+            ["tiles"],
+            f"tiles: is a scene at rest, {omit}, or call files that are moments frame_0, frame_1 and so on\n",
+        ),
+        (
+            [clips["folder"], "--time", "all"],
+            f"{clips['folder']}: is a scene at rest, {omit} or --time all\n",
+        ),
+        (
+            [clips["params"]],
+            f"{clips['params']}: is a params.npz of Dynamic3DGaussians, one file that moves, not numbered "
+            "moments; omit their rate (--moments-per-second)\n",
+        ),
+    ):
+        code, out, err = run(capsys, command, *words, *rate)
+        assert (code, out, err) == (2, "", f"brushgs: {sentence}")
+
+
+@pytest.mark.parametrize("text", ["0", "-3", "nan", "inf", "1e999", "fast"])
+def test_a_rate_of_moments_is_above_0(clips, capsys, text):
+    code, out, err = run(capsys, "info", clips["folder"], f"--moments-per-second={text}")
+    assert (code, out) == (2, "")
+    assert "moments-per-second" in err
+    assert "must be" in err
+
+
+def test_python_takes_a_rate_of_moments(clips, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    moving = bg.load_moving(clips["folder"], moments_per_second=0.5)
+    assert (moving.duration, moving.times.tolist()) == (6, [0, 2, 4])
+    source = SceneSource.of(clips["folder"], moments_per_second=0.5)
+    assert bg.load_moving(source).duration == 6
+    assert bg.load_moving(source, moments_per_second=3).duration == 1
+    assert SceneSource.of(source).moments_per_second == 0.5
+    options = {"strokes": 40, "size": (32, 24), "look": "plain"}
+    third = bg.paint(clips["folder"], time=4, moments_per_second=0.5, **options)
+    np.testing.assert_array_equal(third.rgb, bg.paint(clips["folder"] / "frame_2.ply", **options).rgb)
+    with pytest.raises(ValueError, match="moments-per-second must be above 0, got 0"):
+        bg.load_moving(clips["folder"], moments_per_second=0)
+    with pytest.raises(ValueError, match="belongs to scene files; omit it with Gaussians"):
+        bg.paint(still_life_of(1000), moments_per_second=12)
+
+
+def test_the_page_names_the_rate_in_its_command(clips):
+    source = SceneSource.of(clips["folder"], moments_per_second=2.5)
+    _, notes = read_scene(source)
+    words = ["--time", "0", "--moments-per-second", "2.5"]
+    assert command_of(source, [], notes) == (str(clips["folder"]), words)
 
 
 @pytest.mark.parametrize("scene", ["nothing.splatv", "nothing/*.ply"])

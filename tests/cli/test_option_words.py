@@ -14,6 +14,7 @@ EXAMPLES = {
     "scene": (["a.ply", Path("b.ply")], ["a.ply", "b.ply"]),
     "lod": (2, ["--lod", "2"]),
     "time": ("40%", ["--time", "40%"]),
+    "moments-per-second": (12.5, ["--moments-per-second", "12.5"]),
     "memory": ("8GB", ["--memory", "8GB"]),
     "output": (Path("out") / "a.png", ["-o", "out/a.png"]),
     "preset": ("paper", ["--preset", "paper"]),

@@ -85,9 +85,10 @@ def test_every_command_takes_several_files_a_level_and_a_moment(tiles, capsys, m
         return {}
 
     monkeypatch.setattr(importlib.import_module(CALLS[command][0]), CALLS[command][1], watch)
+    rate = "--moments-per-second", "12.5"
     more = ["--palette", "p.png"] if command == "recolor" else []
-    code, _, err = run(capsys, command, "tiles", "c.ply", "--lod", "2", "--time", "40%", *more)
-    source = SceneSource((Path("tiles"), Path("c.ply")), 2, Moment(0.4, is_share=True))
+    code, _, err = run(capsys, command, "tiles", "c.ply", "--lod", "2", "--time", "40%", *rate, *more)
+    source = SceneSource((Path("tiles"), Path("c.ply")), 2, Moment(0.4, is_share=True), 12.5)
     assert (code, seen) == (0, [source]), err
 
 

@@ -177,6 +177,7 @@ def test_the_command_takes_a_folder_of_moments(tmp_path, monkeypatch, capsys):
     for moment in range(4):
         bg.save(scene.at(1.2 + moment / 30), folder / f"{moment:03}.ply")
     words = ["--stroke", "dry_brush", "--strokes", "60", "--size", "48x36", "--skip-alone", "--no-plot"]
+    words += ["--moments-per-second", "30"]
     assert cli.main(["stability", "clip", *words]) == 0, capsys.readouterr().err
     err = capsys.readouterr().err
     for word in ("flatness", "coherence: slip", "births", "UIQM", "4 frames in 4 configurations"):

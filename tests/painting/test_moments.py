@@ -51,12 +51,12 @@ def prepared(folder):
 
 def test_a_folder_of_moments_is_a_clip_of_these_strokes(strokes):
     scene = bg.load_moving(strokes)
-    assert (scene.has_rows, scene.duration) == (True, pytest.approx(4 / 30))
+    assert (scene.has_rows, scene.duration) == (True, pytest.approx(5 / 24))
     assert (scene.notes.is_strokes, scene.notes.scene) == (True, "dance")
     again = prepared(strokes)
     assert len(again.strokes) == len(scene.at(0)) <= 60
     for moment in range(5):
-        painted, stored = again.moving.pose(moment).moved(again.strokes), scene.at(moment / 30)
+        painted, stored = again.moving.pose(moment).moved(again.strokes), scene.at(moment / 24)
         order = np.argsort(painted.ids)
         for name in COLUMNS:
             found, expected = getattr(painted, name)[order], getattr(stored, name)
@@ -65,6 +65,7 @@ def test_a_folder_of_moments_is_a_clip_of_these_strokes(strokes):
 
 def test_the_folder_paints_the_pictures_that_its_strokes_make(strokes, tmp_path, capsys):
     words = ["--stroke", "flat", "--look", "plain", "--size", "96x72", "--lock", "anchor", "--order", "depth"]
+    words += ["--fps", "24"]
     assert run(capsys, "render", strokes, *words, "-o", "film/")[0] == 0
     assert len(list(Path("film").iterdir())) == 6  # and the manifest
     assert run(capsys, "render", strokes, *words[:6], "--time", "0", "-o", "first.png")[0] == 0

@@ -407,8 +407,8 @@ def test_the_demo_writes_a_scene_and_its_picture(tmp_path):
 
 
 def test_the_moving_demo_writes_a_scene_file_a_moment_and_a_film(tmp_path, monkeypatch):
-    monkeypatch.setattr("brushgs.painting.demo.SECONDS", 0.1)
-    monkeypatch.setattr("brushgs.painting.demo.still_life_moving", partial(still_life_moving, seconds=0.1))
+    monkeypatch.setattr("brushgs.painting.demo.SECONDS", 4 / 24)
+    monkeypatch.setattr("brushgs.painting.demo.still_life_moving", partial(still_life_moving, seconds=4 / 24))
     small = replace(config(), view=ViewConfig(size=(64, 48)))
     small = replace(small, cluster=replace(small.cluster, seed=1))
     report = paint_moving_demo(tmp_path / "folder", small, report=Report(), num_gaussians=1000)
@@ -421,7 +421,7 @@ def test_the_moving_demo_writes_a_scene_file_a_moment_and_a_film(tmp_path, monke
     assert len(first) == len(last)
     moving = bg.load_moving(clip)
     assert moving.has_rows
-    assert len(moving.times) == 4
+    assert (len(moving.times), moving.duration) == (4, 4 / 24)
 
 
 def test_a_demo_into_a_file_is_refused(tmp_path):

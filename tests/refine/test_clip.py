@@ -162,7 +162,7 @@ def test_targets_are_the_scene_at_their_moments_and_each_moment_is_made_once(pre
     for view, target in zip(timed, targets, strict=True):
         assert (target.camera, target.moment) == (view.camera, view.moment)
         rows = prepared.whole_scene.ids
-        whole = scene.at(view.moment / 30).take(rows)
+        whole = scene.at(view.moment / 24).take(rows)
         expected = bg.render(whole, view.camera, bg.StrokeTexture.open("gaussian"), depth=False)
         np.testing.assert_array_equal(target.rgb, expected.rgb)
 
@@ -242,7 +242,7 @@ def test_strokes_of_the_files_move_as_they_did_before(folder, tmp_path, monkeypa
     for index in range(1, 5):
         changes = []
         for scene, start in zip((before, after), starts, strict=True):
-            now = scene.at(index / 30)
+            now = scene.at(index / 24)
             turns = quat_products(now.quats, conjugate * start.quats)
             unit = turns / np.linalg.norm(turns, axis=1, keepdims=True)
             changes.append((unit, now.scales / start.scales, now.opacities, now.sh - start.sh))
@@ -309,7 +309,7 @@ def test_strokes_that_move_otherwise_are_another_fit(stopped, folder, capsys, mo
         (["-o", "mine"], r"mine: holds notes.txt and 1 more, which brushgs did not write as moments"),
         (["-o", "file/"], r"file: is a file, not a folder"),
         (["-o", "{folder}/"], r"dance.*: is an input, and .*dance/ would replace it; choose another folder"),
-        (["--start", "9"], r"start must be in the 0.133333 s of .*dance, got 9 s"),
+        (["--start", "9"], r"start must be in the 0.208333 s of .*dance, got 9 s"),
         (["--start", "60%", "--end", "10%"], r"end must not be before start"),
         (["--start", "soon"], r"--start"),
     ],
@@ -347,10 +347,10 @@ def test_a_clip_in_memory_is_refined_too(tmp_path):
 
 def test_strokes_that_are_born_later_learn_too(tmp_path, monkeypatch):
     """Rows of the frames are in any order, and a second body comes later than a stroke takes to come."""
-    scene, g = moving_scene(11 / 30), np.random.default_rng(7)
+    scene, g = moving_scene(11 / 24), np.random.default_rng(7)
     (tmp_path / "mixed").mkdir()
     for index in range(12):
-        moment = scene.at(index / 30)
+        moment = scene.at(index / 24)
         late = moment.take(np.arange(220, 340))
         late = replace(late, means=late.means + np.float32([-0.6, -0.9, 0]), sh=-late.sh)
         both = bg.Gaussians.joined([moment, late]) if index > 9 else moment
@@ -374,7 +374,7 @@ def test_strokes_that_are_born_later_learn_too(tmp_path, monkeypatch):
     comes = (first == 0) & (last > 0.3)
     assert comes.sum() > 3
     np.testing.assert_array_equal(after.at(0).opacities[comes], 0)
-    assert after.at(11 / 30).opacities[comes].max() > 0.3
+    assert after.at(11 / 24).opacities[comes].max() > 0.3
 
 
 def test_a_clip_is_refined_toward_a_style(folder, tmp_path, monkeypatch, capsys):

@@ -18,7 +18,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_up(
         parser.add_argument_group("view", "recorded with the strokes, which are seen as their scene")
     )
-    flags.add_span(parser, "of a moving scene, whose strokes are written at 30 moments a second")
+    flags.add_span(parser, "of a moving scene, whose strokes are written at 24 moments a second")
     flags.add_where(parser, "only there Gaussians are merged; the others are strokes as they are")
     flags.add_report(parser)
 

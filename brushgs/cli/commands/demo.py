@@ -23,7 +23,7 @@ def add_flags(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--moving",
         action="store_true",
-        help="build the scene in motion instead, 4 seconds in a folder of 121 files (177 MB), and paint a "
+        help="build the scene in motion instead, 4 seconds in a folder of 96 files (140 MB), and paint a "
         "film of it",
     )
     flags.ConfigFlags(parser, "view").add(

@@ -134,6 +134,6 @@ def _paints(dest: str) -> bool:
     return (
         dest not in NOT_PAINTED
         and dest not in OWN_FLAGS
-        and dest not in ("lod", "time")
+        and dest not in ("lod", "time", "moments_per_second")
         and not dest.startswith("view.")
     )

@@ -54,8 +54,10 @@ def run(args: Namespace) -> None:
     Raises:
         ValueError: if several looks are to be printed, or a flag of the sheet is given without one.
     """
-    if args.time is not None and args.scene is None:
-        raise ValueError("--time needs --scene; the example still life rests")
+    if args.scene is None:
+        for flag in ("time", "moments_per_second"):
+            if getattr(args, flag) is not None:
+                raise ValueError(f"--{flag.replace('_', '-')} needs --scene; the example still life rests")
     if args.output is None and args.scene is None:
         for step in ("view", "draw"):
             for name in flags.given(args, step):
@@ -66,7 +68,10 @@ def run(args: Namespace) -> None:
     from brushgs.options.scene_source import SceneSource
 
     looks = [Look.open(name) for name in args.looks or LOOKS]
-    scene = None if args.scene is None else SceneSource(tuple(args.scene), time=args.time)
+    scene = None
+    if args.scene is not None:
+        rate = args.moments_per_second
+        scene = SceneSource(tuple(args.scene), time=args.time, moments_per_second=rate)
     output = args.output
     if output is None and scene is not None:
         output = output_beside(scene, "looks", PICTURE_SUFFIXES[0])

@@ -27,7 +27,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_cluster(parser)
     flags.add_stroke_passes(parser)
     flags.add_palette(parser)
-    flags.add_span(parser, "of a moving scene, whose strokes are written at 30 moments a second")
+    flags.add_span(parser, "of a moving scene, whose strokes are written at 24 moments a second")
     flags.add_report(parser)
 
 

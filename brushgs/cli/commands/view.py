@@ -113,7 +113,7 @@ def _words(args: Namespace, overrides: Mapping[str, Any]) -> list[str]:
     """The words of the command line that decide what is painted, without those that are overridden."""
     parser = ArgumentParser()
     add_flags(parser)
-    others = {*OF_THE_VIEWER, *NOT_PAINTED, "lod", "time", *overrides}
+    others = {*OF_THE_VIEWER, *NOT_PAINTED, "lod", "time", "moments_per_second", *overrides}
     if overrides.get("palette.file", "") is None:
         others |= {"palette.file", "palette.strength", "palette.space"}
     return words_of(parser, args.words, lambda dest: dest not in others and not dest.startswith("view."))

@@ -12,15 +12,18 @@ if TYPE_CHECKING:
 __all__ = ["load_moving", "open_moving"]
 
 
-def load_moving(scene: "SceneFiles") -> "MovingScene":
+def load_moving(scene: "SceneFiles", *, moments_per_second: float | None = None) -> "MovingScene":
     """Open a scene that moves; one that does not is a scene of duration 0.
 
     Args:
         scene: a file of a moving scene, whose content decides the format, not its suffix; a folder or several
             files that hold its moments; or a still scene, see `brushgs.load`.
+        moments_per_second: rate of numbered files, one a moment, above 0; None for that of the source, or 24.
 
     Raises:
-        SceneError: if a file cannot be used, or needs a network or a pickle; says what would work.
+        SceneError: if a file cannot be used, or needs a network or a pickle; says what would work. Also if a
+            rate is given for a scene that is no file a moment.
+        ValueError: if the rate is not above 0.
 
     Example:
         >>> for moment in range(3):
@@ -30,7 +33,7 @@ def load_moving(scene: "SceneFiles") -> "MovingScene":
     """
     from brushgs.io.moving import read
 
-    return read.load_moving(scene)
+    return read.load_moving(scene, moments_per_second)
 
 
 def open_moving(scene: "SceneFiles") -> "MovingScene | None":

@@ -9,9 +9,10 @@ Which files are moments. Files (or folders that are scenes) whose names differ i
   missing, and the first two lie in one place and hold about as many Gaussians; else parts. Who says which
   moment is meant (`--time 0.4`) says that they are moments. `--time all` says that they are parts.
 
-Everything else is parts of one scene. Moments follow each other at `NOMINAL_RATE`, the first at 0, as no
-format of still scenes says when it is. Those whose numbers are missing take their time all the same: what is
-seen then is made of the moments around it.
+Everything else is parts of one scene. No format of still scenes says when it is: the source tells how many
+moments a second has, else it is `MOMENTS_PER_SECOND`. The first is at 0, and the last is shown for as long as
+any other. Those whose numbers are missing take their time all the same: what is seen then is made of the
+moments around it.
 """
 
 import warnings
@@ -28,7 +29,6 @@ from brushgs.arrays import F64
 from brushgs.errors import NoGaussiansError, SceneError, SceneWarning
 from brushgs.io.files import check_plain, is_dir
 from brushgs.io.moving.compare import are_in_one_place, have_same_rows
-from brushgs.io.moving.formats import NOMINAL_RATE
 from brushgs.io.moving.kept_moments import Moments
 from brushgs.io.moving.kept_rows import NO_ROWS, Kept, keep_rows
 from brushgs.io.moving.series import Series, find_series
@@ -39,6 +39,7 @@ from brushgs.io.scenes.notes import LoadNotes, join_notes
 from brushgs.io.scenes.open_file import drop_unnamed_brushes, open_file, warn_of_other_encoding
 from brushgs.io.scenes.scene_file import SceneFile
 from brushgs.moving_scene import MovingScene
+from brushgs.options.choices import MOMENTS_PER_SECOND
 from brushgs.options.scene_source import SceneSource
 from brushgs.scene import SH_TERMS, Gaussians
 
@@ -55,11 +56,13 @@ class Frames:
         series: the files.
         lod: level of detail; None for the default of the format.
         encoding: what numbers of formats without a fixed encoding mean.
+        rate: moments a second, > 0; those whose numbers are missing count.
     """
 
     series: Series
     lod: int | None = None
     encoding: Encoding = STANDARD
+    rate: float = MOMENTS_PER_SECOND
     _told: set[str] = field(default_factory=set, repr=False)
 
     @cached_property
@@ -74,12 +77,12 @@ class Frames:
     @cached_property
     def times(self) -> F64:
         """[F] seconds, ascending from 0."""
-        return self.series.slots / NOMINAL_RATE
+        return self.series.slots / self.rate
 
     @property
     def duration(self) -> float:
-        """Seconds from the first moment to the last."""
-        return float(self.times[-1])
+        """Seconds, in which the last moment is shown as long as any other."""
+        return (int(self.series.slots[-1]) + 1) / self.rate
 
     def position(self, time: float) -> float:
         """Where a time lies among the files, 0 to F - 1; that of a file where it is one."""
@@ -89,7 +92,7 @@ class Frames:
 
     def nearest(self, time: float) -> int:
         """The file whose moment is nearest; of two the earlier."""
-        return int(np.argmin(np.round(np.abs(self.times - time), 9)))
+        return int(np.argmin(np.round(np.abs(self.series.slots - time * self.rate), 6)))
 
     def file(self, index: int) -> SceneFile | None:
         """The header of one moment; None for one without Gaussians.
@@ -137,7 +140,8 @@ class Frames:
         """What the first moment that has Gaussians says beside them; it stands for all."""
         file = self._head[1]
         notes = join_notes([file], rows_dropped=0, sh_degree_used=SH_TERMS[file.num_terms])
-        return replace(notes, format=f"{len(self.paths):,} moments, {file.format}")
+        what = f"{len(self.paths):,} moments at {self.rate:g} a second, {file.format}"
+        return replace(notes, format=what, moments_per_second=self.rate)
 
     def scene(self) -> MovingScene:
         """The clip as a moving scene."""
@@ -245,7 +249,7 @@ def find_frames(source: SceneSource, encoding: Encoding = STANDARD) -> Frames | 
         return None
     if len(source.paths) > 1:  # typed, so that each should be there; what a folder lists was asked
         _check_all(source.paths)
-    clip = Frames(series, source.lod, encoding)
+    clip = Frames(series, source.lod, encoding, source.moments_per_second or MOMENTS_PER_SECOND)
     if series.kind == "unsure" and source.time is None and not _looks_like_moments(clip):
         return None
     if series.num_missing:

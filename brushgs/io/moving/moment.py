@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.io.files import exists
+from brushgs.io.files import exists, is_dir
 from brushgs.io.moving.frames import Frames, find_frames
 from brushgs.io.moving.open_formula import open_formula
 from brushgs.io.scenes.columns import Columns
@@ -35,7 +35,7 @@ def open_moment(source: SceneSource, encoding: Encoding) -> SceneFile | None:
 
     Raises:
         SceneError: if the scene is a still one and a moment is named, the moment lies after the end or is
-            without Gaussians, or a file cannot be read.
+            without Gaussians, or a file cannot be read; or if a rate of moments is given for a still one.
     """
     path, time = source.paths[0], source.time
     moving = open_formula(source)
@@ -47,9 +47,19 @@ def open_moment(source: SceneSource, encoding: Encoding) -> SceneFile | None:
     if clip is not None:
         return _of_clip(clip, _seconds(time, clip.duration, path))
     if time is not None and not time.is_all and exists(path):
-        what = "is a scene at rest" if len(source.paths) == 1 else "and the others are one scene at rest"
-        raise SceneError(path, f"{what}, which has no moments; omit the time (--time)")
+        raise SceneError(path, f"{_at_rest(source)}, which has no moments; omit the time (--time)")
+    if source.moments_per_second is not None and exists(path):
+        cure = "omit their rate (--moments-per-second)"
+        if time is not None:
+            cure = f"{cure} or --time all"
+        elif len(source.paths) > 1 or is_dir(path):
+            cure = f"{cure}, or call files that are moments frame_0, frame_1 and so on"
+        raise SceneError(path, f"{_at_rest(source)}, which has no moments; {cure}")
     return None
+
+
+def _at_rest(source: SceneSource) -> str:
+    return "is a scene at rest" if len(source.paths) == 1 else "and the others are one scene at rest"
 
 
 def _seconds(time: Moment | None, duration: float, path: Path) -> float:

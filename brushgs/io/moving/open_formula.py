@@ -29,6 +29,9 @@ def open_formula(source: SceneSource) -> MovingScene | None:
         raise SceneError(path, f"is a {row.name}, which moves by itself; name it alone")
     if source.lod is not None:
         raise SceneError(path, f"is a {row.name}, which has no levels of detail; omit the level (lod)")
+    if source.moments_per_second is not None:
+        what = f"is a {row.name}, one file that moves, not numbered moments"
+        raise SceneError(path, f"{what}; omit their rate (--moments-per-second)")
     reader = import_module(f"brushgs.io.moving.{row.reader}")
     # Values beyond float32 become infinite and NaN stays NaN: the readers drop both.
     with np.errstate(all="ignore"):

@@ -15,11 +15,12 @@ def open_moving(scene: SceneFiles) -> MovingScene | None:
     return open_formula(source) or open_frames(source)
 
 
-def load_moving(scene: SceneFiles) -> MovingScene:
+def load_moving(scene: SceneFiles, moments_per_second: float | None = None) -> MovingScene:
     """See `brushgs.io.moving.load_moving`."""
-    moving = open_moving(scene)
+    source = SceneSource.of(scene, moments_per_second=moments_per_second)
+    moving = open_moving(source)
     if moving is not None:
         return moving
-    gaussians, notes = read_scene(scene)
+    gaussians, notes = read_scene(source)
     resting = np.ones(len(gaussians), np.bool_)
     return MovingScene(0.0, True, lambda time: gaussians, resting=resting, notes=notes)

@@ -34,6 +34,7 @@ class LoadNotes:
         brushes: names or paths of the brushes that the strokes have rows of; none if the file names none, and
             for several.
         moment: of a moving scene the moment that was read, seconds from its start; None for a scene at rest.
+        moments_per_second: of a moving scene in a file a moment, as read; None for any other.
         is_timed: whether the files of a moving scene give its length in seconds; else these are nominal.
         rows_each: how many rows one of the Gaussians was made of on average: 1, or more where a scene larger
             than memory was merged while it was read.
@@ -53,6 +54,7 @@ class LoadNotes:
     first_view: FirstView | None = None
     brushes: tuple[str, ...] = ()
     moment: float | None = None
+    moments_per_second: float | None = None
     is_timed: bool = False
     rows_each: float = 1.0
 

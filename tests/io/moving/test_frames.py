@@ -51,13 +51,13 @@ def test_a_folder_of_numbered_files_is_a_clip(tmp_path: Path, name: str) -> None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", bg.SceneWarning)
         moving = opened(tmp_path / "clip")
-    assert (moving.duration, moving.has_rows, moving.resting) == (11 / 30, True, None)
+    assert (moving.duration, moving.has_rows, moving.resting) == (12 / 24, True, None)
     assert moving.times is not None
-    np.testing.assert_allclose(moving.times, np.arange(12) / 30)
+    np.testing.assert_allclose(moving.times, np.arange(12) / 24)
     for index in (0, 3, 11):
-        assert_equal(moving.at(index / 30), bg.load(paths[index]))
+        assert_equal(moving.at(index / 24), bg.load(paths[index]))
     assert moving.notes is not None
-    assert moving.notes.format == "12 moments, PLY, binary little-endian"
+    assert moving.notes.format == "12 moments at 24 a second, PLY, binary little-endian"
 
 
 def test_lists_and_patterns_are_clips_in_order_of_their_numbers(tmp_path: Path) -> None:
@@ -66,8 +66,8 @@ def test_lists_and_patterns_are_clips_in_order_of_their_numbers(tmp_path: Path) 
     for scene in (sorted(paths), paths[::-1], f"{tmp_path}/frame_*.ply", tmp_path / "*.ply"):
         moving = opened(scene)
         assert moving.duration == folder.duration
-        assert_equal(moving.at(10 / 30), bg.load(paths[10]))
-    assert opened(paths[:2]).duration == 1 / 30
+        assert_equal(moving.at(10 / 24), bg.load(paths[10]))
+    assert opened(paths[:2]).duration == 2 / 24
     assert open_moving(paths[0]) is None
 
 
@@ -110,10 +110,29 @@ def test_the_4dgaussians_export_is_a_clip(tmp_path: Path) -> None:
 
 def test_the_firework_is_a_clip_of_six_moments() -> None:
     moving = opened(real_scene("hanabi_frames"))
-    assert (moving.duration, moving.has_rows) == (5 / 30, True)
+    assert (moving.duration, moving.has_rows) == (6 / 24, True)
     assert (
         len(read_scene(SceneSource((real_scene("hanabi_frames"),), time=Moment(0, is_all=True)))[0]) == 24000
     )
+
+
+@pytest.mark.parametrize("rate", [1, 24, 29.97, 1e-3, 1e9])
+def test_a_source_says_how_many_moments_a_second_has(tmp_path: Path, rate: float) -> None:
+    paths = write_frames(tmp_path, range(4))
+    paths.pop(2).unlink()
+    with pytest.warns(bg.SceneWarning, match="1 of 4 moments are missing"):
+        moving = load_moving(tmp_path, moments_per_second=rate)
+    assert moving.times is not None
+    np.testing.assert_allclose(moving.times * rate, [0, 1, 3])
+    assert moving.duration * rate == pytest.approx(4)
+    for slot, path in ((0, paths[0]), (1, paths[1]), (3, paths[2]), (3.5, paths[2]), (4, paths[2])):
+        assert_equal(moving.at(slot / rate), bg.load(path))
+    assert moving.notes is not None
+    assert moving.notes.format.startswith(f"3 moments at {rate:g} a second, PLY")
+    assert moving.notes.moments_per_second == rate
+    source = SceneSource((tmp_path,), time=Moment(1 / rate), moments_per_second=rate)
+    with pytest.warns(bg.SceneWarning, match="1 of 4 moments are missing"):
+        assert_equal(read_scene(source)[0], bg.load(paths[1]))
 
 
 # A clip, or one scene in parts
@@ -161,10 +180,10 @@ def test_files_of_very_different_counts_are_no_moments_by_their_place(tmp_path: 
 
 def test_who_names_a_moment_says_that_files_are_moments(tmp_path: Path) -> None:
     paths = write_frames(tmp_path, range(3), "tile_{}.ply")
-    source = SceneSource((tmp_path,), time=Moment(1 / 30))
+    source = SceneSource((tmp_path,), time=Moment(1 / 24))
     gaussians, notes = read_scene(source)
     assert_equal(gaussians, bg.load(paths[1]))
-    assert notes.format == "PLY, binary little-endian, moment 0.03 s of 0.07 s"
+    assert notes.format == "PLY, binary little-endian, moment 0.04 s of 0.12 s"
 
 
 def test_all_moments_are_one_scene_at_rest_if_asked_for(tmp_path: Path) -> None:
@@ -210,9 +229,9 @@ def test_rows_that_are_shuffled_do_not_correspond(tmp_path: Path) -> None:
     write_frames(tmp_path, range(5), columns=lambda moment: shuffled(columns_at(moment), int(moment)))
     moving = opened(tmp_path)
     assert not moving.has_rows
-    assert_equal(moving.at(1.4 / 30), bg.load(tmp_path / "frame_001.ply"))  # the nearer moment
-    assert_equal(moving.at(1.6 / 30), bg.load(tmp_path / "frame_002.ply"))
-    assert_equal(moving.at(1.5 / 30), bg.load(tmp_path / "frame_001.ply"))
+    assert_equal(moving.at(1.4 / 24), bg.load(tmp_path / "frame_001.ply"))  # the nearer moment
+    assert_equal(moving.at(1.6 / 24), bg.load(tmp_path / "frame_002.ply"))
+    assert_equal(moving.at(1.5 / 24), bg.load(tmp_path / "frame_001.ply"))
 
 
 def still(count: int = 3000) -> bg.Gaussians:
@@ -296,7 +315,7 @@ def test_between_moments_rows_lie_on_a_line_and_turn_the_shorter_way(tmp_path: P
     write_scene(paths[1], flipped)
     moving = opened(tmp_path)
     one, other = (decoded(columns_at(moment)) for moment in (0, 1))
-    found = moving.at(0.25 / 30)
+    found = moving.at(0.25 / 24)
     for name in ("means", "scales", "opacities", "sh"):
         np.testing.assert_allclose(
             getattr(found, name), 0.75 * one[name] + 0.25 * other[name], rtol=1e-5, atol=1e-6, err_msg=name
@@ -316,8 +335,8 @@ def test_degrees_of_colour_may_differ_between_moments(tmp_path: Path) -> None:
     moving = opened(tmp_path)
     assert moving.has_rows
     assert moving.at(0).sh.shape[1] == 1
-    assert moving.at(0.5 / 30).sh.shape[1] == 9
-    np.testing.assert_allclose(moving.at(0.5 / 30).sh[:, 1:], moving.at(1 / 30).sh[:, 1:] / 2, rtol=1e-6)
+    assert moving.at(0.5 / 24).sh.shape[1] == 9
+    np.testing.assert_allclose(moving.at(0.5 / 24).sh[:, 1:], moving.at(1 / 24).sh[:, 1:] / 2, rtol=1e-6)
 
 
 def test_times_before_and_after_are_the_first_and_the_last(tmp_path: Path) -> None:
@@ -356,7 +375,7 @@ def test_a_clip_that_is_read_through_never_has_more_than_three_moments_in_memory
 
     monkeypatch.setattr(Frames, "_read", counted)
     moving = opened(tmp_path)
-    for time in np.arange(0, 199.5, 0.5) / 30:
+    for time in np.arange(0, 199.5, 0.5) / 24:
         found = moving.at(time)
         most = max(most, len({found, *living}))
     assert most <= 3
@@ -399,8 +418,8 @@ def test_a_clip_of_many_names_is_hardly_opened(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr(Path, "open", counted)
     with pytest.warns(bg.SceneWarning, match=r"clip: 99 of 10,000 moments are missing by their numbers"):
         moving = opened(folder)
-    assert moving.duration == 9_999 / 30
-    assert len(moving.at(100 / 30)) == 200
+    assert moving.duration == 10_000 / 24
+    assert len(moving.at(100 / 24)) == 200
     assert len(opened_paths) < 200
 
 
@@ -410,10 +429,10 @@ def test_missing_moments_are_told_and_made_of_those_around(tmp_path: Path) -> No
         paths[index].unlink()
     with pytest.warns(bg.SceneWarning, match=r"2 of 8 moments are missing .*, first after frame_002\.ply"):
         moving = opened(tmp_path)
-    assert moving.duration == 7 / 30
+    assert moving.duration == 8 / 24
     around = bg.load(paths[2]).means + bg.load(paths[4]).means
-    np.testing.assert_allclose(moving.at(3 / 30).means, around / 2, rtol=1e-6)
-    assert_equal(moving.at(7 / 30), bg.load(paths[7]))
+    np.testing.assert_allclose(moving.at(3 / 24).means, around / 2, rtol=1e-6)
+    assert_equal(moving.at(7 / 24), bg.load(paths[7]))
 
 
 def test_a_file_that_is_named_must_be_there(tmp_path: Path) -> None:
@@ -427,7 +446,7 @@ def test_frames_of_different_counts_have_no_rows(tmp_path: Path) -> None:
     write_frames(tmp_path, range(6), columns=lambda moment: columns_at(moment, 100 + int(moment)))
     moving = opened(tmp_path)
     assert not moving.has_rows
-    assert [len(moving.at(moment / 30)) for moment in range(6)] == [100, 101, 102, 103, 104, 105]
+    assert [len(moving.at(moment / 24)) for moment in range(6)] == [100, 101, 102, 103, 104, 105]
 
 
 def test_a_count_that_changes_unseen_is_refused_when_its_moment_comes(
@@ -439,7 +458,7 @@ def test_a_count_that_changes_unseen_is_refused_when_its_moment_comes(
     moving = opened(tmp_path)
     assert moving.has_rows
     with pytest.raises(bg.SceneError, match=r"frame_002\.ply: holds 150 Gaussians and frame_000\.ply 200, "):
-        moving.at(2 / 30)
+        moving.at(2 / 24)
 
 
 def nothing(path: Path) -> Path:
@@ -450,7 +469,7 @@ def test_a_file_without_rows_is_a_moment_without_gaussians(tmp_path: Path) -> No
     write_frames(tmp_path, range(5), columns=lambda moment: shuffled(columns_at(moment), int(moment)))
     nothing(tmp_path / "frame_002.ply")
     moving = opened(tmp_path)
-    assert [len(moving.at(moment / 30)) for moment in range(5)] == [200, 200, 0, 200, 200]
+    assert [len(moving.at(moment / 24)) for moment in range(5)] == [200, 200, 0, 200, 200]
 
 
 @pytest.mark.parametrize("empty", [(0,), (2,), (0, 1), (2, 3), (4,)])
@@ -463,11 +482,11 @@ def test_where_rows_correspond_an_empty_moment_has_all_of_them_unseen(
     moving = opened(tmp_path)
     assert moving.has_rows
     for index in range(5):
-        found = moving.at(index / 30)
+        found = moving.at(index / 24)
         assert len(found) == 200
         assert (found.opacities > 0).any() == (index not in empty)
     for index in empty:
-        after = moving.at((index + 0.75) / 30)
+        after = moving.at((index + 0.75) / 24)
         if index + 1 < 5 and index + 1 not in empty:
             np.testing.assert_allclose(after.means, bg.load(paths[index + 1]).means, rtol=1e-6)
             np.testing.assert_allclose(after.opacities, 0.75 * bg.load(paths[index + 1]).opacities, rtol=1e-5)
@@ -491,14 +510,14 @@ def test_rows_that_cannot_be_drawn_keep_their_place(tmp_path: Path) -> None:
     with pytest.warns(bg.SceneWarning, match=r"frame_001\.ply: 2 of 200 rows were dropped: 1 hold .*y = nan"):
         moving = opened(tmp_path)
     assert moving.has_rows
-    found, first = moving.at(1 / 30), bg.load(paths[0])
+    found, first = moving.at(1 / 24), bg.load(paths[0])
     assert len(found) == 200
     np.testing.assert_array_equal(np.flatnonzero(found.opacities == 0), [7, 9])
     np.testing.assert_array_equal(found.means[[7, 9]], first.means[[7, 9]])
-    between, after = moving.at(1.5 / 30), bg.load(paths[2])
+    between, after = moving.at(1.5 / 24), bg.load(paths[2])
     np.testing.assert_array_equal(between.means[7], after.means[7])
     np.testing.assert_allclose(between.opacities[7], after.opacities[7] / 2, rtol=1e-6)
-    moving.at(4 / 30)  # told once, not of each moment
+    moving.at(4 / 24)  # told once, not of each moment
 
 
 def test_rows_that_cannot_be_drawn_are_dropped_where_none_correspond(tmp_path: Path) -> None:
@@ -508,7 +527,7 @@ def test_rows_that_cannot_be_drawn_are_dropped_where_none_correspond(tmp_path: P
     write_scene(paths[1], columns)
     with pytest.warns(bg.SceneWarning, match="3 of 200 rows were dropped"):
         moving = opened(tmp_path)
-    assert len(moving.at(1 / 30)) == 197
+    assert len(moving.at(1 / 24)) == 197
 
 
 def test_a_damaged_frame_is_named_when_its_moment_comes(tmp_path: Path) -> None:
@@ -517,10 +536,10 @@ def test_a_damaged_frame_is_named_when_its_moment_comes(tmp_path: Path) -> None:
     paths[6].write_bytes(b"")
     moving = opened(tmp_path)
     with pytest.raises(bg.SceneError, match=r"frame_003\.ply: is cut off"):
-        moving.at(3 / 30)
+        moving.at(3 / 24)
     with pytest.raises(bg.SceneError, match=r"frame_006\.ply: is empty"):
-        moving.at(6 / 30)
-    assert len(moving.at(8 / 30)) == 200
+        moving.at(6 / 24)
+    assert len(moving.at(8 / 24)) == 200
 
 
 def test_a_clip_whose_first_frame_is_no_scene_is_refused(tmp_path: Path) -> None:
@@ -595,20 +614,20 @@ def test_a_moment_is_read_as_its_file_is(tmp_path: Path) -> None:
     paths = write_frames(tmp_path, range(5))
     for time, path, words in (
         (None, paths[0], "0.00"),
-        (Moment(2 / 30), paths[2], "0.07"),
-        (Moment(0.067), paths[2], "0.07"),
-        (Moment(1.0, is_share=True), paths[4], "0.13"),
+        (Moment(2 / 24), paths[2], "0.08"),
+        (Moment(0.083), paths[2], "0.08"),
+        (Moment(1.0, is_share=True), paths[4], "0.17"),
     ):
         gaussians, notes = read_scene(SceneSource((tmp_path,), time=time))
         assert_equal(gaussians, bg.load(path))
-        assert notes.format == f"PLY, binary little-endian, moment {words} s of 0.13 s"
+        assert notes.format == f"PLY, binary little-endian, moment {words} s of 0.21 s"
 
 
 def test_a_moment_between_files_is_made_of_both(tmp_path: Path) -> None:
     write_frames(tmp_path, range(5))
     gaussians, notes = read_scene(SceneSource((tmp_path,), time=Moment(0.05)))
     assert_equal(gaussians, opened(tmp_path).at(0.05))
-    assert notes.format == "5 moments, PLY, binary little-endian, moment 0.05 s of 0.13 s"
+    assert notes.format == "5 moments at 24 a second, PLY, binary little-endian, moment 0.05 s of 0.21 s"
 
 
 def test_a_moment_of_a_scene_at_rest_is_refused(tmp_path: Path) -> None:
@@ -620,7 +639,9 @@ def test_a_moment_of_a_scene_at_rest_is_refused(tmp_path: Path) -> None:
 
 def test_a_moment_after_the_end_or_without_gaussians_is_refused(tmp_path: Path) -> None:
     paths = write_frames(tmp_path, range(4))
-    with pytest.raises(bg.SceneError, match=r"lasts 0\.1 s, and 2 s is after its end; choose another moment"):
+    with pytest.raises(
+        bg.SceneError, match=r"lasts 0\.1667 s, and 2 s is after its end; choose another moment"
+    ):
         bg.load(SceneSource((tmp_path,), time=Moment(2)))
     nothing(paths[3])
     with pytest.raises(bg.SceneError, match=r"frame_003\.ply: holds no Gaussians; choose another moment"):
@@ -633,7 +654,7 @@ def test_an_encoding_reaches_the_frames(tmp_path: Path) -> None:
         columns = columns_at(index)
         linear = {f"scale_{axis}": np.exp(columns[f"scale_{axis}"]) for axis in range(3)}
         write_scene(path, columns | linear)
-    source = SceneSource((tmp_path,), time=Moment(0.05))
+    source = SceneSource((tmp_path,), time=Moment(1.5 / 24))
     found = bg.load(source, bg.Encoding(scales="linear"))
     expected = sum(decoded(columns_at(moment))["scales"] for moment in (1, 2)) / 2
     np.testing.assert_allclose(found.scales, expected, rtol=1e-5)
@@ -644,7 +665,7 @@ def test_the_doctor_examines_a_moment(tmp_path: Path) -> None:
     columns = columns_at(1)
     columns["x"][3] = np.inf
     write_scene(paths[1], columns)
-    names = [f.name for f in bg.examine(SceneSource((tmp_path,), time=Moment(0.5, is_share=True)))]
+    names = [f.name for f in bg.examine(SceneSource((tmp_path,), time=Moment(1 / 24)))]
     alone = [f.name for f in bg.examine(paths[1])]
     assert names == alone
     with pytest.warns(bg.SceneWarning, match="were dropped"):

@@ -31,11 +31,11 @@ def test_moments_read_back_as_a_clip_whose_rows_correspond(tmp_path):
     assert names(folder) == [NAME % index for index in range(5)]
     assert size == sum(path.stat().st_size for path in folder.iterdir())
     clip = load_moving(folder)
-    assert (clip.has_rows, clip.duration) == (True, pytest.approx(4 / 30))
+    assert (clip.has_rows, clip.duration) == (True, pytest.approx(5 / 24))
     assert clip.notes.is_strokes
     assert clip.notes.scene == "pears"
     for index, strokes in enumerate(moments(5)):
-        read = clip.at(index / 30)
+        read = clip.at(index / 24)
         for name, column in strokes.columns().items():
             np.testing.assert_allclose(getattr(read, name), column, rtol=1e-5, atol=1e-6, err_msg=name)
 
@@ -46,7 +46,7 @@ def test_fewer_moments_replace_more_and_hidden_files_stay(tmp_path):
     check_moments_folder(tmp_path)
     write_moments(moments(2, step=0.5), tmp_path)
     assert names(tmp_path) == [".DS_Store", NAME % 0, NAME % 1]
-    assert load_moving(tmp_path).duration == pytest.approx(1 / 30)
+    assert load_moving(tmp_path).duration == pytest.approx(2 / 24)
 
 
 @pytest.mark.parametrize("is_new", [True, False])
