@@ -206,6 +206,12 @@ class ClusterConfig:
         """Whether all of a file of strokes are kept, since nobody asked for a number."""
         return isinstance(self.strokes, str | UsualCount)
 
+    @property
+    def asked_count(self) -> int | None:
+        """The number of strokes, where it does not depend on the scene; None where it does."""
+        count = self.strokes.count if isinstance(self.strokes, UsualCount) else self.strokes
+        return count if isinstance(count, int) else None
+
     def num_strokes(self, num_gaussians: int) -> int:
         """The count, given the number of Gaussians in the scene as loaded.
 

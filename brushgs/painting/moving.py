@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from brushgs.passes.follow.canonical import Canonical
     from brushgs.rendering.coat import Coat
 
-SAME_MOMENT = 1e-6  # seconds: moments nearer to each other are one
+POORLY_FOUND = 0.5  # share of Gaussians from moment to moment below which it is said
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +60,28 @@ class Moving:
         return self.motion.pose(float(self.motion.positions(self.film.others[frame : frame + 1])[0]))
 
 
+def with_rows(clip: Clip, report: Report) -> Clip:
+    """The clip with rows that correspond, where the files hold the same Gaussians in any order.
+
+    Where they do not the clip is as it was; the report says how much of a moment is found in the next.
+    """
+    scene, moments = clip.scene, clip.file_times()
+    if scene.has_rows or moments is None or len(moments) < 2:
+        return clip
+    from brushgs.passes.follow.found_again import found_again
+
+    with report.stage("match", total=len(moments), unit="moments") as stage:
+        found = found_again(scene, moments, report.advance)
+        least = float(found.shares.min(initial=1.0))
+        stage.counts = {"moments": len(moments), "least_found": least, "has_rows": found.scene is not None}
+        if found.scene is None:
+            stage.did = f"rows are not the same, as {found.why}"
+            stage.details.append("strokes follow what is most like them from moment to moment")
+            return clip
+        stage.did = f"{least:.1%} or more of the rows of each of {len(moments):,} moments found in the next"
+    return replace(clip, scene=found.scene)
+
+
 def load_clip(clip: Clip, report: Report) -> "tuple[Gaussians, LoadNotes | None, Canonical | None]":
     """What stands for a moving scene while strokes are made of it.
 
@@ -75,13 +97,12 @@ def load_clip(clip: Clip, report: Report) -> "tuple[Gaussians, LoadNotes | None,
             found = canonical(scene, clip.sampled())
             gaussians = found.gaussians
         else:
-            gaussians = scene.at(clip.ends()[0])
+            moments = clip.file_times()
+            gaussians = scene.at(clip.ends()[0] if moments is None else float(moments[0]))
             gaussians = replace(gaussians, ids=np.arange(len(gaussians), dtype=np.int32))
         of_format = "in memory" if notes is None else notes.format
         first, last = clip.ends()
         stage.did = f"{len(gaussians):,} Gaussians, {of_format}, {last - first:.2f} s of {scene.duration:.2f}"
-        if not scene.has_rows:
-            stage.details.append("rows of its moments do not correspond: strokes are found again in each")
         if notes is not None and notes.rows_dropped:
             stage.did += f", {notes.rows_dropped:,} rows dropped"
         stage.counts = {
@@ -121,6 +142,7 @@ def follow_strokes(
     report: Report,
     *,
     plain: Gaussians | None = None,
+    asked: int | None = None,
 ) -> tuple[Gaussians, Gaussians | None, StrokeMotion]:
     """Follow strokes over a film.
 
@@ -133,12 +155,13 @@ def follow_strokes(
         finish: what is done to strokes that are born later, after they were merged.
         report: gets the stage.
         plain: Gaussians as `load_clip` gave them, which are followed one by one; None for none.
+        asked: the number of strokes that was asked for; None for no certain number.
 
     Returns:
         The strokes, those that are born later behind the others; the Gaussians, with ids after those of
         strokes; and the motion of both.
     """
-    moments = _followed(clip.scene, film)
+    moments = _followed(clip, film)
     labels = np.arange(len(members)) if grouping is None else grouping.labels.astype(np.intp)
     num_strokes = len(strokes)
     if plain is not None:
@@ -155,9 +178,11 @@ def follow_strokes(
         else:
             from brushgs.passes.follow.frames import follow_frames
 
-            found, motion = follow_frames(
-                clip.scene, moments, strokes, members, labels, advance=report.advance
+            target = None if grouping is None else len(strokes) or asked
+            found, motion, shares = follow_frames(
+                clip.scene, moments, strokes, members, labels, target=target, advance=report.advance
             )
+            stage.details += _how_alike(shares)
             num_born = len(found) - len(strokes)
             if num_born:
                 born = found.take(slice(len(strokes), None))
@@ -186,24 +211,26 @@ def follow_strokes(
 
 def _lengths(clip: Clip, film: Film) -> list[str]:
     """Which of film and scene ends first, where that is not together."""
-    last = clip.ends()[1]
     if clip.config.loop:
         return []
-    if film.times[-1] < last - SAME_MOMENT:
-        return [f"the film ends {last - film.times[-1]:.2f} s before the scene"]
-    num_rests = int(np.count_nonzero(film.times >= last - SAME_MOMENT)) - 1
-    return [f"the scene ends {num_rests:,} frames before the film, and rests"] if num_rests else []
+    num, whole = len(film.times), len(clip.film(fps=film.fps).times)
+    if num < whole:
+        return [f"the film ends {(whole - num) * clip.config.speed / film.fps:.2f} s before the scene"]
+    return [f"the scene ends {num - whole:,} frames before the film, and rests"] if num > whole else []
 
 
-def _followed(scene: "MovingScene", film: Film) -> F64:
-    """The moments that a film shows; and where strokes are found again in each, all between them."""
-    moments = film.moments
-    if scene.has_rows or scene.times is None:
-        return moments
-    between = scene.times[(scene.times > moments[0]) & (scene.times < moments[-1])]
-    after = np.searchsorted(moments, between)
-    away = np.minimum(moments[after] - between, between - moments[after - 1])
-    return np.union1d(moments, between[away >= SAME_MOMENT])
+def _how_alike(shares: F64) -> list[str]:
+    """What is said where few of the Gaussians of a moment were there the moment before."""
+    if len(shares) == 0 or (usual := float(np.median(shares))) >= POORLY_FOUND:
+        return []
+    what = f"{usual:.0%} of the Gaussians of a moment are found in the next (at least {shares.min():.0%})"
+    return [f"only {what}: strokes come and go; export moments that are closer in time"]
+
+
+def _followed(clip: Clip, film: Film) -> F64:
+    """The moments at which strokes are followed: those that a film shows, or all that files hold there."""
+    moments = clip.file_times()
+    return film.moments if clip.scene.has_rows or moments is None else moments
 
 
 def attached(coats: "Sequence[Coat]", strokes: Gaussians, *, resting: Sequence[str] = ()) -> "list[Coat]":

@@ -47,6 +47,7 @@ from brushgs.painting.moving import (
     follow_strokes,
     load_clip,
     seen_at,
+    with_rows,
 )
 from brushgs.painting.named import Named, open_named
 from brushgs.painting.plan import plan_cameras
@@ -192,6 +193,7 @@ def prepare(
     named = open_named(config, report, recall)
     rows = None  # of a moving scene: how they move
     if clip is not None:
+        clip = with_rows(clip, report)
         gaussians, notes, rows = load_clip(clip, report)
     else:
         gaussians, notes = recall("load", (source,), lambda: _load(source, report, workers))
@@ -386,7 +388,15 @@ def prepare(
     motion = None
     if clip is not None and film is not None:
         strokes, plain, motion = follow_strokes(
-            clip, film, strokes, grouping, maker.gaussians, changes.later(), report, plain=plain
+            clip,
+            film,
+            strokes,
+            grouping,
+            maker.gaussians,
+            changes.later(),
+            report,
+            plain=plain,
+            asked=cluster.asked_count,
         )
     materials = Materials(
         strokes,

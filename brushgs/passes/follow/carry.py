@@ -1,11 +1,12 @@
 """Gaussians of consecutive moments -> which stroke each belongs to, where rows do not correspond.
 
-Identity is carried, not matched: each moment starts from the strokes of the one before. Every Gaussian first
-belongs to the stroke of the Gaussian that was nearest to it a moment ago, as that moved (position, size and
-colour, see `cluster_features`). It leaves only where another stroke is clearly nearer (hysteresis), while the
-centres of the strokes follow their members (Lloyd). What no stroke is near is unpainted: there strokes are
-born. Strokes that lose their matter sleep, and wake where it comes back soon, or die; strokes that come to
-lie in one place become one; strokes that gain much and spread are cut in two.
+Each moment starts from the strokes of the one before. Every Gaussian first belongs to the stroke of the
+Gaussian that it was a moment ago, by place and looks along the motion of the scene, see `match`. It leaves
+only where another stroke is clearly nearer (hysteresis), while the centres of the strokes follow their
+members (Lloyd). What no stroke is near is unpainted: there strokes are born. Strokes that lose their matter
+sleep, and wake where it comes back soon, or die; strokes that come to lie in one place become one; strokes
+that gain much and spread are cut in two. At last there are about as many as at first: where there are more,
+those that are nearest to each other are merged, and where there are fewer, the largest are cut.
 Source: Litwinowicz 1997 and Hays and Essa 2004, in whose paintings of films strokes are born where paint
 thins and taken out where it crowds.
 """
@@ -15,8 +16,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from brushgs.arrays import F64, Mask, Rows
-from brushgs.passes.features import SceneFrame
+from brushgs.passes.features import SceneFrame, contracted
 from brushgs.passes.follow.matter import Matter, means_by_label, sums_by_label
+from brushgs.passes.follow.recognize import Recognized, Recognizer
 from brushgs.passes.lloyd import assign, start
 from brushgs.passes.split import cut
 
@@ -42,6 +44,12 @@ TOLERATED = 2.0  # unpainted matter of the first moment may grow by so much: the
 HORIZON = 0.1  # seconds: as far as two will be apart then, they are now
 SLEEP = 0.5  # seconds in which a stroke without matter can wake
 COVERED = np.array([0, 1, 2, 6, 7, 8])  # of the features: place and colour
+LEAST_FOUND = 0.2  # of the matter and the members of a stroke: with less it is not carried
+WAITING = 0.1  # seconds between moments up to which what is new must be there twice
+MOST_GROWTH = 1.5  # factor of length in a step: more is another thing
+NUM_TASTED = 6  # Gaussians near a stroke that has lost all of its own
+MORE = 0.03  # share of strokes by which their number may be off, before some are merged or cut
+MOST_ROUNDS = 20  # of merging, and of cutting: each changes up to a third of the strokes
 MASS_POWER = 0.375  # of masses as weights of centres, see `cluster.cluster_weights`
 
 
@@ -112,6 +120,13 @@ class Carrier:
         accepted: [n] the mass that the caller left unpainted of what each Gaussian was at first.
         is_waiting: [n] whether it was unpainted the moment before, too: what appears for one moment only
             bears no stroke.
+        target: how many strokes there are to be at every moment; None for as many as it takes.
+        is_painted: [m] whether a stroke counts among them.
+        recognizer: of Gaussians from moment to moment.
+        missed: Gaussians that the last moment misses, see `Recognized`.
+        missed_labels: their strokes, as `labels`.
+        missed_accepted: of them, as `accepted`.
+        shares: of the Gaussians of each step, those that were there the moment before.
         born: numbers of the strokes that were born in the last moment.
     """
 
@@ -121,31 +136,49 @@ class Carrier:
     labels: Rows
     accepted: F64
     is_waiting: Mask
+    target: int | None = None
+    is_painted: Mask = field(default_factory=lambda: np.zeros(0, bool))
+    recognizer: Recognizer | None = None
+    missed: Rows = field(default_factory=lambda: np.arange(0))
+    missed_labels: Rows = field(default_factory=lambda: np.arange(0))
+    missed_accepted: F64 = field(default_factory=lambda: np.zeros(0))
+    shares: list[float] = field(default_factory=list)
     born: Rows = field(default_factory=lambda: np.arange(0))
 
     @classmethod
     def start(
-        cls, matter: Matter, rows: Rows, labels: Rows, num_strokes: int, frame: SceneFrame
+        cls,
+        matter: Matter,
+        rows: Rows,
+        labels: Rows,
+        is_painted: Mask,
+        frame: SceneFrame,
+        target: int | None = None,
     ) -> "Carrier":
         """From the strokes of the first moment.
 
         Args:
             matter: of the first moment.
             rows: of it that have a stroke.
-            labels: and which, 0 to `num_strokes` - 1, each in use.
-            num_strokes: m.
+            labels: and which, 0 to m - 1, each in use.
+            is_painted: [m] whether a stroke counts, see `target`.
             frame: centre and radius of the scene.
+            target: how many strokes there are to be at every moment; None for as many as it takes.
         """
+        num_strokes = len(is_painted)
         of_all = np.full(len(matter), NOBODY, np.intp)
         of_all[rows] = labels
         nothing = np.zeros(num_strokes)
         strokes = Strokes(np.zeros((num_strokes, 9)), nothing, nothing, nothing, np.zeros((num_strokes, 3)))
-        carrier = cls(frame, strokes, matter, of_all, np.zeros(len(matter)), np.zeros(len(matter), bool))
+        nothing, no_one = np.zeros(len(matter)), np.zeros(len(matter), bool)
+        carrier = cls(frame, strokes, matter, of_all, nothing, no_one, target, is_painted)
+        if len(matter):
+            carrier.recognizer = Recognizer(matter)
         if num_strokes:
             carrier._center(matter, of_all)
             carrier._remember(1.0)
             # What was pruned belongs to the strokes around it: it is there in later moments too.
-            of_all = carrier._settled(matter, np.zeros((len(matter), 3)), of_all, of_all >= 0)
+            of_all = carrier._settled(matter, np.zeros((len(matter), 3)), of_all, of_all >= 0, of_all >= 0)
             carrier.labels = of_all
             carrier._center(matter, of_all)
             carrier._remember(1.0)
@@ -165,57 +198,108 @@ class Carrier:
         if len(matter) == 0:
             self._sleep(np.zeros(len(self.strokes)), seconds)
             return Pairs(np.arange(0), np.arange(0))
-        nearest, is_near, is_only, drifts = self._matched(matter, seconds)
+        known_labels = np.append(self.labels, self.missed_labels)
+        known_accepted = np.append(self.accepted, self.missed_accepted)
+        nearest, is_near, is_only, drifts = self._matched(matter, known_labels, seconds)
+        num_last = len(self.labels)
+        self.missed_labels, self.missed_accepted = known_labels[self.missed], known_accepted[self.missed]
         # One more row at the end: that of what was not there.
-        own = np.append(self.labels, NOBODY)[nearest]
-        accepted = np.append(self.accepted, 0.0)[nearest]
+        own = np.append(known_labels, NOBODY)[nearest]
+        accepted = np.concatenate([known_accepted, [0.0]])[nearest]
         was_unpainted = is_near & (own == NOBODY)
         # What comes to the side of what was left out is left out, too.
         accepted = np.where(is_only | (accepted == 0), accepted, matter.masses)
         accepted[~was_unpainted] = 0.0
-        before, strokes = self.labels, self.strokes
-        strokes.centers[:, :3] += seconds * strokes.drifts
-        labels = np.full(len(matter), NOBODY)
+        strokes, labels = self.strokes, np.full(len(matter), NOBODY)
         for _ in range(NUM_STEPS if len(strokes.open) else 0):
-            labels = self._settled(matter, drifts, own, ~was_unpainted)
+            labels = self._settled(matter, drifts, own, ~was_unpainted, is_only)
             # What is new moves no centre yet: at the border of something new a stroke would run into it.
             self._center(matter, np.where(is_only, labels, NOBODY))
         self.matter, self.labels, self.accepted = matter, labels, accepted
         self.is_waiting = was_unpainted
-        self._bear()
+        if is_near.any():
+            self._feed()
+        stayed_put = is_only & (own == self.labels)
+        self._bear(is_late=seconds > WAITING)
         self._merge()
-        self._cut(is_only & (own == self.labels))
+        self._cut(self._spread_out(), stayed_put)
+        self._keep_number(stayed_put)
         masses = self._masses()
         self._sleep(masses, seconds)
         self._remember(ADAPTING)
-        rows = np.flatnonzero(is_only)
-        stayed = rows[(before[nearest[rows]] == self.labels[rows]) & (self.labels[rows] != NOBODY)]
+        stayed = np.flatnonzero(is_only & (nearest < num_last) & (own == self.labels) & (own != NOBODY))
         self._drift(stayed, drifts)
         return Pairs(nearest[stayed], stayed)
 
-    def _matched(self, matter: Matter, seconds: float) -> tuple[Rows, Mask, Mask, F64]:
-        """What each Gaussian was a moment ago.
+    def _matched(self, matter: Matter, labels: Rows, seconds: float) -> tuple[Rows, Mask, Mask, F64]:
+        """What each Gaussian was a moment ago; the strokes move along.
+
+        Args:
+            matter: of the moment.
+            labels: [n] the strokes of the last moment and of what it missed.
+            seconds: since the last.
 
         Returns:
-            The row that was nearest, or one past the last where none was near; whether one was; whether that
-            was nearest to no other; and how fast it drifts, as fast as its stroke if it was not there.
+            The row that it was, or one past the last where none was near; whether one was; whether that is
+            the same Gaussian; and how fast it drifts, as fast as its stroke if it was not there.
         """
         num, last = len(matter), self.matter
-        if len(last) == 0:
+        if self.recognizer is None or len(last) == 0:
+            self.recognizer, self.missed = Recognizer(matter), np.arange(0)
             return np.zeros(num, np.intp), np.zeros(num, bool), np.zeros(num, bool), np.zeros((num, 3))
-        drifts = np.append(self.strokes.drifts, np.zeros((1, 3)), axis=0)[self.labels]  # the last: of nobody
-        points = last.points.astype(np.float64)
-        points[:, :3] += seconds * drifts
-        distances, nearest = matter.nearest(points)
-        radii = np.append(self.strokes.radii, self._usual_radius())[self.labels[nearest]]
-        # Where a large one lies is less certain, by as much as it is large.
-        is_near = distances <= NEAR * radii + np.linalg.norm(matter.points[:, 3:6], axis=1)
-        order = np.lexsort((distances, nearest))
-        is_only = is_near.copy()
-        is_only[order[1:]] &= nearest[order[1:]] != nearest[order[:-1]]
-        moved = (matter.points[:, :3] - last.points[nearest, :3]).astype(np.float64)
-        drifts = np.where(is_only[:, None], moved / seconds, drifts[nearest])
-        return np.where(is_near, nearest, len(last)), is_near, is_only, drifts
+        found = self.recognizer.step(matter, seconds)
+        self.shares.append(found.share)
+        self.missed = found.missed
+        if found.is_other:
+            self.strokes.lost[:] = np.inf
+            return np.full(num, len(labels)), np.zeros(num, bool), np.zeros(num, bool), np.zeros((num, 3))
+        was, own = found.was, labels[found.was]
+        is_same = found.is_same & self._stays(found)[own]
+        from_last = np.flatnonzero(is_same & (was < len(last)))
+        moved = (matter.points[from_last, :3] - last.points[was[from_last], :3]).astype(np.float64)
+        self._move(matter, was, from_last)
+        reach = NEAR * np.append(self.strokes.radii, self._usual_radius())[own]
+        reach += _sizes_of(matter)
+        away = np.linalg.norm(matter.points[:, :3] - contracted(found.places, self.frame)[0][was], axis=1)
+        is_near = is_same | (away <= reach)
+        drifts = np.append(self.strokes.drifts, np.zeros((1, 3)), axis=0)[own]  # the last: of nobody
+        drifts[from_last] = moved / seconds
+        return np.where(is_near, was, len(labels)), is_near, is_same, drifts
+
+    def _stays(self, found: Recognized) -> Mask:
+        """[m + 1] whether enough is found of what each stroke painted; the last is of nobody.
+
+        A few pairs are chance, and would carry a stroke of what is gone to what is there.
+        """
+        num, num_last = len(self.strokes) + 1, len(self.matter)
+        rows = found.was[found.is_same & (found.was < num_last)]
+        values = np.stack([self.matter.masses, np.ones(num_last)], axis=1)
+        kept = sums_by_label(self.labels[rows] % num, values[rows], num)
+        return np.asarray((kept >= LEAST_FOUND * sums_by_label(self.labels % num, values, num)).all(axis=1))
+
+    def _move(self, matter: Matter, was: Rows, now: Rows) -> None:
+        """Bring the strokes to this moment, by what became of the Gaussians that are `now`."""
+        from brushgs.passes.neighbours import nearest
+
+        strokes, last, num = self.strokes, self.matter, len(self.strokes)
+        if num == 0 or len(now) == 0:
+            return
+        x, y = last.points[was[now]].astype(np.float64), matter.points[now].astype(np.float64)
+        labels, weights = self.labels[was[now]], _weights(last.masses)[was[now]]
+        kept = labels != NOBODY
+        means = means_by_label(labels[kept], weights[kept], (y - x)[kept], num)
+        alone = np.flatnonzero(np.bincount(labels[kept], minlength=num) == 0)
+        if len(alone):  # they go with what is nearest
+            means[alone] = (y - x)[nearest(x[:, :3], strokes.centers[alone, :3], 1)[1][:, 0]]
+        strokes.centers += means
+        spreads = []
+        for points in (x[kept], y[kept]):
+            from_mean = points - means_by_label(labels[kept], weights[kept], points, num)[labels[kept]]
+            spreads.append(float((weights[kept, None] * from_mean**2).sum()))
+        if min(spreads) > 0:  # of all together: of each stroke it would be chance, which adds up
+            growth = np.sqrt(np.clip(spreads[1] / spreads[0], MOST_GROWTH**-2, MOST_GROWTH**2))
+            strokes.radii *= growth
+            strokes.masses *= growth**2
 
     def _drift(self, rows: Rows, drifts: F64) -> None:
         """Strokes drift as their members do, half as they did: noise that went on would add up."""
@@ -223,7 +307,7 @@ class Carrier:
         means = means_by_label(labels, _weights(self.matter.masses)[rows], drifts[rows], num)
         self.strokes.drifts = 0.5 * (self.strokes.drifts + means)
 
-    def _settled(self, matter: Matter, drifts: F64, own: Rows, is_free: Mask) -> Rows:
+    def _settled(self, matter: Matter, drifts: F64, own: Rows, is_free: Mask, is_sure: Mask) -> Rows:
         """The stroke of each Gaussian: its own unless another is clearly nearer, or `NOBODY`.
 
         Args:
@@ -231,13 +315,14 @@ class Carrier:
             drifts: [n, 3] how fast each moves.
             own: [n] the stroke that each belonged to, or `NOBODY`.
             is_free: [n] False where it was unpainted.
+            is_sure: [n] whether it is the same Gaussian: any other leaves sooner.
         """
         strokes, open_ = self.strokes, self.strokes.open
         radii, centers = strokes.radii, strokes.centers
         rows = np.flatnonzero(own >= 0)
         rows = rows[strokes.lost[own[rows]] < np.inf]
         to_own = np.linalg.norm(matter.points[rows] - centers[own[rows]], axis=1)
-        is_within = to_own <= WITHIN * radii[own[rows]]
+        is_within = is_sure[rows] & (to_own <= WITHIN * radii[own[rows]])
         asks = np.ones(len(matter), bool)
         asks[rows[is_within]] = False
         apart = HORIZON * np.linalg.norm(drifts[rows] - strokes.drifts[own[rows]], axis=1)
@@ -248,7 +333,9 @@ class Carrier:
         labels = open_[nearest]
         stayed = rows[is_within | (MARGIN * to_own <= distances[rows])]
         labels[stayed] = own[stayed]
-        is_far = distances > np.where(is_free, REACH, CLAIM) * radii[labels]
+        is_far = distances > np.where(
+            is_free, REACH * radii[labels] + _sizes_of(matter), CLAIM * radii[labels]
+        )
         is_far[stayed] = False
         labels[is_far] = NOBODY
         self._cover(matter, labels, is_free)
@@ -310,9 +397,11 @@ class Carrier:
         self.strokes.radii[numbers] = np.maximum(self._radii()[numbers], least)
 
     def _usual_radius(self) -> float:
-        """The median radius of a stroke; where there is none, 1/40 of the scene's."""
-        radii = self.strokes.radii[self.strokes.radii > 0]
-        return float(np.median(radii)) if len(radii) else 1 / 40
+        """The median radius of the strokes that live, or lived; where there is none, 1/40 of the scene's."""
+        for some in (self.strokes.radii[self.strokes.alive], self.strokes.radii):
+            if (some > 0).any():
+                return float(np.median(some[some > 0]))
+        return 1 / 40
 
     def _sleep(self, masses: F64, seconds: float) -> None:
         strokes = self.strokes
@@ -321,13 +410,42 @@ class Carrier:
         strokes.lost = np.where(is_alive & (strokes.lost < np.inf), 0.0, strokes.lost + seconds)
         strokes.lost[dies & (strokes.lost > 0)] = np.inf
 
-    def _bear(self) -> None:
-        """Strokes where unpainted matter has gathered, as large and of as many Gaussians as usual."""
+    def _feed(self) -> None:
+        """Strokes that have lost all members get the nearest Gaussian, if it is like them: they stay.
+
+        Where a surface is sampled anew in each moment, small strokes would else come and go.
+        """
+        from brushgs.passes.neighbours import nearest
+
+        strokes, counts = self.strokes, np.append(self._counts(), NUM_TASTED)  # the last: of nobody
+        hungry = np.flatnonzero(strokes.alive & (counts[:-1] == 0))
+        if len(hungry) == 0:
+            return
+        distances, found = nearest(
+            self.matter.points, strokes.centers[hungry], min(NUM_TASTED, len(self.matter))
+        )
+        reach = REACH * np.maximum(strokes.radii[hungry], self._usual_radius())
+        is_near = distances <= reach[:, None]
+        for rank in range(found.shape[1]):
+            left = np.flatnonzero(counts[hungry] == 0)
+            rows, first = np.unique(found[left, rank], return_index=True)  # one each
+            left, donors = left[first], self.labels[rows]
+            gets = is_near[left, rank] & (counts[donors] > 1)
+            gets[gets] = _first_of(donors[gets])
+            self.labels[rows[gets]] = hungry[left[gets]]
+            counts[donors[gets]] -= donors[gets] != NOBODY
+            counts[hungry[left[gets]]] = 1
+
+    def _bear(self, *, is_late: bool) -> None:
+        """Strokes where unpainted matter has gathered, as large and of as many Gaussians as usual.
+
+        `is_late` says that the next moment is too far away to wait for.
+        """
         matter, strokes = self.matter, self.strokes
         excess = matter.masses - TOLERATED * self.accepted
         is_unpainted = (self.labels == NOBODY) & (excess > 0)
         is_cut = excess[is_unpainted].sum() > CUT * matter.masses.sum()
-        rows = np.flatnonzero(is_unpainted if is_cut else is_unpainted & self.is_waiting)
+        rows = np.flatnonzero(is_unpainted if is_cut or is_late else is_unpainted & self.is_waiting)
         if len(rows) == 0:
             return
         points, weights, radius = matter.points[rows], _weights(excess[rows]), self._usual_radius()
@@ -335,15 +453,19 @@ class Carrier:
         cells = np.floor(points[:, :3] / (2 * radius)).astype(np.int64)
         used, inverse = np.unique(cells, axis=0, return_inverse=True)
         centers = means_by_label(inverse.ravel(), weights, points, len(used))
-        counts = np.bincount(self.labels[self.labels >= 0], minlength=1)
-        if (counts > 0).any() and (count := round(len(rows) / np.median(counts[counts > 0]))) > len(used):
-            centers = start(points, weights, count, 0)[0]
+        counts = self._counts()
+        is_all_new = not counts.any()
+        count = len(used) if is_all_new else max(len(used), round(len(rows) / np.median(counts[counts > 0])))
+        if self.target is not None:
+            count = self.target if is_all_new else min(count, self.target)
+        if count != len(used):
+            centers = start(points, weights, min(count, len(rows)), 0)[0]
         usual = strokes.masses[strokes.alive]
         least = LEAST_BIRTH * (float(np.median(usual)) if len(usual) else 0.0)
         for is_last in (False, True):
             distances, found = assign(points, centers)
             cell = found.astype(np.intp)
-            is_near = distances <= REACH * radius
+            is_near = (distances <= REACH * radius) | is_all_new
             masses = sums_by_label(cell[is_near], excess[rows[is_near]], len(centers))
             kept = masses > least
             if not kept.any():
@@ -353,49 +475,107 @@ class Carrier:
         is_near &= kept[cell]
         place = np.cumsum(kept) - 1
         num = int(kept.sum())
-        self.born = strokes.add(centers[kept], np.full(num, radius), masses[kept], np.zeros((num, 3)))
+        self.born = self._add(centers[kept], np.full(num, radius), masses[kept], np.zeros((num, 3)))
         self.labels[rows[is_near]] = self.born[place[cell[is_near]]]
         self._center(self.matter, self.labels)
         self._fit(self.born)
 
+    def _add(self, centers: F64, radii: F64, masses: F64, drifts: F64) -> Rows:
+        """Strokes are born, and painted; their numbers."""
+        numbers = self.strokes.add(centers, radii, masses, drifts)
+        self.is_painted = np.append(self.is_painted, np.ones(len(numbers), bool))
+        return numbers
+
     def _merge(self) -> None:
         """Strokes that have come to lie in one place are one: the one with less matter dies."""
+        living, other, apart = self._neighbours(self.strokes.alive)
+        radii = self.strokes.radii
+        crowded = apart < CROWDED * (radii[living] + radii[other]) / 2
+        self._join(living[crowded], other[crowded])
+
+    def _neighbours(self, some: Mask) -> tuple[Rows, Rows, F64]:
+        """Strokes, of each the nearest other one, and its distance."""
         from brushgs.passes.neighbours import nearest
 
-        strokes = self.strokes
-        living = np.flatnonzero(strokes.alive)
+        living, centers = np.flatnonzero(some), self.strokes.centers
         if len(living) < 2:
-            return
-        distances, others = nearest(strokes.centers[living], strokes.centers[living], 2)
+            return np.arange(0), np.arange(0), np.zeros(0)
+        distances, others = nearest(centers[living], centers[living], 2)
         is_self = others[:, 0] == np.arange(len(living))
         other = living[np.where(is_self, others[:, 1], others[:, 0])]
-        apart = np.where(is_self, distances[:, 1], distances[:, 0])
-        crowded = apart < CROWDED * (strokes.radii[living] + strokes.radii[other]) / 2
-        less = strokes.masses[living] < strokes.masses[other]
-        less |= (strokes.masses[living] == strokes.masses[other]) & (living > other)
-        dies, into = living[crowded & less], other[crowded & less]
-        if len(dies) == 0:
-            return
+        return living, other, np.where(is_self, distances[:, 1], distances[:, 0])
+
+    def _join(self, some: Rows, into: Rows) -> int:
+        """Of pairs of strokes those with less matter die, and the others get it; how many do."""
+        strokes = self.strokes
+        less = strokes.masses[some] < strokes.masses[into]
+        less |= (strokes.masses[some] == strokes.masses[into]) & (some > into)
+        dies, into = some[less], into[less]
         is_dying = np.zeros(len(strokes), bool)
         is_dying[dies] = True
         keeps = ~is_dying[into]  # no chains in one moment
         dies, into = dies[keeps], into[keeps]
+        if len(dies) == 0:
+            return 0
         renamed = np.arange(-1, len(strokes))
         renamed[dies + 1] = into
         self.labels = renamed[self.labels + 1]
         strokes.masses[into] += strokes.masses[dies]
         strokes.lost[dies] = np.inf
         self._center(self.matter, self.labels)
+        return len(dies)
 
-    def _cut(self, stayed: Mask) -> None:
-        """Strokes that have gained much matter and spread are cut in two; one half is born.
+    def _spread_out(self) -> Rows:
+        """Strokes that have gained much matter and spread."""
+        strokes = self.strokes
+        gained = self._masses() > GAIN * strokes.masses
+        usual = np.maximum(strokes.radii, self._usual_radius())
+        return np.flatnonzero(gained & (self._radii() > SPREAD * usual))
+
+    def _keep_number(self, stayed: Mask) -> None:
+        """Merge or cut strokes until there are as many as asked for, within `MORE`.
+
+        What is asked of a cut is `stayed`, see `_cut`.
+        """
+        if self.target is None:
+            return
+        strokes, slack = self.strokes, round(MORE * self.target)
+        for _ in range(MOST_ROUNDS):
+            if (excess := self._num_painted() - self.target) <= slack:
+                break
+            some, into, apart = self._neighbours(self._is_shown())
+            apart *= np.sqrt(np.minimum(strokes.masses[some], strokes.masses[into]))
+            cheapest = np.argsort(apart, kind="stable")[: 2 * excess]
+            self._join(some[cheapest], into[cheapest])
+        for _ in range(MOST_ROUNDS):
+            missing = self.target - self._num_painted()
+            if missing <= slack:
+                break
+            masses, counts = self._masses(), self._counts()
+            errors = np.where(self._is_shown() & (counts > 1), masses * self._radii() ** 2, 0.0)
+            chosen = np.sort(np.argsort(-errors, kind="stable")[:missing])
+            chosen = chosen[errors[chosen] > 0]
+            self._cut(chosen, stayed)
+
+    def _is_shown(self) -> Mask:
+        """[m] the painted strokes that have matter."""
+        return self.is_painted & (self._masses() > ALIVE * self.strokes.masses) & (self.strokes.lost < np.inf)
+
+    def _num_painted(self) -> int:
+        return int(np.count_nonzero(self._is_shown()))
+
+    def _counts(self) -> Rows:
+        """[m] members."""
+        return np.bincount(self.labels[self.labels >= 0], minlength=len(self.strokes))
+
+    def _cut(self, chosen: Rows, stayed: Mask) -> None:
+        """Cut strokes in two; one half of each is born.
 
         The stroke keeps the half in which more of what `stayed` [n] is.
         """
-        strokes, masses, radii = self.strokes, self._masses(), self._radii()
-        chosen = np.flatnonzero((masses > GAIN * strokes.masses) & (radii > SPREAD * strokes.radii))
         if len(chosen) == 0:
             return
+        strokes, masses = self.strokes, self._masses()
         place = np.full(len(strokes) + 1, -1)  # the last: of nobody
         place[chosen] = np.arange(len(chosen))
         some = np.flatnonzero(place[self.labels] >= 0)
@@ -405,12 +585,24 @@ class Carrier:
         sides = np.where(second, 1.0, -1.0) * np.where(stayed[some], self.matter.masses[some], 0.0)
         second ^= (sums_by_label(own, sides, len(chosen)) > 0)[own]
         halves_at = means_by_label(own[second], np.ones(int(second.sum())), points[second], len(chosen))
-        new = strokes.add(halves_at, strokes.radii[chosen], 0.5 * masses[chosen], strokes.drifts[chosen])
+        new = self._add(halves_at, strokes.radii[chosen], 0.5 * masses[chosen], strokes.drifts[chosen])
         self.labels[some[second]] = new[own[second]]
         strokes.masses[chosen] = 0.5 * masses[chosen]
         self.born = np.concatenate([self.born, new])
         self._center(self.matter, self.labels)
         self._fit(np.concatenate([chosen, new]))
+
+
+def _sizes_of(matter: Matter) -> F64:
+    """[n] sizes in the space of `Matter.points`, by which it is less certain where a large one lies."""
+    return np.asarray(np.linalg.norm(matter.points[:, 3:6], axis=1), np.float64)
+
+
+def _first_of(values: Rows) -> Mask:
+    """Whether each value is the first of those that are equal."""
+    is_first = np.zeros(len(values), bool)
+    is_first[np.unique(values, return_index=True)[1]] = True
+    return is_first
 
 
 def _weights(masses: F64) -> F64:

@@ -17,6 +17,7 @@ from brushgs.moving_scene import MovingScene
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.finest import finest_of
 from brushgs.passes.follow.carry import NOBODY, Carrier
+from brushgs.passes.follow.fade import FADE
 from brushgs.passes.follow.known import known_around
 from brushgs.passes.follow.matter import Matter, sums_by_label
 from brushgs.passes.follow.poses import Film, Poses
@@ -54,8 +55,9 @@ def follow_frames(
     members: Gaussians,
     labels: Rows,
     *,
+    target: int | None = None,
     advance: Callable[[], None] = lambda: None,
-) -> tuple[Gaussians, StrokeMotion]:
+) -> tuple[Gaussians, StrokeMotion, F64]:
     """Carry strokes over a clip in which rows do not correspond.
 
     Args:
@@ -65,11 +67,15 @@ def follow_frames(
         members: the Gaussians of the first moment that they were made of; ids are their rows.
         labels: [n] of each the id of its stroke. Ids without a stroke are of those that were not worth
             keeping: what they hold is followed, and not painted.
+        target: how many strokes there are to be at every moment, within 10 %, where there is matter for as
+            many; None for as many as it takes.
         advance: called after each moment.
 
     Returns:
         The strokes, and behind them those that are born later, at their reference moments, with ids from the
-        largest label on; and how they move. Opacity is 0 outside the life of a stroke, but for its fades.
+        largest label on; how they move; and the share of the Gaussians of each step [T - 1] that were there
+        the moment before. Opacity is 0 outside the life of a stroke, but for its fades, which are at most as
+        long as the shortest step of the clip.
 
     Raises:
         ValueError: if there are no times, or strokes or members have no ids.
@@ -82,16 +88,18 @@ def follow_frames(
     born, origins = Born(len(ids)), np.zeros((0, 3))
     with Film() as film:
         numbers, finest = np.searchsorted(ids, labels), finest_of(members)
-        for moment in carried(scene, times, members.ids, numbers, len(ids), finest=finest):
+        is_painted, shares = np.isin(ids, strokes.ids), np.zeros(0)
+        for moment in carried(scene, times, members.ids, numbers, is_painted, target=target, finest=finest):
             film.add(moment.rows)
             born.add(moment, float(times[moment.at]))
-            origins = moment.origins
+            origins, shares = moment.origins, moment.shares
             advance()
         table = film.table()
     first = int(ids.max(initial=-1)) + 1
     ids = np.concatenate([ids, first + np.arange(table.shape[1] - len(ids))])
     strokes, painted = born.joined(strokes, np.searchsorted(ids, strokes.ids), ids)
-    return strokes, _motion(table, origins, painted, born.references, strokes, times)
+    fade = FADE if scene.times is None else float(np.diff(scene.times).min(initial=FADE))
+    return strokes, _motion(table, origins, painted, born.references, strokes, times, fade), shares
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +113,7 @@ class Moment:
         masses: [m] what each stroke paints.
         rows: [m, 12] see `Poses.rows`.
         origins: [m, 3] where each was born.
+        shares: of the Gaussians of each step so far, those that were there the moment before.
     """
 
     at: int
@@ -113,6 +122,7 @@ class Moment:
     masses: F64
     rows: F32
     origins: F64
+    shares: F64
 
 
 def carried(
@@ -120,8 +130,9 @@ def carried(
     times: F64,
     rows: NDArray[np.integer[Any]],
     labels: Rows,
-    num_strokes: int,
+    is_painted: Mask,
     *,
+    target: int | None = None,
     finest: float | None = None,
 ) -> Iterator[Moment]:
     """The strokes at each moment.
@@ -130,8 +141,9 @@ def carried(
         scene: the clip.
         times: [T] seconds, ascending.
         rows: [n] of the first moment, of the Gaussians with a stroke.
-        labels: [n] the strokes, 0 to `num_strokes` - 1.
-        num_strokes: m of the first moment.
+        labels: [n] the strokes, 0 to m - 1.
+        is_painted: [m] the strokes of the first moment that are painted.
+        target: see `follow_frames`.
         finest: of all moments, see `Gaussians`.
     """
     carrier: Carrier | None = None
@@ -142,7 +154,7 @@ def carried(
             frame = robust_frame(gaussians.means)
         matter = Matter.of(gaussians, frame)
         if carrier is None:
-            carrier = Carrier.start(matter, np.asarray(rows, np.intp), labels, num_strokes, frame)
+            carrier = Carrier.start(matter, np.asarray(rows, np.intp), labels, is_painted, frame, target)
         else:
             carrier.frame = frame
             before, seconds = carrier.matter, float(time - times[at - 1])
@@ -162,7 +174,8 @@ def carried(
         kept = labels_now != NOBODY
         masses = sums_by_label(labels_now[kept], matter.masses[kept], len(poses.pivots))
         masses[carrier.strokes.lost > 0] = 0.0
-        yield Moment(at, gaussians, labels_now, masses, poses.rows(masses), poses.origins)
+        shares = np.array(carrier.shares)
+        yield Moment(at, gaussians, labels_now, masses, poses.rows(masses), poses.origins, shares)
 
 
 class Born:
@@ -214,7 +227,13 @@ class Born:
 
 
 def _motion(
-    table: F32, origins: F64, painted: Rows, references: Rows, strokes: Gaussians, times: F64
+    table: F32,
+    origins: F64,
+    painted: Rows,
+    references: Rows,
+    strokes: Gaussians,
+    times: F64,
+    fade: float,
 ) -> StrokeMotion:
     """Poses since birth -> poses since the reference moments, steady and faded, of strokes that move.
 
@@ -225,6 +244,7 @@ def _motion(
         references: [m] moments.
         strokes: k strokes at their reference moments.
         times: [T] seconds.
+        fade: seconds, see `faded`.
     """
     assert strokes.ids is not None, "they are counted"
     pivots = origins[painted]
@@ -235,7 +255,7 @@ def _motion(
         block = np.array(table[:, numbers])
         own = strokes.take(some)
         pivots[some] += _since_references(block, references[numbers], own, times)
-        moves[some] = finish(block, times, own)
+        moves[some] = finish(block, times, own, fade)
         table[:, numbers] = block
     order = np.flatnonzero(moves)
     order = order[np.argsort(strokes.ids[order], kind="stable")]
@@ -318,7 +338,7 @@ def _opacities(masses: F32, is_there: Mask, references: Rows, strokes: Gaussians
     stroke that hides all still does with a little less.
     """
     logs = np.log(np.where(is_there, masses, 1.0))[..., None].astype(np.float32)
-    logs = steadied(logs, times, np.full(masses.shape[1], NOISE_MASS), is_there)[..., 0]
+    logs = steadied(logs, times, np.full(masses.shape[1], NOISE_MASS), is_there, np.inf)[..., 0]
     changes = logs - logs[references, np.arange(masses.shape[1])]
     changes = np.sign(changes) * np.maximum(np.abs(changes) - LIGHT_CHANGE, 0)
     opacities = np.clip(strokes.opacities.astype(np.float64), 1e-6, 1 - 1e-6)

@@ -37,8 +37,8 @@ class Matter:
     order: Rows
 
     @classmethod
-    def of(cls, gaussians: Gaussians, frame: SceneFrame) -> "Matter":
-        """The matter of some Gaussians; `frame` is the centre and the radius of the scene."""
+    def of(cls, gaussians: Gaussians, frame: SceneFrame | None = None) -> "Matter":
+        """The matter of Gaussians; `frame` is the centre and the radius of the scene, None for theirs."""
         order = np.argsort(gaussians.scales, axis=1)
         scales = np.take_along_axis(gaussians.scales, order, axis=1).astype(np.float64)
         axes = np.take_along_axis(rotation_matrices(gaussians.quats), order[:, None, :], axis=2)

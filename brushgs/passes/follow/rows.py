@@ -10,7 +10,7 @@ import numpy as np
 from brushgs.arrays import F32, F64, Array, Mask, Rows
 from brushgs.moving_scene import MovingScene
 from brushgs.passes.follow.bodies import Bodies
-from brushgs.passes.follow.fade import faded
+from brushgs.passes.follow.fade import FADE, faded
 from brushgs.passes.follow.known import nearest_known
 from brushgs.rendering.motion import (
     AT_REST,
@@ -110,8 +110,8 @@ def blocks(table: F32) -> Iterator[slice]:
         yield slice(first, first + at_a_time)
 
 
-def finish(block: F32, times: F64, strokes: Gaussians) -> Mask:
-    """Make the poses of some strokes continuous in time, in place: held, aligned and faded.
+def finish(block: F32, times: F64, strokes: Gaussians, fade: float = FADE) -> Mask:
+    """Make the poses of some strokes continuous in time, in place: held, aligned and faded in `fade` s.
 
     Returns the mask of the strokes that move.
     """
@@ -119,7 +119,7 @@ def finish(block: F32, times: F64, strokes: Gaussians) -> Mask:
     align_signs(block)
     own = np.maximum(strokes.opacities.astype(np.float32), np.float32(1e-6))
     painted = np.minimum(own * block[..., OPACITY], 1)
-    block[..., OPACITY] = np.maximum(block[..., OPACITY], faded(painted, times) / own)
+    block[..., OPACITY] = np.maximum(block[..., OPACITY], faded(painted, times, fade) / own)
     return _moves(block, strokes.scales)
 
 

@@ -7,14 +7,15 @@ from brushgs.arrays import F32, F64, Mask
 WINDOW = 3  # moments to either side
 SECONDS = 0.1  # and no farther in time
 TREMBLING = 3.0  # of the noise of a value, the tolerance
+MOST_TREMBLING = 4.0  # times the noise that is expected: what differs more moves, in curves and at any pace
 
 
-def steadied(values: F32, times: F64, tolerances: F64, is_there: Mask) -> F32:
+def steadied(values: F32, times: F64, tolerances: F64, is_there: Mask, most: float = MOST_TREMBLING) -> F32:
     """Weighted means over nearby moments, by how near their values are: noise goes, fast motion stays.
 
     A moment whose value differs by the tolerance counts 0.6, by three times as much 0.01: what jumps is not
     smeared, and what moves evenly is where it was. Where values tremble by more than the tolerance, half of
-    the time, three times what they tremble by takes its place.
+    the time, three times what they tremble by takes its place, up to `most` times the tolerance.
     Source: Tomasi and Manduchi 1998, Bilateral filtering (there of pictures).
 
     Args:
@@ -22,9 +23,11 @@ def steadied(values: F32, times: F64, tolerances: F64, is_there: Mask) -> F32:
         times: [T] seconds, ascending.
         tolerances: [m] > 0, differences in which noise is expected.
         is_there: [T, m] the moments that count; others keep their values.
+        most: see above, > 0.
     """
     num = len(values)
-    tolerances = np.maximum(tolerances, TREMBLING * _trembling(values, is_there))
+    trembling = np.minimum(TREMBLING * _trembling(values, is_there), most * tolerances)
+    tolerances = np.maximum(tolerances, trembling)
     result = values.copy()
     for at in range(num):
         sums = values[at].astype(np.float64)
