@@ -98,16 +98,23 @@ def test_the_flow_makes_what_moves_comparable(written, monkeypatch, tmp_path):
     assert seen["track"]["warps"][1]["redrawn"] < 0.9 * blind["track"]["warps"][1]["redrawn"]
 
 
-def test_rows_that_do_not_correspond_need_a_truth(tmp_path):
+def test_rows_that_do_not_correspond_are_followed_by_a_truth_or_an_estimate(tmp_path):
     loose = clip_of(still_life_moving(2000, has_rows=False))
-    with pytest.raises(ValueError, match="do not correspond, so the flow of its surface is not known"):
-        report_stability(loose, tmp_path / "a.json", PAINT, None)
     config = replace(FEW, skip_alone=True)
     truth = still_life_moving(2000)
+    estimated = report_stability(loose, tmp_path / "b.json", PAINT, None, config)
+    assert any("is estimated" in detail for detail in estimated.stages[-2].details)
+    without_moments = clip_of(MovingScene(4.0, False, loose.scene.sample))
+    with pytest.raises(ValueError, match="has no moments from which the flow"):
+        report_stability(without_moments, tmp_path / "a.json", PAINT, None)
     report = report_stability(loose, tmp_path / "a.json", PAINT, None, config, truth=truth)
     track = report.result["track"]
     assert track.animation.slip_pixels < 1
     assert track.warps[0].valid_share > 0.2
+    by_estimate = estimated.result["track"]
+    assert by_estimate.animation.slip_pixels == pytest.approx(track.animation.slip_pixels, abs=0.5)
+    assert by_estimate.warps[0].valid_share == pytest.approx(track.warps[0].valid_share, abs=0.1)
+    assert by_estimate.warps[0].excess == pytest.approx(track.warps[0].excess, abs=1 / 255)
     fading = clip_of(truth, loop=True, cross_fade=0.05)
     with pytest.raises(ValueError, match="omit --cross-fade"):
         report_stability(fading, tmp_path / "a.json", PAINT, None)

@@ -36,6 +36,7 @@ from brushgs.measure.stability.pair_errors import PaintedFrame, PairErrors
 from brushgs.measure.stability.schedule import FrameSchedule
 from brushgs.measure.uiqm import uiqm
 from brushgs.measure.warp import View
+from brushgs.moving_scene import MovingScene
 from brushgs.options.experiments import StabilityConfig
 from brushgs.rendering.knots import is_closed
 from brushgs.scene import Boxes, Camera, Frame
@@ -44,8 +45,8 @@ NOTHING_COMPARED = (
     "no two frames of the path show the same surface, so no flicker could be measured; take smaller steps"
 )
 NO_FLOW = (
-    "stability: rows of the moments of this scene do not correspond, so the flow of its surface is not "
-    "known; measure a scene whose rows do"
+    "stability: rows of this scene do not correspond, and it has no moments from which the flow of its "
+    "surface could be estimated; measure a scene whose rows do"
 )
 TWO_MOMENTS = "stability: a frame that fades into another shows two moments; omit --cross-fade"
 UNLOCKED = "off"  # the configuration whose strokes turn without a lock, and whose paint weights the pixels
@@ -119,7 +120,7 @@ def check_motion(comparison: Comparison) -> None:
     moving, truth = comparison.moving, comparison.truth
     if moving is None:
         return
-    if truth is None or not truth.has_rows:
+    if truth is None or (isinstance(truth, MovingScene) and not truth.has_rows):
         raise ValueError(NO_FLOW)
     if moving.film.shares.any():
         raise ValueError(TWO_MOMENTS)
@@ -196,7 +197,8 @@ def _paint_all(
         view = View(picture, _depth(plain), plain.alpha, camera)
         step = None
         if before is not None and comparison.moving is not None:
-            step = displacements(scene, before, camera, num_threads=comparison.options.num_threads)
+            means = comparison.earlier_means(index - 1, index, before)
+            step = displacements(scene, means, camera, num_threads=comparison.options.num_threads)
         flow = SceneFlow(comparison.cameras[index - 1], view, step) if index else None
         looks.add_marks(painters, index, picture, flow)
         before = scene.means
@@ -210,7 +212,8 @@ def _paint_all(
                 weights = _turning_share(kept[start].unlocked, now.unlocked, unlocked, camera)
             elif (earlier := kept[start].means) is not None:
                 threads = comparison.options.num_threads
-                moved = displacements(scene, earlier, camera, num_threads=threads)
+                means = comparison.earlier_means(start, index, earlier)
+                moved = displacements(scene, means, camera, num_threads=threads)
             errors.add_pair(gap, start, kept[start], now, weights, moved)
         if schedule.is_closed and index == schedule.num_frames - 1:
             errors.add_loop(kept[0], now)

@@ -12,6 +12,7 @@ from brushgs.arrays import Array
 from brushgs.brushes.brush_set import Brushes
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.stability.figures import Seconds
+from brushgs.moving_scene import MovingScene
 from brushgs.options.choices import Lock, ViewLock
 from brushgs.painting.film_track import FilmTrack, track_film
 from brushgs.painting.moving import Moving
@@ -21,7 +22,7 @@ from brushgs.rendering.track import Track, track_directions
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.moving_scene import MovingScene
+    from brushgs.passes.follow.estimate import EstimatedMotion
 
 PLAIN = "plain"
 
@@ -225,7 +226,7 @@ class Comparison:
         moving: how the strokes move; None for a still scene.
         truth: a moving scene whose rows correspond, for the plain pictures and the flow: mostly that which
             the strokes were made of. `scene` then says by its ids which of its rows there are; without ids
-            all are.
+            all are. Or a motion that is estimated, where no rows correspond.
         is_loop: whether the frame after the last is the first again, for camera and scene, of a moving scene.
         remake: makes strokes of the Gaussians of one moment alone, as seen by a camera; None omits the
             configuration `alone`, which still scenes do not have.
@@ -239,7 +240,7 @@ class Comparison:
     background: Sequence[float] | Array
     fps: float = 24.0
     moving: Moving | None = None
-    truth: "MovingScene | None" = None
+    truth: "MovingScene | EstimatedMotion | None" = None
     is_loop: bool = False
     remake: Callable[[Gaussians, Camera], Gaussians] | None = None
 
@@ -249,7 +250,16 @@ class Comparison:
             return self.scene
         assert self.truth is not None, "what moves has a truth"
         found = self.truth.at(float(self.moving.film.times[index]))
-        return found if self.scene.ids is None else found.take(self.scene.ids.astype(np.intp))
+        if self.scene.ids is None or not isinstance(self.truth, MovingScene):
+            return found
+        return found.take(self.scene.ids.astype(np.intp))
+
+    def earlier_means(self, then: int, now: int, means: Array) -> Array:
+        """Where the Gaussians of a frame were in an earlier one [n, 3], of which the `means` are known."""
+        if self.moving is None or self.truth is None or isinstance(self.truth, MovingScene):
+            return means
+        times = self.moving.film.times
+        return self.truth.means_at(float(times[then]), float(times[now]))
 
     def stroke_painters(self, num_threads: int | None) -> list[StrokePainter]:
         """The configurations that paint the strokes, in the order of the table, with timers at zero."""

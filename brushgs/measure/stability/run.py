@@ -22,6 +22,7 @@ from brushgs.measure.stability.measure import (
 )
 from brushgs.measure.stability.painters import Comparison, MakePainters, no_painters
 from brushgs.measure.stability.plot import write_plot
+from brushgs.moving_scene import MovingScene
 from brushgs.options.experiments import StabilityConfig
 from brushgs.options.painting import CleanConfig, PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
@@ -35,7 +36,8 @@ from brushgs.scene import Camera, Gaussians
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from brushgs.moving_scene import MovingScene
+    from brushgs.painting.prepare import Prepared
+    from brushgs.passes.follow.estimate import EstimatedMotion
 
 IN_MEMORY = "a moving scene in memory"  # in place of its files
 
@@ -80,7 +82,7 @@ def report_stability(
         report: where the stages are added; a new one if None.
         wants_plot: whether a folder gets the plot, if matplotlib is installed.
         truth: the same moving scene with rows that correspond, for the plain pictures and the flow, where
-            those of `scene` do not.
+            those of `scene` do not; None estimates its motion there, see `EstimatedMotion`.
 
     Raises:
         SceneError: if a file cannot be read or written.
@@ -91,9 +93,8 @@ def report_stability(
     files: SceneFiles = (scene.source or IN_MEMORY) if isinstance(scene, Clip) else scene
     outputs = report.plan_outputs(output, input_files(files, paint), wants_plot=wants_plot)
     check_opaque_background(paint.draw.background)
-    if clip is not None and truth is None:
-        truth = clip.scene
-    if truth is not None and not truth.has_rows:
+    of_clip = clip is not None and truth is None
+    if clip is not None and of_clip and not clip.scene.has_rows and clip.file_times() is None:
         raise ValueError(NO_FLOW)
     if clip is not None and clip.config.cross_fade is not None:
         raise ValueError(TWO_MOMENTS)
@@ -110,7 +111,10 @@ def report_stability(
     assert planned is not None
     assert prepared.background is not None
     whole = prepared.whole_scene
-    if clip is not None and not clip.scene.has_rows:
+    known: MovingScene | EstimatedMotion | None = truth
+    if moving is not None and of_clip:
+        known = moving.scene if moving.scene.has_rows else _estimated(prepared)
+    elif clip is not None and not clip.scene.has_rows:
         whole = replace(whole, ids=None)  # they are no rows of the truth
 
     def remake(gaussians: Gaussians, camera: Camera) -> Gaussians:
@@ -126,7 +130,7 @@ def report_stability(
         prepared.background,
         fps=planned.fps,
         moving=moving,
-        truth=truth,
+        truth=known,
         is_loop=planned.is_loop,
         remake=None if config.skip_alone else remake,
     )
@@ -143,6 +147,16 @@ def report_stability(
     title = f"{SceneSource.of(files).name}, {len(strokes):,} strokes of {texture.name}, {planned.source}"
     report.write(outputs, lambda file: write_plot(result, file, title))
     return report
+
+
+def _estimated(prepared: "Prepared") -> "EstimatedMotion":
+    """The motion of a clip whose rows do not correspond."""
+    from brushgs.passes.follow.estimate import EstimatedMotion
+
+    assert prepared.moving is not None, "of a clip"
+    times = Clip(prepared.moving.scene).file_times()
+    assert times is not None, "it has moments"
+    return EstimatedMotion(prepared.moving.scene, times)
 
 
 def _measure(
@@ -169,6 +183,8 @@ def _measure(
             f"{num_painted} frames in {len(result.configurations)} configurations, {num_pairs} pairs per gap"
         )
         stage.counts = {"frames": num_painted, "pairs": num_pairs, "stride": result.stride}
+        if comparison.truth is not None and not isinstance(comparison.truth, MovingScene):
+            stage.details.append("rows of the moments differ: the motion of the scene is estimated")
         if num_skipped := num_frames - num_painted:
             stage.skipped.append(f"painting {num_skipped} frames: no pair needs them (--pairs)")
     return result

@@ -168,7 +168,8 @@ def carried(
                     poses.pivots,
                     carrier.strokes.lost[: len(poses.pivots)] < np.inf,
                 )
-                poses.move(step, matter, carrier.labels, carrier.strokes.masses, seconds)
+                kept = len(pairs.after) / len(matter)
+                poses.move(step, matter, carrier.labels, carrier.strokes.masses, seconds, kept)
         labels_now = carrier.labels if len(matter) else np.zeros(0, np.intp)
         poses.bear(matter, labels_now, len(carrier.strokes))
         kept = labels_now != NOBODY
@@ -290,6 +291,8 @@ def _since_references(block: F32, references: Rows, strokes: Gaussians, times: F
     for moment in block:
         moment[:, TURN] = normalized(quat_products(moment[:, TURN], back))
     _settle(block, sizes)
+    # What grows paints more by that alone.
+    masses = (masses * np.exp(-2 * block[..., SIZE])).astype(np.float32)
     block[..., OPACITY] = _opacities(masses, is_there, references, strokes, times)
     return at_reference[:, SHIFT].astype(np.float64)
 

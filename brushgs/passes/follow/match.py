@@ -20,7 +20,7 @@ from brushgs.passes.follow.matter import means_by_label
 from brushgs.passes.lloyd import start
 from brushgs.passes.neighbours import nearest
 
-NUM_NODES = 150
+NUM_NODES = 300
 ROWS_A_NODE = 30  # at least
 NUM_BLENDED, NUM_FITTED, NUM_SMOOTHED = 4, 3, 9  # nodes that move a point; that a pair tells; around each
 NUM_SAMPLED, NUM_JUDGED = 5000, 1500  # Gaussians that tell the field, and that judge guesses

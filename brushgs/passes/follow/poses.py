@@ -15,9 +15,14 @@ from brushgs.rendering.motion import COLOR, IN_MEMORY, NUM_NUMBERS, OPACITY, SHI
 # second, and how far the two may be apart before, of the size of the stroke, and of its logarithm. Members
 # that come and go move the mean, too: at 3 a second they are half of all jitter.
 DRAWN, DEAD_ZONE, DEAD_SIZE = 1.0, 0.3, 0.2
+# The same where few Gaussians are those of the moment before, as each samples the scene anew: then steps say
+# less, and means more. Measured on a still life of which each moment has another 60 to 80 %, jittered.
+DRAWN_ANEW, DEAD_ZONE_ANEW, DEAD_SIZE_ANEW = 8.0, 0.1, 0.05
+MOST_KEPT, LEAST_KEPT = 0.9, 0.7  # shares between which one becomes the other
 # The same of turns, by the strokes around, and radians. Turns in steps of what rests add up to any direction,
 # and what turns more slowly than this, in radians a second, turns in steps hardly at all.
 DRAWN_TURN, DEAD_TURN, QUIET_TURN = 1.0, 0.1, 0.15
+QUIET_GROWTH = 0.5  # the same of growth, of its logarithm a second: what grows so slowly is drawn along
 NUM_AROUND = 8
 KEPT = 0.1  # the weight of the turn that steps add up to
 STRAY = 1.5  # sizes; a member so far away has half its weight
@@ -81,27 +86,39 @@ class Poses:
         self.around = np.concatenate([self.around, others])
         self.offsets = np.concatenate([self.offsets, self.pivots[others] - self.pivots[numbers, None]])
 
-    def move(self, step: Step, matter: Matter, labels: Rows, usual: F64, seconds: float) -> None:
-        """Go one step of so many seconds, and a little of the way to what the members say.
+    def move(self, step: Step, matter: Matter, labels: Rows, usual: F64, seconds: float, kept: float) -> None:
+        """Go one step, and a little of the way to what the members say.
 
-        `usual` are the masses [m] that strokes have at most times: a few members say little of a stroke.
+        Args:
+            step: how strokes move.
+            matter: of the moment.
+            labels: [n] the stroke of each Gaussian.
+            usual: [m] masses that strokes have at most times: a few members say little of a stroke.
+            seconds: since the last moment.
+            kept: share of the Gaussians that were of the same stroke there.
         """
+        anew = min(max((MOST_KEPT - kept) / (MOST_KEPT - LEAST_KEPT), 0.0), 1.0)
+        rate = DRAWN + anew * (DRAWN_ANEW - DRAWN)
+        dead_zone = DEAD_ZONE + anew * (DEAD_ZONE_ANEW - DEAD_ZONE)
+        dead_size = DEAD_SIZE + anew * (DEAD_SIZE_ANEW - DEAD_SIZE)
         num = len(self.pivots)
         self.pivots = step.pivots[:num]
         self.turns = normalized(quat_products(_quieted(step.turns[:num], seconds), self.turns))
-        self.sizes = self.sizes + step.growths[:num]
+        noise = QUIET_GROWTH * seconds
+        growths = step.growths[:num]
+        self.sizes = self.sizes + growths**3 / (growths**2 + noise**2)
         self.colors = self.colors + step.colors[:num]
         masses, means, sizes, colors = members_of(matter, labels, num, self)
         alive = masses > 0
         present = np.minimum(masses[alive] / np.maximum(usual[:num][alive], 1e-300), 1.0)
-        drawn = -np.expm1(-DRAWN * seconds) * present
+        drawn = -np.expm1(-rate * seconds) * present
         away = means[alive] - self.pivots[alive]
         distances = np.linalg.norm(away, axis=1)
-        free = DEAD_ZONE * np.exp(self.sizes[alive])
+        free = dead_zone * np.exp(self.sizes[alive])
         excess = np.maximum(distances - free, 0.0) / np.maximum(distances, 1e-300)
         self.pivots[alive] += (drawn * excess)[:, None] * away
         apart = sizes[alive] - self.sizes[alive]
-        self.sizes[alive] += drawn * np.sign(apart) * np.maximum(np.abs(apart) - DEAD_SIZE, 0.0)
+        self.sizes[alive] += drawn * np.sign(apart) * np.maximum(np.abs(apart) - dead_size, 0.0)
         self.colors[alive] += drawn[:, None] * (colors[alive] - self.colors[alive])
         self._turn_back(masses > 0, -np.expm1(-DRAWN_TURN * seconds))
 

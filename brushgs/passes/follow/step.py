@@ -78,13 +78,15 @@ def step_of(before: Matter, after: Matter, pairs: Pairs, labels: Rows, pivots: F
     known = np.flatnonzero(is_known)
     turns = at_rest
     turns[known] = _turns(mean_x[known], mean_y[known], covars[known], size_x[known])
-    # By how much places and sizes before must grow to fit those after best. The ratio of the two spreads
-    # would take members that scatter for growth, in each step anew.
+    # The ratio of the two spreads, as far as they go together: members that scatter are no growth. By what
+    # places before would have to grow is too small where they tremble, and adds up to nothing that is left.
+    squares_y = means_by_label(labels, agreeing, ((from_y**2).sum(axis=1) + spread_y)[:, None], num)[:, 0]
     turned = np.einsum("pij,pj->pi", rotation_matrices(turns)[labels], from_x)
     alike = np.einsum("pi,pi->p", turned, from_y) + np.sqrt(spread_x * spread_y)
     size_xy = means_by_label(labels, agreeing, alike[:, None], num)[:, 0]
-    has_size = (size_x > 0) & (size_xy > 0)
-    growths = np.log(np.where(has_size, size_xy, 1.0) / np.where(has_size, size_x, 1.0))
+    has_size = (size_x > 0) & (squares_y > 0) & (size_xy > 0)
+    size_x, squares_y, size_xy = (np.where(has_size, sizes, 1.0) for sizes in (size_x, squares_y, size_xy))
+    growths = 0.5 * np.log(squares_y / size_x) * np.minimum(size_xy**2 / (size_x * squares_y), 1.0)
     growths = np.clip(growths, -MOST_GROWTH, MOST_GROWTH)
     of = _nearest_known(pivots, mean_x, known, is_open)
     levers = np.einsum("mij,mj->mi", rotation_matrices(turns[of]), pivots - mean_x[of])
