@@ -4,6 +4,7 @@ Strokes are made once, of Gaussians at their reference moments, by the stages of
 follow what they paint: nothing is clustered again. Where rows do not correspond strokes may be born later.
 """
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from brushgs.arrays import F64
+from brushgs.errors import SceneWarning
 from brushgs.painting.clip import Clip, Film
 from brushgs.painting.regions import nearest_regions, nearest_rows
 from brushgs.painting.report import Report
@@ -182,7 +184,7 @@ def follow_strokes(
             found, motion, shares = follow_frames(
                 clip.scene, moments, strokes, members, labels, target=target, advance=report.advance
             )
-            stage.details += _how_alike(shares)
+            _warn_of_other_moments(clip, shares)
             num_born = len(found) - len(strokes)
             if num_born:
                 born = found.take(slice(len(strokes), None))
@@ -219,12 +221,15 @@ def _lengths(clip: Clip, film: Film) -> list[str]:
     return [f"the scene ends {num - whole:,} frames before the film, and rests"] if num > whole else []
 
 
-def _how_alike(shares: F64) -> list[str]:
-    """What is said where few of the Gaussians of a moment were there the moment before."""
+def _warn_of_other_moments(clip: Clip, shares: F64) -> None:
+    """Say where few of the Gaussians of a moment were there the moment before."""
     if len(shares) == 0 or (usual := float(np.median(shares))) >= POORLY_FOUND:
-        return []
-    what = f"{usual:.0%} of the Gaussians of a moment are found in the next (at least {shares.min():.0%})"
-    return [f"only {what}: strokes come and go; export moments that are closer in time"]
+        return
+    what = (
+        f"only {usual:.0%} of the Gaussians of a moment are found in the next ({shares.min():.0%} at worst)"
+    )
+    message = f"{clip.name}: {what}, so strokes come and go; export moments that are closer in time"
+    warnings.warn(SceneWarning(message), stacklevel=2)
 
 
 def _followed(clip: Clip, film: Film) -> F64:
