@@ -18,12 +18,11 @@ import numpy as np
 from brushgs.arrays import F64, Mask, Rows
 from brushgs.passes.features import SceneFrame, contracted
 from brushgs.passes.follow.matter import Matter, means_by_label, sums_by_label
+from brushgs.passes.follow.members import NOBODY, Members, Strokes, weights_of
 from brushgs.passes.follow.recognize import Recognized, Recognizer
 from brushgs.passes.lloyd import assign, start
-from brushgs.passes.split import cut
 
 NUM_STEPS = 2  # of Lloyd in each moment
-NOBODY = -1  # the label of what is unpainted
 # Lengths are in radii of strokes: the root of the mean squared distance of members to their centre.
 NEAR = 2.0  # a Gaussian farther from all that was there a moment ago is new
 WITHIN = 1.0  # so near to the centre of its stroke no Gaussian leaves it
@@ -31,9 +30,7 @@ MARGIN = 0.7  # it leaves where another centre is nearer by this factor
 REACH = 2.5  # what is new, or left its stroke, is unpainted if it is farther from all centres
 CLAIM = 1.25  # what is unpainted belongs to a stroke only so near to its centre
 CROWDED = 0.25  # centres so near to each other, in sums of their radii, are one stroke
-STRAY = 2.0  # so far from the centre a Gaussian has half its weight
 # Of a usual stroke of the scene, the median.
-LEAST_RADIUS = 0.25
 LEAST_BIRTH = 0.25  # mass; less matter bears no stroke
 CUT = 0.05  # of all that is painted: so much that is new at once is no flicker, and is painted at once
 # Of the usual mass of the stroke itself.
@@ -50,49 +47,6 @@ MOST_GROWTH = 1.5  # factor of length in a step: more is another thing
 NUM_TASTED = 6  # Gaussians near a stroke that has lost all of its own
 MORE = 0.03  # share of strokes by which their number may be off, before some are merged or cut
 MOST_ROUNDS = 20  # of merging, and of cutting: each changes up to a third of the strokes
-MASS_POWER = 0.375  # of masses as weights of centres, see `cluster.cluster_weights`
-
-
-@dataclass(eq=False)
-class Strokes:
-    """The strokes that ever were, by number; columns grow.
-
-    Attributes:
-        centers: [m, 9] in the space of `Matter.points`.
-        radii: [m] > 0, see above; slowly adapting, as `masses`.
-        masses: [m] what they usually paint.
-        lost: [m] seconds since they had matter, 0 while they live; infinite for the dead.
-        drifts: [m, 3] how fast their members move, in the space of `Matter.points`, a second.
-    """
-
-    centers: F64
-    radii: F64
-    masses: F64
-    lost: F64
-    drifts: F64
-
-    def __len__(self) -> int:
-        return len(self.centers)
-
-    @property
-    def open(self) -> Rows:
-        """Those that can have matter."""
-        return np.flatnonzero(self.lost < np.inf)
-
-    @property
-    def alive(self) -> Mask:
-        """[m] those that have matter."""
-        return np.asarray(self.lost == 0)
-
-    def add(self, centers: F64, radii: F64, masses: F64, drifts: F64) -> Rows:
-        """Strokes are born; their numbers."""
-        first = len(self)
-        self.centers = np.concatenate([self.centers, centers])
-        self.radii = np.concatenate([self.radii, radii])
-        self.masses = np.concatenate([self.masses, masses])
-        self.lost = np.concatenate([self.lost, np.zeros(len(centers))])
-        self.drifts = np.concatenate([self.drifts, drifts])
-        return np.arange(first, len(self))
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,41 +63,31 @@ class Pairs:
 
 
 @dataclass(eq=False)
-class Carrier:
+class Carrier(Members):
     """Carries strokes from moment to moment.
 
     Attributes:
         frame: centre and radius of the scene.
-        strokes: all that ever were.
-        matter: of the last moment that had any.
-        labels: [n] the stroke of each Gaussian of it, or `NOBODY`.
         accepted: [n] the mass that the caller left unpainted of what each Gaussian was at first.
         is_waiting: [n] whether it was unpainted the moment before, too: what appears for one moment only
             bears no stroke.
         target: how many strokes there are to be at every moment; None for as many as it takes.
-        is_painted: [m] whether a stroke counts among them.
         recognizer: of Gaussians from moment to moment.
         missed: Gaussians that the last moment misses, see `Recognized`.
         missed_labels: their strokes, as `labels`.
         missed_accepted: of them, as `accepted`.
         shares: of the Gaussians of each step, those that were there the moment before.
-        born: numbers of the strokes that were born in the last moment.
     """
 
     frame: SceneFrame
-    strokes: Strokes
-    matter: Matter
-    labels: Rows
     accepted: F64
     is_waiting: Mask
     target: int | None = None
-    is_painted: Mask = field(default_factory=lambda: np.zeros(0, bool))
     recognizer: Recognizer | None = None
     missed: Rows = field(default_factory=lambda: np.arange(0))
     missed_labels: Rows = field(default_factory=lambda: np.arange(0))
     missed_accepted: F64 = field(default_factory=lambda: np.zeros(0))
     shares: list[float] = field(default_factory=list)
-    born: Rows = field(default_factory=lambda: np.arange(0))
 
     @classmethod
     def start(
@@ -171,17 +115,17 @@ class Carrier:
         nothing = np.zeros(num_strokes)
         strokes = Strokes(np.zeros((num_strokes, 9)), nothing, nothing, nothing, np.zeros((num_strokes, 3)))
         nothing, no_one = np.zeros(len(matter)), np.zeros(len(matter), bool)
-        carrier = cls(frame, strokes, matter, of_all, nothing, no_one, target, is_painted)
+        carrier = cls(strokes, matter, of_all, is_painted, frame, nothing, no_one, target)
         if len(matter):
             carrier.recognizer = Recognizer(matter)
         if num_strokes:
-            carrier._center(matter, of_all)
-            carrier._remember(1.0)
+            carrier.center(matter, of_all)
+            carrier.remember(1.0)
             # What was pruned belongs to the strokes around it: it is there in later moments too.
             of_all = carrier._settled(matter, np.zeros((len(matter), 3)), of_all, of_all >= 0, of_all >= 0)
             carrier.labels = of_all
-            carrier._center(matter, of_all)
-            carrier._remember(1.0)
+            carrier.center(matter, of_all)
+            carrier.remember(1.0)
         carrier.accepted = np.where(of_all == NOBODY, matter.masses, 0.0)
         return carrier
 
@@ -214,7 +158,7 @@ class Carrier:
         for _ in range(NUM_STEPS if len(strokes.open) else 0):
             labels = self._settled(matter, drifts, own, ~was_unpainted, is_only)
             # What is new moves no centre yet: at the border of something new a stroke would run into it.
-            self._center(matter, np.where(is_only, labels, NOBODY))
+            self.center(matter, np.where(is_only, labels, NOBODY))
         self.matter, self.labels, self.accepted = matter, labels, accepted
         self.is_waiting = was_unpainted
         if is_near.any():
@@ -222,11 +166,11 @@ class Carrier:
         stayed_put = is_only & (own == self.labels)
         self._bear(is_late=seconds > WAITING)
         self._merge()
-        self._cut(self._spread_out(), stayed_put)
+        self.halve(self._spread_out(), stayed_put)
         self._keep_number(stayed_put)
-        masses = self._masses()
+        masses = self.masses()
         self._sleep(masses, seconds)
-        self._remember(ADAPTING)
+        self.remember(ADAPTING)
         stayed = np.flatnonzero(is_only & (nearest < num_last) & (own == self.labels) & (own != NOBODY))
         self._drift(stayed, drifts)
         return Pairs(nearest[stayed], stayed)
@@ -258,7 +202,7 @@ class Carrier:
         from_last = np.flatnonzero(is_same & (was < len(last)))
         moved = (matter.points[from_last, :3] - last.points[was[from_last], :3]).astype(np.float64)
         self._move(matter, was, from_last)
-        reach = NEAR * np.append(self.strokes.radii, self._usual_radius())[own]
+        reach = NEAR * np.append(self.strokes.radii, self.usual_radius())[own]
         reach += _sizes_of(matter)
         away = np.linalg.norm(matter.points[:, :3] - contracted(found.places, self.frame)[0][was], axis=1)
         is_near = is_same | (away <= reach)
@@ -285,7 +229,7 @@ class Carrier:
         if num == 0 or len(now) == 0:
             return
         x, y = last.points[was[now]].astype(np.float64), matter.points[now].astype(np.float64)
-        labels, weights = self.labels[was[now]], _weights(last.masses)[was[now]]
+        labels, weights = self.labels[was[now]], weights_of(last.masses)[was[now]]
         kept = labels != NOBODY
         means = means_by_label(labels[kept], weights[kept], (y - x)[kept], num)
         alone = np.flatnonzero(np.bincount(labels[kept], minlength=num) == 0)
@@ -304,7 +248,7 @@ class Carrier:
     def _drift(self, rows: Rows, drifts: F64) -> None:
         """Strokes drift as their members do, half as they did: noise that went on would add up."""
         labels, num = self.labels[rows], len(self.strokes)
-        means = means_by_label(labels, _weights(self.matter.masses)[rows], drifts[rows], num)
+        means = means_by_label(labels, weights_of(self.matter.masses)[rows], drifts[rows], num)
         self.strokes.drifts = 0.5 * (self.strokes.drifts + means)
 
     def _settled(self, matter: Matter, drifts: F64, own: Rows, is_free: Mask, is_sure: Mask) -> Rows:
@@ -356,53 +300,6 @@ class Carrier:
         is_covered = (distances <= limit) & (matter.masses[rows] <= strokes.masses[found])
         labels[rows[is_covered]] = found[is_covered]
 
-    def _center(self, matter: Matter, labels: Rows) -> None:
-        """Centres go to the weighted mean of their members, strays less; those without members stay."""
-        rows = np.flatnonzero(labels >= 0)
-        some, weights = labels[rows], _weights(matter.masses)[rows]
-        radii = self.strokes.radii[some]
-        if (radii > 0).all():  # not so while the first are made
-            away = matter.points[rows] - self.strokes.centers[some]
-            weights = weights / (1 + np.einsum("nd,nd->n", away, away) / (STRAY * radii) ** 2)
-        means = means_by_label(some, weights, matter.points[rows], len(self.strokes))
-        has_members = np.bincount(some, minlength=len(self.strokes)) > 0
-        self.strokes.centers[has_members] = means[has_members]
-
-    def _radii(self) -> F64:
-        """[m] of each stroke at this moment; 0 without members."""
-        rows = np.flatnonzero(self.labels >= 0)
-        some, weights = self.labels[rows], _weights(self.matter.masses)[rows]
-        away = self.matter.points[rows] - self.strokes.centers[some]
-        squares = np.einsum("nd,nd->n", away, away)[:, None]
-        return np.sqrt(means_by_label(some, weights, squares, len(self.strokes))[:, 0])
-
-    def _masses(self) -> F64:
-        """[m] what each stroke paints at this moment."""
-        rows = np.flatnonzero(self.labels >= 0)
-        return sums_by_label(self.labels[rows], self.matter.masses[rows], len(self.strokes))
-
-    def _remember(self, share: float) -> None:
-        """Let the usual mass and radius of each stroke follow those of this moment by a share."""
-        strokes, masses, radii = self.strokes, self._masses(), self._radii()
-        some = radii[radii > 0]
-        least = LEAST_RADIUS * (float(np.median(some)) if len(some) else self._usual_radius())
-        alive = masses > 0
-        followed = strokes.radii + share * np.where(alive, radii - strokes.radii, 0.0)
-        strokes.radii = np.maximum(followed, least)
-        strokes.masses = strokes.masses + share * np.where(alive, masses - strokes.masses, 0.0)
-
-    def _fit(self, numbers: Rows) -> None:
-        """Strokes that were just made have the radii of their members."""
-        least = LEAST_RADIUS * self._usual_radius()
-        self.strokes.radii[numbers] = np.maximum(self._radii()[numbers], least)
-
-    def _usual_radius(self) -> float:
-        """The median radius of the strokes that live, or lived; where there is none, 1/40 of the scene's."""
-        for some in (self.strokes.radii[self.strokes.alive], self.strokes.radii):
-            if (some > 0).any():
-                return float(np.median(some[some > 0]))
-        return 1 / 40
-
     def _sleep(self, masses: F64, seconds: float) -> None:
         strokes = self.strokes
         is_alive = masses > ALIVE * strokes.masses
@@ -417,14 +314,14 @@ class Carrier:
         """
         from brushgs.passes.neighbours import nearest
 
-        strokes, counts = self.strokes, np.append(self._counts(), NUM_TASTED)  # the last: of nobody
+        strokes, counts = self.strokes, np.append(self.counts(), NUM_TASTED)  # the last: of nobody
         hungry = np.flatnonzero(strokes.alive & (counts[:-1] == 0))
         if len(hungry) == 0:
             return
         distances, found = nearest(
             self.matter.points, strokes.centers[hungry], min(NUM_TASTED, len(self.matter))
         )
-        reach = REACH * np.maximum(strokes.radii[hungry], self._usual_radius())
+        reach = REACH * np.maximum(strokes.radii[hungry], self.usual_radius())
         is_near = distances <= reach[:, None]
         for rank in range(found.shape[1]):
             left = np.flatnonzero(counts[hungry] == 0)
@@ -448,12 +345,12 @@ class Carrier:
         rows = np.flatnonzero(is_unpainted if is_cut or is_late else is_unpainted & self.is_waiting)
         if len(rows) == 0:
             return
-        points, weights, radius = matter.points[rows], _weights(excess[rows]), self._usual_radius()
+        points, weights, radius = matter.points[rows], weights_of(excess[rows]), self.usual_radius()
         # One in each cell: matter that fills a cube of a side evenly has half of it as radius.
         cells = np.floor(points[:, :3] / (2 * radius)).astype(np.int64)
         used, inverse = np.unique(cells, axis=0, return_inverse=True)
         centers = means_by_label(inverse.ravel(), weights, points, len(used))
-        counts = self._counts()
+        counts = self.counts()
         is_all_new = not counts.any()
         count = len(used) if is_all_new else max(len(used), round(len(rows) / np.median(counts[counts > 0])))
         if self.target is not None:
@@ -475,67 +372,29 @@ class Carrier:
         is_near &= kept[cell]
         place = np.cumsum(kept) - 1
         num = int(kept.sum())
-        self.born = self._add(centers[kept], np.full(num, radius), masses[kept], np.zeros((num, 3)))
+        self.born = self.add(centers[kept], np.full(num, radius), masses[kept], np.zeros((num, 3)))
         self.labels[rows[is_near]] = self.born[place[cell[is_near]]]
-        self._center(self.matter, self.labels)
-        self._fit(self.born)
-
-    def _add(self, centers: F64, radii: F64, masses: F64, drifts: F64) -> Rows:
-        """Strokes are born, and painted; their numbers."""
-        numbers = self.strokes.add(centers, radii, masses, drifts)
-        self.is_painted = np.append(self.is_painted, np.ones(len(numbers), bool))
-        return numbers
+        self.center(self.matter, self.labels)
+        self.fit(self.born)
 
     def _merge(self) -> None:
         """Strokes that have come to lie in one place are one: the one with less matter dies."""
-        living, other, apart = self._neighbours(self.strokes.alive)
+        living, other, apart = self.neighbours(self.strokes.alive)
         radii = self.strokes.radii
         crowded = apart < CROWDED * (radii[living] + radii[other]) / 2
-        self._join(living[crowded], other[crowded])
-
-    def _neighbours(self, some: Mask) -> tuple[Rows, Rows, F64]:
-        """Strokes, of each the nearest other one, and its distance."""
-        from brushgs.passes.neighbours import nearest
-
-        living, centers = np.flatnonzero(some), self.strokes.centers
-        if len(living) < 2:
-            return np.arange(0), np.arange(0), np.zeros(0)
-        distances, others = nearest(centers[living], centers[living], 2)
-        is_self = others[:, 0] == np.arange(len(living))
-        other = living[np.where(is_self, others[:, 1], others[:, 0])]
-        return living, other, np.where(is_self, distances[:, 1], distances[:, 0])
-
-    def _join(self, some: Rows, into: Rows) -> int:
-        """Of pairs of strokes those with less matter die, and the others get it; how many do."""
-        strokes = self.strokes
-        less = strokes.masses[some] < strokes.masses[into]
-        less |= (strokes.masses[some] == strokes.masses[into]) & (some > into)
-        dies, into = some[less], into[less]
-        is_dying = np.zeros(len(strokes), bool)
-        is_dying[dies] = True
-        keeps = ~is_dying[into]  # no chains in one moment
-        dies, into = dies[keeps], into[keeps]
-        if len(dies) == 0:
-            return 0
-        renamed = np.arange(-1, len(strokes))
-        renamed[dies + 1] = into
-        self.labels = renamed[self.labels + 1]
-        strokes.masses[into] += strokes.masses[dies]
-        strokes.lost[dies] = np.inf
-        self._center(self.matter, self.labels)
-        return len(dies)
+        self.join(living[crowded], other[crowded])
 
     def _spread_out(self) -> Rows:
         """Strokes that have gained much matter and spread."""
         strokes = self.strokes
-        gained = self._masses() > GAIN * strokes.masses
-        usual = np.maximum(strokes.radii, self._usual_radius())
-        return np.flatnonzero(gained & (self._radii() > SPREAD * usual))
+        gained = self.masses() > GAIN * strokes.masses
+        usual = np.maximum(strokes.radii, self.usual_radius())
+        return np.flatnonzero(gained & (self.radii() > SPREAD * usual))
 
     def _keep_number(self, stayed: Mask) -> None:
         """Merge or cut strokes until there are as many as asked for, within `MORE`.
 
-        What is asked of a cut is `stayed`, see `_cut`.
+        What is asked of a cut is `stayed`, see `halve`.
         """
         if self.target is None:
             return
@@ -543,54 +402,26 @@ class Carrier:
         for _ in range(MOST_ROUNDS):
             if (excess := self._num_painted() - self.target) <= slack:
                 break
-            some, into, apart = self._neighbours(self._is_shown())
+            some, into, apart = self.neighbours(self._is_shown())
             apart *= np.sqrt(np.minimum(strokes.masses[some], strokes.masses[into]))
-            cheapest = np.argsort(apart, kind="stable")[: 2 * excess]
-            self._join(some[cheapest], into[cheapest])
+            cheapest = np.argsort(apart, kind="stable")
+            self.join(some[cheapest], into[cheapest], excess)
         for _ in range(MOST_ROUNDS):
             missing = self.target - self._num_painted()
             if missing <= slack:
                 break
-            masses, counts = self._masses(), self._counts()
-            errors = np.where(self._is_shown() & (counts > 1), masses * self._radii() ** 2, 0.0)
+            masses, counts = self.masses(), self.counts()
+            errors = np.where(self._is_shown() & (counts > 1), masses * self.radii() ** 2, 0.0)
             chosen = np.sort(np.argsort(-errors, kind="stable")[:missing])
             chosen = chosen[errors[chosen] > 0]
-            self._cut(chosen, stayed)
+            self.halve(chosen, stayed)
 
     def _is_shown(self) -> Mask:
         """[m] the painted strokes that have matter."""
-        return self.is_painted & (self._masses() > ALIVE * self.strokes.masses) & (self.strokes.lost < np.inf)
+        return self.is_painted & (self.masses() > ALIVE * self.strokes.masses) & (self.strokes.lost < np.inf)
 
     def _num_painted(self) -> int:
         return int(np.count_nonzero(self._is_shown()))
-
-    def _counts(self) -> Rows:
-        """[m] members."""
-        return np.bincount(self.labels[self.labels >= 0], minlength=len(self.strokes))
-
-    def _cut(self, chosen: Rows, stayed: Mask) -> None:
-        """Cut strokes in two; one half of each is born.
-
-        The stroke keeps the half in which more of what `stayed` [n] is.
-        """
-        if len(chosen) == 0:
-            return
-        strokes, masses = self.strokes, self._masses()
-        place = np.full(len(strokes) + 1, -1)  # the last: of nobody
-        place[chosen] = np.arange(len(chosen))
-        some = np.flatnonzero(place[self.labels] >= 0)
-        points, own = self.matter.points[some], place[self.labels[some]]
-        halves = cut(own, np.arange(len(chosen)), points, _weights(self.matter.masses)[some])
-        second = halves >= len(chosen)
-        sides = np.where(second, 1.0, -1.0) * np.where(stayed[some], self.matter.masses[some], 0.0)
-        second ^= (sums_by_label(own, sides, len(chosen)) > 0)[own]
-        halves_at = means_by_label(own[second], np.ones(int(second.sum())), points[second], len(chosen))
-        new = self._add(halves_at, strokes.radii[chosen], 0.5 * masses[chosen], strokes.drifts[chosen])
-        self.labels[some[second]] = new[own[second]]
-        strokes.masses[chosen] = 0.5 * masses[chosen]
-        self.born = np.concatenate([self.born, new])
-        self._center(self.matter, self.labels)
-        self._fit(np.concatenate([chosen, new]))
 
 
 def _sizes_of(matter: Matter) -> F64:
@@ -603,11 +434,3 @@ def _first_of(values: Rows) -> Mask:
     is_first = np.zeros(len(values), bool)
     is_first[np.unique(values, return_index=True)[1]] = True
     return is_first
-
-
-def _weights(masses: F64) -> F64:
-    """Weights of centres, > 0, by masses."""
-    largest = float(masses.max(initial=0.0))
-    if not largest > 0:
-        return np.ones(len(masses))
-    return np.asarray(np.maximum((masses / largest) ** MASS_POWER, 1e-9))

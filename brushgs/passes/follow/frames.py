@@ -16,10 +16,11 @@ from brushgs.arrays import F32, F64, Array, Mask, Rows
 from brushgs.moving_scene import MovingScene
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.finest import finest_of
-from brushgs.passes.follow.carry import NOBODY, Carrier
+from brushgs.passes.follow.carry import Carrier
 from brushgs.passes.follow.fade import FADE
 from brushgs.passes.follow.known import known_around
 from brushgs.passes.follow.matter import Matter, sums_by_label
+from brushgs.passes.follow.members import NOBODY
 from brushgs.passes.follow.poses import Film, Poses
 from brushgs.passes.follow.rows import align_signs, blocks, finish
 from brushgs.passes.follow.steady import steadied
