@@ -154,9 +154,9 @@ def _estimated(prepared: "Prepared") -> "EstimatedMotion":
     from brushgs.passes.follow.estimate import EstimatedMotion
 
     assert prepared.moving is not None, "of a clip"
-    times = Clip(prepared.moving.scene).file_times()
-    assert times is not None, "it has moments"
-    return EstimatedMotion(prepared.moving.scene, times)
+    scene = prepared.moving.scene
+    assert scene.times is not None, "it has moments"
+    return EstimatedMotion(scene, scene.times)
 
 
 def _measure(

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.arrays import F32, F64, Array, Rows
+from brushgs.arrays import F32, F64, Array, Mask, Rows
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.features import SceneFrame, contracted
 from brushgs.passes.follow.matter import Matter
@@ -97,9 +97,18 @@ class Appearance:
         """The usual distance of a Gaussian to the nearest other, in radii of the scene, contracted."""
         if len(self) < 2:
             return 1.0
-        places = contracted(self.means, self.frame)[0]
         some = np.random.default_rng(0).permutation(len(self))[:NUM_SPACED]
-        return max(float(np.median(nearest(places, places[some], 2)[0][:, 1])), LEAST_SPACING)
+        return max(float(np.median(nearest(self.centered, self.centered[some], 2)[0][:, 1])), LEAST_SPACING)
+
+    @cached_property
+    def centered(self) -> F64:
+        """[n, 3] in radii of the scene from its centre, contracted far from it."""
+        return contracted(self.means, self.frame)[0]
+
+    @cached_property
+    def own_places(self) -> F64:
+        """[n, 3] the means as `places` gives them."""
+        return self.centered / self.spacing
 
     def places(self, means: F64) -> F64:
         """Points [q, 3] of world space in spacings of this moment, contracted far from its centre."""
@@ -116,3 +125,9 @@ def among(keys: F32, others: Array) -> tuple[F64, Rows]:
 
     distances, rows = assign(np.ascontiguousarray(keys), np.ascontiguousarray(others, np.float64))
     return distances, rows.astype(np.intp)
+
+
+def mutual_nearest(keys: F32, others: F32) -> tuple[F64, Rows, Mask]:
+    """As `among`, and whether each key is nearest to that other in turn, [q]."""
+    distances, rows = among(keys, others)
+    return distances, rows, among(others, keys)[1][rows] == np.arange(len(keys))

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Mask, Rows
+from brushgs.arrays import F64, Rows
 from brushgs.io.moving.between import between
 from brushgs.io.moving.compare import unmoved
 from brushgs.moving_scene import MovingScene
-from brushgs.passes.follow.appearance import Appearance, among
+from brushgs.passes.follow.appearance import Appearance, among, mutual_nearest
 from brushgs.passes.follow.match import COARSE, LOOKS_WEIGHT, Match, match
 from brushgs.passes.follow.matter import Matter
 from brushgs.rendering.motion import zeros_over_time
@@ -89,10 +89,13 @@ def _is_now(found: Match, before: Appearance, after: Appearance) -> Rows | None:
 
     Those that were not found take what is left, if that is more like them than others are.
     """
-    after, is_now = after.in_light_of(before), np.full(len(before), -1)
+    is_now = np.full(len(before), -1)
     same = np.flatnonzero(found.is_same)
     is_now[found.was[same]] = same
     left, rest = np.flatnonzero(is_now < 0), np.flatnonzero(~found.is_same)
+    if not len(left):
+        return is_now
+    after = after.in_light_of(before)
     if len(left) > FEW * len(before):
         others = np.random.default_rng(0).permutation(len(after))[: len(rest)]
         looks = before.looks[left].astype(np.float32)
@@ -103,9 +106,8 @@ def _is_now(found: Match, before: Appearance, after: Appearance) -> Rows | None:
         if not len(left):
             break
         ours = after.keys(after.places(found.places[left]), before.looks[left], COARSE, LOOKS_WEIGHT)
-        theirs = after.keys(after.places(after.means[rest]), after.looks[rest], COARSE, LOOKS_WEIGHT)
-        partner = among(ours, theirs)[1]
-        is_mutual: Mask = among(theirs, ours)[1][partner] == np.arange(len(left))
+        theirs = after.keys(after.own_places[rest], after.looks[rest], COARSE, LOOKS_WEIGHT)
+        _, partner, is_mutual = mutual_nearest(ours, theirs)
         is_now[left[is_mutual]] = rest[partner[is_mutual]]
         rest = np.delete(rest, partner[is_mutual])
         left = left[~is_mutual]

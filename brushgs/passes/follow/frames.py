@@ -169,8 +169,8 @@ def carried(
                     poses.pivots,
                     carrier.strokes.lost[: len(poses.pivots)] < np.inf,
                 )
-                kept = len(pairs.after) / len(matter)
-                poses.move(step, matter, carrier.labels, carrier.strokes.masses, seconds, kept)
+                share = len(pairs.after) / len(matter)
+                poses.move(step, matter, carrier.labels, carrier.strokes.masses, seconds, share)
         labels_now = carrier.labels if len(matter) else np.zeros(0, np.intp)
         poses.bear(matter, labels_now, len(carrier.strokes))
         kept = labels_now != NOBODY

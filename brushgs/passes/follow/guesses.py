@@ -23,7 +23,8 @@ LEAST_AGREEING = 0.03  # share of all pairs
 LEAST_GAIN = 3.0  # so many times as agree where partners are exchanged
 MOST_GROWTH = 2.5  # of a body, from moment to moment
 TURN_STEP = 15.0  # degrees, of the turns that are tried
-NUM_TRIED = 600  # Gaussians with which they are
+NUM_TRIED, NUM_TARGETS = 600, 3600  # Gaussians that are turned, and among which the nearest are looked for
+LOOKS_WEIGHT = 0.125  # of looks, to a radius of the scene
 NUM_REFINED, NUM_ROUNDS = 3, 12  # of the best turns, and rounds of closest points (ICP)
 TRIMMED = 0.8  # share of the Gaussians, the nearest, that decide
 
@@ -81,11 +82,12 @@ def _agrees(motion: Motion, x: F64, y: F64) -> Mask:
 
 def turns_tried(before: Appearance, after: Appearance, rng: np.random.Generator) -> list[Motion]:
     """Motions of the whole scene by turns about three axes: those that bring most to where it looks alike."""
-    some, others = (rng.permutation(len(moment))[:most] for moment, most in
-                    ((before, NUM_TRIED), (after, 6 * NUM_TRIED)))  # fmt: skip
+    some = rng.permutation(len(before))[:NUM_TRIED]
+    others = rng.permutation(len(after))[:NUM_TARGETS]
     x = _normalized(before, before.means[some])
     y = _normalized(after, after.means[others])
-    looks, targets = 0.125 * before.looks[some], np.concatenate([y, 0.125 * after.looks[others]], axis=1)
+    looks = LOOKS_WEIGHT * before.looks[some]
+    targets = np.concatenate([y, LOOKS_WEIGHT * after.looks[others]], axis=1)
 
     def away(motion: Motion) -> tuple[float, F64, F64]:
         """How far all are from what is nearest to them, where that is, and the weights of these pairs."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from brushgs.arrays import F64, Mask, Rows
-from brushgs.passes.follow.appearance import Appearance, among
+from brushgs.passes.follow.appearance import Appearance, among, mutual_nearest
 from brushgs.passes.follow.guesses import Motion, affine, guesses, turns_tried
 from brushgs.passes.follow.matter import means_by_label
 from brushgs.passes.lloyd import start
@@ -35,6 +35,7 @@ CLEAR_POWER = 4  # of 1 - (distance of a pair / that of the second best) squared
 NUM_TIGHT = 2  # rounds at the end, with weights of Cauchy, which make what agrees exact
 PRIOR, TIGHT_PRIOR = 0.02, 1e-3  # of a node: how far it stays what it was
 LOOKS_WEIGHT = 2.0  # of looks at the end, to one spacing
+REACH_LOOKS_WEIGHT = 3.0  # the same to a quarter of the largest reach, where the first reach is looked for
 NEAR = 2.0  # spacings from where it is expected: farther off is another
 NORMAL_COST, LOOKS_COST = 1.0, 0.75  # of how far a normal and looks are off, to one spacing
 NUM_SPREADS, NUM_SPREADING = 4, 6  # rounds in which pairs spread to what is left; neighbours that tell
@@ -63,10 +64,6 @@ class Match:
         """Of the Gaussians now, those that are found."""
         return float(self.is_same.mean()) if len(self.is_same) else 0.0
 
-    def with_steps(self, steps: F64) -> "Match":
-        """The same for other Gaussians, which have moved so [m, 3]."""
-        return replace(self, steps=steps)
-
 
 def match(before: Appearance, after: Appearance, last: Match | None = None) -> Match:
     """Find the Gaussians of one moment again in another.
@@ -81,7 +78,7 @@ def match(before: Appearance, after: Appearance, last: Match | None = None) -> M
     flow = _fitted(_first_flow(before, after, last, sample, rng), after, sample)
     places = flow.places()
     keys = after.keys(after.places(places), before.looks, 1.0, LOOKS_WEIGHT)
-    targets = after.keys(after.places(after.means), after.looks, 1.0, LOOKS_WEIGHT)
+    targets = after.keys(after.own_places, after.looks, 1.0, LOOKS_WEIGHT)
     is_now, was = np.empty(len(before), np.intp), np.empty(len(after), np.intp)
     is_now[before.order] = among(keys[before.order], targets)[1]
     was[after.order] = among(targets[after.order], keys)[1]
@@ -170,7 +167,7 @@ def _first_flow(
     before: Appearance, after: Appearance, last: Match | None, sample: Rows, rng: np.random.Generator
 ) -> _Flow:
     """Nodes, each with the guess that suits it best."""
-    columns = [before.places(before.means) * before.spacing, COLOR_APART * before.looks[:, 3:]]
+    columns = [before.centered, COLOR_APART * before.looks[:, 3:]]
     if last is not None:
         columns.append(MOTION_APART * last.steps / before.frame[1])
     points = np.concatenate(columns, axis=1)
@@ -191,7 +188,7 @@ def _first_flow(
     tried = [(np.tile(matrix, (num, 1, 1)), np.tile(shift, (num, 1))) for matrix, shift in motions]
     if last is not None:  # each on its own as it did
         tried.append((tried[0][0], means_by_label(labels, ones, last.steps[sample], num)))
-    targets = after.keys(after.places(after.means), after.looks, COARSE)
+    targets = after.keys(after.own_places, after.looks, COARSE)
     judges = sample[:: max(1, len(sample) // NUM_JUDGED)]
     of_judge = around[judges, 0]
 
@@ -220,7 +217,7 @@ def _first_flow(
 def _fitted(flow: _Flow, after: Appearance, sample: Rows) -> _Flow:
     """The flow by pairs, in rounds of ever smaller reach."""
     looks, weights = flow.before.looks[sample], flow.before.weights[sample]
-    targets = after.places(after.means)
+    targets = after.own_places
     reach, num_tight = _first_reach(flow, after, sample), 0
     while num_tight < NUM_TIGHT:
         places = after.places(flow.places(sample))
@@ -247,8 +244,9 @@ def _agreement(away: F64) -> F64:
 def _first_reach(flow: _Flow, after: Appearance, sample: Rows) -> float:
     """Spacings: as far as Gaussians may be from where the guesses bring them."""
     unit = MOST_REACH / 4
-    theirs = after.keys(after.places(after.means), after.looks, unit, 3.0)
-    ours = after.keys(after.places(flow.places(sample)), flow.before.looks[sample], unit, 3.0)
+    theirs = after.keys(after.own_places, after.looks, unit, REACH_LOOKS_WEIGHT)
+    places, looks = after.places(flow.places(sample)), flow.before.looks[sample]
+    ours = after.keys(places, looks, unit, REACH_LOOKS_WEIGHT)
     now = among(ours, theirs)[1]
     away = unit * np.linalg.norm((ours - theirs[now])[:, :3], axis=1)
     return float(np.clip(2 * np.quantile(away, 0.75), FIRST_REACH, MOST_REACH))
@@ -256,7 +254,7 @@ def _first_reach(flow: _Flow, after: Appearance, sample: Rows) -> float:
 
 def _costs(flow: _Flow, after: Appearance, places: F64, was: Rows) -> F64:
     """[m] by how much Gaussians now differ from what the flow makes of those before, in spacings."""
-    away = after.places(places[was]) - after.places(after.means)
+    away = after.places(places[was]) - after.own_places
     before, inverses = flow.before.normals[was], np.linalg.pinv(flow.matrices)[flow.around[was, 0]]
     normals = np.einsum("mji,mj->mi", inverses, before)
     flatness = np.minimum(np.linalg.norm(before, axis=1), np.linalg.norm(after.normals, axis=1))
@@ -280,13 +278,13 @@ def _spread(
         rows = nearest(before.means[was[found]], before.means[left], NUM_SPREADING)[1]
         offsets = before.means[left, None] - before.means[was[found]][rows]
         tried = after.means[found][rows] + offsets @ motion[0].T
-        theirs = after.keys(after.places(after.means[now]), after.looks[now], 1.0, LOOKS_WEIGHT)
+        theirs = after.keys(after.own_places[now], after.looks[now], 1.0, LOOKS_WEIGHT)
         looks = np.repeat(before.looks[left], NUM_SPREADING, axis=0)
         ours = after.keys(after.places(tried.reshape(-1, 3)), looks, 1.0, LOOKS_WEIGHT)
         best = np.arange(len(left)), among(ours, theirs)[0].reshape(-1, NUM_SPREADING).argmin(axis=1)
         ours = ours.reshape(len(left), NUM_SPREADING, -1)[best]
-        distances, partner = among(theirs, ours)
-        mutual = (among(ours, theirs)[1][partner] == np.arange(len(now))) & (distances < NEAR)
+        distances, partner, mutual = mutual_nearest(theirs, ours)
+        mutual &= distances < NEAR
         was[now[mutual]], is_same[now[mutual]] = left[partner[mutual]], True
         places[left[partner[mutual]]] = tried[best][partner[mutual]]
         if not mutual.any():

@@ -1,6 +1,6 @@
 """Moment after moment -> what each Gaussian was before: also of those that some moments miss."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from brushgs.passes.follow.matter import Matter
 
 MISSED = 0.12  # seconds that a Gaussian may be missing and is the same when it comes back
 # Share of Gaussians that are found in the moment before: below it the two show different things. Of one body
-# sampled by other Gaussians in each moment 0.6 are found, of a bear in a plant 0.08.
+# sampled by other Gaussians in each moment 0.6 are found, of a bear in a plant 0.11.
 UNRELATED = 0.2
 
 
@@ -25,6 +25,7 @@ class Recognized:
         is_same: [m] whether it is that Gaussian.
         places: [n, 3] where the known ones would be now, world units.
         share: of the Gaussians, those that are found.
+        is_other: whether the moment shows different things from the last; then none is the same.
         missed: rows of the known ones that are missed from now on, in this order.
     """
 
@@ -32,12 +33,8 @@ class Recognized:
     is_same: Mask
     places: F64
     share: float
+    is_other: bool
     missed: Rows
-
-    @property
-    def is_other(self) -> bool:
-        """Whether the moment shows different things from the last."""
-        return self.share < UNRELATED
 
 
 class Recognizer:
@@ -64,13 +61,11 @@ class Recognizer:
         found = match(self._known, now, self._last)
         since = self._since + seconds
         since[found.was[found.is_same]] = np.inf
-        missed = np.flatnonzero(since <= MISSED)
-        recognized = Recognized(found.was, found.is_same, found.places, found.share, missed)
-        if recognized.is_other:
-            missed = missed[:0]
-            recognized = Recognized(found.was, np.zeros(len(now), bool), found.places, found.share, missed)
+        is_other = found.share < UNRELATED
+        missed = np.flatnonzero((since <= MISSED) & (not is_other))
         steps = np.concatenate([found.steps, (found.places - self._known.means)[missed]])
-        self._last = None if recognized.is_other else found.with_steps(steps)
+        self._last = None if is_other else replace(found, steps=steps)
         self._known = now.joined(self._known.take(missed, found.places[missed]))
         self._since = np.concatenate([np.zeros(len(now)), since[missed]])
-        return recognized
+        is_same = found.is_same & (not is_other)
+        return Recognized(found.was, is_same, found.places, found.share, is_other, missed)
