@@ -245,7 +245,10 @@ class FirstView:
         probability: that `up` is right, 0 to 1; None where it was not estimated but stated.
         ups: the six axes with their probabilities, the most probable first; empty where up was stated.
         front: azimuth of the front of the subject, radians; `azimuth` may lie to one side of it.
+        is_front_sure: False where the front was estimated and its back shows hardly less.
         whole: [2, 3] low and high corner of the whole scene but for strays; None where it is its subject.
+        stood: [k, 2] azimuths and elevations, radians, from which the scene was photographed; None where that
+            is not known.
     """
 
     points: NDArray[np.float64]
@@ -257,7 +260,9 @@ class FirstView:
     probability: float | None = None
     ups: tuple[tuple[str, float], ...] = ()
     front: float = 0.0
+    is_front_sure: bool = True
     whole: NDArray[np.float64] | None = None
+    stood: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, eq=False)

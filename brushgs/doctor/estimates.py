@@ -7,7 +7,7 @@ import numpy as np
 from brushgs.cameras.framing import subject
 from brushgs.doctor.findings import Finding
 from brushgs.first_view import rank_ups
-from brushgs.first_view.up import SURE, believed_up
+from brushgs.first_view.up import SURE, believed_up, ranking_text
 from brushgs.scene import Gaussians
 
 METRES = (0.05, 200.0)  # size of a subject, from small objects to streets
@@ -21,10 +21,10 @@ def estimate_up(gaussians: Gaussians, stated: str | None) -> Finding:
     ups = rank_ups(gaussians)
     up, probability = believed_up(ups)
     if probability >= SURE:
-        what, confidence = f"up is probably {up} (p {probability:.2f})", "likely"
+        what, confidence = f"up is probably {up} ({ranking_text(ups, up)})", "likely"
     else:
-        likely = ", ".join(f"{axis} {chance:.2f}" for axis, chance in ups[:3])
-        what, confidence = f"which way is up is not sure ({likely}); {up} is assumed", "not sure"
+        what = f"which way is up is not sure ({ranking_text(ups, up)}); {up} is taken"
+        confidence = "not sure"
     facts: dict[str, Any] = {"up": up, "confidence": confidence, "probability": probability, "ups": dict(ups)}
     return Finding("up-axis", "note", len(gaussians), 1.0, what, facts)
 

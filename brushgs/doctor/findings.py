@@ -47,7 +47,7 @@ KINDS = {
     "empty-sh-bands": Kind("skips SH bands that are zero in every row", "removes the bands"),
     "too-sparse": Kind("paints it", "searches for no floaters"),
     "up-axis": Kind(
-        "takes the axis stated in the header, else the likely one, else -y; --up overrides all",
+        "takes the axis stated in the header, else the likely one; --up overrides all",
         "changes nothing",
     ),
     "unit": Kind("paints it: nothing depends on the unit", "changes nothing"),

@@ -45,8 +45,7 @@ class Front:
     Attributes:
         azimuth: of the front, radians, -pi to pi.
         lean: radians to turn from there for the first view, + or - `LEAN`.
-        margin: how much more the front shows than the back, in standard deviations over azimuths; under
-            `MARGIN` the side is not sure.
+        margin: how much more the front shows than the back, in standard deviations over azimuths.
         likeness: of the best mirror plane, over the median one.
     """
 
@@ -54,6 +53,11 @@ class Front:
     lean: float
     margin: float
     likeness: float
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether the front shows so much more than the back that it is no guess."""
+        return self.margin >= MARGIN
 
 
 @dataclass(frozen=True, eq=False)

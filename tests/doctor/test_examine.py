@@ -134,7 +134,7 @@ def test_what_stands_upright_tells_which_way_is_up(turns: int, tmp_path: Path) -
     probability = note.facts.pop("probability")
     assert note.facts == {"up": ["-y", "+z"][turns], "confidence": "likely"}
     assert probability == max(ups.values())
-    assert f"(p {probability:.2f})" in note.what
+    assert f"({note.facts['up']} {probability:.2f}, " in note.what
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 17, 50])

@@ -33,6 +33,9 @@ def test_without_a_better_side_the_one_nearer_to_azimuth_zero_is_the_front():
     for turn in (0, 90, 180):
         front = find_front(take_sample(moved(plinth, rotation=about(UP, turn))), UP)
         assert np.cos(front.azimuth) > -0.3
+        assert not front.is_sure
+    assert not find_first_view(plinth, up=UP).is_front_sure
+    assert find_first_view(statue()).is_front_sure
 
 
 def test_a_mirror_plane_is_found_among_the_planes_through_the_axis():

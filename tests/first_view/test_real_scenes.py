@@ -18,8 +18,8 @@ from brushgs.scene import FirstView
 from tests.first_view.scenes import ROTATIONS
 from tests.scenes import real_scene
 
-# Scene -> the axis that is up, whether that is to be found, and the azimuth in degrees at which the face, the
-# strings or the seat look at the camera, for that axis; None where no side is the front.
+# Scene -> the axis that is up, whether the estimate is to be sure of it, and the azimuth in degrees at which
+# the face, the strings or the seat look at the camera, for that axis; None where no side is the front.
 TRUE = {
     "koala.ply": ("-y", True, 180),
     "rubber_toy_cloud.ply": ("+y", False, None),
@@ -27,7 +27,7 @@ TRUE = {
     "biker.compressed.ply": ("-y", True, -95),
     "derived/truck.ply": ("-y", True, -113),
     "derived/chair.ply": ("+z", False, 0),
-    "derived/skull_sh3.ply": ("-y", False, 180),
+    "derived/skull_sh3.ply": ("-y", True, 180),
     "derived/playbot_sh2.ply": ("-y", True, 0),
     "derived/campsite.ply": ("-y", True, None),
     "train_first1000.ply": ("-y", False, None),
@@ -35,6 +35,7 @@ TRUE = {
     "guitar.ksplat": ("-y", True, 0),
     "biker.spz": ("+y", False, -95),
 }
+LYING = "derived/chair.ply"  # on its back, from where all that is visible is trained well
 
 
 COMMON = 0.15  # prior of the axes that most scenes have up
@@ -61,24 +62,21 @@ def upright_view_of(name: str) -> FirstView:
 
 @pytest.mark.parametrize("name", TRUE)
 def test_a_real_scene_is_upright_or_said_to_be_unsure(name: str) -> None:
-    up, is_found, _ = TRUE[name]
+    up, is_sure, _ = TRUE[name]
     view = view_of(name)
     assert view.probability is not None
-    if is_found:
-        assert view.probability >= SURE
-        assert np.degrees(np.arccos(min(view.up @ np.array(AXES[up]), 1.0))) < 5
-    else:
-        assert view.probability < SURE
-        assert np.array_equal(view.up, AXES["-y"])
-        assert dict(view.ups)[up] > 0.4
+    assert (view.probability >= SURE) == is_sure
+    is_upright = bool(np.degrees(np.arccos(min(view.up @ np.array(AXES[up]), 1.0))) < 5)
+    assert is_upright == (name != LYING)
+    assert up in (view.ups[0][0], view.ups[1][0])
 
 
 def test_the_truck_is_straightened_and_level_scenes_stay_as_they_are() -> None:
     """The plane of its plaza, fitted by another script at three reaches: (-0.035, -0.998, 0.044)."""
     view = view_of("derived/truck.ply")
     assert np.degrees(np.arccos(view.up @ (-0.0350, -0.9984, 0.0441))) < 1
-    for name, (up, is_found, _) in TRUE.items():
-        if is_found and name != "derived/truck.ply":
+    for name, (up, _, _) in TRUE.items():
+        if name not in ("derived/truck.ply", LYING):
             assert np.array_equal(view_of(name).up, AXES[up])
 
 
@@ -86,7 +84,7 @@ def test_the_truck_is_straightened_and_level_scenes_stay_as_they_are() -> None:
 def test_a_turned_real_scene_is_upright_or_said_to_be_unsure(name: str) -> None:
     """Turns that put up on an axis that scenes do have up, from the evidence of one: it turns with the scene.
 
-    Of 13 scenes in 156 such turns 83 are sure, all of them right; so are 27 of the 28 from 0.70 to 0.85.
+    Of 13 scenes in 156 such turns 91 are sure, all of them right; so are 21 of the 22 from 0.70 to 0.85.
     """
     up = TRUE[name][0]
     evidence = sum(EVIDENCE[kind].score(v) for kind, v in measure_up(take_sample(scene_of(name))).items())
@@ -98,7 +96,7 @@ def test_a_turned_real_scene_is_upright_or_said_to_be_unsure(name: str) -> None:
         chances = np.exp(odds) / np.exp(odds).sum()
         true = turned[names.index(up)]
         if PRIORS[names[true]] >= COMMON and chances.max() >= SURE:
-            assert chances.argmax() == true
+            assert chances.argmax() == true, (name, chances)
 
 
 @pytest.mark.parametrize("name", [name for name, (_, _, front) in TRUE.items() if front is not None])
@@ -106,6 +104,12 @@ def test_a_real_scene_is_seen_from_its_front(name: str) -> None:
     view, front = upright_view_of(name), np.radians(TRUE[name][2])
     assert abs(np.degrees(wrapped(view.front - front))) < 25
     assert abs(np.degrees(wrapped(view.azimuth - front))) < 45
+
+
+def test_a_front_is_a_guess_where_no_side_shows_more() -> None:
+    """A cloud, a camp ground from above and a fragment; but a plant has a better side."""
+    guesses = {name for name in TRUE if not upright_view_of(name).is_front_sure}
+    assert guesses == {"rubber_toy_cloud.ply", "derived/campsite.ply", "train_first1000.ply"}
 
 
 @pytest.mark.parametrize("name", TRUE)

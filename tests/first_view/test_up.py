@@ -4,7 +4,15 @@ import pytest
 from brushgs.cameras.framing import AXES
 from brushgs.first_view import find_first_view, rank_ups
 from brushgs.first_view.sample import take_sample
-from brushgs.first_view.up import FEW_ROWS, PRIORS, SURE, believed_up, up_evidence, up_probabilities
+from brushgs.first_view.up import (
+    FEW_ROWS,
+    PRIORS,
+    SURE,
+    believed_up,
+    ranking_text,
+    up_evidence,
+    up_probabilities,
+)
 from tests.first_view.scenes import ROTATIONS, about, gaussians, joined, moved, statue
 
 NAMES = list(AXES)
@@ -46,9 +54,16 @@ def test_without_anything_to_see_the_priors_are_all_that_is_known():
     assert believed_up(up_probabilities(None)) == ("-y", pytest.approx(PRIORS["-y"]))
 
 
-def test_below_the_threshold_the_default_axis_stays_with_its_own_probability():
-    assert believed_up((("+z", 0.84), ("-y", 0.1))) == ("-y", 0.1)
-    assert believed_up((("+z", 0.85), ("-y", 0.1))) == ("+z", 0.85)
+def test_the_best_axis_is_taken_unless_the_default_is_half_as_probable():
+    assert believed_up((("+z", 0.5), ("+y", 0.26), ("-y", 0.24))) == ("+z", 0.5)
+    assert believed_up((("+z", 0.5), ("+y", 0.25), ("-y", 0.25))) == ("-y", 0.25)
+    assert believed_up((("-y", 0.4), ("+z", 0.3))) == ("-y", 0.4)
+
+
+def test_the_two_best_axes_are_named_and_the_one_taken():
+    ups = (("+z", 0.4), ("+y", 0.3), ("-y", 0.25), ("+x", 0.05))
+    assert ranking_text(ups, "+z") == ranking_text(ups, "+y") == "+z 0.40, +y 0.30"
+    assert ranking_text(ups, "-y") == "+z 0.40, +y 0.30, -y 0.25"
 
 
 def test_a_fragment_is_never_sure():

@@ -306,6 +306,7 @@ _CODECS: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     "elevation": (float, _between(-0.5 * pi, 0.5 * pi)),
     "front": (float, _between(-1e6, 1e6)),
     "has_surroundings": (bool, _read_flag),
+    "is_front_sure": (bool, _read_flag),
     "probability": (float, _between(0, 1)),
     "ups": (_listed, _read_ups),
     "eye": (_listed, _read_vector),
