@@ -1,9 +1,10 @@
 """The first view of a scene: which way is up, from where it is seen, and what is framed.
 
-    inside? else: sample -> up -> level -> surroundings -> front -> points
+    inside? else: sample -> up -> level -> surroundings -> points -> flat? torn from outside? -> front
 
 All of it is estimated from the Gaussians alone, with some 60 small pictures of them: about 0.5 s of one
-processor for 100,000 Gaussians. It depends neither on the unit of the scene nor on threads.
+processor for 100,000 Gaussians; where a scene is torn from outside (a street, a garden, a room), some 300
+more search where to stand in it. It depends neither on the unit of the scene nor on threads.
 """
 
 from collections.abc import Iterable
@@ -26,11 +27,13 @@ from brushgs.cameras.framing import (
 from brushgs.cameras.ground import level_up
 from brushgs.cameras.outline import outline
 from brushgs.first_view.attached import with_attached
-from brushgs.first_view.front import find_front, wrapped
+from brushgs.first_view.flat import FACE_ELEVATION, facing, is_lying
+from brushgs.first_view.front import Front, find_front, wrapped
 from brushgs.first_view.inside import inside_up, inside_ups
 from brushgs.first_view.sample import take_sample
 from brushgs.first_view.surroundings import clear_azimuth, dense_middle, has_surroundings
 from brushgs.first_view.up import SURE, Ups, believed_up, up_probabilities
+from brushgs.first_view.walk import inside_stand
 from brushgs.scene import FirstView, Gaussians
 
 SAME_UP = np.cos(np.radians(30.0))  # a stated up within so much of that of a view from inside agrees with it
@@ -42,9 +45,9 @@ def find_first_view(
 ) -> FirstView:
     """Estimate how a scene is best seen where the user does not say it.
 
-    The best of the six axes is up where its probability is at least `SURE`, refined to the normal of level
-    ground; else -y. The azimuth is a three-quarter view: 20 degrees from the front to the side that shows
-    more.
+    The best of the six axes is up, or -y where that is at least half as probable; an axis whose probability
+    is at least `SURE` is refined to the normal of level ground. The azimuth is a three-quarter view: 20
+    degrees from the front to the side that shows more.
 
     Args:
         gaussians: N >= 1 Gaussians.
@@ -85,13 +88,15 @@ def find_first_view(
         ups=ups,
         whole=scene_bounds(gaussians) if is_part else None,
     )
+    if is_lying(gaussians, view):
+        view = replace(view, elevation=FACE_ELEVATION)
+    elif (stand := inside_stand(gaussians, view)) is not None:
+        view = replace(view, eye=stand.eye, azimuth=stand.azimuth, elevation=stand.elevation)
     if azimuth is not None:
         return replace(view, azimuth=azimuth)
-    if sample is None:
+    if sample is None or view.eye is not None:
         return view
-    front = find_front(sample, direction)
-    view = replace(view, azimuth=wrapped(front.azimuth + front.lean), front=front.azimuth)
-    return replace(view, azimuth=wrapped(clear_azimuth(gaussians, view))) if is_part else view
+    return _from_the_front(gaussians, view, find_front(sample, direction))
 
 
 def with_moments(view: FirstView, moments: Iterable[Gaussians]) -> FirstView:
@@ -129,6 +134,19 @@ def rank_ups(gaussians: Gaussians) -> Ups:
     """
     inside = inside_up(gaussians)
     return up_probabilities(take_sample(gaussians)) if inside is None else inside_ups(inside)
+
+
+def _from_the_front(gaussians: Gaussians, view: FirstView, front: Front) -> FirstView:
+    """The three-quarter view from the front or the face; of a part of a scene where nothing hides it."""
+    view = replace(
+        view,
+        azimuth=wrapped(front.azimuth + front.lean),
+        front=front.azimuth,
+        is_front_sure=front.is_sure,
+    )
+    if view.has_surroundings:
+        return replace(view, azimuth=wrapped(clear_azimuth(gaussians, view)))
+    return facing(view)
 
 
 def _view_from_inside(gaussians: Gaussians, name: str, up: F64 | None) -> FirstView:

@@ -32,7 +32,8 @@ def frame_scene(
 ) -> Camera:
     """A camera that shows a scene upright, from its front, with the whole subject as large as fits.
 
-    It is the camera that `paint` and `brushgs render` take where none is given. Which way is up, where the
+    It is the camera that `paint` and `brushgs render` take where none but its size is given; without a size
+    they choose one, and set an object into the picture. Which way is up, where the
     front is and what the subject is are estimated from the Gaussians, in about half a second for 100,000.
     Strokes are best seen by the camera of their scene.
 

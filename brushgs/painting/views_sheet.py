@@ -1,10 +1,13 @@
 """A contact sheet of a scene: small plain pictures from all around, each with the flags that give it.
 
 Columns are azimuths, beginning with that of the first view. Rows are elevations; where it is not sure which
-way is up, they are the up axes in question, the most probable first.
+way is up, they are the up axes in question, the most probable first. Where it is known from where a scene was
+photographed, azimuths and elevations at which nobody stood come last. Of a scene that is seen from inside the
+first row holds the other usable views from there; what is left shows it from outside.
 """
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import degrees, radians
 from pathlib import Path
@@ -12,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from brushgs.arrays import F32
+from brushgs.arrays import F32, F64
 from brushgs.cameras.first_view import flags_of, framed_camera, up_text
-from brushgs.cameras.framing import AXES
+from brushgs.cameras.framing import AXES, INSIDE_NEAR_SHARE, NEAR_SHARE, camera_axes
 from brushgs.cameras.framing import with_up as turned
 from brushgs.errors import SceneWarning
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES
@@ -28,15 +31,19 @@ from brushgs.painting.report import Report
 from brushgs.painting.strokes import load_scene, name_of
 from brushgs.painting.views import choose_first_view, doubt_in_words, in_doubt
 from brushgs.scene import FirstView, Frame, Gaussians
+from brushgs.threads import at_most, num_threads_or_default
 
 if TYPE_CHECKING:
+    from brushgs.first_view.walk import Stand
     from brushgs.rendering.options import RenderOptions
 
 NUM_AZIMUTHS = 8
 RISES = (0.0, 30.0, -12.0)  # degrees from the elevation of the first view, one a row
 LOWEST, HIGHEST = -30.0, 80.0  # degrees of elevation
+STOOD_WITHIN = 15.0  # degrees from the elevation of a row within which someone stood
 MOST_UPS, LEAST_PROBABLE = 4, 0.01  # rows where up is in doubt
-FIRST = "the first view"
+FIRST, INSIDE = "the first view", "from inside"
+DIGITS = 3  # of the size of a scene, to which places are rounded
 CELL = (256, 192)  # pixels of a picture
 GAP, CAPTION, TITLE = 10, 40, 52  # pixels
 PAPER, INK = (0.945, 0.910, 0.847), (0.200, 0.149, 0.110)
@@ -158,7 +165,13 @@ def write_sheet(
         The cells of the sheet.
     """
     view = view or ViewConfig()
-    rows = plan_sheet(first_view, view)
+    others: list[Stand] = []
+    if first_view.eye is not None and view.look_at is None:
+        from brushgs.first_view.walk import other_stands
+
+        with at_most(num_threads_or_default(threads)):
+            others = other_stands(gaussians, first_view)
+    rows = plan_sheet(first_view, view, others)
     cells = [cell for row in rows for cell in row]
     with report.stage("views", total=len(cells), unit="pictures") as stage:
         from brushgs.brushes.texture import StrokeTexture
@@ -208,24 +221,27 @@ def write_sheet_of(
     )
 
 
-def plan_sheet(first_view: FirstView, view: ViewConfig) -> list[list[Cell]]:
-    """The views of a sheet, row by row; the first is the first view."""
-    view = replace(view, size=view.size or CELL, camera_file=None, azimuth=None, elevation=None, side=None)
+def plan_sheet(first_view: FirstView, view: ViewConfig, others: "Sequence[Stand]" = ()) -> list[list[Cell]]:
+    """The views of a sheet, row by row; the first is the first view, `others` from inside come next."""
+    size = view.fixed_size or CELL
+    view = replace(view, size=size, camera_file=None, azimuth=None, elevation=None, side=None)
     if view.up is None and in_doubt(first_view):
         rows: list[list[Cell]] = []
         for name, probability in first_view.ups[:MOST_UPS]:
             if probability < LEAST_PROBABLE and len(rows) > 1:
                 break
             is_known = bool(first_view.up @ AXES[name] > 0.7)  # it may be tilted
-            seen = first_view if is_known else turned(first_view, name)
+            # With the eye the flags of these views say that they are from outside.
+            seen = first_view if is_known else replace(turned(first_view, name), eye=first_view.eye)
             words = f"up is {name}: {probability:.2f}"
             says_up = not is_known or seen.eye is None  # of a view from inside the flag would lose the eye
-            rows.append(_row(len(rows), seen, view, 0.0, words, with_up=says_up, is_first=is_known))
+            stands = others if is_known else ()
+            rows.append(_row(len(rows), seen, view, 0.0, words, stands, with_up=says_up, is_first=is_known))
         return rows
     says_up = view.up is not None
     return [
-        _row(number, first_view, view, rise, with_up=says_up, is_first=not rise)
-        for number, rise in enumerate(RISES)
+        _row(number, first_view, view, rise, "", () if rise else others, with_up=says_up, is_first=not rise)
+        for number, rise in enumerate(_rises(first_view))
     ]
 
 
@@ -235,27 +251,77 @@ def _row(
     view: ViewConfig,
     rise: float,
     note: str = "",
+    others: "Sequence[Stand]" = (),
     *,
     with_up: bool,
     is_first: bool,
 ) -> list[Cell]:
-    """One row of a sheet; `is_first` if it begins with the first view. From inside only that one is seen."""
-    elevation = seen.elevation
-    if rise:
-        elevation = radians(round(min(max(degrees(elevation) + rise, LOWEST), HIGHEST), 1))
+    """One row of a sheet; `is_first` if it begins with the first view.
+
+    From inside are seen that one and `others`, all else from outside.
+    """
+    elevation = _raised(seen, rise)
     cells = []
-    for column in range(NUM_AZIMUTHS):
+    for column, azimuth in enumerate(_azimuths(seen)):
         is_this = is_first and column == 0
-        azimuth = seen.azimuth
-        if column:
-            azimuth = radians(round((degrees(azimuth) + 360 / NUM_AZIMUTHS * column) % 360, 1))
         config = replace(view, azimuth=azimuth, elevation=elevation)
-        if seen.eye is not None and not is_this and config.look_at is None:
+        is_other = 0 < column <= len(others)
+        if is_other:
+            config = _seen_from(seen, view, others[column - 1])
+        elif seen.eye is not None and not is_this and config.look_at is None:
             config = replace(config, look_at="subject")
         flags = flags_of(seen, config, with_up=with_up)
-        words = ", ".join(filter(None, [note if column == 0 else "", FIRST if is_this else ""]))
+        says = [note if column == 0 else "", FIRST if is_this else "", INSIDE if is_other else ""]
+        words = ", ".join(filter(None, says))
         cells.append(Cell(number, column, seen, config, flags, words))
     return cells
+
+
+def _seen_from(seen: FirstView, view: ViewConfig, stand: "Stand") -> ViewConfig:
+    """The options, in few digits, of a view from another place inside a scene.
+
+    The point that is looked at is as far away as gives the near plane of a view from the eye of the scene.
+    """
+    azimuth, elevation = (radians(round(degrees(a), 1)) for a in (stand.azimuth, stand.elevation))
+    turned_view = replace(view, azimuth=azimuth, elevation=elevation)
+    if seen.eye is not None and np.array_equal(stand.eye, seen.eye):
+        return turned_view
+    size = float(np.linalg.norm(np.ptp(seen.points, axis=0)))
+    digits = DIGITS - 1 - int(np.floor(np.log10(max(size, 1e-300))))
+    distance = round(INSIDE_NEAR_SHARE / NEAR_SHARE * size, digits)
+    point = stand.eye + distance * camera_axes(seen.up, azimuth, elevation)[2]
+    x, y, z = (round(float(number), digits) for number in point)
+    return replace(turned_view, look_at=(x, y, z), distance=distance)
+
+
+def _raised(seen: FirstView, rise: float) -> float:
+    """The elevation of a row, radians."""
+    if not rise:
+        return seen.elevation
+    return radians(round(min(max(degrees(seen.elevation) + rise, LOWEST), HIGHEST), 1))
+
+
+def _rises(seen: FirstView) -> list[float]:
+    """`RISES`, those last at whose elevation nobody stood."""
+    stood = None if seen.stood is None else seen.stood[:, 1]
+    return sorted(RISES, key=lambda rise: _is_strange(_raised(seen, rise), stood, STOOD_WITHIN))
+
+
+def _azimuths(seen: FirstView) -> list[float]:
+    """The azimuth of each column, radians, from that of the first view; those last where nobody stood."""
+    turns = (360 / NUM_AZIMUTHS * column for column in range(1, NUM_AZIMUTHS))
+    others = [radians(round((degrees(seen.azimuth) + turn) % 360, 1)) for turn in turns]
+    stood = None if seen.stood is None else seen.stood[:, 0]
+    others.sort(key=lambda azimuth: _is_strange(azimuth, stood, 180 / NUM_AZIMUTHS))
+    return [seen.azimuth, *others]
+
+
+def _is_strange(angle: float, stood: F64 | None, reach: float) -> bool:
+    """Whether nobody stood within so many degrees of an angle, as far as that is known."""
+    if stood is None:
+        return False
+    away = np.abs((stood - angle + np.pi) % (2 * np.pi) - np.pi)
+    return bool(away.min() > radians(reach))
 
 
 def _picture(gaussians: Gaussians, cell: Cell, options: "RenderOptions") -> F32:
@@ -290,8 +356,11 @@ def _lay_out(rows: list[list[Cell]], pictures: dict[tuple[int, int], F32], title
             if FIRST in cell.note:
                 sheet[top - 3 : top + height + 3, left - 3 : left + width + 3] = ACCENT
             sheet[top : top + height, left : left + width] = pictures[cell.row, cell.column]
-            before, azimuth, after = cell.flags.rpartition("--azimuth")
-            words.append(Words(before + azimuth + after, left, top + height + 15, 12, INK))
-            words.append(Words(cell.note, left, top + height + 30, 12, ACCENT))
+            flags, place = cell.flags, ""
+            if cell.config.distance is not None:  # too long for one line
+                flags, look_at, place = cell.flags.partition("--look-at")
+                place = look_at + place
+            words.append(Words(flags, left, top + height + 15, 12, INK))
+            words.append(Words(place or cell.note, left, top + height + 30, 12, INK if place else ACCENT))
     drawn = with_words(sheet, words)
     return (sheet, False) if drawn is None else (drawn, True)

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgs.cameras.first_view import framed_camera
+from brushgs.cameras.first_view import framed_camera, sayable
 from brushgs.cameras.framing import plain_first_view
 from brushgs.errors import SceneError
+from brushgs.first_view import find_first_view
 from brushgs.io.pictures import letters
 from brushgs.io.pictures.images import read_image
 from brushgs.options.painting import ViewConfig
@@ -24,6 +25,8 @@ from brushgs.painting.views_sheet import (
     write_sheet,
 )
 from brushgs.still_life import still_life
+from tests.first_view.made_walks import street
+from tests.first_view.test_walk import measured
 
 SMALL = ViewConfig(size=(40, 30))
 UPS = (("+z", 0.41), ("-y", 0.38), ("+y", 0.12), ("-z", 0.05), ("+x", 0.02), ("-x", 0.02))
@@ -76,6 +79,50 @@ def test_a_scene_seen_from_inside_is_shown_from_outside_in_all_other_cells(view)
     assert rows[0][0].flags == "--azimuth 0 --elevation 15"
     assert {cell.flags.rpartition("--look-at ")[2] for row in rows for cell in row[1:]} == {"subject"}
     np.testing.assert_allclose(framed_camera(inside, rows[0][0].config).position, inside.eye, atol=1e-12)
+
+
+@pytest.fixture(scope="module")
+def street_sheet(tmp_path_factory):
+    """Cells of the sheet of a street, which is seen from inside."""
+    path = tmp_path_factory.mktemp("street") / "street.png"
+    seen = sayable(find_first_view(street(), up="-y"))
+    return write_sheet(street(), seen, path, Report(), name="street", view=SMALL)
+
+
+def test_of_a_street_the_sheet_offers_three_usable_views(street_sheet):
+    inside = [cell for cell in street_sheet if cell.note in ("the first view", "from inside")]
+    assert len(inside) >= 3
+    assert {cell.row for cell in inside} == {0}
+    for cell in inside:
+        camera = framed_camera(cell.first_view, replace(cell.config, size=(160, 90)))
+        covered, gradient, veil = measured(street(), camera)
+        assert covered > 0.9
+        assert gradient > 0.02
+        assert veil < 0.2
+        assert camera.near == pytest.approx(framed_camera(cell.first_view, SMALL).near, rel=0.01)
+    assert all("--look-at subject" in cell.flags for cell in street_sheet if cell.row)
+
+
+def test_flags_of_views_from_inside_are_short_and_give_the_same_camera(street_sheet):
+    for cell in street_sheet[1:NUM_AZIMUTHS]:
+        words = dict(zip(cell.flags.split()[::2], cell.flags.split()[1::2], strict=True))
+        assert len(cell.flags) < 90
+        angles = {name: radians(float(words[f"--{name}"])) for name in ("azimuth", "elevation")}
+        if "--distance" in words:
+            place = tuple(float(number) for number in words["--look-at"].split(","))
+            angles |= {"look_at": place, "distance": float(words["--distance"])}
+        told = framed_camera(cell.first_view, replace(SMALL, **angles))
+        shown = framed_camera(cell.first_view, cell.config)
+        assert np.array_equal(told.viewmat, shown.viewmat)
+        assert told.near == shown.near
+
+
+def test_where_up_is_in_doubt_other_axes_of_a_scene_seen_from_inside_say_subject(view):
+    inside = replace(view, eye=np.array([0.0, 0, -1]), up=np.array([0.0, -1, 0]), probability=0.41, ups=UPS)
+    rows = plan_sheet(inside, SMALL)
+    assert rows[1][0].flags == "--azimuth 30 --elevation 15"
+    others = [cell for number in (0, 2, 3) for cell in rows[number]]
+    assert all(cell.flags.endswith("--look-at subject") for cell in others)
 
 
 def test_each_cell_is_the_picture_that_its_flags_give(gaussians, view, tmp_path):
