@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from brushgs.cameras.first_view import sayable, up_text
 from brushgs.cameras.framing import subject
 from brushgs.doctor.estimates import estimate_up
 from brushgs.doctor.in_words import in_words
@@ -12,9 +13,14 @@ from brushgs.doctor.part import describe_part
 from brushgs.doctor.scene_checks import position_digits
 from brushgs.errors import SceneWarning
 from brushgs.io import read_scene
+from brushgs.io.cameras.beside import name_beside
 from brushgs.io.moving import open_moving
+from brushgs.io.scenes.notes import LoadNotes
+from brushgs.options.painting import ViewConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.where import WhereConfig
+from brushgs.painting.cameras_beside import view_beside
+from brushgs.scene import Gaussians
 from brushgs.sh import C0
 
 DARK = 0.1  # display-encoded; below it a Gaussian is nearly black
@@ -55,7 +61,7 @@ def describe(path: SceneFiles, where: WhereConfig | None = None, *, words: bool 
         "sh_degree_used": notes.sh_degree_used,
         "training": notes.training,
         "not_read": ", ".join(notes.unknown) or "nothing",
-        "up": notes.up or f"not stated: {estimate_up(gaussians, None).what}",
+        "up": notes.up or _up_of(gaussians, notes),
         "position_digits": round(position_digits(gaussians)[0], 1),
         "low": _floats(gaussians.means.min(axis=0)),
         "high": _floats(gaussians.means.max(axis=0)),
@@ -70,6 +76,16 @@ def describe(path: SceneFiles, where: WhereConfig | None = None, *, words: bool 
         **({} if where is None else describe_part(gaussians, notes, where)),
         **({"words": in_words(gaussians, notes)} if words else {}),
     }
+
+
+def _up_of(gaussians: Gaussians, notes: LoadNotes) -> str:
+    """Up of a scene whose header does not state it, and what it is known from."""
+    beside = view_beside(gaussians, ViewConfig(), notes, None)
+    if beside is not None and beside.view is not None and beside.path is not None:
+        return (
+            f"not stated: {up_text(sayable(beside.view).up)} by {name_beside(beside.path)} beside the scene"
+        )
+    return f"not stated: {estimate_up(gaussians, None).what}"
 
 
 def _motion_of(source: SceneSource) -> dict[str, Any]:

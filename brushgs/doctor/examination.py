@@ -88,6 +88,7 @@ def examine_file(path: SceneFiles, clean: Clean = "sure") -> Examination:
     total = len(columns.means)
     gaussians, dropped = _decode(columns, encoding, files[0].path)
     notes = join_notes(files, rows_dropped=dropped.num_rows, sh_degree_used=gaussians.sh_degree)
+    notes = replace(notes, camera_folders=source.camera_folders())
     gaussians = replace(gaussians, antialiased=notes.training == "antialiased")
     findings += check_dropped(dropped, total)
     findings += check_quats(gaussians, total)

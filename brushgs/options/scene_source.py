@@ -32,6 +32,7 @@ class SceneSource:
             24. Other scenes have none.
         memory: bytes that making strokes of it may take: larger scenes are read in blocks and merged; None
             for three quarters of what the machine has.
+        seeks_cameras: whether cameras that lie beside it tell how it is seen, see `camera_folders`.
 
     Raises:
         ValueError: if there is no path, the level is below 0, or the rate or the memory is not above it.
@@ -42,6 +43,7 @@ class SceneSource:
     time: Moment | None = None
     moments_per_second: float | None = None
     memory: int | None = None
+    seeks_cameras: bool = True
 
     def __post_init__(self) -> None:
         if not self.paths:
@@ -78,6 +80,19 @@ class SceneSource:
         """The paths, and what lies in those that are folders: all that an output must not replace."""
         paths = [path for pattern in self.paths for path in expand(pattern)]
         return (*paths, *(file for path in paths for file in _files_in(path)))
+
+    def camera_folders(self) -> tuple[Path, ...]:
+        """Where cameras of the scene may lie: its folders, where it is one, those of its files, those above.
+
+        Empty where cameras are not sought.
+        """
+        if not self.seeks_cameras:
+            return ()
+        files = [Path(os.path.abspath(path)) for path in self.paths]  # noqa: PTH100  resolve follows links
+        own = [path for path in files if os.path.isdir(path)]  # noqa: PTH112  also of names that no file has
+        beside = [path.parent for path in files]
+        above = [path.parent for path in beside if path not in own]
+        return tuple(dict.fromkeys([*own, *beside, *above]))
 
     def __str__(self) -> str:
         return " ".join(map(str, self.paths))

@@ -12,6 +12,7 @@ import numpy as np
 from brushgs.arrays import F64, Array
 from brushgs.errors import SceneError
 from brushgs.options.choices import STYLE_SUFFIX
+from brushgs.options.scene_source import SceneSource
 from brushgs.options.style_edit import EditSource
 from brushgs.painting.learn_style import printable, write_learnt
 from brushgs.painting.masks import MaskOpener, open_with_camera
@@ -52,7 +53,7 @@ def learn_edit_file(source: EditSource, output: Path, name: str | None, report: 
 
 
 def _of_scenes(source: EditSource, report: Report) -> LearntEdit:
-    before, notes = load_scene(source.before, report)
+    before, notes = load_scene(SceneSource((source.before,), seeks_cameras=False), report)
     after, _ = load_scene(source.after, report)
     view = default_first_view(before, notes, report, up=source.up)
     with report.stage("edit") as stage:
@@ -65,7 +66,7 @@ def _of_scenes(source: EditSource, report: Report) -> LearntEdit:
 
 
 def _of_pictures(source: EditSource, scene: Path, camera_file: Path, report: Report) -> LearntEdit:
-    gaussians, notes = load_scene(scene, report)
+    gaussians, notes = load_scene(SceneSource((scene,), seeks_cameras=False), report)
     view = default_first_view(gaussians, notes, report, up=source.up)
     opener = MaskOpener(camera_file, "picture")
     with report.stage("pictures") as stage:

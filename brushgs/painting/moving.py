@@ -102,6 +102,8 @@ def load_clip(clip: Clip, report: Report) -> "tuple[Gaussians, LoadNotes | None,
             moments = clip.file_times()
             gaussians = scene.at(clip.ends()[0] if moments is None else float(moments[0]))
             gaussians = replace(gaussians, ids=np.arange(len(gaussians), dtype=np.int32))
+        if notes is not None and clip.source is not None:
+            notes = replace(notes, camera_folders=clip.source.camera_folders())
         of_format = "in memory" if notes is None else notes.format
         first, last = clip.ends()
         stage.did = f"{len(gaussians):,} Gaussians, {of_format}, {last - first:.2f} s of {scene.duration:.2f}"

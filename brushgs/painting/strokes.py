@@ -4,6 +4,7 @@ Each adds a `Stage` to the report, and imports heavy packages only when it runs.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -64,6 +65,7 @@ def load_scene(
             gaussians, notes = load_in_blocks(files, source.lod, budget, workers, report=report)
         else:
             gaussians, notes = read_files(files)
+        notes = replace(notes, camera_folders=source.camera_folders())
         dropped = f", {notes.rows_dropped:,} rows dropped" if notes.rows_dropped else ""
         degree = f"SH degree {notes.sh_degree_used}"
         what = "strokes" if notes.is_strokes else "Gaussians"

@@ -31,6 +31,7 @@ def add_flags(parser: ArgumentParser) -> None:
         help="floaters that --fix drops: 'sure': clearly detached (default), 'strong': closer ones too, "
         "which loses some thin leaves; 'off': none",
     )
+    flags.add_no_cameras(parser)
     flags.add_report(parser)
 
 

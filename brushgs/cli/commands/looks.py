@@ -38,6 +38,7 @@ def add_flags(parser: ArgumentParser) -> None:
         help=f"what is painted, a trained 3D Gaussian scene: {SCENES_READ}; default the example still life",
     )
     flags.add_time(group)
+    flags.add_no_cameras(group)
     flags.ConfigFlags(group, "view").add(
         "--size",
         type=values.picture_size,
@@ -70,8 +71,12 @@ def run(args: Namespace) -> None:
     looks = [Look.open(name) for name in args.looks or LOOKS]
     scene = None
     if args.scene is not None:
-        rate = args.moments_per_second
-        scene = SceneSource(tuple(args.scene), time=args.time, moments_per_second=rate)
+        scene = SceneSource(
+            tuple(args.scene),
+            time=args.time,
+            moments_per_second=args.moments_per_second,
+            seeks_cameras=getattr(args, "seeks_cameras", True),
+        )
     output = args.output
     if output is None and scene is not None:
         output = output_beside(scene, "looks", PICTURE_SUFFIXES[0])

@@ -33,7 +33,9 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_cluster(parser)
     flags.add_stroke_passes(parser)
     flags.add_style(parser)
-    flags.add_framing(parser.add_argument_group("view", "framed on the scene"), size="640x360")
+    view = parser.add_argument_group("view", "framed on the scene")
+    flags.add_framing(view, size="640x360")
+    flags.add_no_cameras(view)
     default = f"--orbit {ORBIT}, before a moving scene a camera that stands still"
     flags.add_path(parser.add_argument_group("path", f"the frames, default {default}"), default=str(ORBIT))
     flags.add_clip(parser)

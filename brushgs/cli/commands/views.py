@@ -28,6 +28,7 @@ def add_flags(parser: ArgumentParser) -> None:
     )
     flags.add_up(group)
     flags.add_aim(group)
+    flags.add_no_cameras(group)
     flags.add_clean(group)
     flags.add_threads(parser)
     flags.add_report(parser)

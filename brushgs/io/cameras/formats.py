@@ -97,5 +97,8 @@ UNREAD_CAMERAS = {
     ".dae": "a Collada scene",
     ".fbx": "an FBX scene",
 }
+# What may lie beside a scene, where trainers and captures keep cameras: files, and the folder of a model.
+FILES_BESIDE, MODEL_BESIDE = ("cameras.json", "transforms.json", "transforms_train.json"), "sparse/0"
+BESIDE_READ = in_words([*FILES_BESIDE, MODEL_BESIDE])
 # For help and error texts, in the order of the table.
 CAMERAS_READ = in_words([row.name for row in CAMERA_FORMATS])

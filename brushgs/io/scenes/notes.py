@@ -4,6 +4,7 @@ import warnings
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from brushgs.errors import SceneWarning
 from brushgs.io.formats import in_words
@@ -38,6 +39,7 @@ class LoadNotes:
         is_timed: whether the files of a moving scene give its length in seconds; else these are nominal.
         rows_each: how many rows one of the Gaussians was made of on average: 1, or more where a scene larger
             than memory was merged while it was read.
+        camera_folders: where cameras of the scene may lie; none where they are not sought.
     """
 
     format: str
@@ -57,6 +59,7 @@ class LoadNotes:
     moments_per_second: float | None = None
     is_timed: bool = False
     rows_each: float = 1.0
+    camera_folders: tuple[Path, ...] = ()
 
 
 def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used: int) -> LoadNotes:

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from brushgs.errors import SceneError, SceneWarning
@@ -41,7 +42,8 @@ def read_scene(
             moment for a scene at rest.
     """
     encoding = encoding or STANDARD
-    return read_files(open_files(scene, lod, encoding), encoding)
+    gaussians, notes = read_files(open_files(scene, lod, encoding), encoding)
+    return gaussians, replace(notes, camera_folders=SceneSource.of(scene).camera_folders())
 
 
 def read_files(files: Sequence[SceneFile], encoding: Encoding = STANDARD) -> tuple[Gaussians, LoadNotes]:
