@@ -87,6 +87,7 @@ def _parsed(
     scene: "Gaussians | SceneFiles", look: "Look | str | Path | None", options: Mapping[str, Any]
 ) -> "tuple[Namespace, PaintConfig]":
     """The flags that options stand for, and how they paint."""
+    from brushgs.cli.commands.render import VIEW
     from brushgs.cli.configs import paint_config, path_config
     from brushgs.cli.option_words import OptionError, option_words
     from brushgs.cli.parser import command_parser
@@ -104,7 +105,7 @@ def _parsed(
         raise ValueError(f"paint: {error}") from None
     args = parser.parse_args(["scene", *words])
     path_config(args)  # refuses what needs a path
-    return args, paint_config(args, None if opened is None else opened.values)
+    return args, paint_config(args, None if opened is None else opened.values, view=VIEW)
 
 
 def _refuse_others(parser: Any, options: Mapping[str, Any], *, is_in_memory: bool) -> None:
@@ -136,7 +137,8 @@ def _source(scene: "Gaussians | SceneFiles", args: Namespace) -> "Gaussians | Sc
     time = given.time if args.time is None else args.time
     rate = given.moments_per_second if args.moments_per_second is None else args.moments_per_second
     memory = given.memory if args.memory is None else args.memory
-    source = SceneSource(given.paths, lod, time, rate, memory)
+    seeks_cameras = given.seeks_cameras and getattr(args, "seeks_cameras", True)
+    source = SceneSource(given.paths, lod, time, rate, memory, seeks_cameras)
     if source.time is None:
         from brushgs.io.moving import open_moving
 

@@ -31,7 +31,7 @@ def framed_orbit(view: FirstView, config: ViewConfig, num_frames: int) -> list[C
 
 def framing(view: FirstView, config: ViewConfig) -> dict[str, Any]:
     """The arguments of `frame_scene` that options mean for a scene; the up axis is that of the first view."""
-    width, height = config.size or DEFAULT_SIZE
+    width, height = config.fixed_size or DEFAULT_SIZE
     azimuth, elevation, look_at = config.azimuth, config.elevation, config.look_at
     if config.side == "three-quarter":
         azimuth = view.azimuth

@@ -154,8 +154,8 @@ def _file_path(first_view: FirstView | None, view: ViewConfig, path: PathConfig)
     views = file.keys if is_curve and len(file.keys) > 1 else file.cameras
     ball = _ball_of(first_view)
     first = file.cameras[0]
-    size = view.size or (first.width, first.height)
-    if view.size is None and (broken := file_size_rule(*size)):
+    size = view.fixed_size or (first.width, first.height)
+    if view.fixed_size is None and (broken := file_size_rule(*size)):
         raise SceneError(path.file, broken)
     of_file = f"{path.file.name}{file.choice and ', ' + file.choice}"
     if file.motion is not None and (is_curve or path.fps is not None):

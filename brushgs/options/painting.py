@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from math import ceil, inf, pi, radians
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Self, get_args
+from typing import Any, Literal, Self, get_args
 
 from brushgs.options.choices import (
     MAX_SIDE,
@@ -54,13 +54,19 @@ Up = str | tuple[float, float, float]
 
 @dataclass(frozen=True)
 class CleanConfig:
-    """Which floaters are dropped before anything else; none of a file of strokes.
+    """What is dropped before anything else; nothing of a file of strokes.
 
     Attributes:
-        floaters: "sure", "strong" or "off", see `brushgs.clean`.
+        floaters: "sure", "strong", "floaters" or "off", see `brushgs.clean`; with "sure" and "strong" also
+            what hangs below an object, see `brushgs.passes.crumbs`.
     """
 
     floaters: Clean = "sure"
+
+    @property
+    def drops_crumbs(self) -> bool:
+        """Whether what hangs below an object is dropped."""
+        return self.floaters in ("sure", "strong")
 
 
 @dataclass(frozen=True)
@@ -283,7 +289,9 @@ class ViewConfig:
     """The view: a camera from a file, or one framed on the scene by its first view.
 
     Attributes:
-        size: (width, height) in pixels; None for the size of the camera in the file, or 1280 x 720.
+        size: (width, height) in pixels; None for the size of the camera in the file, or 1280 x 720. "auto"
+            for one that suits what is framed, which then is set into the picture (see
+            `brushgs.cameras.composition`); where the camera moves or is given it counts as None.
         camera_file: in any format of `brushgs.io.cameras.formats`; then only `view` and `size` are used.
         view: which camera of the file, from 0.
         up: direction that is up in the picture: "+x" to "-z" or three numbers; None for that of the scene
@@ -305,7 +313,7 @@ class ViewConfig:
         zoom: 1 shows the subject whole, > 0.
     """
 
-    size: tuple[int, int] | None = None
+    size: tuple[int, int] | Literal["auto"] | None = None
     camera_file: Path | None = None
     view: int = 0
     up: Up | None = None
@@ -320,7 +328,7 @@ class ViewConfig:
     zoom: float = 1.0
 
     def __post_init__(self) -> None:
-        if self.size is not None and (broken := size_rule(*self.size)):
+        if self.fixed_size is not None and (broken := size_rule(*self.fixed_size)):
             raise ValueError(f"size {broken}")
         if self.view < 0:
             raise ValueError(f"view must be 0 or more, got {self.view}")
@@ -343,6 +351,11 @@ class ViewConfig:
             raise ValueError(f"distance must be above 0, got {self.distance:g}")
         if self.distance is not None and not isinstance(self.look_at, tuple):
             raise ValueError("distance is that to a point: give the point too, look-at X,Y,Z")
+
+    @property
+    def fixed_size(self) -> tuple[int, int] | None:
+        """(width, height) in pixels; None where nobody asked for these."""
+        return None if self.size == "auto" else self.size
 
 
 @dataclass(frozen=True)

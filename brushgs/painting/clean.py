@@ -1,4 +1,4 @@
-"""The stages before clustering that drop what a painting does not need: floaters, and what no view sees."""
+"""The stages before clustering that drop what a painting does not need: floaters, crumbs, what is unseen."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
@@ -7,7 +7,7 @@ import numpy as np
 
 from brushgs.options.painting import CleanConfig
 from brushgs.painting.report import Report
-from brushgs.scene import Camera, Gaussians
+from brushgs.scene import Camera, FirstView, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.arrays import F64
@@ -58,9 +58,42 @@ def clean_scene(
         rows_left = ~(rows | found.copies)
         stage.counts |= {"after": int(np.count_nonzero(rows_left))}
         more = int(np.count_nonzero(found.strong.rows & ~rows))
-        if config.floaters == "sure" and found.strong.share > share + STRONG_HELPS and not found.is_haze:
+        if config.floaters != "strong" and found.strong.share > share + STRONG_HELPS and not found.is_haze:
             stage.did += f"; {more:,} more may be floaters: --clean strong drops them too"
     return gaussians if rows_left.all() else gaussians.take(rows_left)
+
+
+def drop_crumbs(
+    gaussians: Gaussians,
+    first_view: FirstView | None,
+    config: CleanConfig,
+    report: Report,
+    *,
+    is_strokes: bool,
+) -> Gaussians:
+    """Drop what hangs below an object, see `find_crumbs`; nothing of a file of strokes.
+
+    Args:
+        gaussians: the scene, without floaters.
+        first_view: of it; None where nothing needs it, and then nothing is dropped.
+        config: whether anything is.
+        report: gets a stage, only where something is.
+        is_strokes: whether the scene is strokes.
+    """
+    if first_view is None or is_strokes or not config.drops_crumbs or len(gaussians) == 0:
+        return gaussians
+    from brushgs.passes.contribution import projected_areas
+    from brushgs.passes.crumbs import find_crumbs
+
+    rows = find_crumbs(gaussians, first_view)
+    if not rows.any():
+        return gaussians
+    with report.stage("crumbs") as stage:
+        paint = gaussians.opacities * projected_areas(gaussians.scales)
+        num_dropped, share = int(np.count_nonzero(rows)), float(paint[rows].sum() / paint.sum())
+        stage.did = f"{num_dropped:,} that hang below the object dropped, {share:.2g} of the painted area"
+        stage.counts = {"before": len(gaussians), "after": len(gaussians) - num_dropped}
+    return gaussians.take(~rows)
 
 
 def select_seen(

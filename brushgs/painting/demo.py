@@ -57,7 +57,7 @@ def paint_demo(
         stage.counts = {"gaussians": len(gaussians)}
     write_scene(gaussians, scene, report)
     del gaussians
-    width, height = config.view.size or SIZE
+    width, height = config.view.fixed_size or SIZE
     camera = still_life_camera(width=width, height=height)
     return paint_file(scene, picture, config, camera=camera, report=report)
 
@@ -89,7 +89,7 @@ def paint_moving_demo(
     check_output(files[0], SCENE_SUFFIXES)
     check_output(film, VIDEO_SUFFIXES)
     scene = still_life_moving(num_gaussians, config.cluster.seed)
-    width, height = config.view.size or FILM_SIZE
+    width, height = config.view.fixed_size or FILM_SIZE
     camera = still_life_camera(width=width, height=height)
     with report.stage("build", total=len(files), unit="moments") as stage:
         for moment, path in enumerate(files):

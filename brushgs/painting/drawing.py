@@ -50,7 +50,7 @@ def open_brushes(config: PaintConfig, styled: Sequence[str], report: Report) -> 
         from brushgs.brushes.brush_set import BrushSet, paths_of, size_for
         from brushgs.brushes.kit import BrushKit
 
-        size = size_for(*(config.view.size or DEFAULT_SIZE))
+        size = size_for(*(config.view.fixed_size or DEFAULT_SIZE))
         named, stroke = config.brushes, config.draw.stroke
         if named.names:
             kit = BrushKit(named.long, named.short, named.other, named.large)

@@ -63,7 +63,7 @@ def paint_looks(
     check_output(output, PICTURE_SUFFIXES, inputs=inputs)
     for look in looks:
         check_output(output, PICTURE_SUFFIXES, inputs=input_files(inputs or output, look.config))
-    width, height = view.size or CELL
+    width, height = view.fixed_size or CELL
     view = replace(view, size=(width, height))
     pictures = []
     with scratch_folder() as folder:

@@ -67,7 +67,7 @@ def open_named(config: PaintConfig, report: Report, recall: Callable[..., Any]) 
     regions = recall("region files", (config.rules,), lambda: open_regions(config.rules, report))
     more = [] if styles is None else [name for names in styles.brushes for name in names]
     more += [] if regions is None else regions.brushes
-    named = config.brushes, config.draw.stroke, config.view.size
+    named = config.brushes, config.draw.stroke, config.view.fixed_size
     texture, kit = recall("stroke", (*named, *more), lambda: open_brushes(config, more, report))
     palette = recall("palette", (config.palette,), lambda: open_palette(config.palette, report))
     return Named(texture, kit, palette, styles, regions, has_more=bool(more))

@@ -6,7 +6,7 @@ from operator import methodcaller
 from typing import TYPE_CHECKING
 
 from brushgs.options.choices import CLIP_FPS
-from brushgs.options.painting import CleanConfig, PaintConfig
+from brushgs.options.painting import CleanConfig, PaintConfig, ViewConfig
 from brushgs.options.sequence import GrowConfig, PathConfig
 from brushgs.painting.clean import clean_scene
 from brushgs.painting.clip import Clip, Film
@@ -16,6 +16,7 @@ from brushgs.painting.views import choose_camera, choose_first_view, known_first
 from brushgs.scene import Camera, FirstView, Gaussians
 
 if TYPE_CHECKING:
+    from brushgs.arrays import F64
     from brushgs.cameras.paths import CameraPath
     from brushgs.io.scenes.notes import LoadNotes
 
@@ -31,6 +32,7 @@ class Plan:
         first_view: how the scene is seen; None if neither a view nor an output needs it.
         is_path: whether the camera moves.
         is_framed: whether a view is framed on the scene, not given by a camera or a file.
+        view: the options of the view, with the size and the place that a composed picture was given.
     """
 
     cameras: Sequence[Camera]
@@ -39,6 +41,7 @@ class Plan:
     first_view: FirstView | None
     is_path: bool
     is_framed: bool
+    view: ViewConfig
 
     @property
     def shown(self) -> Sequence[Camera]:
@@ -93,7 +96,7 @@ def plan_cameras(
             lambda: choose_first_view(gaussians, config.view, notes, report, moments=moments),
         )
     cameras: Sequence[Camera] = []
-    path, film = None, None
+    path, film, view = None, None, config.view
     if isinstance(views, PathConfig):
         if clip is not None and views.orbit is not None and views.fps is None:
             views = replace(views, fps=CLIP_FPS)
@@ -103,10 +106,15 @@ def plan_cameras(
             path = replace(path, is_loop=path.is_loop and film.is_loop)
         cameras = path.cameras
     elif needs_view:
+        is_composed = view.size == "auto" and is_framed and growing is None and clip is None
+        if is_composed and first_view is not None:
+            from brushgs.cameras.composition import composed
+
+            view = composed(first_view, view, _lamp(first_view, config))
         camera = memory.of(
             "camera",
-            (first_view, config.view, views),
-            lambda: choose_camera(first_view, config.view, report, camera=views),
+            (first_view, view, views),
+            lambda: choose_camera(first_view, view, report, camera=views, is_composed=is_composed),
         )
         cameras = [camera]
     frames = path
@@ -120,7 +128,20 @@ def plan_cameras(
             frames = replace(standing(cameras[0], len(film.times), film.fps), is_loop=film.is_loop)
     if frames is not None and check_path is not None:
         check_path(frames)
-    return Plan(cameras, frames, film, first_view, is_path=path is not None, is_framed=is_framed)
+    return Plan(cameras, frames, film, first_view, is_path=path is not None, is_framed=is_framed, view=view)
+
+
+def _lamp(first_view: FirstView, config: PaintConfig) -> "F64 | None":
+    """[3] direction toward the light of a stage, world axes; None where nothing throws a shadow."""
+    if not config.ground.stage or config.ground.shadow == 0 or config.painted is not None:
+        return None
+    import numpy as np
+
+    from brushgs.cameras.framing import camera_axes
+    from brushgs.passes.stage.place import lamp_direction
+
+    right, down, away = camera_axes(first_view.up, first_view.azimuth, 0.0)
+    return np.asarray(lamp_direction() @ np.stack([right, -down, away]))
 
 
 def _without_floaters(

@@ -57,8 +57,8 @@ def check_target(
     if isinstance(target, Path):
         if rate is not None:
             check_rate(target, rate)
-        if config.view.size is not None:
-            check_size(target, *config.view.size, config.output.codec)
+        if config.view.fixed_size is not None:
+            check_size(target, *config.view.fixed_size, config.output.codec)
         check_output(target, VIDEO_SUFFIXES, inputs=inputs)
         return
     folder = target.folder.resolve()

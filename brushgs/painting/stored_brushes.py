@@ -40,7 +40,7 @@ def open_stored_brushes(
 
         kit = BrushKit(other=tuple(_located(name, folder) for name in notes.brushes))
         try:
-            texture = kit.open(size=size_for(*(config.view.size or DEFAULT_SIZE)))
+            texture = kit.open(size=size_for(*(config.view.fixed_size or DEFAULT_SIZE)))
         except SceneError as error:
             stage.did = "none"
             stage.skipped.append(f"the brushes that strokes have: {error}")

@@ -10,11 +10,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from brushgs.cameras.composition import format_name
 from brushgs.cameras.first_view import flags_of, framed_camera, sayable, up_text
-from brushgs.cameras.framing import DEFAULT_UP, plain_first_view, unit_of, with_up
+from brushgs.cameras.framing import AXES, DEFAULT_UP, plain_first_view, unit_of, with_up
 from brushgs.errors import SceneError
+from brushgs.io.cameras.beside import name_beside
 from brushgs.options.choices import file_size_rule
 from brushgs.options.painting import CleanConfig, Up, ViewConfig
+from brushgs.painting.cameras_beside import view_beside
 from brushgs.painting.clean import clean_scene
 from brushgs.painting.report import Report, Stage
 from brushgs.scene import Camera, FirstView, Gaussians
@@ -33,7 +36,7 @@ def choose_first_view(
     *,
     moments: Iterable[Gaussians] = (),
 ) -> FirstView:
-    """How a scene is seen: as its file says, or as the scene itself looks.
+    """How a scene is seen: as its file says, by cameras beside it that fit, or as the scene itself looks.
 
     Args:
         gaussians: the scene as loaded, N >= 1.
@@ -46,6 +49,7 @@ def choose_first_view(
         ValueError: if there are no Gaussians, or `up` is no direction.
     """
     with report.stage("first view") as stage:
+        beside = None
         stored = None if notes is None else notes.first_view
         stated = config.up or (None if notes is None else notes.up)
         if stored is not None and (config.up is None or _is_up_of(stored, config.up)):
@@ -57,16 +61,27 @@ def choose_first_view(
             from brushgs.first_view import find_first_view, with_moments
 
             azimuth = None if config.side is not None else config.azimuth
-            view = find_first_view(gaussians, up=stated, azimuth=azimuth)
+            beside = view_beside(gaussians, config, notes, stated)
+            if beside is not None and beside.view is not None:
+                view = beside.view
+            else:
+                view = find_first_view(gaussians, up=stated, azimuth=azimuth)
             view = sayable(with_moments(view, moments))
             if stated is not None:
                 view = replace(view, up=unit_of(stated))
                 how, known = ("as given", "flag") if config.up else ("from the file", "header")
+            elif beside is not None and beside.path is not None:
+                how, known = f"from {name_beside(beside.path)}", "cameras"
             elif in_doubt(view):
-                how, known = "assumed", "assumed"
+                how, known = "not sure", "assumed"
             else:
                 how, known = "estimated", "estimate"
         _describe_first_view(stage, view, how, known)
+        if not view.is_front_sure and config.side is None:
+            stage.did += ", the front is a guess (--from back shows the other side)"
+        if beside is not None:
+            stage.counts |= {"cameras": None if beside.path is None else str(beside.path)}
+            report.tell(beside.note)
         if config.up is None and in_doubt(view):
             report.tell(_doubt_and_cure(view))
     return view
@@ -93,7 +108,12 @@ def known_first_view(gaussians: Gaussians, notes: "LoadNotes | None") -> FirstVi
 
 
 def choose_camera(
-    first_view: FirstView | None, config: ViewConfig, report: Report, *, camera: Camera | None = None
+    first_view: FirstView | None,
+    config: ViewConfig,
+    report: Report,
+    *,
+    camera: Camera | None = None,
+    is_composed: bool = False,
 ) -> Camera:
     """Take the camera that is given, or one of the camera file, or frame the scene.
 
@@ -102,25 +122,31 @@ def choose_camera(
         config: see `ViewConfig`.
         report: gets the stage.
         camera: is taken where it is given.
+        is_composed: whether the options are those that `composed` gave: then the report names the size among
+            the flags that give the picture again.
     """
     with report.stage("camera") as stage:
         if camera is not None:
             stage.did = "given"
-            if config.size is not None:
-                camera = camera.resized(*config.size)
+            if config.fixed_size is not None:
+                camera = camera.resized(*config.fixed_size)
         elif config.camera_file is not None:
             camera = _camera_of_file(config.camera_file, config, stage)
         else:
             assert first_view is not None, "choose a first view before framing"
             camera = framed_camera(first_view, config)
             flags = flags_of(first_view, config)
-            stage.did = f"framed: {flags}"
-            stage.counts = {"source": "framed", "flags": flags}
+            stage.did = f"framed: {flags}, {camera.width}x{camera.height}"
+            if is_composed:
+                flags = f"--size {camera.width}x{camera.height} {flags}"
+                stage.did = f"composed as a {format_name(camera.width, camera.height)}: {flags}"
+            stage.counts = {"source": "framed", "flags": flags, "is_composed": is_composed}
             if first_view.has_surroundings and config.look_at in (None, "subject"):
                 stage.details.append(
                     "the view is framed on the middle of the scene; --look-at scene shows all"
                 )
-        stage.did += f", {camera.width}x{camera.height}"
+        if stage.counts.get("source") != "framed":
+            stage.did += f", {camera.width}x{camera.height}"
         stage.counts |= {"width": camera.width, "height": camera.height}
     return camera
 
@@ -155,9 +181,16 @@ def in_doubt(view: FirstView) -> bool:
 
 
 def doubt_in_words(view: FirstView) -> str:
-    """The most probable axes, such as "not sure which way is up (-y 0.41, +z 0.38, +y 0.12)"."""
-    ranking = ", ".join(f"{name} {share:.2f}" for name, share in view.ups[:3])
-    return f"not sure which way is up ({ranking})"
+    """The likely axes and what is taken: "not sure which way is up (+z 0.41, -y 0.38): -y is taken"."""
+    from brushgs.first_view.up import ranking_text
+
+    taken = _axis_of(view)
+    return f"not sure which way is up ({ranking_text(view.ups, taken)}): {taken} is taken"
+
+
+def _axis_of(view: FirstView) -> str:
+    """The axis that is up, perhaps tilted."""
+    return max(AXES, key=lambda name: float(view.up @ AXES[name]))
 
 
 def _is_up_of(view: FirstView, up: Up) -> bool:
@@ -188,8 +221,9 @@ def _describe_first_view(stage: Stage, view: FirstView, how: str, known: str) ->
 
 def _doubt_and_cure(view: FirstView) -> str:
     """That the picture may be upside down, and what to do then."""
-    other = next((name for name, _ in view.ups if name != up_text(view.up)), DEFAULT_UP)
-    cure = f"'brushgs views' shows them all, and --up {other} turns it"
+    taken = _axis_of(view)
+    other = next((name for name, _ in view.ups if name != taken), DEFAULT_UP)
+    cure = f"--up {other} turns it, and 'brushgs views' shows them all"
     return f"{doubt_in_words(view)}; {cure}"
 
 
@@ -205,8 +239,8 @@ def _camera_of_file(path: Path, config: ViewConfig, stage: Stage) -> Camera:
     stage.did = f"view {config.view} of {len(cameras)} in {path.name}{file.choice and ', ' + file.choice}"
     stage.counts = {"source": str(path), "view": config.view, "views": len(cameras)}
     camera = cameras[config.view]
-    if config.size is not None:
-        return camera.resized(*config.size)
+    if config.fixed_size is not None:
+        return camera.resized(*config.fixed_size)
     if broken := file_size_rule(camera.width, camera.height):
         raise SceneError(path, broken)
     return camera

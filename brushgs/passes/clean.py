@@ -58,7 +58,7 @@ class FoundFloaters:
     def dropped(self, clean: Clean) -> Mask:
         """[N] mask of the floaters that cleaning drops: sure ones only where they are seen."""
         match clean:
-            case "sure" if self.sure.is_seen:
+            case "sure" | "floaters" if self.sure.is_seen:
                 return self.sure.rows
             case "strong" if not self.is_haze:
                 return self.strong.rows
@@ -111,7 +111,8 @@ def clean(gaussians: Gaussians, floaters: Clean = "sure") -> Gaussians:
     Args:
         gaussians: N Gaussians.
         floaters: "sure" drops those that are clearly detached from everything solid, if together they can be
-            seen; "strong" nearer ones too, which costs some thin leaves; "off" drops nothing.
+            seen; "strong" nearer ones too, which costs some thin leaves; "off" drops nothing. "floaters" is
+            "sure": a painting drops what hangs below an object too, and there it is without that.
 
     Returns:
         The same object where nothing is dropped.

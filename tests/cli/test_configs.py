@@ -174,6 +174,17 @@ def test_the_plain_stroke_means_the_whole_scene_in_every_command(command):
     assert config.prune.keep == 0.5
 
 
+def test_a_size_is_chosen_where_it_is_asked_for():
+    for words, size in (([], None), (["--size", "auto"], "auto"), (["--size", "30x20"], (30, 20))):
+        for command in ("render", "export", "bench"):
+            view = paint_config(parse([command, "a.ply", *words])).view
+            assert view.size == size
+            assert view.fixed_size == (None if size == "auto" else size)
+    of_render = paint_config(parse(["render", "a.ply"]), view=render.VIEW).view
+    assert of_render == ViewConfig(size="auto")
+    assert paint_config(parse(["render", "a.ply", "--size", "30x20"]), view=render.VIEW).view.size == (30, 20)
+
+
 def test_refine_sizes_its_views_and_not_a_picture():
     words = ["--size", "64x48", "--up", "+z", "--seed", "3", "--where", "sphere:0,0,0,1", "--resume"]
     args = parse(["refine", "a.ply", *words])

@@ -278,7 +278,7 @@ def test_a_camera_file_gives_the_view_and_its_size(scene, tmp_path):
 
 def test_the_first_view_says_which_way_is_up_and_why(gaussians):
     for file_up, asked, did in (
-        (None, None, "up is -y (assumed, probability 0.80)"),
+        (None, None, "up is -y (not sure, probability 0.80)"),
         ("+z", None, "up is +z (from the file)"),
         ("+z", "-x", "up is -x (as given)"),
         (None, (0.0, 0.0, 1.0), "up is +z (as given)"),

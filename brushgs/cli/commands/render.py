@@ -19,6 +19,8 @@ from brushgs.cli.passes import ShowPasses
 from brushgs.io.pictures.formats import PICTURE_SUFFIXES, PICTURES_WRITTEN, VIDEO_SUFFIXES, VIDEOS_WRITTEN
 from brushgs.options.choices import PRESETS, Lock
 
+VIEW = {"size": "auto"}  # the defaults of this command
+
 if TYPE_CHECKING:
     from brushgs.options.scene_source import SceneSource
     from brushgs.options.sequence import SequenceConfig
@@ -41,9 +43,10 @@ def add_flags(parser: ArgumentParser) -> None:
         choices=sorted(PRESETS),
         default="default",
         help="'paper': the published method (weight, features, merge and extent paper, method minibatch, "
-        "filter bilinear, lock off, order depth, look plain); other flags override it",
+        "filter bilinear, lock off, order depth, look plain); '0.1': pictures as version 0.1 painted them by "
+        "default (backdrop loose, size 1280x720, clean floaters); other flags override it",
     )
-    flags.add_painting(parser)
+    flags.add_painting(parser, size="auto for a picture, 1280x720 for a film")
     parser.add_argument(
         "--views",
         action="store_true",
@@ -102,7 +105,7 @@ def _add_path(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Paint, and report the stages."""
-    config, scene, sequence = paint_config(args), scene_source(args), sequence_config(args)
+    config, scene, sequence = paint_config(args, view=VIEW), scene_source(args), sequence_config(args)
     with reported(args) as report:
         clip = open_clip(args, scene)
         path = grow_config(args) or path_config(args, is_moving=clip is not None)
