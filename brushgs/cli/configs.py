@@ -11,6 +11,7 @@ from brushgs.options.choices import (
     DEFAULT_BACKDROP,
     DEFAULT_LOOK,
     PLAIN_LOOK,
+    PLAIN_PRESETS,
     PLAIN_SCENE,
     PRESETS,
     StepValues,
@@ -41,7 +42,12 @@ def scene_source(args: Namespace) -> "SceneSource":
     from brushgs.options.scene_source import SceneSource
 
     return SceneSource(
-        tuple(args.scene), args.lod, args.time, args.moments_per_second, getattr(args, "memory", None)
+        tuple(args.scene),
+        args.lod,
+        args.time,
+        args.moments_per_second,
+        getattr(args, "memory", None),
+        getattr(args, "seeks_cameras", True),
     )
 
 
@@ -64,8 +70,9 @@ def paint_config(
     """
     from brushgs.options.painting import STEPS, PaintConfig
 
-    preset = PRESETS[getattr(args, "preset", "default")]
-    is_plain = given(args, "draw").get("stroke") == "gaussian" and not preset
+    preset = PRESETS[preset_of(args)]
+    has_method = preset_of(args) in PLAIN_PRESETS
+    is_plain = given(args, "draw").get("stroke") == "gaussian" and not has_method
     plain = PLAIN_SCENE if is_plain else NOTHING
     whole = _values_of(look_of(args)) if look_values is None else look_values
     look = _without_replaced(whole, args)
@@ -83,9 +90,14 @@ def paint_config(
     below = _layered([defaults, look, preset, plain])
     values = _layered([_styled(below, flags["style"]), flags])
     values["ground"] |= _backdrop(given(args, "ground").get("backdrop"), whole)
-    if look_values is None and look_is_default(args) and "stroke" not in flags["draw"] and not preset:
+    if look_values is None and look_is_default(args) and "stroke" not in flags["draw"] and not has_method:
         values["brushes"]["are_usual"] = True
     return PaintConfig.of(values)
+
+
+def preset_of(args: Namespace) -> str:
+    """The name of the preset of a command."""
+    return str(getattr(args, "preset", "default"))
 
 
 def look_is_default(args: Namespace) -> bool:
@@ -130,7 +142,7 @@ def look_of(args: Namespace) -> str:
     if not hasattr(args, "look"):
         return PLAIN_LOOK
     plain = None
-    if PRESETS[getattr(args, "preset", "default")]:
+    if preset_of(args) in PLAIN_PRESETS:
         plain = f"--preset {args.preset}"
     elif given(args, "draw").get("stroke") == "gaussian":
         plain = "--stroke gaussian"
@@ -143,7 +155,7 @@ def look_of(args: Namespace) -> str:
 
 def painting_name(args: Namespace, config: "PaintConfig") -> str:
     """What a painting is called after its scene: the stroke where one is named, else the look."""
-    if "stroke" in given(args, "draw") or PRESETS[getattr(args, "preset", "default")]:
+    if "stroke" in given(args, "draw") or preset_of(args) in PLAIN_PRESETS:
         from brushgs.brushes.brush_set import name_of
 
         return name_of(config.draw.stroke)
@@ -159,20 +171,25 @@ def _without_replaced(look: StepValues, args: Namespace) -> StepValues:
     if "background" in draw:
         if "ground" in ground:
             raise ValueError("--ground cannot be combined with --background, which takes its place")
-        replaced |= {("ground", "ground"), ("ground", "backdrop")}
+        replaced |= {("ground", name) for name in ("ground", "backdrop", "stage")}
     return {
         step: {name: value for name, value in values.items() if (step, name) not in replaced}
         for step, values in look.items()
     }
 
 
-def _backdrop(asked: bool | int | None, look: StepValues) -> dict[str, Any]:
-    """The fields of a ground for `--backdrop on`, `off` or a number; what is asked for is in any scene."""
+def _backdrop(asked: bool | int | str | None, look: StepValues) -> dict[str, Any]:
+    """The fields of a ground for a value of `--backdrop`; what is asked for is in any scene."""
     if asked is None:
         return {}
+    ground = look.get("ground", {})
     if asked is True:
-        asked = look.get("ground", {}).get("backdrop") or DEFAULT_BACKDROP
-    return {"backdrop": int(asked), "backdrop_always": bool(asked)}
+        asked = "loose" if ground.get("backdrop") and not ground.get("stage") else "stage"
+    if asked == "stage":
+        return {"stage": True, "backdrop": ground.get("backdrop", 0), "backdrop_always": True}
+    if asked == "loose":
+        asked = ground.get("backdrop") or DEFAULT_BACKDROP
+    return {"stage": False, "backdrop": int(asked), "backdrop_always": bool(asked)}
 
 
 def where_config(args: Namespace, step: str = "where") -> "WhereConfig | None":

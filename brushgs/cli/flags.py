@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from brushgs.cli import values
-from brushgs.io.cameras.formats import CAMERAS_READ
+from brushgs.io.cameras.formats import BESIDE_READ, CAMERAS_READ
 from brushgs.io.formats import in_words
 from brushgs.io.moving.formats import MOVING_READ
 from brushgs.io.pictures.formats import PICTURES_READ
@@ -43,6 +43,7 @@ from brushgs.options.choices import (
 )
 
 Container = ArgumentParser | argparse._ArgumentGroup
+BESIDE_GIVES = f"up and the first view, if they fit it: {BESIDE_READ}, in its folder or the one above"
 
 
 class ConfigFlags:
@@ -72,6 +73,29 @@ class Fields(argparse.Action):
         step, _, _ = self.dest.partition(".")
         for name, value in values.items():
             setattr(namespace, f"{step}.{name}", value)
+
+
+class CameraFile(argparse.Action):
+    """A file of cameras; "none" in its place makes `args.seeks_cameras` False, see `SceneSource`."""
+
+    def __call__(self, parser: Any, namespace: Namespace, values: Any, option_string: Any = None) -> None:
+        """Store the file, or that there is none, also beside the scene."""
+        namespace.seeks_cameras = isinstance(values, Path)
+        if isinstance(values, Path):
+            setattr(namespace, self.dest, values)
+        elif hasattr(namespace, self.dest):
+            delattr(namespace, self.dest)
+
+
+def add_no_cameras(container: Container) -> None:
+    """`args.seeks_cameras` of a command that takes no camera file."""
+    container.add_argument(
+        "--camera-file",
+        default=argparse.SUPPRESS,
+        action=CameraFile,
+        choices=("none",),
+        help=f"passes over cameras that lie beside the scene; by default these give {BESIDE_GIVES}",
+    )
 
 
 def given(args: Namespace, step: str) -> dict[str, Any]:
@@ -163,8 +187,8 @@ def add_experiment_output(parser: ArgumentParser, name: str, *, is_main: bool = 
     )
 
 
-def add_painting(parser: ArgumentParser) -> None:
-    """All that decides what one picture of a scene shows."""
+def add_painting(parser: ArgumentParser, *, size: str = "1280x720") -> None:
+    """All that decides what one picture of a scene shows; `size` is the default of that in words."""
     add_look(parser)
     add_draw(parser, has_look=True)
     add_prune(parser)
@@ -174,7 +198,7 @@ def add_painting(parser: ArgumentParser) -> None:
     add_style(parser)
     add_rules(parser)
     add_where(parser, "what is painted; the rest is shown as it is", has_camera_file=True, step="painted")
-    add_view(parser)
+    add_view(parser, size=size)
 
 
 def add_output(parser: ArgumentParser) -> Container:
@@ -253,10 +277,24 @@ def add_look(parser: ArgumentParser) -> None:
     )
     ground.add(
         "--backdrop",
-        type=values.on_off_count,
-        metavar="on|off|N",
-        help="loose strokes that stand behind the scene, or their number; 'on' is that of the look or "
-        f"{DEFAULT_BACKDROP}; default that of the look, and none where a scene has surroundings of its own",
+        type=values.backdrop,
+        metavar="stage|loose|on|off|N",
+        help="what stands around an object: 'stage', a table, a wall and its shadow; 'loose', strokes in the "
+        f"air, of the number of the look or {DEFAULT_BACKDROP}, or N of them; 'on' is that of the look also "
+        "around scenes that fill the picture; default that of the look, and none where a scene has "
+        "surroundings of its own",
+    )
+    ground.add(
+        "--stage-tone",
+        metavar="auto|light|dark|COLORS",
+        help="lightness of the wall of a stage, or the colours of table and wall, as '#7a6a58,#9aa4b0'; "
+        "default auto: the outline of the subject reads",
+    )
+    ground.add(
+        "--shadow",
+        type=values.share,
+        metavar="SHARE",
+        help="strength of the shadow on a stage, 0 to 1; default that of the look",
     )
     color = ConfigFlags(group, "color")
     color.add(
@@ -401,9 +439,11 @@ def add_where(
     if not has_camera_file:
         flags.add(
             "--camera-file",
-            type=Path,
-            metavar="FILE",
-            help=f"cameras of the masks, by the names of the pictures or in their order: {CAMERAS_READ}",
+            action=CameraFile,
+            type=values.camera_file,
+            metavar="FILE|none",
+            help=f"cameras of the masks, by the names of the pictures or in their order: {CAMERAS_READ}; "
+            "'none' passes over cameras that lie beside the scene",
         )
 
 
@@ -413,8 +453,9 @@ def add_clean(container: Container) -> None:
         "--clean",
         field="floaters",
         choices=get_args(Clean),
-        help="floaters that are dropped: 'sure': clearly detached (default), 'strong': closer ones too, "
-        "which loses some thin leaves; 'off': none",
+        help="what is dropped: 'sure': floaters that are clearly detached, and crumbs that hang below an "
+        "object (default), 'strong': closer floaters too, which loses some thin leaves; 'floaters': as "
+        "'sure' without crumbs; 'off': nothing",
     )
 
 
@@ -636,16 +677,26 @@ def add_rules(parser: ArgumentParser) -> None:
     )
 
 
-def add_view(parser: ArgumentParser) -> None:
-    """`ViewConfig`."""
+def add_view(parser: ArgumentParser, *, size: str = "1280x720") -> None:
+    """`ViewConfig`; `size` is the default in words."""
     group = parser.add_argument_group("view", "framed on the scene, or a camera from a file")
-    add_framing(group, size="1280x720, or that of the camera in the file")
     flags = ConfigFlags(group, "view")
     flags.add(
+        "--size",
+        type=values.chosen_size,
+        metavar="WxH|auto",
+        help="picture size in pixels; 'auto' chooses portrait, square or landscape of as many pixels as "
+        "1280x720 has by what is framed, and sets an object into the picture with room for its shadow; "
+        f"default {size}, or that of the camera in the file",
+    )
+    add_placing(group)
+    flags.add(
         "--camera-file",
-        type=Path,
-        metavar="FILE",
-        help=f"cameras: {CAMERAS_READ}",
+        action=CameraFile,
+        type=values.camera_file,
+        metavar="FILE|none",
+        help=f"cameras: {CAMERAS_READ}; 'none' passes over cameras that lie beside the scene, which by "
+        f"default give {BESIDE_GIVES}",
     )
     flags.add(
         "--view",
@@ -657,10 +708,15 @@ def add_view(parser: ArgumentParser) -> None:
 
 def add_framing(container: Container, *, size: str) -> None:
     """`ViewConfig` of a view that is framed on the scene; `size` is the default in words."""
-    flags = ConfigFlags(container, "view")
-    flags.add(
+    ConfigFlags(container, "view").add(
         "--size", type=values.picture_size, metavar="WxH", help=f"picture size in pixels, default {size}"
     )
+    add_placing(container)
+
+
+def add_placing(container: Container) -> None:
+    """`ViewConfig` of where a framed view is from."""
+    flags = ConfigFlags(container, "view")
     add_up(container)
     flags.add(
         "--azimuth",
@@ -735,7 +791,7 @@ def add_up(container: Container) -> None:
         "--up",
         metavar="AXIS",
         help="up direction of the scene: +x, -x, +y, -y, +z, -z or three numbers such as 0,-1,0; default "
-        "from the header of the file, else -y, as in COLMAP and most trainers (Blender: +z)",
+        "from the header of the file, else the likely axis, and -y where that is hardly less likely",
     )
 
 

@@ -13,8 +13,9 @@ from typing import Any
 
 from brushgs.cli import values
 
-SWITCHES = (values.on_off, values.on_off_count)  # what true and false stand for "on" and "off" in
-BETWEEN: Mapping[Any, str] = {values.picture_size: "x"}  # what stands between items of a list, else a comma
+SWITCHES = (values.on_off, values.backdrop)  # what true and false stand for "on" and "off" in
+# What stands between items of a list, else a comma.
+BETWEEN: Mapping[Any, str] = {values.picture_size: "x", values.chosen_size: "x"}
 AFTER_NAME: Mapping[Any, str] = {values.adjustments: "=", values.styles: ":"}  # and within those of a table
 
 

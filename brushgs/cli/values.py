@@ -8,6 +8,7 @@ import re
 from argparse import ArgumentTypeError
 from collections.abc import Callable
 from math import isfinite, radians
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar, get_args
 
 from brushgs.options.choices import Target, size_rule
@@ -101,6 +102,16 @@ def picture_size(text: str) -> tuple[int, int]:
     return size
 
 
+def chosen_size(text: str) -> tuple[int, int] | str:
+    """(width, height) in pixels as `picture_size`, or "auto" for one that is chosen."""
+    if text == "auto":
+        return text
+    try:
+        return picture_size(text)
+    except ArgumentTypeError as error:
+        raise ArgumentTypeError(f"{error}; or auto" if "x" not in text.lower() else str(error)) from None
+
+
 def strokes(text: str) -> "int | float | str | ErrorBudget | None":
     """A value of `ClusterConfig.strokes`, see `parse_strokes`."""
     return _checked(parse_strokes, text)
@@ -130,6 +141,11 @@ def where(text: str) -> "Where":
     return _checked(Where.parse, text)
 
 
+def camera_file(text: str) -> Path | None:
+    """A file of cameras; None for "none". A file of that name is "./none"."""
+    return None if text == "none" else Path(text)
+
+
 def on_off(text: str) -> bool:
     """Whether a switch is on."""
     if text not in ("on", "off"):
@@ -137,14 +153,16 @@ def on_off(text: str) -> bool:
     return text == "on"
 
 
-def on_off_count(text: str) -> bool | int:
-    """Whether a switch is on, or a count; 0 is off."""
+def backdrop(text: str) -> bool | int | str:
+    """A kind of backdrop, whether there is one, or its number of loose strokes; 0 is off."""
     if text in ("on", "off"):
         return text == "on"
+    if text in ("stage", "loose"):
+        return text
     try:
         return count_from(0)(text) or False
     except ArgumentTypeError:
-        raise ArgumentTypeError(f"must be on, off or a whole number, got {text!r}") from None
+        raise ArgumentTypeError(f"must be stage, loose, on, off or a whole number, got {text!r}") from None
 
 
 def lamp(text: str) -> tuple[float, ...]:

@@ -23,7 +23,8 @@ ColorSpace = Literal["lab", "linear", "srgb"]  # in which a palette is matched
 Knee = Literal["auto", "auto:frame"]  # chosen counts of strokes: by the time waited for, by that of a frame
 Cost = Literal["frame", "painting"]  # what is waited for: one of many frames, or a whole painting
 BenchFamily = Literal["strokes", "merge", "filter", "precision", "sh", "size"]
-Clean = Literal["off", "sure", "strong"]  # which floaters are dropped: none, detached ones, nearer ones too
+# What is dropped: nothing; detached floaters; these and crumbs below an object; nearer floaters too.
+Clean = Literal["off", "floaters", "sure", "strong"]
 Params = Literal["colour", "free", "all"]  # of strokes, fitted by refinement
 See = Literal["views", "off"]  # what decides which strokes there are beside the scene: what views of it show
 Canvas = Literal["none", "linen", "paper"]  # what lies under the paint
@@ -33,6 +34,7 @@ Codec = Literal["h264", "h265", "prores", "vp9"]  # of videos
 # The looks that come with the program, files in brushgs/looks: as they are listed.
 LOOKS = ("oil", "impressionist", "gouache", "watercolour", "charcoal", "ink", "plain")
 DEFAULT_LOOK, PLAIN_LOOK = "oil", "plain"
+STAGE_TONES = ("auto", "light", "dark")  # of the wall of a stage
 # Strokes of a backdrop: of one that is switched on in a look without, and the most that a look may have.
 DEFAULT_BACKDROP, MAX_BACKDROP = 2500, 20_000
 # Layers of a picture that compositing takes -> what each is, in words. `Frame.layers` says how they are held,
@@ -76,9 +78,16 @@ METHODS: Mapping[Method, str] = {
 # Strokes as clustering leaves them, and drawn as they are.
 PLAIN_STROKES: Mapping[str, Any] = {"see": "off", "solid": False, "direction": "own", "broken_color": 0.0}
 PLAIN_PAINT: Mapping[str, Any] = {"underpaint": False, "streaks": 0.0}
-# "paper" is the published method (Xiang et al. 2025) without its defects.
+# "paper" is the published method (Xiang et al. 2025) without its defects, and the plain look. "0.1" lies over
+# any look: each default that has changed since has its old value there.
+PLAIN_PRESETS = ("paper",)
 PRESETS: Mapping[str, StepValues] = {
     "default": {},
+    "0.1": {
+        "clean": {"floaters": "floaters"},
+        "view": {"size": None},
+        "ground": {"stage": False},
+    },
     "paper": {
         "clean": {"floaters": "off"},
         "prune": {"weight": "paper"},

@@ -101,6 +101,8 @@ class Look:
         values = _base_values(path, texts.get("base"), (*based, path.resolve()))
         for step, table in tables.items():
             values[step] = values.get(step, {}) | _step_values(path, step, table)
+            if "backdrop" in table and "stage" not in table:  # a number alone is that of loose strokes
+                values[step]["stage"] = False
             try:
                 PaintConfig.of({step: values[step]})
             except ValueError as error:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, fields
 from math import degrees, pi, radians
 from typing import Annotated, Any, NamedTuple, get_args
 
-from brushgs.options.choices import MAX_BACKDROP, Canvas, Medium
+from brushgs.options.choices import MAX_BACKDROP, STAGE_TONES, Canvas, Medium, color_code
 
 MAX_BRUSHES = 256  # of one picture: a stroke holds the row of its brush in 8 bits
 MAX_PIGMENTS = 256
@@ -150,6 +150,13 @@ class GroundConfig(_Part):
         backdrop_size: of its strokes, 1.6 covers the sphere loosely, 0.5 to 4.
         backdrop_dry: how little paint its strokes hold, 0 to 1: the ground shows through.
         backdrop_border: share of the picture's smaller side over which it thins toward the border, 0 to 0.5.
+        stage: whether a table, a wall and the cast shadow stand in place of the backdrop, in paint or in the
+            marks of a drawing medium.
+        stage_tone: "auto", "light" or "dark": of the wall, or the colours of both, as "#table,#wall".
+        stage_size: of its strokes, 1 for the usual one, 0.25 to 4.
+        stage_aspect: length of its strokes over their width, 1 to 10.
+        stage_jitter: standard deviations of its strokes, OKLab (L, and a and b), each 0 to 0.2.
+        shadow: strength of the shadow on a stage, 0 to 1.
     """
 
     ground: str = "none"
@@ -168,6 +175,12 @@ class GroundConfig(_Part):
     backdrop_size: Annotated[float, Within(0.5, 4)] = 1.6
     backdrop_dry: Share = 0.25
     backdrop_border: Annotated[float, Within(0, 0.5)] = 0.13
+    stage: bool = False
+    stage_tone: str = "auto"
+    stage_size: Annotated[float, Within(0.25, 4)] = 1.0
+    stage_aspect: Annotated[float, Within(1, 10)] = 2.4
+    stage_jitter: Annotated[Pair, Within(0, 0.2)] = (0.008, 0.004)
+    shadow: Share = 0.6
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -175,6 +188,16 @@ class GroundConfig(_Part):
             raise ValueError(f"ground must be {GROUND_FORMS}, got {self.ground!r}")
         if not all(name.strip() for name in self.backdrop_brushes):
             raise ValueError("backdrop_brushes must be names of strokes or image files, got an empty one")
+        if self.stage_tone not in STAGE_TONES and self.stage_colors is None:
+            forms = f"{', '.join(STAGE_TONES)} or two colours, as '#7a6a58,#9aa4b0'"
+            raise ValueError(f"stage_tone must be {forms}, got {self.stage_tone!r}")
+
+    @property
+    def stage_colors(self) -> tuple[str, str] | None:
+        """Of the table and the wall, "#rrggbb", where they are named; None where they are chosen."""
+        table, comma, wall = self.stage_tone.partition(",")
+        codes = color_code(table), color_code(wall)
+        return (codes[0], codes[1]) if comma and codes[0] and codes[1] else None
 
 
 GROUND_FORMS = "toned, canvas, paper, none, the name of a colour, #rrggbb or an image file"

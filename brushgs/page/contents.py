@@ -17,7 +17,7 @@ from brushgs.brushes.brush_set import BrushSet, Sigmas
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.page.images import reduced
 from brushgs.page.view import PageView
-from brushgs.painting.look import BACKDROP
+from brushgs.painting.coats.materials import BACKDROP
 from brushgs.rendering.border import uniform_of
 from brushgs.rendering.constants import MIN_ALPHA
 from brushgs.rendering.light import BLUR
@@ -257,6 +257,7 @@ def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict
     return {
         "name": coat.name,
         "isBackdrop": coat.name == BACKDROP,
+        "isOneSided": coat.is_one_sided,
         "count": len(rows),
         "blend": coat.blend,
         "dry": coat.dry,

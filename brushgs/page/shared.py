@@ -42,6 +42,7 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "BORDER_SPREAD": border.SPREAD,
         "BORDER_FADE": border.FADE,
         "FACING_BOUNDS": facing.BOUNDS,
+        "BEHIND_BOUNDS": facing.BEHIND,
         "SOLID_BELOW": depth_test.SOLID,
         "DARKEST": glaze.DARKEST,
         "TOOTH_SOFTNESS": tooth.SOFTNESS,

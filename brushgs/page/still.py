@@ -7,8 +7,8 @@ from brushgs.io.pictures.oiio import Background
 from brushgs.page.contents import shown_by
 from brushgs.page.images import reduced
 from brushgs.page.weight import Weight, fragments_of, vertices_of
+from brushgs.painting.coats.materials import BACKDROP
 from brushgs.painting.drawing import warn_if_blank
-from brushgs.painting.look import BACKDROP
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.constants import MIN_ALPHA
 from brushgs.scene import Camera, Frame

@@ -1,4 +1,4 @@
-"""The stages that make a painting of strokes: what it is laid on, what stands behind, coats, and the lamp."""
+"""The stages that make a painting of strokes: what it is laid on, lines, and the lamp."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -8,27 +8,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from brushgs.arrays import Array
-from brushgs.options.look_parts import GroundConfig, LightConfig
+from brushgs.options.look_parts import LightConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.background import Background, open_background
 from brushgs.painting.report import Report
-from brushgs.rendering.coat import Coat
-from brushgs.scene import Camera, FirstView, Gaussians
+from brushgs.scene import Camera, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
-    from brushgs.brushes.kit import BrushKit
-    from brushgs.passes.backdrop import Backdrop
     from brushgs.passes.lines import Lines
     from brushgs.rendering.light import Lamp
-    from brushgs.rendering.options import RenderOptions
     from brushgs.rendering.plain import PlainViews
     from brushgs.rendering.relief import Relief
     from brushgs.rendering.surface import Surface
 
 BOUGHT = {"canvas": "#dccfb8", "paper": "#f7f3ea"}  # grounds as they come
 LINE_BRUSH = "line"
-BACKDROP = "backdrop"  # name of its coat
 
 
 def open_lamp(config: LightConfig) -> "Lamp | None":
@@ -116,71 +111,6 @@ def _ground_color(config: PaintConfig, gaussians: Gaussians, width: int, height:
 
 def _code(color: ArrayLike) -> str:
     return "#" + "".join(f"{round(255 * float(channel)):02x}" for channel in np.clip(color, 0, 1))
-
-
-def open_backdrop(
-    config: PaintConfig,
-    gaussians: Gaussians,
-    cameras: Sequence[Camera],
-    first_view: FirstView | None,
-    options: "RenderOptions",
-    texture: "BrushSet",
-    kit: "BrushKit",
-    views: "PlainViews | None",
-    report: Report,
-) -> list[Coat]:
-    """The coat of the backdrop; none where the look or the scene has none."""
-    ground = config.ground
-    if ground.backdrop == 0 or first_view is None or not cameras:
-        return []
-    with report.stage("backdrop") as stage:
-        from brushgs.passes.backdrop import backdrop, reason_for_none
-
-        frames = [] if views is None else views.frames[:1]
-        reason = None if ground.backdrop_always else reason_for_none(first_view, frames)
-        if reason is not None:
-            stage.did, stage.counts = "nothing", {"strokes": 0}
-            stage.skipped.append(f"backdrop: {reason}")
-            return []
-        seed = config.cluster.seed
-        strokes = backdrop(gaussians, first_view, cameras, _backdrop_of(ground), seed=seed)
-        if ground.backdrop_brushes:
-            from brushgs.brushes.brush_set import size_for
-            from brushgs.brushes.kit import BrushKit
-            from brushgs.passes.choose_brushes import choose_brushes
-
-            known = dict(
-                zip(kit.images, texture.textures, strict=False)
-            )  # a single stroke has no row in its kit
-            kit = BrushKit(other=ground.backdrop_brushes)
-            texture = kit.open(size=size_for(cameras[0].width, cameras[0].height), known=known)
-            strokes = choose_brushes(strokes, kit, seed=seed)
-        options = options.for_marks(texture)
-        stage.did = f"{len(strokes):,} strokes around the scene"
-        stage.counts = {"strokes": len(strokes)}
-    return [Coat(BACKDROP, strokes, texture, options, dry=ground.backdrop_dry, border=ground.backdrop_border)]
-
-
-def _backdrop_of(ground: GroundConfig) -> "Backdrop":
-    from brushgs.passes.backdrop import Backdrop, Tone
-
-    tones = zip(
-        ground.backdrop_lightness,
-        ground.backdrop_complement,
-        (ground.backdrop_above, ground.backdrop_below),
-        strict=True,
-    )
-    above, below = (Tone(*tone) for tone in tones)
-    lightness, chroma = ground.backdrop_jitter
-    return Backdrop(
-        strokes=ground.backdrop,
-        above=above,
-        below=below,
-        aspect=ground.backdrop_aspect,
-        size=ground.backdrop_size,
-        lightness=lightness,
-        chroma=chroma,
-    )
 
 
 def open_lines(

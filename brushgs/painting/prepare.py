@@ -1,8 +1,8 @@
 """The one preparation of every command: from a scene and options to the strokes, the views and how to draw.
 
-    stroke (-> style, palette) -> load -> clean (-> first view) -> camera or path (-> regions, background,
-        ground, plain) -> plain views (-> seen, lines) -> prune (-> focus, count) -> cluster -> solid
-        -> direction -> repaint (-> recolor) (-> colour) -> broken colour (-> style colours, adjust)
+    stroke (-> style, palette) -> load -> clean (-> first view) -> camera or path (-> crumbs) (-> regions,
+        background, ground, plain) -> plain views (-> seen, lines) -> prune (-> focus, count) -> cluster
+        -> solid -> direction -> repaint (-> recolor) (-> colour) -> broken colour (-> style colours, adjust)
         (-> brushes) (-> backdrop) -> coats
 
 Cameras are framed on the cleaned scene, so that paintings of one scene with different counts line up.
@@ -17,17 +17,16 @@ from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.options.where import WhereConfig
+from brushgs.painting.backdrop import Setting, open_backdrop
 from brushgs.painting.background import Background, check_background
-from brushgs.painting.clean import clean_scene, select_seen
+from brushgs.painting.clean import clean_scene, drop_crumbs, select_seen
 from brushgs.painting.clip import Clip
-from brushgs.painting.coats.materials import Materials
+from brushgs.painting.coats.materials import BACKDROP, Materials
 from brushgs.painting.coats.media import coats_of
 from brushgs.painting.count import open_view_model
 from brushgs.painting.drawing import open_picture_background, render_options
 from brushgs.painting.guidance import Guidance, open_guidance
 from brushgs.painting.look import (
-    BACKDROP,
-    open_backdrop,
     open_lamp,
     open_lines,
     open_relief,
@@ -56,6 +55,7 @@ from brushgs.painting.stroke_changes import changes_of
 from brushgs.painting.strokes import cluster_scene, load_scene, prune_scene
 from brushgs.painting.where import Rest, part, split_where, with_ids
 from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
 from brushgs.scene import Camera, FirstView, Gaussians
 
 if TYPE_CHECKING:
@@ -198,7 +198,7 @@ def prepare(
     else:
         gaussians, notes = recall("load", (source,), lambda: _load(source, report, workers))
         if gaussians.brushes is not None:  # chosen anew where they are those of other brushes
-            of_file = gaussians, source, config.brushes, config.view.size, named.has_more
+            of_file = gaussians, source, config.brushes, config.view.fixed_size, named.has_more
             gaussians, stored = recall(
                 "brushes", of_file, partial(_stored_brushes, gaussians, notes, source, config, named, report)
             )
@@ -239,6 +239,13 @@ def prepare(
         or (config.painted is not None and config.painted.needs_first_view),
     )
     cameras, film, first_view = plan.cameras, plan.film, plan.first_view
+    config = replace(config, view=plan.view)
+    if clip is None:  # of one that moves the rows are those of all moments
+        gaussians = recall(
+            "crumbs",
+            (gaussians, first_view, config.clean),
+            partial(drop_crumbs, gaussians, first_view, config.clean, report, is_strokes=is_strokes),
+        )
     whole, plain = gaussians, None
     if config.painted is not None:
         parted = partial(part, gaussians, config.painted, first_view, report, num_threads=config.draw.threads)
@@ -377,13 +384,7 @@ def prepare(
         return everything(strokes=gaussians, palette=None, painting=Painting((), surface, lamp), maker=maker)
     strokes, grouping = cluster_scene(maker, report, num_loaded=num_loaded, view_model=view_model)
     strokes = finish(strokes, report)
-    backdrop = []
-    if plain is None or config.ground.backdrop_always:  # what is not painted is as the scene has it
-        backdrop = open_backdrop(
-            config, gaussians, cameras, first_view, options, texture, kit, guidance.views, report
-        )
     if changes.colors.are_any:
-        backdrop = [replace(coat, strokes=changes.colors.backdrop(coat.strokes)) for coat in backdrop]
         surface = recolored_ground(surface, changes.colors.ground)
     motion = None
     if clip is not None and film is not None:
@@ -408,6 +409,10 @@ def prepare(
         lines,
         line_brushes,
     )
+    backdrop: list[Coat] = []
+    if plain is None or config.ground.backdrop_always:  # what is not painted is as the scene has it
+        setting = Setting(gaussians, first_view, cameras, guidance.views, kit, changes.colors, named.styles)
+        backdrop, materials = open_backdrop(config, setting, materials, report)
     first, *others = coats_of(materials)
     coats = [*backdrop, first if plain is None else first.showing(plain), *others]
     moving = None

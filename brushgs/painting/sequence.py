@@ -26,10 +26,10 @@ from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.painting.background import TRANSPARENT
 from brushgs.painting.clip import Clip
+from brushgs.painting.coats.materials import BACKDROP
 from brushgs.painting.drawing import why_nothing_is_seen
 from brushgs.painting.film_track import FilmTrack, track_film
 from brushgs.painting.frame_painter import FrameKind, FramePainter, FrameView
-from brushgs.painting.look import BACKDROP
 from brushgs.painting.outputs import check_output, input_files
 from brushgs.painting.parallel import parallel_map
 from brushgs.painting.parallel.ahead import one_ahead

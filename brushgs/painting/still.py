@@ -13,6 +13,8 @@ from brushgs.io.pictures.shot import Shot
 from brushgs.options.look import Look, config_of
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
+from brushgs.painting.backdrop import with_cut_edges
+from brushgs.painting.coats.materials import BACKDROP, CUT_IN
 from brushgs.painting.drawing import (
     add_layers,
     lay_coat,
@@ -21,7 +23,6 @@ from brushgs.painting.drawing import (
     warn_if_blank,
     write_picture,
 )
-from brushgs.painting.look import BACKDROP
 from brushgs.painting.outputs import check_encoding, check_output, input_files
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
@@ -152,11 +153,13 @@ def paint_view(
         painting = prepared.growth.first(first)
     painting = painting.with_depth(depth)
     advice = "" if prepared.notes is not None and prepared.notes.is_strokes else SPENT_OUTSIDE
+    if prepared.growth is None:
+        painting = with_cut_edges(painting, camera)
     canvas, shown = painting.canvas(camera, wanted), []
     for coat in painting.coats:
         boxes = project_coat(coat, camera, report, advice=advice, among=len(painting.coats))
         painted = lay_coat(canvas, coat, boxes, report, among=len(painting.coats))
-        if coat.name != BACKDROP:
+        if coat.name not in (BACKDROP, CUT_IN):
             shown.append((painted, len(boxes), boxes, coat))
     if prepared.growth is None:  # else little may be painted yet
         painted, _, boxes, coat = max(shown, key=lambda one: one[:2])

@@ -34,6 +34,7 @@ class Coat:
             laid over everything.
         border: width of the border in which strokes thin out, see `thin_to_border`; 0 for none.
         normals: [N, 3] for strokes that are seen only edge-on, see `fade_by_facing`; None for others.
+        is_one_sided: whether those with normals fade where they are seen from behind instead.
         plain: Gaussians that are shown as they are among the strokes, by the last brush, see `showing`; None
             for none. The ids of their boxes follow those of strokes.
     """
@@ -47,6 +48,7 @@ class Coat:
     tolerance: float | None = None
     border: float = 0.0
     normals: Array | None = field(default=None, kw_only=True)
+    is_one_sided: bool = field(default=False, kw_only=True)
     plain: Gaussians | None = field(default=None, kw_only=True)
 
     def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Coat":
@@ -80,7 +82,7 @@ class Coat:
         if self.normals is not None:
             from brushgs.rendering.facing import fade_by_facing
 
-            boxes = fade_by_facing(boxes, camera, self.strokes, self.normals)
+            boxes = fade_by_facing(boxes, camera, self.strokes, self.normals, is_one_sided=self.is_one_sided)
         if self.plain is None:
             return boxes, counts
         from brushgs.rendering.among import boxes_among

@@ -1,4 +1,7 @@
-"""Boxes fade by how they face the camera: lines of silhouettes, which move over the surface as it turns."""
+"""Boxes fade by how they face the camera: lines of silhouettes, which move over the surface as it turns.
+
+Or they are one-sided: what is seen from behind, as a table from below, fades.
+"""
 
 from dataclasses import replace
 
@@ -11,10 +14,11 @@ from brushgs.scene import Boxes, Camera, Gaussians
 # Sines of the angles beside a silhouette at which its line begins to fade and is gone. A line of something
 # round then lies 0.8 and 4 % of the radius inside the new silhouette.
 BOUNDS = (0.105, 0.21)
+BEHIND = (0.0, 0.087)  # the same of one-sided strokes, of the angle behind their plane: 5 degrees
 
 
 def facing(points: NDArray[np.floating], normals: NDArray[np.floating], camera: Camera) -> F64:
-    """[P] sine of the angle between the surface and the view: |view direction . normal|.
+    """[P] sine of the angle between the surface and the view, view direction . normal: above 0 from behind.
 
     Args:
         points: [P, 3] world units.
@@ -23,7 +27,7 @@ def facing(points: NDArray[np.floating], normals: NDArray[np.floating], camera: 
     """
     rays = points - camera.position
     lengths = np.maximum(np.linalg.norm(rays, axis=1), 1e-300)
-    return np.asarray(np.abs((rays * normals).sum(axis=1)) / lengths, np.float64)
+    return np.asarray((rays * normals).sum(axis=1) / lengths, np.float64)
 
 
 def fade_by_facing(
@@ -31,24 +35,25 @@ def fade_by_facing(
     camera: Camera,
     strokes: Gaussians,
     normals: NDArray[np.floating],
-    bounds: tuple[float, float] = BOUNDS,
+    *,
+    is_one_sided: bool = False,
 ) -> Boxes:
-    """Boxes whose opacity falls smoothly to 0 as their surface turns to the camera.
+    """Boxes whose opacity falls smoothly to 0 as their surface turns to the camera, or its back does.
 
     Args:
         boxes: M, of these strokes.
         camera: the view.
         strokes: N.
         normals: [N, 3] of the surface each lies on, at most of length 1; 0 for strokes that never fade.
-        bounds: of |view direction . normal|, where fading begins and where nothing is left; ascending, >= 0.
+        is_one_sided: whether only the side that is seen from behind the plane fades.
 
     Raises:
-        ValueError: if there is not one normal for each stroke, or the bounds do not ascend.
+        ValueError: if there is not one normal for each stroke.
     """
     if normals.shape != (len(strokes), 3):
         wanted = [len(strokes), 3]
         raise ValueError(f"fade_by_facing: normals must have shape {wanted}, got {list(normals.shape)}")
-    shares = facing_shares(strokes.means[boxes.ids], normals[boxes.ids], camera, bounds)
+    shares = facing_shares(strokes.means[boxes.ids], normals[boxes.ids], camera, is_one_sided=is_one_sided)
     return replace(boxes, opacities=(boxes.opacities * shares).astype(boxes.opacities.dtype))
 
 
@@ -56,15 +61,11 @@ def facing_shares(
     points: NDArray[np.floating],
     normals: NDArray[np.floating],
     camera: Camera,
-    bounds: tuple[float, float] = BOUNDS,
+    *,
+    is_one_sided: bool = False,
 ) -> F64:
-    """[P] share of the opacity that is left of strokes at points [P, 3] with normals [P, 3].
-
-    Raises:
-        ValueError: if the bounds do not ascend.
-    """
-    low, high = bounds
-    if not 0 <= low < high:
-        raise ValueError(f"fade_by_facing: bounds must ascend from 0 or more, got {bounds}")
-    x = np.clip((facing(points, normals, camera) - low) / (high - low), 0, 1)
+    """[P] share of the opacity that is left of strokes at points [P, 3] with normals [P, 3]."""
+    sines = facing(points, normals, camera)
+    low, high = BEHIND if is_one_sided else BOUNDS
+    x = np.clip(((sines if is_one_sided else np.abs(sines)) - low) / (high - low), 0, 1)
     return np.asarray(1 - x * x * (3 - 2 * x))

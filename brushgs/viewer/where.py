@@ -16,7 +16,7 @@ from brushgs.options.painting import PaintConfig
 from brushgs.options.where import Where, WhereConfig
 from brushgs.options.where_terms import Mask, Words
 from brushgs.page.contents import shown_by
-from brushgs.painting.look import BACKDROP
+from brushgs.painting.coats.materials import BACKDROP
 from brushgs.painting.prepare import Prepared
 
 if TYPE_CHECKING:

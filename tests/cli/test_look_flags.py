@@ -6,19 +6,22 @@ from math import radians
 
 import pytest
 
+from brushgs.cli.commands.render import VIEW
 from brushgs.cli.configs import look_of, paint_config, painting_name
 from brushgs.cli.parser import parse
 from brushgs.errors import SceneError
 from brushgs.options.choices import DEFAULT_BACKDROP, LOOKS
 from brushgs.options.look import Look
-from brushgs.options.look_parts import BrushesConfig, GroundConfig
+from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.painting import (
+    CleanConfig,
     ClusterConfig,
     DrawConfig,
     PaintConfig,
     PruneConfig,
     StrokesConfig,
     UsualCount,
+    ViewConfig,
 )
 
 OIL = Look.open("oil").config
@@ -82,19 +85,24 @@ def test_a_background_takes_the_place_of_ground_and_backdrop(background):
 
 
 @pytest.mark.parametrize(
-    ("words", "backdrop", "is_always"),
+    ("words", "stage", "backdrop", "is_always"),
     [
-        (["--backdrop", "on"], OIL.ground.backdrop, True),
-        (["--backdrop", "on", "--look", "ink"], DEFAULT_BACKDROP, True),
-        (["--backdrop", "off"], 0, False),
-        (["--backdrop", "0"], 0, False),
-        (["--backdrop", "1"], 1, True),
-        ([], OIL.ground.backdrop, False),
+        (["--backdrop", "on"], True, OIL.ground.backdrop, True),
+        (["--backdrop", "stage", "--look", "plain"], True, 0, True),
+        (["--backdrop", "on", "--look", "plain"], True, 0, True),
+        (["--backdrop", "loose"], False, OIL.ground.backdrop, True),
+        (["--backdrop", "loose", "--look", "ink"], False, DEFAULT_BACKDROP, True),
+        (["--backdrop", "off"], False, 0, False),
+        (["--backdrop", "0"], False, 0, False),
+        (["--backdrop", "1"], False, 1, True),
+        ([], True, OIL.ground.backdrop, False),
+        (["--preset", "0.1"], False, OIL.ground.backdrop, False),
+        (["--background", "transparent"], False, 0, False),
     ],
 )
-def test_a_backdrop_is_switched_or_counted(words, backdrop, is_always):
+def test_a_backdrop_is_a_stage_or_loose_or_none(words, stage, backdrop, is_always):
     ground = config_of(*words).ground
-    assert (ground.backdrop, ground.backdrop_always) == (backdrop, is_always)
+    assert (ground.stage, ground.backdrop, ground.backdrop_always) == (stage, backdrop, is_always)
 
 
 @pytest.mark.parametrize(
@@ -133,6 +141,30 @@ def test_a_look_lies_between_the_defaults_of_a_command_and_a_preset(tmp_path):
     assert paper.strokes == StrokesConfig.off()
 
 
+@pytest.mark.parametrize("look", LOOKS)
+def test_the_preset_of_a_version_keeps_its_defaults_in_any_look(look):
+    words = ["render", "a.ply", "--look", look, "--preset", "0.1"]
+    config = paint_config(parse(words), view=VIEW)
+    now = Look.open(look).config
+    assert config == replace(
+        now,
+        clean=CleanConfig("floaters"),
+        view=ViewConfig(),
+        ground=replace(now.ground, stage=False),
+    )
+    again = paint_config(parse([*words, "--size", "auto", "--clean", "off"]), view=VIEW)
+    assert (again.view.size, again.clean.floaters) == ("auto", "off")
+
+
+def test_the_preset_of_a_version_is_no_look():
+    args = parse(["render", "a.ply", "--preset", "0.1"])
+    assert painting_name(args, paint_config(args)) == "oil"
+    assert paint_config(args).brushes == OIL.brushes
+    plain = config_of("--preset", "0.1", "--stroke", "gaussian")
+    assert plain.prune.keep == 1
+    assert plain.ground == PaintConfig().ground
+
+
 @pytest.mark.parametrize(
     ("words", "name"),
     [
@@ -167,7 +199,7 @@ def test_a_painting_is_called_after_its_stroke_or_its_look(words, name):
         (["--canvas", "silk"], "--canvas: invalid choice: 'silk'"),
         (["--pigments", "1"], "pigments must be 2 to 256, or 0 for any colour, got 1"),
         (["--chroma", "9"], "chroma must be 0 to 3, got 9"),
-        (["--backdrop", "many"], "--backdrop must be on, off or a whole number, got 'many'"),
+        (["--backdrop", "many"], "--backdrop must be stage, loose, on, off or a whole number, got 'many'"),
         (["--backdrop", "99999"], "backdrop must be 0 to 20000, got 99999"),
         (["--ground", ""], "ground must be toned, canvas, paper, none"),
     ],
@@ -188,4 +220,4 @@ def test_brushes_of_a_look_of_ones_own_are_painted_with(tmp_path):
     args = parse(["render", "a.ply", "--look", str(tmp_path / "mine.toml")])
     assert look_of(args) == str(tmp_path / "mine.toml")
     assert paint_config(args).brushes == BrushesConfig(other=("fan",))
-    assert paint_config(args).ground == GroundConfig(ground=Look.open("ink").config.ground.ground)
+    assert paint_config(args).ground == Look.open("ink").config.ground

@@ -21,6 +21,8 @@ EXAMPLES = {
     "look": ("ink", ["--look", "ink"]),
     "ground": ("toned", ["--ground", "toned"]),
     "backdrop": (True, ["--backdrop", "on"]),
+    "stage-tone": ("#7a6a58,#9aa4b0", ["--stage-tone", "#7a6a58,#9aa4b0"]),
+    "shadow": ("40%", ["--shadow", "0.4"]),
     "pigments": (np.int64(12), ["--pigments", "12"]),
     "chroma": (np.float32(1.5), ["--chroma", "1.5"]),
     "relief": (0.25, ["--relief", "25%"]),

@@ -278,3 +278,12 @@ def test_a_lamp_is_given_in_degrees(tmp_path_factory, azimuth, elevation):
     path = written(tmp_path_factory.mktemp("looks"), f"[light]\nlamp = [{azimuth}, {elevation}]\n")
     lamp = Look.open(path).config.light.lamp
     assert tuple(map(degrees, lamp)) == pytest.approx((azimuth, elevation))
+
+
+def test_the_number_of_a_backdrop_alone_is_that_of_loose_strokes(tmp_path):
+    for number, (text, is_stage) in enumerate(
+        [("backdrop = 900", False), ("backdrop = 900\nstage = true", True), ('ground = "paper"', True)]
+    ):
+        path = tmp_path / f"{number}.toml"
+        path.write_text(f'base = "oil"\n[ground]\n{text}\n')
+        assert Look.open(path).config.ground.stage is is_stage

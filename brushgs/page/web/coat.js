@@ -212,6 +212,7 @@ class CoatPainter {
       ANTIALIASED: header.antialiased,
       BORDER: header.border > 0,
       FACING: this._hasNormals,
+      ONE_SIDED: header.isOneSided,
       PLAIN: header.plainBrush !== undefined,
       IMAGE: this.isImage,
       GAUSSIAN: header.kernel === "gaussian",

@@ -200,8 +200,14 @@ Box boxOf(int id, Stroke stroke) {
   }
 #endif
 #ifdef FACING
-  float sine = abs(dot(ray, strokeTexel(id, STRIDE - 1).xyz));
-  box.opacity *= 1.0 - smoothed((sine - FACING_BOUNDS.x) / (FACING_BOUNDS.y - FACING_BOUNDS.x));
+  float sine = dot(ray, strokeTexel(id, STRIDE - 1).xyz);
+#ifdef ONE_SIDED
+  vec2 bounds = BEHIND_BOUNDS;
+#else
+  sine = abs(sine);
+  vec2 bounds = FACING_BOUNDS;
+#endif
+  box.opacity *= 1.0 - smoothed((sine - bounds.x) / (bounds.y - bounds.x));
 #endif
   if (box.isSeen) box.color = shColor(id, ray);
   return box;

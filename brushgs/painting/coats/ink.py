@@ -1,11 +1,17 @@
 """Brush and ink on white paper: a wash in two greys, solid black, a dry brush between, lines along edges."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from brushgs.colors import rgb_of
-from brushgs.painting.coats.materials import Materials, mixed, scaled
+from brushgs.painting.coats.materials import BACKDROP, Materials, mixed, scaled
 from brushgs.rendering.coat import Coat
+from brushgs.scene import Gaussians
 from brushgs.sh import in_colors
+
+if TYPE_CHECKING:
+    from brushgs.painting.coats.staging import Staging
 
 WASHES = ((0.30, 0.45), (0.55, 0.18))  # tone below which, and how dark a grey is: of ink on paper
 REACH = 1.15  # of the wash, in that of the strokes
@@ -30,3 +36,14 @@ def ink(materials: Materials) -> list[Coat]:
         brushed = in_colors(scaled(strokes, 1.0, 0.6, opacities=opacities), black).take(between)
         coats.append(materials.marks("dry brush", brushed, dry=media.dry))
     return coats + materials.line_coat(rgb_of(media.line_color), opacity=media.lines, dry=media.line_dry)
+
+
+def stage(materials: Materials, staging: "Staging") -> Coat:
+    """A stage in a few lines of the edge of the table, and a hatched shadow."""
+    from brushgs.passes.stage.drawn import HATCHING
+
+    strokes = Gaussians.joined([staging.shadow(HATCHING), staging.table_edge()])
+    strokes = in_colors(strokes, rgb_of(materials.media.color))
+    texture = materials.line_texture or materials.texture
+    options = materials.options.for_marks(texture)
+    return Coat(BACKDROP, strokes, texture, options)

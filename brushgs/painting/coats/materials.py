@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from brushgs.brushes.texture import StrokeTexture
     from brushgs.passes.lines import Lines
 
+BACKDROP = "backdrop"  # name of the coat of whatever stands around the strokes of a scene
+CUT_IN = "cutting in"  # of strokes of a stage along the outline of its subject, in one view
 Color = tuple[float, float, float]
 LINE_TOLERANCE = (
     20.0  # times that of marks: a line is thin, and its own size says little about what it lies on

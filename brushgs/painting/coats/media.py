@@ -2,16 +2,30 @@
 
 from collections.abc import Callable
 from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from brushgs.painting.coats.materials import Materials
 from brushgs.rendering.coat import Coat
+
+if TYPE_CHECKING:
+    from brushgs.painting.coats.staging import Staging
 
 
 def coats_of(materials: Materials) -> list[Coat]:
     """The coats of a painting in its medium, the first laid first.
 
-    A medium is a function in the module of its name beside this one.
+    A medium is a function in the module of its name beside this one, where `stage` makes what is around it.
     """
-    name = materials.media.kind
-    make: Callable[[Materials], list[Coat]] = getattr(import_module(f"brushgs.painting.coats.{name}"), name)
+    make: Callable[[Materials], list[Coat]] = getattr(_module_of(materials), materials.media.kind)
     return make(materials)
+
+
+def stage_of(materials: Materials, staging: "Staging") -> Coat:
+    """The coat of a stage in the medium of a painting."""
+    make: Callable[[Materials, Staging], Coat] = _module_of(materials).stage
+    return make(materials, staging)
+
+
+def _module_of(materials: Materials) -> ModuleType:
+    return import_module(f"brushgs.painting.coats.{materials.media.kind}")

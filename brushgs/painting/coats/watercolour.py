@@ -4,14 +4,22 @@ Light is the paper: nothing is painted white. Colours are lifted before they are
 another get darker than any of them. Source: Bousseau et al. 2006 (density of pigment, dark edges).
 """
 
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from brushgs.colors import rgb_of
-from brushgs.painting.coats.materials import Materials, mixed, scaled
+from brushgs.painting.coats.materials import BACKDROP, Materials, mixed, scaled
+from brushgs.passes.color_space import rgb_of_oklab
 from brushgs.rendering.coat import Coat
 from brushgs.sh import base_colors, in_colors
 
+if TYPE_CHECKING:
+    from brushgs.painting.coats.staging import Staging
+
 PALEST = 1.15  # tone at which a wash would be clear water
+SHADOW_LAB = (0.62, 0.006, -0.035)  # OKLab of the wash of a cast shadow: a cool violet
 DETAIL_TONE = 0.30  # below which there are smaller glazes
 
 
@@ -30,3 +38,13 @@ def watercolour(materials: Materials) -> list[Coat]:
         details = scaled(strokes, 0.9, 0.6, opacities=media.details * materials.solidity).take(dark)
         coats.append(materials.glaze("details", details, dry=media.dry))
     return coats + materials.line_coat(rgb_of(media.line_color), opacity=media.lines, dry=media.line_dry)
+
+
+def stage(materials: Materials, staging: "Staging") -> Coat:
+    """White paper with one wash of shadow."""
+    from brushgs.passes.stage.drawn import WASH
+
+    color = np.clip(rgb_of_oklab(np.array([SHADOW_LAB])), 0, 1)[0]
+    strokes = staging.finished(in_colors(staging.shadow(WASH), color))
+    coat = materials.glaze(BACKDROP, strokes, dry=materials.media.dry)
+    return replace(coat, tolerance=None)

@@ -1,0 +1,233 @@
+"""What stands around the strokes of a scene: loose strokes, or a stage; as a coat that is laid first."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.colors import rgb_of
+from brushgs.options.look_parts import GroundConfig
+from brushgs.options.painting import PaintConfig
+from brushgs.painting.coats.materials import BACKDROP, CUT_IN, Materials
+from brushgs.painting.color_changes import Changes
+from brushgs.painting.report import Report, Stage
+from brushgs.painting.styling import Styles, style_brush_passes
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
+from brushgs.scene import Camera, FirstView, Gaussians
+from brushgs.sh import base_colors, in_colors
+
+if TYPE_CHECKING:
+    from brushgs.brushes.brush_set import BrushSet
+    from brushgs.brushes.kit import BrushKit
+    from brushgs.passes.backdrop import Backdrop
+    from brushgs.passes.stage import Stage as Scenery
+    from brushgs.passes.stage.tone import ToneChoice
+    from brushgs.rendering.plain import PlainViews
+
+USUAL_STROKES = 6000  # of a painting, with which the strokes of a stage have their usual size
+THIN = 0.4  # height of the paint along an outline, in that of the stage
+MOST_CHROMA = 0.075  # of a stage in the hues of a style, OKLab: it stays behind its subject
+SIZES = (0.6, 1.8)  # least and most size of the strokes of a stage, however many the subject has
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What a backdrop depends on beside the materials of a painting.
+
+    Attributes:
+        gaussians: the scene, pruned.
+        first_view: of the scene; None where none was needed.
+        cameras: of the job.
+        views: plain pictures of some of them; None without.
+        kit: which strokes each of the brushes suits.
+        colors: changes of colour that the backdrop follows.
+        styles: of the painting; None without any.
+    """
+
+    gaussians: Gaussians
+    first_view: FirstView | None
+    cameras: Sequence[Camera]
+    views: "PlainViews | None"
+    kit: "BrushKit"
+    colors: Changes
+    styles: Styles | None
+
+
+def open_backdrop(
+    config: PaintConfig, setting: Setting, materials: Materials, report: Report
+) -> tuple[list[Coat], Materials]:
+    """The coat of the backdrop, none where the look or the scene has none; and the materials on it."""
+    ground, first_view = config.ground, setting.first_view
+    has_one = ground.stage or ground.backdrop > 0
+    if not has_one or first_view is None or not setting.cameras or len(materials.strokes) == 0:
+        return [], materials
+    with report.stage("backdrop") as stage:
+        from brushgs.passes.backdrop import reason_for_none
+
+        frames = [] if setting.views is None else setting.views.frames[:1]
+        reason = None if ground.backdrop_always else reason_for_none(first_view, frames)
+        if reason is not None:
+            stage.did, stage.counts = "nothing", {"strokes": 0}
+            stage.skipped.append(f"backdrop: {reason}")
+            return [], materials
+        if ground.stage:
+            coat, materials = _stage(config, setting, first_view, materials, stage)
+        else:
+            coat = _loose(config, setting, first_view, materials)
+            stage.did = f"{len(coat.strokes):,} strokes around the scene"
+        stage.counts["strokes"] = len(coat.strokes)
+    return [coat], materials
+
+
+def _loose(config: PaintConfig, setting: Setting, first_view: FirstView, materials: Materials) -> Coat:
+    from brushgs.passes.backdrop import backdrop
+
+    ground, seed = config.ground, config.cluster.seed
+    strokes = backdrop(setting.gaussians, first_view, setting.cameras, _backdrop_of(ground), seed=seed)
+    texture = materials.texture
+    if ground.backdrop_brushes:
+        strokes, texture = _with_brushes(strokes, ground.backdrop_brushes, setting, materials, seed)
+    options = materials.options.for_marks(texture)
+    if setting.colors.are_any:
+        strokes = setting.colors.backdrop(strokes)
+    return Coat(BACKDROP, strokes, texture, options, dry=ground.backdrop_dry, border=ground.backdrop_border)
+
+
+def _stage(
+    config: PaintConfig, setting: Setting, first_view: FirstView, materials: Materials, report: Stage
+) -> tuple[Coat, Materials]:
+    from brushgs.painting.coats.media import stage_of
+    from brushgs.painting.coats.staging import Staging
+    from brushgs.passes.stage import open_stage
+    from brushgs.passes.stage.ground import dissolved
+    from brushgs.passes.stage.paint import Hand
+
+    ground, strokes, seed = config.ground, materials.strokes, config.cluster.seed
+    stage = open_stage(setting.gaussians, strokes, first_view, setting.cameras, _tone_of(ground))
+    least, most = SIZES
+    size = min(max((USUAL_STROKES / len(strokes)) ** 0.5, least), most) * ground.stage_size
+    hand = Hand(size, ground.stage_aspect, ground.stage_jitter, ground.shadow)
+    finished = partial(_finished, setting=setting, has_colors=ground.stage_colors is not None, seed=seed)
+    coat = stage_of(materials, Staging(stage, hand, setting.cameras, finished, seed))
+    coat = replace(coat, normals=stage.normals_of(coat.strokes), is_one_sided=True)
+    _describe(report, stage, len(coat.strokes))
+    if stage.ground is not None:
+        table = stage.tones.table if config.media.kind == "paint" else None
+        materials = replace(materials, strokes=dissolved(strokes, stage.ground, table))
+    return coat, materials
+
+
+def _finished(strokes: Gaussians, *, setting: Setting, has_colors: bool, seed: int) -> Gaussians:
+    """Strokes of a stage with the brushes of the subject, and in changed colours if they have none."""
+    from brushgs.passes.choose_brushes import choose_brushes
+
+    if len(setting.kit.images) > 1:
+        strokes = choose_brushes(strokes, setting.kit, seed=seed)
+        for change in style_brush_passes(setting.styles, setting.kit, seed=seed):
+            strokes = change(strokes)
+    return _recolored(strokes, setting.colors) if setting.colors.are_any and not has_colors else strokes
+
+
+def with_cut_edges(painting: Painting, camera: Camera) -> Painting:
+    """A painting whose stage is laid over the outline of its subject a little, as one view shows it.
+
+    Only in opaque paint: drawn stages have no paint to cut in with.
+    """
+    backdrop, *others = painting.coats
+    is_cut = (
+        backdrop.name == BACKDROP
+        and backdrop.is_one_sided
+        and len(others) == 1
+        and backdrop.texture.is_directed
+    )
+    if not is_cut or others[0].plain is not None:
+        return painting
+    from brushgs.passes.stage.cut_in import cut_in
+
+    strokes = cut_in(others[0].strokes, backdrop.strokes, camera).astype(np.float32)
+    brushes = backdrop.strokes.brushes
+    if brushes is not None and len(strokes):
+        strokes = replace(strokes, brushes=np.resize(brushes, len(strokes)))
+    options, relief = backdrop.options, backdrop.options.relief
+    if relief is not None:  # or their ends would stand around the subject like a ring
+        options = replace(options, relief=replace(relief, thickness=0.0, gain=THIN * relief.gain))
+    coat = replace(backdrop, name=CUT_IN, strokes=strokes, options=options, normals=None, is_one_sided=False)
+    return replace(painting, coats=(backdrop, *others, coat)) if len(strokes) else painting
+
+
+def _describe(report: Stage, scenery: "Scenery", count: int) -> None:
+    report.did = f"a stage of {count:,} strokes"
+    report.counts = {
+        "reads": round(scenery.tones.reads, 3),
+        "own_ground": scenery.ground is not None,
+        "follows_light": scenery.follows_light,
+        "table": [round(float(x), 3) for x in scenery.tones.table],
+        "wall": [round(float(x), 3) for x in scenery.tones.wall],
+    }
+    report.details.append(f"{scenery.tones.reads:.0%} of the outline reads against it")
+    if scenery.ground is not None:
+        report.details.append("the table continues the ground of the scene")
+    if scenery.follows_light:
+        report.details.append("the lamp stands where shadows in the scene show that the light was")
+
+
+def _tone_of(ground: GroundConfig) -> "ToneChoice | tuple[np.ndarray, np.ndarray]":
+    if ground.stage_colors is None:
+        return ground.stage_tone  # type: ignore[return-value]  # checked by GroundConfig
+    from brushgs.passes.color_space import oklab_of
+
+    table, wall = oklab_of(np.array([rgb_of(code) for code in ground.stage_colors]))
+    return table, wall
+
+
+def _with_brushes(
+    strokes: Gaussians, names: tuple[str, ...], setting: Setting, materials: Materials, seed: int
+) -> "tuple[Gaussians, BrushSet]":
+    """Strokes with brushes of their own."""
+    from brushgs.brushes.brush_set import BrushSet, size_for
+    from brushgs.brushes.kit import BrushKit
+    from brushgs.passes.choose_brushes import choose_brushes
+
+    camera = setting.cameras[0]
+    # A single stroke has no row in its kit.
+    known = dict(zip(setting.kit.images, BrushSet.of(materials.texture).textures, strict=False))
+    kit = BrushKit(other=names)
+    texture = kit.open(size=size_for(camera.width, camera.height), known=known)
+    return choose_brushes(strokes, kit, seed=seed), texture
+
+
+def _recolored(strokes: Gaussians, colors: Changes) -> Gaussians:
+    """Strokes of a stage in the hues of changed colours: their lightness was chosen against these."""
+    from brushgs.passes.color_space import oklab_of, rgb_of_oklab
+
+    lightness = oklab_of(base_colors(strokes.sh).astype(np.float64))[:, 0]
+    lab = oklab_of(base_colors(colors.backdrop(strokes).sh).astype(np.float64))
+    lab[:, 0] = lightness
+    chroma = np.linalg.norm(lab[:, 1:], axis=1, keepdims=True)
+    lab[:, 1:] *= np.minimum(MOST_CHROMA / np.maximum(chroma, 1e-9), 1)
+    return in_colors(strokes, np.clip(rgb_of_oklab(lab), 0, 1))
+
+
+def _backdrop_of(ground: GroundConfig) -> "Backdrop":
+    from brushgs.passes.backdrop import Backdrop, Tone
+
+    tones = zip(
+        ground.backdrop_lightness,
+        ground.backdrop_complement,
+        (ground.backdrop_above, ground.backdrop_below),
+        strict=True,
+    )
+    above, below = (Tone(*tone) for tone in tones)
+    lightness, chroma = ground.backdrop_jitter
+    return Backdrop(
+        strokes=ground.backdrop,
+        above=above,
+        below=below,
+        aspect=ground.backdrop_aspect,
+        size=ground.backdrop_size,
+        lightness=lightness,
+        chroma=chroma,
+    )

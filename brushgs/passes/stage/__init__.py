@@ -1,0 +1,99 @@
+"""A stage: a table and a wall around a subject, in tones that set it off, with the shadow that it throws.
+
+    gaussians -> place -> ground, lamp -> surface, shadow -> tones -> strokes
+
+They are strokes in space, so films, pages and 3D files have them like all others.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from brushgs.arrays import F64
+from brushgs.passes.backdrop import mean_lab
+from brushgs.passes.stage.ground import Ground, find_ground
+from brushgs.passes.stage.lamp import found_lamp
+from brushgs.passes.stage.paint import Hand, stage_strokes
+from brushgs.passes.stage.place import Place, find_place, paint_of
+from brushgs.passes.stage.shadow import Shadow, cast_shadow
+from brushgs.passes.stage.surface import Surface, surface_around
+from brushgs.passes.stage.tone import ToneChoice, Tones, choose_tones, outline_of
+from brushgs.quats import rotation_matrices
+from brushgs.scene import Camera, FirstView, Gaussians
+
+MOST_ROWS = 40_000  # Gaussians of a scene that are looked at: of more every n-th
+FRINGE = 1.5  # radius of a ground with its torn border, in that of what it covers
+LOW = 0.3  # of the height of a stage, below which strokes belong to the table
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """What is around a subject, before it is painted.
+
+    Attributes:
+        place: where the subject stands.
+        ground: that the scene brings; None for none.
+        surface: of table and wall.
+        shadow: that the subject throws.
+        tones: of table and wall.
+        follows_light: whether the lamp is where shadows in the scene show that the light was.
+    """
+
+    place: Place
+    ground: Ground | None
+    surface: Surface
+    shadow: Shadow
+    tones: Tones
+    follows_light: bool = False
+
+    def normals_of(self, strokes: Gaussians) -> F64:
+        """[N, 3] normals of strokes on the table and its cove, world axes; 0 for those of the wall."""
+        normals = rotation_matrices(strokes.quats)[:, :, 2]
+        normals *= np.sign(normals @ self.place.axes[1])[:, None]
+        heights = self.place.local(strokes.means)[:, 1]
+        return np.asarray(normals * (heights < LOW * self.surface.height[-1])[:, None])
+
+
+def open_stage(
+    gaussians: Gaussians,
+    strokes: Gaussians,
+    first_view: FirstView,
+    cameras: Sequence[Camera],
+    tone: "ToneChoice | tuple[F64, F64]" = "auto",
+) -> Stage:
+    """The stage of a scene.
+
+    Args:
+        gaussians: the scene, N >= 1 Gaussians, which throw the shadow.
+        strokes: made of it, in the colors in which they are painted, which the tones set off.
+        first_view: of the scene: which way is up, and where the lamp is.
+        cameras: of the job, at least one: they stand inside.
+        tone: see `choose_tones`.
+    """
+    step = -(-len(gaussians) // MOST_ROWS)
+    gaussians = gaussians.take(slice(None, None, step))
+    weights = step * paint_of(gaussians)
+    place = find_place(gaussians, first_view, weights)
+    ground = find_ground(gaussians, place, weights)
+    table, subject, lamp = 0.0, strokes, None
+    if ground is not None:
+        place, table = ground.place, 1.15 * ground.extent
+        weights = weights * ~ground.is_on(place.local(gaussians.means))
+        lamp = found_lamp(gaussians, ground, weights)
+        place = place if lamp is None else replace(place, lamp=lamp)
+        subject = strokes.take(~ground.is_on(place.local(strokes.means)))
+    farthest = max(float(np.hypot(*place.local(c.position[None])[0, [0, 2]])) for c in cameras)
+    surface = surface_around(place, farthest, table=table)
+    own = 0.0 if ground is None else FRINGE * ground.extent
+    outline = outline_of(subject, cameras, place, surface, own=own)
+    tones = choose_tones(mean_lab(subject), outline, tone, ground=None if ground is None else ground.tone)
+    shadow = cast_shadow(gaussians, place, weights)
+    return Stage(place, ground, surface, shadow, tones, follows_light=lamp is not None)
+
+
+def painted_stage(stage: Stage, hand: Hand, cameras: Sequence[Camera], *, seed: int = 0) -> Gaussians:
+    """The strokes of a stage, all around, float64."""
+    return stage_strokes(
+        stage.place, stage.surface, stage.shadow, stage.tones, hand, cameras, ground=stage.ground, seed=seed
+    )

@@ -1,0 +1,187 @@
+"""The strokes of a painted stage: few, large and quiet, small only where the shadow has an edge."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from brushgs.arrays import F64, Mask
+from brushgs.passes.color_space import rgb_of_oklab
+from brushgs.passes.stage.ground import Ground
+from brushgs.passes.stage.place import Place
+from brushgs.passes.stage.shadow import REACH, Shadow
+from brushgs.passes.stage.surface import Spots, Surface, spots_on
+from brushgs.passes.stage.tone import Tones
+from brushgs.quats import quats_of
+from brushgs.scene import Camera, Gaussians
+from brushgs.sh import C0
+
+# Length of strokes in widths of the picture: near the subject and far from it, by distance in its radii.
+NEAR_LENGTH, FAR_LENGTH, FAR = 0.12, 0.26, 3.0
+FINE = 0.55  # length of strokes in the shadow, in that of others there
+OVERLAP = 4.0  # strokes that cover a place
+PLACE_JITTER, SIZE_JITTER = 0.35, 0.18  # in widths of a cell; standard deviation of the logarithm of sizes
+LEAST_LENGTH = 0.1  # of a stroke, in radii, however close a camera stands
+SIGMAS = 3.6  # length of a stroke in standard deviations
+THICKNESS = 0.01
+OPACITY = 0.95
+SWAY, LOOSE = 0.9, 0.16  # of directions on the wall, radians: broad waves; and of every stroke
+TABLE_SWAY = 0.16
+SHADED = 0.08  # shade or contact from which strokes are fine
+DARKEST, CONTACT = 0.52, 0.30  # what full shadow and contact take of lightness
+COOLER = np.array([-0.003, -0.016])  # what full shadow adds to a and b
+REFLECTED = 0.5  # share of the color of what stands near
+UPPER, FAR_TABLE, FRONT = 0.10, 0.04, 0.03  # by which the wall darkens upward, the table away and in front
+LEVEL_UP_TO = 0.7  # of the table's radius, from which strokes turn along its edge
+BLEND = (0.02, 0.6)  # slope of the cove between which the table becomes wall, radians
+
+
+@dataclass(frozen=True)
+class Hand:
+    """How a stage is painted.
+
+    Attributes:
+        size: of strokes, 1 for the usual one.
+        aspect: length over width, >= 1.
+        jitter: standard deviations of OKLab lightness, and of a and b, from stroke to stroke.
+        shadow: strength of shadow, contact and reflected color, 0 to 1.
+    """
+
+    size: float = 1.0
+    aspect: float = 2.4
+    jitter: tuple[float, float] = (0.008, 0.004)
+    shadow: float = 0.6
+
+
+def stage_strokes(
+    place: Place,
+    surface: Surface,
+    shadow: Shadow,
+    tones: Tones,
+    hand: Hand,
+    cameras: Sequence[Camera],
+    *,
+    ground: Ground | None = None,
+    seed: int = 0,
+) -> Gaussians:
+    """The strokes of a table and a wall, float64, without view-dependent color.
+
+    Args:
+        place: of the subject.
+        surface: to paint on.
+        shadow: of the subject.
+        tones: of table and wall.
+        hand: how strokes are.
+        cameras: of the job, at least one: strokes are as large as these see them.
+        ground: that the scene brings; None for none.
+        seed: another one gives other jitter.
+    """
+    g, of_broad, of_fine = np.random.default_rng([seed, 7]).spawn(3)
+    lengths = _lengths(surface, place, cameras) * hand.size
+    broad, broad_lengths = _laid(surface, lengths, hand, of_broad)
+    fine, fine_lengths = _laid(surface, lengths * FINE, hand, of_fine, until=REACH * place.radius)
+    kept = [~_is_shaded(broad, shadow, hand), _is_shaded(fine, shadow, hand)]
+    spots = Spots(*(np.concatenate([a[kept[0]], b[kept[1]]]) for a, b in zip(broad, fine, strict=True)))
+    sizes = np.concatenate([broad_lengths[kept[0]], fine_lengths[kept[1]]])
+    sizes = sizes * np.exp(SIZE_JITTER * spots.noise[:, 0])
+    lab = _colors(spots, place, surface, shadow, tones, hand, ground)
+    lab += spots.noise[:, 1:4] * (hand.jitter[0], hand.jitter[1], hand.jitter[1])
+    frames = place.axes.T @ _frames(spots, place, surface, len(cameras) == 1, g)
+    frames[:, :, 1] *= np.sign(np.linalg.det(frames))[:, None]
+    root = np.sqrt(hand.aspect)
+    scales = sizes[:, None] / (SIGMAS * root) * (root, 1 / root, THICKNESS) * root
+    return Gaussians(
+        place.world(spots.points),
+        quats_of(frames),
+        scales,
+        np.full(len(sizes), OPACITY),
+        ((np.clip(rgb_of_oklab(lab), 0, 1) - 0.5) / C0)[:, None],
+    )
+
+
+def _lengths(surface: Surface, place: Place, cameras: Sequence[Camera]) -> F64:
+    """[STEPS] length of strokes along the profile, world units."""
+    distance = float(np.median([np.linalg.norm(place.local(c.position[None])[0]) for c in cameras]))
+    away = np.clip((surface.rho - place.width) / (FAR * place.radius), 0, 1)
+    share = NEAR_LENGTH + (FAR_LENGTH - NEAR_LENGTH) * away
+    lengths = share * place.seen_width(cameras) * np.hypot(1, surface.rho / max(distance, 1e-300))
+    return np.asarray(np.maximum(lengths, LEAST_LENGTH * place.radius))
+
+
+def _laid(
+    surface: Surface, lengths: F64, hand: Hand, g: np.random.Generator, *, until: float = np.inf
+) -> tuple[Spots, F64]:
+    spots = spots_on(surface, lengths**2 / (hand.aspect * OVERLAP), PLACE_JITTER, g, until=until)
+    return spots, np.interp(spots.along, surface.length, lengths)
+
+
+def _is_shaded(spots: Spots, shadow: Shadow, hand: Hand) -> Mask:
+    if hand.shadow == 0:
+        return np.zeros(len(spots.points), bool)
+    shade, contact, _ = shadow.at(spots.points)
+    return np.asarray(np.maximum(shade, contact) > SHADED)
+
+
+def _colors(
+    spots: Spots,
+    place: Place,
+    surface: Surface,
+    shadow: Shadow,
+    tones: Tones,
+    hand: Hand,
+    ground: Ground | None,
+) -> F64:
+    """[n, 3] OKLab."""
+    slope = surface.slope(spots.along)
+    low, high = BLEND
+    wall = np.clip((slope - low) / (high - low), 0, 1)
+    wall = (wall * wall * (3 - 2 * wall))[:, None]
+    right, height, away = spots.points.T
+    table_lab = np.tile(tones.table, (len(right), 1))
+    table_lab[:, 0] -= FAR_TABLE * np.clip(away / surface.wall, 0, 1) + FRONT * np.clip(
+        -away / surface.wall, 0, 1
+    )
+    covered = np.zeros(len(right))
+    if ground is not None:
+        covered, lab = ground.at(spots.points)
+        near = np.clip(1.5 - np.hypot(right, away) / ground.extent, 0, 1)[:, None]
+        table_lab += near * (lab - tones.table) * (1, 0.8, 0.8)
+    wall_lab = np.tile(tones.wall, (len(right), 1))
+    wall_lab[:, 0] += tones.slope * np.clip(right / surface.wall, -1, 1)
+    wall_lab[:, 0] -= UPPER * np.clip(height / (surface.wall), 0, 1)
+    lab = table_lab + wall * (wall_lab - table_lab)
+    if hand.shadow == 0:
+        return lab
+    shade, contact, reflected = shadow.at(spots.points)
+    shade, contact = shade * (1 - covered) * hand.shadow, contact * (1 - covered) * hand.shadow
+    lab[:, 1:] += REFLECTED * hand.shadow * reflected * (1 - covered)[:, None] + shade[:, None] * COOLER
+    lab[:, 0] *= (1 - DARKEST * shade) * (1 - CONTACT * contact)
+    return lab
+
+
+def _frames(spots: Spots, place: Place, surface: Surface, is_still: bool, g: np.random.Generator) -> F64:
+    """[n, 3, 3] local axes of strokes in columns: along, across, off the surface toward the subject."""
+    slope, (cos, sin) = surface.slope(spots.along), (np.cos(spots.around), np.sin(spots.around))
+    zero = np.zeros(len(cos))
+    normal = np.stack([-np.sin(slope) * cos, np.cos(slope), -np.sin(slope) * sin], axis=1)
+    around = np.stack([-sin, zero, cos], axis=1)
+    rho = np.hypot(*spots.points[:, [0, 2]].T)[:, None]
+    seam = np.clip((rho / surface.table - LEVEL_UP_TO) / (1 - LEVEL_UP_TO), 0, 1)
+    level = np.array([1.0, 0.0, 0.0]) if is_still else around
+    base = (1 - seam) * level + seam * around * np.where(around[:, :1] < 0, -1, 1)
+    base = base - (base * normal).sum(axis=1, keepdims=True) * normal
+    base /= np.maximum(np.linalg.norm(base, axis=1, keepdims=True), 1e-9)
+    is_table = (slope < BLEND[1])[:, None]
+    across = np.cross(normal, base)
+    at = spots.points / place.radius
+    turn = np.where(is_table[:, 0], TABLE_SWAY * _waves(at, 0.8, g), SWAY * _waves(at, 0.35, g))
+    turn = (turn + LOOSE * spots.noise[:, 4])[:, None]
+    along = np.cos(turn) * base + np.sin(turn) * across
+    return np.stack([along, np.cross(normal, along), normal], axis=2)
+
+
+def _waves(points: F64, frequency: float, g: np.random.Generator, count: int = 6) -> F64:
+    """[n] smooth noise of standard deviation 1 at points [n, 3]."""
+    directions = g.normal(0, frequency, (count, 3))
+    phases = g.uniform(0, 2 * np.pi, count)
+    return np.asarray(np.sin(points @ directions.T + phases).sum(axis=1) / np.sqrt(0.5 * count))
