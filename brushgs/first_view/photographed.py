@@ -136,6 +136,25 @@ def up_of(poses: Poses) -> F64:
     return _axis_near(normal * np.sign(normal @ upwards), SAME_AXIS)
 
 
+def up_of_views(gaussians: Gaussians, cameras: list[Camera]) -> F64:
+    """[3] unit vector, world axes, that is up in given views: where they do not agree, the likeliest axis.
+
+    Args:
+        gaussians: the scene, N >= 1.
+        cameras: at least one; one alone is taken to be held level.
+    """
+    poses = Poses.of(cameras)
+    if len(cameras) >= FEWEST:
+        try:
+            return up_of(poses)
+        except UnfitError:
+            pass
+    right, down, _ = poses.axes[0]
+    ups = [np.array(AXES[name]) for name, _ in rank_ups(gaussians)]
+    held = [up for up in ups if abs(right @ up) < np.sin(NEAR_AXIS) and down @ up < 0]
+    return [*held, *ups][0]
+
+
 def _up(gaussians: Gaussians, poses: Poses, stated: F64 | None) -> F64:
     """[3] up of the cameras, or as stated, if neither a statement nor the scene is against the cameras."""
     found = up_of(poses)

@@ -6,7 +6,7 @@ from operator import methodcaller
 from typing import TYPE_CHECKING
 
 from brushgs.options.choices import CLIP_FPS
-from brushgs.options.painting import CleanConfig, PaintConfig, ViewConfig
+from brushgs.options.painting import CleanConfig, PaintConfig, ViewConfig, ViewConfig
 from brushgs.options.sequence import GrowConfig, PathConfig
 from brushgs.painting.clean import clean_scene
 from brushgs.painting.clip import Clip, Film
@@ -90,10 +90,11 @@ def plan_cameras(
             gaussians = clean(clip.first_seen())
         moments = map(clean, clip.moments())
     if needs_first_view or is_framed:
+        looking = config.view if is_framed else _with_up_of_views(gaussians, config.view, notes, views)
         first_view = memory.of(
             "first view",
-            (gaussians, config.view, notes),
-            lambda: choose_first_view(gaussians, config.view, notes, report, moments=moments),
+            (gaussians, looking, notes),
+            lambda: choose_first_view(gaussians, looking, notes, report, moments=moments),
         )
     cameras: Sequence[Camera] = []
     path, film, view = None, None, config.view
@@ -142,6 +143,30 @@ def _lamp(first_view: FirstView, config: PaintConfig) -> "F64 | None":
 
     right, down, away = camera_axes(first_view.up, first_view.azimuth, 0.0)
     return np.asarray(lamp_direction() @ np.stack([right, -down, away]))
+
+
+def _with_up_of_views(
+    gaussians: Gaussians,
+    config: ViewConfig,
+    notes: "LoadNotes | None",
+    views: Camera | PathConfig | None,
+) -> ViewConfig:
+    """The view with the up axis of given cameras, where neither flags nor the file state it."""
+    is_known = notes is not None and (notes.up is not None or notes.first_view is not None)
+    if config.up is not None or is_known or isinstance(views, PathConfig) or len(gaussians) == 0:
+        return config
+    from brushgs.first_view.photographed import up_of_views
+
+    if isinstance(views, Camera):
+        cameras = [views]
+    elif config.camera_file is not None:
+        from brushgs.io.cameras.read import read_cameras
+
+        cameras = list(read_cameras(config.camera_file).cameras)
+    else:
+        return config
+    up = up_of_views(gaussians, cameras)
+    return replace(config, up=(float(up[0]), float(up[1]), float(up[2])))
 
 
 def _without_floaters(

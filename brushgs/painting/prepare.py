@@ -236,7 +236,8 @@ def prepare(
         needs_view=needs_view,
         needs_first_view=needs_first_view
         or named.needs_first_view
-        or (config.painted is not None and config.painted.needs_first_view),
+        or (config.painted is not None and config.painted.needs_first_view)
+        or (config.ground.stage and needs_view and needs_background and not merges_later),
     )
     cameras, film, first_view = plan.cameras, plan.film, plan.first_view
     config = replace(config, view=plan.view)
