@@ -442,8 +442,8 @@ def add_where(
             action=CameraFile,
             type=values.camera_file,
             metavar="FILE|none",
-            help=f"cameras of the masks, by the names of the pictures or in their order: {CAMERAS_READ}; "
-            "'none' passes over cameras that lie beside the scene",
+            help=f"cameras of the masks, by the names of the pictures or in their order: {CAMERAS_READ}; by "
+            f"default cameras that lie beside the scene give {BESIDE_GIVES}; 'none' passes over these",
         )
 
 

@@ -90,7 +90,7 @@ def drop_crumbs(
         return gaussians
     with report.stage("crumbs") as stage:
         paint = gaussians.opacities * projected_areas(gaussians.scales)
-        num_dropped, share = int(np.count_nonzero(rows)), float(paint[rows].sum() / paint.sum())
+        num_dropped, share = int(np.count_nonzero(rows)), float(paint[rows].sum() / (paint.sum() or 1))
         stage.did = f"{num_dropped:,} that hang below the object dropped, {share:.2g} of the painted area"
         stage.counts = {"before": len(gaussians), "after": len(gaussians) - num_dropped}
     return gaussians.take(~rows)

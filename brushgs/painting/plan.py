@@ -6,7 +6,7 @@ from operator import methodcaller
 from typing import TYPE_CHECKING
 
 from brushgs.options.choices import CLIP_FPS
-from brushgs.options.painting import CleanConfig, PaintConfig, ViewConfig, ViewConfig
+from brushgs.options.painting import CleanConfig, PaintConfig, ViewConfig
 from brushgs.options.sequence import GrowConfig, PathConfig
 from brushgs.painting.clean import clean_scene
 from brushgs.painting.clip import Clip, Film

@@ -18,13 +18,18 @@ BEHIND = (0.0, 0.087)  # the same of one-sided strokes, of the angle behind thei
 
 
 def facing(points: NDArray[np.floating], normals: NDArray[np.floating], camera: Camera) -> F64:
-    """[P] sine of the angle between the surface and the view, view direction . normal: above 0 from behind.
+    """[P] sine of the angle between the surface and the view: |view direction . normal|.
 
     Args:
         points: [P, 3] world units.
         normals: [P, 3] of the surface there; one shorter than 1 counts the less, 0 is always 0.
         camera: the view.
     """
+    return np.abs(_sines(points, normals, camera))
+
+
+def _sines(points: NDArray[np.floating], normals: NDArray[np.floating], camera: Camera) -> F64:
+    """`facing` with its sign: above 0 where a surface is seen from behind."""
     rays = points - camera.position
     lengths = np.maximum(np.linalg.norm(rays, axis=1), 1e-300)
     return np.asarray((rays * normals).sum(axis=1) / lengths, np.float64)
@@ -65,7 +70,7 @@ def facing_shares(
     is_one_sided: bool = False,
 ) -> F64:
     """[P] share of the opacity that is left of strokes at points [P, 3] with normals [P, 3]."""
-    sines = facing(points, normals, camera)
+    sines = (_sines if is_one_sided else facing)(points, normals, camera)
     low, high = BEHIND if is_one_sided else BOUNDS
-    x = np.clip(((sines if is_one_sided else np.abs(sines)) - low) / (high - low), 0, 1)
+    x = np.clip((sines - low) / (high - low), 0, 1)
     return np.asarray(1 - x * x * (3 - 2 * x))

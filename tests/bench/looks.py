@@ -40,7 +40,7 @@ from brushgs.options.look import Look
 from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
-from brushgs.painting.look import BACKDROP
+from brushgs.painting.coats.materials import BACKDROP
 from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.painting.still import paint_view
@@ -61,11 +61,11 @@ PARTS: dict[str, dict[str, dict[str, Any]]] = {
     "oil": {},
     "no lamp": {"light": {"relief": 0.0}},
     "no canvas": {"light": {"canvas": "none"}},
-    "no backdrop": {"ground": {"backdrop": 0}},
+    "no backdrop": {"ground": {"stage": False, "backdrop": 0}},
     "one brush": {"draw": {"stroke": "flat"}},
     "strokes alone": {
         "light": {"relief": 0.0, "canvas": "none"},
-        "ground": {"ground": "none", "backdrop": 0},
+        "ground": {"ground": "none", "stage": False, "backdrop": 0},
     },
 }
 

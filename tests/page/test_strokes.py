@@ -7,7 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.brushes.brush_set import BrushSet
-from brushgs.painting.look import BACKDROP
+from brushgs.painting.coats.materials import BACKDROP
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.options import rasterize_with
 from brushgs.rendering.relief import Relief

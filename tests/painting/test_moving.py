@@ -16,7 +16,7 @@ from brushgs.options.moment import Moment
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.painting.clip import Clip
-from brushgs.painting.look import BACKDROP
+from brushgs.painting.coats.materials import BACKDROP
 from brushgs.painting.moving import attached
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report

@@ -16,13 +16,14 @@ from brushgs.quats import quats_of
 from brushgs.scene import Camera, Gaussians
 from brushgs.sh import C0
 
-# Length of strokes in widths of the picture: near the subject and far from it, by distance in its radii.
-NEAR_LENGTH, FAR_LENGTH, FAR = 0.12, 0.26, 3.0
-FINE = 0.55  # length of strokes in the shadow, in that of others there
-OVERLAP = 4.0  # strokes that cover a place
+# Size of strokes, the root of length times width, in widths of the picture: near the subject and far from it,
+# by distance in its radii. They are 1.5 times as long, 0.19 to 0.4 of the width.
+NEAR_SIZE, FAR_SIZE, FAR = 0.12, 0.26, 3.0
+FINE = 0.55  # size of strokes in the shadow, in that of others there
+OVERLAP = 9.6  # strokes that cover a place
 PLACE_JITTER, SIZE_JITTER = 0.35, 0.18  # in widths of a cell; standard deviation of the logarithm of sizes
-LEAST_LENGTH = 0.1  # of a stroke, in radii, however close a camera stands
-SIGMAS = 3.6  # length of a stroke in standard deviations
+LEAST_SIZE = 0.1  # of a stroke, in radii, however close a camera stands
+SIGMAS = 3.6  # size of a stroke in standard deviations
 THICKNESS = 0.01
 OPACITY = 0.95
 SWAY, LOOSE = 0.9, 0.16  # of directions on the wall, radians: broad waves; and of every stroke
@@ -77,19 +78,19 @@ def stage_strokes(
         seed: another one gives other jitter.
     """
     g, of_broad, of_fine = np.random.default_rng([seed, 7]).spawn(3)
-    lengths = _lengths(surface, place, cameras) * hand.size
-    broad, broad_lengths = _laid(surface, lengths, hand, of_broad)
-    fine, fine_lengths = _laid(surface, lengths * FINE, hand, of_fine, until=REACH * place.radius)
+    usual = _sizes(surface, place, cameras) * hand.size
+    broad, broad_sizes = _laid(surface, usual, of_broad)
+    fine, fine_sizes = _laid(surface, usual * FINE, of_fine, until=REACH * place.radius)
     kept = [~_is_shaded(broad, shadow, hand), _is_shaded(fine, shadow, hand)]
     spots = Spots(*(np.concatenate([a[kept[0]], b[kept[1]]]) for a, b in zip(broad, fine, strict=True)))
-    sizes = np.concatenate([broad_lengths[kept[0]], fine_lengths[kept[1]]])
+    sizes = np.concatenate([broad_sizes[kept[0]], fine_sizes[kept[1]]])
     sizes = sizes * np.exp(SIZE_JITTER * spots.noise[:, 0])
-    lab = _colors(spots, place, surface, shadow, tones, hand, ground)
+    lab = _colors(spots, surface, shadow, tones, hand, ground)
     lab += spots.noise[:, 1:4] * (hand.jitter[0], hand.jitter[1], hand.jitter[1])
     frames = place.axes.T @ _frames(spots, place, surface, len(cameras) == 1, g)
     frames[:, :, 1] *= np.sign(np.linalg.det(frames))[:, None]
     root = np.sqrt(hand.aspect)
-    scales = sizes[:, None] / (SIGMAS * root) * (root, 1 / root, THICKNESS) * root
+    scales = sizes[:, None] / SIGMAS * (root, 1 / root, THICKNESS)
     return Gaussians(
         place.world(spots.points),
         quats_of(frames),
@@ -99,20 +100,21 @@ def stage_strokes(
     )
 
 
-def _lengths(surface: Surface, place: Place, cameras: Sequence[Camera]) -> F64:
-    """[STEPS] length of strokes along the profile, world units."""
+def _sizes(surface: Surface, place: Place, cameras: Sequence[Camera]) -> F64:
+    """[STEPS] size of strokes along the profile, world units."""
     distance = float(np.median([np.linalg.norm(place.local(c.position[None])[0]) for c in cameras]))
     away = np.clip((surface.rho - place.width) / (FAR * place.radius), 0, 1)
-    share = NEAR_LENGTH + (FAR_LENGTH - NEAR_LENGTH) * away
-    lengths = share * place.seen_width(cameras) * np.hypot(1, surface.rho / max(distance, 1e-300))
-    return np.asarray(np.maximum(lengths, LEAST_LENGTH * place.radius))
+    share = NEAR_SIZE + (FAR_SIZE - NEAR_SIZE) * away
+    sizes = share * place.seen_width(cameras) * np.hypot(1, surface.rho / max(distance, 1e-300))
+    return np.asarray(np.maximum(sizes, LEAST_SIZE * place.radius))
 
 
 def _laid(
-    surface: Surface, lengths: F64, hand: Hand, g: np.random.Generator, *, until: float = np.inf
+    surface: Surface, sizes: F64, g: np.random.Generator, *, until: float = np.inf
 ) -> tuple[Spots, F64]:
-    spots = spots_on(surface, lengths**2 / (hand.aspect * OVERLAP), PLACE_JITTER, g, until=until)
-    return spots, np.interp(spots.along, surface.length, lengths)
+    """Places of strokes of these sizes, [STEPS] along the profile, and the size of each."""
+    spots = spots_on(surface, sizes**2 / OVERLAP, PLACE_JITTER, g, until=until)
+    return spots, np.interp(spots.along, surface.length, sizes)
 
 
 def _is_shaded(spots: Spots, shadow: Shadow, hand: Hand) -> Mask:
@@ -124,38 +126,46 @@ def _is_shaded(spots: Spots, shadow: Shadow, hand: Hand) -> Mask:
 
 def _colors(
     spots: Spots,
-    place: Place,
     surface: Surface,
     shadow: Shadow,
     tones: Tones,
     hand: Hand,
     ground: Ground | None,
 ) -> F64:
-    """[n, 3] OKLab."""
-    slope = surface.slope(spots.along)
+    """[n, 3] OKLab of table and wall, in light and shadow."""
+    covered = np.zeros(len(spots.points)) if ground is None else ground.at(spots.points)[0]
     low, high = BLEND
-    wall = np.clip((slope - low) / (high - low), 0, 1)
+    wall = np.clip((surface.slope(spots.along) - low) / (high - low), 0, 1)
     wall = (wall * wall * (3 - 2 * wall))[:, None]
-    right, height, away = spots.points.T
-    table_lab = np.tile(tones.table, (len(right), 1))
-    table_lab[:, 0] -= FAR_TABLE * np.clip(away / surface.wall, 0, 1) + FRONT * np.clip(
-        -away / surface.wall, 0, 1
-    )
-    covered = np.zeros(len(right))
-    if ground is not None:
-        covered, lab = ground.at(spots.points)
-        near = np.clip(1.5 - np.hypot(right, away) / ground.extent, 0, 1)[:, None]
-        table_lab += near * (lab - tones.table) * (1, 0.8, 0.8)
-    wall_lab = np.tile(tones.wall, (len(right), 1))
-    wall_lab[:, 0] += tones.slope * np.clip(right / surface.wall, -1, 1)
-    wall_lab[:, 0] -= UPPER * np.clip(height / (surface.wall), 0, 1)
-    lab = table_lab + wall * (wall_lab - table_lab)
+    table = _table(spots.points, surface, tones, ground)
+    lab = table + wall * (_wall(spots.points, surface, tones) - table)
     if hand.shadow == 0:
         return lab
     shade, contact, reflected = shadow.at(spots.points)
-    shade, contact = shade * (1 - covered) * hand.shadow, contact * (1 - covered) * hand.shadow
-    lab[:, 1:] += REFLECTED * hand.shadow * reflected * (1 - covered)[:, None] + shade[:, None] * COOLER
-    lab[:, 0] *= (1 - DARKEST * shade) * (1 - CONTACT * contact)
+    share = hand.shadow * (1 - covered)  # a ground of the scene has its own
+    lab[:, 1:] += (share[:, None] * REFLECTED * reflected) + (share * shade)[:, None] * COOLER
+    lab[:, 0] *= (1 - DARKEST * share * shade) * (1 - CONTACT * share * contact)
+    return lab
+
+
+def _table(points: F64, surface: Surface, tones: Tones, ground: Ground | None) -> F64:
+    """[n, 3] OKLab of a table at local points: darker far away and in front; near a ground in its colors."""
+    right, _, away = points.T
+    lab = np.tile(tones.table, (len(points), 1))
+    far = np.clip(away / surface.wall, -1, 1)
+    lab[:, 0] -= np.where(far > 0, FAR_TABLE, -FRONT) * far
+    if ground is not None:
+        near = np.clip(1.5 - np.hypot(right, away) / ground.extent, 0, 1)[:, None]
+        lab += near * (ground.at(points)[1] - tones.table) * (1, 0.8, 0.8)
+    return lab
+
+
+def _wall(points: F64, surface: Surface, tones: Tones) -> F64:
+    """[n, 3] OKLab of a wall at local points: darker upward, lighter to one side."""
+    right, height, _ = points.T
+    lab = np.tile(tones.wall, (len(points), 1))
+    lab[:, 0] += tones.slope * np.clip(right / surface.wall, -1, 1)
+    lab[:, 0] -= UPPER * np.clip(height / surface.wall, 0, 1)
     return lab
 
 

@@ -134,16 +134,12 @@ def test_nothing_fades_without_normals():
     )
 
 
-@pytest.mark.parametrize(
-    ("normals", "bounds", "words"),
-    [(np.zeros((3, 3)), (0.1, 0.2), "shape"), (np.zeros((20, 3)), (0.2, 0.1), "ascend")],
-)
-def test_fading_by_facing_checks_its_arguments(normals, bounds, words):
+def test_fading_by_facing_checks_its_arguments():
     strokes = random_gaussians(20)
     camera = cameras()[0]
     boxes, _ = project_with(strokes, camera, RenderOptions.of(ELLIPSE))
-    with pytest.raises(ValueError, match=words):
-        fade_by_facing(boxes, camera, strokes, normals, bounds)
+    with pytest.raises(ValueError, match="shape"):
+        fade_by_facing(boxes, camera, strokes, np.zeros((3, 3)))
 
 
 def test_lines_are_the_same_each_time_and_for_any_threads(cube_lines):
