@@ -26,6 +26,8 @@ APART = 0.45  # distance between strokes, in lengths
 SIGMAS = 3.6  # length of a stroke in standard deviations
 THICKNESS, OPACITY = 0.01, 0.95
 DIFFERS = 0.10  # OKLab distance across an outline from which it is cut in: a lost edge stays lost
+# Pixels within which a hard outline goes from solid paint to none: fur and leaves are not trimmed.
+HARD, SOLID = 3.0, 0.8
 IN_FRONT = 0.98  # depth of the strokes, in that of the outline
 
 
@@ -115,10 +117,12 @@ def _outside_colors(points: _Points, over: Frame, behind: Frame, outside: float)
         return frame.rgb[rows, columns] / np.maximum(alpha, 1e-6)[:, None], alpha
 
     colors, covered = seen(behind, -outside)
-    inside, _ = seen(over, 2.0)
+    inside, solid = seen(over, HARD)
     _, beyond = seen(over, -2 * outside)
+    is_hard = (solid > SOLID) & (seen(over, -HARD)[1] < 1 - SOLID)
     distance = np.linalg.norm(oklab_of(np.clip(inside, 0, 1)) - oklab_of(np.clip(colors, 0, 1)), axis=1)
-    return np.clip(colors, 0, 1), (distance > DIFFERS) & (covered > 0.8) & (beyond < 0.3)
+    differs = (distance > DIFFERS) & (covered > 0.8) & (beyond < 0.3)
+    return np.clip(colors, 0, 1), differs & is_hard
 
 
 def _strokes(points: _Points, colors: F64, camera: Camera, outside: float, length: float) -> Gaussians:

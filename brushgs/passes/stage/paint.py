@@ -78,9 +78,11 @@ def stage_strokes(
         seed: another one gives other jitter.
     """
     g, of_broad, of_fine = np.random.default_rng([seed, 7]).spawn(3)
-    usual = _sizes(surface, place, cameras) * hand.size
-    broad, broad_sizes = _laid(surface, usual, of_broad)
-    fine, fine_sizes = _laid(surface, usual * FINE, of_fine, until=REACH * place.radius)
+    usual = _sizes(surface, place, cameras)
+    broad, broad_sizes = _laid(surface, usual * hand.size, of_broad)
+    # However large the strokes, a shadow keeps its shape.
+    fine_usual = usual * FINE * min(hand.size, 1.0)
+    fine, fine_sizes = _laid(surface, fine_usual, of_fine, until=REACH * place.radius)
     kept = [~_is_shaded(broad, shadow, hand), _is_shaded(fine, shadow, hand)]
     spots = Spots(*(np.concatenate([a[kept[0]], b[kept[1]]]) for a, b in zip(broad, fine, strict=True)))
     sizes = np.concatenate([broad_sizes[kept[0]], fine_sizes[kept[1]]])
