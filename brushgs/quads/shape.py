@@ -127,8 +127,8 @@ def lying(coat: Coat, camera: Camera) -> Quads:
     """
     strokes = shown_by(coat)
     opacities = strokes.opacities.astype(np.float64)
-    if coat.normals is not None:  # lines of silhouettes: those that the first view has
-        shares = facing_shares(coat.strokes.means, coat.normals, camera)
+    if coat.normals is not None:  # lines of silhouettes, or one-sided strokes: those that the first view has
+        shares = facing_shares(coat.strokes.means, coat.normals, camera, is_one_sided=coat.is_one_sided)
         opacities[: len(shares)] *= shares
     means, scales = strokes.means.astype(np.float64), strokes.scales.astype(np.float64)
     order, rows = np.argsort(-scales, axis=1, kind="stable"), np.arange(len(strokes))

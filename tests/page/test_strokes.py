@@ -79,6 +79,8 @@ def test_normals_and_border(studio, scene):
     camera = still_life_camera(width=320, height=240)
     texture = bg.StrokeTexture.open("line")
     assert_same_picture(studio, painting_of(scene, texture, coat={"normals": normals}), camera)
+    one_sided = {"normals": normals, "is_one_sided": True}
+    assert_same_picture(studio, painting_of(scene, texture, coat=one_sided), camera)
     assert_same_picture(studio, painting_of(scene, texture, coat={"border": 0.13}), camera)
 
 

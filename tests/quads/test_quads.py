@@ -14,6 +14,7 @@ from brushgs.brushes.brush_set import BrushSet
 from brushgs.page.view import PageView
 from brushgs.quads.atlas import GAP, Atlas
 from brushgs.quads.gltf import upright
+from brushgs.quads.shape import lying
 from brushgs.quads.write import write_quads
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.underpaint import Underpaint
@@ -299,3 +300,12 @@ def test_brushes_that_no_stroke_has_are_not_in_the_file():
     textures = BrushSet.open("flat,dab,swirl")
     one, alone = saved(only, textures), saved(replace(strokes, brushes=None), "dab", num_sigmas=1.0)
     assert one.image().shape == alone.image().shape
+
+
+def test_a_one_sided_stroke_is_in_the_file_where_its_front_is_seen():
+    strokes = some_strokes(20)
+    toward = CAMERA.position - strokes.means
+    toward /= np.linalg.norm(toward, axis=1, keepdims=True)
+    for sign, count in ((1, 20), (-1, 0)):
+        coat = replace(some_coat(strokes), normals=sign * toward, is_one_sided=True)
+        assert len(lying(coat, CAMERA).corners) == count
