@@ -7,7 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.cameras.framing import camera_axes
-from brushgs.first_view.photographed import UnfitError, photographed_view
+from brushgs.first_view.photographed import UnfitError, photographed_view, up_of_views
 from brushgs.io.cameras.beside import read_beside
 from tests.first_view.scenes import about, moved, statue
 from tests.first_view.test_framing import relief
@@ -138,3 +138,12 @@ def test_real_cameras_fit_their_scene_and_no_other(scene, cameras, up):
             photographed_view(gaussians, found)
     else:
         assert np.array_equal(photographed_view(gaussians, found).up, up)
+
+
+@pytest.mark.parametrize("count", [1, 2, 40])
+@pytest.mark.parametrize(("axis", "degrees"), [((1, 0, 0), 0.0), ((1, 0, 0), 90.0), ((0, 0, 1), 180.0)])
+def test_given_views_tell_which_way_is_up_whatever_the_scene_looks_like(count, axis, degrees):
+    turn = about(axis, degrees)
+    cameras = moved_cameras(photographs(count), rotation=turn)
+    up = up_of_views(moved(statue(), rotation=turn), cameras)
+    np.testing.assert_allclose(up, turn @ (0, -1, 0), atol=1e-9)
