@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.plain import PlainViews
 
 USUAL_STROKES = 6000  # of a painting, with which the strokes of a stage have their usual size
+LOOKED_AT = 160  # pixels of the longer side of a picture that tells whether a scene fills it
 THIN = 0.4  # height of the paint along an outline, in that of the stage
 MOST_CHROMA = 0.075  # of a stage in the hues of a style, OKLab: it stays behind its subject
 SIZES = (0.6, 1.8)  # least and most size of the strokes of a stage, however many the subject has
@@ -54,6 +55,24 @@ class Setting:
     kit: "BrushKit"
     colors: Changes
     styles: Styles | None
+
+
+def needs_place(config: PaintConfig, gaussians: Gaussians, camera: Camera | None) -> bool:
+    """Whether a stage has to know how a scene stands: not one that fills the picture of a given camera.
+
+    Args:
+        config: of the job.
+        gaussians: the scene.
+        camera: that is given; None where it is framed.
+    """
+    if not config.ground.stage or camera is None or config.ground.backdrop_always:
+        return config.ground.stage
+    from brushgs.passes.backdrop import FULL_BORDER, border_alpha
+    from brushgs.rendering.plain import plain_views
+
+    share = LOOKED_AT / max(camera.width, camera.height)
+    small = camera.resized(max(round(share * camera.width), 1), max(round(share * camera.height), 1))
+    return border_alpha(plain_views(gaussians, [small]).frames[0]) < FULL_BORDER
 
 
 def open_backdrop(

@@ -17,7 +17,7 @@ from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.options.where import WhereConfig
-from brushgs.painting.backdrop import Setting, open_backdrop
+from brushgs.painting.backdrop import Setting, needs_place, open_backdrop
 from brushgs.painting.background import Background, check_background
 from brushgs.painting.clean import clean_scene, drop_crumbs, select_seen
 from brushgs.painting.clip import Clip
@@ -224,6 +224,7 @@ def prepare(
     sees = passes.needs_camera or named.needs_camera
     needs_view = needs_view or is_counted or is_for_view or (sees and skip is None)
     needs_background = needs_background or is_counted
+    needs_stage = needs_view and needs_background and not merges_later
     plan = plan_cameras(
         gaussians,
         notes,
@@ -237,7 +238,7 @@ def prepare(
         needs_first_view=needs_first_view
         or named.needs_first_view
         or (config.painted is not None and config.painted.needs_first_view)
-        or (config.ground.stage and needs_view and needs_background and not merges_later),
+        or (needs_stage and needs_place(config, gaussians, views if isinstance(views, Camera) else None)),
     )
     cameras, film, first_view = plan.cameras, plan.film, plan.first_view
     config = replace(config, view=plan.view)
