@@ -188,9 +188,9 @@ def _describe(report: Stage, scenery: "Scenery", count: int) -> None:
     }
     report.details.append(f"{scenery.tones.reads:.0%} of the outline reads against it")
     if scenery.ground is not None:
-        report.details.append("the table continues the ground of the scene")
+        report.did += ", whose table continues the ground of the scene"
     if scenery.follows_light:
-        report.details.append("the lamp stands where shadows in the scene show that the light was")
+        report.did += ", lit as shadows on that show"
 
 
 def _tone_of(ground: GroundConfig) -> "ToneChoice | tuple[np.ndarray, np.ndarray]":
