@@ -61,11 +61,11 @@ PARTS: dict[str, dict[str, dict[str, Any]]] = {
     "oil": {},
     "no lamp": {"light": {"relief": 0.0}},
     "no canvas": {"light": {"canvas": "none"}},
-    "no backdrop": {"ground": {"stage": False, "backdrop": 0}},
+    "no backdrop": {"ground": {"backdrop": 0}},
     "one brush": {"draw": {"stroke": "flat"}},
     "strokes alone": {
         "light": {"relief": 0.0, "canvas": "none"},
-        "ground": {"ground": "none", "stage": False, "backdrop": 0},
+        "ground": {"ground": "none", "backdrop": 0},
     },
 }
 
@@ -73,6 +73,7 @@ PARTS: dict[str, dict[str, dict[str, Any]]] = {
 def config_of(look: str, scene: str, **changes: dict[str, Any]) -> PaintConfig:
     """What the command would be told."""
     config = Look.open(look).config
+    config = replace(config, ground=replace(config.ground, stage=False))  # tests.bench.stage has the stage
     config = replace(config, view=FACE if scene == "face" else ViewConfig(size=SIZE))
     if look == PLAIN_LOOK:
         config = replace(config, cluster=replace(config.cluster, strokes=6000))
