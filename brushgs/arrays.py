@@ -1,4 +1,4 @@
-"""Array types, and one check of argument shapes by letter: equal letters must agree across arguments."""
+"""Array types, a smooth step, and one check of argument shapes by letter: equal letters must agree."""
 
 from typing import Any
 
@@ -12,6 +12,12 @@ U8 = NDArray[np.uint8]
 U32 = NDArray[np.uint32]
 Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]  # indices
+
+
+def smoothstep(x: Array) -> F64:
+    """From 0 at 0 and below to 1 at 1 and above, level at both ends; of the shape of x."""
+    x = np.clip(x, 0, 1)
+    return np.asarray(x * x * (3 - 2 * x))
 
 
 def check(where: str, **arrays: tuple[NDArray[Any], str]) -> dict[str, int]:

@@ -24,6 +24,11 @@ def rotation_matrices(quats: Array) -> NDArray[np.float64]:
     return R
 
 
+def shortest_axes(quats: Array, scales: Array) -> NDArray[np.float64]:
+    """[N, 3] unit vectors along the shortest axis of Gaussians, the normal of flat ones; of either sign."""
+    return rotation_matrices(quats)[np.arange(len(quats)), :, scales.argmin(axis=1)]
+
+
 def _unit_columns(quats: Array) -> NDArray[np.float64]:
     """[4, N] w, x, y, z of quaternions [N, 4], scaled to length 1: NumPy is slow along short rows."""
     columns = np.array(quats.T, dtype=np.float64, order="C")

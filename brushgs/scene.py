@@ -383,6 +383,11 @@ class Camera:
         K[1, 2] *= factor
         return replace(self, K=K, width=width, height=height)
 
+    def in_side(self, side: int) -> "Camera":
+        """The same view, `resized` so that its longer side has so many pixels, >= 1."""
+        share = side / max(self.width, self.height)
+        return self.resized(max(round(share * self.width), 1), max(round(share * self.height), 1))
+
 
 _BOX_INTEGERS: dict[str, type[np.integer[Any]]] = {"ids": np.int32, "brushes": np.uint8}
 

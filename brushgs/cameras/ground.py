@@ -14,7 +14,7 @@ import numpy as np
 
 from brushgs.arrays import F64, Array
 from brushgs.cameras.framing import camera_axes, subject
-from brushgs.quats import rotation_matrices
+from brushgs.quats import shortest_axes
 from brushgs.scene import Gaussians
 
 MOST_ROWS = 200_000  # enough for directions: of a larger scene every n-th Gaussian is used
@@ -145,8 +145,7 @@ def _level_normal(gaussians: Gaussians, up: F64) -> F64 | None:
         return None
     weights = gaussians.opacities[rows] * sizes[rows, 1] * sizes[rows, 2]
     weights = np.minimum(weights, np.quantile(weights, CLIP))
-    shortest = gaussians.scales[rows].argmin(axis=1)
-    normals = rotation_matrices(gaussians.quats[rows])[np.arange(len(rows)), :, shortest].astype(np.float64)
+    normals = shortest_axes(gaussians.quats[rows], gaussians.scales[rows])
     found = up
     for cone in CONES:
         cosines = normals @ found

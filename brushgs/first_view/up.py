@@ -28,7 +28,7 @@ from brushgs.first_view.sample import (
     shaded,
     unpremultiplied,
 )
-from brushgs.quats import rotation_matrices
+from brushgs.quats import shortest_axes
 from brushgs.sh import base_colors
 from brushgs.threads import side_by_side
 
@@ -196,11 +196,9 @@ def _foot(heights: F64, level: F64, low: float, high: float) -> float:
 def _normals(sample: Sample) -> tuple[F64, F64]:
     """[n, 3] normals, of either sign, and [n] painted area, 0 where a Gaussian is not flat."""
     gaussians = sample.gaussians
-    rows, shortest = np.arange(len(gaussians)), gaussians.scales.argmin(axis=1)
     scales = np.sort(gaussians.scales, axis=1)
     is_flat = scales[:, 1] > FLAT * scales[:, 0]
-    normals = rotation_matrices(gaussians.quats)[rows, :, shortest]
-    return np.asarray(normals, np.float64), np.asarray(sample.weights * is_flat)
+    return shortest_axes(gaussians.quats, gaussians.scales), np.asarray(sample.weights * is_flat)
 
 
 def _lower_share(shares: F64, weights: F64, whole: float) -> float:

@@ -29,12 +29,12 @@ Params = Literal["colour", "free", "all"]  # of strokes, fitted by refinement
 See = Literal["views", "off"]  # what decides which strokes there are beside the scene: what views of it show
 Canvas = Literal["none", "linen", "paper"]  # what lies under the paint
 Medium = Literal["paint", "charcoal", "ink", "watercolour"]  # what strokes are made with
+StageTone = Literal["auto", "light", "dark"]  # of the wall of a stage
 Codec = Literal["h264", "h265", "prores", "vp9"]  # of videos
 
 # The looks that come with the program, files in brushgs/looks: as they are listed.
 LOOKS = ("oil", "impressionist", "gouache", "watercolour", "charcoal", "ink", "plain")
 DEFAULT_LOOK, PLAIN_LOOK = "oil", "plain"
-STAGE_TONES = ("auto", "light", "dark")  # of the wall of a stage
 # Strokes of a backdrop: of one that is switched on in a look without, and the most that a look may have.
 DEFAULT_BACKDROP, MAX_BACKDROP = 2500, 20_000
 # Layers of a picture that compositing takes -> what each is, in words. `Frame.layers` says how they are held,

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, fields
 from math import degrees, pi, radians
 from typing import Annotated, Any, NamedTuple, get_args
 
-from brushgs.options.choices import MAX_BACKDROP, STAGE_TONES, Canvas, Medium, color_code
+from brushgs.options.choices import MAX_BACKDROP, Canvas, Medium, StageTone, color_code
 
 MAX_BRUSHES = 256  # of one picture: a stroke holds the row of its brush in 8 bits
 MAX_PIGMENTS = 256
@@ -188,8 +188,8 @@ class GroundConfig(_Part):
             raise ValueError(f"ground must be {GROUND_FORMS}, got {self.ground!r}")
         if not all(name.strip() for name in self.backdrop_brushes):
             raise ValueError("backdrop_brushes must be names of strokes or image files, got an empty one")
-        if self.stage_tone not in STAGE_TONES and self.stage_colors is None:
-            forms = f"{', '.join(STAGE_TONES)} or two colours, as '#7a6a58,#9aa4b0'"
+        if self.stage_tone not in get_args(StageTone) and self.stage_colors is None:
+            forms = f"{', '.join(get_args(StageTone))} or two colours, as '#7a6a58,#9aa4b0'"
             raise ValueError(f"stage_tone must be {forms}, got {self.stage_tone!r}")
 
     @property

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from brushgs.colors import rgb_of
+from brushgs.options.choices import StageTone
 from brushgs.options.look_parts import GroundConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.coats.materials import BACKDROP, CUT_IN, Materials
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from brushgs.brushes.kit import BrushKit
     from brushgs.passes.backdrop import Backdrop
     from brushgs.passes.stage import Stage as Scenery
-    from brushgs.passes.stage.tone import ToneChoice
     from brushgs.rendering.plain import PlainViews
 
 USUAL_STROKES = 6000  # of a painting, with which the strokes of a stage have their usual size
@@ -70,9 +70,7 @@ def needs_place(config: PaintConfig, gaussians: Gaussians, camera: Camera | None
     from brushgs.passes.backdrop import FULL_BORDER, border_alpha
     from brushgs.rendering.plain import plain_views
 
-    share = LOOKED_AT / max(camera.width, camera.height)
-    small = camera.resized(max(round(share * camera.width), 1), max(round(share * camera.height), 1))
-    return border_alpha(plain_views(gaussians, [small]).frames[0]) < FULL_BORDER
+    return border_alpha(plain_views(gaussians, [camera.in_side(LOOKED_AT)]).frames[0]) < FULL_BORDER
 
 
 def open_backdrop(
@@ -193,7 +191,7 @@ def _describe(report: Stage, scenery: "Scenery", count: int) -> None:
         report.did += ", lit as shadows on that show"
 
 
-def _tone_of(ground: GroundConfig) -> "ToneChoice | tuple[np.ndarray, np.ndarray]":
+def _tone_of(ground: GroundConfig) -> "StageTone | tuple[np.ndarray, np.ndarray]":
     if ground.stage_colors is None:
         return ground.stage_tone  # type: ignore[return-value]  # checked by GroundConfig
     from brushgs.passes.color_space import oklab_of

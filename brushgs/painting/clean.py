@@ -82,14 +82,14 @@ def drop_crumbs(
     """
     if first_view is None or is_strokes or not config.drops_crumbs or len(gaussians) == 0:
         return gaussians
-    from brushgs.passes.contribution import projected_areas
+    from brushgs.passes.contribution import paint_of
     from brushgs.passes.crumbs import find_crumbs
 
     rows = find_crumbs(gaussians, first_view)
     if not rows.any():
         return gaussians
     with report.stage("crumbs") as stage:
-        paint = gaussians.opacities * projected_areas(gaussians.scales)
+        paint = paint_of(gaussians)
         num_dropped, share = int(np.count_nonzero(rows)), float(paint[rows].sum() / (paint.sum() or 1))
         stage.did = f"{num_dropped:,} that hang below the object dropped, {share:.2g} of the painted area"
         stage.counts = {"before": len(gaussians), "after": len(gaussians) - num_dropped}

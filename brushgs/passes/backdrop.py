@@ -11,10 +11,10 @@ from math import tan
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, Mask
+from brushgs.arrays import F64, Array, Mask, smoothstep
 from brushgs.cameras.framing import DEFAULT_FOV_Y, FLAT_ELEVATION, camera_axes, default_elevation
 from brushgs.passes.color_space import oklab_of, rgb_of_oklab
-from brushgs.passes.contribution import projected_areas
+from brushgs.passes.contribution import paint_of
 from brushgs.passes.extent import robust_frame
 from brushgs.quats import quats_of
 from brushgs.scene import Camera, FirstView, Frame, Gaussians
@@ -110,7 +110,7 @@ def mean_lab(gaussians: Gaussians, weights: Array | None = None) -> F64:
             zero, as in an empty scene, the mean is a middle grey.
     """
     if weights is None:
-        weights = gaussians.opacities * projected_areas(gaussians.scales)
+        weights = paint_of(gaussians)
     total = float(weights.sum(dtype=np.float64))
     if not total > 0:
         return np.asarray(oklab_of(np.full((1, 3), 0.5))[0])
@@ -198,8 +198,7 @@ def backdrop(
 
     outward, along = _sphere(count, g)
     mean = mean_lab(gaussians, weights)
-    rise = np.clip(0.5 - _RISE * outward[:, 1:2], 0, 1)
-    rise = rise * rise * (3 - 2 * rise)
+    rise = smoothstep(0.5 - _RISE * outward[:, 1:2])
     lab = rise * look.above.lab(mean) + (1 - rise) * look.below.lab(mean)
     lab += g.normal(0, 1, (count, 3)) * (look.lightness, look.chroma, look.chroma)
 

@@ -48,6 +48,11 @@ def projected_areas(scales: Array) -> NDArray[np.float64]:
     return areas
 
 
+def paint_of(gaussians: Gaussians) -> NDArray[np.float64]:
+    """[N] the paint that Gaussians carry: opacity times mean projected area, world units squared over pi."""
+    return np.asarray(gaussians.opacities * projected_areas(gaussians.scales))
+
+
 def _areas(scales: Array) -> NDArray[np.float64]:
     a, b, c = (scales[:, axis].astype(np.float64) for axis in range(3))
     longest = np.maximum(np.maximum(a, b), c)

@@ -10,7 +10,7 @@ import numpy as np
 
 from brushgs.arrays import F64, Mask
 from brushgs.cameras.framing import FLAT_ELEVATION, default_elevation
-from brushgs.passes.contribution import projected_areas
+from brushgs.passes.contribution import paint_of
 from brushgs.quats import rotation_matrices
 from brushgs.scene import FirstView, Gaussians
 
@@ -52,7 +52,7 @@ def find_crumbs(gaussians: Gaussians, view: FirstView) -> Mask:
     is_below = above + upright < 0
     found = none.copy()
     found[low] = hangs & (~is_below | (level > COARSE) | (low_ones.opacities < FAINT))
-    paint = gaussians.opacities * projected_areas(gaussians.scales)
+    paint = paint_of(gaussians)
     return found if paint[found].sum() <= MOST * paint.sum() else none
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from brushgs.arrays import F64, Array, check
+from brushgs.arrays import F64, Array, check, smoothstep
 from brushgs.passes.picture_votes import votes
 from brushgs.scene import Camera, FirstView, Gaussians
 
@@ -28,7 +28,7 @@ def sphere_focus(gaussians: Gaussians, center: ArrayLike, radius: float) -> F64:
     """
     middle = np.asarray(center, np.float64)
     distances = np.linalg.norm(gaussians.means.astype(np.float64) - middle, axis=1)
-    return _factors(_smooth(0.5 - (distances / radius - 1) / (2 * EDGE)))
+    return _factors(smoothstep(0.5 - (distances / radius - 1) / (2 * EDGE)))
 
 
 def subject_focus(gaussians: Gaussians, view: FirstView) -> F64:
@@ -44,7 +44,7 @@ def subject_focus(gaussians: Gaussians, view: FirstView) -> F64:
     means = gaussians.means.astype(np.float64)
     outside = np.linalg.norm(np.maximum(np.maximum(low - means, means - high), 0), axis=1)
     edge = max(EDGE * 0.5 * float(np.linalg.norm(high - low)), np.finfo(np.float64).tiny)
-    return _factors(_smooth(1 - outside / edge))
+    return _factors(smoothstep(1 - outside / edge))
 
 
 def mask_focus(gaussians: Gaussians, camera: Camera, mask: Array, *, num_threads: int | None = None) -> F64:
@@ -70,12 +70,6 @@ def contrast(factors: Sequence[float] | F64) -> float:
     """The largest factor over the smallest: 1 where a focus changes nothing."""
     values = np.asarray(factors, np.float64)
     return float(values.max() / values.min()) if len(values) else 1.0
-
-
-def _smooth(x: F64) -> F64:
-    """0 below 0, 1 above 1, with no kink between."""
-    x = np.clip(x, 0, 1)
-    return np.asarray(x * x * (3 - 2 * x))
 
 
 def _factors(share: F64) -> F64:

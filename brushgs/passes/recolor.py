@@ -16,7 +16,7 @@ from brushgs.colors import split_alpha
 from brushgs.options.choices import ColorSpace
 from brushgs.passes.color_map import ColorMap, map_colors
 from brushgs.passes.color_space import Space
-from brushgs.passes.contribution import projected_areas
+from brushgs.passes.contribution import paint_of
 from brushgs.scene import Gaussians
 from brushgs.sh import C0
 
@@ -147,7 +147,7 @@ def matching_map(
 
 def painted_weights(gaussians: Gaussians) -> Array:
     """[N] opacity x mean projected area, the paint that Gaussians carry; 1 for all where none carries any."""
-    weights = gaussians.opacities * projected_areas(gaussians.scales)
+    weights = paint_of(gaussians)
     return weights if weights.any() else np.ones(len(gaussians))
 
 

@@ -15,7 +15,7 @@ from torch import Tensor
 import brushgs.autograd as ba
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.painting.moving import Moving
-from brushgs.passes.contribution import projected_areas
+from brushgs.passes.contribution import paint_of
 from brushgs.passes.recolor import Palette, recolor
 from brushgs.refine.views import TimedView
 from brushgs.rendering.render import render
@@ -87,7 +87,7 @@ def scene_over_time(
         palette: the colours it takes; None for its own. The map of colours is that of `members` at all times.
         strength: of the palette, see `recolor`.
     """
-    weights = members.opacities * projected_areas(members.scales)
+    weights = paint_of(members)
 
     def at(moment: int) -> Gaussians:
         scene = moving.scene.at(float(moving.motion.times[moment]))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64
+from brushgs.arrays import F64, smoothstep
 from brushgs.scene import Boxes, Camera, Gaussians
 
 # Sines of the angles beside a silhouette at which its line begins to fade and is gone. A line of something
@@ -72,5 +72,4 @@ def facing_shares(
     """[P] share of the opacity that is left of strokes at points [P, 3] with normals [P, 3]."""
     sines = (_sines if is_one_sided else facing)(points, normals, camera)
     low, high = BEHIND if is_one_sided else BOUNDS
-    x = np.clip((sines - low) / (high - low), 0, 1)
-    return np.asarray(1 - x * x * (3 - 2 * x))
+    return np.asarray(1 - smoothstep((sines - low) / (high - low)))

@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.arrays import F64, Mask, Rows
+from brushgs.arrays import F64, Mask, Rows, smoothstep
 from brushgs.sh import C0, sh_basis
 from brushgs.still_life.surfaces import GOLDEN_ANGLE, unit
 
@@ -179,12 +179,6 @@ def fit_views(colors: F64, dome: F64) -> F64:
     penalty[0, 0] = 0
     solve = np.linalg.solve(basis.T @ basis + penalty, basis.T)  # [16, V]
     return np.asarray(np.einsum("kv,vnc->nkc", solve, colors - 0.5, optimize=True))
-
-
-def smoothstep(x: F64) -> F64:
-    """From 0 at 0 and below to 1 at 1 and above, with level ends."""
-    t = np.clip(x, 0, 1)
-    return np.asarray(t * t * (3 - 2 * t))
 
 
 def _dots(vectors: F64, others: F64) -> F64:

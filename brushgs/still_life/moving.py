@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import F64, Mask, Rows
+from brushgs.arrays import F64, Mask, Rows, smoothstep
 from brushgs.moving_scene import MovingScene
 from brushgs.options.choices import CLIP_FPS
 from brushgs.quats import quat_products, quats_of, rotation_matrices
@@ -29,7 +29,6 @@ from brushgs.still_life.light import (
     lamp_light,
     lamp_visibility,
     matt_light,
-    smoothstep,
 )
 from brushgs.still_life.surfaces import turn, unit
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array
 from brushgs.passes.color_space import Space
-from brushgs.passes.contribution import projected_areas
+from brushgs.passes.contribution import paint_of
 from brushgs.passes.direction.planes import Planes, blocks, ramp, unit_pairs
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.neighbours import nearest
@@ -106,7 +106,7 @@ class _Near:
 
     @classmethod
     def of(cls, gaussians: Gaussians, means: F64) -> "_Near":
-        paint = gaussians.opacities * projected_areas(gaussians.scales)
+        paint = paint_of(gaussians)
         rank = int((1 - SURFACE) * len(paint))
         rows = np.flatnonzero(paint >= np.partition(paint, rank)[rank])
         center, radius = robust_frame(gaussians.means)

@@ -11,14 +11,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from brushgs.arrays import F64
+from brushgs.options.choices import StageTone
 from brushgs.passes.backdrop import mean_lab
+from brushgs.passes.contribution import paint_of
 from brushgs.passes.stage.ground import Ground, find_ground
 from brushgs.passes.stage.lamp import found_lamp
 from brushgs.passes.stage.paint import Hand, stage_strokes
-from brushgs.passes.stage.place import Place, find_place, paint_of
+from brushgs.passes.stage.place import Place, find_place
 from brushgs.passes.stage.shadow import Shadow, cast_shadow
 from brushgs.passes.stage.surface import Surface, surface_around
-from brushgs.passes.stage.tone import ToneChoice, Tones, choose_tones, outline_of
+from brushgs.passes.stage.tone import Tones, choose_tones, outline_of
 from brushgs.quats import rotation_matrices
 from brushgs.scene import Camera, FirstView, Gaussians
 
@@ -60,7 +62,7 @@ def open_stage(
     strokes: Gaussians,
     first_view: FirstView,
     cameras: Sequence[Camera],
-    tone: "ToneChoice | tuple[F64, F64]" = "auto",
+    tone: "StageTone | tuple[F64, F64]" = "auto",
 ) -> Stage:
     """The stage of a scene.
 

@@ -13,14 +13,14 @@ from brushgs.passes.color_space import oklab_of
 from brushgs.passes.stage.maps import blurred
 from brushgs.quats import quats_of
 from brushgs.rendering.options import RenderOptions, render_with
+from brushgs.rendering.relief import canvas_scale
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import C0
 
 SIDE = 360  # pixels of the longer side of the picture in which the outline is sought
 SMOOTH = 2.0  # pixels of it over which the outline is smoothed
 STRAIGHT, AROUND = 0.9, 4.0  # mean of the unit normals around a point from which it is straight; pixels
-CANVAS = 1000 * 750  # pixels of the picture in which the overlap is said
-OVERLAP = (3.0, 6.0)  # pixels of it
+OVERLAP = (3.0, 6.0)  # pixels of a picture of 1000 x 750
 LENGTH, ASPECT = 0.075, 2.6  # of strokes, in widths of the picture; length over width
 APART = 0.45  # distance between strokes, in lengths
 SIGMAS = 3.6  # length of a stroke in standard deviations
@@ -43,26 +43,22 @@ class _Points(NamedTuple):
         return _Points(*(column[chosen] for column in self))
 
 
-def cut_in(
-    subject: Gaussians, stage: Gaussians, camera: Camera, *, size: float = 1.0, seed: int = 0
-) -> Gaussians:
+def cut_in(subject: Gaussians, stage: Gaussians, camera: Camera) -> Gaussians:
     """Strokes along the outline of a subject, in the colors of the stage outside of it; float64.
 
     Args:
         subject: its strokes, in the colors in which they are painted.
         stage: the strokes of its stage.
         camera: the view.
-        size: of strokes, 1 for the usual one.
-        seed: another one places them otherwise.
     """
-    share = SIDE / max(camera.width, camera.height)
-    small = camera.resized(max(round(camera.width * share), 1), max(round(camera.height * share), 1))
+    small = camera.in_side(SIDE)
     kernel = StrokeTexture.open("gaussian")
     options = RenderOptions.of(kernel)
     over, behind = (render_with(one, small, kernel, options) for one in (subject, stage))
-    length = LENGTH * size * small.width
-    overlap = np.mean(OVERLAP) * share * np.sqrt(camera.width * camera.height / CANVAS)
-    points = _spread(_outline(over), APART * length, np.random.default_rng([seed, 17]))
+    length = LENGTH * small.width
+    share = SIDE / max(camera.width, camera.height)
+    overlap = np.mean(OVERLAP) * share * canvas_scale(camera.width, camera.height)
+    points = _spread(_outline(over), APART * length, np.random.default_rng([0, 17]))
     outside = 0.5 * length / ASPECT - overlap
     colors, differs = _outside_colors(points, over, behind, outside)
     points = points.take(differs)

@@ -9,7 +9,6 @@ from brushgs.arrays import F64
 from brushgs.passes.stage.place import Place
 from brushgs.passes.stage.shadow import REACH, Shadow
 from brushgs.passes.stage.surface import Surface, at_lengths
-from brushgs.quats import quats_of
 from brushgs.scene import Camera, Gaussians
 
 LEAST_LENGTH = 0.03  # of a mark, in radii, however close a camera stands
@@ -128,9 +127,8 @@ def _flat_marks(
     zero, one = np.zeros(count), np.ones(count)
     along = np.stack([np.cos(angles), zero, np.sin(angles)], axis=1)
     normal = np.stack([zero, one, zero], axis=1)
-    frames = place.axes.T @ np.stack([along, np.cross(normal, along), normal], axis=2)
-    frames[:, :, 1] *= np.sign(np.linalg.det(frames))[:, None]
+    frames = np.stack([along, np.cross(normal, along), normal], axis=2)
     scales = np.stack([lengths / 4, np.full(count, width / 4), np.full(count, THICKNESS * width)], axis=1)
     return Gaussians(
-        place.world(points), quats_of(frames), scales, np.clip(opacities, 0, 1), np.zeros((count, 1, 3))
+        place.world(points), place.quats(frames), scales, np.clip(opacities, 0, 1), np.zeros((count, 1, 3))
     )

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from brushgs.arrays import F64, Mask
+from brushgs.arrays import F64, Mask, smoothstep
 from brushgs.passes.color_space import oklab_of, rgb_of_oklab
 from brushgs.passes.stage.maps import Grid, blurred
 from brushgs.passes.stage.place import Place
-from brushgs.quats import rotation_matrices
+from brushgs.quats import shortest_axes
 from brushgs.scene import Gaussians
 from brushgs.sh import C0, base_colors
 
@@ -65,8 +65,7 @@ class Ground:
 def find_ground(gaussians: Gaussians, place: Place, weights: F64) -> Ground | None:
     """The ground that a scene brings; None where it has none."""
     points = place.local(gaussians.means)
-    turned = rotation_matrices(gaussians.quats)[np.arange(len(points)), :, gaussians.scales.argmin(axis=1)]
-    is_level = np.abs(turned @ place.axes[1]) > LEVEL
+    is_level = np.abs(shortest_axes(gaussians.quats, gaussians.scales) @ place.axes[1]) > LEVEL
     level = _find_level(points, place, weights * is_level)
     if level is None:
         return None
@@ -144,8 +143,7 @@ def dissolved(strokes: Gaussians, ground: Ground, table: F64 | None) -> Gaussian
     points = ground.place.local(strokes.means)
     coverage, _ = ground.at(points)
     low, high = EDGE
-    share = 1 - np.clip((coverage - low) / (high - low), 0, 1)
-    share = share * share * (3 - 2 * share) * ground.is_on(points)
+    share = smoothstep(1 - (coverage - low) / (high - low)) * ground.is_on(points)
     heights = points[:, 1] / (BAND * ground.place.radius)
     is_under = (heights < -1) | ((heights < HANGS) & (coverage < CORE))
     left = np.where(is_under, 0.0, strokes.opacities)

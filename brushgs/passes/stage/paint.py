@@ -5,14 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brushgs.arrays import F64, Mask
+from brushgs.arrays import F64, Mask, smoothstep
 from brushgs.passes.color_space import rgb_of_oklab
 from brushgs.passes.stage.ground import Ground
 from brushgs.passes.stage.place import Place
 from brushgs.passes.stage.shadow import REACH, Shadow
 from brushgs.passes.stage.surface import Spots, Surface, spots_on
 from brushgs.passes.stage.tone import Tones
-from brushgs.quats import quats_of
 from brushgs.scene import Camera, Gaussians
 from brushgs.sh import C0
 
@@ -89,13 +88,12 @@ def stage_strokes(
     sizes = sizes * np.exp(SIZE_JITTER * spots.noise[:, 0])
     lab = _colors(spots, surface, shadow, tones, hand, ground)
     lab += spots.noise[:, 1:4] * (hand.jitter[0], hand.jitter[1], hand.jitter[1])
-    frames = place.axes.T @ _frames(spots, place, surface, len(cameras) == 1, g)
-    frames[:, :, 1] *= np.sign(np.linalg.det(frames))[:, None]
+    frames = _frames(spots, place, surface, len(cameras) == 1, g)
     root = np.sqrt(hand.aspect)
     scales = sizes[:, None] / SIGMAS * (root, 1 / root, THICKNESS)
     return Gaussians(
         place.world(spots.points),
-        quats_of(frames),
+        place.quats(frames),
         scales,
         np.full(len(sizes), OPACITY),
         ((np.clip(rgb_of_oklab(lab), 0, 1) - 0.5) / C0)[:, None],
@@ -137,8 +135,7 @@ def _colors(
     """[n, 3] OKLab of table and wall, in light and shadow."""
     covered = np.zeros(len(spots.points)) if ground is None else ground.at(spots.points)[0]
     low, high = BLEND
-    wall = np.clip((surface.slope(spots.along) - low) / (high - low), 0, 1)
-    wall = (wall * wall * (3 - 2 * wall))[:, None]
+    wall = smoothstep((surface.slope(spots.along) - low) / (high - low))[:, None]
     table = _table(spots.points, surface, tones, ground)
     lab = table + wall * (_wall(spots.points, surface, tones) - table)
     if hand.shadow == 0:

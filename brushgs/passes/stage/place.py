@@ -7,8 +7,8 @@ import numpy as np
 
 from brushgs.arrays import F64, Array
 from brushgs.cameras.framing import camera_axes, weighted_quantiles
-from brushgs.passes.contribution import projected_areas
 from brushgs.passes.extent import robust_frame
+from brushgs.quats import quats_of
 from brushgs.scene import Camera, FirstView, Gaussians
 
 # Toward the lamp, in the level axes (right, up, away) of the first view: the upper left, a little in front.
@@ -56,15 +56,19 @@ class Place:
         views = [camera.width / camera.K[0, 0] for camera in cameras]
         return float(np.median(np.multiply(distances, views)))
 
+    def quats(self, frames: F64) -> F64:
+        """[n, 4] world quaternions of local frames [n, 3, 3], whose axes are columns; the second may turn.
+
+        The local axes are left-handed.
+        """
+        turned = self.axes.T @ frames
+        turned[:, :, 1] *= np.sign(np.linalg.det(turned))[:, None]
+        return quats_of(turned)
+
     def cast(self, points: F64) -> F64:
         """[n, 2] where the shadows of local points [n, 3] fall on the plane of the ground: right and away."""
         lamp = self.lamp / self.lamp[1]
         return np.asarray(points[:, [0, 2]] - points[:, 1:2] * lamp[[0, 2]])
-
-
-def paint_of(gaussians: Gaussians) -> F64:
-    """[N] opacity x mean projected area: the paint that Gaussians carry."""
-    return np.asarray(gaussians.opacities * projected_areas(gaussians.scales), np.float64)
 
 
 def lamp_direction(lamp: tuple[float, float, float] = LAMP) -> F64:
@@ -78,7 +82,7 @@ def find_place(gaussians: Gaussians, first_view: FirstView, weights: F64) -> Pla
     Args:
         gaussians: the scene, N >= 1 Gaussians.
         first_view: which way is up, and which way is right.
-        weights: [N] the paint of each, see `paint_of`.
+        weights: [N] the paint of each, see `contribution.paint_of`.
     """
     right, down, away = camera_axes(first_view.up, first_view.azimuth, 0.0)
     axes = np.stack([right, -down, away])

@@ -6,12 +6,13 @@ subject reads against them in the views of the job.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from brushgs.arrays import F64, Array, Mask
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.options.choices import StageTone
 from brushgs.passes.color_space import oklab_of
 from brushgs.passes.stage.maps import blurred
 from brushgs.passes.stage.place import Place
@@ -19,7 +20,6 @@ from brushgs.passes.stage.surface import Surface
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.scene import Camera, Gaussians
 
-ToneChoice = Literal["auto", "light", "dark"]
 SIDE, MOST_VIEWS = 160, 3  # pixels of the longer side of a view in which the outline is sought; views
 BLUR, NEARLY = 1.5, 0.8  # pixels of what is seen of an outline, and share of the subject around its pixels
 READS = 0.15  # difference of OKLab lightness at which a silhouette reads
@@ -27,7 +27,7 @@ LIGHTNESS = np.arange(0.30, 0.80, 0.04)  # of table and wall, that are tried
 SLOPES = np.array(
     [-0.14, -0.07, 0.0, 0.07, 0.14]
 )  # change of the wall's lightness from its middle to the right
-RANGES: dict[ToneChoice, tuple[float, float]] = {"auto": (0.0, 1.0), "light": (0.6, 0.8), "dark": (0.3, 0.46)}
+RANGES: dict[StageTone, tuple[float, float]] = {"auto": (0.0, 1.0), "light": (0.6, 0.8), "dark": (0.3, 0.46)}
 # Costs, in shares of an outline that reads: of a wall away from middle tones, of a slope, of a table more or
 # less different from the wall than is usual.
 AWAY, SLOPED, TOO_NEAR, TOO_FAR = 0.4, 0.4, 1.0, 0.8
@@ -45,7 +45,7 @@ class Outline(NamedTuple):
     """
 
     lightness: F64
-    is_table: F64
+    is_table: Mask
     lateral: F64
 
 
@@ -83,8 +83,7 @@ def outline_of(
     step = max(len(cameras) // MOST_VIEWS, 1)
     parts = []
     for camera in list(cameras)[::step][:MOST_VIEWS]:
-        share = SIDE / max(camera.width, camera.height)
-        small = camera.resized(max(round(camera.width * share), 1), max(round(camera.height * share), 1))
+        small = camera.in_side(SIDE)
         frame = render_with(subject, small, kernel, options)
         parts.append(_outline_in(frame.rgb, frame.alpha, small, place, surface, own))
     return Outline(*(np.concatenate(column) for column in zip(*parts, strict=True)))
@@ -124,7 +123,7 @@ def _off_border(shape: tuple[int, ...]) -> Mask:
 def choose_tones(
     mean: F64,
     outline: Outline,
-    choice: "ToneChoice | tuple[F64, F64]" = "auto",
+    choice: "StageTone | tuple[F64, F64]" = "auto",
     *,
     ground: F64 | None = None,
 ) -> Tones:
@@ -159,7 +158,7 @@ def choose_tones(
 
 def _reads(outline: Outline, tables: F64, walls: F64, slopes: F64) -> F64:
     """[tables, walls, slopes] share of the outline that reads."""
-    on_table = outline.is_table.astype(bool)
+    on_table = outline.is_table
     count = max(len(outline.lightness), 1)
     below = np.abs(outline.lightness[on_table] - tables[:, None]) >= READS
     behind = walls[:, None, None] + slopes[:, None] * outline.lateral[~on_table]

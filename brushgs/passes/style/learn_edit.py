@@ -13,7 +13,7 @@ import numpy as np
 
 from brushgs.arrays import F64, Array, Rows
 from brushgs.cameras.framing import camera_axes
-from brushgs.passes.contribution import projected_areas
+from brushgs.passes.contribution import paint_of
 from brushgs.passes.lloyd import lloyd
 from brushgs.passes.style.features import COLOR_FEATURES, color_features, stroke_features
 from brushgs.passes.style.fit_affine import fit_affine
@@ -70,7 +70,7 @@ def learn_edit(
         ValueError: if a scene is empty, or they are not two states of one.
     """
     pairs = pair_rows(before, after)
-    weights = before.opacities * projected_areas(before.scales)
+    weights = paint_of(before)
     rows, says = sampled(weights[pairs.before])
     first, second = pairs.before[rows], pairs.after[rows]
     colors, edited = (

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array
 from brushgs.passes.components import components
-from brushgs.passes.contribution import projected_areas
+from brushgs.passes.contribution import paint_of
 from brushgs.passes.neighbours import nearest
 from brushgs.quats import rotation_matrices
 from brushgs.scene import Gaussians
@@ -34,7 +34,7 @@ def connected_parts(gaussians: Gaussians) -> NDArray[np.intp]:
     rows = np.flatnonzero(links) if links.any() else np.arange(num)
     some = gaussians.take(rows)
     groups = _components(some)
-    areas = np.bincount(groups, some.opacities * projected_areas(some.scales))
+    areas = np.bincount(groups, paint_of(some))
     ranks = np.empty(len(areas), np.intp)
     ranks[np.argsort(-areas, kind="stable")] = np.arange(len(areas))
     parts = np.empty(num, np.intp)

@@ -3,11 +3,11 @@
 import numpy as np
 
 from brushgs.arrays import Mask
-from brushgs.passes.contribution import projected_areas
+from brushgs.passes.contribution import paint_of
 from brushgs.passes.where.ground import Ground
 from brushgs.passes.where.hull import in_hull, size_of
 from brushgs.passes.where.parts import connected_parts
-from brushgs.quats import rotation_matrices
+from brushgs.quats import shortest_axes
 from brushgs.scene import FirstView, Gaussians
 
 MARGIN = 0.01  # of the subject's size, by which what is inside its hull may stick out
@@ -39,7 +39,7 @@ def find_subject(gaussians: Gaussians, view: FirstView, ground: Ground) -> Mask:
     rows = np.flatnonzero(near)
     some = gaussians.take(rows)
     parts = connected_parts(some)
-    areas = some.opacities * projected_areas(some.scales)
+    areas = paint_of(some)
     num = int(parts.max(initial=-1)) + 1
     whole, in_it = (np.bincount(parts, weights, num) for weights in (areas, areas * inside[rows]))
     belongs = in_it >= MOSTLY * whole
@@ -56,9 +56,7 @@ def _on_ground(gaussians: Gaussians, ground: Ground, size: float) -> Mask:
     found = heights <= 0
     rows = np.flatnonzero(~found & (heights <= LEVEL_ON_GROUND * size))
     sizes = np.sort(gaussians.scales[rows].astype(np.float64), axis=1)
-    shortest = gaussians.scales[rows].argmin(axis=1)
-    axes = rotation_matrices(gaussians.quats[rows]).astype(np.float64)
-    normals = np.take_along_axis(axes, shortest[:, None, None], axis=2)[..., 0]
+    normals = shortest_axes(gaussians.quats[rows], gaussians.scales[rows])
     is_level = np.abs(normals @ ground.plane.normal) >= LEVEL
     found[rows] = is_level & (sizes[:, 1] > FLAT * sizes[:, 0])
     return np.asarray(found)

@@ -229,7 +229,7 @@ def test_a_subject_of_any_lightness_reads(lightness):
 def test_a_subject_of_two_sides_has_a_wall_that_counters_both():
     n = 200
     lateral = np.linspace(-1, 1, n)
-    outline = Outline(np.where(lateral < 0, 0.8, 0.25), np.zeros(n), lateral)
+    outline = Outline(np.where(lateral < 0, 0.8, 0.25), np.zeros(n, bool), lateral)
     assert choose_tones(np.array([0.5, 0, 0]), outline).reads > 0.7
 
 
