@@ -23,7 +23,7 @@ def config_of(look):
     config = Look.open(look).config
     return PaintConfig(
         **{name: getattr(config, name) for name in ("brushes", "color", "light", "media", "draw")},
-        ground=replace(config.ground, backdrop=0),
+        ground=replace(config.ground, backdrop=0, stage=False),
         cluster=replace(config.cluster, strokes=100),
         strokes=replace(config.strokes, see="off"),
         view=replace(config.view, size=(96, 72)),

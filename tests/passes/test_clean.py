@@ -58,7 +58,7 @@ def test_copies_at_one_place_are_judged_together():
 
 
 def test_an_unknown_level_is_refused():
-    with pytest.raises(ValueError, match="clean: floaters must be off, sure, strong, got 'all'"):
+    with pytest.raises(ValueError, match="clean: floaters must be off, floaters, sure, strong, got 'all'"):
         bg.clean(ball(), "all")
 
 
