@@ -57,7 +57,7 @@ def cut_in(subject: Gaussians, stage: Gaussians, camera: Camera) -> Gaussians:
     over, behind = (render_with(one, small, kernel, options) for one in (subject, stage))
     length = LENGTH * small.width
     share = SIDE / max(camera.width, camera.height)
-    overlap = np.mean(OVERLAP) * share * canvas_scale(camera.width, camera.height)
+    overlap = float(np.mean(OVERLAP)) * share * canvas_scale(camera.width, camera.height)
     points = _spread(_outline(over), APART * length, np.random.default_rng([0, 17]))
     outside = 0.5 * length / ASPECT - overlap
     colors, differs = _outside_colors(points, over, behind, outside)
