@@ -309,6 +309,13 @@ def add_look(parser: ArgumentParser) -> None:
         metavar="FACTOR",
         help="how colourful, 0 (grey) to 3; 1 as the scene; default that of the look",
     )
+    color.add(
+        "--values",
+        type=values.share,
+        metavar="SHARE",
+        help="how far lights and darks are opened to those of a painting, lights warmer than darks, 0 to 1; "
+        "default that of the look",
+    )
     light = ConfigFlags(group, "light")
     light.add(
         "--relief",
@@ -316,12 +323,27 @@ def add_look(parser: ArgumentParser) -> None:
         metavar="SHARE",
         help="strength of light and shade on the paint, 0 (flat) to 1; default that of the look",
     )
-    light.add(
+    lamps = ConfigFlags(group.add_mutually_exclusive_group(), "light")
+    lamps.add(
         "--lamp",
         type=values.lamp,
         metavar="AZ,EL",
-        help="where the light comes from, in degrees clockwise from the right of the picture, and above the "
-        "canvas, up to 90; default that of the look, 225,52: the upper left",
+        help="where the light comes from in the first view, in degrees clockwise from the right of the "
+        "picture, and above the canvas, up to 90; default that of the look, the upper left",
+    )
+    lamps.add(
+        "--sun",
+        type=values.sun,
+        metavar="AZ,EL[..AZ,EL]",
+        help="where the light stands in the scene, in degrees: the azimuth as of --azimuth, and above the "
+        "table; two with .. between them: it passes from one to the other along a film; default --lamp",
+    )
+    light.add(
+        "--key",
+        type=values.share,
+        metavar="SHARE",
+        help="strength in which that lamp lights the scene, warm in the light and cool in the shade, 0 (only "
+        "the paint is lit) to 1; default that of the look",
     )
     light.add(
         "--gloss",
@@ -510,9 +532,10 @@ def add_stroke_passes(parser: ArgumentParser) -> None:
     flags.add(
         "--focus",
         type=values.focus,
-        metavar="subject|X,Y,Z,R|FILE",
-        help="where twice as many strokes go to an area, out of the same number: the subject, a sphere in "
-        "world units, or where a picture in the place of the painting is light; default nowhere",
+        metavar="auto|off|subject|X,Y,Z,R|FILE",
+        help="where more strokes go to an area, out of the same number: 'auto', faces, hands and what stands "
+        "out, up to eight times as many; or twice as many: the subject, a sphere in world units, or where a "
+        "picture in the place of the painting is light; default that of the look, off in plain",
     )
     flags.add(
         "--solid",
@@ -532,6 +555,20 @@ def add_stroke_passes(parser: ArgumentParser) -> None:
         type=values.number,
         metavar="L",
         help="by how much strokes differ in lightness from their neighbours, OKLab, 0 to 0.2, default 0.016",
+    )
+    flags.add(
+        "--economy",
+        type=values.share,
+        metavar="SHARE",
+        help="how far few large strokes describe what is flat, and what is left goes to accents of light and "
+        "dark, 0 to 1; default that of the look",
+    )
+    flags.add(
+        "--edges",
+        type=values.share,
+        metavar="SHARE",
+        help="how far outlines are lost in the shade and found near the focus, 0 (all hard) to 1; default "
+        "that of the look",
     )
 
 

@@ -170,6 +170,14 @@ def lamp(text: str) -> tuple[float, ...]:
     return tuple(map(radians, pair(text)))
 
 
+def sun(text: str) -> tuple[float, ...]:
+    """One azimuth with its elevation, or two with .. between them, given in degrees, in radians."""
+    ends = text.split("..")
+    if len(ends) > 2:
+        raise ArgumentTypeError(f"must be AZ,EL or AZ,EL..AZ,EL in degrees, got {text!r}")
+    return tuple(angle for end in ends for angle in lamp(end))
+
+
 def scene_time(text: str) -> "Moment":
     """The moment of a scene, or all of them, see `Moment.parse`."""
     from brushgs.options.moment import Moment

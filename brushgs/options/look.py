@@ -35,7 +35,8 @@ MAX_BYTES = (
 MAX_BASES = 8  # looks that one is based on, one after the other
 TEXTS = ("title", "good_for", "base")  # what a file says above its tables
 NOT_OF_LOOKS = {"output", "painted", "palette", "rules", "style", "view"}  # steps that belong to one picture
-NOT_IN_LOOKS = {"draw": {"threads"}, "brushes": {"are_usual"}}  # of one machine, and of the command line
+# Of one machine, of the command line, and of one scene.
+NOT_IN_LOOKS = {"draw": {"threads"}, "brushes": {"are_usual"}, "light": {"sun"}}
 
 
 @dataclass(frozen=True)

@@ -102,6 +102,8 @@ class ColorConfig(_Part):
         pigments: how many colours a painting is mixed of, 2 to 256, or 0 for any.
         pure: share in which strokes take the colour of their pigment, 0 to 1.
         gray: whether only lightness is kept.
+        values: share in which the painting takes the range of values of a painting, and the warmth of its
+            lights, see `brushgs.passes.values`; 0 to 1.
     """
 
     chroma: Annotated[float, Within(0, 3)] = 1.0
@@ -114,6 +116,7 @@ class ColorConfig(_Part):
     pigments: Annotated[int, Within(0, MAX_PIGMENTS)] = 0
     pure: Share = 0.85
     gray: bool = False
+    values: Share = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -200,18 +203,25 @@ class GroundConfig(_Part):
         return (codes[0], codes[1]) if comma and codes[0] and codes[1] else None
 
 
+USUAL_LAMP = radians(225.0), radians(52.0)  # on flat pictures: the upper left
 GROUND_FORMS = "toned, canvas, paper, none, the name of a colour, #rrggbb or an image file"
 
 
 @dataclass(frozen=True)
 class LightConfig(_Part):
-    """The height of the paint and the canvas, and the lamp on them; the defaults leave pictures flat.
+    """The height of the paint and the canvas, and the lamp on them and on the scene; defaults leave both.
 
     Attributes:
         relief: strength of light and shade, 0 (flat) to 1, below which paint does not look like plastic.
         lamp: (azimuth, elevation), radians: where the light comes from, clockwise in the picture from its
             right side, so that 225 degrees is the upper left; and how high above the canvas, above 0 to 90
-            degrees. Files and flags give degrees.
+            degrees. Files and flags give degrees. None for the usual lamp, which is `USUAL_LAMP` on flat
+            pictures, and stands more to the side of a scene that it lights.
+        key: strength in which the lamp lights the scene, see `brushgs.passes.key`; 0 to 1. From then on it
+            stands in the scene: relief, shadow and colours agree in every view.
+        sun: (azimuth, elevation), radians, of a lamp in the axes of the scene: the azimuth as that of a view,
+            the elevation above the table; with two pairs it goes from the first to the second along a film.
+            It goes before `lamp`; None for that.
         gloss: strength of highlights, 0 to 0.5; from 0.15 on paint looks like plastic.
         exponent: of highlights, 1 to 200: higher ones are smaller.
         gain: height of the ridges in a stroke, pixels, 0 to 10.
@@ -221,7 +231,9 @@ class LightConfig(_Part):
     """
 
     relief: Share = 0.0
-    lamp: Annotated[Pair, DEGREES] = (radians(225.0), radians(52.0))
+    lamp: Annotated[Pair | None, DEGREES] = None
+    key: Share = 0.0
+    sun: Annotated[tuple[float, ...] | None, DEGREES] = None
     gloss: Annotated[float, Within(0, 0.5)] = 0.06
     exponent: Annotated[float, Within(1, 200)] = 40.0
     gain: Annotated[float, Within(0, 10)] = 1.7
@@ -232,12 +244,24 @@ class LightConfig(_Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         _check_choice("canvas", self.canvas, Canvas)
-        azimuth, elevation = self.lamp
-        if not abs(azimuth) <= 4 * pi:
-            raise ValueError(f"lamp must have an azimuth of -720 to 720 degrees, got {degrees(azimuth):g}")
-        if not 0 < elevation <= pi / 2:
-            found = f"{degrees(elevation):g}"
-            raise ValueError(f"lamp must have an elevation above 0 and at most 90 degrees, got {found}")
+        if self.sun is not None and len(self.sun) not in (2, 4):
+            raise ValueError(f"sun must be one or two azimuths with elevations, got {len(self.sun)} numbers")
+        for name in ("lamp", "sun"):
+            angles = getattr(self, name) or ()
+            for azimuth, elevation in zip(angles[::2], angles[1::2], strict=True):
+                if not abs(azimuth) <= 4 * pi:
+                    found = f"{degrees(azimuth):g}"
+                    raise ValueError(f"{name} must have an azimuth of -720 to 720 degrees, got {found}")
+                if not 0 < elevation <= pi / 2:
+                    found = f"{degrees(elevation):g}"
+                    raise ValueError(
+                        f"{name} must have an elevation above 0 and at most 90 degrees, got {found}"
+                    )
+
+    @property
+    def is_in_scene(self) -> bool:
+        """Whether the lamp stands in the scene, not with the canvas."""
+        return self.key > 0 or self.sun is not None
 
 
 @dataclass(frozen=True)

@@ -247,6 +247,10 @@ class StrokesConfig:
         direction: which way strokes run within their own plane, see `brushgs.passes.direction`.
         broken_color: standard deviation of the lightness by which strokes differ from their neighbours,
             OKLab, 0 to 0.2, see `brushgs.passes.broken_color`; 0 for none.
+        economy: share in which few large strokes describe what is flat, and marks follow the surface, 0 to 1,
+            see `brushgs.passes.economy`.
+        edges: share in which outlines are lost in the shade and found near the focus, 0 to 1, see
+            `brushgs.passes.edges`.
     """
 
     see: See = "views"
@@ -254,8 +258,13 @@ class StrokesConfig:
     solid: bool = True
     direction: Direction = field(default_factory=lambda: Direction("form"))
     broken_color: float = 0.016
+    economy: float = 0.0
+    edges: float = 0.0
 
     def __post_init__(self) -> None:
+        for name in ("economy", "edges"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise ValueError(f"{name} must be 0 to 1, got {getattr(self, name):g}")
         if not 0 <= self.broken_color <= MAX_BROKEN_COLOR:
             raise ValueError(f"broken-color must be 0 to {MAX_BROKEN_COLOR:g}, got {self.broken_color:g}")
 

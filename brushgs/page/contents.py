@@ -20,7 +20,7 @@ from brushgs.page.view import PageView
 from brushgs.painting.coats.materials import BACKDROP
 from brushgs.rendering.border import uniform_of
 from brushgs.rendering.constants import MIN_ALPHA
-from brushgs.rendering.light import BLUR
+from brushgs.rendering.light import BLUR, LEAST_RISE
 from brushgs.rendering.relief import paint_height
 from brushgs.rendering.streaks import starts_of
 from brushgs.rendering.surface import Recipe, Surface
@@ -159,7 +159,7 @@ def page_contents(
         "surface": surface,
         "background": None if behind is None else behind.tolist(),
         "isTransparent": painting.is_transparent,
-        "lamp": None if painting.lamp is None else _lamp(painting.lamp),
+        "lamp": None if painting.lamp is None else _lamp(painting.lamp.seen_by(camera)),
         "brushes": collected.brushes,
         "coats": coats,
     }
@@ -331,5 +331,7 @@ def _lamp(lamp: "Lamp") -> dict[str, Any]:
         "strength": lamp.strength,
         "gloss": lamp.gloss,
         "exponent": lamp.exponent,
+        "towards": lamp.towards,
+        "leastRise": LEAST_RISE,
         "blur": BLUR,
     }

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
     from brushgs.brushes.kit import BrushKit
     from brushgs.passes.backdrop import Backdrop
+    from brushgs.passes.stage import Site
     from brushgs.passes.stage import Stage as Scenery
     from brushgs.rendering.plain import PlainViews
 
@@ -41,6 +42,7 @@ class Setting:
     Attributes:
         gaussians: the scene, pruned.
         first_view: of the scene; None where none was needed.
+        site: where it stands and how it is lit; None where no stage is asked for.
         cameras: of the job.
         views: plain pictures of some of them; None without.
         kit: which strokes each of the brushes suits.
@@ -50,6 +52,7 @@ class Setting:
 
     gaussians: Gaussians
     first_view: FirstView | None
+    site: "Site | None"
     cameras: Sequence[Camera]
     views: "PlainViews | None"
     kit: "BrushKit"
@@ -58,13 +61,15 @@ class Setting:
 
 
 def needs_place(config: PaintConfig, gaussians: Gaussians, camera: Camera | None) -> bool:
-    """Whether a stage has to know how a scene stands: not one that fills the picture of a given camera.
+    """Whether a stage or a lamp has to know how a scene stands: not a scene that fills a given picture.
 
     Args:
         config: of the job.
         gaussians: the scene.
         camera: that is given; None where it is framed.
     """
+    if config.light.is_in_scene:
+        return True
     if not config.ground.stage or camera is None or config.ground.backdrop_always:
         return config.ground.stage
     from brushgs.passes.backdrop import FULL_BORDER, border_alpha
@@ -91,7 +96,8 @@ def open_backdrop(
             stage.skipped.append(f"backdrop: {reason}")
             return [], materials
         if ground.stage:
-            coat, materials = _stage(config, setting, first_view, materials, stage)
+            assert setting.site is not None, "it was found for the stage"
+            coat, materials = _stage(config, setting, setting.site, materials, stage)
         else:
             coat = _loose(config, setting, first_view, materials)
             stage.did = f"{len(coat.strokes):,} strokes around the scene"
@@ -114,7 +120,7 @@ def _loose(config: PaintConfig, setting: Setting, first_view: FirstView, materia
 
 
 def _stage(
-    config: PaintConfig, setting: Setting, first_view: FirstView, materials: Materials, report: Stage
+    config: PaintConfig, setting: Setting, site: "Site", materials: Materials, report: Stage
 ) -> tuple[Coat, Materials]:
     from brushgs.painting.coats.media import stage_of
     from brushgs.painting.coats.staging import Staging
@@ -123,7 +129,7 @@ def _stage(
     from brushgs.passes.stage.paint import Hand
 
     ground, strokes, seed = config.ground, materials.strokes, config.cluster.seed
-    stage = open_stage(setting.gaussians, strokes, first_view, setting.cameras, _tone_of(ground))
+    stage = open_stage(site, strokes, setting.cameras, _tone_of(ground))
     least, most = SIZES
     size = min(max((USUAL_STROKES / len(strokes)) ** 0.5, least), most) * ground.stage_size
     hand = Hand(size, ground.stage_aspect, ground.stage_jitter, ground.shadow)

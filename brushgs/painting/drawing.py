@@ -180,12 +180,12 @@ def warn_if_blank(coat: "Coat", boxes: Boxes, camera: Camera, painted: float) ->
         warnings.warn(SceneWarning(_why_blank(boxes, camera, painted)), stacklevel=2)
 
 
-def light_canvas(canvas: "Canvas", painting: "Painting", report: Report) -> Frame:
+def light_canvas(canvas: "Canvas", painting: "Painting", camera: Camera, report: Report) -> Frame:
     """The finished picture; a stage only where there is a lamp."""
     if painting.lamp is None:
         return canvas.finish()
     with report.stage("light") as stage:
-        frame, lamp = canvas.finish(painting.lamp), painting.lamp
+        frame, lamp = canvas.finish(painting.lamp), painting.lamp.seen_by(camera)
         azimuth, elevation = degrees(lamp.azimuth), degrees(lamp.elevation)
         stage.did = f"a lamp at {azimuth:.0f}, {elevation:.0f} degrees lights paint and canvas"
         stage.counts = {"azimuth": azimuth, "elevation": elevation, "strength": lamp.strength}

@@ -1,4 +1,4 @@
-"""The stages that make a painting of strokes: what it is laid on, lines, and the lamp."""
+"""The stages that make a painting of strokes: what it is laid on, how high paint lies, and lines."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -17,25 +17,12 @@ from brushgs.scene import Camera, Gaussians
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
     from brushgs.passes.lines import Lines
-    from brushgs.rendering.light import Lamp
     from brushgs.rendering.plain import PlainViews
     from brushgs.rendering.relief import Relief
     from brushgs.rendering.surface import Surface
 
 BOUGHT = {"canvas": "#dccfb8", "paper": "#f7f3ea"}  # grounds as they come
 LINE_BRUSH = "line"
-
-
-def open_lamp(config: LightConfig) -> "Lamp | None":
-    """The lamp of a look; None where pictures stay flat."""
-    if config.relief == 0:
-        return None
-    from brushgs.rendering.light import Lamp
-
-    azimuth, elevation = config.lamp
-    return Lamp(azimuth, elevation, gloss=config.gloss, exponent=int(config.exponent)).at_relief(
-        config.relief
-    )
 
 
 def open_relief(config: LightConfig) -> "Relief | None":

@@ -139,10 +139,13 @@ def _lamp(first_view: FirstView, config: PaintConfig) -> "F64 | None":
     import numpy as np
 
     from brushgs.cameras.framing import camera_axes
+    from brushgs.painting.lamp import towards_lamp
     from brushgs.passes.stage.place import lamp_direction
 
-    right, down, away = camera_axes(first_view.up, first_view.azimuth, 0.0)
-    return np.asarray(lamp_direction() @ np.stack([right, -down, away]))
+    axes = camera_axes(first_view.up, first_view.azimuth, 0.0)
+    right, down, away = axes
+    towards = towards_lamp(config.light, first_view, axes)
+    return np.asarray(lamp_direction() @ np.stack([right, -down, away])) if towards is None else towards
 
 
 def _with_up_of_views(

@@ -26,8 +26,8 @@ from brushgs.painting.coats.media import coats_of
 from brushgs.painting.count import open_view_model
 from brushgs.painting.drawing import open_picture_background, render_options
 from brushgs.painting.guidance import Guidance, open_guidance
+from brushgs.painting.lamp import open_lamp, open_site
 from brushgs.painting.look import (
-    open_lamp,
     open_lines,
     open_relief,
     open_surface,
@@ -346,6 +346,14 @@ def prepare(
     )
     if regions is not None:
         focus = recall("shares", (gaussians, focus, regions), partial(regions.shares, gaussians, focus))
+    site = None
+    if not merges_later:
+        of_site = config.ground.stage, config.light.key, config.light.lamp, config.light.sun
+        site = recall(
+            "site",
+            (gaussians, first_view, tuple(cameras[:1]), *of_site),
+            partial(open_site, config, gaussians, first_view, cameras[0] if cameras else None),
+        )
     changes = changes_of(
         config,
         named,
@@ -367,7 +375,7 @@ def prepare(
         memory=memory,
         motion=None if clip is None else features_of(rows, gaussians),
     )
-    lamp = open_lamp(config.light)
+    lamp = open_lamp(config.light, site)
     everything = partial(
         Prepared,
         texture=texture,
@@ -413,7 +421,9 @@ def prepare(
     )
     backdrop: list[Coat] = []
     if plain is None or config.ground.backdrop_always:  # what is not painted is as the scene has it
-        setting = Setting(gaussians, first_view, cameras, guidance.views, kit, changes.colors, named.styles)
+        setting = Setting(
+            gaussians, first_view, site, cameras, guidance.views, kit, changes.colors, named.styles
+        )
         backdrop, materials = open_backdrop(config, setting, materials, report)
     first, *others = coats_of(materials)
     coats = [*backdrop, first if plain is None else first.showing(plain), *others]

@@ -164,5 +164,5 @@ def paint_view(
     if prepared.growth is None:  # else little may be painted yet
         painted, _, boxes, coat = max(shown, key=lambda one: one[:2])
         warn_if_blank(coat, boxes, camera, painted)
-    frame = light_canvas(canvas, painting, report)
+    frame = light_canvas(canvas, painting, camera, report)
     return add_layers(canvas, report) if wanted.is_any else frame

@@ -97,6 +97,7 @@ class Canvas:
             frame = Frame(np.zeros((*shape, 3), dtype), np.zeros(shape, dtype))
         coverage = frame.alpha
         surface, height, num_threads = self._surface, frame.height, num_threads_or_default(None)
+        lamp = None if lamp is None else lamp.seen_by(self._camera)
         if surface is not None and lamp is not None:
             paint, height = height, _new_plane(frame.alpha)
             _core.raise_ground(

@@ -1,10 +1,11 @@
 """A picture and its height -> the picture in the light of a lamp: ridges of paint shine and cast a shade.
 
-The lamp stands with the canvas, not with the scene. Where the height is flat no bit of the picture changes.
+The lamp stands with the canvas, or in the scene, where every view sees it from elsewhere. Where the height is
+flat no bit of the picture changes.
 """
 
 from dataclasses import dataclass, replace
-from math import cos, inf, pi, sin, sqrt
+from math import atan2, cos, hypot, inf, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from brushgs.arrays import F64, Array, check
 from brushgs.native import core as _core
 from brushgs.rendering.relief import canvas_scale
+from brushgs.scene import Camera
 from brushgs.threads import num_threads_or_default
 
 BLUR = 0.6  # px of a picture of 1000 x 750: standard deviation; sharper, single pixels sparkle
@@ -21,6 +23,7 @@ STRENGTH, GLOSS, EXPONENT = 0.5, 0.06, 40
 MOST_STRENGTH = 0.85
 MOST_GLOSS = 0.14
 MOST_EXPONENT = 1000
+LEAST_RISE = sin(52 * pi / 180)  # above the canvas, of a lamp in the scene
 REACH = 3  # standard deviations that the blur reaches
 
 
@@ -35,6 +38,8 @@ class Lamp:
         strength: how much lighter and darker than its colour paint gets, 0 to 1; see `of_relief`.
         gloss: brightness of the mirrored lamp, 0 to 1.
         exponent: how small its highlights are, 1 to 1000.
+        towards: unit vector toward a lamp that stands in the scene, world axes: then azimuth and elevation
+            are those that a view gives it, see `seen_by`. None for one that stands with the canvas.
 
     Raises:
         TypeError: if `exponent` is not an integer.
@@ -46,6 +51,7 @@ class Lamp:
     strength: float = STRENGTH
     gloss: float = GLOSS
     exponent: int = EXPONENT
+    towards: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
         if not -inf < self.azimuth < inf:
@@ -71,6 +77,19 @@ class Lamp:
         if not 0 <= relief <= 1:
             raise ValueError(f"Lamp: relief must be in 0 to 1, got {relief}")
         return replace(self, strength=MOST_STRENGTH * relief)
+
+    def seen_by(self, camera: Camera) -> "Lamp":
+        """The lamp as it shines on the canvas of a view; one that stands with the canvas as it is.
+
+        It never shines flatter than `LEAST_RISE` above the canvas, nor from behind: paint lit from the side
+        looks like plaster. So it moves without a jump as the camera turns, and where it stands right before
+        or behind the picture no ridge casts a shade.
+        """
+        if self.towards is None:
+            return self
+        right, down, ahead = camera.viewmat[:3, :3] @ np.asarray(self.towards)
+        rise = atan2(max(-ahead, LEAST_RISE), hypot(right, down))
+        return replace(self, azimuth=atan2(down, right), elevation=rise)
 
     @property
     def direction(self) -> F64:

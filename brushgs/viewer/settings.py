@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from brushgs.options.choices import LOOKS, color_code
+from brushgs.options.look_parts import USUAL_LAMP
 from brushgs.options.painting import StrokeSize
 from brushgs.options.sequence import DEFAULT_FPS
 from brushgs.options.viewer import MAX_KEYS, FilmConfig, check_picture
@@ -220,9 +221,9 @@ def read_part(value: Json) -> Any:
     return value["where"]
 
 
-def shown_lamp(lamp: tuple[float, float]) -> list[float]:
-    """A lamp for the page, degrees."""
-    return [round(degrees(angle), 3) for angle in lamp]
+def shown_lamp(lamp: tuple[float, float] | None) -> list[float]:
+    """A lamp for the page, degrees; the usual one for None."""
+    return [round(degrees(angle), 3) for angle in lamp or USUAL_LAMP]
 
 
 def camel(name: str) -> str:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from brushgs.cameras.paths import turn_around
 from brushgs.options.choices import LOOKS
 from brushgs.options.look import Look
 from brushgs.painting.prepare import prepare
@@ -89,3 +90,25 @@ def test_the_page_paints_every_look_as_the_exact_renderer_does(studio, scene, lo
     psnr = -10 * np.log10(np.mean(difference.astype(np.float64) ** 2))
     assert psnr > 45
     assert (np.abs(difference).max(axis=2) <= 4 / 255).mean() >= FAITHFUL.get(look, 0.99)
+
+
+def test_a_lamp_in_the_scene_shines_in_the_page_as_in_frames(studio, scene):
+    """From all around, also where it stands behind the picture: 54 dB and more."""
+    config = Look.open("oil").config
+    config = replace(
+        config,
+        cluster=replace(config.cluster, strokes=STROKES),
+        draw=replace(config.draw, order="depth", lock="anchor"),
+        light=replace(config.light, lamp=(0.3, 0.6), relief=1.0),
+    )
+    camera = still_life_camera(width=240, height=180)
+    found = prepare(scene, config, Report(), views=camera, needs_first_view=True)
+    painting = found.painting
+    assert painting.lamp.towards is not None
+    studio.load(painting, camera, background=found.background)
+    frames = []
+    for turned in turn_around(camera, (0, 0, 0), (0, -1, 0), seconds=1, fps=3).cameras:
+        frames.append(painting.frame(turned).rgb)
+        assert psnr(studio.paint(turned, ground=True), frames[-1]) > 52
+    of_canvas = replace(painting, lamp=replace(painting.lamp, towards=None))
+    assert psnr(of_canvas.frame(turned).rgb, frames[-1]) < 45

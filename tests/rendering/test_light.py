@@ -8,6 +8,7 @@ import pytest
 
 from brushgs.rendering import reference
 from brushgs.rendering.light import MOST_STRENGTH, STRENGTH, Lamp, blur_taps, light
+from brushgs.scene import Camera
 
 MATT = Lamp(strength=1.0, gloss=0.0)
 SIZES = [(1, 1), (1, 9), (7, 1), (37, 53), (130, 201)]  # the last in several strips
@@ -189,6 +190,46 @@ def test_the_lamp_stands_at_the_upper_left():
 def test_lamps_out_of_range_are_refused_by_name(field, value, sentence):
     with pytest.raises(ValueError, match=f"Lamp: {sentence}"):
         Lamp(**{field: value})
+
+
+# A lamp in the scene
+
+
+def seen_from(azimuth: float, elevation: float = 0.2) -> Camera:
+    eye = 3 * np.array([np.sin(azimuth) * np.cos(elevation), -np.sin(elevation), -np.cos(azimuth)])
+    return Camera.look_at(eye, (0, 0, 0), up=(0, -1, 0), width=40, height=30)
+
+
+def towards(lamp: Lamp, camera: Camera) -> tuple[float, float, float]:
+    x, y, z = lamp.direction @ np.diag([1.0, 1.0, -1.0]) @ camera.viewmat[:3, :3]
+    return float(x), float(y), float(z)
+
+
+def test_a_lamp_of_the_canvas_is_the_same_in_all_views():
+    lamp = Lamp()
+    assert lamp.seen_by(seen_from(0.4)) is lamp
+
+
+def test_a_lamp_in_the_scene_stands_where_a_view_says():
+    """In the view in which its angles were given it shines as one of the canvas does."""
+    camera, lamp = seen_from(0.7), Lamp(4.0, 1.1)
+    seen = replace(Lamp(), towards=towards(lamp, camera)).seen_by(camera)
+    np.testing.assert_allclose(seen.direction, lamp.direction, atol=1e-12)
+
+
+def test_a_lamp_in_the_scene_goes_round_the_picture_without_a_jump():
+    lamp = replace(Lamp(), towards=towards(Lamp(4.0, 0.4), seen_from(0.0)))
+    directions = np.array([lamp.seen_by(seen_from(turn)).direction for turn in np.linspace(0, 2 * pi, 721)])
+    assert np.linalg.norm(np.diff(directions, axis=0), axis=1).max() < 0.02
+    assert directions[:, 2].min() > 0.5  # never from behind the canvas, and never flat along it
+    assert directions[0, 0] < 0 < directions[360, 0]  # from behind, what was left is right
+
+
+def test_a_lamp_right_before_or_behind_the_canvas_casts_no_shade():
+    camera = seen_from(0.3)
+    for ahead in (-1.0, 1.0):
+        x, y, z = (ahead * camera.viewmat[2, :3]).tolist()
+        np.testing.assert_allclose(Lamp(towards=(x, y, z)).seen_by(camera).direction, (0, 0, 1), atol=1e-9)
 
 
 def test_what_cannot_be_lit_is_refused():

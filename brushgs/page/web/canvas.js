@@ -1,6 +1,6 @@
 // The canvas that coats are laid on: what rendering/coats.py `Canvas` does, in passes over the screen.
 //
-//     canvas.begin({ width, height, x, y, target, ground });
+//     canvas.begin({ camera, width, height, x, y, target, ground });
 //     coats.forEach((coat, i) => {
 //       coat.draw(camera, head, Object.assign(options, canvas.bindCoat(i)));
 //       canvas.lay(i);
@@ -46,6 +46,7 @@ class Canvas {
     this._targets = { width: 0, height: 0, textures: {}, framebuffers: {} };
     this._picture = { width: 0, height: 0, x: 0, y: 0, target: null, ground: true };
     this._place = { x: 0, y: 0, detail: false, below: null, belowDetail: null };
+    this._lamp = { direction: header.lamp?.direction, halfWay: header.lamp?.halfWay };
     this._taps = { width: 0, height: 0, reach: 0, weights: new Float32Array(MOST_REACH + 1) };
     this._programs = new Map();
     this._lays = coats.map((_, i) => this._layPrograms(this._plans[i]));
@@ -57,13 +58,15 @@ class Canvas {
   /**
    * Begin a picture.
    *
-   * @param {object} picture `width` and `height`, pixels; `x` and `y`, its lower left corner in the
+   * @param {object} picture `camera`, a PageCamera, or null where the lamp stands with the canvas; `width` and
+   *     `height`, pixels; `x` and `y`, its lower left corner in the
    *     framebuffer `target`, null for that of the page; `ground`: true for that of the painting, false for
    *     none, or [r, g, b]
    */
-  begin({ width, height, x = 0, y = 0, target = null, ground = true }) {
+  begin({ camera = null, width, height, x = 0, y = 0, target = null, ground = true }) {
     const { gl, _picture: picture } = this;
     Object.assign(picture, { width, height, x, y, target, ground });
+    if (this._isLit && camera) this._turnLamp(camera.viewmat);
     gl.disable(gl.BLEND);
     this._pattern?.resize(width, height);
     if (this._isStraight) {
@@ -233,13 +236,23 @@ class Canvas {
     else gl.uniform4fv(at.uBackground, ZEROS);
     if (this._isLit) {
       this._setTaps(at);
-      gl.uniform3fv(at.uLamp, lamp.direction);
-      gl.uniform3fv(at.uHalfWay, lamp.halfWay);
+      gl.uniform3fv(at.uLamp, this._lamp.direction);
+      gl.uniform3fv(at.uHalfWay, this._lamp.halfWay);
       gl.uniform1f(at.uStrength, lamp.strength);
       gl.uniform1f(at.uGloss, lamp.gloss);
       gl.uniform1f(at.uExponent, lamp.exponent);
     }
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  /** A lamp that stands in the scene, as it shines on the canvas of a view: rendering/light.py. */
+  _turnLamp(viewmat) {
+    const { towards, leastRise } = this._header.lamp;
+    if (!towards) return;
+    const [right, down, ahead] = [0, 4, 8].map((row) => dot3(viewmat.subarray(row), towards));
+    const direction = normalized3([right, down, Math.max(-ahead, leastRise)]);
+    const [x, y, z] = direction;
+    Object.assign(this._lamp, { direction, halfWay: normalized3([x, y, z + 1]) });
   }
 
   /** Colour or image of the surface, and colour of the background; null for those that are not seen. */

@@ -61,7 +61,7 @@ class Painter {
     const [x, y, width, height] = viewport ?? [0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight];
     const highlighter = highlight && (this._highlighter ??= new Highlighter(gl));
     highlighter?.begin(highlight, this._coats, width, height);
-    canvas.begin({ width, height, x, y, target, ground });
+    canvas.begin({ camera: head, width, height, x, y, target, ground });
     Object.assign(drawing, { order, share, brush, isBare });
     this._coats.forEach((coat, i) => {
       if (ground === false && coat.header.isBackdrop) return; // strokes alone, as --background transparent has

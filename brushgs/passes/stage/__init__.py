@@ -57,41 +57,77 @@ class Stage:
         return np.asarray(normals * (heights < LOW * self.surface.height[-1])[:, None])
 
 
+@dataclass(frozen=True, eq=False)
+class Site:
+    """Where a subject stands and how it is lit, before anything is painted.
+
+    Attributes:
+        gaussians: of the scene, at most some 40,000 that stand for it.
+        weights: [n] the paint of each; 0 for those of a ground.
+        place: where the subject stands.
+        ground: that the scene brings; None for none.
+        follows_light: whether the lamp is where shadows in the scene show that the light was.
+    """
+
+    gaussians: Gaussians
+    weights: F64
+    place: Place
+    ground: Ground | None
+    follows_light: bool = False
+
+    @property
+    def towards(self) -> F64:
+        """[3] unit vector toward the lamp, world axes."""
+        return np.asarray(self.place.lamp @ self.place.axes)
+
+
+def find_site(gaussians: Gaussians, first_view: FirstView, towards: F64 | None = None) -> Site:
+    """Where a scene stands, and its lamp.
+
+    Args:
+        gaussians: the scene, N >= 1 Gaussians, which throw the shadow.
+        first_view: which way is up, and where the usual lamp is.
+        towards: [3] unit vector toward the lamp, world axes; None for the light that shadows in the scene
+            show, else the usual lamp.
+    """
+    step = -(-len(gaussians) // MOST_ROWS)
+    gaussians = gaussians.take(slice(None, None, step))
+    weights = step * paint_of(gaussians)
+    place = find_place(gaussians, first_view, weights, towards)
+    ground = find_ground(gaussians, place, weights)
+    if ground is None:
+        return Site(gaussians, weights, place, None)
+    place = ground.place
+    weights = weights * ~ground.is_on(place.local(gaussians.means))
+    lamp = found_lamp(gaussians, ground, weights) if towards is None else None
+    place = place if lamp is None else replace(place, lamp=lamp)
+    return Site(gaussians, weights, place, ground, follows_light=lamp is not None)
+
+
 def open_stage(
-    gaussians: Gaussians,
+    site: Site,
     strokes: Gaussians,
-    first_view: FirstView,
     cameras: Sequence[Camera],
     tone: "StageTone | tuple[F64, F64]" = "auto",
 ) -> Stage:
     """The stage of a scene.
 
     Args:
-        gaussians: the scene, N >= 1 Gaussians, which throw the shadow.
+        site: where it stands.
         strokes: made of it, in the colors in which they are painted, which the tones set off.
-        first_view: of the scene: which way is up, and where the lamp is.
         cameras: of the job, at least one: they stand inside.
         tone: see `choose_tones`.
     """
-    step = -(-len(gaussians) // MOST_ROWS)
-    gaussians = gaussians.take(slice(None, None, step))
-    weights = step * paint_of(gaussians)
-    place = find_place(gaussians, first_view, weights)
-    ground = find_ground(gaussians, place, weights)
-    table, subject, lamp = 0.0, strokes, None
-    if ground is not None:
-        place, table = ground.place, 1.15 * ground.extent
-        weights = weights * ~ground.is_on(place.local(gaussians.means))
-        lamp = found_lamp(gaussians, ground, weights)
-        place = place if lamp is None else replace(place, lamp=lamp)
-        subject = strokes.take(~ground.is_on(place.local(strokes.means)))
+    place, ground = site.place, site.ground
+    table = 0.0 if ground is None else 1.15 * ground.extent
+    subject = strokes if ground is None else strokes.take(~ground.is_on(place.local(strokes.means)))
     farthest = max(float(np.hypot(*place.local(c.position[None])[0, [0, 2]])) for c in cameras)
     surface = surface_around(place, farthest, table=table)
     own = 0.0 if ground is None else FRINGE * ground.extent
     outline = outline_of(subject, cameras, place, surface, own=own)
     tones = choose_tones(mean_lab(subject), outline, tone, ground=None if ground is None else ground.tone)
-    shadow = cast_shadow(gaussians, place, weights)
-    return Stage(place, ground, surface, shadow, tones, follows_light=lamp is not None)
+    shadow = cast_shadow(site.gaussians, place, site.weights)
+    return Stage(place, ground, surface, shadow, tones, site.follows_light)
 
 
 def painted_stage(stage: Stage, hand: Hand, cameras: Sequence[Camera], *, seed: int = 0) -> Gaussians:

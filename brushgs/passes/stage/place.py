@@ -13,6 +13,7 @@ from brushgs.scene import Camera, FirstView, Gaussians
 
 # Toward the lamp, in the level axes (right, up, away) of the first view: the upper left, a little in front.
 LAMP = (-0.75, 0.95, -0.55)
+LEAST_RISE = 0.14  # sine of the elevation of a lamp, 8 degrees: lower, shadows do not end
 LOWEST = 0.004  # share of the paint below the foot: fringes hang lower
 SIGMAS = 2.0  # to which a single Gaussian is seen
 LEAST = 0.05  # width and height of a subject, in radii
@@ -76,13 +77,24 @@ def lamp_direction(lamp: tuple[float, float, float] = LAMP) -> F64:
     return np.asarray(np.asarray(lamp) / np.linalg.norm(lamp))
 
 
-def find_place(gaussians: Gaussians, first_view: FirstView, weights: F64) -> Place:
+def above_ground(lamp: F64) -> F64:
+    """[3] a unit vector toward a lamp, local, that throws a shadow of finite length: at least so high."""
+    up = max(float(lamp[1]), LEAST_RISE)
+    level = lamp[[0, 2]]
+    level = level * (np.sqrt(1 - up**2) / max(float(np.linalg.norm(level)), 1e-9))
+    return np.array([level[0], up, level[1]])
+
+
+def find_place(
+    gaussians: Gaussians, first_view: FirstView, weights: F64, towards: F64 | None = None
+) -> Place:
     """Where a scene stands, its foot at its lowest paint.
 
     Args:
         gaussians: the scene, N >= 1 Gaussians.
         first_view: which way is up, and which way is right.
         weights: [N] the paint of each, see `contribution.paint_of`.
+        towards: [3] unit vector toward the lamp, world axes; None for the usual one.
     """
     right, down, away = camera_axes(first_view.up, first_view.azimuth, 0.0)
     axes = np.stack([right, -down, away])
@@ -104,5 +116,5 @@ def find_place(gaussians: Gaussians, first_view: FirstView, weights: F64) -> Pla
         radius,
         max(width, tiny),
         max(top - low, tiny),
-        lamp_direction(),
+        lamp_direction() if towards is None else above_ground(axes @ towards),
     )

@@ -10,7 +10,7 @@ from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.cameras.orbit import orbit
 from brushgs.first_view import find_first_view
 from brushgs.passes.color_space import oklab_of
-from brushgs.passes.stage import open_stage, painted_stage
+from brushgs.passes.stage import find_site, open_stage, painted_stage
 from brushgs.passes.stage.cut_in import cut_in
 from brushgs.passes.stage.drawn import HATCHING, WASH, shadow_marks, table_edge
 from brushgs.passes.stage.ground import BAND, dissolved
@@ -57,7 +57,7 @@ def plaza(color=(0.55, 0.5, 0.45), reach: float = 1.6) -> Gaussians:
 
 def stage_of(scene: Gaussians, cameras=None, **options):
     view = plain_first_view(scene)
-    return open_stage(scene, scene, view, cameras or [frame_scene(view, **SIZE)], **options)
+    return open_stage(find_site(scene, view), scene, cameras or [frame_scene(view, **SIZE)], **options)
 
 
 # The surface
@@ -102,7 +102,7 @@ def test_a_handful_of_gaussians_has_a_stage_of_finite_strokes(count):
     scene = crate().take(slice(count))
     view = find_first_view(scene)
     camera = frame_scene(view, **SIZE)
-    stage = open_stage(scene, scene, view, [camera])
+    stage = open_stage(find_site(scene, view), scene, [camera])
     for strokes in (
         painted_stage(stage, Hand(), [camera]),
         shadow_marks(stage.place, stage.shadow, [camera], WASH),
@@ -244,7 +244,7 @@ def test_the_outlines_of_real_objects_read(name):  # the koala brings its ground
     scene = bg.clean(bg.load(real_scene(name)))
     view = find_first_view(scene, up="+z" if name == "chair.splat" else "-y")
     camera = frame_scene(view, width=320, height=240)
-    assert open_stage(scene, scene, view, [camera]).tones.reads >= 0.7
+    assert open_stage(find_site(scene, view), scene, [camera]).tones.reads >= 0.7
 
 
 # What is seen of it
