@@ -1,5 +1,7 @@
 """Which brushes paint which strokes: long ones, short ones, the rest, and the large ones beside these.
 
+Others may paint smooth and rough surfaces in their place.
+
 A kit names brushes; a built-in one stands for all its variants ("flat" for flat, flat_2, flat_3 and flat_4),
 so that strokes side by side differ. One variant alone is named by its number, as "flat_2", and "flat_1" for
 flat itself.
@@ -33,6 +35,8 @@ class BrushKit:
         other: for the rest.
         large: what strokes of more than 2.2 times the median size may take beside their own.
         styled: what strokes take in place of these by chance, see `mix_brushes`.
+        smooth: what strokes of smooth and light surfaces may take in place of their own; none for no others.
+        rough: the same for rough surfaces.
 
     A group without brushes takes those of `other`, and `other` those of `long` or else of `short`.
 
@@ -46,6 +50,8 @@ class BrushKit:
     other: Names = ()
     large: Names = ()
     styled: Names = ()
+    smooth: Names = ()  # behind the others, whose rows do not depend on them
+    rough: Names = ()
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -99,7 +105,9 @@ class BrushKit:
         return BrushSet(tuple(opened[image] for image in self.images))
 
     def rows(self) -> dict[str, NDArray[np.uint8]]:
-        """The rows of the brush set for "long", "short", "other" and "large" strokes, the last maybe none.
+        """The rows of the brush set for "long", "short" and "other" strokes, of which each has some.
+
+        And those of "large", "smooth" and "rough", maybe none.
 
         Raises:
             ValueError: if there are more images than a set can have.
@@ -112,6 +120,8 @@ class BrushKit:
             "short": self.short or other,
             "other": other,
             "large": self.large,
+            "smooth": self.smooth,
+            "rough": self.rough,
         }
         return {
             group: np.array(

@@ -62,6 +62,9 @@ class BrushesConfig:
         short: of strokes that are nearly round: below 1.35.
         other: of all others.
         large: what strokes of more than 2.2 times the median size may take beside their own.
+        smooth: what strokes of smooth and light surfaces take instead where there is economy, see
+            `brushgs.passes.material`; without any they keep theirs.
+        rough: the same for rough surfaces.
         are_usual: whether nobody asked for these, nor for a stroke: then the strokes of a file that names
             their brushes keep those.
     """
@@ -70,6 +73,8 @@ class BrushesConfig:
     short: tuple[str, ...] = ()
     other: tuple[str, ...] = ()
     large: tuple[str, ...] = ()
+    smooth: tuple[str, ...] = ()
+    rough: tuple[str, ...] = ()
     are_usual: bool = field(default=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -78,12 +83,13 @@ class BrushesConfig:
         if len(self.names) > MAX_BRUSHES:
             raise ValueError(f"brushes must be at most {MAX_BRUSHES}, got {len(self.names)}")
         if self.names and not self.other:
-            raise ValueError("other must name at least one brush where long, short or large do, got none")
+            raise ValueError("other must name at least one brush where other lists do, got none")
 
     @property
     def names(self) -> tuple[str, ...]:
         """All brushes, each once, in the order of the lists."""
-        return tuple(dict.fromkeys((*self.long, *self.short, *self.other, *self.large)))
+        lists = self.long, self.short, self.other, self.large, self.smooth, self.rough
+        return tuple(dict.fromkeys(name for names in lists for name in names))
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ class ServerConfig:
             raise ValueError(f"port must be 0 to 65535, got {self.port}; 0 takes a free one")
         if (self.certificate is None) != (self.key is None):
             missing = "certificate" if self.certificate is None else "key"
-            raise ValueError(f"{missing} is missing: https needs --certificate and --key")
+            raise ValueError(f"{missing} is missing: https needs --certificate and --private-key")
         if not self.host.strip():
             raise ValueError(f"host must be an address of this machine, got {self.host!r}")
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from brushgs.arrays import F32, F64
 from brushgs.colors import rgb_of
 from brushgs.options.choices import StageTone
 from brushgs.options.look_parts import GroundConfig
@@ -43,6 +44,7 @@ class Setting:
         gaussians: the scene, pruned.
         first_view: of the scene; None where none was needed.
         site: where it stands and how it is lit; None where no stage is asked for.
+        suns: [K, 3] toward the lamp during a day, world axes; None where the light stands still.
         cameras: of the job.
         views: plain pictures of some of them; None without.
         kit: which strokes each of the brushes suits.
@@ -53,6 +55,7 @@ class Setting:
     gaussians: Gaussians
     first_view: FirstView | None
     site: "Site | None"
+    suns: F64 | None
     cameras: Sequence[Camera]
     views: "PlainViews | None"
     kit: "BrushKit"
@@ -80,12 +83,15 @@ def needs_place(config: PaintConfig, gaussians: Gaussians, camera: Camera | None
 
 def open_backdrop(
     config: PaintConfig, setting: Setting, materials: Materials, report: Report
-) -> tuple[list[Coat], Materials]:
-    """The coat of the backdrop, none where the look or the scene has none; and the materials on it."""
+) -> tuple[list[Coat], Materials, F32 | None]:
+    """The coat of the backdrop, none where the look or the scene has none; and the materials on it.
+
+    The third is what each sun of a day adds to the colours of that coat, RGB [K, n, 3]; None for nothing.
+    """
     ground, first_view = config.ground, setting.first_view
     has_one = ground.stage or ground.backdrop > 0
     if not has_one or first_view is None or not setting.cameras or len(materials.strokes) == 0:
-        return [], materials
+        return [], materials, None
     with report.stage("backdrop") as stage:
         from brushgs.passes.backdrop import reason_for_none
 
@@ -94,15 +100,16 @@ def open_backdrop(
         if reason is not None:
             stage.did, stage.counts = "nothing", {"strokes": 0}
             stage.skipped.append(f"backdrop: {reason}")
-            return [], materials
+            return [], materials, None
+        shifts = None
         if ground.stage:
             assert setting.site is not None, "it was found for the stage"
-            coat, materials = _stage(config, setting, setting.site, materials, stage)
+            coat, materials, shifts = _stage(config, setting, setting.site, materials, stage)
         else:
             coat = _loose(config, setting, first_view, materials)
             stage.did = f"{len(coat.strokes):,} strokes around the scene"
         stage.counts["strokes"] = len(coat.strokes)
-    return [coat], materials
+    return [coat], materials, shifts
 
 
 def _loose(config: PaintConfig, setting: Setting, first_view: FirstView, materials: Materials) -> Coat:
@@ -121,7 +128,7 @@ def _loose(config: PaintConfig, setting: Setting, first_view: FirstView, materia
 
 def _stage(
     config: PaintConfig, setting: Setting, site: "Site", materials: Materials, report: Stage
-) -> tuple[Coat, Materials]:
+) -> tuple[Coat, Materials, F32 | None]:
     from brushgs.painting.coats.media import stage_of
     from brushgs.painting.coats.staging import Staging
     from brushgs.passes.stage import open_stage
@@ -129,18 +136,25 @@ def _stage(
     from brushgs.passes.stage.paint import Hand
 
     ground, strokes, seed = config.ground, materials.strokes, config.cluster.seed
-    stage = open_stage(site, strokes, setting.cameras, _tone_of(ground))
+    suns = () if setting.suns is None else setting.suns[1:]
+    stage = open_stage(site, strokes, setting.cameras, _tone_of(ground), suns)
     least, most = SIZES
     size = min(max((USUAL_STROKES / len(strokes)) ** 0.5, least), most) * ground.stage_size
     hand = Hand(size, ground.stage_aspect, ground.stage_jitter, ground.shadow)
     finished = partial(_finished, setting=setting, has_colors=ground.stage_colors is not None, seed=seed)
     coat = stage_of(materials, Staging(stage, hand, setting.cameras, finished, seed))
+    shifts = None
+    if stage.others and config.media.kind == "paint":  # marks of a drawing would have to move
+        others = (stage.at(shadow) for shadow in stage.others)
+        laid = [stage_of(materials, Staging(one, hand, setting.cameras, finished, seed)) for one in others]
+        colors = [base_colors(one.strokes.sh) for one in (coat, *laid)]
+        shifts = (np.stack(colors) - colors[0]).astype(np.float32)
     coat = replace(coat, normals=stage.normals_of(coat.strokes), is_one_sided=True)
     _describe(report, stage, len(coat.strokes))
     if stage.ground is not None:
         table = stage.tones.table if config.media.kind == "paint" else None
         materials = replace(materials, strokes=dissolved(strokes, stage.ground, table))
-    return coat, materials
+    return coat, materials, shifts
 
 
 def _finished(strokes: Gaussians, *, setting: Setting, has_colors: bool, seed: int) -> Gaussians:

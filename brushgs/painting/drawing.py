@@ -54,6 +54,8 @@ def open_brushes(config: PaintConfig, styled: Sequence[str], report: Report) -> 
         named, stroke = config.brushes, config.draw.stroke
         if named.names:
             kit = BrushKit(named.long, named.short, named.other, named.large)
+            if config.strokes.economy:
+                kit = replace(kit, smooth=named.smooth, rough=named.rough)
             texture = kit.open(size=size)
         else:
             kit = BrushKit.of(stroke)

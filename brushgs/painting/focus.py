@@ -50,7 +50,7 @@ def place_focus(
         gaussians: N Gaussians that strokes are made of.
         focus: where more strokes go.
         camera: the first view of the job, whose place a mask takes.
-        first_view: of the scene, for its subject.
+        first_view: of the scene, for its subject and what stands out in it.
         report: gets the stage.
         num_threads: None takes the processors available to this process.
 
@@ -62,7 +62,7 @@ def place_focus(
         return None
     with report.stage("focus") as stage:
         from brushgs.cameras.around import small_view
-        from brushgs.passes.focus import contrast, mask_focus, sphere_focus, subject_focus
+        from brushgs.passes.focus import auto_focus, contrast, mask_focus, sphere_focus, subject_focus
 
         if focus.mask is not None:
             assert camera is not None, "a mask lies over the first view"
@@ -84,12 +84,13 @@ def place_focus(
                 )
         else:
             assert first_view is not None, "the subject is that of the first view"
-            factors = subject_focus(gaussians, first_view)
+            factors = (auto_focus if focus.is_auto else subject_focus)(gaussians, first_view)
         in_focus = int(np.count_nonzero(factors > 0.5 * (1 + factors.max())))
         stage.did = f"{focus}: {in_focus:,} of {len(gaussians):,} Gaussians"
         stage.counts = {"focus": str(focus), "gaussians": len(gaussians), "in_focus": in_focus}
         if contrast(factors) <= SAME:
-            stage.skipped.append("focus: all of the scene is in it")
+            why = "nothing stands out" if focus.is_auto else "all of the scene is in it"
+            stage.skipped.append(f"focus: {why}")
             return None
         if in_focus > MOST * len(gaussians):
             stage.did += "; that is nearly all, so little changes"

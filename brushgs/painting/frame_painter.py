@@ -30,6 +30,7 @@ class FrameView:
         camera: the view.
         directions: of the strokes of each coat, None for one whose strokes are not tracked.
         time: of a painting that grows, 0 to 1.
+        hour: share of a day that has passed, 0 to 1; None where the light stands still.
         pose: where strokes are that move; None where nothing moves.
         into: what the frame fades into; None for nothing.
         share: how far it has faded, 0 to 1.
@@ -41,6 +42,7 @@ class FrameView:
     camera: Camera
     directions: tuple[Directions | None, ...] = ()
     time: float = 1.0
+    hour: float | None = None
     pose: "Pose | None" = None
     into: "FrameView | None" = None
     share: float = 0.0
@@ -102,6 +104,8 @@ class FramePainter:
     def _painting(self, view: FrameView) -> "Painting":
         """The painting at the time of a frame."""
         painting = self.painting if self.growth is None else self.growth.at(view.time, self.fade)
+        if painting.day is not None and view.hour is not None:
+            painting = painting.day.over(painting, view.hour)
         if view.pose is not None:
             painting = painting.posed(view.pose, takes_light=self.takes_light)
         return painting

@@ -31,7 +31,7 @@ def open_relief(config: LightConfig) -> "Relief | None":
         return None
     from brushgs.rendering.relief import Relief
 
-    return Relief(thickness=config.base, gain=config.gain)
+    return Relief(thickness=config.base, gain=config.gain, by_light=config.key)
 
 
 def open_surface(

@@ -281,7 +281,7 @@ def broken_color_pass(config: StrokesConfig, *, seed: int, skip: str | None) -> 
         from brushgs.passes.broken_color import CHROMA, LIGHTNESS, break_colors
 
         share = config.broken_color / LIGHTNESS
-        return break_colors(strokes, config.broken_color, share * CHROMA, seed=seed)
+        return break_colors(strokes, config.broken_color, share * CHROMA, follows=config.economy, seed=seed)
 
     is_off = "--broken-color 0" if config.broken_color == 0 else None
     what = f"differ by {config.broken_color:g} in lightness"
@@ -317,7 +317,7 @@ def color_passes(config: ColorConfig, *, seed: int) -> list[StrokePass]:
     return passes
 
 
-def brush_passes(kit: "BrushKit", *, seed: int) -> list[StrokePass]:
+def brush_passes(kit: "BrushKit", config: StrokesConfig, *, seed: int) -> list[StrokePass]:
     """The pass that chooses a brush for each stroke; none where there is one brush."""
     if len(kit.images) == 1:
         return []
@@ -325,7 +325,7 @@ def brush_passes(kit: "BrushKit", *, seed: int) -> list[StrokePass]:
     def chosen(strokes: Gaussians) -> Gaussians:
         from brushgs.passes.choose_brushes import choose_brushes
 
-        return choose_brushes(strokes, kit, seed=seed)
+        return choose_brushes(strokes, kit, material=config.economy, seed=seed)
 
     images = list(kit.images)
     return [StrokePass("brushes", f"of {len(images)} brushes", chosen, counts={"brushes": images})]

@@ -25,8 +25,9 @@ from brushgs.painting.coats.materials import BACKDROP, Materials
 from brushgs.painting.coats.media import coats_of
 from brushgs.painting.count import open_view_model
 from brushgs.painting.drawing import open_picture_background, render_options
+from brushgs.painting.finishing import in_own_lights, with_values
 from brushgs.painting.guidance import Guidance, open_guidance
-from brushgs.painting.lamp import open_lamp, open_site
+from brushgs.painting.lamp import Key, check_sun, day_of, open_lamp, open_site, suns_of
 from brushgs.painting.look import (
     open_lines,
     open_relief,
@@ -188,6 +189,7 @@ def prepare(
     recall = memory.of
     clip = source if isinstance(source, Clip) else None
     along_path = clip is not None or isinstance(views, PathConfig)
+    check_sun(config.light, is_film=isinstance(views, PathConfig), is_moving=clip is not None)
     if needs_background or config.cluster.target is not None:
         check_background(config.draw.background)
     named = open_named(config, report, recall)
@@ -354,12 +356,19 @@ def prepare(
             (gaussians, first_view, tuple(cameras[:1]), *of_site),
             partial(open_site, config, gaussians, first_view, cameras[0] if cameras else None),
         )
+    seen_from = cameras if guidance.views is None else guidance.views.cameras
+    key = recall(
+        "key",
+        (config.light.key, site, tuple(seen_from), first_view),
+        partial(Key.of, config.light, site, seen_from, first_view),
+    )
     changes = changes_of(
         config,
         named,
         gaussians,
         guidance,
         first_view,
+        key,
         skip=skip,
         keeps_brushes=is_strokes and gaussians.brushes is not None,
         memory=memory,
@@ -393,6 +402,7 @@ def prepare(
     if merges_later:
         return everything(strokes=gaussians, palette=None, painting=Painting((), surface, lamp), maker=maker)
     strokes, grouping = cluster_scene(maker, report, num_loaded=num_loaded, view_model=view_model)
+    made = strokes
     strokes = finish(strokes, report)
     if changes.colors.are_any:
         surface = recolored_ground(surface, changes.colors.ground)
@@ -420,11 +430,17 @@ def prepare(
         line_brushes,
     )
     backdrop: list[Coat] = []
+    suns, of_backdrop = suns_of(config.light, first_view), None
     if plain is None or config.ground.backdrop_always:  # what is not painted is as the scene has it
         setting = Setting(
-            gaussians, first_view, site, cameras, guidance.views, kit, changes.colors, named.styles
+            gaussians, first_view, site, suns, cameras, guidance.views, kit, changes.colors, named.styles
         )
-        backdrop, materials = open_backdrop(config, setting, materials, report)
+        backdrop, materials, of_backdrop = open_backdrop(config, setting, materials, report)
+    backdrop, materials, values = with_values(config, cameras, backdrop, materials, report)
+    backdrop, materials = in_own_lights(backdrop, materials)
+    if values is not None:
+        surface = recolored_ground(surface, values.without_warmth.picture)
+        finish = finish.then("values", values.strokes)
     first, *others = coats_of(materials)
     coats = [*backdrop, first if plain is None else first.showing(plain), *others]
     moving = None
@@ -438,14 +454,21 @@ def prepare(
         is_transparent=background is None and config.ground.ground == "none",
         is_moving=along_path,
         region_names=() if regions is None else tuple(regions.names),
+        day=None if suns is None else day_of(suns, key, made, coats, of_backdrop),
     )
     growth = None
     if grows or isinstance(views, GrowConfig):
         from brushgs.painting.growth.grow import grow
 
-        growth = grow(painting, strokes, grouping, maker, finish, cameras[0], report)
+        growth = grow(painting, materials.strokes, grouping, maker, finish, cameras[0], report)
     return everything(
-        strokes=strokes, palette=named.palette, painting=painting, growth=growth, moving=moving, plain=plain
+        strokes=strokes,
+        options=materials.options,
+        palette=named.palette,
+        painting=painting,
+        growth=growth,
+        moving=moving,
+        plain=plain,
     )
 
 

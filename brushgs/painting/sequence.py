@@ -247,7 +247,7 @@ class _Frames:
     def _alone(self, index: int) -> FrameView:
         """The same without its neighbour."""
         directions = tuple(None if track is None else track.directions(index) for track in self.tracks)
-        view = FrameView(index, self.path.cameras[index], directions, self._time(index))
+        view = FrameView(index, self.path.cameras[index], directions, self._time(index), self._hour(index))
         moving = self.prepared.moving
         if moving is None:
             return view
@@ -275,7 +275,12 @@ class _Frames:
         lens = camera.K.tobytes(), camera.width, camera.height, camera.near
         moving = self.prepared.moving
         moment = () if moving is None else moving.film.moment(index)
-        return camera.viewmat.tobytes(), *lens, *places, self._time(index), *moment
+        return camera.viewmat.tobytes(), *lens, *places, self._time(index), self._hour(index), *moment
+
+    def _hour(self, index: int) -> float | None:
+        if self.prepared.painting.day is None:
+            return None
+        return index / max(len(self.path.cameras) - 1, 1)
 
     def _time(self, index: int) -> float:
         return 1.0 if self.grow is None else self.grow.time(index)

@@ -1,11 +1,12 @@
 """All that is done to strokes of a painting, in order: while they are made, and after."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.color_changes import Changes, palette_pass
 from brushgs.painting.guidance import Guidance
+from brushgs.painting.lamp import Key
 from brushgs.painting.make_strokes import (
     StrokePass,
     broken_color_pass,
@@ -38,6 +39,10 @@ class Finish:
                 one.report(report)
         return strokes
 
+    def then(self, name: str, run: Callable[[Gaussians], Gaussians]) -> "Finish":
+        """The same with one more thing that is done."""
+        return Finish([*self.passes, StrokePass(name, name, run)])
+
 
 @dataclass(frozen=True, eq=False)
 class StrokeChanges:
@@ -64,6 +69,7 @@ def changes_of(
     gaussians: Gaussians,
     guidance: Guidance,
     first_view: FirstView | None,
+    key: Key | None,
     *,
     skip: str | None,
     keeps_brushes: bool,
@@ -77,6 +83,7 @@ def changes_of(
         gaussians: that strokes are made of.
         guidance: what strokes are made by.
         first_view: of the scene; None where nothing needs it.
+        key: the light on the strokes; None for that of the scene.
         skip: why strokes stay as they are, see `stroke_passes`.
         keeps_brushes: whether strokes have their brushes already.
         memory: of what passes returned.
@@ -88,7 +95,7 @@ def changes_of(
     choosing: list[StrokePass] = []
     if not keeps_brushes:
         choosing = [
-            *brush_passes(named.kit, seed=seed),
+            *brush_passes(named.kit, config.strokes, seed=seed),
             *style_brush_passes(named.styles, named.kit, seed=seed),
         ]
     palettes: list[StrokePass] = []
@@ -103,15 +110,18 @@ def changes_of(
         palettes = regions.palettes(palettes)
         restyling = regions.style_passes(restyling, colors)
         adjusting = regions.adjust_passes(adjusting)
+    lit = [] if key is None else [key.stroke_pass(skip=skip, memory=memory)]
+    is_plain = named.palette is None and not colors.are_any and (regions is None or not regions.recolors)
     after = [
         *palettes,
         *color_passes(config.color, seed=seed),
+        *([] if is_plain else lit),
         broken_color_pass(config.strokes, seed=seed, skip=skip),
         *restyling,  # after it: what differs from its neighbours is a colour of the style too
         *adjusting,
         *choosing,
     ]
-    if named.palette is None and not colors.are_any and (regions is None or not regions.recolors):
-        # So that a budget, which compares with the scene, is met with them.
-        return StrokeChanges([*making, *after], Finish(), colors)
+    if is_plain:
+        # So that a budget, which compares with the scene, is met with them; but the scene has another light.
+        return StrokeChanges([*making, *after], Finish(lit), colors)
     return StrokeChanges(making, Finish(after), colors)

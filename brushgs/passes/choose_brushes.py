@@ -1,7 +1,8 @@
-"""Strokes -> the same strokes, each with its brush: by its shape, its size and chance, never by the view.
+"""Strokes -> the same strokes, each with its brush: by shape, size, surface and chance, never by the view.
 
-A painter draws long strokes with a flat and touches with a dab; one image for all is seen at once. The choice
-depends on the stroke in space alone, so a stroke keeps its brush while the camera moves.
+A painter draws long strokes with a flat and touches with a dab, lays a light wall with a knife and drags fur
+with a dry brush; one image for all is seen at once. The choice depends on the strokes in space alone, so a
+stroke keeps its brush while the camera moves.
 The bounds were found by trial on captured scenes.
 """
 
@@ -23,7 +24,7 @@ MAX_SEED = 2**32 - 1
 ROUNDING = 1e-9  # of a sum of shares
 
 
-def choose_brushes(strokes: Gaussians, kit: BrushKit, *, seed: int = 0) -> Gaussians:
+def choose_brushes(strokes: Gaussians, kit: BrushKit, *, material: float = 0.0, seed: int = 0) -> Gaussians:
     """Give each stroke a brush of a kit.
 
     Long strokes (largest over second scale above 1.9) take the brushes `kit.long`, short ones (below 1.35)
@@ -34,6 +35,9 @@ def choose_brushes(strokes: Gaussians, kit: BrushKit, *, seed: int = 0) -> Gauss
     Args:
         strokes: k strokes.
         kit: the brushes.
+        material: share in which strokes of smooth and light surfaces take one of `kit.smooth` instead, and
+            those of rough ones one of `kit.rough`, where the kit has some; 0 (none) to 1. As it grows more
+            strokes take one and none gives it back. See `passes.material`.
         seed: 0 to 2^32 - 1; another one chooses otherwise.
 
     Returns:
@@ -41,7 +45,7 @@ def choose_brushes(strokes: Gaussians, kit: BrushKit, *, seed: int = 0) -> Gauss
 
     Raises:
         TypeError: if `seed` is not an integer.
-        ValueError: if it is out of range, or the kit has more than 256 images.
+        ValueError: if it or `material` is out of range, or the kit has more than 256 images.
 
     Example:
         >>> kit = bg.BrushKit(long=("flat",), short=("dab",))
@@ -51,6 +55,8 @@ def choose_brushes(strokes: Gaussians, kit: BrushKit, *, seed: int = 0) -> Gauss
         >>> frame = bg.render(chosen, camera, kit.open())
     """
     _check_seed("choose_brushes", seed)
+    if not 0 <= material <= 1:
+        raise ValueError(f"choose_brushes: material must be 0 to 1, got {material:g}")
     rows = kit.rows()
     large = rows["large"]
     aspects, sizes = _shapes(strokes)
@@ -64,6 +70,13 @@ def choose_brushes(strokes: Gaussians, kit: BrushKit, *, seed: int = 0) -> Gauss
             (is_in & ~is_large, rows[group]),
             (is_in & is_large, np.union1d(rows[group], large)),
         ):
+            brushes[some] = choice[(shares[some] * len(choice)).astype(np.intp)]
+    if material and (kit.smooth or kit.rough):
+        from brushgs.passes.material import Materials
+
+        of_surfaces, takes = Materials.of(strokes), chances(strokes.means, seed, 7)
+        for choice, is_of in (rows["smooth"], of_surfaces.smooth), (rows["rough"], of_surfaces.rough):
+            some = (takes < material * is_of) & (len(choice) > 0)
             brushes[some] = choice[(shares[some] * len(choice)).astype(np.intp)]
     return replace(strokes, brushes=brushes)
 

@@ -19,6 +19,7 @@ from brushgs.arrays import check
 from brushgs.options.choices import Features, Merge, Method
 from brushgs.passes.contribution import contributions, seen_areas, visible_shares
 from brushgs.passes.detail import color_detail
+from brushgs.passes.economy import ECONOMIC_ROUNDS, first_share
 from brushgs.passes.features import cluster_features, spans_of
 from brushgs.passes.finest import finest_of
 from brushgs.passes.lloyd import Clusters, lloyd
@@ -26,7 +27,7 @@ from brushgs.passes.merge import OVERLAP, merge_clusters
 from brushgs.passes.minibatch import minibatch
 from brushgs.passes.pure import keep_pure
 from brushgs.passes.seen import Seen, seen_in
-from brushgs.passes.split import FIRST_SHARE, split
+from brushgs.passes.split import FIRST_SHARE, NUM_ROUNDS, split
 from brushgs.rendering.plain import PlainViews
 from brushgs.scene import Camera, Gaussians
 
@@ -148,6 +149,7 @@ def group(
     focus: NDArray[np.float64] | None = None,
     worth_keeping: Callable[[Gaussians], NDArray[np.bool_]] | None = None,
     motion: NDArray[np.float32] | None = None,
+    economy: float = 0.0,
 ) -> Grouping:
     """Find clusters of similar neighbours by k-means. Arguments and errors are those of `cluster`.
 
@@ -179,7 +181,7 @@ def group(
     seen = None if plain is None else seen_in(gaussians, plain)
     if plain is not None and seen is not None:
         return _group_seen(
-            seen, plain, num_strokes, chosen, reason, features, seed, focus, worth_keeping, motion
+            seen, plain, num_strokes, chosen, reason, features, seed, focus, worth_keeping, motion, economy
         )
     points = _points(gaussians, features, motion)
     # Not reused from pruning: without the pruned rows other shares are visible. With the shares of the whole
@@ -214,6 +216,7 @@ def _group_seen(
     focus: NDArray[np.float64] | None,
     worth_keeping: Callable[[Gaussians], NDArray[np.bool_]] | None,
     motion: NDArray[np.float32] | None,
+    economy: float,
 ) -> Grouping:
     """Clusters of Gaussians by what views show of them."""
     gaussians, weights = seen.gaussians, seen.weights(focus)
@@ -222,7 +225,7 @@ def _group_seen(
     largest = gaussians.opacities * seen_areas(gaussians)
     visible = seen.areas / np.maximum(largest, largest.max() * 1e-12)
     visible = np.maximum(visible, visible.max() * 1e-12)
-    first = max(1, round(FIRST_SHARE * num_strokes))
+    first = max(1, round(first_share(economy, FIRST_SHARE) * num_strokes))
     found = STARTS[method](points, weights, first, seed=seed)
     found = keep_pure(found, points, weights, gaussians, first)
 
@@ -239,6 +242,8 @@ def _group_seen(
         num_strokes,
         worth_keeping=worth_keeping,
         focus=focus,
+        num_rounds=NUM_ROUNDS if economy == 0 else ECONOMIC_ROUNDS,
+        economy=economy,
     )
     labels, parents = next(rounds), []
     for after in rounds:

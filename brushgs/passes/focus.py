@@ -1,7 +1,8 @@
 """Where the strokes of a scene go: a factor per Gaussian on the strokes per area, for `cluster(focus=...)`.
 
-Inside the focus the factor is `STRENGTH`, outside 1, with a smooth edge between: the strokes of a painting
-are as many as without it, and inside there are twice as many to an area as outside.
+Inside the focus the factor is `STRENGTH`, of what stands out by itself `AUTO_STRENGTH`; outside 1, with a
+smooth edge between: the strokes of a painting are as many as without it, and inside there are twice as many
+to an area as outside, or up to eight times.
 """
 
 from collections.abc import Sequence
@@ -11,9 +12,13 @@ from numpy.typing import ArrayLike
 
 from brushgs.arrays import F64, Array, check, smoothstep
 from brushgs.passes.picture_votes import votes
+from brushgs.passes.saliency import saliency
 from brushgs.scene import Camera, FirstView, Gaussians
 
 STRENGTH = 2.0  # times as many strokes to an area
+# Of 4000 strokes of a room, 7 gave the face of a cook 6.2 times as many to an area as what does not stand out
+# (1.6 without a focus), 12 gave it 7.9 times; a toy's nose had 14 times (5.5).
+AUTO_STRENGTH = 8.0
 EDGE = 0.15  # half width of the smooth edge of a sphere over its radius; that of a box over its half diagonal
 LEAST_SEEN = 0.01  # pixels: what makes up less of a picture is not seen, and no focus for it is known
 
@@ -47,6 +52,16 @@ def subject_focus(gaussians: Gaussians, view: FirstView) -> F64:
     return _factors(smoothstep(1 - outside / edge))
 
 
+def auto_focus(gaussians: Gaussians, view: FirstView) -> F64:
+    """Factors [N], 1 to `AUTO_STRENGTH`, of a focus on what stands out, see `saliency`.
+
+    Args:
+        gaussians: N Gaussians.
+        view: how the scene is seen.
+    """
+    return _factors(saliency(gaussians, view), AUTO_STRENGTH)
+
+
 def mask_focus(gaussians: Gaussians, camera: Camera, mask: Array, *, num_threads: int | None = None) -> F64:
     """Factors [N], 1 to `STRENGTH`, of a focus on what a view shows where a picture is light.
 
@@ -72,5 +87,5 @@ def contrast(factors: Sequence[float] | F64) -> float:
     return float(values.max() / values.min()) if len(values) else 1.0
 
 
-def _factors(share: F64) -> F64:
-    return 1 + (STRENGTH - 1) * share
+def _factors(share: F64, strength: float = STRENGTH) -> F64:
+    return 1 + (strength - 1) * share

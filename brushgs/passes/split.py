@@ -8,19 +8,20 @@ Source: Hertzmann 1998, Painterly rendering with curved brush strokes of multipl
 there they stay).
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import F32, F64, Array
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.passes.economy import LEAST, SEEN, ViewingError
 from brushgs.passes.groups import add_rows, compacted
 from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.view_by_view import view_by_view
 from brushgs.rendering.visibility import painted_shares
-from brushgs.scene import Camera, Frame, Gaussians
+from brushgs.scene import Frame, Gaussians
 
 FIRST_SHARE = 0.5  # of the strokes that k-means makes; 0.3 loses 0.1 to 0.5 dB, 0.7 is as good and slower
 NUM_ROUNDS = 4  # two lose 0.1 to 0.6 dB, six gain 0.1
@@ -44,6 +45,7 @@ def split(
     focus: F64 | None = None,
     worth_keeping: Callable[[Gaussians], NDArray[np.bool_]] | None = None,
     num_rounds: int = NUM_ROUNDS,
+    economy: float = 0.0,
 ) -> Iterator[Labels]:
     """Cut clusters until there are so many.
 
@@ -60,6 +62,8 @@ def split(
         worth_keeping: from k strokes to whether each is to be kept, [k]; those that are not do not count, so
             that others take their places. None keeps all.
         num_rounds: >= 1.
+        economy: 0 to 1, share in which errors are those that an eye sees from afar, see
+            `brushgs.passes.economy`: clusters without any are not cut.
 
     Yields:
         [N] labels, 0 to k' - 1, each in use: those to start from, and those after each round. In the end
@@ -68,16 +72,19 @@ def split(
     """
     found = np.asarray(labels, dtype=np.intp)
     yield found
+    seen = [ViewingError.of(frame) for frame in views.frames] if economy > 0 else []
+    least = LEAST * SEEN[1] ** 2 * len(views)
     for remaining in range(num_rounds, 0, -1):
         strokes = merged(found)
         is_kept = np.ones(len(strokes), bool) if worth_keeping is None else worth_keeping(strokes)
         num_missing = num_strokes - np.count_nonzero(is_kept)
         if num_missing <= 0:
             break
-        errors = painted_errors(strokes, views) * is_kept
+        errors = painted_errors(strokes, views, seen, economy) * is_kept
         if focus is not None:
             errors *= _means(focus[:, None], weights, found, len(strokes))[:, 0]
         errors[np.bincount(found, minlength=len(strokes)) < 2] = 0
+        errors[errors < economy * least] = 0
         worst = np.argsort(-errors, kind="stable")[: -(-num_missing // remaining)]
         worst = worst[errors[worst] > 0]
         if len(worst) == 0:
@@ -86,7 +93,9 @@ def split(
         yield found
 
 
-def painted_errors(strokes: Gaussians, views: PlainViews) -> F64:
+def painted_errors(
+    strokes: Gaussians, views: PlainViews, seen: Sequence[ViewingError] = (), economy: float = 0.0
+) -> F64:
     """The squared error of pictures of strokes that each stroke is part of, [k], sum over all views.
 
     The error at a pixel is shared among the strokes by their weights in it.
@@ -94,17 +103,23 @@ def painted_errors(strokes: Gaussians, views: PlainViews) -> F64:
     Args:
         strokes: k strokes, drawn as flat dabs.
         views: of the scene.
+        seen: one for each view, if the errors that an eye sees from afar count.
+        economy: 0 to 1, the share in which they do.
     """
     kernel = StrokeTexture.open("ellipse")
     options = RenderOptions.of(kernel, depth=False)
     errors = np.zeros(len(strokes))
 
-    def look(view: tuple[Camera, Frame]) -> tuple[NDArray[np.int32], Array]:
-        camera, plain = view
-        boxes, painted = draw_with(strokes, camera, kernel, options)
-        return boxes.ids, painted_shares(boxes, kernel, _squared_errors(plain, painted))
+    def look(index: int) -> tuple[NDArray[np.int32], Array]:
+        boxes, painted = draw_with(strokes, views.cameras[index], kernel, options)
+        wrong = np.zeros_like(painted.alpha)
+        if economy < 1:
+            wrong += (1 - economy) * _squared_errors(views.frames[index], painted)
+        if economy > 0:
+            wrong += economy * seen[index].of_painted(painted)
+        return boxes.ids, painted_shares(boxes, kernel, wrong)
 
-    for ids, sums in view_by_view(look, views.pairs(), len(strokes)):
+    for ids, sums in view_by_view(look, range(len(views)), len(strokes)):
         add_rows(errors, ids, sums)
     return errors
 

@@ -21,6 +21,7 @@ from brushgs.scene import Boxes, Camera, Frame
 from brushgs.threads import num_threads_or_default
 
 if TYPE_CHECKING:
+    from brushgs.rendering.day import Day
     from brushgs.rendering.layers import PaintedView
     from brushgs.rendering.light import Lamp
     from brushgs.rendering.marks import LaidCoat
@@ -182,6 +183,7 @@ class Painting:
             pixels would glitter. Along an orbit of 240 frames lit oil flickers 1.01 to 1.06 times as much
             as flat oil, and 2.7 to 3.9 times where frames are lit like stills.
         region_names: of the regions of the strokes, the first that of region 1; for mattes.
+        day: that passes over it; None where the light stands still.
     """
 
     coats: tuple[Coat, ...]
@@ -190,6 +192,7 @@ class Painting:
     is_transparent: bool = False
     is_moving: bool = False
     region_names: tuple[str, ...] = ()
+    day: "Day | None" = None
 
     def canvas(self, camera: Camera, wanted: Wanted = NOTHING) -> "Canvas":
         """The bare canvas of one view, and what its frames are to hold beside their colours."""

@@ -79,5 +79,5 @@ def headset_hint(server: StudioServer) -> str:
     port = server.port
     return (
         f"headset: connect it by USB, run `adb reverse tcp:{port} tcp:{port}`, and open "
-        f"{server.address('localhost')} in its browser; or serve https with --certificate and --key"
+        f"{server.address('localhost')} in its browser; or serve https with --certificate and --private-key"
     )

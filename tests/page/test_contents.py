@@ -52,7 +52,7 @@ def test_a_share_of_the_strokes_carries_the_most_paint():
 
 def test_what_belongs_to_a_row_stays_with_it():
     strokes = some_strokes(400)
-    options = {"streaks": 0.1, "relief": Relief(thickness=0.3, gain=1.1), "border": 0.2}
+    options = {"streaks": 0.1, "relief": Relief(thickness=0.3, gain=1.1, by_light=0.5), "border": 0.2}
     coat = some_coat(strokes, normals=np.asarray(strokes.means), **options)
     contents = contents_of(coat)
     rows = contents.rows[0]

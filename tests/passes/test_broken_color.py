@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.passes.broken_color import CHROMA, LIGHTNESS
+from brushgs.passes.broken_color import ACROSS, ALONG, CHROMA, LIGHTNESS
 from brushgs.passes.color_space import oklab_of, rgb_of_oklab
 from brushgs.passes.coverage import nearest_others
 from brushgs.sh import C0
@@ -62,6 +62,50 @@ def test_shifts_are_a_hash_of_place_and_seed():
     assert not np.array_equal(other.sh, broken.sh)
 
 
+@pytest.mark.parametrize("grey", [0.15, 0.5, 0.8])
+def test_shifts_that_follow_the_colour_leave_greys_grey(grey):
+    strokes = colored(2000, [grey] * 3)
+    plain, followed = shifts_of(strokes), shifts_of(strokes, follows=1)
+    assert plain[:, 1:].std() > 0.8 * CHROMA
+    assert np.abs(followed[:, 1:]).max() < 1e-9
+    np.testing.assert_allclose(followed[:, 0], plain[:, 0], atol=1e-6)
+    half = shifts_of(strokes, follows=0.5)
+    np.testing.assert_allclose(half[:, 1:].std(), plain[:, 1:].std() / 2, rtol=1e-3)
+
+
+def test_shifts_that_follow_the_colour_grow_with_its_chroma_and_lie_along_it():
+    deviations, leaning = [], []
+    for chroma in (0.01, 0.03, 0.06, 0.12):
+        lab = np.array([0.6, 0.6 * chroma, 0.8 * chroma])
+        shifts = shifts_of(colored(2000, rgb_of_oklab(lab[None])), follows=1)
+        along, across = shifts[:, 1:] @ (0.6, 0.8), shifts[:, 1:] @ (-0.8, 0.6)
+        deviations.append(np.hypot(along.std(), across.std()))
+        leaning.append(along.std() / across.std())
+        assert np.abs(along).max() < chroma  # no hue turns round
+    assert (np.diff(deviations) > 0).all()
+    assert deviations[0] < 0.1 * CHROMA
+    whole = np.hypot(*shifts_of(colored(2000, rgb_of_oklab(lab[None])))[:, 1:].std(axis=0))
+    np.testing.assert_allclose(deviations[-1], whole, rtol=0.06)
+    np.testing.assert_allclose(leaning, ALONG / ACROSS, rtol=0.1)
+
+
+def test_a_grey_beside_pure_colours_stays_grey():
+    strokes = colored(600, np.where(np.arange(600)[:, None] % 2, [[0.6, 0.3, 0.25]], 0.5))
+    shifts = shifts_of(strokes, follows=1)[:, 1:]
+    assert np.abs(shifts[::2]).max() < 1e-9
+    assert shifts[1::2].std() > 0.8 * CHROMA
+
+
+def test_shifts_that_follow_nothing_are_those_of_before_and_the_order_does_not_count():
+    strokes = random_gaussians(200)
+    assert_same(bg.break_colors(strokes, follows=0), bg.break_colors(strokes))
+    shuffle = np.random.default_rng(1).permutation(200)
+    followed = bg.break_colors(strokes, follows=0.7)
+    np.testing.assert_allclose(
+        bg.break_colors(strokes.take(shuffle), follows=0.7).sh, followed.take(shuffle).sh, atol=1e-12, rtol=0
+    )
+
+
 def test_only_base_colours_change():
     strokes = random_gaussians(100, terms=4)
     broken = bg.break_colors(strokes)
@@ -100,8 +144,10 @@ def test_stiff_strokes_get_finite_colours(num, dtype):
             "means": (unit * strokes.means).astype(dtype),
             "sh": 100 * strokes.sh,
         }
-        broken = bg.break_colors(replaced(strokes, **columns))  # raises where a colour is not finite
-        assert broken.sh.dtype == dtype
+        for follows in (0, 1):
+            # Raises where a colour is not finite.
+            broken = bg.break_colors(replaced(strokes, **columns), follows=follows)
+            assert broken.sh.dtype == dtype
     alone = bg.break_colors(strokes.take(slice(1)))
     np.testing.assert_allclose(alone.sh, strokes.sh[:1], atol=1e-5)  # its own local mean
 
@@ -112,6 +158,9 @@ def test_stiff_strokes_get_finite_colours(num, dtype):
         ({"lightness": -0.1}, ValueError),
         ({"chroma": 0.6}, ValueError),
         ({"lightness": np.nan}, ValueError),
+        ({"follows": -0.1}, ValueError),
+        ({"follows": 1.1}, ValueError),
+        ({"follows": np.nan}, ValueError),
         ({"seed": -1}, ValueError),
         ({"seed": 0.5}, TypeError),
     ],

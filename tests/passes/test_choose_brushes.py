@@ -8,6 +8,7 @@ import pytest
 import brushgs as bg
 from brushgs.passes.choose_brushes import LARGE, LONG, SHORT, mix_brushes
 from tests.passes.scenes import random_gaussians
+from tests.passes.test_material import FUR, wall
 
 KIT = bg.BrushKit(long=("flat",), short=("dab",), other=("filbert",), large=("impasto",))
 NAMES = np.array(KIT.images)
@@ -76,6 +77,53 @@ def test_points_and_lines_have_a_brush():
     strokes = strokes_of(3)
     scales = np.array([[0, 0, 0], [0, 0, 1], [0, 1, 1]], float)
     assert kinds_of(names_of(replace(strokes, scales=scales))).tolist()[:2] == ["dab", "flat"]
+
+
+SURFACES = replace(KIT, smooth=("palette_knife",), rough=("dry_brush", "fan"))
+
+
+def surfaces():
+    """A light wall, a dark one and fur, 400 strokes each."""
+    return wall(lightness=0.75) + wall(lightness=0.3, at=5) + wall(**FUR, lightness=0.5, at=10)
+
+
+def test_smooth_light_and_rough_surfaces_take_brushes_of_their_own():
+    kinds = kinds_of(np.array(SURFACES.images)[bg.choose_brushes(surfaces(), SURFACES, material=1).brushes])
+    before = kinds_of(names_of(surfaces()))
+    assert np.mean(kinds[:400] == "palette_knife") > 0.95
+    np.testing.assert_array_equal(kinds[400:800], before[400:800])
+    assert np.isin(kinds[800:], ("dry_brush", "fan")).mean() > 0.95
+    assert 0.3 < np.mean(kinds[800:] == "fan") < 0.5  # 2 images beside 3
+
+
+def test_as_the_share_grows_more_strokes_take_them_and_none_gives_one_back():
+    strokes = surfaces()
+    before = bg.choose_brushes(strokes, KIT).brushes
+    few, many = (bg.choose_brushes(strokes, SURFACES, material=share).brushes for share in (0.4, 0.8))
+    took = few != before
+    assert 0.3 < took[np.r_[:400, 800:1200]].mean() < 0.5
+    np.testing.assert_array_equal(many[took], few[took])
+    assert (many != before).sum() > 1.5 * took.sum()
+    shuffle = np.random.default_rng(1).permutation(len(strokes))
+    shuffled = bg.choose_brushes(strokes.take(shuffle), SURFACES, material=0.8).brushes
+    np.testing.assert_array_equal(shuffled, many[shuffle])
+
+
+def test_without_a_share_or_brushes_for_it_the_choice_is_that_of_before():
+    strokes = surfaces()
+    before = bg.choose_brushes(strokes, KIT).brushes
+    np.testing.assert_array_equal(bg.choose_brushes(strokes, SURFACES).brushes, before)
+    np.testing.assert_array_equal(bg.choose_brushes(strokes, KIT, material=1).brushes, before)
+    rough = bg.choose_brushes(strokes, replace(KIT, rough=("fan",)), material=1).brushes
+    np.testing.assert_array_equal(rough[:800], before[:800])
+    assert np.mean(rough[800:] != before[800:]) > 0.95
+    assert len(bg.choose_brushes(strokes.take(slice(0)), SURFACES, material=1).brushes) == 0
+
+
+@pytest.mark.parametrize("material", [-0.1, 1.1, np.nan])
+def test_a_share_of_material_out_of_range_is_refused(material):
+    with pytest.raises(ValueError, match=r"^choose_brushes: material must be 0 to 1, got"):
+        bg.choose_brushes(strokes_of(3), KIT, material=material)
 
 
 @pytest.mark.parametrize("seed", [-1, 2**32])

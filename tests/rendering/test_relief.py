@@ -9,9 +9,15 @@ from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.levels import level_coverage, level_height
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.orbit import orbit
+from brushgs.options.look import Look
+from brushgs.options.painting import ViewConfig
+from brushgs.painting.prepare import prepare
+from brushgs.painting.report import Report
+from brushgs.passes.color_space import oklab_of, rgb_of_oklab
 from brushgs.rendering import reference
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.depth_test import DepthTest
+from brushgs.rendering.motion import COLOR
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.project import project
 from brushgs.rendering.rasterize import rasterize
@@ -21,14 +27,18 @@ from brushgs.rendering.relief import (
     LEAST_SIZE,
     MOST_DEVIATIONS,
     MOST_SIZE,
+    THICK,
     THICKNESS,
     THICKNESS_SPREAD,
+    THIN,
     UNDERPAINT_THICKNESS,
     Relief,
+    light_range,
 )
 from brushgs.rendering.render import render, render_sequence
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.scene import Boxes, Frame, Gaussians
+from brushgs.sh import in_colors
 from brushgs.still_life import still_life, still_life_camera
 from tests.pairs import pairs_of
 from tests.rendering.moving_strokes import motion_of, with_ids
@@ -259,6 +269,109 @@ def test_strokes_without_a_size_count_as_median_ones():
     assert len(project(SCENE.take(np.s_[:0]), CAMERA, relief=True)) == 0
 
 
+# Lights thick, darks thin
+
+
+def greys(lightness):
+    """The still life, its strokes of one size and solid, in greys of OKLab L."""
+    strokes = SCENE.take(np.s_[: len(lightness)])
+    grey = rgb_of_oklab(np.stack([lightness, 0 * lightness, 0 * lightness], axis=1))
+    solid = replace(
+        strokes, scales=np.full_like(strokes.scales, 0.02), opacities=np.ones_like(strokes.opacities)
+    )
+    return in_colors(solid, grey)
+
+
+def factors_of(strokes, **how):
+    """[N, 2] by what both numbers of each stroke are multiplied."""
+    return Relief(1, 1, by_light=1, **how).of_strokes(strokes) / Relief(1, 1).of_strokes(strokes)
+
+
+def test_lights_are_thick_and_darks_thin_by_their_place_between_those_of_the_painting():
+    lightness = np.linspace(0.3, 0.7, 1001)
+    found = factors_of(greys(lightness))
+    expected = THIN + (THICK - THIN) * np.clip((lightness - 0.38) / 0.24, 0, 1)
+    np.testing.assert_allclose(found, np.stack([expected, expected], 1), atol=2e-3)
+    assert light_range(greys(lightness)) == pytest.approx((0.38, 0.62), abs=1e-3)
+    fixed = factors_of(greys(lightness), lights=(0.0, 1.0))
+    np.testing.assert_allclose(fixed[:, 0], THIN + (THICK - THIN) * lightness, atol=1e-5)
+    half = Relief(1, 1, by_light=0.5).of_strokes(greys(lightness)) / Relief(1, 1).of_strokes(greys(lightness))
+    np.testing.assert_allclose(half, (1 + found) / 2, rtol=1e-12)
+
+
+def test_what_is_light_is_asked_of_the_painted_area_whatever_the_order():
+    strokes = greys(np.repeat([0.2, 0.8], 100))
+    small = replace(
+        strokes, scales=np.where(np.arange(200)[:, None] < 100, strokes.scales / 20, strokes.scales)
+    )
+    dark, light = light_range(small)
+    assert dark == light == pytest.approx(0.8, abs=1e-6)
+    shuffle = np.random.default_rng(0).permutation(200)
+    assert light_range(small.take(shuffle)) == (dark, light)
+    assert factors_of(small)[0, 0] == THIN
+    given = Relief(by_light=1).in_lights_of(strokes)
+    assert given.lights == pytest.approx((0.2, 0.8), abs=1e-6)
+    assert Relief().in_lights_of(strokes) == Relief()
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        {"scales": 0.0},
+        {"scales": 1e20},
+        {"opacities": 0.0},
+        {"sh": 1e6},
+        {"sh": -1e6},
+    ],
+    ids=lambda columns: "{} {:g}".format(*next(iter(columns.items()))),
+)
+def test_strokes_of_any_size_and_colour_have_a_relief_by_light(columns):
+    strokes = SCENE.take(np.s_[:50])
+    strokes = replace(strokes, **{k: np.full_like(getattr(strokes, k), v) for k, v in columns.items()})
+    for some in (strokes, strokes.take(np.s_[:1]), strokes.take(np.s_[:0])):
+        found = Relief(1, 1, by_light=1).of_strokes(some)
+        assert found.shape == (len(some), 2)
+        assert np.isfinite(found).all()
+        assert (found > 0).all()
+
+
+def test_without_it_no_bit_changes_and_the_definition_agrees():
+    plain, without = (project(SCENE, CAMERA, relief=how) for how in (Relief(), Relief(lights=(0.1, 0.2))))
+    np.testing.assert_array_equal(plain.reliefs, without.reliefs)
+    by_light = Relief(by_light=0.7)
+    boxes = project(SCENE, CAMERA, relief=by_light)
+    np.testing.assert_allclose(
+        boxes.reliefs, reference.project(SCENE, CAMERA, relief=by_light).reliefs, rtol=1e-6
+    )
+    assert np.abs(boxes.reliefs / plain.reliefs - 1).max() > 0.2
+
+
+def test_in_oil_the_lights_of_the_still_life_stand_twice_as_high_as_its_darks():
+    size = {"width": 400, "height": 300}
+    camera, config = still_life_camera(**size), Look.open("oil").config
+    config = replace(
+        config,
+        cluster=replace(config.cluster, strokes=3000),
+        strokes=replace(config.strokes, see="off"),
+        view=ViewConfig(size=(400, 300)),
+    )
+    painting = prepare(still_life(20000), config, Report(), views=camera).painting
+    ratios = []
+    for by_light in (0.0, 1.0):
+        coats = []
+        for coat in painting.coats:
+            relief = replace(coat.options.relief, by_light=by_light)
+            coats.append(replace(coat, options=replace(coat.options, relief=relief)))
+        frame = replace(painting, coats=tuple(coats)).frame(camera)
+        lightness = oklab_of(frame.rgb.reshape(-1, 3).astype(np.float64))[:, 0]
+        dark, light = np.percentile(lightness, (25, 75))
+        heights = frame.height.ravel()
+        of_darks, of_lights = heights[lightness <= dark], heights[lightness >= light]
+        ratios.append(np.percentile(of_lights, 90) / np.percentile(of_darks, 90))
+    assert ratios[0] < 1.2
+    assert ratios[1] >= 2
+
+
 # Rendering, and what is refused
 
 
@@ -289,6 +402,15 @@ def test_numbers_out_of_range_are_refused_by_name(name, value):
         Relief(**{name: value})
 
 
+@pytest.mark.parametrize("value", [-0.1, 1.1, np.nan])
+def test_shares_and_lights_out_of_range_are_refused_by_name(value):
+    with pytest.raises(ValueError, match="Relief: by_light must be 0 to 1, got"):
+        Relief(by_light=value)
+    for lights in ((0.2, value), (0.6, 0.4)):
+        with pytest.raises(ValueError, match="Relief: lights must be 0 to 1 and ascend, got"):
+            Relief(lights=lights)
+
+
 def test_what_is_no_relief_is_refused():
     with pytest.raises(TypeError, match="relief must be a bool or a Relief, got float"):
         project(SCENE, CAMERA, relief=0.5)
@@ -308,3 +430,28 @@ def test_a_stroke_keeps_its_paint_while_it_moves_and_grows():
     assert len(i) > 100
     np.testing.assert_array_equal(grown.reliefs[j], still.reliefs[i])
     assert np.abs(np.log(grown.half_extents[j] / still.half_extents[i])).max() > 0.5
+
+
+@pytest.mark.parametrize("by_light", [0.0, 1.0])
+def test_its_paint_is_that_at_rest_whatever_moment_is_painted_first(by_light):
+    """As in a process that paints some frames of a film: nobody there has painted the first moment."""
+    strokes = with_ids(still_life(1000))
+    num = len(strokes)
+    turns = np.tile((1.0, 0, 0, 0), (2, num, 1))
+    motion = motion_of(strokes, turns, sizes=np.stack([np.zeros(num), np.linspace(-1, 1, num)]))
+    brighter = motion.table.copy()
+    brighter[1, :, COLOR] = np.linspace(-0.5, 0.5, num)[:, None]
+    motion = replace(motion, table=brighter)
+    texture, camera = StrokeTexture.open("dry_brush"), still_life_camera(width=320, height=180)
+    options = RenderOptions.of(texture, relief=Relief(by_light=by_light))
+
+    def painted_first(position):
+        coat = Coat("strokes", replace(strokes), texture, options)
+        boxes = coat.posed(motion.pose(position)).boxes(camera)[0]
+        return boxes, options.relief.of_strokes(coat.strokes)
+
+    (still, at_rest), (moved, after) = painted_first(0.0), painted_first(1.0)
+    np.testing.assert_array_equal(after, at_rest)
+    _, i, j = np.intersect1d(still.ids, moved.ids, return_indices=True)
+    np.testing.assert_array_equal(moved.reliefs[j], still.reliefs[i])
+    assert np.abs(moved.colors[j] - still.colors[i]).max() > 0.2

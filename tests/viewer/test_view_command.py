@@ -27,15 +27,15 @@ ADDRESS = re.compile(r"^http://127\.0\.0\.1:([0-9]+)/\?token=([\w-]{43})$")
     [
         (["--port", "70000"], "port must be 0 to 65535, got 70000"),
         (["--port", "x"], "--port must be a whole number of 0 or more"),
-        (["--certificate", "a.pem"], "key is missing: https needs --certificate and --key"),
-        (["--key", "a.pem"], "certificate is missing: https needs --certificate and --key"),
+        (["--certificate", "a.pem"], "key is missing: https needs --certificate and --private-key"),
+        (["--private-key", "a.pem"], "certificate is missing: https needs --certificate and --private-key"),
         (["--host", ""], "host must be an address of this machine, got ''"),
         (["--relief", "3"], "relief must be 0 to 1, got 3"),
         (["--orbit", "20"], "unrecognized arguments: --orbit"),
         (["--look", "watercolor"], "watercolor: neither a file nor a look"),
         (["-o", "missing"], "the folder .*missing does not exist; create it first"),
         (["--host", "192.0.2.1"], "192.0.2.1:0: cannot be served"),
-        (["--certificate", "a.pem", "--key", "a.pem"], "a.pem: there is no such certificate"),
+        (["--certificate", "a.pem", "--private-key", "a.pem"], "a.pem: there is no such certificate"),
     ],
 )
 def test_what_cannot_be_served_is_refused(scene, tmp_path, monkeypatch, capsys, words, sentence):

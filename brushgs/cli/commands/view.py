@@ -56,7 +56,7 @@ def add_flags(parser: ArgumentParser) -> None:
     group.add_argument(
         "--certificate", type=Path, metavar="FILE", help="of https, in PEM; default none, which is http"
     )
-    group.add_argument("--key", type=Path, metavar="FILE", help="of the certificate, in PEM; default none")
+    group.add_argument("--private-key", type=Path, metavar="FILE", help="of the certificate; default none")
     flags.add_painting(parser)
     flags.add_report(parser)
 
@@ -65,7 +65,9 @@ def run(args: Namespace) -> None:
     """Paint, and serve until Ctrl-C."""
     from brushgs.options.viewer import LOOPBACK, ServerConfig
 
-    server = ServerConfig(LOOPBACK if args.host is None else args.host, args.port, args.certificate, args.key)
+    server = ServerConfig(
+        LOOPBACK if args.host is None else args.host, args.port, args.certificate, args.private_key
+    )
     paint_config(args)
     with reported(args) as report:
         from brushgs.viewer.serve import paint_first, serve

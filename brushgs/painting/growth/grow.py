@@ -14,7 +14,7 @@ from brushgs.painting.report import Report
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.growing import GrowingCoat, GrowingPainting
-from brushgs.rendering.relief import median_size
+from brushgs.rendering.relief import Relief, median_size
 from brushgs.scene import Camera, Gaussians
 
 if TYPE_CHECKING:
@@ -103,8 +103,13 @@ def _with_coarser(coat: Coat, layers: Layers) -> Coat:
         return coat
     options = coat.options
     if options.relief is not None:
-        options = replace(options, relief=replace(options.relief, size=median_size(coat.strokes)))
+        options = replace(options, relief=_of_finished(options.relief, coat.strokes))
     return replace(coat, strokes=layers.strokes, options=options)
+
+
+def _of_finished(relief: Relief, strokes: Gaussians) -> Relief:
+    """A relief that other strokes have as these."""
+    return replace(relief, size=median_size(strokes)).in_lights_of(strokes)
 
 
 def _spread(start: float, count: int) -> F64:

@@ -17,7 +17,7 @@ from brushgs.passes.contribution import paint_of
 from brushgs.passes.stage.ground import Ground, find_ground
 from brushgs.passes.stage.lamp import found_lamp
 from brushgs.passes.stage.paint import Hand, stage_strokes
-from brushgs.passes.stage.place import Place, find_place
+from brushgs.passes.stage.place import Place, above_ground, find_place
 from brushgs.passes.stage.shadow import Shadow, cast_shadow
 from brushgs.passes.stage.surface import Surface, surface_around
 from brushgs.passes.stage.tone import Tones, choose_tones, outline_of
@@ -40,6 +40,7 @@ class Stage:
         shadow: that the subject throws.
         tones: of table and wall.
         follows_light: whether the lamp is where shadows in the scene show that the light was.
+        others: shadows that the subject throws at other times of a day.
     """
 
     place: Place
@@ -48,6 +49,12 @@ class Stage:
     shadow: Shadow
     tones: Tones
     follows_light: bool = False
+    others: tuple[Shadow, ...] = ()
+
+    def at(self, shadow: Shadow) -> "Stage":
+        """The stage at a time of the day at which this shadow falls, one of `shadow` and `others`."""
+        others = tuple(one for one in (self.shadow, *self.others) if one is not shadow)
+        return replace(self, place=shadow.place, shadow=shadow, others=others)
 
     def normals_of(self, strokes: Gaussians) -> F64:
         """[N, 3] normals of strokes on the table and its cove, world axes; 0 for those of the wall."""
@@ -109,6 +116,7 @@ def open_stage(
     strokes: Gaussians,
     cameras: Sequence[Camera],
     tone: "StageTone | tuple[F64, F64]" = "auto",
+    suns: Sequence[F64] = (),
 ) -> Stage:
     """The stage of a scene.
 
@@ -117,6 +125,7 @@ def open_stage(
         strokes: made of it, in the colors in which they are painted, which the tones set off.
         cameras: of the job, at least one: they stand inside.
         tone: see `choose_tones`.
+        suns: [3] unit vectors toward the lamp at other times of a day, world axes.
     """
     place, ground = site.place, site.ground
     table = 0.0 if ground is None else 1.15 * ground.extent
@@ -126,12 +135,21 @@ def open_stage(
     own = 0.0 if ground is None else FRINGE * ground.extent
     outline = outline_of(subject, cameras, place, surface, own=own)
     tones = choose_tones(mean_lab(subject), outline, tone, ground=None if ground is None else ground.tone)
-    shadow = cast_shadow(site.gaussians, place, site.weights)
-    return Stage(place, ground, surface, shadow, tones, site.follows_light)
+    places = [place, *(replace(place, lamp=above_ground(place.axes @ sun)) for sun in suns)]
+    shadow, *others = (cast_shadow(site.gaussians, one, site.weights) for one in places)
+    return Stage(place, ground, surface, shadow, tones, site.follows_light, tuple(others))
 
 
 def painted_stage(stage: Stage, hand: Hand, cameras: Sequence[Camera], *, seed: int = 0) -> Gaussians:
     """The strokes of a stage, all around, float64."""
     return stage_strokes(
-        stage.place, stage.surface, stage.shadow, stage.tones, hand, cameras, ground=stage.ground, seed=seed
+        stage.place,
+        stage.surface,
+        stage.shadow,
+        stage.tones,
+        hand,
+        cameras,
+        others=stage.others,
+        ground=stage.ground,
+        seed=seed,
     )

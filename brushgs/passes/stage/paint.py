@@ -61,6 +61,7 @@ def stage_strokes(
     hand: Hand,
     cameras: Sequence[Camera],
     *,
+    others: Sequence[Shadow] = (),
     ground: Ground | None = None,
     seed: int = 0,
 ) -> Gaussians:
@@ -73,6 +74,7 @@ def stage_strokes(
         tones: of table and wall.
         hand: how strokes are.
         cameras: of the job, at least one: strokes are as large as these see them.
+        others: shadows that fall at other times, where strokes are as small.
         ground: that the scene brings; None for none.
         seed: another one gives other jitter.
     """
@@ -82,7 +84,8 @@ def stage_strokes(
     # However large the strokes, a shadow keeps its shape.
     fine_usual = usual * FINE * min(hand.size, 1.0)
     fine, fine_sizes = _laid(surface, fine_usual, of_fine, until=REACH * place.radius)
-    kept = [~_is_shaded(broad, shadow, hand), _is_shaded(fine, shadow, hand)]
+    shadows = (shadow, *others)
+    kept = [~_is_shaded(broad, shadows, hand), _is_shaded(fine, shadows, hand)]
     spots = Spots(*(np.concatenate([a[kept[0]], b[kept[1]]]) for a, b in zip(broad, fine, strict=True)))
     sizes = np.concatenate([broad_sizes[kept[0]], fine_sizes[kept[1]]])
     sizes = sizes * np.exp(SIZE_JITTER * spots.noise[:, 0])
@@ -117,11 +120,12 @@ def _laid(
     return spots, np.interp(spots.along, surface.length, sizes)
 
 
-def _is_shaded(spots: Spots, shadow: Shadow, hand: Hand) -> Mask:
-    if hand.shadow == 0:
-        return np.zeros(len(spots.points), bool)
-    shade, contact, _ = shadow.at(spots.points)
-    return np.asarray(np.maximum(shade, contact) > SHADED)
+def _is_shaded(spots: Spots, shadows: Sequence[Shadow], hand: Hand) -> Mask:
+    is_shaded = np.zeros(len(spots.points), bool)
+    for shadow in shadows if hand.shadow else ():
+        shade, contact, _ = shadow.at(spots.points)
+        is_shaded |= np.maximum(shade, contact) > SHADED
+    return is_shaded
 
 
 def _colors(

@@ -1,0 +1,130 @@
+"""What a painter does last, with the whole picture before him: its values, and edges that are lost and found.
+
+Both are decided once for a job, on small pictures of the painting in a few of its views, before it is lit:
+so they are the same in every frame.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.arrays import Array
+from brushgs.options.painting import PaintConfig
+from brushgs.painting.coats.materials import Materials
+from brushgs.painting.coats.media import coats_of
+from brushgs.painting.lamp import some_small
+from brushgs.painting.report import Report, Stage
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.options import RenderOptions
+from brushgs.scene import Camera, Frame
+
+if TYPE_CHECKING:
+    from brushgs.passes.values import Values
+
+SIDE = 480  # pixels of the longer side of the pictures; with fewer leaves widen, and their darks count more
+MOST_VIEWS = 3  # of a path
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A painting in a few views of its job, small and unlit.
+
+    Attributes:
+        cameras: the views.
+        subjects: of each, the strokes of the scene alone.
+        behinds: of each what is seen where they are not, opaque: the backdrop and the ground, [H, W, 3].
+    """
+
+    cameras: Sequence[Camera]
+    subjects: Sequence[Frame]
+    behinds: Sequence[Array]
+
+    @classmethod
+    def of(cls, cameras: Sequence[Camera], backdrop: Sequence[Coat], materials: Materials) -> "Seen":
+        """Paint them.
+
+        Args:
+            cameras: of the job, at least one; of many, some that are evenly spread.
+            backdrop: the coat of what stands around the strokes, or none.
+            materials: of the strokes.
+        """
+        small = some_small(cameras, MOST_VIEWS, SIDE)
+        coats = tuple(coats_of(materials))
+        subjects = [Painting(coats).frame(camera) for camera in small]
+        behinds = []
+        for camera in small:
+            frame = Painting(tuple(backdrop)).frame(camera)
+            behinds.append(frame.rgb + (1 - frame.alpha[..., None]) * np.asarray(materials.paper, np.float32))
+        return cls(small, subjects, behinds)
+
+    @property
+    def pictures(self) -> list[Array]:
+        """[H, W, 3] of each view, all that is painted."""
+        return [
+            subject.rgb + (1 - subject.alpha[..., None]) * behind
+            for subject, behind in zip(self.subjects, self.behinds, strict=True)
+        ]
+
+
+def with_values(
+    config: PaintConfig,
+    cameras: Sequence[Camera],
+    backdrop: Sequence[Coat],
+    materials: Materials,
+    report: Report,
+) -> "tuple[list[Coat], Materials, Values | None]":
+    """The backdrop and the strokes in graded colours, and the grading; None where there is none.
+
+    Args:
+        config: the options.
+        cameras: of the job.
+        backdrop: the coat of what stands around the strokes, or none.
+        materials: of the strokes.
+        report: gets the stage, only where values are asked for.
+    """
+    strength = config.color.values
+    if strength == 0 or not cameras or len(materials.strokes) == 0:
+        return list(backdrop), materials, None
+    with report.stage("values") as stage:
+        if config.media.kind != "paint":
+            stage.did = "nothing"
+            stage.skipped.append(f"values: {config.media.kind} has its own")
+            return list(backdrop), materials, None
+        from brushgs.passes.values import fit_values
+
+        seen = Seen.of(cameras, backdrop, materials)
+        coverages = [subject.alpha for subject in seen.subjects]
+        values = fit_values(seen.pictures, coverages, strength=strength)
+        _describe(stage, values, seen)
+    laid = [replace(coat, strokes=values.strokes(coat.strokes)) for coat in backdrop]
+    return laid, replace(materials, strokes=values.strokes(materials.strokes)), values
+
+
+def in_own_lights(backdrop: Sequence[Coat], materials: Materials) -> tuple[list[Coat], Materials]:
+    """The backdrop and the strokes with paint as thick as they are light, see `Relief.by_light`.
+
+    What is light is decided by the strokes of the scene, for all coats.
+    """
+
+    def lit(options: RenderOptions) -> RenderOptions:
+        relief = options.relief
+        return options if relief is None else replace(options, relief=relief.in_lights_of(materials.strokes))
+
+    laid = [replace(coat, options=lit(coat.options)) for coat in backdrop]
+    return laid, replace(materials, options=lit(materials.options))
+
+
+def _describe(stage: Stage, values: "Values", seen: Seen) -> None:
+    """Report what the grading does to the first view."""
+    from brushgs.passes.squint import Squint
+
+    picture, coverage = seen.pictures[0], seen.subjects[0].alpha
+    before, after = Squint.of(picture, coverage), Squint.of(values.picture(picture), coverage)
+    three = after.three_values._asdict()
+    stage.did = f"a range of values of {after.range:.0f} of 100, from {before.range:.0f}"
+    stage.counts = {"range_before": round(before.range, 1), "range": round(after.range, 1)}
+    stage.counts |= {name: None if value is None else round(value, 1) for name, value in three.items()}
+    stage.counts["warmth"] = round(values.warmth, 2)

@@ -1,0 +1,60 @@
+"""A day that passes over a painting: its strokes in the colours that they have under each of some suns.
+
+Strokes keep their places and brushes. The suns are decided once for a job, so that a frame painted alone has
+the colours that it has in the film.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from brushgs.arrays import F32, F64
+from brushgs.rendering.relief import keep_relief
+from brushgs.sh import shift_base_colors
+
+if TYPE_CHECKING:
+    from brushgs.rendering.canvas import Painting
+
+
+@dataclass(frozen=True, eq=False)
+class Day:
+    """The suns of a day, K >= 2.
+
+    Attributes:
+        towards: [K, 3] unit vectors toward the sun, world axes, evenly spread over the day; neighbours are
+            less than a right angle apart.
+        shifts: name of a coat -> [K, N, 3] what each sun adds to the colours of its strokes, RGB.
+    """
+
+    towards: F64
+    shifts: Mapping[str, F32]
+
+    def over(self, painting: "Painting", share: float) -> "Painting":
+        """The painting at a time of the day.
+
+        Args:
+            painting: with coats of these names.
+            share: of the day that has passed, 0 to 1.
+        """
+        place = min(max(share, 0.0), 1.0) * (len(self.towards) - 1)
+        before = min(int(place), len(self.towards) - 2)
+        part = place - before
+
+        def between(values: F64 | F32) -> F64:
+            return np.asarray((1 - part) * values[before] + part * values[before + 1], np.float64)
+
+        coats = []
+        for coat in painting.coats:
+            strokes = coat.strokes
+            if coat.name in self.shifts:
+                strokes = shift_base_colors(strokes, between(self.shifts[coat.name]))
+                keep_relief(strokes, coat.strokes)
+            coats.append(replace(coat, strokes=strokes))
+        lamp = painting.lamp
+        if lamp is not None:
+            sun = between(self.towards)
+            x, y, z = (sun / np.linalg.norm(sun)).tolist()
+            lamp = replace(lamp, towards=(x, y, z))
+        return replace(painting, coats=tuple(coats), lamp=lamp)
