@@ -25,12 +25,14 @@ if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
     from brushgs.brushes.kit import BrushKit
     from brushgs.passes.backdrop import Backdrop
+    from brushgs.passes.edges import Edges
     from brushgs.passes.stage import Site
     from brushgs.passes.stage import Stage as Scenery
     from brushgs.rendering.plain import PlainViews
 
 USUAL_STROKES = 6000  # of a painting, with which the strokes of a stage have their usual size
 LOOKED_AT = 160  # pixels of the longer side of a picture that tells whether a scene fills it
+LEAST_NEAR = 0.05  # how near an outline a stroke is that counts as being at it
 THIN = 0.4  # height of the paint along an outline, in that of the stage
 MOST_CHROMA = 0.075  # of a stage in the hues of a style, OKLab: it stays behind its subject
 SIZES = (0.6, 1.8)  # least and most size of the strokes of a stage, however many the subject has
@@ -168,10 +170,10 @@ def _finished(strokes: Gaussians, *, setting: Setting, has_colors: bool, seed: i
     return _recolored(strokes, setting.colors) if setting.colors.are_any and not has_colors else strokes
 
 
-def with_cut_edges(painting: Painting, camera: Camera) -> Painting:
+def with_cut_edges(painting: Painting, camera: Camera, edges: "Edges | None" = None) -> Painting:
     """A painting whose stage is laid over the outline of its subject a little, as one view shows it.
 
-    Only in opaque paint: drawn stages have no paint to cut in with.
+    Only in opaque paint: drawn stages have no paint to cut in with. With edges only those that are found.
     """
     backdrop, *others = painting.coats
     is_cut = (
@@ -184,7 +186,8 @@ def with_cut_edges(painting: Painting, camera: Camera) -> Painting:
         return painting
     from brushgs.passes.stage.cut_in import cut_in
 
-    strokes = cut_in(others[0].strokes, backdrop.strokes, camera).astype(np.float32)
+    found = None if edges is None else np.clip(edges.found / np.maximum(edges.near, LEAST_NEAR), 0, 1)
+    strokes = cut_in(others[0].strokes, backdrop.strokes, camera, found=found).astype(np.float32)
     brushes = backdrop.strokes.brushes
     if brushes is not None and len(strokes):
         strokes = replace(strokes, brushes=np.resize(brushes, len(strokes)))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.arrays import Array
+from brushgs.arrays import F64, Array
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.coats.materials import Materials
 from brushgs.painting.coats.media import coats_of
@@ -22,6 +22,8 @@ from brushgs.rendering.options import RenderOptions
 from brushgs.scene import Camera, Frame
 
 if TYPE_CHECKING:
+    from brushgs.passes.edges import Edges
+    from brushgs.passes.stage.ground import Ground
     from brushgs.passes.values import Values
 
 SIDE = 480  # pixels of the longer side of the pictures; with fewer leaves widen, and their darks count more
@@ -101,6 +103,50 @@ def with_values(
         _describe(stage, values, seen)
     laid = [replace(coat, strokes=values.strokes(coat.strokes)) for coat in backdrop]
     return laid, replace(materials, strokes=values.strokes(materials.strokes)), values
+
+
+def with_edges(
+    config: PaintConfig,
+    cameras: Sequence[Camera],
+    backdrop: Sequence[Coat],
+    materials: Materials,
+    report: Report,
+    *,
+    focus: F64 | None,
+    ground: "Ground | None",
+) -> "tuple[Materials, Edges | None]":
+    """The strokes with lost and found edges, and what each is to them; None where there are none.
+
+    Args:
+        config: the options.
+        cameras: of the job, or a few small ones.
+        backdrop: the coat of what stands around the strokes, or none.
+        materials: of the strokes.
+        report: gets the stage, only where edges are asked for.
+        focus: [k] factors of the strokes; None for none.
+        ground: that the scene brings, which has no outline to lose; None for none.
+    """
+    strength, strokes = config.strokes.edges, materials.strokes
+    if strength == 0 or not cameras or len(strokes) == 0:
+        return materials, None
+    with report.stage("edges") as stage:
+        reason = None if backdrop else "the scene fills its pictures"
+        if config.media.kind != "paint":
+            reason = f"{config.media.kind} has its own"
+        if reason is not None:
+            stage.did = "nothing"
+            stage.skipped.append(f"edges: {reason}")
+            return materials, None
+        from brushgs.passes.edges import Around, find_edges, soften_edges
+
+        around = Around(backdrop[0].strokes, materials.paper)
+        subject = None if ground is None else ~ground.is_on(ground.place.local(strokes.means))
+        edges = find_edges(strokes, cameras, around, focus=focus, subject=subject)
+        softened = soften_edges(strokes, edges, strength)
+        num = 0 if edges is None else int(np.count_nonzero(edges.lost > 0.5 * edges.near.max()))
+        stage.did = f"{num:,} of {len(strokes):,} strokes lie at lost edges"
+        stage.counts = {"strokes": len(strokes), "lost": num, "strength": strength}
+    return replace(materials, strokes=softened), edges
 
 
 def in_own_lights(backdrop: Sequence[Coat], materials: Materials) -> tuple[list[Coat], Materials]:

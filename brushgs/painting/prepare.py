@@ -25,7 +25,7 @@ from brushgs.painting.coats.materials import BACKDROP, Materials
 from brushgs.painting.coats.media import coats_of
 from brushgs.painting.count import open_view_model
 from brushgs.painting.drawing import open_picture_background, render_options
-from brushgs.painting.finishing import in_own_lights, with_values
+from brushgs.painting.finishing import in_own_lights, with_edges, with_values
 from brushgs.painting.guidance import Guidance, open_guidance
 from brushgs.painting.lamp import Key, check_sun, day_of, open_lamp, open_site, suns_of
 from brushgs.painting.look import (
@@ -51,6 +51,7 @@ from brushgs.painting.moving import (
 )
 from brushgs.painting.named import Named, open_named
 from brushgs.painting.plan import plan_cameras
+from brushgs.painting.regions import nearest_rows
 from brushgs.painting.report import Report
 from brushgs.painting.stroke_changes import changes_of
 from brushgs.painting.strokes import cluster_scene, load_scene, prune_scene
@@ -64,9 +65,12 @@ if TYPE_CHECKING:
     from brushgs.brushes.kit import BrushKit
     from brushgs.cameras.paths import CameraPath
     from brushgs.io.scenes.notes import LoadNotes
+    from brushgs.passes.edges import Edges
     from brushgs.passes.recolor import Palette
     from brushgs.rendering.growing import GrowingPainting
     from brushgs.rendering.options import RenderOptions
+
+NEAR_VIEWS = 4  # of those that strokes are made by: the view of a still and those around it
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +97,7 @@ class Prepared:
             None where strokes are of all.
         region_names: of the parts that are painted otherwise, from label 1 on.
         plain: Gaussians that are shown as they are among the strokes; None where all is painted.
+        edges: what the strokes are to lost and found edges; None where there are none.
     """
 
     strokes: Gaussians
@@ -113,6 +118,7 @@ class Prepared:
     rest: Rest | None = None
     region_names: Sequence[str] = ()
     plain: Gaussians | None = None
+    edges: "Edges | None" = None
 
     @property
     def camera(self) -> Camera:
@@ -436,6 +442,15 @@ def prepare(
             gaussians, first_view, site, suns, cameras, guidance.views, kit, changes.colors, named.styles
         )
         backdrop, materials, of_backdrop = open_backdrop(config, setting, materials, report)
+    materials, edges = with_edges(
+        config,
+        cameras if guidance.views is None or plan.is_path else guidance.views.cameras[:NEAR_VIEWS],
+        backdrop,
+        materials,
+        report,
+        focus=None if focus is None else focus[nearest_rows(gaussians, materials.strokes)],
+        ground=None if site is None else site.ground,
+    )
     backdrop, materials, values = with_values(config, cameras, backdrop, materials, report)
     backdrop, materials = in_own_lights(backdrop, materials)
     if values is not None:
@@ -465,6 +480,7 @@ def prepare(
         strokes=strokes,
         options=materials.options,
         palette=named.palette,
+        edges=edges,
         painting=painting,
         growth=growth,
         moving=moving,

@@ -154,7 +154,7 @@ def paint_view(
     painting = painting.with_depth(depth)
     advice = "" if prepared.notes is not None and prepared.notes.is_strokes else SPENT_OUTSIDE
     if prepared.growth is None:
-        painting = with_cut_edges(painting, camera)
+        painting = with_cut_edges(painting, camera, prepared.edges)
     canvas, shown = painting.canvas(camera, wanted), []
     for coat in painting.coats:
         boxes = project_coat(coat, camera, report, advice=advice, among=len(painting.coats))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brushgs.arrays import F64
+from brushgs.arrays import F64, Array
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.color_space import oklab_of
 from brushgs.passes.stage.maps import blurred
@@ -15,7 +15,7 @@ from brushgs.quats import quats_of
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.rendering.relief import canvas_scale
 from brushgs.scene import Camera, Frame, Gaussians
-from brushgs.sh import C0
+from brushgs.sh import C0, in_colors
 
 SIDE = 360  # pixels of the longer side of the picture in which the outline is sought
 SMOOTH = 2.0  # pixels of it over which the outline is smoothed
@@ -25,6 +25,7 @@ LENGTH, ASPECT = 0.075, 2.6  # of strokes, in widths of the picture; length over
 APART = 0.45  # distance between strokes, in lengths
 SIGMAS = 3.6  # length of a stroke in standard deviations
 THICKNESS, OPACITY = 0.01, 0.95
+FOUND = 0.3  # share of an outline that is to be found, above which it is cut in
 DIFFERS = 0.10  # OKLab distance across an outline from which it is cut in: a lost edge stays lost
 # Pixels within which a hard outline goes from solid paint to none: fur and leaves are not trimmed.
 HARD, SOLID = 3.0, 0.8
@@ -43,13 +44,14 @@ class _Points(NamedTuple):
         return _Points(*(column[chosen] for column in self))
 
 
-def cut_in(subject: Gaussians, stage: Gaussians, camera: Camera) -> Gaussians:
+def cut_in(subject: Gaussians, stage: Gaussians, camera: Camera, *, found: Array | None = None) -> Gaussians:
     """Strokes along the outline of a subject, in the colors of the stage outside of it; float64.
 
     Args:
         subject: its strokes, in the colors in which they are painted.
         stage: the strokes of its stage.
         camera: the view.
+        found: [k] 0 to 1, how far each stroke is at an outline that is to be found; None for all of them.
     """
     small = camera.in_side(SIDE)
     kernel = StrokeTexture.open("gaussian")
@@ -61,6 +63,9 @@ def cut_in(subject: Gaussians, stage: Gaussians, camera: Camera) -> Gaussians:
     points = _spread(_outline(over), APART * length, np.random.default_rng([0, 17]))
     outside = 0.5 * length / ASPECT - overlap
     colors, differs = _outside_colors(points, over, behind, outside)
+    if found is not None:
+        shown = render_with(in_colors(subject, np.repeat(found[:, None], 3, axis=1)), small, kernel, options)
+        differs &= _seen(points, shown, HARD)[0][:, 0] > FOUND
     points = points.take(differs)
     return _strokes(points, colors[differs], small, outside, length)
 
@@ -104,21 +109,22 @@ def _spread(points: _Points, apart: float, g: np.random.Generator) -> _Points:
 
 def _outside_colors(points: _Points, over: Frame, behind: Frame, outside: float) -> tuple[F64, F64]:
     """[n, 3] colors of the stage beside the points, and whether the subject differs from them there."""
-    height, width = over.alpha.shape
-
-    def seen(frame: Frame, steps: float) -> tuple[F64, F64]:
-        rows = np.clip((points.rows + steps * points.normals[:, 1]).astype(np.int64), 0, height - 1)
-        columns = np.clip((points.columns + steps * points.normals[:, 0]).astype(np.int64), 0, width - 1)
-        alpha = frame.alpha[rows, columns].astype(np.float64)
-        return frame.rgb[rows, columns] / np.maximum(alpha, 1e-6)[:, None], alpha
-
-    colors, covered = seen(behind, -outside)
-    inside, solid = seen(over, HARD)
-    _, beyond = seen(over, -2 * outside)
-    is_hard = (solid > SOLID) & (seen(over, -HARD)[1] < 1 - SOLID)
+    colors, covered = _seen(points, behind, -outside)
+    inside, solid = _seen(points, over, HARD)
+    _, beyond = _seen(points, over, -2 * outside)
+    is_hard = (solid > SOLID) & (_seen(points, over, -HARD)[1] < 1 - SOLID)
     distance = np.linalg.norm(oklab_of(np.clip(inside, 0, 1)) - oklab_of(np.clip(colors, 0, 1)), axis=1)
     differs = (distance > DIFFERS) & (covered > 0.8) & (beyond < 0.3)
     return np.clip(colors, 0, 1), differs & is_hard
+
+
+def _seen(points: _Points, frame: Frame, steps: float) -> tuple[F64, F64]:
+    """[n, 3] colors and [n] alphas of a frame, so many pixels inward from points."""
+    height, width = frame.alpha.shape
+    rows = np.clip((points.rows + steps * points.normals[:, 1]).astype(np.int64), 0, height - 1)
+    columns = np.clip((points.columns + steps * points.normals[:, 0]).astype(np.int64), 0, width - 1)
+    alpha = frame.alpha[rows, columns].astype(np.float64)
+    return frame.rgb[rows, columns] / np.maximum(alpha, 1e-6)[:, None], alpha
 
 
 def _strokes(points: _Points, colors: F64, camera: Camera, outside: float, length: float) -> Gaussians:
