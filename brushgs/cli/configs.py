@@ -147,7 +147,7 @@ def look_of(args: Namespace) -> str:
     elif given(args, "draw").get("stroke") == "gaussian":
         plain = "--stroke gaussian"
     if plain is None:
-        return DEFAULT_LOOK if args.look is None else str(args.look)
+        return str(getattr(args, "usual_look", DEFAULT_LOOK) if args.look is None else args.look)
     if args.look not in (None, PLAIN_LOOK):
         raise ValueError(f"--look {args.look} cannot be combined with {plain}, which is --look plain")
     return PLAIN_LOOK

@@ -25,6 +25,7 @@ from brushgs.options.choices import (
     LOOKS,
     METHODS,
     MOMENTS_PER_SECOND,
+    PLAIN_LOOK,
     REPORT_SUFFIXES,
     STYLE_SUFFIX,
     Canvas,
@@ -254,8 +255,12 @@ def add_report(parser: ArgumentParser) -> None:
     amount.add_argument("--verbose", action="store_true", help="print details of each stage in the table")
 
 
-def add_look(parser: ArgumentParser) -> None:
-    """The look, `args.look`, and the parts of it that no other group has."""
+def add_look(parser: ArgumentParser, *, usual: str = DEFAULT_LOOK) -> None:
+    """The look, `args.look`, and the parts of it that no other group has; `usual` is painted without it."""
+    default = f"{usual} ({PLAIN_LOOK} with --preset paper and --stroke gaussian)"
+    if usual == PLAIN_LOOK:
+        parser.set_defaults(usual_look=usual)
+        default = usual
     group = parser.add_argument_group(
         "look",
         "a sensible whole of brushes, strokes, colour, ground and light; every flag overrides its part",
@@ -265,7 +270,7 @@ def add_look(parser: ArgumentParser) -> None:
         metavar="NAME|FILE",
         help=f"{in_words(LOOKS, 'or')}, the bare method; or a file of your own (`brushgs looks` lists them, "
         f"`brushgs looks {DEFAULT_LOOK} > mine.toml` gives one to change); where other flags say 'default', "
-        f"a look may say otherwise; default {DEFAULT_LOOK} (plain with --preset paper and --stroke gaussian)",
+        f"a look may say otherwise; default {default}",
     )
     ground = ConfigFlags(group, "ground")
     ground.add(

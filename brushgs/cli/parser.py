@@ -9,7 +9,7 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from functools import partial
 from importlib import import_module
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from brushgs.cli.config_file import add_config
 from brushgs.version import __version__
@@ -36,7 +36,7 @@ COMMANDS = {  # name of a module in brushgs.cli.commands -> what it does
 }
 
 # Flags whose values may begin with a minus and be no plain number, as -y, -1,2 and -1e-3 are.
-SIGNED = {"--up", "--look-at", "--pan", "--azimuth", "--elevation", "--roll", "--focus", "--lamp"}
+SIGNED = {"--up", "--look-at", "--pan", "--azimuth", "--elevation", "--roll", "--focus", "--lamp", "--sun"}
 EXAMPLES = {"scene": "scene.ply", "JOBS": "jobs.toml"}  # of arguments, for who names none
 DESCRIPTION = "Paint trained 3D Gaussian Splatting scenes with brush strokes, on the CPU."
 EPILOG = """\
@@ -62,6 +62,11 @@ class UsageError(ValueError):
 
 
 class _Parser(ArgumentParser):
+    """Of the program, or of a command; flags are written in full, see `brushgs.cli.unknown_flags`."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **{"allow_abbrev": False} | options)
+
     def error(self, message: str) -> NoReturn:
         message = re.sub(r"^argument (\S+?)(/\S+)?: (?=must )", r"\1 ", message).removeprefix("argument ")
         message = message.replace(": not allowed with argument ", " cannot be combined with ")
@@ -83,16 +88,27 @@ def parse(words: Sequence[str]) -> Namespace:
     try:
         args = build_parser(words).parse_args(expanded)
     except UsageError as error:
-        if expanded == words:
-            raise
-        raise UsageError(f"{error}; some options are those of --config") from None
+        sentence = str(error)
+        if expanded[0] in COMMANDS or expanded[0].startswith("-"):
+            from brushgs.cli.unknown_flags import with_nearest_flag
+
+            sentence = with_nearest_flag(sentence, expanded, _all_flags(expanded[0]))
+        if expanded != words:
+            sentence += "; some options are those of --config"
+        raise UsageError(sentence) from None
     args.words = expanded
     return args
 
 
+def _all_flags(command: str) -> list[str]:
+    """The flags of a command, or where it is none of the program."""
+    parser = command_parser(command) if command in COMMANDS else build_parser([])
+    return [flag for action in parser._actions for flag in action.option_strings]
+
+
 def _configured(words: list[str]) -> list[str]:
     """The words with those of the file that --config names."""
-    if words[0] not in COMMANDS or not any(word.startswith("--co") for word in words):
+    if words[0] not in COMMANDS or not any(word.partition("=")[0] == "--config" for word in words):
         return words
     from brushgs.cli.config_file import with_config
 

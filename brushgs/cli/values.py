@@ -193,8 +193,8 @@ def clip_time(text: str) -> "Moment":
     return found
 
 
-def focus(text: str) -> "Focus":
-    """Where more strokes go, see `Focus.of`."""
+def focus(text: str) -> "Focus | None":
+    """Where more strokes go, see `Focus.of`; None for "off"."""
     from brushgs.options.focus import Focus
 
     return _checked(Focus.of, text)

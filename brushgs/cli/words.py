@@ -40,7 +40,7 @@ def pieces_of(parser: ArgumentParser, words: Sequence[str]) -> Iterator[Piece]:
             yield from (Piece(None, [other]) for other in rest)
             return
         flag, equals, value = word.partition("=")
-        action = _action_of(flag, actions)
+        action = actions.get(flag)
         if action is not None:
             yield Piece(action, [value] if equals else _values(action, rest))
         elif word[:2] in actions:  # -oFILE
@@ -50,7 +50,7 @@ def pieces_of(parser: ArgumentParser, words: Sequence[str]) -> Iterator[Piece]:
 
 
 def words_of(parser: ArgumentParser, words: Sequence[str], is_wanted: Callable[[str], bool]) -> list[str]:
-    """The flags with their values whose `dest` is wanted, in order; a flag that was shortened is whole again.
+    """The flags with their values whose `dest` is wanted, in order, by their long names.
 
     Args:
         parser: of the command, whose flags take one value or none.
@@ -76,9 +76,3 @@ def _values(action: Action, rest: list[str]) -> list[str]:
     while rest and not rest[0].startswith("-") and not (action.nargs == "?" and values):
         values.append(rest.pop(0))
     return values
-
-
-def _action_of(flag: str, actions: dict[str, Action]) -> Action | None:
-    if flag in actions or not flag.startswith("--"):
-        return actions.get(flag)
-    return next((action for name, action in actions.items() if name.startswith(flag)), None)

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -14,7 +14,7 @@ from brushgs.measure.plotting import NO_MATPLOTLIB, can_plot, check_plot
 from brushgs.options.choices import REPORT_SUFFIXES
 from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
-from brushgs.options.painting import PaintConfig
+from brushgs.options.painting import STEPS, PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.where import WhereConfig
 from brushgs.painting.background import check_background
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 PLOT = ".png"
+BARE_PARTS = ("prune", "cluster", "strokes", "draw", "view")  # steps that bare strokes have too
 
 
 @dataclass(frozen=True)
@@ -209,10 +210,29 @@ def check_opaque_background(background: str) -> None:
 
 
 def plain_paint(scene: SceneFiles | None, paint: PaintConfig) -> dict[str, Any]:
-    """The scene files, None for one in memory, and how it is painted, ready for JSON."""
-    parts = {name: getattr(paint, name) for name in ("prune", "cluster", "strokes", "draw", "view")}
+    """The scene files, None for one in memory, and how it is painted, ready for JSON.
+
+    Of steps that bare strokes do not have there are those that a look or a flag has changed.
+    """
+    parts = {name: getattr(paint, name) for name in BARE_PARTS}
     name = None if scene is None else str(SceneSource.of(scene))
-    return {"scene": name} | {name: plain_config(part) for name, part in parts.items()}
+    bare = PaintConfig()
+    others = {step: getattr(paint, step) for step in STEPS if step not in BARE_PARTS}
+    of_look = {step: _plain(part) for step, part in others.items() if part != getattr(bare, step)}
+    return {"scene": name} | {name: plain_config(part) for name, part in parts.items()} | of_look
+
+
+def _plain(value: Any) -> Any:
+    """Options of a look, ready for JSON."""
+    if isinstance(value, Path | Focus | Direction | WhereConfig):
+        return str(value)
+    if is_dataclass(value):
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(name): _plain(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value if isinstance(value, str | int | float | None) else str(value)
 
 
 def plain_config(config: Any) -> dict[str, Any]:

@@ -22,7 +22,7 @@ Target = Literal["subject", "scene", "part"]  # what a view shows whole
 ColorSpace = Literal["lab", "linear", "srgb"]  # in which a palette is matched
 Knee = Literal["auto", "auto:frame"]  # chosen counts of strokes: by the time waited for, by that of a frame
 Cost = Literal["frame", "painting"]  # what is waited for: one of many frames, or a whole painting
-BenchFamily = Literal["strokes", "merge", "filter", "precision", "sh", "size"]
+BenchFamily = Literal["strokes", "merge", "filter", "precision", "sh", "size", "views", "knobs"]
 # What is dropped: nothing; detached floaters; these and crumbs below an object; nearer floaters too.
 Clean = Literal["off", "floaters", "sure", "strong"]
 Params = Literal["colour", "free", "all"]  # of strokes, fitted by refinement

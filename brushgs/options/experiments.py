@@ -1,5 +1,6 @@
 """Configuration of the commands that measure and refine: stability, bench, refine."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -10,6 +11,16 @@ from brushgs.options.where import WhereConfig
 
 DEFAULT_STEPS, STYLE_STEPS = 900, 100  # of a refinement to the scene, and to a style image
 REFINE_SIZE = (384, 288)  # pixels
+# What a bench measures where nobody says: of bare strokes, and of paintings in a look.
+PLAIN_FAMILIES: tuple[BenchFamily, ...] = ("strokes", "merge", "filter", "precision", "sh", "size")
+LOOK_FAMILIES: tuple[BenchFamily, ...] = ("strokes", "size", "views", "knobs")
+# Families that no look has -> why.
+NOT_OF_LOOKS: Mapping[BenchFamily, str] = {
+    "merge": "it compares bare clusters with the plain picture, and a look lays more over them",
+    "filter": "its truth is of one coat of strokes; size has the supersampling of a whole painting",
+    "precision": "its truth is of one coat of strokes; each painting is verified in float64 anyway",
+    "sh": "it is of the plain picture, which no look changes",
+}
 
 
 @dataclass(frozen=True)
@@ -43,15 +54,15 @@ class BenchConfig:
     """What `brushgs bench` measures, see `brushgs.measure.bench`.
 
     Attributes:
-        families: curves to measure, at least one.
+        families: curves to measure, at least one; None for all that apply, see `families_of`.
         strokes: counts of the curve of strokes, ascending, each >= 1. Counts that leave nothing to merge are
             dropped; one stroke per Gaussian that is kept is always the last.
-        count: strokes of all other curves: the nearest of `strokes` is used.
+        count: strokes of all other curves: the nearest of `strokes` is used, or the number of a look.
         methods: of k-means, compared by the curve of merging; at least one.
         repeats: rounds in which every point is measured, >= 1; slow points take at most three.
     """
 
-    families: tuple[BenchFamily, ...] = get_args(BenchFamily)
+    families: tuple[BenchFamily, ...] | None = None
     strokes: tuple[int, ...] = (125, 250, 500, 1000, 2000, 4000, 8000, 16000, 32000, 64000)
     count: int = 2000
     methods: tuple[Method, ...] = ("auto", "minibatch")
@@ -64,8 +75,9 @@ class BenchConfig:
 
     def __post_init__(self) -> None:
         known = get_args(BenchFamily)
-        unknown = [name for name in self.families if name not in known]
-        if unknown or not self.families:
+        families = known if self.families is None else self.families
+        unknown = [name for name in families if name not in known]
+        if unknown or not families:
             found = repr(unknown[0]) if unknown else "none"
             raise ValueError(f"families must be among {', '.join(known)}, got {found}")
         if not self.strokes or self.strokes[0] < 1 or any(a >= b for a, b in pairwise(self.strokes)):
@@ -75,6 +87,22 @@ class BenchConfig:
         for name in ("count", "repeats"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}")
+
+    def families_of(self, *, has_look: bool) -> tuple[BenchFamily, ...]:
+        """The families of a scene that is painted in bare strokes, or in a look.
+
+        Raises:
+            ValueError: if one is asked for that no look has.
+        """
+        if self.families is None:
+            return LOOK_FAMILIES if has_look else PLAIN_FAMILIES
+        for name in self.families:
+            if has_look and name in NOT_OF_LOOKS:
+                others = ", ".join(LOOK_FAMILIES)
+                raise ValueError(
+                    f"families must not have {name} in a look: {NOT_OF_LOOKS[name]}; a look has {others}"
+                )
+        return self.families
 
 
 @dataclass(frozen=True)

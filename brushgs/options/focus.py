@@ -1,37 +1,48 @@
-"""Where more strokes go, as text: the subject, a sphere, or the light part of a picture."""
+"""Where more strokes go, as text: what stands out, the subject, a sphere, or the light part of a picture."""
 
 import re
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 
-FORMS = "subject, x,y,z,radius in world units such as 0,1.5,-2,0.4, or a picture file"
+FORMS = "auto, off, subject, x,y,z,radius in world units such as 0,1.5,-2,0.4, or a picture file"
 
 
 @dataclass(frozen=True)
 class Focus:
-    """Where twice as many strokes go to an area, out of the same number.
+    """Where more strokes go to an area, out of the same number: twice as many, or with `is_auto` up to eight.
 
-    At most one of `sphere` and `mask` is given; without both it is the subject of the scene.
+    At most one of `sphere`, `mask` and `is_auto` is given; without any it is the subject of the scene.
 
     Attributes:
         sphere: (x, y, z, radius), world units, the radius above 0.
         mask: picture in the place of the painting, light where the focus is, see
             `brushgs.passes.focus.mask_focus`.
+        is_auto: whether it is what stands out, see `brushgs.passes.saliency`.
+
+    Raises:
+        ValueError: if more than one of them is given.
     """
 
     sphere: tuple[float, float, float, float] | None = None
     mask: Path | None = None
+    is_auto: bool = False
+
+    def __post_init__(self) -> None:
+        if (self.sphere is not None) + (self.mask is not None) + self.is_auto > 1:
+            raise ValueError("focus must be one of a sphere, a mask and auto, got more")
 
     @classmethod
-    def of(cls, text: str) -> "Focus":
-        """The focus that is "subject", "x,y,z,radius" or the name of a file.
+    def of(cls, text: str) -> "Focus | None":
+        """The focus that is "auto", "subject", "x,y,z,radius" or the name of a file; None for "off".
 
         Raises:
             ValueError: if it is none of them.
         """
-        if text == "subject":
-            return cls()
+        if text == "off":
+            return None
+        if text in ("auto", "subject"):
+            return cls(is_auto=text == "auto")
         words = [word.strip() for word in text.split(",")]
         if len(words) == 1 or not all(re.fullmatch(r"[-+.0-9einfa]*", word.lower()) for word in words):
             if not text.strip():
@@ -48,4 +59,6 @@ class Focus:
     def __str__(self) -> str:
         if self.sphere is not None:
             return ",".join(f"{number:g}" for number in self.sphere)
-        return "subject" if self.mask is None else str(self.mask)
+        if self.mask is not None:
+            return str(self.mask)
+        return "auto" if self.is_auto else "subject"

@@ -155,7 +155,9 @@ def group(
 
     `worth_keeping` is that of `split`: where strokes are not worth keeping, more than `num_strokes` clusters
     come back. `motion` [N, m] are further features, at most 7, in radii of the scene: what moves otherwise
-    than its neighbours is another stroke; None for a scene that rests. No cluster mixes Gaussians of
+    than its neighbours is another stroke; None for a scene that rests. With an `economy` above 0, up to 1,
+    clusters start few and are cut only where an eye misses it, see `brushgs.passes.economy`: there may be
+    fewer than asked for; without views it changes nothing. No cluster mixes Gaussians of
     different `regions`; where there are more regions than strokes are asked for, each region has one.
     """
     num_strokes = _integer("num_strokes", num_strokes, 1, None)

@@ -28,7 +28,25 @@ def test_a_name_means_all_its_variants_and_a_file_itself():
     assert brushes.names == (*FLATS, "dab_2", "flat", "impasto")
     assert max(max(texture.coverage.shape) for texture in brushes.textures) == 64
     rows = {group: found.tolist() for group, found in kit.rows().items()}
-    assert rows == {"long": [0, 1, 2, 3], "short": [4, 5], "other": [0, 1, 2, 3], "large": [0, 1, 2, 3, 6]}
+    assert rows == {
+        "long": [0, 1, 2, 3],
+        "short": [4, 5],
+        "other": [0, 1, 2, 3],
+        "large": [0, 1, 2, 3, 6],
+        "smooth": [],
+        "rough": [],
+    }
+
+
+def test_brushes_of_surfaces_stand_behind_all_others():
+    kit = BrushKit(other=("flat",), styled=("swirl",))
+    more = BrushKit(other=("flat",), styled=("swirl",), smooth=("palette_knife_2", "flat"), rough=("dab",))
+    assert more.images == (*kit.images, "palette_knife_2", *DABS)
+    rows = more.rows()
+    assert rows["smooth"].tolist() == [0, 1, 2, 3, 5]
+    assert rows["rough"].tolist() == [6, 7, 8, 9]
+    for group in ("long", "short", "other", "large"):
+        np.testing.assert_array_equal(rows[group], kit.rows()[group])
 
 
 def test_groups_without_brushes_take_those_of_others():

@@ -46,7 +46,7 @@ def test_the_table_of_the_command_wins_over_what_is_above_it_and_others_are_not_
 
 
 def test_flags_win():
-    args = parsed("seed = 1\nsize = [64, 48]\n[render]\nstrokes = 100", "--seed", "5", "--stroke-s", "7")
+    args = parsed("seed = 1\nsize = [64, 48]\n[render]\nstrokes = 100", "--seed", "5", "--stroke-size", "7")
     assert vars(args)["cluster.seed"] == 5
     assert str(vars(args)["cluster.strokes"]) == "7px"
     assert vars(args)["view.size"] == (64, 48)

@@ -140,7 +140,8 @@ def test_strokes_are_exported_as_they_are(scene, tmp_path, capsys):
 
 
 def test_the_command_paints_the_same_strokes_without_the_view(scene, capsys):
-    words = ["--title", "T", "--look", "charcoal", "--azim", "-30", "--palette=-odd.png", "--chr", "0.5"]
+    words = ["--title", "T", "--look", "charcoal", "--azimuth", "-30", "--palette=-odd.png"]
+    words += ["--chroma", "0.5"]
     words = ["export", "a.ply", "b.ply", "-o", "x.html", *words, "--size=64x48", "--quiet", "--threads", "2"]
     args = parse(words)
     parser = export.ArgumentParser()

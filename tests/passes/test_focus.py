@@ -1,10 +1,22 @@
 """The factor on the strokes per area of each Gaussian, for a sphere, the subject and a mask."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from brushgs.cameras.framing import plain_first_view
-from brushgs.passes.focus import EDGE, STRENGTH, contrast, mask_focus, sphere_focus, subject_focus
+from brushgs.options.focus import Focus
+from brushgs.passes.focus import (
+    AUTO_STRENGTH,
+    EDGE,
+    STRENGTH,
+    auto_focus,
+    contrast,
+    mask_focus,
+    sphere_focus,
+    subject_focus,
+)
 from brushgs.scene import Camera, FirstView, Gaussians
 from brushgs.still_life import still_life
 
@@ -104,3 +116,30 @@ def test_factors_do_not_depend_on_threads():
     gaussians, mask = still_life(2000), np.tile(np.linspace(0, 1, 40, dtype=np.float32), (30, 1))
     one, four = (mask_focus(gaussians, CAMERA, mask, num_threads=n) for n in (1, 4))
     np.testing.assert_array_equal(one, four)
+
+
+def test_a_focus_is_read_from_text():
+    assert Focus.of("off") is None
+    assert Focus.of("auto") == Focus(is_auto=True)
+    assert Focus.of("subject") == Focus()
+    assert Focus.of("1,2,3,0.5") == Focus((1.0, 2.0, 3.0, 0.5))
+    assert Focus.of("./auto") == Focus(mask=Path("auto"))
+    assert [str(Focus.of(text)) for text in ("auto", "subject", "1,2,3,0.5")] == [
+        "auto",
+        "subject",
+        "1,2,3,0.5",
+    ]
+    with pytest.raises(ValueError, match="focus must be one of"):
+        Focus((1.0, 2.0, 3.0, 0.5), is_auto=True)
+    with pytest.raises(ValueError, match="focus must be auto, off, subject"):
+        Focus.of(" ")
+
+
+def test_auto_is_at_most_its_strength_and_leaves_one_color_alone():
+    gaussians = still_life(3000)
+    found = auto_focus(gaussians, plain_first_view(gaussians))
+    assert found.min() >= 1
+    assert 2 < found.max() <= AUTO_STRENGTH
+    assert (found > 2).mean() < 0.3
+    same = dots(gaussians.means)
+    assert contrast(auto_focus(same, plain_first_view(same))) < 1.02

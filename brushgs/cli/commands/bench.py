@@ -1,12 +1,15 @@
-"""`brushgs bench`: error against run time on one scene, in figures and a plot."""
+"""`brushgs bench`: error against run time on one scene, in figures and a plot.
+
+Bare strokes are measured unless a look is named, so that old curves and new ones compare.
+"""
 
 from argparse import ArgumentParser, Namespace
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from brushgs.cli import flags, values
-from brushgs.cli.configs import paint_config, scene_source
+from brushgs.cli.configs import look_of, paint_config, scene_source
 from brushgs.cli.console import output_beside, reported
-from brushgs.options.choices import BenchFamily
+from brushgs.options.choices import PLAIN_LOOK, BenchFamily
 
 if TYPE_CHECKING:
     from brushgs.options.experiments import BenchConfig
@@ -29,7 +32,8 @@ def add_flags(parser: ArgumentParser) -> None:
         "--families",
         type=values.words,
         metavar="NAME,...",
-        help=f"curves to measure, of {', '.join(get_args(BenchFamily))}; default all that apply to the scene",
+        help=f"curves to measure, of {', '.join(get_args(BenchFamily))}; default all that apply to the "
+        "scene, with a look strokes, size, views and knobs, against the painting itself at its limit",
     )
     bench.add(
         "--strokes",
@@ -44,13 +48,21 @@ def add_flags(parser: ArgumentParser) -> None:
         metavar="N",
         help="rounds in which every point is measured, 1 or more, default 5 (3 with --quick)",
     )
-    flags.add_draw(parser)
+    flags.add_look(parser, usual=PLAIN_LOOK)
+    flags.add_draw(parser, has_look=True)
     flags.add_prune(parser)
     group = parser.add_argument_group("clustering")
     flags.add_clean(group)
     flags.add_merging(group)
+    flags.add_strokes_for(group)
     flags.add_stroke_passes(parser)
-    flags.add_view(parser)
+    flags.add_palette(parser)
+    flags.add_style(parser)
+    flags.add_rules(parser)
+    flags.add_where(
+        parser, "what is painted; the rest is shown as it is", has_camera_file=True, step="painted"
+    )
+    flags.add_view(parser, size="1280x720, with a look auto, and 640x360 with --quick")
     flags.add_report(parser)
 
 
@@ -75,7 +87,11 @@ def configs(args: Namespace) -> "tuple[PaintConfig, BenchConfig]":
 
     from brushgs.options.experiments import BenchConfig
 
-    is_small = args.quick and "camera_file" not in flags.given(args, "view")
-    paint = paint_config(args, view={"size": QUICK_SIZE} if is_small else {})
+    view: dict[str, Any] = {}
+    if look_of(args) != PLAIN_LOOK:
+        view["size"] = "auto"  # the picture that `render` paints
+    if args.quick and "camera_file" not in flags.given(args, "view"):
+        view["size"] = QUICK_SIZE
+    paint = paint_config(args, view=view)
     config = BenchConfig.quick() if args.quick else BenchConfig()
     return paint, replace(config, **flags.given(args, "bench"))

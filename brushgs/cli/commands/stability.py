@@ -1,4 +1,7 @@
-"""`brushgs stability`: how stable strokes are along a camera path or on what moves, in figures and a plot."""
+"""`brushgs stability`: how stable strokes are along a camera path or on what moves, in figures and a plot.
+
+Bare strokes are measured unless a look is named.
+"""
 
 from argparse import ArgumentParser, Namespace
 
@@ -6,6 +9,7 @@ from brushgs.cli import flags, values
 from brushgs.cli.clips import open_clip
 from brushgs.cli.configs import paint_config, path_config, scene_source
 from brushgs.cli.console import output_beside, reported
+from brushgs.options.choices import PLAIN_LOOK
 
 SIZE = (640, 360)  # pixels: a quarter of those of a picture
 ORBIT = 120  # frames, of 3 degrees
@@ -28,11 +32,17 @@ def add_flags(parser: ArgumentParser) -> None:
         help="of a moving scene, do not compare with frames that are painted each alone: making strokes anew "
         "for each takes most of the time",
     )
-    flags.add_draw(parser)
+    flags.add_look(parser, usual=PLAIN_LOOK)
+    flags.add_draw(parser, has_look=True)
     flags.add_prune(parser)
-    flags.add_cluster(parser)
+    flags.add_strokes_for(flags.add_cluster(parser, has_look=True))
     flags.add_stroke_passes(parser)
+    flags.add_palette(parser)
     flags.add_style(parser)
+    flags.add_rules(parser)
+    flags.add_where(
+        parser, "what is painted; the rest is shown as it is", has_camera_file=True, step="painted"
+    )
     view = parser.add_argument_group("view", "framed on the scene")
     flags.add_framing(view, size="640x360")
     flags.add_no_cameras(view)

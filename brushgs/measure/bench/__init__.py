@@ -40,6 +40,26 @@ The protocol, complete, so that others can repeat it:
 7. **Doubts.** It is said where other programs kept a tenth of a processor busy meanwhile (Linux), where the
    quartiles of half the points lie more than a quarter of the median apart, and where the error of the last
    count is above the least.
+
+**Looks.** A painting in a look (`--look oil`: ground, light, coats, stage) has no true picture: the plain
+one has neither canvas nor lamp. It is compared with itself at its limit. Points are whole paintings, and
+step 1 is:
+
+- `strokes`: the number of strokes, up to one per Gaussian. Against the same look at its limit: a stroke for
+  each Gaussian, made by the usual views and twelve between them, with 3 x 3 samples per pixel. What remains
+  with one stroke per Gaussian is what samples and views add. Seconds of a frame and of a whole painting.
+  **Held out** compares both in the four views as above;
+- `size`: as above, of whole paintings: the points above the configured size tell what supersampling is
+  worth;
+- `views`: strokes made by no views, by that of the picture, by those near it, and by the usual ones.
+  Against the usual ones and twelve between them;
+- `knobs`: each choice of a look turned alone (`bench.knobs`). Against the painting as it is: what a knob
+  changes, and what it costs.
+
+The last three paint as many strokes as the look has. The other families do not apply to a look. Step 3
+becomes: the whole picture must agree in the same bounds with the same painting in float64, whose kernels
+are compiled apart. There is one error, so both knees of step 6 are of that. `views` and `knobs` may be
+asked for of bare strokes too.
 """
 
 from brushgs.measure.bench.run import BenchReport, report_bench

@@ -13,14 +13,16 @@ OF_TIME = {"frame": "a film", "painting": "a still"}  # who waits for it
 def curves_of(family: Family) -> dict[str, ErrorCurve]:
     """The curve for each time, "frame" and "painting"; none of fewer than three points.
 
-    A still's has the error of clustering, see `brushgs.stroke_count.curve`.
+    A still's has the error of clustering, see `brushgs.stroke_count.curve`; in a look, which is compared with
+    itself and so has no error of a brush, the same as a film's.
     """
     points = {point.strokes: point for point in family.points}  # two counts may give the same strokes
     if len(points) < LEAST_POINTS:
         return {}
     strokes = np.array(sorted(points))
     rmse = np.array([points[count].error.rmse for count in strokes])
-    clustering = np.array([points[count].clustering for count in strokes], np.float64)
+    errors = ((points[count].clustering, points[count].error.rmse) for count in strokes)
+    clustering = np.array([total if merged is None else merged for merged, total in errors])
     frame, painting = (
         np.array([points[count].seconds[kind].median for count in strokes]) for kind in OF_TIME
     )

@@ -13,7 +13,7 @@ import numpy as np
 from brushgs.arrays import Array
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.bench.figures import Verified
-from brushgs.measure.bench.subject import Subject
+from brushgs.measure.bench.subject import Subject, with_size
 from brushgs.measure.bench.supersample import FACTOR, supersampled
 from brushgs.measure.bench.timing import TimedRun
 from brushgs.measure.bench.verify import (
@@ -92,7 +92,8 @@ def plan_families(subject: Subject) -> dict[str, FamilyPlan]:
         "sh": _sh,
         "size": _size,
     }
-    return {name: make(subject) for name, make in makers.items() if name in subject.config.families}
+    asked = subject.config.families_of(has_look=False)
+    return {name: make(subject) for name, make in makers.items() if name in asked}
 
 
 def _strokes(subject: Subject) -> FamilyPlan:
@@ -112,8 +113,8 @@ def _strokes(subject: Subject) -> FamilyPlan:
                 _checked(name, subject, frame, strokes),
                 len(strokes),
                 {
-                    "frame": _run(name, partial(subject.draw, strokes), frame),
-                    "painting": _run(name, partial(subject.painting, count), frame),
+                    "frame": timed_run(name, partial(subject.draw, strokes), frame),
+                    "painting": timed_run(name, partial(subject.painting, count), frame),
                 },
                 unpainted(frame.alpha, subject.plain.alpha),
                 subject.clustering_error(clusters),
@@ -136,7 +137,7 @@ def _merge(subject: Subject) -> FamilyPlan:
             if (method, features) not in grouped:  # both ways of merging take the same groups
                 work = partial(subject.group, method=method, features=features)
                 grouping = work()
-                grouped[method, features] = grouping, _run(name, work, grouping)
+                grouped[method, features] = grouping, timed_run(name, work, grouping)
             grouping, run = grouped[method, features]
             merged = partial(merge_clusters, subject.kept, grouping.labels, merge=merge)
             strokes = merged()
@@ -148,7 +149,7 @@ def _merge(subject: Subject) -> FamilyPlan:
                 _against_plain(subject, frame),
                 _checked(name, subject, frame, strokes),
                 len(strokes),
-                {"clustering": (*run, *_run(name, merged, strokes))},
+                {"clustering": (*run, *timed_run(name, merged, strokes))},
                 unpainted(frame.alpha, subject.plain.alpha),
             )
 
@@ -188,7 +189,7 @@ def _filter(subject: Subject) -> FamilyPlan:
                 compare(subject.picture(frame), subject.picture(true)),
                 _checked(name, subject, frame, subject.strokes, filter=filter),
                 len(subject.strokes),
-                {"frame": _run(name, partial(subject.draw, subject.strokes, filter=filter), frame)},
+                {"frame": timed_run(name, partial(subject.draw, subject.strokes, filter=filter), frame)},
             )
 
     skip_reason = None if subject.texture.kind == "image" else "a kernel is computed, not sampled"
@@ -203,7 +204,7 @@ def _precision(subject: Subject) -> FamilyPlan:
     camera, options = subject.camera, subject.options
     if options.order == "soft":
         small = (max(1, side // SOFT_SHRINK) for side in (camera.width, camera.height))
-        camera = _with_size(camera, *small)
+        camera = with_size(camera, *small)
     dtypes = (np.float32, np.float64)
 
     def trials() -> Iterator[Trial]:
@@ -230,7 +231,7 @@ def _precision(subject: Subject) -> FamilyPlan:
                     compare(subject.picture(frame), subject.picture(true)),
                     check_square(name, frame, strokes, camera, subject.texture, stopped),
                     len(strokes),
-                    {"frame": _run(name, work, frame)},
+                    {"frame": timed_run(name, work, frame)},
                 )
 
     title = f"precision and early stop, {subject.count:,} strokes, {camera.width}x{camera.height}"
@@ -256,7 +257,7 @@ def _sh(subject: Subject) -> FamilyPlan:
                 compare(subject.picture(frame), true),
                 check_square(name, frame, less, subject.camera, kernel, options),
                 len(less),
-                {"frame": _run(name, work, frame)},
+                {"frame": timed_run(name, work, frame)},
             )
 
     skip_reason = None if used > 0 else "the scene has degree 0 only"
@@ -267,11 +268,11 @@ def _sh(subject: Subject) -> FamilyPlan:
 def _size(subject: Subject) -> FamilyPlan:
     def camera_of(share: float) -> Camera:
         sides = (max(1, round(share * side)) for side in (subject.camera.width, subject.camera.height))
-        return _with_size(subject.camera, *sides)
+        return with_size(subject.camera, *sides)
 
     def trials() -> Iterator[Trial]:
         large = subject.draw(subject.strokes, camera_of(TRUE_SIZE))
-        true = _resized(subject.picture(large), subject.camera)
+        true = resized(subject.picture(large), subject.camera)
         for share in SIZES:
             camera = camera_of(share)
             work = partial(subject.draw, subject.strokes, camera)
@@ -280,23 +281,24 @@ def _size(subject: Subject) -> FamilyPlan:
                 label,
                 "size",
                 share,
-                compare(_resized(subject.picture(frame), subject.camera), true),
+                compare(resized(subject.picture(frame), subject.camera), true),
                 _checked(f"size {label}", subject, frame, subject.strokes, camera),
                 len(subject.strokes),
-                {"frame": _run(f"size {label}", work, frame)},
+                {"frame": timed_run(f"size {label}", work, frame)},
             )
 
     true_camera = camera_of(TRUE_SIZE)
     title = f"picture size, {subject.count:,} strokes"
-    truth = f"{true_camera.width}x{true_camera.height}, all resized to {_size_words(subject.camera)}"
+    truth = f"{true_camera.width}x{true_camera.height}, all resized to {size_words(subject.camera)}"
     return FamilyPlan(title, truth, "a frame", len(SIZES), trials, len(SIZES))
 
 
-def _size_words(camera: Camera) -> str:
+def size_words(camera: Camera) -> str:
+    """The size of the pictures of a camera: "640x360"."""
     return f"{camera.width}x{camera.height}"
 
 
-def _run(name: str, work: Callable[[], Any], verified: Any) -> tuple[TimedRun]:
+def timed_run(name: str, work: Callable[[], Any], verified: Any) -> tuple[TimedRun]:
     """A cost of a single run."""
     return (TimedRun(work, lambda result: check_equal(name, result, verified)),)
 
@@ -342,13 +344,7 @@ def _check_supersampled(subject: Subject, true: Frame) -> None:
     check_close("filter, the supersampled truth", square, expected, "the reference")
 
 
-def _with_size(camera: Camera, width: int, height: int) -> Camera:
-    """The same view in another size, edge to edge in spite of rounded sides."""
-    scale = np.diag([width / camera.width, height / camera.height, 1.0])
-    return replace(camera, K=scale @ camera.K, width=width, height=height)
-
-
-def _resized(picture: Array, camera: Camera) -> Array:
+def resized(picture: Array, camera: Camera) -> Array:
     """A picture resized to a camera: enlarged linearly, or reduced with a triangle filter."""
     if picture.shape[:2] == (camera.height, camera.width):
         return picture

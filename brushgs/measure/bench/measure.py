@@ -6,19 +6,27 @@ from brushgs.measure.bench.advice import advice
 from brushgs.measure.bench.doubts import OtherLoad, doubts_of
 from brushgs.measure.bench.families import FamilyPlan, Trial, plan_families
 from brushgs.measure.bench.figures import Bench, Family, Point, mark_best
+from brushgs.measure.bench.look_families import plan_look_families
+from brushgs.measure.bench.look_subject import LookSubject
 from brushgs.measure.bench.subject import Subject
 from brushgs.measure.bench.timing import TimedRun, TimeQuartiles, time_alternately
+from brushgs.options.experiments import PLAIN_FAMILIES, BenchConfig
 from brushgs.painting.report import Report
 
 
-def measure(subject: Subject, report: Report) -> Bench:
+def measure(subject: Subject | LookSubject, report: Report, whole: LookSubject | None = None) -> Bench:
     """Measure all configured families.
+
+    Args:
+        subject: bare strokes, or a painting in a look.
+        report: gets a stage for each family.
+        whole: of bare strokes, whole paintings of them, where a family asks for these.
 
     Raises:
         WrongPictureError: if a picture does not agree with its definition; it is not timed then.
     """
     families, load = [], OtherLoad()
-    for name, plan in plan_families(subject).items():
+    for name, plan in _plans(subject, whole).items():
         num_runs = plan.num_points + subject.config.repeats * plan.num_runs
         with report.stage(name, total=num_runs, unit="runs") as stage:
             if plan.skip_reason is not None:
@@ -32,6 +40,19 @@ def measure(subject: Subject, report: Report) -> Bench:
             stage.counts = {"points": len(family.points), "best": num_best}
     knees, words = advice(next((family for family in families if family.name == "strokes"), None))
     return Bench(tuple(families), knees, words, doubts_of(families, load.cores()))
+
+
+def _plans(subject: Subject | LookSubject, whole: LookSubject | None) -> dict[str, FamilyPlan]:
+    if isinstance(subject, LookSubject):
+        return plan_look_families(subject, subject.config.families_of(has_look=True))
+    plans = plan_families(subject)
+    return plans if whole is None else plans | plan_look_families(whole, of_whole_paintings(subject.config))
+
+
+def of_whole_paintings(config: BenchConfig) -> tuple[str, ...]:
+    """The families that need whole paintings also of bare strokes."""
+    asked = config.families_of(has_look=False)
+    return tuple(name for name in asked if name not in PLAIN_FAMILIES)
 
 
 def _measured(name: str, plan: FamilyPlan, repeats: int, advance: Callable[[], None]) -> Family:

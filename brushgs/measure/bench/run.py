@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from brushgs.measure.bench.figures import SCHEMA
+from brushgs.measure.bench.look_subject import LookSubject, has_look
 from brushgs.measure.bench.machine import describe_machine
-from brushgs.measure.bench.measure import measure
+from brushgs.measure.bench.measure import measure, of_whole_paintings
 from brushgs.measure.bench.plot import write_plot
 from brushgs.measure.bench.subject import Subject
 from brushgs.measure.report import (
@@ -21,6 +22,7 @@ from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.painting.outputs import input_files
 from brushgs.painting.prepare import prepare
+from brushgs.painting.report import Report
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -55,7 +57,8 @@ def report_bench(
         scene: the files of a trained 3D Gaussian scene.
         output: a folder, which gets `bench.json`, `bench.csv` and `bench.png` and is created if missing; or
             one file that ends in .json, .csv or .png.
-        paint: pruning, clustering, view and stroke; its number of strokes is ignored.
+        paint: pruning, clustering, view and stroke, whose number of strokes is ignored; or a look, of which
+            whole paintings are measured, all but those of the curve of strokes with its number.
         config: what is measured.
         report: where the stages are added; a new one if None.
         wants_plot: whether a folder gets the plot, if matplotlib is installed.
@@ -68,16 +71,29 @@ def report_bench(
     config, report, output = config or BenchConfig(), report or BenchReport(), Path(output)
     outputs = report.plan_outputs(output, input_files(scene, paint), wants_plot=wants_plot)
     check_opaque_background(paint.draw.background)
+    is_look = has_look(paint)
+    config = replace(config, families=config.families_of(has_look=is_look))
     machine = describe_machine(paint.draw.threads)
-    unmerged = replace(paint, cluster=replace(paint.cluster, strokes=None))  # each family clusters by itself
-    prepared = prepare(scene, unmerged, report, needs_first_view=True, keeps_scene=True, merges_later=True)
-    subject = Subject(SceneSource.of(scene), prepared, paint, config)
+    source, whole = SceneSource.of(scene), None
+    subject: Subject | LookSubject
+    if is_look:
+        subject = LookSubject.open(source, paint, config, report)
+        if "strokes" in config.families_of(has_look=True):
+            _make_limit(subject, report)
+    else:
+        unmerged = replace(paint, cluster=replace(paint.cluster, strokes=None))  # families cluster themselves
+        prepared = prepare(
+            scene, unmerged, report, needs_first_view=True, keeps_scene=True, merges_later=True
+        )
+        subject = Subject(source, prepared, paint, config)
+        if of_whole_paintings(config):
+            whole = LookSubject.open(source, paint, config, Report())
     report.settings = plain_paint(scene, paint) | {
         "measure": plain_config(config),
         "camera": plain_camera(subject.camera),
         "machine": machine,
     }
-    report.result = result = measure(subject, report)
+    report.result = result = measure(subject, report, whole)
     report.output = str(output)
     title = _title(subject, machine)
     report.write(
@@ -86,8 +102,14 @@ def report_bench(
     return report
 
 
-def _title(subject: Subject, machine: dict[str, Any]) -> str:
+def _make_limit(subject: LookSubject, report: Report) -> None:
+    with report.stage("limit") as stage:
+        stage.did = f"{len(subject.limit.strokes):,} strokes, what others are compared with"
+        stage.counts = {"strokes": len(subject.limit.strokes)}
+
+
+def _title(subject: Subject | LookSubject, machine: dict[str, Any]) -> str:
     name = subject.source.name
     size = f"{subject.camera.width}x{subject.camera.height}"
-    what = f"{name}, {len(subject.gaussians):,} Gaussians, {subject.texture.name}, {size}"
+    what = f"{name}, {len(subject.gaussians):,} Gaussians, {subject.prepared.texture.name}, {size}"
     return f"{what}, {machine['threads']} threads; filled: on the Pareto front"

@@ -9,12 +9,12 @@ import numpy as np
 from brushgs.arrays import Array
 from brushgs.brushes.brush_set import Brushes
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.cameras.around import HELD_OUT, ring_views
+from brushgs.cameras.around import HELD_OUT, Ring, ring_views
 from brushgs.measure.bench.verify import check_square
 from brushgs.measure.likeness import rmse
 from brushgs.options.choices import Features, Method
 from brushgs.options.experiments import BenchConfig
-from brushgs.options.painting import PaintConfig
+from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.painting.background import Background, open_background
 from brushgs.painting.job_views import is_from_outside
@@ -22,8 +22,26 @@ from brushgs.painting.prepare import Prepared, prepare
 from brushgs.painting.report import Report
 from brushgs.passes.cluster import Grouping, group
 from brushgs.rendering.options import RenderOptions, render_with
-from brushgs.scene import Camera, Frame, Gaussians
+from brushgs.scene import Camera, FirstView, Frame, Gaussians
 from brushgs.stroke_count.view_model import KERNEL
+
+
+class OnBackground:
+    """Makes pictures of frames, on the background of a painting."""
+
+    def __init__(self, background: str) -> None:
+        """The background as `DrawConfig` names it; it is not transparent."""
+        self._name = background
+        self._opened: dict[tuple[int, int], Background] = {}
+
+    def picture(self, frame: Frame) -> Array:
+        """[H, W, 3] a frame on the background, clipped to 0 to 1 as in a file."""
+        height, width = frame.alpha.shape
+        if (width, height) not in self._opened:
+            self._opened[width, height] = open_background(self._name, width, height)
+        background = self._opened[width, height]
+        assert background is not None, "a transparent background is refused before"
+        return np.clip(frame.over(background), 0, 1)
 
 
 @dataclass(frozen=True)
@@ -125,12 +143,8 @@ class Subject:
     @cached_property
     def _held_out(self) -> list[tuple[Camera, Array]]:
         """Views between those that strokes are made for, and the plain picture of each."""
-        view, kernel = self.prepared.first_view, StrokeTexture.open(KERNEL)
-        if view is None:
-            return []
-        from_outside = self.paint.view.camera_file is None and is_from_outside(self.paint.view)
-        width, height = self.camera.width, self.camera.height
-        views = ring_views(view, width, height, from_outside=from_outside, ring=HELD_OUT)
+        kernel = StrokeTexture.open(KERNEL)
+        views = views_around(self.prepared.first_view, self.paint.view, self.camera, HELD_OUT)
         return [
             (camera, self.picture(render_with(self.gaussians, camera, kernel, self.plain_options)))
             for camera in views
@@ -148,17 +162,22 @@ class Subject:
 
     def picture(self, frame: Frame) -> Array:
         """[H, W, 3] a frame on the background, clipped to 0 to 1 as in a file."""
-        height, width = frame.alpha.shape
-        return np.clip(frame.over(self._background(width, height)), 0, 1)
-
-    def _background(self, width: int, height: int) -> Array | tuple[float, ...]:
-        size = width, height
-        if size not in self._backgrounds:
-            self._backgrounds[size] = open_background(self.paint.draw.background, width, height)
-        background = self._backgrounds[size]
-        assert background is not None, "a transparent background is refused before"
-        return background
+        return self._on_background.picture(frame)
 
     @cached_property
-    def _backgrounds(self) -> dict[tuple[int, int], Background]:
-        return {}
+    def _on_background(self) -> OnBackground:
+        return OnBackground(self.paint.draw.background)
+
+
+def views_around(first_view: FirstView | None, view: ViewConfig, camera: Camera, ring: Ring) -> list[Camera]:
+    """Small views of a scene from a ring around it, in the aspect of a camera; none where it is not known."""
+    if first_view is None:
+        return []
+    from_outside = view.camera_file is None and is_from_outside(view)
+    return ring_views(first_view, camera.width, camera.height, from_outside=from_outside, ring=ring)
+
+
+def with_size(camera: Camera, width: int, height: int) -> Camera:
+    """The same view in another size, edge to edge in spite of rounded sides."""
+    scale = np.diag([width / camera.width, height / camera.height, 1.0])
+    return replace(camera, K=scale @ camera.K, width=width, height=height)

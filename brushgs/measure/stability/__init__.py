@@ -51,6 +51,12 @@ The protocol, complete, so that others can repeat it:
 10. **Seconds** per frame, wall clock: tracking, over the frames of the path; projecting and drawing, over the
    frames that were painted.
 
+**Looks.** A painting in a look (`--look oil`) has ground, light, a stage or several coats. Then `track`,
+`anchor` and `off` paint whole frames, those of `brushgs render`, whose coats differ by their lock alone;
+`alone` paints each moment as a still; nothing is called `published`. Steps 3 and 8 are of the strokes of
+the scene, the largest coat that is tracked and is no backdrop. The plain picture lies on the mean colour of
+the ground. Drawing a frame has its projecting in it.
+
 The plain picture is drawn of every frame. A frame is painted only where a pair, the loop or a second painting
 needs it, and kept no longer than the widest gap (the first one to the end of a loop). Values are
 display-encoded, 0 to 1; nothing is quantised.

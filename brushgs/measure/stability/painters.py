@@ -1,6 +1,6 @@
 """The configurations that the temporal report compares: how each paints a frame, and how long that takes."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
@@ -22,9 +22,16 @@ from brushgs.rendering.track import Track, track_directions
 from brushgs.scene import Boxes, Camera, Frame, Gaussians
 
 if TYPE_CHECKING:
+    from brushgs.painting.prepare import Prepared
     from brushgs.passes.follow.estimate import EstimatedMotion
+    from brushgs.rendering.canvas import Painting
 
 PLAIN = "plain"
+LOCKED: Mapping[Lock, str] = {  # configurations that differ by their lock alone
+    "track": "directions tracked along the path",
+    "anchor": "directions of each view alone",
+    "off": "directions of the ellipses",
+}
 
 
 @dataclass
@@ -228,8 +235,10 @@ class Comparison:
             the strokes were made of. `scene` then says by its ids which of its rows there are; without ids
             all are. Or a motion that is estimated, where no rows correspond.
         is_loop: whether the frame after the last is the first again, for camera and scene, of a moving scene.
-        remake: makes strokes of the Gaussians of one moment alone, as seen by a camera; None omits the
+        remake: makes a painting of the Gaussians of one moment alone, as seen by a camera; None omits the
             configuration `alone`, which still scenes do not have.
+        painting: along the path, of a look: `strokes`, `texture` and `options` are then those of its main
+            coat; None where strokes are painted bare.
     """
 
     scene: Gaussians
@@ -242,7 +251,8 @@ class Comparison:
     moving: Moving | None = None
     truth: "MovingScene | EstimatedMotion | None" = None
     is_loop: bool = False
-    remake: Callable[[Gaussians, Camera], Gaussians] | None = None
+    remake: "Callable[[Gaussians, Camera], Prepared] | None" = None
+    painting: "Painting | None" = None
 
     def scene_at(self, index: int) -> Gaussians:
         """The plain scene in a frame."""
@@ -263,8 +273,9 @@ class Comparison:
 
     def stroke_painters(self, num_threads: int | None) -> list[StrokePainter]:
         """The configurations that paint the strokes, in the order of the table, with timers at zero."""
+        if self.painting is not None:
+            return self._look_painters(self.painting, num_threads)
         texture = self.texture
-        current = replace(self.options, depth=False, num_threads=num_threads)
         published = RenderOptions.of(
             texture,
             lock="off",
@@ -275,8 +286,7 @@ class Comparison:
         )
 
         def locked(lock: Lock) -> RenderOptions:
-            """With a lock; a kernel has no direction, and is drawn as `render` does."""
-            return replace(current, lock=lock if texture.is_directed else "off")
+            return replace(self._options(lock), num_threads=num_threads)
 
         strokes = partial(
             StrokePainter,
@@ -286,11 +296,7 @@ class Comparison:
             moving=self.moving,
             is_loop=self.is_loop,
         )
-        painters = [
-            strokes("track", "directions tracked along the path", options=locked("track")),
-            strokes("anchor", "directions of each view alone", options=locked("anchor")),
-            strokes("off", "directions of the ellipses", options=locked("off")),
-        ]
+        painters = [strokes(lock, what, options=locked(lock)) for lock, what in LOCKED.items()]
         if self.moving is None:
             painters.append(
                 strokes("published", "off, bilinear, 2 sigma", options=replace(published, fade=False))
@@ -304,10 +310,52 @@ class Comparison:
                 self.cameras,
                 texture,
                 locked("anchor"),
-                make=lambda index: remake(self.scene_at(index), self.cameras[index]),
+                make=lambda index: remake(self.scene_at(index), self.cameras[index]).strokes,
             )
             painters.append(alone)
         return painters
+
+    def _look_painters(self, painting: "Painting", num_threads: int | None) -> list[StrokePainter]:
+        """The same of whole paintings; nothing was published of a look."""
+        from brushgs.measure.stability.look_painters import (
+            AloneLookPainter,
+            LookPainter,
+            in_threads,
+            locked,
+        )
+
+        shown = in_threads(painting.with_depth(False), num_threads)
+        painters: list[StrokePainter] = []
+        for lock, what in LOCKED.items():
+            painter = LookPainter(
+                lock,
+                what,
+                self.strokes,
+                self.cameras,
+                self.texture,
+                replace(self._options(lock), num_threads=num_threads),
+                moving=self.moving,
+                is_loop=self.is_loop,
+                painting=locked(shown, lock),
+            )
+            painters.append(painter)
+        if self.moving is not None and self.remake is not None:
+            remake = self.remake
+            alone = AloneLookPainter(
+                "alone",
+                "each frame painted alone",
+                self.strokes,
+                self.cameras,
+                self.texture,
+                replace(self._options("anchor"), num_threads=num_threads),
+                prepare=lambda index: remake(self.scene_at(index), self.cameras[index]),
+            )
+            painters.append(alone)
+        return painters
+
+    def _options(self, lock: Lock) -> RenderOptions:
+        """With a lock; a kernel has no direction, and is drawn as `render` does."""
+        return replace(self.options, depth=False, lock=lock if self.texture.is_directed else "off")
 
     def plain_painter(self, num_threads: int | None) -> StrokePainter:
         """The configuration `plain`."""

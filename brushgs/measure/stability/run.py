@@ -5,6 +5,7 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
+from brushgs.brushes.brush_set import Brushes
 from brushgs.measure.report import (
     ExperimentReport,
     check_opaque_background,
@@ -13,6 +14,7 @@ from brushgs.measure.report import (
     plain_paint,
 )
 from brushgs.measure.stability.figures import SCHEMA, Stability
+from brushgs.measure.stability.look_painters import behind, is_bare, main_coat
 from brushgs.measure.stability.measure import (
     NO_FLOW,
     TWO_MOMENTS,
@@ -75,7 +77,7 @@ def report_stability(
         scene: the files of a trained 3D Gaussian scene, or a moving scene.
         output: a folder, which gets `stability.json` and `stability.png` and is created if missing; or one
             file that ends in .json or .png.
-        paint: pruning, strokes, view and stroke; its lock is ignored, every lock is painted.
+        paint: all options; its lock is ignored, every lock is painted.
         path: the path of the camera; None for one that stands still before a moving scene.
         config: what is measured.
         make_extra_painters: see `measure_stability`.
@@ -107,7 +109,9 @@ def report_stability(
         check_path=lambda planned: check_cameras(planned.closed if clip is None else planned.cameras),
         keeps_scene=True,
     )
-    planned, strokes, texture, moving = prepared.path, prepared.strokes, prepared.texture, prepared.moving
+    planned, moving = prepared.path, prepared.moving
+    strokes: Gaussians = prepared.strokes
+    texture: Brushes = prepared.texture
     assert planned is not None
     assert prepared.background is not None
     whole = prepared.whole_scene
@@ -117,22 +121,30 @@ def report_stability(
     elif clip is not None and not clip.scene.has_rows:
         whole = replace(whole, ids=None)  # they are no rows of the truth
 
-    def remake(gaussians: Gaussians, camera: Camera) -> Gaussians:
-        alone = replace(paint_anyhow, clean=CleanConfig("off"))
-        return prepare(gaussians, alone, Report(), views=camera, needs_background=False).strokes
+    painting = None if is_bare(prepared.painting) else prepared.painting
 
+    def remake(gaussians: Gaussians, camera: Camera) -> "Prepared":
+        alone = replace(paint_anyhow, clean=CleanConfig("off"))
+        return prepare(gaussians, alone, Report(), views=camera, needs_background=painting is not None)
+
+    options, background = prepared.options, prepared.background
+    if painting is not None:
+        coat, ground = main_coat(painting), behind(painting)
+        strokes, texture, options = coat.strokes, coat.texture, coat.options
+        background = background if ground is None else ground
     comparison = Comparison(
         whole,
         strokes,
         planned.closed if moving is None else planned.cameras,
         texture,
-        prepared.options,
-        prepared.background,
+        options,
+        background,
         fps=planned.fps,
         moving=moving,
         truth=known,
         is_loop=planned.is_loop,
         remake=None if config.skip_alone else remake,
+        painting=painting,
     )
     of_path = {} if path is None else plain_config(path)
     report.settings = plain_paint(files, paint) | {
@@ -183,6 +195,8 @@ def _measure(
             f"{num_painted} frames in {len(result.configurations)} configurations, {num_pairs} pairs per gap"
         )
         stage.counts = {"frames": num_painted, "pairs": num_pairs, "stride": result.stride}
+        if comparison.painting is not None:
+            stage.skipped.append("published: nothing was published of whole paintings in a look")
         if comparison.truth is not None and not isinstance(comparison.truth, MovingScene):
             stage.details.append("rows of the moments differ: the motion of the scene is estimated")
         if num_skipped := num_frames - num_painted:

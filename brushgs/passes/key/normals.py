@@ -2,8 +2,9 @@
 
 The flat side of a stroke is known but for its sign, and of needles and crumbs not even that: in fur and
 leaves neighbours disagree. So flat sides are averaged over neighbours as axes, without a sign, then turned
-toward the views that see them, and averaged again as vectors: the shorter such a mean, the less there is a
-surface, and what is missing is taken from a wider neighbourhood. A mass of fur so is lit as a mass.
+toward the views that see them, and averaged as vectors: the shorter such a mean, the less there is a
+surface, and what is missing is taken from a wider neighbourhood. Where flat sides turn all ways, the plane
+through the places of strokes takes their place: a mass of fur is lit as a mass.
 Source: Toksvig 2005, Mipmapping normal maps (the length of a mean normal says how rough a surface is).
 """
 
@@ -31,15 +32,11 @@ NUM_NEAR = 8  # strokes around one, over which axes and normals are averaged
 NUM_WIDE = 40  # around one: the form of what has no surface, and the mass that lies behind a stroke
 LEAST_FLAT = 0.05  # weight of a stroke that is no flatter than a needle
 NUM_PATCH = 16  # around one, that tell how rough a surface is
-ROUGH = (0.3, 0.7)  # of flat sides at which they come to tell nothing; 0 where they agree, 1 of all ways
-FALLS, WIDE_FALLS = (
-    8.0,
-    2.0,
-)  # of the weight of a neighbour with the square of its distance over that of the farthest
-OTHER_PAINT, MOST_APART = (
-    0.04,
-    6.0,
-)  # OKLab a and b by which neighbours may be another body; it counts so much
+ROUGH = (0.45, 0.8)  # of flat sides at which they come to tell nothing; 0 where they agree, 1 of all ways
+# Of the weight of a neighbour with the square of its distance over that of the farthest.
+FALLS, WIDE_FALLS = 8.0, 5.0
+# OKLab a and b by which a neighbour may be of another body, and the most that it counts, in squares of that.
+OTHER_PAINT, MOST_APART = 0.04, 6.0
 PLACES = 1.0  # how much the plane through the places of strokes counts where their flat sides turn all ways
 OTHER_SIDE = 0.05  # weight of a neighbour at right angles: edges stay
 ROUNDS = 6  # of agreement among neighbours

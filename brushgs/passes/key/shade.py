@@ -21,29 +21,36 @@ from brushgs.passes.stage.place import Place
 from brushgs.scene import Camera, Gaussians
 from brushgs.sh import base_colors, shift_base_colors
 
-FILL = 0.42  # of the key, in a capture: a painter keeps the shade readable
-KNOWN_FILL, KNOWN_SLOPE = (
-    0.06,
-    0.3,
-)  # the same where the lamp of a scene is known, and log L by log light there
-FROM_BELOW, BELOW_ENDS = 0.45, 0.9  # fill of what faces the table, over that from above; radii above it
-WRAP, ROUGH_WRAP = 0.1, 0.5  # by which light reaches around: of a plane, and more where neighbours disagree
+# The light. Beside a key of 1:
+FILL = 0.3  # in a capture, whose shade is to be readable
+KNOWN_FILL = 0.06  # where the lamp of a scene is known, which is 0.04 in the still life
+FROM_BELOW, FROM_TABLE = 0.45, 0.4  # fill of what faces down, over that from above; and more at the table
+BELOW_ENDS = 0.9  # radii above the table at which it reflects nothing
+# By which light reaches around: of a plane, and more where neighbours disagree; and the latter where the lamp
+# is known.
+WRAP, ROUGH_WRAP, KNOWN_ROUGH_WRAP = 0.1, 0.5, 0.3
 SOFT = 0.05  # cosine over which the light ends
-TONED = 0.7  # exponent of L by which it moves: dark things show form too
-MOST_GROWN = 2.0  # the same where the light is known
-TOP, BOTTOM = 0.985, 0.06  # OKLab L that lights and darks come near to, not past
-DETAIL = 0.65  # of the light on a plane that is its own, not that of the mass around it
-WARM = np.array([0.008, 0.032])  # OKLab a and b between middle and full light
-COOL = 0.6  # of it where lights are cool: shade in warm colours is soon mud
-FULL_WARMTH = 0.45  # OKLab L from which colours take all of it
-LEAST_GROWN, MOST_LIT = 0.8, 1.12  # times that chroma grows with lightness in a capture
+DETAIL = 0.65  # share in which a plane has its own light, not that of the mass around it; 1 makes fur mottled
+
+# The colours, OKLab.
+KNOWN_SLOPE = 0.3  # of log L by log light; linear light has 1/3, displays compress it
+TONED = 0.7  # exponent of L by which it moves in a capture: dark things show form too
+TOP, BOTTOM = 0.985, 0.06  # L that lights and darks come near to, not past
+LEAST_GROWN, MOST_GROWN = 0.8, 1.12  # times that chroma grows with lightness in a capture
+MOST_KNOWN_GROWN = 2.0  # the same where the lamp is known
+WARM = np.array([0.008, 0.032])  # a and b between middle and full light
 TURNS = 0.35  # logarithm of the light over which the temperature changes
+FULL_WARMTH = 0.45  # L from which colours take all of it
+COOL = 0.6  # of it where lights are cool: shade in warm colours is soon mud
+CLEAR = 0.25  # correlation of L and b from which the colours say so; measured: koala -0.59, skull 0.31
+
+# What the colours tell of the light that they are in.
 FIRST_PAIR, PAIR_STEP = 4, 4  # of the nearest of a stroke that it is compared with
-LIKE = 0.03  # OKLab distance of a and b at which neighbours are the same paint
-CLEAR = 0.25  # correlation of lightness and yellow in a capture from which its own temperature is kept
-FARTHEST = 1e6  # radii; farther is there
+LIKE = 0.03  # distance of a and b at which neighbours are the same paint
 LEAST_SPREAD = 0.01  # mean square difference of log light between neighbours that tells of half
 LEAST_EXPLAINED = -0.2  # share of a light that colours may go against
+
+FARTHEST = 1e6  # radii; farther is there
 _TINY = np.finfo(np.float64).tiny
 
 
@@ -125,7 +132,7 @@ class KeyLight:
         shares, normals = self.facing.shares, self.facing.normals
         wrap = WRAP + ROUGH_WRAP * (1 - shares)
         if self.lit_by is not None:
-            wrap = 0.3 * (1 - shares)
+            wrap = KNOWN_ROUGH_WRAP * (1 - shares)
         angle = normals @ toward + wrap
         angle = 0.5 * (angle + np.sqrt(angle**2 + SOFT**2)) / (1 + wrap)
         through = light_through(self.blockers, toward, self.centers, normals, is_inside=self.is_inside)
@@ -138,7 +145,7 @@ class KeyLight:
         above = self.centers[:, 1] + 0.5 * self.place.height / self.place.radius
         near = 1 - smoothstep(above / BELOW_ENDS)
         below = 0.5 - 0.5 * up
-        return 1 - below * (1 - (FROM_BELOW + 0.4 * near))
+        return 1 - below * (1 - (FROM_BELOW + FROM_TABLE * near))
 
     @property
     def pairs(self) -> NDArray[np.int64]:
@@ -174,7 +181,7 @@ class KeyLight:
         lightness = np.clip(lightness, np.minimum(lab[:, 0], BOTTOM), np.maximum(lab[:, 0], TOP))
         warmth = np.tanh(light / TURNS) * np.minimum(before / FULL_WARMTH, 1)
         warmth -= self._mean(warmth)
-        grown = np.clip((lightness + 0.1) / (before + 0.1), LEAST_GROWN, MOST_LIT)
+        grown = np.clip((lightness + 0.1) / (before + 0.1), LEAST_GROWN, MOST_GROWN)
         ab = lab[:, 1:] * grown[:, None] + self.temperature * warmth[:, None] * WARM
         return np.concatenate([lightness[:, None], ab], axis=1)
 
@@ -215,7 +222,7 @@ class KeyLight:
         ratio = np.exp(KNOWN_SLOPE * step)[:, None]
         lightness = _within(lab[:, :1], lab[:, :1] * (ratio - 1))
         grown = lightness / np.maximum(lab[:, :1], 1e-6)
-        return np.concatenate([lightness, lab[:, 1:] * np.clip(grown, 0, MOST_GROWN)], axis=1)
+        return np.concatenate([lightness, lab[:, 1:] * np.clip(grown, 0, MOST_KNOWN_GROWN)], axis=1)
 
     @cached_property
     def _known_key(self) -> F64:

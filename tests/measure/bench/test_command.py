@@ -197,7 +197,7 @@ def test_quick_takes_fewer_counts_and_repeats_and_a_smaller_picture():
     assert (paint.view.size, small.view.size) == (None, (640, 360))
     assert len(quick.strokes) < len(full.strokes)
     assert quick.repeats < full.repeats
-    assert quick.families == full.families == tuple(FAMILIES)
+    assert quick.families_of(has_look=False) == full.families_of(has_look=False) == tuple(FAMILIES)
 
 
 def test_flags_win_over_quick():
@@ -205,6 +205,8 @@ def test_flags_win_over_quick():
     assert (config.repeats, config.strokes, paint.view.size) == (9, (10, 20), (32, 24))
     assert configs("--quick", "--camera-file", "c.json")[0].view.size is None
     assert configs("--merge", "paper")[0].cluster.merge == "paper"
+    assert configs("--look", "oil")[0].view.size == "auto"  # the picture that `render` paints
+    assert configs("--look", "oil", "--quick")[0].view.size == (640, 360)
 
 
 def test_the_plot_needs_matplotlib_and_the_figures_do_not(scene, capsys, monkeypatch):
@@ -265,7 +267,7 @@ def test_a_wrong_picture_stops_the_bench_and_nothing_is_written(scene, capsys, m
     [
         (
             ["--families", "speed"],
-            "families must be among strokes, merge, filter, precision, sh, size, got",
+            "families must be among strokes, merge, filter, precision, sh, size, views, knobs, got",
         ),
         (["--families", ""], "families must be among strokes"),
         (["--strokes", "10,x"], "--strokes must be a whole number of 1 or more, got 'x'"),

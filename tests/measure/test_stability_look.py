@@ -1,0 +1,124 @@
+"""`brushgs stability --look`: whole paintings, as `brushgs render` paints them in films."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import brushgs as bg
+from brushgs import cli
+from brushgs.io.pictures.images import read_image
+from brushgs.measure.stability import report_stability
+from brushgs.measure.stability.look_painters import behind, is_bare, main_coat
+from brushgs.measure.warp import View, warp_error
+from brushgs.options.clip import ClipConfig
+from brushgs.options.experiments import StabilityConfig
+from brushgs.options.look import Look
+from brushgs.options.moment import Moment
+from brushgs.options.painting import PaintConfig, StrokesConfig, ViewConfig
+from brushgs.options.sequence import PathConfig
+from brushgs.painting.clip import Clip
+from brushgs.painting.prepare import prepare
+from brushgs.painting.report import Report
+from brushgs.painting.sequence import paint_sequence
+from brushgs.still_life.moving import still_life_moving
+from tests.scenes import save_upright, still_life_of
+
+FEW = StabilityConfig(gaps=(1,), pairs=3, alone=1)
+ORBIT = PathConfig(orbit=24)
+SIZE = (64, 48)
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "pears.ply"
+    save_upright(still_life_of(1500), path)
+    return path
+
+
+def painting(look, *, count=120):
+    """A look in a small picture of few strokes, made without views, which take most of the time."""
+    config = Look.open(look).config
+    return replace(
+        config,
+        view=ViewConfig(size=SIZE, azimuth=0.5, look_at="scene"),
+        cluster=replace(config.cluster, strokes=count),
+        strokes=StrokesConfig(see="off"),
+    )
+
+
+def written(scene, folder, look, path=ORBIT, config=FEW):
+    report = report_stability(scene, folder / "a.json", painting(look), path, config)
+    return report, json.loads((folder / "a.json").read_text())
+
+
+@pytest.mark.parametrize("look", ["oil", "ink"])
+def test_figures_are_those_of_the_frames_that_render_writes(scene, tmp_path, look):
+    report, _ = written(scene, tmp_path, look)
+    config = replace(painting(look), output=replace(PaintConfig().output, bits=16))
+    paint_sequence(scene, tmp_path / "%05d.png", ORBIT, config)
+    prepared = prepare(scene, config, Report(), views=ORBIT, keeps_scene=True)
+    ground = behind(prepared.painting)
+    errors = []
+    track = report.result["track"]
+    for start in report.result.starts:
+        views, plains = [], []
+        for index in (start, (start + 1) % 24):
+            camera = prepared.path.cameras[index]
+            plain = bg.render(prepared.whole_scene, camera, "gaussian")
+            plains.append(View(np.clip(plain.over(ground), 0, 1), plain.depth, plain.alpha, camera))
+            shown = read_image(tmp_path / f"{index:05d}.png")[..., :3]
+            views.append(replace(plains[-1], rgb=shown))
+        errors.append((warp_error(*views).rmse, warp_error(*plains).rmse))
+    own, plain = np.mean(errors, axis=0)
+    assert track.warps[0].rmse == pytest.approx(own, abs=1e-5)  # of 16 bits
+    assert track.warps[0].excess == pytest.approx(own - plain, abs=1e-5)
+    assert track.alone_equal == track.alone == 1
+
+
+def test_a_look_has_its_configurations_and_tells_what_it_is(scene, tmp_path):
+    report, value = written(scene, tmp_path, "oil")
+    names = [figures["name"] for figures in value["stability"]["configurations"]]
+    assert names == ["track", "anchor", "off", "plain"]
+    skipped = [reason for stage in report.stages for reason in stage.skipped]
+    assert "published: nothing was published of whole paintings in a look" in skipped
+    assert value["settings"]["light"]["canvas"] == "linen"
+    found = report.result
+    assert found["track"].loop.largest == 0
+    assert [found[name].lock for name in names[:3]] == names[:3]
+    assert found["track"].events.flips <= found["off"].events.flips
+    pictures = {name: found[name].warps[0].rmse for name in names}
+    assert len(set(pictures.values())) == 4
+
+
+def test_a_scene_that_moves_has_figures_in_a_look(tmp_path):
+    clip = Clip(still_life_moving(2000), ClipConfig(start=Moment(1.2), end=Moment(1.3)))
+    report, value = written(clip, tmp_path, "oil", None)
+    found = report.result
+    names = [figures["name"] for figures in value["stability"]["configurations"]]
+    assert names == ["track", "anchor", "off", "alone", "plain"]
+    assert found["track"].warps[0].excess < 0.5 * found["alone"].warps[0].excess
+    assert found["track"].alone_equal == found["alone"].alone_equal == 1
+
+
+@pytest.mark.parametrize("look", ["plain", "oil", "charcoal", "watercolour"])
+def test_only_plain_strokes_are_bare(scene, look):
+    found = prepare(scene, painting(look), Report(), views=ORBIT).painting
+    assert is_bare(found) == (look == "plain")
+    coat = main_coat(found)
+    assert coat.options.lock == "track"
+    assert coat.name not in ("backdrop", "wash", "smudge")
+    assert (behind(found) is None) == (look == "plain")
+
+
+def test_the_command_takes_a_look(scene, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words = [str(scene), "--look", "oil", "--strokes", "80", "--size", "32x24", "--orbit", "4", "--no-plot"]
+    words += ["--see", "off", "--azimuth", "30", "--look-at", "scene", "--backdrop", "off"]
+    assert cli.main(["stability", *words]) == 0, capsys.readouterr().err
+    assert "excess over the plain picture" in capsys.readouterr().err
+    value = json.loads(Path("pears-stability/stability.json").read_text())
+    assert value["settings"]["ground"]["backdrop"] == 0
+    assert value["settings"]["cluster"]["strokes"] == 80
