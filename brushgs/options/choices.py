@@ -66,8 +66,6 @@ CLIP_FPS = 30.0
 MOMENTS_PER_SECOND = 24.0  # of numbered files, which never say: that of films
 
 
-StepValues = Mapping[str, Mapping[str, Any]]  # step of a painting -> field of its config -> value
-
 # Clustering methods -> what the help says of them; `brushgs.passes.cluster.METHODS` has the functions.
 METHODS: Mapping[Method, str] = {
     "auto": "by size (default)",
@@ -75,8 +73,19 @@ METHODS: Mapping[Method, str] = {
     "minibatch": "with random batches, as published",
 }
 
+StepValues = Mapping[str, Mapping[str, Any]]  # step of a painting -> field of its config -> value
+
 # Strokes as clustering leaves them, and drawn as they are.
-PLAIN_STROKES: Mapping[str, Any] = {"see": "off", "solid": False, "direction": "own", "broken_color": 0.0}
+PLAIN_STROKES: Mapping[str, Any] = {
+    "see": "off",
+    "focus": None,
+    "solid": False,
+    "direction": "own",
+    "broken_color": 0.0,
+    "economy": 0.0,
+    "edges": 0.0,
+}
+SCENE_LIGHT: StepValues = {"color": {"values": 0.0}, "light": {"key": 0.0}}  # colours as they were captured
 PLAIN_PAINT: Mapping[str, Any] = {"underpaint": False, "streaks": 0.0}
 # "paper" is the published method (Xiang et al. 2025) without its defects, and the plain look. "0.1" lies over
 # any look: each default that has changed since has its old value there.
@@ -87,6 +96,8 @@ PRESETS: Mapping[str, StepValues] = {
         "clean": {"floaters": "floaters"},
         "view": {"size": None},
         "ground": {"stage": False},
+        "strokes": {"focus": None, "economy": 0.0, "edges": 0.0},
+        **SCENE_LIGHT,
     },
     "paper": {
         "clean": {"floaters": "off"},
@@ -95,6 +106,7 @@ PRESETS: Mapping[str, StepValues] = {
         "strokes": PLAIN_STROKES,
         "draw": {"stroke": "swirl", "filter": "bilinear", "extent": "paper", "lock": "off", "order": "depth"}
         | dict(PLAIN_PAINT),
+        **SCENE_LIGHT,
     },
 }
 # Every Gaussian, unmerged.
@@ -103,6 +115,7 @@ PLAIN_SCENE: StepValues = {
     "cluster": {"strokes": None},
     "strokes": PLAIN_STROKES,
     "draw": PLAIN_PAINT,
+    **SCENE_LIGHT,
 }
 
 # Of the files that a command which measures writes, by its name: figures, tables, plots.

@@ -12,7 +12,7 @@ from brushgs.colors import rgb_of
 from brushgs.options.choices import StageTone
 from brushgs.options.look_parts import GroundConfig
 from brushgs.options.painting import PaintConfig
-from brushgs.painting.coats.materials import BACKDROP, CUT_IN, Materials
+from brushgs.painting.coats.materials import ACCENTS, BACKDROP, CUT_IN, Materials
 from brushgs.painting.color_changes import Changes
 from brushgs.painting.report import Report, Stage
 from brushgs.painting.styling import Styles, style_brush_passes
@@ -175,19 +175,15 @@ def with_cut_edges(painting: Painting, camera: Camera, edges: "Edges | None" = N
 
     Only in opaque paint: drawn stages have no paint to cut in with. With edges only those that are found.
     """
-    backdrop, *others = painting.coats
-    is_cut = (
-        backdrop.name == BACKDROP
-        and backdrop.is_one_sided
-        and len(others) == 1
-        and backdrop.texture.is_directed
-    )
-    if not is_cut or others[0].plain is not None:
+    backdrop, *coats = painting.coats
+    is_cut = backdrop.name == BACKDROP and backdrop.is_one_sided and backdrop.texture.is_directed
+    paint = [coat for coat in coats if coat.name != ACCENTS]
+    if not is_cut or len(paint) != 1 or paint[0].plain is not None:
         return painting
     from brushgs.passes.stage.cut_in import cut_in
 
     found = None if edges is None else np.clip(edges.found / np.maximum(edges.near, LEAST_NEAR), 0, 1)
-    strokes = cut_in(others[0].strokes, backdrop.strokes, camera, found=found).astype(np.float32)
+    strokes = cut_in(paint[0].strokes, backdrop.strokes, camera, found=found).astype(np.float32)
     brushes = backdrop.strokes.brushes
     if brushes is not None and len(strokes):
         strokes = replace(strokes, brushes=np.resize(brushes, len(strokes)))
@@ -195,7 +191,7 @@ def with_cut_edges(painting: Painting, camera: Camera, edges: "Edges | None" = N
     if relief is not None:  # or their ends would stand around the subject like a ring
         options = replace(options, relief=replace(relief, thickness=0.0, gain=THIN * relief.gain))
     coat = replace(backdrop, name=CUT_IN, strokes=strokes, options=options, normals=None, is_one_sided=False)
-    return replace(painting, coats=(backdrop, *others, coat)) if len(strokes) else painting
+    return replace(painting, coats=(backdrop, paint[0], coat, *coats[1:])) if len(strokes) else painting
 
 
 def _describe(report: Stage, scenery: "Scenery", count: int) -> None:

@@ -12,14 +12,17 @@ import numpy as np
 
 from brushgs.arrays import F64, Array
 from brushgs.options.painting import PaintConfig
-from brushgs.painting.coats.materials import Materials
+from brushgs.painting.coats.materials import ACCENTS, Materials
 from brushgs.painting.coats.media import coats_of
 from brushgs.painting.lamp import some_small
+from brushgs.painting.regions import nearest_regions, nearest_rows
 from brushgs.painting.report import Report, Stage
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
-from brushgs.scene import Camera, Frame
+from brushgs.rendering.plain import PlainViews
+from brushgs.scene import Camera, Frame, Gaussians
+from brushgs.sh import base_colors, shift_base_colors
 
 if TYPE_CHECKING:
     from brushgs.passes.edges import Edges
@@ -28,6 +31,9 @@ if TYPE_CHECKING:
 
 SIDE = 480  # pixels of the longer side of the pictures; with fewer leaves widen, and their darks count more
 MOST_VIEWS = 3  # of a path
+NUM_ACCENTS = 60
+NEAR_VIEWS = 4  # of those that strokes are made by: the view of a still and those around it
+STANDING_OUT = 3.0  # times as much more an accent is worth where it is looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +153,49 @@ def with_edges(
         stage.did = f"{num:,} of {len(strokes):,} strokes lie at lost edges"
         stage.counts = {"strokes": len(strokes), "lost": num, "strength": strength}
     return replace(materials, strokes=softened), edges
+
+
+def with_accents(
+    config: PaintConfig,
+    views: "PlainViews",
+    gaussians: Gaussians,
+    focus: F64 | None,
+    made: Gaussians,
+    materials: Materials,
+    report: Report,
+) -> list[Coat]:
+    """The coat of accents, pure lights and darks that are laid last; none where nothing is missing.
+
+    Args:
+        config: the options.
+        views: plain pictures of the scene, the first that of the job.
+        gaussians: the scene, pruned.
+        focus: [N] factors of its Gaussians; None for none.
+        made: the strokes as they were made, in the light of the scene, which they lack something of.
+        materials: of the strokes as they are painted.
+        report: gets the stage.
+    """
+    count = round(NUM_ACCENTS * config.strokes.economy)
+    if config.media.kind != "paint" or count == 0 or len(made) == 0:
+        return []
+    with report.stage("accents") as stage:
+        from brushgs.passes.accents import accents
+
+        near = PlainViews(views.cameras[:NEAR_VIEWS], views.frames[:NEAR_VIEWS])
+        if focus is not None:
+            focus = 1 + STANDING_OUT * (focus - 1) / max(float(focus.max()) - 1, 1e-9)
+        found = accents(made, gaussians, near, count=count, focus=focus)
+        stage.did = f"{len(found):,} of pure light and dark"
+        stage.counts = {"strokes": len(found)}
+        if len(found) == 0:
+            return []
+        # Lit and graded as the stroke that each lies on, and with its brush.
+        rows = nearest_rows(made, found)
+        shifts = base_colors(materials.strokes.sh) - base_colors(made.sh)
+        found = shift_base_colors(found, shifts[rows])
+        if materials.strokes.brushes is not None:
+            found = replace(found, brushes=materials.strokes.brushes[rows])
+        return [materials.marks(ACCENTS, nearest_regions(materials.strokes, found), dry=0.0)]
 
 
 def in_own_lights(backdrop: Sequence[Coat], materials: Materials) -> tuple[list[Coat], Materials]:

@@ -6,7 +6,7 @@ Whoever needs strokes calls it: a painting once, the search for an error budget 
 again, and the bench for each point of its curves. So what is measured is what is painted.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ from brushgs.options.look_parts import ColorConfig
 from brushgs.options.painting import ClusterConfig, StrokesConfig
 from brushgs.painting.memory import Memory, NoMemory
 from brushgs.painting.report import Report, Stage, Stopwatch
-from brushgs.scene import Gaussians
+from brushgs.scene import Camera, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.arrays import F32, F64, Mask, Rows
@@ -99,6 +99,9 @@ class StrokeMaker:
         passes: what is done to the clusters, in this order.
         pass_watch: adds up the seconds of all passes.
         memory: of groupings, and of strokes merged of them.
+        economy: share in which few large strokes describe what is flat, see `group`.
+        cameras: views in which no stroke is longer than a share of the picture, see `brushgs.passes.slabs`;
+            none where that does not matter.
         motion: [N, m] how the Gaussians move, see `group`: then strokes have the numbers of their clusters as
             ids, or where each Gaussian is a stroke that of its row. None where nothing moves.
     """
@@ -108,6 +111,8 @@ class StrokeMaker:
     views: "PlainViews | None" = None
     focus: "F64 | None" = None
     is_solid: bool = False
+    economy: float = 0.0
+    cameras: Sequence[Camera] = ()
     passes: list[StrokePass] = field(default_factory=list)
     pass_watch: Stopwatch = field(default_factory=Stopwatch)
     memory: Memory = field(default_factory=NoMemory)
@@ -128,7 +133,8 @@ class StrokeMaker:
 
     def clusters(self, num_strokes: int) -> "Clustered":
         """The same before the passes: Gaussians that stand for those of the scene."""
-        makes = (self.gaussians, num_strokes, self.cluster, self.views, self.focus, self.is_solid)
+        makes = (self.gaussians, num_strokes, self.cluster, self.views, self.focus)
+        makes += self.is_solid, self.economy, tuple(self.cameras)
         return self.memory.of("cluster", makes, lambda: self._clustered(num_strokes))
 
     def of_groups(
@@ -176,6 +182,7 @@ class StrokeMaker:
             focus=self.focus,
             worth_keeping=_worth_keeping if self.is_solid else None,
             motion=self.motion,
+            economy=self.economy,
         )
 
     def _merged(
@@ -188,6 +195,11 @@ class StrokeMaker:
             rows = np.flatnonzero(_worth_keeping(strokes))
             rows = rows[_most_worth(strokes.take(rows), most)]
         strokes = strokes if len(rows) == len(strokes) else strokes.take(rows)
+        if self.cameras and into is None:  # coarser strokes of a painting that grows may be longer
+            from brushgs.passes.slabs import cut_slabs
+
+            strokes, origin = cut_slabs(strokes, self.cameras)
+            rows = rows[origin]
         return self._with_ids(strokes, rows), rows
 
     def _with_ids(self, strokes: Gaussians, ids: "Rows") -> Gaussians:

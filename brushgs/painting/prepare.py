@@ -25,7 +25,7 @@ from brushgs.painting.coats.materials import BACKDROP, Materials
 from brushgs.painting.coats.media import coats_of
 from brushgs.painting.count import open_view_model
 from brushgs.painting.drawing import open_picture_background, render_options
-from brushgs.painting.finishing import in_own_lights, with_edges, with_values
+from brushgs.painting.finishing import NEAR_VIEWS, in_own_lights, with_accents, with_edges, with_values
 from brushgs.painting.guidance import Guidance, open_guidance
 from brushgs.painting.lamp import Key, check_sun, day_of, open_lamp, open_site, suns_of
 from brushgs.painting.look import (
@@ -54,7 +54,7 @@ from brushgs.painting.plan import plan_cameras
 from brushgs.painting.regions import nearest_rows
 from brushgs.painting.report import Report
 from brushgs.painting.stroke_changes import changes_of
-from brushgs.painting.strokes import cluster_scene, load_scene, prune_scene
+from brushgs.painting.strokes import cluster_scene, cut_scene, load_scene, prune_scene
 from brushgs.painting.where import Rest, part, split_where, with_ids
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
@@ -69,8 +69,6 @@ if TYPE_CHECKING:
     from brushgs.passes.recolor import Palette
     from brushgs.rendering.growing import GrowingPainting
     from brushgs.rendering.options import RenderOptions
-
-NEAR_VIEWS = 4  # of those that strokes are made by: the view of a still and those around it
 
 
 @dataclass(frozen=True, eq=False)
@@ -332,6 +330,11 @@ def prepare(
             (gaussians, tuple(cameras)),
             lambda: select_seen(gaussians, cameras if film is None else plan.shown, report, at=at),
         )
+    is_economical = passes.economy > 0 and skip is None and clip is None
+    if is_economical and cameras:
+        gaussians = recall(
+            "slabs", (gaussians, tuple(cameras)), partial(cut_scene, gaussians, cameras, report)
+        )
     gaussians = recall(
         "prune",
         (gaussians, config.prune, cluster, is_for_view),
@@ -386,6 +389,8 @@ def prepare(
         guidance.views,
         focus,
         is_solid=passes.solid and skip is None,
+        economy=0.0 if skip else passes.economy,
+        cameras=cameras if is_economical else (),
         passes=list(changes.making),
         memory=memory,
         motion=None if clip is None else features_of(rows, gaussians),
@@ -458,6 +463,8 @@ def prepare(
         finish = finish.then("values", values.strokes)
     first, *others = coats_of(materials)
     coats = [*backdrop, first if plain is None else first.showing(plain), *others]
+    if is_economical and guidance.views is not None:
+        coats += with_accents(config, guidance.views, gaussians, focus, made, materials, report)
     moving = None
     if clip is not None and film is not None and motion is not None:
         coats = attached(coats, strokes, resting=(BACKDROP,))

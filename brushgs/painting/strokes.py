@@ -26,7 +26,7 @@ from brushgs.painting.blocks.budget import Budget
 from brushgs.painting.count import choose_count, cluster_to_target, describe_search
 from brushgs.painting.make_strokes import StrokeMaker
 from brushgs.painting.report import Report, Stage
-from brushgs.scene import FirstView, Gaussians
+from brushgs.scene import Camera, FirstView, Gaussians
 
 if TYPE_CHECKING:
     from brushgs.arrays import F64, Mask
@@ -299,6 +299,23 @@ def _palette_of_style(config: PaletteConfig, stage: Stage) -> "Palette":
     stage.did = f"{config.file}, {len(style.palette.colors)} colours"
     stage.counts = {"path": str(config.file)}
     return Palette.of_colors(style.palette.samples, style.palette.weights, space=config.space)
+
+
+def cut_scene(gaussians: Gaussians, cameras: Sequence[Camera], report: Report) -> Gaussians:
+    """Gaussians of which none covers much of a picture; a stage only where one would.
+
+    They are cut before strokes are made of them, so that the pieces count as strokes.
+    """
+    from brushgs.passes.slabs import cut_slabs
+
+    with report.stage("slabs") as stage:
+        pieces, _ = cut_slabs(gaussians, cameras)
+        stage.did = f"{len(gaussians):,} to {len(pieces):,} Gaussians, none longer than 12 % of a picture"
+        stage.counts = {"before": len(gaussians), "after": len(pieces)}
+        if pieces is gaussians:
+            stage.did = "nothing"
+            stage.skipped.append("slabs: no Gaussian covers much of a picture")
+    return pieces
 
 
 def recolor_scene(

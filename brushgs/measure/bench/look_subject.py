@@ -111,7 +111,7 @@ class Picture:
     def of(cls, prepared: Prepared, camera: Camera | None = None) -> "Picture":
         """What `brushgs render` paints, in the first view or another one."""
         seen = camera or prepared.camera
-        painting = with_cut_edges(prepared.painting.with_depth(False), seen)
+        painting = with_cut_edges(prepared.painting.with_depth(False), seen, prepared.edges)
         return cls(painting, seen, len(prepared.strokes)).in_size(seen)
 
     def frame(self) -> Frame:

@@ -111,7 +111,7 @@ class AloneLookPainter(AlonePainter):
         """One frame; it does not depend on the plain picture."""
         camera, prepared = self.cameras[index], self._at(index)
         with self.timer.draw.running():
-            painting = with_cut_edges(prepared.painting.with_depth(False), camera)
+            painting = with_cut_edges(prepared.painting.with_depth(False), camera, prepared.edges)
             frame = in_threads(painting, self.options.num_threads).frame(camera)
         self.timer.frames += 1
         return frame

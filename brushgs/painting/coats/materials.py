@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 BACKDROP = "backdrop"  # name of the coat of whatever stands around the strokes of a scene
 CUT_IN = "cutting in"  # of strokes of a stage along the outline of its subject, in one view
+ACCENTS = "accents"  # of pure lights and darks, which are laid last
 Color = tuple[float, float, float]
 LINE_TOLERANCE = (
     20.0  # times that of marks: a line is thin, and its own size says little about what it lies on
