@@ -138,7 +138,7 @@ def _stage(
     from brushgs.passes.stage.paint import Hand
 
     ground, strokes, seed = config.ground, materials.strokes, config.cluster.seed
-    suns = () if setting.suns is None else setting.suns[1:]
+    suns = [] if setting.suns is None else list(setting.suns[1:])
     stage = open_stage(site, strokes, setting.cameras, _tone_of(ground), suns)
     least, most = SIZES
     size = min(max((USUAL_STROKES / len(strokes)) ** 0.5, least), most) * ground.stage_size

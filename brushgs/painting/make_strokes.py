@@ -133,8 +133,8 @@ class StrokeMaker:
 
     def clusters(self, num_strokes: int) -> "Clustered":
         """The same before the passes: Gaussians that stand for those of the scene."""
-        makes = (self.gaussians, num_strokes, self.cluster, self.views, self.focus)
-        makes += self.is_solid, self.economy, tuple(self.cameras)
+        of_scene = self.gaussians, num_strokes, self.cluster, self.views, self.focus
+        makes = *of_scene, self.is_solid, self.economy, tuple(self.cameras)
         return self.memory.of("cluster", makes, lambda: self._clustered(num_strokes))
 
     def of_groups(

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, check
+from brushgs.arrays import F64, Array, Mask, check
 from brushgs.passes.color_space import oklab_of, rgb_of_oklab
 from brushgs.passes.edges.find import Edges, gathered, hardness
 from brushgs.passes.edges.outline import Around, view_of
@@ -41,7 +41,7 @@ def find_edges(
     *,
     light: Array | None = None,
     focus: Array | None = None,
-    subject: Array | None = None,
+    subject: Mask | None = None,
 ) -> Edges | None:
     """Find what strokes are to the outline of the subject; None where no view has an outline.
 

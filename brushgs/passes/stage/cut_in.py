@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brushgs.arrays import F64, Array
+from brushgs.arrays import F64, Array, Mask, Rows
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.color_space import oklab_of
 from brushgs.passes.stage.maps import blurred
@@ -40,7 +40,7 @@ class _Points(NamedTuple):
     normals: F64
     depths: F64
 
-    def take(self, chosen: F64) -> "_Points":
+    def take(self, chosen: Mask | Rows) -> "_Points":
         return _Points(*(column[chosen] for column in self))
 
 
@@ -65,7 +65,7 @@ def cut_in(subject: Gaussians, stage: Gaussians, camera: Camera, *, found: Array
     colors, differs = _outside_colors(points, over, behind, outside)
     if found is not None:
         shown = render_with(in_colors(subject, np.repeat(found[:, None], 3, axis=1)), small, kernel, options)
-        differs &= _seen(points, shown, HARD)[0][:, 0] > FOUND
+        differs = differs & (_seen(points, shown, HARD)[0][:, 0] > FOUND)
     points = points.take(differs)
     return _strokes(points, colors[differs], small, outside, length)
 
@@ -107,7 +107,7 @@ def _spread(points: _Points, apart: float, g: np.random.Generator) -> _Points:
     return points.take(np.array(kept, np.int64))
 
 
-def _outside_colors(points: _Points, over: Frame, behind: Frame, outside: float) -> tuple[F64, F64]:
+def _outside_colors(points: _Points, over: Frame, behind: Frame, outside: float) -> tuple[F64, Mask]:
     """[n, 3] colors of the stage beside the points, and whether the subject differs from them there."""
     colors, covered = _seen(points, behind, -outside)
     inside, solid = _seen(points, over, HARD)
