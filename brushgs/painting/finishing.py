@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from brushgs.arrays import F64, Array
+from brushgs.options.choices import Lock
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.coats.materials import ACCENTS, Materials
 from brushgs.painting.coats.media import coats_of
@@ -60,11 +61,10 @@ class Seen:
             materials: of the strokes.
         """
         small = some_small(cameras, MOST_VIEWS, SIDE)
-        coats = tuple(coats_of(materials))
-        subjects = [Painting(coats).frame(camera) for camera in small]
+        subjects = [_alone(coats_of(materials)).frame(camera) for camera in small]
         behinds = []
         for camera in small:
-            frame = Painting(tuple(backdrop)).frame(camera)
+            frame = _alone(backdrop).frame(camera)
             behinds.append(frame.rgb + (1 - frame.alpha[..., None]) * np.asarray(materials.paper, np.float32))
         return cls(small, subjects, behinds)
 
@@ -77,12 +77,24 @@ class Seen:
         ]
 
 
+def _alone(coats: Sequence[Coat]) -> Painting:
+    """Coats on nothing, flat, as a still shows them: along a path strokes turn only in its own views."""
+
+    def still(options: RenderOptions) -> RenderOptions:
+        lock: Lock = "anchor" if options.lock == "track" else options.lock
+        return replace(options, lock=lock, order="depth", relief=None, depth=False)
+
+    return Painting(tuple(replace(coat, options=still(coat.options)) for coat in coats))
+
+
 def with_values(
     config: PaintConfig,
     cameras: Sequence[Camera],
     backdrop: Sequence[Coat],
     materials: Materials,
     report: Report,
+    *,
+    keeps_hues: bool,
 ) -> "tuple[list[Coat], Materials, Values | None]":
     """The backdrop and the strokes in graded colours, and the grading; None where there is none.
 
@@ -92,6 +104,7 @@ def with_values(
         backdrop: the coat of what stands around the strokes, or none.
         materials: of the strokes.
         report: gets the stage, only where values are asked for.
+        keeps_hues: whether the colours are those of a palette or a style, which have a temperature already.
     """
     strength = config.color.values
     if strength == 0 or not cameras or len(materials.strokes) == 0:
@@ -106,6 +119,7 @@ def with_values(
         seen = Seen.of(cameras, backdrop, materials)
         coverages = [subject.alpha for subject in seen.subjects]
         values = fit_values(seen.pictures, coverages, strength=strength)
+        values = values.without_warmth if keeps_hues else values
         _describe(stage, values, seen)
     laid = [replace(coat, strokes=values.strokes(coat.strokes)) for coat in backdrop]
     return laid, replace(materials, strokes=values.strokes(materials.strokes)), values
