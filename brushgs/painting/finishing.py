@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from brushgs.arrays import F64, Array
-from brushgs.options.choices import Lock
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.coats.materials import ACCENTS, Materials
 from brushgs.painting.coats.media import coats_of
@@ -81,8 +80,8 @@ def _alone(coats: Sequence[Coat]) -> Painting:
     """Coats on nothing, flat, as a still shows them: along a path strokes turn only in its own views."""
 
     def still(options: RenderOptions) -> RenderOptions:
-        lock: Lock = "anchor" if options.lock == "track" else options.lock
-        return replace(options, lock=lock, order="depth", relief=None, depth=False)
+        flat = replace(options, order="depth", relief=None, depth=False)
+        return replace(flat, lock="anchor") if flat.lock == "track" else flat
 
     return Painting(tuple(replace(coat, options=still(coat.options)) for coat in coats))
 
@@ -194,8 +193,11 @@ def with_accents(
         return []
     with report.stage("accents") as stage:
         from brushgs.passes.accents import accents
+        from brushgs.passes.repaint import repaint
 
         near = PlainViews(views.cameras[:NEAR_VIEWS], views.frames[:NEAR_VIEWS])
+        if config.color.grades or config.color.pigments:  # what grading took away is not missing
+            made = repaint(made, gaussians, near)
         if focus is not None:
             focus = 1 + STANDING_OUT * (focus - 1) / max(float(focus.max()) - 1, 1e-9)
         found = accents(made, gaussians, near, count=count, focus=focus)

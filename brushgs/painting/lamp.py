@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 SMALL = 240  # pixels of the longer side of views that tell where strokes face
 MOST_VIEWS = 12
+INSIDE = 0.5  # strength of the light in a room, over that on an object: walls are flat, and show every error
 SUN_STEP = 6.0  # degrees of the way of a sun, between which colours are interpolated
 
 
@@ -62,7 +63,8 @@ class Key:
         if light.key == 0 or site is None:
             return None
         small = some_small(cameras, MOST_VIEWS, SMALL)
-        return cls(light.key, site, small, first_view is not None and first_view.eye is not None)
+        is_inside = first_view is not None and first_view.eye is not None
+        return cls(light.key * (INSIDE if is_inside else 1), site, small, is_inside)
 
     def on(self, strokes: Gaussians) -> "KeyLight":
         """Strokes that wait for a lamp."""
