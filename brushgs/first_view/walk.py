@@ -26,6 +26,7 @@ FIRM = 0.3  # opacity from which a Gaussian is a surface
 SMALL = 2.0  # over the median size of firm Gaussians: what is larger is sky, haze or badly trained
 MOST_POINTS = 5000  # of surfaces, for distances
 MIN_POINTS = 500  # of a scene that can be walked in
+FEWEST = 5000  # Gaussians of a capture of a place; what has fewer looks torn from wherever it is seen
 MIDDLE = (0.05, 0.95)  # quantiles of the points, along level axes, between which one walks
 GRID = np.linspace(-1.2, 1.2, 8)  # places along each level axis, half sizes of that
 LIFTS = (0.4, 0.7, 1.1)  # of the eye above the ground, in units
@@ -108,6 +109,8 @@ def inside_stand(gaussians: Gaussians, view: FirstView) -> Stand | None:
         gaussians: N Gaussians.
         view: of the scene, from outside.
     """
+    if len(gaussians) < FEWEST:
+        return None
     outside = shown_outside(gaussians, view)
     if not outside or float(np.median([shown.fine for shown in outside])) >= TORN:
         return None
