@@ -93,7 +93,7 @@ def with_values(
     materials: Materials,
     report: Report,
     *,
-    keeps_hues: bool,
+    has_own: str | None,
 ) -> "tuple[list[Coat], Materials, Values | None]":
     """The backdrop and the strokes in graded colours, and the grading; None where there is none.
 
@@ -103,22 +103,23 @@ def with_values(
         backdrop: the coat of what stands around the strokes, or none.
         materials: of the strokes.
         report: gets the stage, only where values are asked for.
-        keeps_hues: whether the colours are those of a palette or a style, which have a temperature already.
+        has_own: what has values of its own, such as "the palette"; None for nothing.
     """
     strength = config.color.values
     if strength == 0 or not cameras or len(materials.strokes) == 0:
         return list(backdrop), materials, None
     with report.stage("values") as stage:
         if config.media.kind != "paint":
+            has_own = config.media.kind
+        if has_own is not None:
             stage.did = "nothing"
-            stage.skipped.append(f"values: {config.media.kind} has its own")
+            stage.skipped.append(f"values: {has_own} has its own")
             return list(backdrop), materials, None
         from brushgs.passes.values import fit_values
 
         seen = Seen.of(cameras, backdrop, materials)
         coverages = [subject.alpha for subject in seen.subjects]
         values = fit_values(seen.pictures, coverages, strength=strength)
-        values = values.without_warmth if keeps_hues else values
         _describe(stage, values, seen)
     laid = [replace(coat, strokes=values.strokes(coat.strokes)) for coat in backdrop]
     return laid, replace(materials, strokes=values.strokes(materials.strokes)), values

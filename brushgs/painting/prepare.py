@@ -456,10 +456,8 @@ def prepare(
         focus=None if focus is None else focus[nearest_rows(gaussians, materials.strokes)],
         ground=None if site is None else site.ground,
     )
-    keeps_hues = named.palette is not None or named.styles is not None
-    backdrop, materials, values = with_values(
-        config, cameras, backdrop, materials, report, keeps_hues=keeps_hues
-    )
+    has_own = "the palette" if named.palette is not None else None if named.styles is None else "the style"
+    backdrop, materials, values = with_values(config, cameras, backdrop, materials, report, has_own=has_own)
     backdrop, materials = in_own_lights(backdrop, materials)
     if values is not None:
         surface = recolored_ground(surface, values.without_warmth.picture)

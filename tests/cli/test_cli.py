@@ -46,7 +46,7 @@ def names(folder="."):
     return sorted(path.name for path in Path(folder).iterdir())
 
 
-SMALL = ["--stroke", "ellipse", "--strokes", "100", "--size", "64x48"]
+SMALL = ["--stroke", "ellipse", "--strokes", "100", "--size", "64x48", "--economy", "0"]
 
 
 def run(capsys, *words):

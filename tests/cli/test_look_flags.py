@@ -69,6 +69,8 @@ def test_a_stroke_takes_the_place_of_the_brushes_and_the_rest_stays():
         draw=DrawConfig("swirl"),
         ground=OIL.ground,
         light=OIL.light,
+        color=OIL.color,
+        strokes=OIL.strokes,
     )
     assert config_of("--look", "plain", "--stroke", "swirl") == PaintConfig(draw=DrawConfig("swirl"))
 
@@ -114,6 +116,12 @@ def test_a_backdrop_is_a_stage_or_loose_or_none(words, stage, backdrop, is_alway
         (["--relief", "0"], "light", "relief", 0.0),
         (["--relief", "40%"], "light", "relief", 0.4),
         (["--lamp", "-45,30"], "light", "lamp", (radians(-45), radians(30))),
+        (["--sun", "-45,30"], "light", "sun", (radians(-45), radians(30))),
+        (["--key", "0.25"], "light", "key", 0.25),
+        (["--values", "0.25"], "color", "values", 0.25),
+        (["--edges", "0.25"], "strokes", "edges", 0.25),
+        (["--economy", "0.25"], "strokes", "economy", 0.25),
+        (["--focus", "off"], "strokes", "focus", None),
         (["--gloss", "0.1"], "light", "gloss", 0.1),
         (["--canvas", "paper"], "light", "canvas", "paper"),
         (["--strokes", "50"], "cluster", "strokes", 50),
@@ -151,6 +159,9 @@ def test_the_preset_of_a_version_keeps_its_defaults_in_any_look(look):
         clean=CleanConfig("floaters"),
         view=ViewConfig(),
         ground=replace(now.ground, stage=False),
+        light=replace(now.light, key=0.0),
+        color=replace(now.color, values=0.0),
+        strokes=replace(now.strokes, focus=None, economy=0.0, edges=0.0),
     )
     again = paint_config(parse([*words, "--size", "auto", "--clean", "off"]), view=VIEW)
     assert (again.view.size, again.clean.floaters) == ("auto", "off")
@@ -199,6 +210,8 @@ def test_a_painting_is_called_after_its_stroke_or_its_look(words, name):
         (["--canvas", "silk"], "--canvas: invalid choice: 'silk'"),
         (["--pigments", "1"], "pigments must be 2 to 256, or 0 for any colour, got 1"),
         (["--chroma", "9"], "chroma must be 0 to 3, got 9"),
+        (["--sun", "10,-5"], "sun must have an elevation above 0 and at most 90 degrees, got -5"),
+        (["--sun", "0,20..90,91"], "sun must have an elevation above 0 and at most 90 degrees, got 91"),
         (["--backdrop", "many"], "--backdrop must be stage, loose, on, off or a whole number, got 'many'"),
         (["--backdrop", "99999"], "backdrop must be 0 to 20000, got 99999"),
         (["--ground", ""], "ground must be toned, canvas, paper, none"),
