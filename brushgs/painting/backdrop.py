@@ -66,15 +66,13 @@ class Setting:
 
 
 def needs_place(config: PaintConfig, gaussians: Gaussians, camera: Camera | None) -> bool:
-    """Whether a stage or a lamp has to know how a scene stands: not a scene that fills a given picture.
+    """Whether a stage has to know how a scene stands: not one that fills the picture of a given camera.
 
     Args:
         config: of the job.
         gaussians: the scene.
         camera: that is given; None where it is framed.
     """
-    if config.light.is_in_scene:
-        return True
     if not config.ground.stage or camera is None or config.ground.backdrop_always:
         return config.ground.stage
     from brushgs.passes.backdrop import FULL_BORDER, border_alpha

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.surface import Surface
 
 BOUGHT = {"canvas": "#dccfb8", "paper": "#f7f3ea"}  # grounds as they come
+BY_LIGHT = 2.0  # how far paint lies thick in the lights and thin in the darks, over the strength of the key
 LINE_BRUSH = "line"
 
 
@@ -31,7 +32,7 @@ def open_relief(config: LightConfig) -> "Relief | None":
         return None
     from brushgs.rendering.relief import Relief
 
-    return Relief(thickness=config.base, gain=config.gain, by_light=config.key)
+    return Relief(thickness=config.base, gain=config.gain, by_light=min(BY_LIGHT * config.key, 1.0))
 
 
 def open_surface(

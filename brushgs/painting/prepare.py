@@ -231,6 +231,12 @@ def prepare(
     needs_view = needs_view or is_counted or is_for_view or (sees and skip is None)
     needs_background = needs_background or is_counted
     needs_stage = needs_view and needs_background and not merges_later
+    needs_first_view = (
+        needs_first_view
+        or named.needs_first_view
+        or (config.painted is not None and config.painted.needs_first_view)
+        or (needs_stage and needs_place(config, gaussians, views if isinstance(views, Camera) else None))
+    )
     plan = plan_cameras(
         gaussians,
         notes,
@@ -241,10 +247,7 @@ def prepare(
         memory,
         check_path=check_path,
         needs_view=needs_view,
-        needs_first_view=needs_first_view
-        or named.needs_first_view
-        or (config.painted is not None and config.painted.needs_first_view)
-        or (needs_stage and needs_place(config, gaussians, views if isinstance(views, Camera) else None)),
+        needs_first_view=needs_first_view or (needs_stage and config.light.is_in_scene),
     )
     cameras, film, first_view = plan.cameras, plan.film, plan.first_view
     config = replace(config, view=plan.view)
@@ -443,8 +446,9 @@ def prepare(
     backdrop: list[Coat] = []
     suns, of_backdrop = suns_of(config.light, first_view), None
     if plain is None or config.ground.backdrop_always:  # what is not painted is as the scene has it
+        seen_as = first_view if needs_first_view or plan.is_framed else None  # known for the light alone
         setting = Setting(
-            gaussians, first_view, site, suns, cameras, guidance.views, kit, changes.colors, named.styles
+            gaussians, seen_as, site, suns, cameras, guidance.views, kit, changes.colors, named.styles
         )
         backdrop, materials, of_backdrop = open_backdrop(config, setting, materials, report)
     materials, edges = with_edges(

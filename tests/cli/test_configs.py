@@ -108,7 +108,7 @@ def test_flags_become_configuration(words, prune, cluster, draw):
     ],
 )
 def test_flags_of_strokes_become_configuration(words, expected):
-    assert paint_config(parse(["render", "a.ply", *words])).strokes == expected
+    assert paint_config(parse(["render", "a.ply", "--look", "plain", *words])).strokes == expected
     if not {"--preset", "--stroke"} & set(words):
         for command in ("cluster", "refine", "stability", "bench"):
             assert paint_config(parse([command, "a.ply", *words])).strokes == expected
@@ -122,10 +122,12 @@ def test_flags_of_strokes_become_configuration(words, expected):
         (["--underpaint", "1"], "--underpaint must be on or off, got '1'"),
         (["--streaks", "0.9"], "streaks must be 0 to 0.5, got 0.9"),
         (["--broken-color", "2"], "broken-color must be 0 to 0.2, got 2"),
-        (["--focus", "1,2,3"], "--focus must be subject, x,y,z,radius in world units"),
+        (["--economy", "2"], "economy must be 0 to 1, got 2"),
+        (["--edges", "-0.1"], "edges must be 0 to 1, got -0.1"),
+        (["--focus", "1,2,3"], "--focus must be auto, off, subject, x,y,z,radius in world units"),
         (["--focus", "1,2,3,0"], "--focus must be four finite numbers, the radius above 0"),
         (["--focus", "1,2,nan,1"], "--focus must be four finite numbers, the radius above 0"),
-        (["--focus", ""], "--focus must be subject"),
+        (["--focus", ""], "--focus must be auto, off, subject"),
         (["--direction", "up"], "--direction must be own, form, colour, style, painting:FILE or guides:FILE"),
     ],
 )
