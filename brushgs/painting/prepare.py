@@ -1,9 +1,9 @@
 """The one preparation of every command: from a scene and options to the strokes, the views and how to draw.
 
     stroke (-> style, palette) -> load -> clean (-> first view) -> camera or path (-> crumbs) (-> regions,
-        background, ground, plain) -> plain views (-> seen, lines) -> prune (-> focus, count) -> cluster
-        -> solid -> direction -> repaint (-> recolor) (-> colour) -> broken colour (-> style colours, adjust)
-        (-> brushes) (-> backdrop) -> coats
+        background, ground, plain) -> plain views (-> seen, lines) (-> slabs) -> prune (-> focus, count)
+        -> cluster -> solid -> direction -> repaint (-> recolor) (-> colour) -> broken colour (-> style
+        colours, adjust) (-> brushes) (-> key) (-> backdrop) (-> edges) (-> values) -> coats (-> accents)
 
 Cameras are framed on the cleaned scene, so that paintings of one scene with different counts line up.
 """
@@ -334,7 +334,7 @@ def prepare(
             lambda: select_seen(gaussians, cameras if film is None else plan.shown, report, at=at),
         )
     is_economical = passes.economy > 0 and skip is None and clip is None
-    if is_economical and cameras:
+    if is_economical and cameras and cluster.strokes is not None:  # else each Gaussian is to be a stroke
         gaussians = recall(
             "slabs", (gaussians, tuple(cameras)), partial(cut_scene, gaussians, cameras, report)
         )
