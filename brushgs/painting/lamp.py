@@ -12,7 +12,6 @@ from brushgs.options.look_parts import USUAL_LAMP, LightConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.coats.materials import BACKDROP
 from brushgs.painting.make_strokes import StrokePass
-from brushgs.painting.memory import Memory
 from brushgs.rendering.coat import Coat
 from brushgs.scene import Camera, FirstView, Gaussians
 
@@ -72,7 +71,7 @@ class Key:
 
         return KeyLight.of(strokes, self.cameras, self.site.place, is_inside=self.is_inside)
 
-    def stroke_pass(self, *, skip: str | None, memory: Memory) -> StrokePass:
+    def stroke_pass(self, *, skip: str | None) -> StrokePass:
         """The pass that lights strokes; `skip` says why it does not run."""
 
         def lit(strokes: Gaussians) -> Gaussians:
@@ -80,7 +79,7 @@ class Key:
 
         what = f"lit, warm in the light and cool in the shade, by {self.strength:g}"
         counts = {"strength": self.strength, "towards": [round(x, 3) for x in self.site.towards.tolist()]}
-        return StrokePass("key", what, lit, skip, counts, (self,), memory)
+        return StrokePass("key", what, lit, skip, counts)
 
 
 def some_small(cameras: Sequence[Camera], most: int, side: int) -> list[Camera]:

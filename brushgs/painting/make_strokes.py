@@ -193,24 +193,16 @@ class StrokeMaker:
         rows = np.arange(len(strokes))
         if self.is_solid:
             rows = np.flatnonzero(_worth_keeping(strokes))
-        strokes = _taken(strokes, rows)
+            rows = rows[_most_worth(strokes.take(rows), most)]
+        strokes = strokes if len(rows) == len(strokes) else strokes.take(rows)
         if self.cameras and into is None:  # coarser strokes of a painting that grows may be longer
-            from brushgs.passes.slabs import cut_slabs
+            from brushgs.passes.slabs import shorten_slabs
 
-            strokes, origin = cut_slabs(strokes, self.cameras)
-            rows = rows[origin]
-        if self.is_solid or self.cameras:
-            kept = _most_worth(strokes, most)
-            strokes, rows = _taken(strokes, kept), rows[kept]
+            strokes = shorten_slabs(strokes, self.cameras)
         return self._with_ids(strokes, rows), rows
 
     def _with_ids(self, strokes: Gaussians, ids: "Rows") -> Gaussians:
         return strokes if self.motion is None else replace(strokes, ids=ids.astype(np.int32))
-
-
-def _taken(strokes: Gaussians, rows: "Rows") -> Gaussians:
-    """Some rows, ascending; the strokes themselves where these are all."""
-    return strokes if len(rows) == len(strokes) else strokes.take(rows)
 
 
 def _worth_keeping(strokes: Gaussians) -> "Mask":

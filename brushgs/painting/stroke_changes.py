@@ -110,7 +110,7 @@ def changes_of(
         palettes = regions.palettes(palettes)
         restyling = regions.style_passes(restyling, colors)
         adjusting = regions.adjust_passes(adjusting)
-    lit = [] if key is None else [key.stroke_pass(skip=skip, memory=memory)]
+    lit = [] if key is None else [key.stroke_pass(skip=skip)]
     is_plain = named.palette is None and not colors.are_any and (regions is None or not regions.recolors)
     after = [
         *(

@@ -66,8 +66,7 @@ def cut_slabs(
         return strokes, rows
     half = np.broadcast_to(np.asarray(num_sigmas, np.float64), len(strokes))
     check("cut_slabs", means=(strokes.means, "N 3"), num_sigmas=(half, "N"))
-    step = max(1, ceil(len(cameras) / MOST_VIEWS))
-    views = _Views.of(strokes, cameras[::step], longest)
+    views = _Views.of(strokes, _some(cameras), longest)
     sizes = views.sizes(strokes, half)
     changes = (sizes.length > 1) & views.are_near(strokes)
     if not changes.any():
@@ -91,6 +90,29 @@ def cut_slabs(
     )
     origin = origin[order]
     return replace(strokes.take(origin), means=means, scales=scales), origin
+
+
+def too_long(strokes: Gaussians, cameras: Sequence[Camera]) -> Mask:
+    """Mask [k] of the strokes that `cut_slabs` would cut or drop."""
+    if len(strokes) == 0 or not cameras:
+        return np.zeros(len(strokes), bool)
+    views, half = _Views.of(strokes, _some(cameras), LONGEST), np.full(len(strokes), NUM_SIGMAS)
+    return np.asarray((views.sizes(strokes, half).length > 1) & views.are_near(strokes))
+
+
+def shorten_slabs(strokes: Gaussians, cameras: Sequence[Camera]) -> Gaussians:
+    """The same strokes, row by row, those that are too long as a whole shortened; see `cut_slabs`."""
+    if len(strokes) == 0 or not cameras:
+        return strokes
+    views, half = _Views.of(strokes, _some(cameras), LONGEST), np.full(len(strokes), NUM_SIGMAS)
+    sizes = views.sizes(strokes, half)
+    rows = np.flatnonzero((sizes.length > 1) & views.are_near(strokes))
+    return _cut(strokes, sizes, rows, half, at_most=(1, 1))[0] if len(rows) else strokes
+
+
+def _some(cameras: Sequence[Camera]) -> Sequence[Camera]:
+    """At most `MOST_VIEWS` of the views, evenly spread."""
+    return cameras[:: max(1, ceil(len(cameras) / MOST_VIEWS))]
 
 
 @dataclass(frozen=True, eq=False)

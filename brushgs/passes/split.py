@@ -17,6 +17,7 @@ from brushgs.arrays import F32, F64, Array
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.economy import LEAST, SEEN, ViewingError
 from brushgs.passes.groups import add_rows, compacted
+from brushgs.passes.slabs import too_long
 from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.view_by_view import view_by_view
@@ -83,6 +84,8 @@ def split(
         errors = painted_errors(strokes, views, seen, economy) * is_kept
         if focus is not None:
             errors *= _means(focus[:, None], weights, found, len(strokes))[:, 0]
+        if economy:  # what is longer than a mark may be is cut first
+            errors[too_long(strokes, views.cameras)] += errors.max(initial=0.0)
         errors[np.bincount(found, minlength=len(strokes)) < 2] = 0
         errors[errors < economy * least] = 0
         worst = np.argsort(-errors, kind="stable")[: -(-num_missing // remaining)]

@@ -34,17 +34,18 @@ def changed(step, **values):
     return replace(OIL, **{step: replace(getattr(OIL, step), **values)})
 
 
+LIT = {"site", "key"}  # where the scene stands, and its lamp
 CHANGES = [
     (OIL, set()),
     (changed("light", relief=0.9), set()),
-    (changed("light", lamp=(1.0, 0.5)), set()),
+    (changed("light", lamp=(1.0, 0.5)), LIT),
     (changed("light", canvas="paper"), {"ground"}),
     (changed("ground", ground="#336699"), {"ground"}),
     (changed("color", chroma=2.0), set()),
     (changed("draw", streaks=0.3), set()),
     (replace(changed("draw", stroke="dab"), brushes=PaintConfig().brushes), {"stroke"}),
-    (changed("cluster", strokes=40), {"prune", "focus", "cluster", "solid", "direction", "repaint"}),
-    (changed("prune", keep=0.5), {"prune", "focus", "cluster", "solid", "direction", "repaint"}),
+    (changed("cluster", strokes=40), {"prune", "focus", "cluster", "solid", "direction", "repaint"} | LIT),
+    (changed("prune", keep=0.5), {"prune", "focus", "cluster", "solid", "direction", "repaint"} | LIT),
     (changed("strokes", solid=False), {"cluster", "direction", "repaint"}),
 ]
 

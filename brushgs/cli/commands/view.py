@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from brushgs.viewer.session import Session
 
 # Flags that say nothing of what `brushgs render` paints.
-OF_THE_VIEWER = {"host", "port", "browser", "headset", "certificate", "key"}
+OF_THE_VIEWER = {"host", "port", "browser", "headset", "certificate", "private_key"}
 
 
 def add_flags(parser: ArgumentParser) -> None:
