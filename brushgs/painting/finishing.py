@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 
 SIDE = 480  # pixels of the longer side of the pictures; with fewer leaves widen, and their darks count more
 MOST_VIEWS = 3  # of a path
-NUM_ACCENTS = 60
+# Accents of a painting of 4800 strokes and more; of fewer one to 80 strokes, and of 400 none.
+NUM_ACCENTS, STROKES_EACH, LEAST_STROKES = 60, 80, 400
 NEAR_VIEWS = 4  # of those that strokes are made by: the view of a still and those around it
 STANDING_OUT = 3.0  # times as much more an accent is worth where it is looked at
 
@@ -189,8 +190,8 @@ def with_accents(
         materials: of the strokes as they are painted.
         report: gets the stage.
     """
-    count = round(NUM_ACCENTS * config.strokes.economy)
-    if config.media.kind != "paint" or count == 0 or len(made) == 0:
+    count = round(config.strokes.economy * min(NUM_ACCENTS, len(made) // STROKES_EACH))
+    if config.media.kind != "paint" or count == 0 or len(made) < LEAST_STROKES:
         return []
     with report.stage("accents") as stage:
         from brushgs.passes.accents import accents

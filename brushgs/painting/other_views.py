@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from brushgs.options.painting import DrawConfig, PaintConfig
 from brushgs.painting.drawing import open_picture_background
-from brushgs.painting.look import open_surface
+from brushgs.painting.look import open_surface, recolored_ground
 from brushgs.painting.prepare import Prepared
 from brushgs.painting.report import Report
 from brushgs.rendering.coat import Coat
@@ -30,6 +30,8 @@ def seen_by(prepared: Prepared, config: PaintConfig, camera: Camera, report: Rep
     """
     background = open_picture_background(config.draw, camera, report)
     surface = open_surface(config, prepared.whole_scene, camera, report)
+    for change in prepared.ground_changes:
+        surface = recolored_ground(surface, change)
     painting = replace(prepared.painting, surface=surface)
     return replace(prepared, cameras=[camera], path=None, background=background, painting=painting)
 

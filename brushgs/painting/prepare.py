@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from brushgs.arrays import Array
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
@@ -96,6 +97,7 @@ class Prepared:
         region_names: of the parts that are painted otherwise, from label 1 on.
         plain: Gaussians that are shown as they are among the strokes; None where all is painted.
         edges: what the strokes are to lost and found edges; None where there are none.
+        ground_changes: what was done to the colours of the ground, in this order.
     """
 
     strokes: Gaussians
@@ -117,6 +119,7 @@ class Prepared:
     region_names: Sequence[str] = ()
     plain: Gaussians | None = None
     edges: "Edges | None" = None
+    ground_changes: Sequence[Callable[[Array], Array]] = ()
 
     @property
     def camera(self) -> Camera:
@@ -418,7 +421,9 @@ def prepare(
     strokes, grouping = cluster_scene(maker, report, num_loaded=num_loaded, view_model=view_model)
     made = strokes
     strokes = finish(strokes, report)
+    ground_changes: list[Callable[[Array], Array]] = []
     if changes.colors.are_any:
+        ground_changes.append(changes.colors.ground)
         surface = recolored_ground(surface, changes.colors.ground)
     motion = None
     if clip is not None and film is not None:
@@ -464,6 +469,7 @@ def prepare(
     backdrop, materials, values = with_values(config, cameras, backdrop, materials, report, has_own=has_own)
     backdrop, materials = in_own_lights(backdrop, materials)
     if values is not None:
+        ground_changes.append(values.without_warmth.picture)
         surface = recolored_ground(surface, values.without_warmth.picture)
         finish = finish.then("values", values.strokes)
     first, *others = coats_of(materials)
@@ -493,6 +499,7 @@ def prepare(
         options=materials.options,
         palette=named.palette,
         edges=edges,
+        ground_changes=ground_changes,
         painting=painting,
         growth=growth,
         moving=moving,

@@ -24,7 +24,7 @@ def oil(**light):
     config = Look.open("oil").config
     return replace(
         config,
-        cluster=replace(config.cluster, strokes=250),
+        cluster=replace(config.cluster, strokes=500),
         draw=replace(config.draw, lock="anchor"),  # frames below are painted without a track
         view=replace(config.view, size=(96, 72), up=(0, -1, 0)),
         light=replace(config.light, **light),

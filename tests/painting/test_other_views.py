@@ -22,10 +22,12 @@ def config_of(look):
     """Of strokes that no view of the job guides: they are the same whatever is seen."""
     config = Look.open(look).config
     return PaintConfig(
-        **{name: getattr(config, name) for name in ("brushes", "color", "light", "media", "draw")},
+        **{name: getattr(config, name) for name in ("brushes", "media", "draw")},
+        color=replace(config.color, values=0.0),
+        light=replace(config.light, key=0.0),
         ground=replace(config.ground, backdrop=0, stage=False),
         cluster=replace(config.cluster, strokes=100),
-        strokes=replace(config.strokes, see="off"),
+        strokes=replace(config.strokes, see="off", focus=None, economy=0.0, edges=0.0),
         view=replace(config.view, size=(96, 72)),
     )
 

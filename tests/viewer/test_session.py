@@ -51,7 +51,7 @@ def test_the_first_painting_is_that_of_the_command_line(painted):
 def test_relief_lamp_and_brush_make_no_strokes_anew(painted):
     session, first = painted
     lit, made = anew(session, Settings(relief=0.9, lamp=(20, 60), stroke="dab"))
-    assert made == {"stroke"}
+    assert made == {"stroke", "site", "key"}
     assert np.shares_memory(lit.prepared.strokes.means, first.prepared.strokes.means)
     header = header_of(lit.contents)
     assert [brush["name"] for brush in header["brushes"]] == ["dab"]

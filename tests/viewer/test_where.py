@@ -87,7 +87,7 @@ def test_strokes_are_in_it_where_the_scene_around_them_is(painted):
     (coat,), (rows,) = painted.prepared.painting.coats, painted.rows
     across = coat.strokes.means[rows, 0] - middle
     scale = coat.strokes.scales[rows].max(axis=1)
-    is_clear = np.abs(across) > 3 * scale
+    is_clear = np.abs(across) > 5 * scale  # long strokes are shorter than what they were made of
     assert is_clear.sum() > 20
     np.testing.assert_array_equal(sides[0].columns[0][is_clear], np.where(across[is_clear] > 0, 255, 0))
     total = sides[0].columns[0].astype(int) + sides[1].columns[0]
