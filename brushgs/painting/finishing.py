@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from brushgs.passes.values import Values
 
 SIDE = 480  # pixels of the longer side of the pictures; with fewer leaves widen, and their darks count more
+TOLD = 3  # every so many pixels of them are looked at for the report
 MOST_VIEWS = 3  # of a path
 # Accents of a painting of 4800 strokes and more; of fewer one to 80 strokes, and of 400 none.
 NUM_ACCENTS, STROKES_EACH, LEAST_STROKES = 60, 80, 400
@@ -234,7 +235,7 @@ def _describe(stage: Stage, values: "Values", seen: Seen) -> None:
     """Report what the grading does to the first view."""
     from brushgs.passes.squint import Squint
 
-    picture, coverage = seen.pictures[0], seen.subjects[0].alpha
+    picture, coverage = (one[::TOLD, ::TOLD] for one in (seen.pictures[0], seen.subjects[0].alpha))
     before, after = Squint.of(picture, coverage), Squint.of(values.picture(picture), coverage)
     three = after.three_values._asdict()
     stage.did = f"a range of values of {after.range:.0f} of 100, from {before.range:.0f}"

@@ -34,7 +34,7 @@ APART = 3.0  # lengths, at least, between two accents: side by side they read as
 OPACITY = 0.95
 BEFORE = 8  # strokes nearby, before all of which an accent lies
 LEAST = 0.05  # OKLab L times pixels, over all views, that are missing at an accent
-MOST_PLACES = 40  # that are compared, for each accent
+MOST_PLACES = 20  # that are compared, for each accent
 SURE = 0.5  # alpha of a pixel that shows a colour
 MOST_LIFT = 1.5  # lengths by which it comes before its place at most
 
