@@ -1,12 +1,12 @@
-"""What a painter does last, with the whole picture before him: its values, and edges that are lost and found.
+"""What a painter does last, with the whole picture before him: edges lost and found, values, and accents.
 
-Both are decided once for a job, on small pictures of the painting in a few of its views, before it is lit:
-so they are the same in every frame.
+All are decided once for a job, on small pictures in a few of its views, before paint and canvas are lit: so
+they are the same in every frame.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.plain import PlainViews
-from brushgs.scene import Camera, Frame, Gaussians
+from brushgs.scene import Camera, Gaussians
 from brushgs.sh import base_colors, shift_base_colors
 
 if TYPE_CHECKING:
@@ -38,44 +38,35 @@ NEAR_VIEWS = 4  # of those that strokes are made by: the view of a still and tho
 STANDING_OUT = 3.0  # times as much more an accent is worth where it is looked at
 
 
-@dataclass(frozen=True, eq=False)
-class Seen:
+class Seen(NamedTuple):
     """A painting in a few views of its job, small and unlit.
 
     Attributes:
-        cameras: the views.
-        subjects: of each, the strokes of the scene alone.
-        behinds: of each what is seen where they are not, opaque: the backdrop and the ground, [H, W, 3].
+        pictures: [H, W, 3] of each view, opaque.
+        coverages: [H, W] of each, how far the strokes of the scene cover it.
     """
 
-    cameras: Sequence[Camera]
-    subjects: Sequence[Frame]
-    behinds: Sequence[Array]
+    pictures: list[Array]
+    coverages: list[Array]
 
-    @classmethod
-    def of(cls, cameras: Sequence[Camera], backdrop: Sequence[Coat], materials: Materials) -> "Seen":
-        """Paint them.
 
-        Args:
-            cameras: of the job, at least one; of many, some that are evenly spread.
-            backdrop: the coat of what stands around the strokes, or none.
-            materials: of the strokes.
-        """
-        small = some_small(cameras, MOST_VIEWS, SIDE)
-        subjects = [_alone(coats_of(materials)).frame(camera) for camera in small]
-        behinds = []
-        for camera in small:
-            frame = _alone(backdrop).frame(camera)
-            behinds.append(frame.rgb + (1 - frame.alpha[..., None]) * np.asarray(materials.paper, np.float32))
-        return cls(small, subjects, behinds)
+def seen_small(cameras: Sequence[Camera], backdrop: Sequence[Coat], materials: Materials) -> Seen:
+    """Paint small pictures of a painting.
 
-    @property
-    def pictures(self) -> list[Array]:
-        """[H, W, 3] of each view, all that is painted."""
-        return [
-            subject.rgb + (1 - subject.alpha[..., None]) * behind
-            for subject, behind in zip(self.subjects, self.behinds, strict=True)
-        ]
+    Args:
+        cameras: of the job, at least one; of many, some that are evenly spread.
+        backdrop: the coat of what stands around the strokes, or none.
+        materials: of the strokes.
+    """
+    subject, behind, seen = _alone(coats_of(materials)), _alone(backdrop), Seen([], [])
+    for camera in some_small(cameras, MOST_VIEWS, SIDE):
+        picture = np.asarray(materials.paper, np.float32)
+        frame = subject.frame(camera)
+        for one in (behind.frame(camera), frame):
+            picture = one.rgb + (1 - one.alpha[..., None]) * picture
+        seen.pictures.append(picture)
+        seen.coverages.append(frame.alpha)
+    return seen
 
 
 def _alone(coats: Sequence[Coat]) -> Painting:
@@ -119,9 +110,8 @@ def with_values(
             return list(backdrop), materials, None
         from brushgs.passes.values import fit_values
 
-        seen = Seen.of(cameras, backdrop, materials)
-        coverages = [subject.alpha for subject in seen.subjects]
-        values = fit_values(seen.pictures, coverages, strength=strength)
+        seen = seen_small(cameras, backdrop, materials)
+        values = fit_values(seen.pictures, seen.coverages, strength=strength)
         _describe(stage, values, seen)
     laid = [replace(coat, strokes=values.strokes(coat.strokes)) for coat in backdrop]
     return laid, replace(materials, strokes=values.strokes(materials.strokes)), values
@@ -134,6 +124,7 @@ def with_edges(
     materials: Materials,
     report: Report,
     *,
+    gaussians: Gaussians,
     focus: F64 | None,
     ground: "Ground | None",
 ) -> "tuple[Materials, Edges | None]":
@@ -145,7 +136,8 @@ def with_edges(
         backdrop: the coat of what stands around the strokes, or none.
         materials: of the strokes.
         report: gets the stage, only where edges are asked for.
-        focus: [k] factors of the strokes; None for none.
+        gaussians: the scene, N, pruned.
+        focus: [N] factors of its Gaussians; None for none.
         ground: that the scene brings, which has no outline to lose; None for none.
     """
     strength, strokes = config.strokes.edges, materials.strokes
@@ -163,7 +155,8 @@ def with_edges(
 
         around = Around(backdrop[0].strokes, materials.paper)
         subject = None if ground is None else ~ground.is_on(ground.place.local(strokes.means))
-        edges = find_edges(strokes, cameras, around, focus=focus, subject=subject)
+        of_strokes = None if focus is None else focus[nearest_rows(gaussians, strokes)]
+        edges = find_edges(strokes, cameras, around, focus=of_strokes, subject=subject)
         softened = soften_edges(strokes, edges, strength)
         num = 0 if edges is None else int(np.count_nonzero(edges.lost > 0.5 * edges.near.max()))
         stage.did = f"{num:,} of {len(strokes):,} strokes lie at lost edges"
@@ -235,7 +228,7 @@ def _describe(stage: Stage, values: "Values", seen: Seen) -> None:
     """Report what the grading does to the first view."""
     from brushgs.passes.squint import Squint
 
-    picture, coverage = (one[::TOLD, ::TOLD] for one in (seen.pictures[0], seen.subjects[0].alpha))
+    picture, coverage = (one[::TOLD, ::TOLD] for one in (seen.pictures[0], seen.coverages[0]))
     before, after = Squint.of(picture, coverage), Squint.of(values.picture(picture), coverage)
     three = after.three_values._asdict()
     stage.did = f"a range of values of {after.range:.0f} of 100, from {before.range:.0f}"

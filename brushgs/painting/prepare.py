@@ -52,7 +52,6 @@ from brushgs.painting.moving import (
 )
 from brushgs.painting.named import Named, open_named
 from brushgs.painting.plan import plan_cameras
-from brushgs.painting.regions import nearest_rows
 from brushgs.painting.report import Report
 from brushgs.painting.stroke_changes import changes_of
 from brushgs.painting.strokes import cluster_scene, cut_scene, load_scene, prune_scene
@@ -462,7 +461,8 @@ def prepare(
         backdrop,
         materials,
         report,
-        focus=None if focus is None else focus[nearest_rows(gaussians, materials.strokes)],
+        gaussians=gaussians,
+        focus=focus,
         ground=None if site is None else site.ground,
     )
     has_own = "the palette" if named.palette is not None else None if named.styles is None else "the style"

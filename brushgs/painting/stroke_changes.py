@@ -113,9 +113,7 @@ def changes_of(
     lit = [] if key is None else [key.stroke_pass(skip=skip)]
     is_plain = named.palette is None and not colors.are_any and (regions is None or not regions.recolors)
     after = [
-        *(
-            [] if is_plain else lit
-        ),  # first, so that light and shade have colours of the palette and the style
+        *([] if is_plain else lit),  # first: light and shade have colours of the palette and the style
         *palettes,
         *color_passes(config.color, seed=seed),
         broken_color_pass(config.strokes, seed=seed, skip=skip),

@@ -302,15 +302,16 @@ def _palette_of_style(config: PaletteConfig, stage: Stage) -> "Palette":
 
 
 def cut_scene(gaussians: Gaussians, cameras: Sequence[Camera], report: Report) -> Gaussians:
-    """Gaussians of which none covers much of a picture; a stage only where one would.
+    """Gaussians of which none covers much of a picture.
 
     They are cut before strokes are made of them, so that the pieces count as strokes.
     """
-    from brushgs.passes.slabs import cut_slabs
-
     with report.stage("slabs") as stage:
+        from brushgs.passes.slabs import LONGEST, cut_slabs
+
         pieces, _ = cut_slabs(gaussians, cameras)
-        stage.did = f"{len(gaussians):,} to {len(pieces):,} Gaussians, none longer than 12 % of a picture"
+        stage.did = f"{len(gaussians):,} to {len(pieces):,} Gaussians, none longer than {LONGEST:.0%} of"
+        stage.did += " a picture"
         stage.counts = {"before": len(gaussians), "after": len(pieces)}
         if pieces is gaussians:
             stage.did = "nothing"

@@ -94,20 +94,21 @@ def cut_slabs(
 
 def too_long(strokes: Gaussians, cameras: Sequence[Camera]) -> Mask:
     """Mask [k] of the strokes that `cut_slabs` would cut or drop."""
-    if len(strokes) == 0 or not cameras:
-        return np.zeros(len(strokes), bool)
-    views, half = _Views.of(strokes, _some(cameras), LONGEST), np.full(len(strokes), NUM_SIGMAS)
-    return np.asarray((views.sizes(strokes, half).length > 1) & views.are_near(strokes))
+    return _long(strokes, cameras)[1]
 
 
 def shorten_slabs(strokes: Gaussians, cameras: Sequence[Camera]) -> Gaussians:
     """The same strokes, row by row, those that are too long as a whole shortened; see `cut_slabs`."""
-    if len(strokes) == 0 or not cameras:
-        return strokes
-    views, half = _Views.of(strokes, _some(cameras), LONGEST), np.full(len(strokes), NUM_SIGMAS)
-    sizes = views.sizes(strokes, half)
-    rows = np.flatnonzero((sizes.length > 1) & views.are_near(strokes))
+    sizes, changes = _long(strokes, cameras)
+    rows, half = np.flatnonzero(changes), np.full(len(strokes), NUM_SIGMAS)
     return _cut(strokes, sizes, rows, half, at_most=(1, 1))[0] if len(rows) else strokes
+
+
+def _long(strokes: Gaussians, cameras: Sequence[Camera]) -> "tuple[_Sizes, Mask]":
+    """The sizes of strokes, and a mask of those that are longer than a mark may be."""
+    views = _Views.of(strokes, _some(cameras), LONGEST)
+    sizes = views.sizes(strokes, np.full(len(strokes), NUM_SIGMAS))
+    return sizes, np.asarray((sizes.length > 1) & views.are_near(strokes))
 
 
 def _some(cameras: Sequence[Camera]) -> Sequence[Camera]:
