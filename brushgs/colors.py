@@ -1,16 +1,32 @@
-"""RGB: colours by name, the luminance of a colour, and the sRGB transfer function to linear light and back.
+"""RGB: colours by name, luminance, the sRGB transfer function to linear light and back, and OKLab.
 
 Scenes are trained and blended display-encoded; only files that hold linear light (EXR, HDR) and comparisons
 of colours need the transfer function. Values above 1 follow the same formula, negative ones are mirrored.
-Sources: ITU-R BT.709 (luminance), IEC 61966-2-1 (sRGB).
+OKLab, in which equal steps look equal, is for shifts of colours; black is 0, white (1, 0, 0).
+Sources: ITU-R BT.709 (luminance), IEC 61966-2-1 (sRGB); Ottosson 2020, A perceptual color space for image
+processing.
 """
 
 import numpy as np
 
-from brushgs.arrays import Array
+from brushgs.arrays import F64, Array
 from brushgs.options.choices import COLORS, color_code
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # weights of red, green and blue
+CONES_FROM_RGB = np.array(
+    [
+        [0.4122214708, 0.5363325363, 0.0514459929],
+        [0.2119034982, 0.6806995451, 0.1073969566],
+        [0.0883024619, 0.2817188376, 0.6299787005],
+    ]
+)
+OKLAB_FROM_ROOTS = np.array(
+    [
+        [0.2104542553, 0.7936177850, -0.0040720468],
+        [1.9779984951, -2.4285922050, 0.4505937099],
+        [0.0259040371, 0.7827717662, -0.8086757660],
+    ]
+)
 
 
 def rgb_of(color: str) -> tuple[float, float, float]:
@@ -45,6 +61,17 @@ def srgb_slope(encoded: Array) -> Array:
     size = np.abs(encoded)
     slope = np.where(size <= 0.04045, 1 / 12.92, 2.4 / 1.055 * ((size + 0.055) / 1.055) ** 1.4)
     return np.asarray(slope, dtype=encoded.dtype)
+
+
+def oklab_of(rgb: F64) -> F64:
+    """OKLab of display-encoded colours [N, 3]: lightness 0 to 1, green to red, blue to yellow."""
+    return np.asarray(np.cbrt(linear_from_srgb(rgb) @ CONES_FROM_RGB.T) @ OKLAB_FROM_ROOTS.T)
+
+
+def rgb_of_oklab(lab: F64) -> F64:
+    """Display-encoded colours [N, 3] of OKLab: the inverse of `oklab_of`, also out of gamut."""
+    linear = (lab @ np.linalg.inv(OKLAB_FROM_ROOTS).T) ** 3 @ np.linalg.inv(CONES_FROM_RGB).T
+    return np.asarray(srgb_from_linear(linear))
 
 
 def split_alpha(pixels: Array) -> tuple[Array, Array | None]:

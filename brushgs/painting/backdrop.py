@@ -211,7 +211,7 @@ def _describe(report: Stage, scenery: "Scenery", count: int) -> None:
 def _tone_of(ground: GroundConfig) -> "StageTone | tuple[np.ndarray, np.ndarray]":
     if ground.stage_colors is None:
         return ground.stage_tone  # type: ignore[return-value]  # checked by GroundConfig
-    from brushgs.passes.color_space import oklab_of
+    from brushgs.colors import oklab_of
 
     table, wall = oklab_of(np.array([rgb_of(code) for code in ground.stage_colors]))
     return table, wall
@@ -235,7 +235,7 @@ def _with_brushes(
 
 def _recolored(strokes: Gaussians, colors: Changes) -> Gaussians:
     """Strokes of a stage in the hues of changed colours: their lightness was chosen against these."""
-    from brushgs.passes.color_space import oklab_of, rgb_of_oklab
+    from brushgs.colors import oklab_of, rgb_of_oklab
 
     lightness = oklab_of(base_colors(strokes.sh).astype(np.float64))[:, 0]
     lab = oklab_of(base_colors(colors.backdrop(strokes).sh).astype(np.float64))

@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from brushgs.colors import rgb_of
+from brushgs.colors import oklab_of, rgb_of
 from brushgs.options.choices import StepValues, color_code
 from brushgs.options.painting import STEPS, UsualCount
 from brushgs.painting.look import BOUGHT
-from brushgs.passes.color_space import oklab_of
 from brushgs.style import Style, StyleMarks
 
 # A picture of S pixels with n strokes of median area a has n a / S = 1.6 on koala, 1.2 to 1.5 on chair, 3.5

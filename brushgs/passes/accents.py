@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F32, F64, Array, Rows, smoothstep
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.passes.color_space import oklab_of, oklab_planes, rgb_of_oklab
+from brushgs.colors import oklab_of, rgb_of_oklab
+from brushgs.passes.color_space import oklab_planes
 from brushgs.passes.groups import add_rows
 from brushgs.passes.neighbours import nearest
 from brushgs.rendering.options import RenderOptions, draw_with, project_with

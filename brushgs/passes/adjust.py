@@ -15,10 +15,9 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from brushgs.arrays import F64
-from brushgs.colors import LUMINANCE, rgb_of
+from brushgs.colors import LUMINANCE, oklab_of, rgb_of, rgb_of_oklab
 from brushgs.options.styling import AdjustConfig
 from brushgs.passes.color_map import Affine, Chain, ColorMap, difference_slopes
-from brushgs.passes.color_space import oklab_of, rgb_of_oklab
 
 if TYPE_CHECKING:
     from brushgs.passes.style.features import StrokeFeatures

@@ -13,7 +13,7 @@ import numpy as np
 
 from brushgs.arrays import F64, Array, Mask, smoothstep
 from brushgs.cameras.framing import DEFAULT_FOV_Y, FLAT_ELEVATION, camera_axes, default_elevation
-from brushgs.passes.color_space import oklab_of, rgb_of_oklab
+from brushgs.colors import oklab_of, rgb_of_oklab
 from brushgs.passes.contribution import paint_of
 from brushgs.passes.extent import robust_frame
 from brushgs.quats import quats_of

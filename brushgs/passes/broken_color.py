@@ -12,7 +12,7 @@ import operator
 import numpy as np
 
 from brushgs.arrays import F64, Array, Mask, Rows, smoothstep
-from brushgs.passes.color_space import oklab_of, rgb_of_oklab
+from brushgs.colors import oklab_of, rgb_of_oklab
 from brushgs.passes.coverage import nearest_others
 from brushgs.passes.equal_rows import chances
 from brushgs.scene import Gaussians

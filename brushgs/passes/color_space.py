@@ -3,8 +3,7 @@
 "srgb" is the encoded RGB itself, "linear" linear light, "lab" CIELAB (white D65), divided by 100 so that all
 three have numbers of order one. Out-of-gamut colours, encoded values beyond 0 to 1, survive the round trip.
 Source: IEC 61966-2-1 (sRGB); ISO/CIE 11664-4 (CIELAB).
-OKLab, in which equal steps look equal, is for shifts of colours; black is 0, white (1, 0, 0).
-Source: Ottosson 2020, A perceptual color space for image processing.
+OKLab, in which shifts are made, is that of `brushgs.colors`.
 """
 
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ from functools import cache
 import numpy as np
 
 from brushgs.arrays import F32, F64, Array
-from brushgs.colors import linear_from_srgb, srgb_from_linear, srgb_slope
+from brushgs.colors import CONES_FROM_RGB, OKLAB_FROM_ROOTS, linear_from_srgb, srgb_from_linear, srgb_slope
 from brushgs.options.choices import ColorSpace
 
 _XYZ_FROM_RGB = np.array(
@@ -25,32 +24,6 @@ _LAB_FROM_ROOTS = np.array([[0.0, 1.16, 0.0], [5.0, -5.0, 0.0], [0.0, 2.0, -2.0]
 _BLACK = np.array([-0.16, 0.0, 0.0])  # offset that makes the lightness of black 0
 _DARKEST_ROOT = 6 / 29  # below, the cube root is replaced by its tangent
 
-_CONES_FROM_RGB = np.array(
-    [
-        [0.4122214708, 0.5363325363, 0.0514459929],
-        [0.2119034982, 0.6806995451, 0.1073969566],
-        [0.0883024619, 0.2817188376, 0.6299787005],
-    ]
-)
-_OKLAB_FROM_ROOTS = np.array(
-    [
-        [0.2104542553, 0.7936177850, -0.0040720468],
-        [1.9779984951, -2.4285922050, 0.4505937099],
-        [0.0259040371, 0.7827717662, -0.8086757660],
-    ]
-)
-
-
-def oklab_of(rgb: F64) -> F64:
-    """OKLab of display-encoded colours [N, 3]: lightness 0 to 1, green to red, blue to yellow."""
-    return np.asarray(np.cbrt(linear_from_srgb(rgb) @ _CONES_FROM_RGB.T) @ _OKLAB_FROM_ROOTS.T)
-
-
-def rgb_of_oklab(lab: F64) -> F64:
-    """Display-encoded colours [N, 3] of OKLab: the inverse of `oklab_of`, also out of gamut."""
-    linear = (lab @ np.linalg.inv(_OKLAB_FROM_ROOTS).T) ** 3 @ np.linalg.inv(_CONES_FROM_RGB).T
-    return np.asarray(srgb_from_linear(linear))
-
 
 def oklab_planes(rgb: F32) -> F32:
     """OKLab [3, H, W] of a picture [H, W, 3], display-encoded, 0 to 1.
@@ -59,8 +32,8 @@ def oklab_planes(rgb: F32) -> F32:
     """
     light, roots = _curves()
     linear = light[(rgb * (len(light) - 1)).astype(np.uint16)]
-    cones = np.sqrt(linear @ _CONES_FROM_RGB.T.astype(np.float32))
-    lab = roots[(cones * (len(roots) - 1)).astype(np.uint16)] @ _OKLAB_FROM_ROOTS.T.astype(np.float32)
+    cones = np.sqrt(linear @ CONES_FROM_RGB.T.astype(np.float32))
+    lab = roots[(cones * (len(roots) - 1)).astype(np.uint16)] @ OKLAB_FROM_ROOTS.T.astype(np.float32)
     return np.ascontiguousarray(lab.transpose(2, 0, 1))
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from brushgs.arrays import F64, Rows, smoothstep
-from brushgs.passes.color_space import oklab_of
+from brushgs.colors import oklab_of
 from brushgs.passes.contribution import paint_of
 from brushgs.passes.coverage import NUM_NEIGHBORS, nearest_others
 from brushgs.quats import rotation_matrices

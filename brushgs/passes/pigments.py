@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brushgs.passes.color_space import oklab_of, rgb_of_oklab
+from brushgs.colors import oklab_of, rgb_of_oklab
 from brushgs.passes.lloyd import lloyd
 from brushgs.passes.tone import painted_areas
 from brushgs.scene import Gaussians

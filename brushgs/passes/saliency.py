@@ -17,7 +17,7 @@ import numpy as np
 
 from brushgs.arrays import F32, F64, Array, Rows, smoothstep
 from brushgs.cameras.framing import camera_axes
-from brushgs.passes.color_space import oklab_of
+from brushgs.colors import oklab_of
 from brushgs.passes.contribution import seen_areas
 from brushgs.scene import FirstView, Gaussians
 from brushgs.sh import base_colors

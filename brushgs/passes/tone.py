@@ -7,7 +7,7 @@ it in space, and all tones are in use. Both are decided once for a job, by the s
 import numpy as np
 
 from brushgs.arrays import F64
-from brushgs.passes.color_space import oklab_of, rgb_of_oklab
+from brushgs.colors import oklab_of, rgb_of_oklab
 from brushgs.passes.coverage import NUM_NEIGHBORS, nearest_others
 from brushgs.scene import Gaussians
 from brushgs.sh import base_colors, shift_base_colors

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F64, Array
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.colors import linear_from_srgb
+from brushgs.colors import oklab_of
 from brushgs.hashing import GOLDEN, uniform
 from brushgs.native import core as _core
 from brushgs.scene import Boxes, Camera, Gaussians
@@ -37,15 +37,6 @@ THICKNESS_SPREAD = 0.5  # the thickness is so much thinner to so much thicker
 DARKEST, LIGHTEST = 0.2, 0.8
 THIN, THICK = 0.25, 1.35
 LEAST_RANGE = 0.1  # OKLab L from dark to light in full: a painting of one tone has paint of one thickness
-# L of OKLab alone, as `passes.color_space` has it, which comes later than this: Ottosson 2020.
-_CONES_FROM_RGB = np.array(
-    [
-        [0.4122214708, 0.5363325363, 0.0514459929],
-        [0.2119034982, 0.6806995451, 0.1073969566],
-        [0.0883024619, 0.2817188376, 0.6299787005],
-    ]
-)
-_LIGHTNESS_FROM_ROOTS = np.array([0.2104542553, 0.7936177850, -0.0040720468])
 # Of the thickness of a stroke, in its underpaint, which is smooth; the core has the same.
 UNDERPAINT_THICKNESS: float = _core.UNDERPAINT_THICKNESS  # 0.15 / 0.8
 
@@ -169,8 +160,7 @@ _at_rest: WeakKeyDictionary[Gaussians, Gaussians] = WeakKeyDictionary()  # of st
 
 def _lightness(gaussians: Gaussians) -> F64:
     """[N] OKLab L, 0 to 1."""
-    linear = linear_from_srgb(base_colors(gaussians.sh))
-    return np.asarray(np.cbrt(linear @ _CONES_FROM_RGB.T) @ _LIGHTNESS_FROM_ROOTS)
+    return oklab_of(base_colors(gaussians.sh))[:, 0]
 
 
 def _by_light(gaussians: Gaussians, lights: tuple[float, float] | None) -> F64:

@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.colors import rgb_of
+from brushgs.colors import oklab_of, rgb_of, rgb_of_oklab
 from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.style_values import count_of, style_values
 from brushgs.passes.backdrop import Tone
-from brushgs.passes.color_space import oklab_of, rgb_of_oklab
 from brushgs.style import Style, StyleMarks
 
 MARKS = StyleMarks(

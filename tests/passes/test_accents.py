@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from brushgs.colors import oklab_of
 from brushgs.passes.accents import APART, NUM_ACCENTS, accents
-from brushgs.passes.color_space import oklab_of
 from brushgs.rendering.plain import plain_views
 from brushgs.scene import Camera, Gaussians
 from brushgs.sh import C0, base_colors

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.colors import LUMINANCE
+from brushgs.colors import LUMINANCE, oklab_of, rgb_of_oklab
 from brushgs.measure.likeness import psnr
 from brushgs.options.styling import AdjustConfig
 from brushgs.passes.adjust import Swap, adjust_map
 from brushgs.passes.color_map import Affine, map_colors
-from brushgs.passes.color_space import oklab_of, rgb_of_oklab
 from brushgs.still_life import still_life, still_life_camera
 
 COLORS = np.random.default_rng(3).random((500, 3))

@@ -8,6 +8,7 @@ import pytest
 import brushgs as bg
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.cameras.orbit import orbit
+from brushgs.colors import oklab_of
 from brushgs.first_view import find_first_view
 from brushgs.passes.backdrop import (
     BEYOND_EYE,
@@ -21,7 +22,6 @@ from brushgs.passes.backdrop import (
     mean_lab,
     reason_for_none,
 )
-from brushgs.passes.color_space import oklab_of
 from brushgs.passes.extent import robust_frame
 from brushgs.quats import rotation_matrices
 from brushgs.rendering.plain import plain_views

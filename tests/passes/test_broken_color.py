@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 import brushgs as bg
+from brushgs.colors import oklab_of, rgb_of_oklab
 from brushgs.passes.broken_color import ACROSS, ALONG, CHROMA, LIGHTNESS
-from brushgs.passes.color_space import oklab_of, rgb_of_oklab
 from brushgs.passes.coverage import nearest_others
 from brushgs.sh import C0
 from tests.passes.scenes import assert_same, random_gaussians, replaced

@@ -9,12 +9,12 @@ import pytest
 import brushgs as bg
 from brushgs.cameras.framing import plain_first_view
 from brushgs.cameras.orbit import orbit
+from brushgs.colors import oklab_of
 from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
 from brushgs.passes.cluster import cluster_labels
-from brushgs.passes.color_space import oklab_of
 from brushgs.passes.contribution import paint_of
 from brushgs.passes.key import KeyLight, stroke_normals
 from brushgs.passes.key.shadow import lamp_axes

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.passes.color_space import rgb_of_oklab
+from brushgs.colors import rgb_of_oklab
 from brushgs.passes.material import Materials, roughness
 from brushgs.sh import in_colors
 from tests.passes.scenes import random_gaussians

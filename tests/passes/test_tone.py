@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from brushgs.passes.color_space import oklab_of, rgb_of_oklab
+from brushgs.colors import oklab_of, rgb_of_oklab
 from brushgs.passes.pigments import use_pigments
 from brushgs.passes.tone import grade, painted_areas, tones
 from brushgs.sh import base_colors, in_colors

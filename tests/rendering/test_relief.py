@@ -9,11 +9,11 @@ from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.levels import level_coverage, level_height
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.orbit import orbit
+from brushgs.colors import oklab_of, rgb_of_oklab
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
 from brushgs.painting.prepare import prepare
 from brushgs.painting.report import Report
-from brushgs.passes.color_space import oklab_of, rgb_of_oklab
 from brushgs.rendering import reference
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.depth_test import DepthTest

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.colors import rgb_of
+from brushgs.colors import oklab_of, rgb_of
 from brushgs.painting.coats.materials import BACKDROP, Materials, mixed, scaled
-from brushgs.passes.color_space import oklab_of
 from brushgs.rendering.coat import Coat
 from brushgs.sh import base_colors, in_colors
 

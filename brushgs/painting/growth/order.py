@@ -12,8 +12,8 @@ import numpy as np
 from brushgs.arrays import F64, Array, Mask, Rows
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.around import small_view
+from brushgs.colors import oklab_of
 from brushgs.painting.growth.layers import NONE, Layers
-from brushgs.passes.color_space import oklab_of
 from brushgs.rendering.areas import seen_areas
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions, draw_with

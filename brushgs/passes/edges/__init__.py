@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from brushgs.arrays import F64, Array, Mask, check
-from brushgs.passes.color_space import oklab_of, rgb_of_oklab
+from brushgs.colors import oklab_of, rgb_of_oklab
 from brushgs.passes.edges.find import Edges, gathered, hardness
 from brushgs.passes.edges.outline import Around, view_of
 from brushgs.quats import rotation_matrices

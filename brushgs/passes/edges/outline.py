@@ -11,7 +11,7 @@ import numpy as np
 
 from brushgs.arrays import F64, Array
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.passes.color_space import oklab_of
+from brushgs.colors import oklab_of
 from brushgs.passes.neighbours import nearest
 from brushgs.passes.stage.maps import blurred
 from brushgs.rendering.options import RenderOptions, render_with

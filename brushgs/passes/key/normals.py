@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F64, smoothstep
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.passes.color_space import oklab_of
+from brushgs.colors import oklab_of
 from brushgs.passes.contribution import paint_of
 from brushgs.passes.coverage import nearest_others
 from brushgs.passes.extent import robust_frame

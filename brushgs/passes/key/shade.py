@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import F64, smoothstep
-from brushgs.passes.color_space import oklab_of, rgb_of_oklab
+from brushgs.colors import oklab_of, rgb_of_oklab
 from brushgs.passes.key.normals import Facing, find_facing, paint_shares
 from brushgs.passes.key.shadow import Blockers, light_through
 from brushgs.passes.stage.place import Place

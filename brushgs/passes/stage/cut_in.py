@@ -9,7 +9,7 @@ import numpy as np
 
 from brushgs.arrays import F64, Array, Mask, Rows
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.passes.color_space import oklab_of
+from brushgs.colors import oklab_of
 from brushgs.passes.stage.maps import blurred
 from brushgs.quats import quats_of
 from brushgs.rendering.options import RenderOptions, render_with

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from brushgs.arrays import F64, Mask, smoothstep
-from brushgs.passes.color_space import oklab_of, rgb_of_oklab
+from brushgs.colors import oklab_of, rgb_of_oklab
 from brushgs.passes.stage.maps import Grid, blurred
 from brushgs.passes.stage.place import Place
 from brushgs.quats import shortest_axes

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from brushgs.arrays import F64, Mask, smoothstep
-from brushgs.passes.color_space import rgb_of_oklab
+from brushgs.colors import rgb_of_oklab
 from brushgs.passes.stage.ground import Ground
 from brushgs.passes.stage.place import Place
 from brushgs.passes.stage.shadow import REACH, Shadow

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.arrays import F64
-from brushgs.passes.color_space import oklab_of
+from brushgs.colors import oklab_of
 from brushgs.passes.stage.maps import Grid, blurred
 from brushgs.passes.stage.place import Place
 from brushgs.scene import Gaussians

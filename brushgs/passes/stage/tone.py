@@ -12,8 +12,8 @@ import numpy as np
 
 from brushgs.arrays import F64, Array, Mask
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.colors import oklab_of
 from brushgs.options.choices import StageTone
-from brushgs.passes.color_space import oklab_of
 from brushgs.passes.stage.maps import blurred
 from brushgs.passes.stage.place import Place
 from brushgs.passes.stage.surface import Surface

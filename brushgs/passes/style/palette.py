@@ -8,8 +8,7 @@ there in their share.
 import numpy as np
 
 from brushgs.arrays import F64, Array, Rows, check
-from brushgs.colors import split_alpha
-from brushgs.passes.color_space import oklab_of, rgb_of_oklab
+from brushgs.colors import oklab_of, rgb_of_oklab, split_alpha
 from brushgs.passes.style.color_names import color_names
 from brushgs.style import NamedColor, StylePalette
 

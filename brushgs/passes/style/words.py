@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from brushgs.arrays import F64
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.passes.color_space import oklab_of
+from brushgs.colors import oklab_of
 from brushgs.passes.style.color_names import color_name
 from brushgs.passes.style.palette import learn_palette
 from brushgs.rendering.areas import seen_areas

@@ -8,8 +8,8 @@ import pytest
 import brushgs as bg
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.cameras.orbit import orbit
+from brushgs.colors import oklab_of
 from brushgs.first_view import find_first_view
-from brushgs.passes.color_space import oklab_of
 from brushgs.passes.stage import find_site, open_stage, painted_stage
 from brushgs.passes.stage.cut_in import cut_in
 from brushgs.passes.stage.drawn import HATCHING, WASH, shadow_marks, table_edge
