@@ -104,7 +104,11 @@ def row(path: Path, look: str) -> list[str]:
         )
         found = prepare(source, unlit, Report(), needs_first_view=True, keeps_scene=True)
         dbs.append(f"{unused_psnr(found, found.strokes):.2f}")
-    return [path.name, *(f"{a} to {b}" for a, b in zip(*pairs, strict=True)), " to ".join(dbs)]
+    return [
+        path.name,
+        *(a if a == b == "-" else f"{a} to {b}" for a, b in zip(*pairs, strict=True)),
+        " to ".join(dbs),
+    ]
 
 
 def main() -> None:
