@@ -5,9 +5,11 @@ value, and it is hardest where one is to look. How hard it is, is found once for
 
     hardness = contrast x light x focus
 
-Its lowest part is lost: strokes there are stretched along the outline, let through what is behind them, the
-more the nearer to the outline, and take of its colour. Its highest part in the focus is found: strokes do not
-spill. Strokes keep what they got in all frames, so nothing changes as the camera moves.
+So much of its lowest part gets lost that, with what was lost before, over a quarter of it is: strokes there
+are stretched along the outline, let through what is behind them, the more the nearer to the outline, and take
+of its colour. Its highest part in the focus is found, and as much more as was lost before beyond that:
+strokes are solid, do not spill, and differ from what is behind. Strokes keep what they got in all frames, so
+nothing changes as the camera moves.
 """
 
 from collections.abc import Sequence
@@ -18,18 +20,23 @@ import numpy as np
 from brushgs.arrays import F64, Array, Mask, check
 from brushgs.colors import oklab_of, rgb_of_oklab
 from brushgs.passes.edges.find import Edges, gathered, hardness
-from brushgs.passes.edges.outline import Around, view_of
+from brushgs.passes.edges.outline import Around, View, view_of
 from brushgs.quats import rotation_matrices
 from brushgs.scene import Camera, Gaussians
 from brushgs.sh import base_colors, shift_base_colors
 
 MOST_VIEWS = 8  # in which outlines are sought
+FITTED_VIEWS = 2  # of them, in which what is done to strokes is looked at
+AIM = 0.27  # share of the outline that is to be lost
+YIELD, MOST = 0.4, 0.5  # share that is lost, in that which strokes are softened of; and of this, at most
+FOUND = 0.30  # share that gets found, plus what is lost too much
 GAIN = 1.4  # strokes over the outline have half of themselves inside
-MIX = 0.6  # of the colour behind, in a stroke right at a lost outline
+MIX = 0.9  # of the colour behind, in a stroke right at a lost outline; less than in proportion within it
 FADE = 0.9  # of the opacity, that it loses: several lie over each other
 STRETCH = 0.3  # by which it grows along the outline
-SHRINK = 0.15  # by which a stroke shrinks across a found outline
-BETWEEN = 0.3  # of a lost edge, in all that is neither lost nor found
+SHRINK = 0.3  # by which a stroke shrinks across a found outline
+SOLID, FAINT = 0.995, 2  # opacity of it; power of its own, with which it gets that: what is faint stays
+APART, CLOSE = 0.04, 0.2  # OKLab lightness that it gains from what is behind, up to a distance from that
 
 __all__ = ["Around", "Edges", "find_edges", "soften_edges"]
 
@@ -69,8 +76,17 @@ def find_edges(
     views = [view for view in all_views if view is not None]
     if not views:
         return None
-    lost, found = hardness([view.outline for view in views], has_focus=focus is not None)
+    missing = AIM - _lost(strokes, views[:: -(-len(views) // FITTED_VIEWS)])
+    lose, find = min(max(missing / YIELD, 0), MOST), FOUND + max(-missing, 0)
+    lost, found = hardness([view.outline for view in views], focus is not None, lose, find)
     return gathered(strokes, views, lost, found)
+
+
+def _lost(strokes: Gaussians, views: Sequence[View]) -> float:
+    """Share of the outlines of the subject that is lost already, all views together."""
+    is_subject = np.concatenate([view.outline.says[:, 2] > 0.5 for view in views])
+    lost = np.concatenate([view.is_lost_in(strokes) for view in views])[is_subject]
+    return float(lost.mean()) if len(lost) else 0.0
 
 
 def soften_edges(strokes: Gaussians, edges: Edges | None, strength: float = 1.0) -> Gaussians:
@@ -91,7 +107,7 @@ def soften_edges(strokes: Gaussians, edges: Edges | None, strength: float = 1.0)
     Example:
         >>> from brushgs.passes.edges import Around, find_edges, soften_edges
         >>> softer = soften_edges(strokes, find_edges(strokes, [camera], Around()))
-        >>> bool((softer.opacities <= strokes.opacities).all())
+        >>> len(softer) == len(strokes)
         True
     """
     if not 0 <= strength <= 1:
@@ -99,16 +115,18 @@ def soften_edges(strokes: Gaussians, edges: Edges | None, strength: float = 1.0)
     if edges is None or strength == 0:
         return strokes
     check("soften_edges", means=(strokes.means, "k 3"), lost=(edges.lost, "k"))
-    between = BETWEEN * np.maximum(edges.near - edges.lost - edges.found, 0)
-    soft = strength * np.minimum(GAIN * (edges.lost + between), 1)
-    crisp = strength * np.minimum(GAIN * edges.found, 1)
+    soft, crisp = (strength * np.minimum(GAIN * amount, 1) for amount in (edges.lost, edges.found))
     rows = np.flatnonzero((soft > 0) | (crisp > 0))
     if len(rows) == 0:
         return strokes
     part, soft, crisp = strokes.take(rows), soft[rows], crisp[rows]
     colors = base_colors(part.sh)
     lab = oklab_of(colors)
-    mixed = rgb_of_oklab(lab + MIX * soft[:, None] * (edges.behind[rows] - lab))
+    toward = edges.behind[rows] - lab
+    far = np.linalg.norm(toward, axis=1)
+    mixed = lab + MIX * soft[:, None] ** 2 * toward
+    mixed[:, 0] -= np.sign(toward[:, 0]) * crisp * np.clip(CLOSE - far, 0, APART)
+    mixed = rgb_of_oklab(mixed)
     axes = rotation_matrices(part.quats)
     along, across = (
         np.einsum("kji,kjl,kli->ki", axes, form[rows], axes) for form in (edges.along, edges.across)
@@ -117,7 +135,8 @@ def soften_edges(strokes: Gaussians, edges: Edges | None, strength: float = 1.0)
     sh, scales, opacities = strokes.sh.copy(), strokes.scales.copy(), strokes.opacities.copy()
     sh[rows] = shift_base_colors(part, np.clip(mixed, 0, 1) - colors).sh
     scales[rows] = np.minimum(part.scales * grown, np.finfo(scales.dtype).max)
-    opacities[rows] = part.opacities * (1 - FADE * soft)
+    faded = part.opacities * (1 - FADE * soft)
+    opacities[rows] = faded + crisp * faded**FAINT * np.maximum(SOLID - faded, 0)
     return replace(strokes, sh=sh, scales=scales, opacities=opacities)
 
 

@@ -15,14 +15,16 @@ from brushgs.passes.neighbours import nearest
 from brushgs.quats import rotation_matrices
 from brushgs.scene import Gaussians
 
-LOST, LOST_RAMP = 0.40, 0.24  # share of the outline to the middle of the ramp in which edges get lost
-FOUND, FOUND_RAMP = 0.30, 0.10  # share that is found, of which so much gradually
+LOST_RAMP = 0.6  # of the share of the outline that gets lost, of which so much gradually
+FOUND_RAMP = 0.10  # share of the outline that gets found gradually
 FOCUS = 2 / 3  # rank of the focus from which on edges are found
 # Least factor of contrast, light and focus: where values meet an edge is lost in the focus too.
-LEAST_CONTRAST, LEAST_LIGHT, LEAST_FOCUS = 0.10, 0.45, 0.2
+LEAST_CONTRAST, LEAST_LIGHT, LEAST_FOCUS = 0.10, 0.10, 0.15
 REACH = 0.035  # of the longer side of a view, to which strokes inside an outline are at it
 SHARE = 0.3  # of the width of the subject, likewise: a leg must not fade from both sides
 BEYOND = 9.0  # pixels outside of a view in which strokes count
+CELL = 2.0  # pixels, in which strokes have the same nearest point of an outline
+BETWEEN = 0.15  # how soft what is neither lost nor found gets: firm, but not crisp
 _TINY = np.finfo(np.float64).tiny
 
 
@@ -47,12 +49,14 @@ class Edges:
     across: F64
 
 
-def hardness(outlines: Sequence[Outline], has_focus: bool) -> tuple[F64, F64]:
-    """How lost and how found each point is, over all outlines in turn, 0 to 1 both.
+def hardness(outlines: Sequence[Outline], has_focus: bool, lose: float, find: float) -> tuple[F64, F64]:
+    """How lost and how found each point is to get, over all outlines in turn, 0 to 1 both.
 
     Args:
         outlines: whose points say light, focus, and whether they belong to the subject.
         has_focus: False takes the upper part of the pictures for it.
+        lose: share of the outline to the middle of the ramp in which edges get lost.
+        find: share that gets found, first what is in the focus.
     """
     says = np.concatenate([one.says for one in outlines])
     contrast = np.concatenate([one.contrast for one in outlines])
@@ -65,11 +69,10 @@ def hardness(outlines: Sequence[Outline], has_focus: bool) -> tuple[F64, F64]:
     hard = _factor(_ranks(contrast[is_subject]), LEAST_CONTRAST) * _factor(focus, LEAST_FOCUS)
     hard *= _factor(_ranks(says[is_subject, 0]), LEAST_LIGHT)
     ranks = _ranks(hard)
-    lost[is_subject] = smoothstep((LOST + LOST_RAMP / 2 - ranks) / LOST_RAMP)
-    in_focus = focus > FOCUS
-    hardest = _ranks(ranks + in_focus)
-    found[is_subject] = in_focus * smoothstep((hardest - (1 - FOUND)) / FOUND_RAMP)
-    found *= 1 - lost
+    lost[is_subject] = soft = smoothstep((lose - ranks) / max(LOST_RAMP * lose, _TINY) + 0.5)
+    hardest = _ranks(ranks + (focus > FOCUS))
+    found[is_subject] = crisp = smoothstep((hardest - (1 - find)) / FOUND_RAMP) * (1 - soft)
+    lost[is_subject] += BETWEEN * (1 - soft - crisp)
     return lost, found
 
 
@@ -96,29 +99,28 @@ def gathered(strokes: Gaussians, views: Sequence[View], lost: F64, found: F64) -
         found: see `lost`.
     """
     spots, count = _spots(strokes), len(strokes)
-    squares, nears, views_of = np.zeros((count, 2)), np.zeros(count), np.zeros(count)
-    most, behind, along, across = (np.zeros((count, *shape)) for shape in ((), (3,), (3, 3), (3, 3)))
+    squares, sums, views_of = np.zeros((count, 2)), np.zeros(count), np.zeros(count)
+    behind, along, across = (np.zeros((count, *shape)) for shape in ((3,), (3, 3), (3, 3)))
     first = 0
     for view in views:
         outline = view.outline
         here = slice(first, first := first + len(outline.places))
         near, rows, is_seen = _near(spots, view)
         squares += (near[:, None] * np.stack([lost[here][rows], found[here][rows]], axis=1)) ** 2
-        nears += near
-        most = np.maximum(most, near)
+        sums += near
         views_of += is_seen
         behind += near[:, None] * outline.behind[rows]
         normals = outline.outward[rows]
         turn, none = view.camera.viewmat[:3, :3], np.zeros(count)
-        for sums, x, y in ((along, -normals[:, 1], normals[:, 0]), (across, normals[:, 0], normals[:, 1])):
+        for total, x, y in ((along, -normals[:, 1], normals[:, 0]), (across, normals[:, 0], normals[:, 1])):
             vectors = np.stack([x, y, none], axis=1) @ turn
-            sums += near[:, None, None] * vectors[:, :, None] * vectors[:, None, :]
+            total += near[:, None, None] * vectors[:, :, None] * vectors[:, None, :]
     amounts = np.sqrt(squares / np.maximum(views_of, 1)[:, None])
-    weights = np.where(nears > 0, nears, 1.0)
+    weights = np.where(sums > 0, sums, 1.0)
     return Edges(
         amounts[:, 0],
         amounts[:, 1],
-        nears / np.maximum(views_of, 1),
+        sums / np.maximum(views_of, 1),
         behind / weights[:, None],
         along / weights[:, None, None],
         across / weights[:, None, None],
@@ -142,26 +144,20 @@ def _near(spots: F64, view: View) -> tuple[F64, Rows, Mask]:
     camera, outline = view.camera, view.outline
     size = np.array([camera.width, camera.height], np.float64)
     reach = np.minimum(REACH * size.max(), SHARE * outline.width)
-    near = np.zeros(spots.shape[1])
-    first: tuple[Rows, Mask] | None = None
-    for points in spots:
-        local = points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
-        is_ahead = local[:, 2] > camera.near
-        depths = np.where(is_ahead, local[:, 2], 1.0)
-        places = local[:, :2] / depths[:, None] * (camera.K[0, 0], camera.K[1, 1]) + camera.K[:2, 2]
-        is_seen = is_ahead & ((places > -BEYOND) & (places < size + BEYOND)).all(axis=1)
-        places = np.where(is_seen[:, None], places, 0.0)
-        distances, rows = _nearest_of(outline.places, places)
-        out = ((places - outline.places[rows]) * outline.outward[rows]).sum(axis=1)
-        inside = np.clip(1 + out / np.maximum(reach[rows], _TINY), 0, 1)
-        is_beside = distances < np.where(out > 0, 2.0, 1.3) * np.maximum(reach[rows], 2.0)
-        is_before = view.depth / depths > outline.middle[rows]
-        near += np.where(is_seen & is_beside & is_before, inside, 0.0) / len(spots)
-        first = (rows, is_seen) if first is None else first
-    assert first is not None, "there are five spots"
-    return near, *first
-
-
-def _nearest_of(places: F64, queries: F64) -> tuple[F64, Rows]:
-    distances, rows = nearest(places, queries, 1)
-    return distances[:, 0], rows[:, 0]
+    local = spots @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
+    is_ahead = local[..., 2] > camera.near
+    depths = np.where(is_ahead, local[..., 2], 1.0)
+    places = local[..., :2] / depths[..., None] * (camera.K[0, 0], camera.K[1, 1]) + camera.K[:2, 2]
+    is_seen = is_ahead & ((places > -BEYOND) & (places < size + BEYOND)).all(axis=2)
+    places = np.where(is_seen[..., None], places, 0.0)
+    columns, lines = (np.arange(-BEYOND + CELL / 2, side + BEYOND + CELL, CELL) for side in size)
+    cells = np.stack(np.meshgrid(columns, lines), axis=2)
+    column, line = np.moveaxis(((places + BEYOND) / CELL).astype(np.intp), 2, 0)
+    rows = nearest(outline.places, cells.reshape(-1, 2), 1)[1][line * len(columns) + column, 0]
+    steps = places - outline.places[rows]
+    out = (steps * outline.outward[rows]).sum(axis=2)
+    inside = np.clip(1 + out / np.maximum(reach[rows], _TINY), 0, 1)
+    is_beside = np.linalg.norm(steps, axis=2) < np.where(out > 0, 2.0, 1.3) * np.maximum(reach[rows], 2.0)
+    is_before = view.depth / depths > outline.middle[rows]
+    near = np.where(is_seen & is_beside & is_before, inside, 0.0).mean(axis=0)
+    return near, rows[0], is_seen[0]

@@ -4,16 +4,15 @@ That is where the picture of the strokes falls off to nothing, so that the stage
 farther away. A subject does not end where it stands on its ground: there no depth falls off.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from brushgs.arrays import F64, Array
+from brushgs.arrays import F64, Array, Mask
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.colors import oklab_of
 from brushgs.passes.neighbours import nearest
-from brushgs.passes.stage.maps import blurred
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import in_colors
@@ -27,6 +26,10 @@ BESIDE = 3.0  # pixels from an outline at which colours are looked at
 BORDER = 3  # pixels of a view without outline
 WIDEST = 28  # pixels across, to which the width of a subject is known
 NUM_ALONG = 24  # points of an outline over which what is known of it is averaged: some 24 pixels
+ACROSS = np.arange(-4.0, 5.0)  # pixels from an outline, outward, at which its fall is looked at
+# An outline is lost already where colours differ by less across it (OKLab; 6 of CIELAB), where it falls over
+# more pixels (8 of 1000, and what a small picture blurs), and where the subject is a line that is not wider.
+FAINT, WIDE, THIN = 0.055, 2.8, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +75,29 @@ class View:
         camera: of the view.
         depth: middle depth of what the strokes show, world units.
         outline: n >= 1 points.
+        behind: [h, w, 3] RGB of what the strokes are seen against.
     """
 
     camera: Camera
     depth: float
     outline: Outline
+    behind: Array
+
+    def is_lost_in(self, strokes: Gaussians) -> Mask:
+        """[n] whether the outline is lost as flat dabs show it, whose rims are hard as those of paint are."""
+        places = self.outline.places + ACROSS[:, None, None] * self.outline.outward
+        seen = _render(replace(strokes, brushes=None), self.camera, "ellipse").over(self.behind)
+        one, other = (_lab(_at(rgb, places.reshape(-1, 2))) for rgb in (seen, self.behind))
+        falls = np.linalg.norm(one - other, axis=1).reshape(len(ACROSS), -1)
+        step = falls[:3].mean(axis=0) - falls[-2:].mean(axis=0)
+        steepest = (falls[:-2] - falls[2:]).max(axis=0) / 2
+        is_thin = self.outline.width < THIN
+        return np.asarray((step < FAINT) | (step > WIDE * steepest) | is_thin)
+
+
+def _render(strokes: Gaussians, camera: Camera, kernel_name: str = "gaussian") -> Frame:
+    kernel = StrokeTexture.open(kernel_name)
+    return render_with(strokes, camera, kernel, RenderOptions.of(kernel))
 
 
 class _Pictures(NamedTuple):
@@ -102,9 +123,7 @@ def view_of(strokes: Gaussians, camera: Camera, around: Around, says: F64) -> Vi
     small = camera.in_side(SIDE)
     if min(small.width, small.height) <= 2 * BORDER + 4:
         return None
-    kernel = StrokeTexture.open("gaussian")
-    options = RenderOptions.of(kernel)
-    frame = render_with(strokes, small, kernel, options)
+    frame = _render(strokes, small)
     assert frame.depth is not None, "options of a frame have a depth unless they are told otherwise"
     is_solid = frame.alpha > SOLID
     if not is_solid.any():
@@ -117,10 +136,10 @@ def view_of(strokes: Gaussians, camera: Camera, around: Around, says: F64) -> Vi
         return None
     behind: Array = np.broadcast_to(np.asarray(around.ground, np.float64), frame.rgb.shape)
     if around.stage is not None:
-        behind = render_with(around.stage, small, kernel, options).over(behind)
-    heard = render_with(in_colors(strokes, says), small, kernel, options)
+        behind = _render(around.stage, small).over(behind)
+    heard = _render(in_colors(strokes, says), small)
     pictures = _Pictures(frame.over(behind), _own(frame), _own(heard), inverse)
-    return View(small, depth, _described(places, middle, pictures))
+    return View(small, depth, _described(places, middle, pictures), behind)
 
 
 def _own(frame: Frame) -> Array:
@@ -145,7 +164,7 @@ def _falls(inverse: F64) -> tuple[F64, F64]:
 
 
 def _described(places: F64, middle: F64, pictures: _Pictures) -> Outline:
-    smooth = blurred(pictures.inverse, SMOOTH)
+    smooth = _smoothed(pictures.inverse)
     down, right = np.gradient(smooth, axis=0), np.gradient(smooth, axis=1)
     slopes = -np.stack([_at(right, places), _at(down, places)], axis=1)
     lengths = np.linalg.norm(slopes, axis=1, keepdims=True)
@@ -161,6 +180,17 @@ def _described(places: F64, middle: F64, pictures: _Pictures) -> Outline:
     behind, inside = behind[along].mean(axis=1), contrast[along].mean(axis=1)
     says, width = says[along].mean(axis=1), width[along].mean(axis=1)
     return Outline(places, outward, behind, inside, says, middle, width)
+
+
+def _smoothed(values: F64) -> F64:
+    """A map [h, w] blurred by a Gaussian of `SMOOTH`. In slices: a product of matrices wakes threads."""
+    reach = round(3 * SMOOTH)
+    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / SMOOTH) ** 2)
+    weights /= weights.sum()
+    for _ in range(2):
+        padded = np.pad(values, ((reach, reach), (0, 0)))
+        values = sum(weight * padded[row : row + len(values)] for row, weight in enumerate(weights)).T
+    return values
 
 
 def _at(picture: Array, places: F64) -> Array:
