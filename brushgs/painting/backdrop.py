@@ -137,7 +137,8 @@ def _stage(
 
     ground, strokes, seed = config.ground, materials.strokes, config.cluster.seed
     suns = [] if setting.suns is None else list(setting.suns[1:])
-    stage = open_stage(site, strokes, setting.cameras, _tone_of(ground), suns)
+    tone, values = _tone_of(ground), config.color.values
+    stage = open_stage(site, strokes, setting.cameras, tone, suns, values=values)
     least, most = SIZES
     size = min(max((USUAL_STROKES / len(strokes)) ** 0.5, least), most) * ground.stage_size
     hand = Hand(size, ground.stage_aspect, ground.stage_jitter, ground.shadow)

@@ -6,6 +6,7 @@ Source: IEC 61966-2-1 (sRGB); ISO/CIE 11664-4 (CIELAB).
 OKLab, in which shifts are made, is that of `brushgs.colors`.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
@@ -23,6 +24,30 @@ _XYZ_OVER_WHITE = _XYZ_FROM_RGB / _XYZ_FROM_RGB.sum(axis=1, keepdims=True)
 _LAB_FROM_ROOTS = np.array([[0.0, 1.16, 0.0], [5.0, -5.0, 0.0], [0.0, 2.0, -2.0]])
 _BLACK = np.array([-0.16, 0.0, 0.0])  # offset that makes the lightness of black 0
 _DARKEST_ROOT = 6 / 29  # below, the cube root is replaced by its tangent
+_HALVINGS = 10  # of the way from a color to one that is asked for
+
+
+def in_gamut(colors: F64, asked: F64, rgb_of: Callable[[F64], F64]) -> F64:
+    """Display-encoded colors in 0 to 1 that come as near to those asked for as a display allows.
+
+    Each goes as far from its own color as it can, so that a saturated light stays that rather than turn
+    white; one that is to be darker, from its own color in less light.
+
+    Args:
+        colors: [n, 3] in CIELAB or OKLab, in gamut, lightness first.
+        asked: [n, 3] in the same space, also out of gamut.
+        rgb_of: of colors of that space.
+    """
+    rgb = rgb_of(asked)
+    beyond = np.flatnonzero(((rgb < -1e-9) | (rgb > 1 + 1e-9)).any(axis=1))
+    own, goals = colors[beyond], asked[beyond]
+    dimmed = np.clip(goals[:, :1] / np.maximum(own[:, :1], 1e-9), 0, 1)
+    start, share = dimmed * own, np.zeros((len(beyond), 1))
+    for n in range(1, _HALVINGS + 1):
+        tried = rgb_of(start + (share + 0.5**n) * (goals - start))
+        share += 0.5**n * ((tried >= 0) & (tried <= 1)).all(axis=1, keepdims=True)
+    rgb[beyond] = rgb_of(start + share * (goals - start))
+    return np.clip(rgb, 0, 1)
 
 
 def oklab_planes(rgb: F32) -> F32:

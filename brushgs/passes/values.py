@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brushgs.arrays import F64, Array, Mask, Rows, check
+from brushgs.arrays import F64, Array, Rows, check
+from brushgs.passes.color_space import in_gamut
 from brushgs.passes.squint import AROUND_HIGH, AROUND_LOW, HIGH, LOW, Squint, lab_of, rgb_of_lab, squinted
-from brushgs.scene import Gaussians
+from brushgs.scene import Frame, Gaussians
 from brushgs.sh import base_colors, shift_base_colors
 
 KNOTS = np.linspace(0, 100, 11)  # L* at which the slope of the curve is given; linear between
@@ -30,6 +31,7 @@ RANGE = 44.0  # of L* after a squint: the mean of 53 oil paintings
 WIDE, CLOSED, MOST_CLOSED = 46.0, 0.25, 10.0
 LEAST_RANGE = 8.0  # ranges below are more and more left alone: a scene of one value is not torn apart
 WARMTH = 8.0  # b* of lights above that of darks: of paintings 8.3
+WARMEST = 12.0  # and no more by this: what is warmer of its own keeps what it has
 STRONGEST = 9.0  # shift of b* at the ends: more and a white cloth is yellow
 RED = 0.25  # shift of a* in that of b*: warm is orange, not lemon
 REACH = 12.0  # L* over which the shift grows from its middle
@@ -40,9 +42,9 @@ POWER, LEAST_CHROMA, MOST_CHROMA = 0.5, 0.8, 1.12  # of new to old L*: change of
 EMPTY = 0.4  # cost of a change where no colour lies, in that where they lie evenly
 ROUNDING = 1e-6
 ENOUGH = 0.05  # of L*: no closer to the wanted range
-MOST_PIXELS = 1500  # of lights, and of darks, on which a temperature is tried
-MOST_SIDE = 240  # pixels of the longer side of a picture that are read
-_ROUNDS, _TRIES, _BISECTIONS, _HALVINGS = 6, 8, 30, 16
+MOST_PIXELS = 600  # of lights, and of darks, on which a temperature is tried
+MOST_SIDE = 96  # pixels of the longer side of a picture that are read
+_ROUNDS, _TRIES, _BISECTIONS = 6, 8, 30
 
 
 @dataclass(frozen=True)
@@ -106,8 +108,8 @@ class Values:
     def colors(self, rgb: Array) -> F64:
         """Colours after the grading.
 
-        L* depends on L* alone, and grows with it. A colour that would leave what a display shows gets less
-        chroma.
+        L* depends on L* alone, and grows with it, up to where a display shows no such colour: a saturated
+        light stays darker than a grey one, see `in_gamut`.
 
         Args:
             rgb: [n, 3] display-encoded; what is beyond 0 to 1 is clipped.
@@ -117,7 +119,10 @@ class Values:
         """
         check("Values.colors", rgb=(rgb, "n 3"))
         inside = np.clip(np.asarray(rgb, np.float64), 0, 1)
-        return inside if self.are_plain else _shown(self._graded(lab_of(inside)))
+        if self.are_plain:
+            return inside
+        lab = lab_of(inside)
+        return in_gamut(lab, self._graded(lab), rgb_of_lab)
 
     def strokes(self, strokes: Gaussians) -> Gaussians:
         """Strokes in graded colours.
@@ -147,20 +152,27 @@ class Values:
         return np.concatenate([new[:, None], chroma + shift[:, None] * (RED, 1.0)], axis=1)
 
 
-def fit_values(frames: Sequence[Array], subjects: Sequence[Array], *, strength: float = 1.0) -> Values:
+def fit_values(
+    frames: Sequence[Array],
+    subjects: Sequence[Array],
+    *,
+    strength: float = 1.0,
+    before: Sequence[Frame] = (),
+) -> Values:
     """Fit the grading of a painting on pictures of it.
 
     A range of L* after a squint below 44 is opened to that as far as the slope allows, and one above 46
     closed a little. Lights of the subject are made 8 warmer in b* than its darks where they are less; cooler
     where those of the scene clearly are. A subject without light and dark, or without any colour, keeps its
-    temperature.
+    temperature. Lights that are more than 12 warmer are brought to that, or to what the scene itself has.
 
     Args:
         frames: of views of the job, [H, W, 3] each, display-encoded, opaque: all that is painted, before it
-            is lit. Of a longer side above 360 pixels every n-th is read. Do not paint them much smaller than
+            is lit. Of a longer side above 144 pixels every n-th is read. Do not paint them much smaller than
             480 instead: thin strokes get wider in small pictures, and the leaves of a plant another mass.
         subjects: [H, W] each, 0 to 1: where the strokes of the subject cover them.
         strength: see `Values.at`.
+        before: plain pictures of the scene, whose temperature may be kept.
 
     Returns:
         Plain values where no frame shows a subject. They depend on the order of frames by rounding only.
@@ -178,7 +190,7 @@ def fit_values(frames: Sequence[Array], subjects: Sequence[Array], *, strength: 
     seen = [view for view in seen if view.has_subject]
     if not seen or strength == 0:
         return plain
-    return _with_warmth(Values(_fit_slopes(seen)), seen).at(strength)
+    return _with_warmth(Values(_fit_slopes(seen)), seen, before).at(strength)
 
 
 def _thinned(picture: Array) -> Array:
@@ -269,8 +281,8 @@ def _costs(seen: Sequence[Squint]) -> F64:
     return np.asarray(EMPTY + (1 - EMPTY) * np.mean(shares, axis=0) * len(KNOTS))
 
 
-def _with_warmth(curve: Values, seen: Sequence[Squint]) -> Values:
-    """A curve with the shift of temperature that the subject lacks."""
+def _with_warmth(curve: Values, seen: Sequence[Squint], before: Sequence[Frame]) -> Values:
+    """A curve with the shift of temperature that the subject lacks, or has too much of."""
     own = [view.warmth for view in seen]
     lights, correlation, chroma, apart = (float(number) for number in np.mean(own, axis=0))
     share = min(chroma / CHROMA, 1.0) * min(apart / APART, 1.0)
@@ -289,13 +301,22 @@ def _with_warmth(curve: Values, seen: Sequence[Squint]) -> Values:
         return sign * float(np.mean([lights - darks for darks, lights in means]))
 
     start = warmth_with(0.0)
-    if start >= WARMTH:
+    wanted = max(start, WARMTH)
+    if start > WARMEST:
+        wanted = min(start, max([WARMEST, *(sign * _own_warmth(frame) for frame in before)]))
+    if start == wanted:
         return curve
-    low, high = 0.0, STRONGEST
+    low, high = (0.0, STRONGEST) if start < wanted else (-STRONGEST, 0.0)
     for _ in range(_TRIES):
         shift = (low + high) / 2
-        low, high = (shift, high) if warmth_with(shift) < WARMTH else (low, shift)
+        low, high = (shift, high) if warmth_with(shift) < wanted else (low, shift)
     return values_with(share * (low + high) / 2)
+
+
+def _own_warmth(frame: Frame) -> float:
+    """By how much b* of the lights of a scene is above that of its darks, in a plain picture of it."""
+    alpha = _thinned(frame.alpha)
+    return Squint.of(_thinned(frame.rgb) + 0.5 * (1 - alpha[..., None]), alpha).warmth.lights
 
 
 class _Part(NamedTuple):
@@ -330,20 +351,3 @@ def _climbs(lightness: Array) -> F64:
     climbs = STEP * (0.5 + past - past * np.abs(past) / 2)
     climbs[..., 0] -= STEP / 2  # nothing lies below the first
     return np.asarray(climbs)
-
-
-def _shown(lab: F64) -> F64:
-    """Display-encoded colours [n, 3] in 0 to 1 of CIELAB: out of gamut they get less chroma."""
-    rgb = rgb_of_lab(lab)
-    beyond = np.flatnonzero(~_fits(rgb))
-    shares, step = np.zeros(len(beyond)), 1.0
-    for _ in range(_HALVINGS):
-        step /= 2
-        tried = lab[beyond] * np.stack([np.ones(len(beyond)), shares + step, shares + step], axis=1)
-        shares += step * _fits(rgb_of_lab(tried))
-    rgb[beyond] = rgb_of_lab(lab[beyond] * np.stack([np.ones(len(beyond)), shares, shares], axis=1))
-    return np.clip(rgb, 0, 1)
-
-
-def _fits(rgb: F64) -> Mask:
-    return np.asarray(((rgb >= -1e-9) & (rgb <= 1 + 1e-9)).all(axis=1))

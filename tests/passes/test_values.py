@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from brushgs.passes.squint import Squint, ThreeValues, lab_of, rgb_of_lab, squinted
-from brushgs.passes.values import KNOTS, LEAST_SLOPES, MOST_SLOPE, WARMTH, Values, fit_values
+from brushgs.passes.values import KNOTS, LEAST_SLOPES, MOST_SLOPE, WARMEST, Values, fit_values
+from brushgs.scene import Frame
 from brushgs.sh import base_colors, in_colors
 from tests.passes.scenes import assert_same, random_gaussians, replaced
 
@@ -47,9 +48,13 @@ def test_colors_are_in_gamut_continuous_and_monotone_in_lightness_alone():
     assert graded.min() >= 0
     assert graded.max() <= 1
     before, now = lab_of(rgb)[:, 0], lab_of(graded)[:, 0]
-    np.testing.assert_allclose(now, OPEN.lightness(before), atol=0.01)
-    order = np.argsort(before)
-    assert (np.diff(now[order]) > -0.01).all()
+    asked = OPEN.lightness(before)
+    assert (now <= asked + 0.01).all()
+    assert (now >= np.minimum(before, asked) - 0.01).all()
+    greys = np.linspace(0, 1, 101)[:, None] * np.ones(3)
+    own, shown = lab_of(greys)[:, 0], lab_of(OPEN.without_warmth.colors(greys))[:, 0]
+    np.testing.assert_allclose(shown, OPEN.lightness(own), atol=0.01)
+    assert (np.diff(shown) > 0).all()
     ramp = np.linspace(0, 1, 4001)[:, None] * (1.0, 0.5, 0.2)
     steps = np.abs(np.diff(OPEN.colors(ramp), axis=0)).max()
     assert steps < 8 * np.abs(np.diff(ramp, axis=0)).max()
@@ -63,6 +68,15 @@ def test_the_curve_keeps_black_and_white_and_its_slope_within_bounds():
     np.testing.assert_allclose(OPEN.lightness(np.array([0.0, 100.0])), [0, 100], atol=1e-9)
     np.testing.assert_allclose(OPEN.lightness(np.array([-5.0, 140.0])), [0, 100], atol=1e-9)
     np.testing.assert_allclose(OPEN.colors(np.array([[0.0] * 3, [1.0] * 3])), [[0] * 3, [1] * 3], atol=1e-3)
+
+
+def test_a_saturated_light_gets_no_white():
+    """Petals that a display cannot show lighter stay orange."""
+    petals = np.array([[0.95, 0.65, 0.1], [0.9, 0.55, 0.05], [0.3, 0.85, 0.3]])
+    for warmth in (0.0, 8.0):
+        before, now = lab_of(petals), lab_of(replace(OPEN, warmth=warmth).colors(petals))
+        assert (now[:, 0] > before[:, 0] - 0.01).all()
+        assert (np.hypot(*now[:, 1:].T) > 0.97 * np.hypot(*before[:, 1:].T)).all()
 
 
 def test_the_hue_of_a_strong_color_stays():
@@ -175,9 +189,13 @@ def test_lights_without_temperature_get_the_warmth_of_paintings():
 
 def test_a_temperature_that_a_scene_clearly_has_keeps_its_sign():
     warm, cool, cold = (scene(50, 13, tilt=tilt) for tilt in (0.5, -0.15, -0.5))
-    assert fitted(warm).warmth == 0  # it has enough
-    assert Squint.of(*warm).warmth.lights > WARMTH
-    assert fitted(cold).warmth == 0
+    assert Squint.of(*warm).warmth.lights > WARMEST + 1
+    for view, sign in ((warm, 1), (cold, -1)):
+        plain = Frame(view[0] * view[1][..., None], view[1])
+        kept = fitted(view, before=[plain]).warmth  # it has enough of its own
+        assert kept == pytest.approx(0, abs=0.2)
+        found = sign * after(fitted(view), view).warmth.lights  # or by the light
+        assert found == pytest.approx(WARMEST, abs=0.3)
     assert fitted(cool).warmth < 0
     assert -12 <= after(fitted(cool), cool).warmth.lights <= -5
 

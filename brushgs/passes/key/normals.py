@@ -29,7 +29,8 @@ from brushgs.scene import Camera, Gaussians
 from brushgs.sh import base_colors
 
 NUM_NEAR = 8  # strokes around one, over which axes and normals are averaged
-NUM_WIDE = 40  # around one: the form of what has no surface, and the mass that lies behind a stroke
+# Around one, and every so many of these: the form of what has no surface, and the mass behind a stroke.
+NUM_WIDE, WIDE_STEP = 40, 2
 LEAST_FLAT = 0.05  # weight of a stroke that is no flatter than a needle
 NUM_PATCH = 16  # around one, that tell how rough a surface is
 ROUGH = (0.45, 0.8)  # of flat sides at which they come to tell nothing; 0 where they agree, 1 of all ways
@@ -82,12 +83,14 @@ class Facing:
     Attributes:
         normals: [k, 3] unit vectors out of the surface, world axes.
         shares: [k] how much neighbours agree, 0 (they face all ways) to 1 (a plane).
+        shown: [k] area of each in all views, pixels.
         near: the neighbours that make a surface.
         wide: those that make a mass.
     """
 
     normals: F64
     shares: F64
+    shown: F64
     near: Around
     wide: Around
 
@@ -115,18 +118,18 @@ def find_facing(strokes: Gaussians, views_from: Sequence[Camera] = ()) -> Facing
     """
     if len(strokes) == 0:
         none = Around(np.empty((0, 3)), np.empty((0, 1), np.int64), np.empty((0, 1)))
-        return Facing(np.empty((0, 3)), np.empty(0), none, none)
+        return Facing(np.empty((0, 3)), np.empty(0), np.empty(0), none, none)
     near, patch, wide = _around(strokes)
     axes = _agreed_axes(strokes, near, patch, wide)
     out = _out_of_mass(wide)
-    seen = _seen_from(strokes, views_from)
+    seen, shown = _seen_from(strokes, views_from)
     normals = _turned(axes, seen, out, near)
     agreement = np.minimum(np.linalg.norm(near.means(normals), axis=1, keepdims=True), 1)
     trust = agreement**2
     normals = trust * near.like(normals) + (1 - trust) * wide.like(normals)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = np.where(length > 1e-9, normals / np.maximum(length, 1e-9), out)
-    return Facing(normals, agreement[:, 0], near, wide)
+    return Facing(normals, agreement[:, 0], shown, near, wide)
 
 
 def _around(strokes: Gaussians) -> tuple[Around, Around, Around]:
@@ -135,18 +138,19 @@ def _around(strokes: Gaussians) -> tuple[Around, Around, Around]:
     means = np.clip((strokes.means.astype(np.float64) - center) / radius, -1e6, 1e6)
     others = nearest_others(means, NUM_WIDE)
     rows = np.concatenate([np.arange(len(means))[:, None], others], axis=1).astype(np.int64)
-    away = ((means[rows] - means[:, None]) ** 2).sum(axis=2)
+    away = _squares(means[rows] - means[:, None])
     paint, lab = paint_shares(strokes), oklab_of(base_colors(strokes.sh))
-    apart = np.minimum(((lab[rows, 1:] - lab[:, None, 1:]) ** 2).sum(axis=2) / OTHER_PAINT**2, MOST_APART)
+    ab = np.ascontiguousarray(lab[:, 1:])
+    apart = np.minimum(_squares(ab[rows] - ab[:, None]) / OTHER_PAINT**2, MOST_APART)
 
-    def part(count: int, falls: float) -> Around:
-        some, squares = rows[:, : count + 1], away[:, : count + 1]
+    def part(count: int, falls: float, step: int = 1) -> Around:
+        some, squares = rows[:, : count + 1 : step], away[:, : count + 1 : step]
         reach = np.maximum(squares[:, -1:], _TINY)
-        weights = np.exp(-falls * squares / reach - 0.5 * apart[:, : count + 1]) * paint[some]
+        weights = np.exp(-falls * squares / reach - 0.5 * apart[:, : count + 1 : step]) * paint[some]
         weights /= np.maximum(weights.sum(axis=1, keepdims=True), _TINY)
         return Around(means, some, weights)
 
-    return part(NUM_NEAR, FALLS), part(NUM_PATCH, WIDE_FALLS), part(NUM_WIDE, WIDE_FALLS)
+    return part(NUM_NEAR, FALLS), part(NUM_PATCH, WIDE_FALLS), part(NUM_WIDE, WIDE_FALLS, WIDE_STEP)
 
 
 def paint_shares(strokes: Gaussians) -> F64:
@@ -171,11 +175,13 @@ def _agreed_axes(strokes: Gaussians, near: Around, patch: Around, wide: Around) 
     same, all_ways = _tensors(own, around), _tensors(patch.weights * flatness[patch.rows], axes[patch.rows])
     rough = smoothstep((1.5 * (1 - np.linalg.eigvalsh(all_ways)[:, 2]) - ROUGH[0]) / (ROUGH[1] - ROUGH[0]))
     tensors = same + rough[:, None, None] * (all_ways - same)
-    places = wide.centers[wide.rows] - wide.means(wide.centers)[:, None]
-    sizes, planes = np.linalg.eigh(_tensors(wide.weights, places))
-    is_plane = 1 - sizes[:, 0] / np.maximum(sizes[:, 1], _TINY)
+    some = np.flatnonzero(rough > 0)
+    places, weights = wide.centers[wide.rows[some]], wide.weights[some]
+    middles = np.einsum("kn,knc->kc", weights, places)
+    sizes, planes = np.linalg.eigh(_tensors(weights, places - middles[:, None]))
+    is_plane = PLACES * (1 - sizes[:, 0] / np.maximum(sizes[:, 1], _TINY))
     across = planes[:, :, 0]
-    tensors += (PLACES * rough * is_plane)[:, None, None] * across[:, :, None] * across[:, None, :]
+    tensors[some] += (rough[some] * is_plane)[:, None, None] * across[:, :, None] * across[:, None, :]
     return np.asarray(np.linalg.eigh(tensors)[1][:, :, 2])
 
 
@@ -193,8 +199,8 @@ def _out_of_mass(wide: Around) -> F64:
     return np.where(np.abs(out).max(axis=1, keepdims=True) > 0, out, np.array([0.0, 0.0, 1.0]))
 
 
-def _seen_from(strokes: Gaussians, cameras: Sequence[Camera]) -> F64:
-    """[k, 3] toward the views that show each stroke, by the area that each shows.
+def _seen_from(strokes: Gaussians, cameras: Sequence[Camera]) -> tuple[F64, F64]:
+    """[k, 3] toward the views that show each stroke, by the area that each shows; and [k] that in all.
 
     1 long where all of it is seen from one side, and shorter where only specks of it show between others.
     """
@@ -214,7 +220,7 @@ def _seen_from(strokes: Gaussians, cameras: Sequence[Camera]) -> F64:
         add_rows(whole, ids, sizes)
         add_rows(towards, ids, shown[:, None] * _unit(camera.position - means[ids]))
     open_shares = np.minimum(areas / np.maximum(SEEN * whole, 1e-12), 1)
-    return np.asarray(towards * (open_shares / np.maximum(areas, 1e-12))[:, None])
+    return np.asarray(towards * (open_shares / np.maximum(areas, 1e-12))[:, None]), areas
 
 
 def _turned(axes: F64, seen: F64, out: F64, near: Around) -> F64:
@@ -230,6 +236,11 @@ def _turned(axes: F64, seen: F64, out: F64, near: Around) -> F64:
         flip = agree + SURE * own < 0
         normals = np.where(flip[:, None], -normals, normals)
     return np.asarray(normals)
+
+
+def _squares(steps: F64) -> F64:
+    """[k, n] squares of the lengths of steps [k, n, c]."""
+    return np.asarray(np.einsum("knc,knc->kn", steps, steps))
 
 
 def _unit(vectors: F64) -> F64:

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from brushgs.arrays import F64, smoothstep
 from brushgs.colors import oklab_of, rgb_of_oklab
+from brushgs.passes.color_space import in_gamut
 from brushgs.passes.key.normals import Facing, find_facing, paint_shares
 from brushgs.passes.key.shadow import Blockers, light_through
+from brushgs.passes.squint import DARKS, LIGHTS, lab_of
 from brushgs.passes.stage.place import Place
 from brushgs.scene import Camera, Gaussians
 from brushgs.sh import base_colors, shift_base_colors
@@ -42,10 +44,11 @@ WARM = np.array([0.005, 0.018])  # a and b between middle and full light
 TURNS = 0.35  # logarithm of the light over which the temperature changes
 FULL_WARMTH = 0.45  # L from which colours take all of it
 COOL = 0.6  # of it where lights are cool: shade in warm colours is soon mud
+WARM_ENOUGH = 12.0  # CIELAB b* of lights over darks from which no warmth is added: few paintings have more
 CLEAR = 0.25  # correlation of L and b from which the colours say so; measured: koala -0.59, skull 0.31
 
 # What the colours tell of the light that they are in.
-FIRST_PAIR, PAIR_STEP = 4, 4  # of the nearest of a stroke that it is compared with
+FIRST_PAIR, PAIR_STEP = 2, 2  # of those around a stroke that it is compared with
 LIKE = 0.03  # distance of a and b at which neighbours are the same paint
 LEAST_SPREAD = 0.01  # mean square difference of log light between neighbours that tells of half
 LEAST_EXPLAINED = -0.2  # share of a light that colours may go against
@@ -118,7 +121,7 @@ class KeyLight:
         if len(lab) == 0 or strength == 0:
             return base_colors(self.strokes.sh)
         moved = self._seen_lit(lamp) if self.lit_by is None else self._relit(lamp)
-        return np.clip(rgb_of_oklab(lab + strength * (moved - lab)), 0, 1)
+        return in_gamut(lab, lab + strength * (moved - lab), rgb_of_oklab)
 
     def lit(self, lamp: F64, strength: float = 1.0) -> Gaussians:
         """The strokes in the colours of `colors`; they themselves where the strength is 0."""
@@ -193,7 +196,7 @@ class KeyLight:
 
     @cached_property
     def temperature(self) -> float:
-        """How warm lights are to be: 1, or below 0 where the colours say clearly that they are cool."""
+        """How warm lights are to be made: 1, less where they are warm already, below 0 where clearly cool."""
         lab, rows = self._lab, self.pairs
         if rows.shape[1] == 0:
             return 1.0
@@ -201,7 +204,17 @@ class KeyLight:
         weights = self._paint[:, None] * np.ones(rows.shape[1])
         norm = np.sqrt((weights * steps**2).sum() * (weights * yellow**2).sum())
         found = (weights * steps * yellow).sum() / norm if norm > 1e-12 else 0.0
-        return -COOL if found < -CLEAR else 1.0
+        return -COOL if found < -CLEAR else float(np.clip((WARM_ENOUGH - self.warmth) / WARM_ENOUGH, 0, 1))
+
+    @cached_property
+    def warmth(self) -> float:
+        """By how much CIELAB b* of the lights that are seen of the strokes is above that of their darks."""
+        lab = lab_of(base_colors(self.strokes.sh))
+        order = np.argsort(self.facing.wide.means(lab[:, 0]), kind="stable")
+        areas, yellow = (self.facing.shown if self.facing.shown.any() else self._paint)[order], lab[order, 2]
+        shares = np.cumsum(areas) / areas.sum()
+        darks, lights = areas * (shares <= DARKS / 100), areas * (shares > LIGHTS / 100)
+        return float(yellow @ lights / max(lights.sum(), _TINY) - yellow @ darks / max(darks.sum(), _TINY))
 
     def _compared(self, light: F64) -> tuple[F64, F64, F64]:
         """Pairs of strokes of like paint: their weights, steps of light and of log lightness, [k, n] each."""

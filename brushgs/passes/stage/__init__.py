@@ -117,6 +117,8 @@ def open_stage(
     cameras: Sequence[Camera],
     tone: "StageTone | tuple[F64, F64]" = "auto",
     suns: Sequence[F64] = (),
+    *,
+    values: float = 0.0,
 ) -> Stage:
     """The stage of a scene.
 
@@ -126,6 +128,7 @@ def open_stage(
         cameras: of the job, at least one: they stand inside.
         tone: see `choose_tones`.
         suns: [3] unit vectors toward the lamp at other times of a day, world axes.
+        values: see `choose_tones`.
     """
     place, ground = site.place, site.ground
     table = 0.0 if ground is None else 1.15 * ground.extent
@@ -134,7 +137,8 @@ def open_stage(
     surface = surface_around(place, farthest, table=table)
     own = 0.0 if ground is None else FRINGE * ground.extent
     outline = outline_of(subject, cameras, place, surface, own=own)
-    tones = choose_tones(mean_lab(subject), outline, tone, ground=None if ground is None else ground.tone)
+    own_tone = None if ground is None else ground.tone
+    tones = choose_tones(mean_lab(subject), outline, tone, ground=own_tone, values=values)
     places = [place, *(replace(place, lamp=above_ground(place.axes @ sun)) for sun in suns)]
     shadow, *others = (cast_shadow(site.gaussians, one, site.weights) for one in places)
     return Stage(place, ground, surface, shadow, tones, site.follows_light, tuple(others))

@@ -31,7 +31,7 @@ RANGES: dict[StageTone, tuple[float, float]] = {"auto": (0.0, 1.0), "light": (0.
 # Costs, in shares of an outline that reads: of a wall away from middle tones, of a slope, of a table more or
 # less different from the wall than is usual.
 AWAY, SLOPED, TOO_NEAR, TOO_FAR = 0.4, 0.4, 1.0, 0.8
-APART = (0.06, 0.16)
+APART, OPENED = (0.06, 0.16), 0.12  # and more where the values of the picture are opened
 COMPLEMENT, CHROMA = 0.6, (0.018, 0.045)  # of the subject's color that the wall has, and its least and most
 WARM, COOL = np.array([0.010, 0.030]), np.array([-0.005, -0.022])  # what the table has instead
 OF_SUBJECT = 0.2  # of the subject's color that the table has
@@ -126,6 +126,7 @@ def choose_tones(
     choice: "StageTone | tuple[F64, F64]" = "auto",
     *,
     ground: F64 | None = None,
+    values: float = 0.0,
 ) -> Tones:
     """Tones for a subject.
 
@@ -134,6 +135,7 @@ def choose_tones(
         outline: of the subject.
         choice: "light" or "dark" walls, or OKLab of table and wall as they are to be.
         ground: [3] OKLab, of the ground that the scene brings: the table has its color.
+        values: 0 to 1, how far the values of the picture are opened: table and wall are its largest masses.
     """
     if isinstance(choice, tuple):
         table, wall = choice
@@ -150,7 +152,8 @@ def choose_tones(
     away = np.abs(walls - 0.52) + np.abs(tables - 0.5)[:, None]
     cost = AWAY * away[..., None] + SLOPED * np.abs(SLOPES)
     if ground is None:
-        cost = cost + TOO_NEAR * np.maximum(APART[0] - apart, 0) + TOO_FAR * np.maximum(apart - APART[1], 0)
+        least, most = (bound + values * OPENED for bound in APART)
+        cost = cost + TOO_NEAR * np.maximum(least - apart, 0) + TOO_FAR * np.maximum(apart - most, 0)
     best = np.unravel_index((reads - cost).argmax(), reads.shape)
     table, wall = np.array([tables[best[0]], *table_ab]), np.array([walls[best[1]], *wall_ab])
     return Tones(table, wall, float(SLOPES[best[2]]), float(reads[best]))
