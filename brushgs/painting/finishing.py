@@ -30,10 +30,8 @@ if TYPE_CHECKING:
     from brushgs.passes.values import Values
 
 SIDE = 480  # pixels of the longer side of the pictures; with fewer leaves widen, and their darks count more
-TOLD = 3  # every so many pixels of them are looked at for the report
+TOLD = 5  # every so many pixels of them are looked at for the report
 MOST_VIEWS = 3  # of a path
-# Accents of a painting of 4800 strokes and more; of fewer one to 80 strokes, and of 400 none.
-NUM_ACCENTS, STROKES_EACH, LEAST_STROKES = 60, 80, 400
 NEAR_VIEWS = 4  # of those that strokes are made by: the view of a still and those around it
 STANDING_OUT = 3.0  # times as much more an accent is worth where it is looked at
 
@@ -87,6 +85,7 @@ def with_values(
     report: Report,
     *,
     has_own: str | None,
+    views: PlainViews | None = None,
 ) -> "tuple[list[Coat], Materials, Values | None]":
     """The backdrop and the strokes in graded colours, and the grading; None where there is none.
 
@@ -97,6 +96,7 @@ def with_values(
         materials: of the strokes.
         report: gets the stage, only where values are asked for.
         has_own: what has values of its own, such as "the palette"; None for nothing.
+        views: plain pictures of the scene, the first that of the job; None for none.
     """
     strength = config.color.values
     if strength == 0 or not cameras or len(materials.strokes) == 0:
@@ -111,7 +111,8 @@ def with_values(
         from brushgs.passes.values import fit_values
 
         seen = seen_small(cameras, backdrop, materials)
-        values = fit_values(seen.pictures, seen.coverages, strength=strength)
+        before = () if views is None else views.frames[:1]
+        values = fit_values(seen.pictures, seen.coverages, strength=strength, before=before)
         _describe(stage, values, seen)
     laid = [replace(coat, strokes=values.strokes(coat.strokes)) for coat in backdrop]
     return laid, replace(materials, strokes=values.strokes(materials.strokes)), values
@@ -184,11 +185,12 @@ def with_accents(
         materials: of the strokes as they are painted.
         report: gets the stage.
     """
-    count = round(config.strokes.economy * min(NUM_ACCENTS, len(made) // STROKES_EACH))
-    if config.media.kind != "paint" or count == 0 or len(made) < LEAST_STROKES:
+    from brushgs.passes.accents import accents, num_accents
+
+    count = num_accents(len(made), config.strokes.economy)
+    if count == 0:
         return []
     with report.stage("accents") as stage:
-        from brushgs.passes.accents import accents
         from brushgs.passes.repaint import repaint
 
         near = PlainViews(views.cameras[:NEAR_VIEWS], views.frames[:NEAR_VIEWS])

@@ -102,6 +102,7 @@ class StrokeMaker:
         economy: share in which few large strokes describe what is flat, see `group`.
         cameras: views in which no stroke is longer than a share of the picture, see `brushgs.passes.slabs`;
             none where that does not matter.
+        has_accents: whether as many strokes fewer are made as accents may follow, see `num_accents`.
         motion: [N, m] how the Gaussians move, see `group`: then strokes have the numbers of their clusters as
             ids, or where each Gaussian is a stroke that of its row. None where nothing moves.
     """
@@ -113,6 +114,7 @@ class StrokeMaker:
     is_solid: bool = False
     economy: float = 0.0
     cameras: Sequence[Camera] = ()
+    has_accents: bool = False
     passes: list[StrokePass] = field(default_factory=list)
     pass_watch: Stopwatch = field(default_factory=Stopwatch)
     memory: Memory = field(default_factory=NoMemory)
@@ -129,10 +131,14 @@ class StrokeMaker:
     def __call__(self, num_strokes: int) -> "Clustered":
         """At most so many strokes, and how the Gaussians were grouped; None where each is a stroke."""
         strokes, grouping = self.clusters(num_strokes)
-        return self.finished(strokes), grouping
+        return self._shortened(self.finished(strokes)), grouping
 
     def clusters(self, num_strokes: int) -> "Clustered":
         """The same before the passes: Gaussians that stand for those of the scene."""
+        if self.has_accents and num_strokes < len(self.gaussians):
+            from brushgs.passes.accents import num_accents
+
+            num_strokes -= num_accents(num_strokes, self.economy)
         of_scene = self.gaussians, num_strokes, self.cluster, self.views, self.focus
         makes = *of_scene, self.is_solid, self.economy, tuple(self.cameras)
         return self.memory.of("cluster", makes, lambda: self._clustered(num_strokes))
@@ -151,7 +157,8 @@ class StrokeMaker:
             The strokes, and the cluster or group of each, ascending.
         """
         strokes, clusters = self._merged(grouping, most, into)
-        return self.finished(strokes), clusters
+        strokes = self.finished(strokes)  # coarser strokes of a painting that grows may be longer
+        return (strokes if into is not None else self._shortened(strokes)), clusters
 
     def _clustered(self, num_strokes: int) -> "Clustered":
         grouping = self._grouped(num_strokes)
@@ -183,6 +190,7 @@ class StrokeMaker:
             worth_keeping=_worth_keeping if self.is_solid else None,
             motion=self.motion,
             economy=self.economy,
+            cameras=self.cameras,
         )
 
     def _merged(
@@ -195,11 +203,15 @@ class StrokeMaker:
             rows = np.flatnonzero(_worth_keeping(strokes))
             rows = rows[_most_worth(strokes.take(rows), most)]
         strokes = strokes if len(rows) == len(strokes) else strokes.take(rows)
-        if self.cameras and into is None:  # coarser strokes of a painting that grows may be longer
-            from brushgs.passes.slabs import shorten_slabs
-
-            strokes = shorten_slabs(strokes, self.cameras)
         return self._with_ids(strokes, rows), rows
+
+    def _shortened(self, strokes: Gaussians) -> Gaussians:
+        """Strokes that are not too long in the cameras, after the passes, which turn them."""
+        if not self.cameras:
+            return strokes
+        from brushgs.passes.slabs import shorten_slabs
+
+        return shorten_slabs(strokes, self.cameras)
 
     def _with_ids(self, strokes: Gaussians, ids: "Rows") -> Gaussians:
         return strokes if self.motion is None else replace(strokes, ids=ids.astype(np.int32))

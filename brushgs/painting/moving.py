@@ -145,6 +145,7 @@ def follow_strokes(
     finish: Callable[[Gaussians], Gaussians],
     report: Report,
     *,
+    found: "Canonical | None" = None,
     plain: Gaussians | None = None,
     asked: int | None = None,
 ) -> tuple[Gaussians, Gaussians | None, StrokeMotion]:
@@ -155,9 +156,10 @@ def follow_strokes(
         film: the moments that are shown.
         strokes: made of `members`, with ids.
         grouping: how; None where each is a stroke.
-        members: the Gaussians as `load_clip` gave them, pruned.
+        members: the Gaussians as `load_clip` gave them, pruned; of those of `found` pieces too.
         finish: what is done to strokes that are born later, after they were merged.
         report: gets the stage.
+        found: how rows move, as `load_clip` gave it.
         plain: Gaussians as `load_clip` gave them, which are followed one by one; None for none.
         asked: the number of strokes that was asked for; None for no certain number.
 
@@ -168,6 +170,10 @@ def follow_strokes(
     moments = _followed(clip, film)
     labels = np.arange(len(members)) if grouping is None else grouping.labels.astype(np.intp)
     num_strokes = len(strokes)
+    if found is not None:
+        from brushgs.passes.follow.canonical import uncut
+
+        members = uncut(found, members)
     if plain is not None:
         first = int(labels.max(initial=-1)) + 1
         alone = np.arange(first, first + len(plain))
@@ -183,13 +189,13 @@ def follow_strokes(
             from brushgs.passes.follow.frames import follow_frames
 
             target = None if grouping is None else len(strokes) or asked
-            found, motion, shares = follow_frames(
+            followed, motion, shares = follow_frames(
                 clip.scene, moments, strokes, members, labels, target=target, advance=report.advance
             )
             _warn_of_other_moments(clip, shares)
-            num_born = len(found) - len(strokes)
+            num_born = len(followed) - len(strokes)
             if num_born:
-                born = found.take(slice(len(strokes), None))
+                born = followed.take(slice(len(strokes), None))
                 is_painted = nearest_rows(strokes, born) < num_strokes
                 painted, rest = strokes.take(slice(num_strokes)), strokes.take(slice(num_strokes, None))
                 rest = Gaussians.joined([rest, born.take(~is_painted)])

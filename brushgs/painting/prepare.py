@@ -335,8 +335,9 @@ def prepare(
             (gaussians, tuple(cameras)),
             lambda: select_seen(gaussians, cameras if film is None else plan.shown, report, at=at),
         )
-    is_economical = passes.economy > 0 and skip is None and clip is None
-    if is_economical and cameras and cluster.strokes is not None:  # else each Gaussian is to be a stroke
+    is_economical = passes.economy > 0 and skip is None
+    may_cut = cluster.strokes is not None and (clip is None or rows is not None)  # else each is a stroke
+    if is_economical and cameras and may_cut:
         gaussians = recall(
             "slabs", (gaussians, tuple(cameras)), partial(cut_scene, gaussians, cameras, report)
         )
@@ -388,6 +389,8 @@ def prepare(
         memory=memory,
     )
     finish = changes.finish
+    is_still = clip is None and not merges_later and guidance.views is not None
+    lays_accents = is_economical and is_still and config.media.kind == "paint"
     maker = StrokeMaker(
         gaussians,
         cluster,
@@ -396,6 +399,7 @@ def prepare(
         is_solid=passes.solid and skip is None,
         economy=0.0 if skip else passes.economy,
         cameras=cameras if is_economical else (),
+        has_accents=lays_accents,
         passes=list(changes.making),
         memory=memory,
         motion=None if clip is None else features_of(rows, gaussians),
@@ -434,6 +438,7 @@ def prepare(
             maker.gaussians,
             changes.later(),
             report,
+            found=rows,
             plain=plain,
             asked=cluster.asked_count,
         )
@@ -466,7 +471,9 @@ def prepare(
         ground=None if site is None else site.ground,
     )
     has_own = "the palette" if named.palette is not None else None if named.styles is None else "the style"
-    backdrop, materials, values = with_values(config, cameras, backdrop, materials, report, has_own=has_own)
+    backdrop, materials, values = with_values(
+        config, cameras, backdrop, materials, report, has_own=has_own, views=guidance.views
+    )
     backdrop, materials = in_own_lights(backdrop, materials)
     if values is not None:
         ground_changes.append(values.without_warmth.picture)
@@ -474,7 +481,7 @@ def prepare(
         finish = finish.then("values", values.strokes)
     first, *others = coats_of(materials)
     coats = [*backdrop, first if plain is None else first.showing(plain), *others]
-    if is_economical and guidance.views is not None:
+    if lays_accents and guidance.views is not None:
         coats += with_accents(config, guidance.views, gaussians, focus, made, materials, report)
     moving = None
     if clip is not None and film is not None and motion is not None:

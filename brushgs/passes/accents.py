@@ -23,7 +23,8 @@ from brushgs.rendering.visibility import painted_sums
 from brushgs.scene import Camera, Frame, Gaussians
 from brushgs.sh import shift_base_colors
 
-NUM_ACCENTS = 60
+# Accents of a painting of 4800 strokes and more; of fewer one to 80 strokes, and of less than 400 none.
+NUM_ACCENTS, STROKES_EACH, LEAST_STROKES = 60, 80, 400
 EXTREMES = 0.05  # share of what views show that is light, and as much that is dark
 LEAST_CONTRAST = 0.08  # OKLab L by which lights and darks differ from the middle at least
 OPAQUE = 0.8  # alpha of pixels that are compared
@@ -38,6 +39,12 @@ LEAST = 0.05  # OKLab L times pixels, over all views, that are missing at an acc
 MOST_PLACES = 20  # that are compared, for each accent
 SURE = 0.5  # alpha of a pixel that shows a colour
 MOST_LIFT = 1.5  # lengths by which it comes before its place at most
+
+
+def num_accents(num_strokes: int, economy: float) -> int:
+    """How many of so many strokes are left to accents at most."""
+    most = min(NUM_ACCENTS, num_strokes // STROKES_EACH) if num_strokes >= LEAST_STROKES else 0
+    return round(economy * most)
 
 
 def accents(
@@ -172,8 +179,10 @@ def _length(gaussians: Gaussians, camera: Camera) -> F64:
 
 def _apart(means: F64, lacks: F64, size: F64, count: int) -> Rows:
     """Places around which most is missing, none near another, at most `count`, the first first."""
-    away = [((means - place) ** 2).sum(axis=1) for place in means]
-    sums = np.array([lacks[one <= reach**2].sum() for one, reach in zip(away, size, strict=True)])
+    away = np.zeros((len(means), len(means)))
+    for column in means.T:
+        away += (column[:, None] - column) ** 2
+    sums = np.where(away <= size[:, None] ** 2, lacks, 0.0).sum(axis=1)
     free = sums >= LEAST
     chosen: list[int] = []
     for index in np.lexsort((*means.T, -np.round(sums, 5))):

@@ -150,6 +150,7 @@ def group(
     worth_keeping: Callable[[Gaussians], NDArray[np.bool_]] | None = None,
     motion: NDArray[np.float32] | None = None,
     economy: float = 0.0,
+    cameras: Sequence[Camera] = (),
 ) -> Grouping:
     """Find clusters of similar neighbours by k-means. Arguments and errors are those of `cluster`.
 
@@ -157,8 +158,9 @@ def group(
     come back. `motion` [N, m] are further features, at most 7, in radii of the scene: what moves otherwise
     than its neighbours is another stroke; None for a scene that rests. With an `economy` above 0, up to 1,
     clusters start few and are cut only where an eye misses it, see `brushgs.passes.economy`: there may be
-    fewer than asked for; without views it changes nothing. No cluster mixes Gaussians of
-    different `regions`; where there are more regions than strokes are asked for, each region has one.
+    fewer than asked for; without views it changes nothing. `cameras` are those of `split`. No cluster
+    mixes Gaussians of different `regions`; where there are more regions than strokes are asked for, each
+    region has one.
     """
     num_strokes = _integer("num_strokes", num_strokes, 1, None)
     seed = _integer("seed", seed, 0, MAX_SEED)
@@ -178,12 +180,23 @@ def group(
         return Grouping(labels, num, "none", reason, 0, 0.0, gaussians)
     chosen, reason = choose_method(num, num_strokes) if method == "auto" else (method, "asked for")
     plain = None if views is None else PlainViews.of(gaussians, views)
-    cameras = None if plain is None else plain.cameras
-    gaussians = replace(gaussians, finest=finest_of(gaussians, cameras))  # the same for all that is merged
+    finest = finest_of(gaussians, None if plain is None else plain.cameras)
+    gaussians = replace(gaussians, finest=finest)  # the same for all that is merged
     seen = None if plain is None else seen_in(gaussians, plain)
     if plain is not None and seen is not None:
         return _group_seen(
-            seen, plain, num_strokes, chosen, reason, features, seed, focus, worth_keeping, motion, economy
+            seen,
+            plain,
+            num_strokes,
+            chosen,
+            reason,
+            features,
+            seed,
+            focus,
+            worth_keeping,
+            motion,
+            economy,
+            cameras,
         )
     points = _points(gaussians, features, motion)
     # Not reused from pruning: without the pruned rows other shares are visible. With the shares of the whole
@@ -219,6 +232,7 @@ def _group_seen(
     worth_keeping: Callable[[Gaussians], NDArray[np.bool_]] | None,
     motion: NDArray[np.float32] | None,
     economy: float,
+    cameras: Sequence[Camera],
 ) -> Grouping:
     """Clusters of Gaussians by what views show of them."""
     gaussians, weights = seen.gaussians, seen.weights(focus)
@@ -246,6 +260,7 @@ def _group_seen(
         focus=focus,
         num_rounds=NUM_ROUNDS if economy == 0 else ECONOMIC_ROUNDS,
         economy=economy,
+        cameras=cameras,
     )
     labels, parents = next(rounds), []
     for after in rounds:

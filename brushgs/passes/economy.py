@@ -13,7 +13,7 @@ from brushgs.arrays import F32, F64, Array, smoothstep
 from brushgs.passes.color_space import oklab_planes
 from brushgs.scene import Frame
 
-FEWEST = 0.15  # of the strokes asked for, which an economic painting starts with; 0.1 costs a truck 0.8 dB
+FEWEST = 0.08  # of the strokes asked for, which an economic painting starts with
 ECONOMIC_ROUNDS = 5  # of splitting from there
 SEEN = (
     0.025,
@@ -65,6 +65,7 @@ def _seen(frame: Frame) -> tuple[F32, F32]:
 def _halved(picture: Array) -> F32:
     """[ceil(H / 2), ceil(W / 2), C] means of squares of 2 x 2 pixels; the last row and column stand alone."""
     height, width = picture.shape[:2]
-    even = np.pad(picture, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
-    means = 0.25 * (even[::2, ::2] + even[1::2, ::2] + even[::2, 1::2] + even[1::2, 1::2])
-    return np.asarray(means, np.float32)
+    if height % 2 or width % 2:
+        picture = np.pad(picture, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+    rows = picture[::2] + picture[1::2]
+    return np.asarray(0.25 * (rows[:, ::2] + rows[:, 1::2]), np.float32)

@@ -77,7 +77,7 @@ def cut_slabs(
         too_long = np.flatnonzero(sizes.length > 1)
         if not too_long.size:
             break
-        pieces, parts = _cut(pieces, sizes, too_long, half[cut], at_most=(1, 1) if last else MOST_PIECES)
+        pieces, parts = _cut(pieces, sizes, too_long, half[cut], at_most=None if last else MOST_PIECES)
         cut = cut[parts]
         sizes = views.sizes(pieces, half[cut])
         shown = np.flatnonzero(sizes.is_shown)
@@ -98,10 +98,14 @@ def too_long(strokes: Gaussians, cameras: Sequence[Camera]) -> Mask:
 
 
 def shorten_slabs(strokes: Gaussians, cameras: Sequence[Camera]) -> Gaussians:
-    """The same strokes, row by row, those that are too long as a whole shortened; see `cut_slabs`."""
-    sizes, changes = _long(strokes, cameras)
-    rows, half = np.flatnonzero(changes), np.full(len(strokes), NUM_SIGMAS)
-    return _cut(strokes, sizes, rows, half, at_most=(1, 1))[0] if len(rows) else strokes
+    """The same strokes, row by row, with the axes of those that are too long shortened; see `cut_slabs`."""
+    for at_most in ((1, 1), None):  # two long axes can lie in one line, which is still too long
+        sizes, changes = _long(strokes, cameras)
+        if not changes.any():
+            break
+        half = np.full(len(strokes), NUM_SIGMAS)
+        strokes = _cut(strokes, sizes, np.flatnonzero(changes), half, at_most=at_most)[0]
+    return strokes
 
 
 def _long(strokes: Gaussians, cameras: Sequence[Camera]) -> "tuple[_Sizes, Mask]":
@@ -245,18 +249,18 @@ def _longest(ways: F64) -> F64:
 
 
 def _cut(
-    strokes: Gaussians, sizes: _Sizes, rows: Rows, half: F64, *, at_most: tuple[int, int]
+    strokes: Gaussians, sizes: _Sizes, rows: Rows, half: F64, *, at_most: tuple[int, int] | None
 ) -> tuple[Gaussians, Rows]:
     """Cut these rows into pieces, and say of which row each is.
 
     A stroke is cut along the axis that is longest in the picture and the next, where they are longer than
-    `SHORTENED`; with one piece at most strokes get shorter as a whole.
+    `SHORTENED`; with one piece at most these axes get shorter, with None strokes as a whole.
     """
     each = sizes.axes[rows]
     order = np.argsort(-each, axis=1, kind="stable")[:, :2]
     lengths = np.take_along_axis(each, order, axis=1)
     wanted = np.where(lengths > SHORTENED, 1 + np.ceil(2 * (lengths - 1) / SPACING), 1)
-    pieces = np.minimum(wanted, at_most).astype(np.intp)
+    pieces = np.minimum(wanted, at_most or 1).astype(np.intp)
     counts = np.ones(len(strokes), np.intp)
     counts[rows] = pieces.prod(axis=1)
     parts = np.repeat(np.arange(len(strokes)), counts)
@@ -268,7 +272,7 @@ def _cut(
     found = strokes.take(parts)
     means, scales = found.means.astype(np.float64), found.scales.astype(np.float64)
     axes = rotation_matrices(found.quats[changed])
-    if at_most == (1, 1):
+    if at_most is None:
         scales[changed] *= (SHRINK / np.maximum(sizes.length[rows], 1.0))[own, None]
     else:
         shares = []  # where each piece lies along each axis, -1 to 1

@@ -60,6 +60,14 @@ def test_a_look_adds_all_of_it_and_nothing_where_it_is_switched_off():
     assert bare.painting.lamp.towards is None
 
 
+def test_accents_are_among_the_strokes_that_are_asked_for():
+    found, report = painted(oil())
+    laid = next(coat for coat in found.painting.coats if coat.name == ACCENTS)
+    assert 1 <= len(laid.strokes) <= 500 - len(found.strokes)
+    counts = next(stage.counts for stage in report.stages if stage.name == "cluster")
+    assert counts["asked"] == 500
+
+
 def test_three_values_are_reported():
     _, report = painted(oil())
     counts = next(stage.counts for stage in report.stages if stage.name == "values")

@@ -67,6 +67,16 @@ def test_a_wall_in_warm_light_is_no_skin():
     assert saliency(scene, framed(scene)).max() < 0.05
 
 
+def test_a_body_of_wood_is_no_skin():
+    """A patch in the color of skin that makes up much of what there is; a face beside it stays one."""
+    face = np.hypot(wall().means[:, 0] - 0.2, wall().means[:, 1] + 0.2) <= 0.1
+    large, small = (
+        saliency(scene, framed(scene)) for scene in (wall([(0.2, -0.2, r, SKIN)]) for r in (0.5, 0.1))
+    )
+    assert small[face].min() > 0.8
+    assert large[face].max() < 0.2
+
+
 def test_nothing_stands_out_of_noise():
     scene = wall()
     noisy = np.array(GREY) + np.random.default_rng(0).normal(0, 0.04, (len(scene), 3))

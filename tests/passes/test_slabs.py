@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from brushgs.passes.slabs import LONGEST, cut_slabs
+from brushgs.passes.slabs import LONGEST, cut_slabs, shorten_slabs, too_long
 from brushgs.rendering.project import project
 from brushgs.scene import Camera, Gaussians
 
@@ -127,6 +127,18 @@ def test_extreme_strokes_stay_finite(dtype, scale):
         assert np.isfinite(found.scales).all()
         assert len(rows) == len(found) <= 2000 * len(strokes)
         assert found.means.dtype == dtype
+
+
+def test_shortened_strokes_keep_their_rows_and_their_width():
+    strokes = with_small([[0, 0, 0], [0, 0.5, 0]], [[0.6, 0.04, 0.01], [0.5, 0.3, 0.01]])
+    found = shorten_slabs(strokes, [CAMERA])
+    assert longest_of(found) <= LONGEST * 1.01
+    assert len(found) == len(strokes)
+    np.testing.assert_array_equal(found.means, strokes.means)
+    assert found.scales[0, 1] > 0.9 * strokes.scales[0, 1]
+    np.testing.assert_array_equal(found.scales[2:], strokes.scales[2:])
+    assert not too_long(found, [CAMERA]).any()
+    assert shorten_slabs(found, []) is found
 
 
 def test_no_strokes_and_no_views_change_nothing():

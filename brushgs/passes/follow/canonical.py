@@ -105,10 +105,20 @@ def canonical(scene: MovingScene, times: F64) -> Canonical:
 
 def features_of(found: Canonical, gaussians: Gaussians) -> F32:
     """The features [n, m] of Gaussians that were taken from those of `canonical`, by their ids."""
+    return np.asarray(found.features[_places(found, gaussians)])
+
+
+def uncut(found: Canonical, gaussians: Gaussians) -> Gaussians:
+    """Gaussians, or pieces of such, as large and where the rows of the scene are whose ids they have."""
+    of_scene = found.gaussians.take(_places(found, gaussians))
+    return replace(gaussians, means=of_scene.means, scales=of_scene.scales)
+
+
+def _places(found: Canonical, gaussians: Gaussians) -> Rows:
     known, asked = found.gaussians.ids, gaussians.ids
     assert known is not None, "they have the rows of the scene"
     assert asked is not None, "and so have those that were taken from them"
-    return np.asarray(found.features[np.searchsorted(known, asked)])
+    return np.searchsorted(known, asked)
 
 
 def _evenly(num: int, most: int) -> Rows:
